@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/sha256.h"
+#include "geometry/mesh_checks.h"
+#include "geometry/ply.h"
+#include "image/exr.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26;
+
+std::string text_of(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+const BundleFile* listed(const Manifest& manifest, const std::string& file) {
+  const auto found = std::lower_bound(
+      manifest.files.begin(), manifest.files.end(), file,
+      [](const BundleFile& entry, const std::string& path) { return entry.path < path; });
+  return found != manifest.files.end() && found->path == file ? &*found : nullptr;
+}
+
+void check_size(const ChannelImage& image, const Intrinsics& camera, const std::string& name) {
+  if (image.width == camera.width && image.height == camera.height) return;
+  throw BadDataError(name + ": is " + std::to_string(image.width) + " × " +
+                     std::to_string(image.height) + ", its camera " + std::to_string(camera.width) +
+                     " × " + std::to_string(camera.height) + " pixels");
+}
+
+// Everything a renderer multiplies or indexes with; the first bad texel is named.
+void check_texels(const CameraMaps& maps, std::size_t face_count, const std::string& folder) {
+  const auto fail = [&](std::size_t i, const char* file, const char* what) {
+    throw BadDataError(folder + "/" + file + ": texel (" + std::to_string(i % maps.width) + ", " +
+                       std::to_string(i / maps.width) + ") " + what);
+  };
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    if (maps.face[i] == kNoFace) continue;
+    if (maps.face[i] >= face_count)
+      fail(i, "micro.exr", "names a face that the proxy does not have");
+    if (!(maps.depth_mm[i] > 0) || !std::isfinite(maps.depth_mm[i])) {
+      fail(i, "depth.exr", "has no finite positive depth");
+    }
+    if (!std::isfinite(maps.height_mm[i])) fail(i, "micro.exr", "has no finite height");
+    if (!(maps.confidence[i] >= 0 && maps.confidence[i] <= 1)) {
+      fail(i, "micro.exr", "has a confidence outside 0…1");
+    }
+    if (!maps.color[i].allFinite()) fail(i, "color.exr", "is not finite");
+  }
+}
+
+}  // namespace
+
+BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
+  if (!fs::is_directory(folder_)) throw NoInputError(folder_, "is not a bundle folder");
+  const fs::path manifest = folder_ / "manifest.json";
+  if (!fs::exists(manifest)) {
+    throw NoInputError(folder_, "has no manifest.json; bundles are made by 'organbake bake'");
+  }
+  manifest_ = manifest_from_json(read_text_file(manifest, kMostManifestBytes), manifest.string());
+}
+
+bool BundleReader::has(const std::string& file) const { return listed(manifest_, file) != nullptr; }
+
+std::vector<std::byte> BundleReader::read(const std::string& file) const {
+  const BundleFile* entry = listed(manifest_, file);
+  if (!entry) throw BadDataError(folder_ / "manifest.json", "does not list '" + file + "'");
+  const fs::path path = folder_ / file;
+  // A link could lead out of the bundle, whatever the path says.
+  if (!fs::is_regular_file(fs::symlink_status(path))) {
+    throw BadDataError(path, "is missing or not a regular file");
+  }
+  const std::uint64_t size = fs::file_size(path);
+  if (size != entry->bytes) {
+    throw BadDataError(path, "is " + std::to_string(size) + " bytes, the manifest says " +
+                                 std::to_string(entry->bytes));
+  }
+  std::vector<std::byte> bytes = read_file(path);
+  if (sha256_hex(bytes) != entry->sha256) {
+    throw BadDataError(path, "does not match its SHA-256 in the manifest; bake the bundle anew");
+  }
+  return bytes;
+}
+
+Bundle BundleReader::read_frame() const {
+  Bundle bundle;
+  bundle.manifest = manifest_;
+  const std::string proxy = (folder_ / "proxy.ply").string();
+  bundle.proxy = parse_ply(read("proxy.ply"), proxy);
+  if (bundle.proxy.faces.empty()) throw BadDataError(proxy + ": has no faces");
+  bundle.cameras =
+      cameras_from_json(text_of(read("cameras.json")), (folder_ / "cameras.json").string());
+  if (bundle.cameras.cameras.empty() ||
+      bundle.cameras.manifold.directions.size() != bundle.cameras.cameras.size()) {
+    throw BadDataError(folder_ / "cameras.json",
+                       "needs cameras and their viewing projection manifold");
+  }
+  bundle.mechanics =
+      mechanics_from_json(text_of(read("mechanics.json")), (folder_ / "mechanics.json").string(),
+                          bundle.proxy.vertices.size());
+  const std::string base = (folder_ / "base.exr").string();
+  bundle.base = base_layer_from_image(parse_exr(read("base.exr"), base), base,
+                                      static_cast<std::uint32_t>(bundle.proxy.faces.size()));
+  bundle.maps.resize(bundle.cameras.cameras.size());
+  return bundle;
+}
+
+CameraMaps BundleReader::read_maps(std::size_t camera, const Bundle& frame) const {
+  const Intrinsics& intrinsics = frame.cameras.cameras.at(camera).intrinsics;
+  const std::string folder = camera_folder(camera);
+  const std::size_t pixels = std::size_t(intrinsics.width) * intrinsics.height;
+  const auto open = [&](const char* name) {
+    const std::string file = folder + "/" + name, full = (folder_ / file).string();
+    ChannelImage image = parse_exr(read(file), full, pixels);
+    check_size(image, intrinsics, full);
+    return image;
+  };
+  const ChannelImage depth = open("depth.exr"), color = open("color.exr"),
+                     micro = open("micro.exr");
+  const std::string where = (folder_ / folder).string();
+  CameraMaps maps;
+  maps.width = intrinsics.width;
+  maps.height = intrinsics.height;
+  maps.depth_mm = depth.floats("Y", where + "/depth.exr");
+  maps.height_mm = micro.floats("Y", where + "/micro.exr");
+  maps.face = micro.uints("face", where + "/micro.exr");
+  maps.confidence = micro.floats("confidence", where + "/micro.exr");
+  const auto &r = color.floats("R", where + "/color.exr"),
+             &g = color.floats("G", where + "/color.exr"),
+             &b = color.floats("B", where + "/color.exr");
+  maps.color.reserve(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) maps.color.emplace_back(r[i], g[i], b[i]);
+  check_texels(maps, frame.proxy.faces.size(), where);
+  return maps;
+}
+
+Bundle BundleReader::read_all() const {
+  Bundle bundle = read_frame();
+  tbb::parallel_for(std::size_t{0}, bundle.maps.size(),
+                    [&](std::size_t c) { bundle.maps[c] = read_maps(c, bundle); });
+  return bundle;
+}
+
+TriangleMesh BundleReader::read_surface() const {
+  return parse_ply(read("surface.ply"), (folder_ / "surface.ply").string());
+}
+
+void BundleReader::verify() const {
+  std::set<std::string> known = {"manifest.json"};
+  for (const BundleFile& file : manifest_.files) known.insert(file.path);
+  for (const auto& path : list_files(folder_)) {
+    if (!known.contains(path.generic_string())) {
+      throw BadDataError(folder_ / path, "is not listed in the bundle's manifest");
+    }
+  }
+  tbb::parallel_for(std::size_t{0}, manifest_.files.size(),
+                    [&](std::size_t i) { read(manifest_.files[i].path); });
+  read_all();
+  if (has("surface.ply")) read_surface();
+}
+
+}  // namespace organbake

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/json_fields.h"
+
+#include <cmath>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace organbake {
+
+Json parse_json(const std::string& text, const std::string& name) {
+  try {
+    return Json::parse(text);
+  } catch (const Json::parse_error& error) {
+    // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
+    // needs.
+    std::string what = error.what();
+    if (const auto end = what.find("] "); end != std::string::npos) what = what.substr(end + 2);
+    throw BadDataError(name + ": is not valid JSON: " + what);
+  }
+}
+
+std::string json_text(const Json& json) { return json.dump(2) + "\n"; }
+
+Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+void JsonField::fail(const std::string& message) const {
+  throw BadDataError(document_ + ": " + (pointer_.empty() ? "/" : pointer_) + ": " + message);
+}
+
+std::optional<JsonField> JsonField::find(const std::string& key) const {
+  if (!value_->is_object()) fail("must be an object");
+  const auto found = value_->find(key);
+  if (found == value_->end()) return std::nullopt;
+  return JsonField(*found, document_, pointer_ + "/" + key);
+}
+
+JsonField JsonField::operator[](const std::string& key) const {
+  const auto found = find(key);
+  if (!found) fail("has no key '" + key + "'");
+  return *found;
+}
+
+std::size_t JsonField::size() const {
+  if (!value_->is_array()) fail("must be an array");
+  return value_->size();
+}
+
+JsonField JsonField::at(std::size_t index) const {
+  if (index >= size()) fail("has only " + std::to_string(size()) + " entries");
+  return {(*value_)[index], document_, pointer_ + "/" + std::to_string(index)};
+}
+
+double JsonField::number(double min, double max) const {
+  if (!value_->is_number()) fail("must be a number");
+  const double value = value_->get<double>();
+  if (!std::isfinite(value) || value < min || value > max) {
+    fail("is " + to_text(value) + ", must lie in " + to_text(min) + "…" + to_text(max));
+  }
+  return value;
+}
+
+std::int64_t JsonField::integer(std::int64_t min, std::int64_t max) const {
+  if (!value_->is_number_integer()) fail("must be a whole number");
+  // An unsigned number beyond int64 would wrap round to a negative one.
+  const bool too_large =
+      value_->is_number_unsigned() &&
+      value_->get<std::uint64_t>() > std::uint64_t(std::numeric_limits<std::int64_t>::max());
+  const std::int64_t value = value_->get<std::int64_t>();
+  if (too_large || value < min || value > max) {
+    fail("is " + value_->dump() + ", must lie in " + std::to_string(min) + "…" +
+         std::to_string(max));
+  }
+  return value;
+}
+
+std::string JsonField::text() const {
+  if (!value_->is_string()) fail("must be a text");
+  return value_->get<std::string>();
+}
+
+Eigen::Vector3d JsonField::vector3() const {
+  if (size() != 3) fail("must hold three numbers");
+  return {at(0).number(), at(1).number(), at(2).number()};
+}
+
+void JsonField::require_schema(const std::string& schema) const {
+  const JsonField field = (*this)["schema"];
+  if (field.text() != schema)
+    field.fail("is '" + field.text() + "'; this program reads '" + schema + "'");
+}
+
+}  // namespace organbake

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+namespace organbake {
+
+using Json = nlohmann::ordered_json;
+
+// Throws BadDataError naming the document, line and column.
+Json parse_json(const std::string& text, const std::string& name);
+// Two-space indentation and a final newline, the form of every JSON file the project writes.
+std::string json_text(const Json& json);
+Json to_json(const Eigen::Vector3d& v);
+
+// One value of a document with the way that leads to it, so that every error names both:
+// "cameras.json: /cameras/2/fx: needs a number > 0". Reading for the .cpp files of the runtime.
+class JsonField {
+ public:
+  JsonField(const Json& value, std::string document)
+      : value_(&value), document_(std::move(document)) {}
+
+  JsonField operator[](const std::string& key) const;  // throws when missing
+  std::optional<JsonField> find(const std::string& key) const;
+  JsonField at(std::size_t index) const;
+  std::size_t size() const;  // of an array; throws for anything else
+
+  double number(double min = -std::numeric_limits<double>::max(),
+                double max = std::numeric_limits<double>::max()) const;
+  std::int64_t integer(std::int64_t min, std::int64_t max) const;
+  std::string text() const;
+  Eigen::Vector3d vector3() const;
+  void require_schema(const std::string& schema) const;  // the document's "schema" key
+
+  [[noreturn]] void fail(const std::string& message) const;
+  const Json& json() const { return *value_; }
+
+ private:
+  JsonField(const Json& value, const std::string& document, std::string pointer)
+      : value_(&value), document_(document), pointer_(std::move(pointer)) {}
+
+  const Json* value_;
+  std::string document_;
+  std::string pointer_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/mechanics_model.h"
+
+#include "bundle/json_fields.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kSchema = "organbake/mechanics/1";
+constexpr double kTiny = 1e-300, kHuge = 1e12;  // positive, and far from overflow when multiplied
+
+Spring spring_from(const JsonField& field, std::int64_t vertex_count) {
+  Spring spring;
+  spring.a = static_cast<std::uint32_t>(field["a"].integer(0, vertex_count - 1));
+  spring.b = static_cast<std::uint32_t>(field["b"].integer(0, vertex_count - 1));
+  if (spring.a == spring.b) field.fail("joins a vertex with itself");
+  spring.rest_length_mm = field["rest_length_mm"].number(kTiny, kHuge);
+  spring.stiffness_n_per_mm = field["stiffness_n_per_mm"].number(kTiny, kHuge);
+  spring.damping_n_s_per_mm = field["damping_n_s_per_mm"].number(0, kHuge);
+  return spring;
+}
+
+}  // namespace
+
+std::string mechanics_to_json(const MechanicsModel& model) {
+  Json springs = Json::array();
+  for (const Spring& s : model.springs) {
+    springs.push_back({{"a", s.a},
+                       {"b", s.b},
+                       {"rest_length_mm", s.rest_length_mm},
+                       {"stiffness_n_per_mm", s.stiffness_n_per_mm},
+                       {"damping_n_s_per_mm", s.damping_n_s_per_mm}});
+  }
+  return json_text({{"schema", kSchema},
+                    {"tissue",
+                     {{"young_modulus_kpa", model.young_modulus_kpa},
+                      {"density_kg_per_m3", model.density_kg_per_m3},
+                      {"thickness_mm", model.thickness_mm},
+                      {"volume_stiffness", model.volume_stiffness}}},
+                    {"instrument_radius_mm", model.instrument_radius_mm},
+                    {"mass_kg", model.mass_kg},
+                    {"anchors", model.anchors},
+                    {"springs", springs}});
+}
+
+MechanicsModel mechanics_from_json(const std::string& text, const std::string& name,
+                                   std::size_t vertex_count) {
+  const Json json = parse_json(text, name);
+  const JsonField document(json, name);
+  document.require_schema(kSchema);
+  const auto vertices = static_cast<std::int64_t>(vertex_count);
+  MechanicsModel model;
+  const JsonField tissue = document["tissue"];
+  model.young_modulus_kpa = tissue["young_modulus_kpa"].number(kTiny, kHuge);
+  model.density_kg_per_m3 = tissue["density_kg_per_m3"].number(kTiny, kHuge);
+  model.thickness_mm = tissue["thickness_mm"].number(kTiny, kHuge);
+  model.volume_stiffness = tissue["volume_stiffness"].number(0, 1);
+  model.instrument_radius_mm = document["instrument_radius_mm"].number(kTiny, kHuge);
+  const JsonField masses = document["mass_kg"];
+  if (masses.size() != vertex_count) {
+    masses.fail("holds " + std::to_string(masses.size()) + " masses for " +
+                std::to_string(vertex_count) + " proxy vertices");
+  }
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    model.mass_kg.push_back(masses.at(i).number(kTiny, kHuge));
+  }
+  const JsonField anchors = document["anchors"];
+  std::int64_t last = -1;
+  for (std::size_t i = 0; i < anchors.size(); ++i) {
+    last = anchors.at(i).integer(last + 1, vertices - 1);  // increasing, so each once
+    model.anchors.push_back(static_cast<std::uint32_t>(last));
+  }
+  const JsonField springs = document["springs"];
+  for (std::size_t i = 0; i < springs.size(); ++i) {
+    model.springs.push_back(spring_from(springs.at(i), vertices));
+  }
+  return model;
+}
+
+}  // namespace organbake

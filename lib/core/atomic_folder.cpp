@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <linux/fs.h>
+#include <signal.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <optional>
+
+#include "core/error.h"
+#include "core/files.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::string_view kMark = ".tmp-";
+
+// Hidden, next to the target (rename needs one file system), named after the process that owns it.
+std::string temporary_prefix(const fs::path& target) {
+  return "." + target.filename().string() + std::string(kMark);
+}
+
+std::optional<pid_t> owner(const std::string& name, const std::string& prefix) {
+  if (!name.starts_with(prefix)) return std::nullopt;
+  pid_t pid = 0;
+  const char* begin = name.data() + prefix.size();
+  const auto result = std::from_chars(begin, name.data() + name.size(), pid);
+  if (result.ec != std::errc() || pid <= 0) return std::nullopt;
+  return pid;
+}
+
+bool alive(pid_t pid) { return ::kill(pid, 0) == 0 || errno == EPERM; }
+
+// Removes what killed processes left of the same target.
+void sweep(const fs::path& parent, const std::string& prefix) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(parent, ignored)) {
+    const auto pid = owner(entry.path().filename().string(), prefix);
+    if (pid && !alive(*pid)) fs::remove_all(entry.path(), ignored);
+  }
+}
+
+// renameat2, or its nearest likeness on file systems that know no flags (NFS): then a moment exists
+// in which the old folder is gone and the new one not yet there, never a half-written one.
+bool rename_folder(const fs::path& from, const fs::path& to, unsigned flags) {
+  if (::syscall(SYS_renameat2, AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) == 0) {
+    return true;
+  }
+  if (errno != EINVAL && errno != ENOSYS) return false;
+  std::error_code ignored;
+  if (flags == RENAME_NOREPLACE && fs::exists(to, ignored)) {
+    errno = EEXIST;
+    return false;
+  }
+  if (flags == RENAME_EXCHANGE) fs::remove_all(to, ignored);
+  return ::rename(from.c_str(), to.c_str()) == 0;
+}
+
+IoError cannot_rename(const fs::path& target) {
+  const std::string reason = std::strerror(errno);
+  return IoError::writing(target, "cannot be renamed into place: " + reason);
+}
+
+}  // namespace
+
+AtomicFolder::AtomicFolder(fs::path target) : target_(std::move(target)) {
+  if (!target_.has_filename()) target_ = target_.parent_path();  // "out/" names the folder "out"
+  const fs::path parent = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+  std::error_code error;
+  fs::create_directories(parent, error);
+  const std::string prefix = temporary_prefix(target_);
+  if (!error) sweep(parent, prefix);
+  static std::atomic<unsigned> counter{0};
+  temporary_ = parent / (prefix + std::to_string(::getpid()) + "-" + std::to_string(counter++));
+  if (!error) fs::create_directory(temporary_, error);
+  if (error) throw IoError::writing(target_, "cannot be created: " + error.message());
+}
+
+AtomicFolder::~AtomicFolder() {
+  if (committed_) return;
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+}
+
+bool AtomicFolder::commit(IfExists if_exists) {
+  if (rename_folder(temporary_, target_, RENAME_NOREPLACE)) return committed_ = true;
+  if (errno != EEXIST) throw cannot_rename(target_);
+  if (if_exists == IfExists::keep_existing) return false;
+  // Swapping the two leaves no moment without a whole folder under the target's name.
+  if (!rename_folder(temporary_, target_, RENAME_EXCHANGE)) throw cannot_rename(target_);
+  committed_ = true;
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+  return true;
+}
+
+}  // namespace organbake

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace organbake {
+
+// Reads a whole file. Throws NoInputError when it is missing, is a folder or cannot be opened;
+// BadDataError when it is larger than max_bytes; IoError when the system fails half-way.
+std::vector<std::byte> read_file(const std::filesystem::path& path,
+                                 std::size_t max_bytes = std::size_t{1} << 36);
+std::string read_text_file(const std::filesystem::path& path,
+                           std::size_t max_bytes = std::size_t{1} << 28);
+
+// Writes through a temporary name in the same folder and renames it: the file is there whole or
+// not at all. Throws IoError (also when the disk is full) and leaves nothing behind.
+void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
+void write_file_atomically(const std::filesystem::path& path, std::string_view text);
+
+// A folder that appears at `target` complete or not at all. Files are written below path();
+// commit() renames it into place (an existing target is replaced when `replace`); without commit()
+// the destructor removes everything. Temporary names carry the process id, so what a killed
+// process left is recognised and swept by the next AtomicFolder for the same target.
+class AtomicFolder {
+ public:
+  explicit AtomicFolder(std::filesystem::path target);
+  ~AtomicFolder();
+  AtomicFolder(const AtomicFolder&) = delete;
+  AtomicFolder& operator=(const AtomicFolder&) = delete;
+
+  const std::filesystem::path& path() const { return temporary_; }
+  enum class IfExists { replace, keep_existing };
+  // Returns false when the target existed and was kept.
+  bool commit(IfExists if_exists = IfExists::replace);
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  bool committed_ = false;
+};
+
+// All regular files below `folder`, relative, in byte order of their generic names.
+std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
+
+}  // namespace organbake

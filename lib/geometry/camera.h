@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "geometry/rigid_transform.h"
+
+namespace organbake {
+
+// Pinhole camera with Brown distortion, OpenCV's axes (x right, y down, z forward). Pixel units;
+// the centre of the first pixel is (0.5, 0.5).
+struct Intrinsics {
+  int width = 0;
+  int height = 0;
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+
+  bool has_distortion() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }
+  // Throws BadDataError naming the field: sizes in 1…65536, focal lengths > 0, all finite.
+  void check() const;
+};
+
+struct PosedCamera {
+  std::string name;
+  Intrinsics intrinsics;
+  RigidTransform camera_from_world;
+
+  Eigen::Vector3d center_world_mm() const { return camera_from_world.inverse().translation; }
+  Eigen::Vector3d view_direction_world() const {
+    return camera_from_world.rotation.row(2).transpose();
+  }
+};
+
+// Pixel of a camera-space point (mm) with z > 0, distortion applied.
+Eigen::Vector2d project(const Intrinsics& intrinsics, const Eigen::Vector3d& point_camera_mm);
+inline Eigen::Vector2d project(const PosedCamera& camera, const Eigen::Vector3d& point_world_mm) {
+  return project(camera.intrinsics, camera.camera_from_world * point_world_mm);
+}
+
+// Camera-space ray through a pixel, scaled so that z = 1: point = planar depth × ray. Distortion is
+// undone by fixed-point iteration to 1e-12.
+Eigen::Vector3d unproject(const Intrinsics& intrinsics, const Eigen::Vector2d& pixel);
+
+}  // namespace organbake

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/mesh_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+struct DirectedEdge {
+  std::uint64_t key;  // lower vertex << 32 | higher vertex
+  std::uint32_t face;
+  bool forward;  // from the lower to the higher vertex
+};
+
+std::vector<DirectedEdge> sorted_edges(const TriangleMesh& mesh) {
+  std::vector<DirectedEdge> edges;
+  edges.reserve(3 * mesh.faces.size());
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const std::uint64_t a = mesh.faces[f][c], b = mesh.faces[f][(c + 1) % 3];
+      if (a == b) continue;
+      edges.push_back({std::min(a, b) << 32 | std::max(a, b), f, a < b});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
+    return a.key != b.key ? a.key < b.key : a.face < b.face;
+  });
+  return edges;
+}
+
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  std::uint32_t find(std::uint32_t x) {
+    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
+    return x;
+  }
+  void unite(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+// Calls visit(uses) for every run of directed edges between the same two vertices.
+template <typename Visit>
+void for_each_edge(const std::vector<DirectedEdge>& edges, Visit visit) {
+  const DirectedEdge* const end = edges.data() + edges.size();
+  for (const DirectedEdge* first = edges.data(); first != end;) {
+    const DirectedEdge* last = std::find_if(
+        first, end, [key = first->key](const DirectedEdge& e) { return e.key != key; });
+    visit(std::span(first, last));
+    first = last;
+  }
+}
+
+DisjointSets face_components(const TriangleMesh& mesh, const std::vector<DirectedEdge>& edges) {
+  DisjointSets sets(mesh.faces.size());
+  for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
+    for (const DirectedEdge& use : uses) sets.unite(uses.front().face, use.face);
+  });
+  return sets;
+}
+
+// A vertex is manifold when its faces hang together through edges at the vertex: one fan.
+std::size_t count_non_manifold_vertices(const TriangleMesh& mesh,
+                                        const std::vector<DirectedEdge>& edges) {
+  DisjointSets corners(3 * mesh.faces.size());
+  const auto corner_of = [&](std::uint32_t face, std::uint32_t vertex) {
+    const Face& f = mesh.faces[face];
+    return 3 * face + (f[0] == vertex ? 0u : f[1] == vertex ? 1u : 2u);
+  };
+  for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
+    const std::uint32_t low = uses.front().key >> 32, high = uses.front().key & 0xFFFFFFFFu;
+    for (const DirectedEdge& use : uses) {
+      corners.unite(corner_of(uses.front().face, low), corner_of(use.face, low));
+      corners.unite(corner_of(uses.front().face, high), corner_of(use.face, high));
+    }
+  });
+  std::vector<std::uint32_t> fans(mesh.vertices.size(), 0);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      if (corners.find(3 * f + c) == 3 * f + c) ++fans[mesh.faces[f][c]];
+    }
+  }
+  return std::count_if(fans.begin(), fans.end(), [](std::uint32_t n) { return n > 1; });
+}
+
+bool degenerate(const TriangleMesh& mesh, std::size_t f) {
+  const Face& face = mesh.faces[f];
+  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0] || face_area(mesh, f) == 0;
+}
+
+}  // namespace
+
+MeshTopology analyse_topology(const TriangleMesh& mesh) {
+  MeshTopology t;
+  t.vertices = mesh.vertices.size();
+  t.faces = mesh.faces.size();
+  const std::vector<DirectedEdge> edges = sorted_edges(mesh);
+  long edge_count = 0;
+  for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
+    ++edge_count;
+    t.boundary_edges += uses.size() == 1;
+    t.non_manifold_edges += uses.size() > 2;
+    t.misoriented_edges += uses.size() == 2 && uses[0].forward == uses[1].forward;
+  });
+  DisjointSets components = face_components(mesh, edges);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    t.components += components.find(f) == f;
+    t.degenerate_faces += degenerate(mesh, f);
+  }
+  t.non_manifold_vertices = count_non_manifold_vertices(mesh, edges);
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (const Face& f : mesh.faces) {
+    for (const std::uint32_t v : f) used[v] = true;
+  }
+  t.unused_vertices = std::count(used.begin(), used.end(), false);
+  t.euler_characteristic =
+      static_cast<long>(t.vertices - t.unused_vertices) - edge_count + static_cast<long>(t.faces);
+  return t;
+}
+
+void check_mesh(const TriangleMesh& mesh, const std::string& name) {
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!mesh.vertices[v].allFinite()) {
+      throw BadDataError(name + ": vertex " + std::to_string(v) + " is not finite");
+    }
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (const std::uint32_t v : mesh.faces[f]) {
+      if (v < mesh.vertices.size()) continue;
+      throw BadDataError(name + ": face " + std::to_string(f) + " uses vertex " +
+                         std::to_string(v) + " of " + std::to_string(mesh.vertices.size()));
+    }
+  }
+  if (!mesh.colors.empty() && mesh.colors.size() != mesh.vertices.size()) {
+    throw BadDataError(name + ": " + std::to_string(mesh.colors.size()) + " colours for " +
+                       std::to_string(mesh.vertices.size()) + " vertices");
+  }
+}
+
+TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count) {
+  if (count == 0 || mesh.faces.empty()) return mesh;
+  DisjointSets sets = face_components(mesh, sorted_edges(mesh));
+  std::vector<double> area(mesh.faces.size(), 0.0);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) area[sets.find(f)] += face_area(mesh, f);
+  std::vector<std::uint32_t> roots;
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    if (sets.find(f) == f) roots.push_back(f);
+  }
+  std::stable_sort(roots.begin(), roots.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return area[a] > area[b]; });
+  std::vector<bool> kept(mesh.faces.size(), false);
+  for (std::size_t i = 0; i < std::min(count, roots.size()); ++i) kept[roots[i]] = true;
+
+  TriangleMesh result;
+  constexpr std::uint32_t kUnmapped = 0xFFFFFFFFu;
+  std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kUnmapped);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    if (!kept[sets.find(f)]) continue;
+    Face face = mesh.faces[f];
+    for (std::uint32_t& v : face) {
+      if (renumbered[v] == kUnmapped) {
+        renumbered[v] = static_cast<std::uint32_t>(result.vertices.size());
+        result.vertices.push_back(mesh.vertices[v]);
+        if (!mesh.colors.empty()) result.colors.push_back(mesh.colors[v]);
+      }
+      v = renumbered[v];
+    }
+    result.faces.push_back(face);
+  }
+  return result;
+}
+
+}  // namespace organbake

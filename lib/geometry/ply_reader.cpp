@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "geometry/mesh_checks.h"
+#include "geometry/ply.h"
+
+namespace organbake {
+namespace {
+
+enum class Scalar { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+const std::map<std::string_view, Scalar> kScalarNames = {
+    {"char", Scalar::i8},    {"int8", Scalar::i8},     {"uchar", Scalar::u8},
+    {"uint8", Scalar::u8},   {"short", Scalar::i16},   {"int16", Scalar::i16},
+    {"ushort", Scalar::u16}, {"uint16", Scalar::u16},  {"int", Scalar::i32},
+    {"int32", Scalar::i32},  {"uint", Scalar::u32},    {"uint32", Scalar::u32},
+    {"float", Scalar::f32},  {"float32", Scalar::f32}, {"double", Scalar::f64},
+    {"float64", Scalar::f64}};
+
+struct Property {
+  std::string name;
+  Scalar type = Scalar::f32;
+  std::optional<Scalar> list_count;  // the count's type, for a list
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+};
+
+class PlyParser {
+ public:
+  PlyParser(std::span<const std::byte> bytes, const std::string& name)
+      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), name_(name) {}
+
+  TriangleMesh parse() {
+    parse_header();
+    for (const Element& element : elements_) {
+      if (element.name == "vertex") {
+        read_vertices(element);
+      } else if (element.name == "face") {
+        read_faces(element);
+      } else {
+        for (std::size_t i = 0; i < element.count; ++i) skip_row(element);
+      }
+    }
+    check_mesh(mesh_, name_);
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const {
+    throw BadDataError(name_ + ": " + message);
+  }
+
+  std::string_view line() {
+    const std::size_t end = text_.find('\n', position_);
+    if (end == std::string_view::npos) fail("the PLY header does not end");
+    std::string_view result = text_.substr(position_, end - position_);
+    position_ = end + 1;
+    if (result.ends_with('\r')) result.remove_suffix(1);
+    return result;
+  }
+
+  static std::string_view word(std::string_view& rest) {
+    const std::size_t begin = rest.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) return rest = {};
+    const std::size_t end = std::min(rest.find_first_of(" \t", begin), rest.size());
+    const std::string_view result = rest.substr(begin, end - begin);
+    rest.remove_prefix(end);
+    return result;
+  }
+
+  Scalar scalar_type(std::string_view type) const {
+    const auto found = kScalarNames.find(type);
+    if (found == kScalarNames.end()) fail("unknown PLY type '" + std::string(type) + "'");
+    return found->second;
+  }
+
+  void parse_header() {
+    if (line() != "ply") fail("is not a PLY file");
+    for (;;) {
+      std::string_view rest = line();
+      const std::string_view key = word(rest);
+      if (key == "end_header") break;
+      if (key == "format") {
+        const std::string_view format = word(rest);
+        ascii_ = format == "ascii";
+        if (!ascii_ && format != "binary_little_endian") {
+          fail("PLY format '" + std::string(format) +
+               "' is not read; save it as ascii or binary_little_endian");
+        }
+      } else if (key == "element") {
+        add_element(rest);
+      } else if (key == "property") {
+        add_property(rest);
+      }
+    }
+  }
+
+  void add_element(std::string_view rest) {
+    Element element;
+    element.name = word(rest);
+    const std::string_view count = word(rest);
+    const auto result = std::from_chars(count.data(), count.data() + count.size(), element.count);
+    if (result.ec != std::errc()) fail("element " + element.name + " has no count");
+    // Every row takes at least a byte, so a count beyond the file's size is a lie.
+    if (element.count > text_.size() || element.count > std::numeric_limits<std::uint32_t>::max()) {
+      fail("claims " + std::to_string(element.count) + " of " + element.name + " in " +
+           std::to_string(text_.size()) + " bytes");
+    }
+    elements_.push_back(std::move(element));
+  }
+
+  void add_property(std::string_view rest) {
+    if (elements_.empty()) fail("a property stands before any element");
+    Property property;
+    std::string_view type = word(rest);
+    if (type == "list") {
+      property.list_count = scalar_type(word(rest));
+      type = word(rest);
+    }
+    property.type = scalar_type(type);
+    property.name = word(rest);
+    elements_.back().properties.push_back(std::move(property));
+  }
+
+  template <typename T>
+  double binary() {
+    if (text_.size() - position_ < sizeof(T))
+      fail("ends early, at byte " + std::to_string(text_.size()));
+    T value;
+    std::memcpy(&value, text_.data() + position_, sizeof(T));
+    position_ += sizeof(T);
+    return static_cast<double>(value);
+  }
+
+  double ascii_number() {
+    position_ = std::min(text_.find_first_not_of(" \t\r\n", position_), text_.size());
+    double value = 0;
+    const auto result =
+        std::from_chars(text_.data() + position_, text_.data() + text_.size(), value);
+    if (result.ec != std::errc()) fail("has no number at byte " + std::to_string(position_));
+    position_ = result.ptr - text_.data();
+    return value;
+  }
+
+  double number(Scalar type) {
+    if (ascii_) return ascii_number();
+    switch (type) {
+      case Scalar::i8:
+        return binary<std::int8_t>();
+      case Scalar::u8:
+        return binary<std::uint8_t>();
+      case Scalar::i16:
+        return binary<std::int16_t>();
+      case Scalar::u16:
+        return binary<std::uint16_t>();
+      case Scalar::i32:
+        return binary<std::int32_t>();
+      case Scalar::u32:
+        return binary<std::uint32_t>();
+      case Scalar::f32:
+        return binary<float>();
+      case Scalar::f64:
+        return binary<double>();
+    }
+    fail("has an unknown type");
+  }
+
+  std::size_t list_length(const Property& property) {
+    const double count = number(*property.list_count);
+    if (!(count >= 0 && count <= static_cast<double>(text_.size() - position_))) {
+      fail("claims a list of " + std::to_string(count) + " entries");
+    }
+    return static_cast<std::size_t>(count);
+  }
+
+  void skip_row(const Element& element) {
+    for (const Property& property : element.properties) {
+      const std::size_t count = property.list_count ? list_length(property) : 1;
+      for (std::size_t i = 0; i < count; ++i) number(property.type);
+    }
+  }
+
+  void read_vertices(const Element& element) {
+    constexpr std::array<std::string_view, 6> kWanted = {"x", "y", "z", "red", "green", "blue"};
+    std::vector<int> slot(element.properties.size(), -1);
+    std::array<bool, 6> there{};
+    bool color_is_8_bit = false;
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const Property& property = element.properties[p];
+      const auto found = std::find(kWanted.begin(), kWanted.end(), property.name);
+      if (found == kWanted.end() || property.list_count) continue;
+      slot[p] = static_cast<int>(found - kWanted.begin());
+      there[slot[p]] = true;
+      if (slot[p] >= 3) color_is_8_bit = property.type == Scalar::u8;
+    }
+    if (!there[0] || !there[1] || !there[2]) fail("has vertices without x, y and z");
+    const bool has_color = there[3] && there[4] && there[5];
+    mesh_.vertices.reserve(element.count);
+    if (has_color) mesh_.colors.reserve(element.count);
+    for (std::size_t v = 0; v < element.count; ++v) {
+      std::array<double, 6> row{};
+      for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        const Property& property = element.properties[p];
+        const std::size_t count = property.list_count ? list_length(property) : 1;
+        for (std::size_t i = 0; i < count; ++i) {
+          const double value = number(property.type);
+          if (slot[p] >= 0) row[slot[p]] = value;
+        }
+      }
+      mesh_.vertices.emplace_back(row[0], row[1], row[2]);
+      if (has_color) mesh_.colors.push_back(linear_color(row, color_is_8_bit));
+    }
+  }
+
+  static Eigen::Vector3f linear_color(const std::array<double, 6>& row, bool is_8_bit) {
+    Eigen::Vector3f color(static_cast<float>(row[3]), static_cast<float>(row[4]),
+                          static_cast<float>(row[5]));
+    if (!is_8_bit) return color;
+    // IEC 61966-2-1; geometry stands above image and its tables, and meshes are read once.
+    return color.unaryExpr([](float c8) {
+      const float c = c8 / 255.0f;
+      return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+    });
+  }
+
+  void read_faces(const Element& element) {
+    mesh_.faces.reserve(element.count);
+    for (std::size_t f = 0; f < element.count; ++f) {
+      for (const Property& property : element.properties) {
+        const bool corners = property.list_count && property.name.starts_with("vertex_ind");
+        const std::size_t count = property.list_count ? list_length(property) : 1;
+        polygon_.clear();
+        for (std::size_t i = 0; i < count; ++i) {
+          const double value = number(property.type);
+          if (corners) polygon_.push_back(vertex_index(value, f));
+        }
+        for (std::size_t i = 2; i < polygon_.size(); ++i) {
+          mesh_.faces.push_back({polygon_[0], polygon_[i - 1], polygon_[i]});
+        }
+      }
+    }
+  }
+
+  std::uint32_t vertex_index(double value, std::size_t face) const {
+    if (!(value >= 0 && value <= 4294967295.0)) {
+      fail("face " + std::to_string(face) + " uses vertex " + std::to_string(value));
+    }
+    return static_cast<std::uint32_t>(value);
+  }
+
+  std::string_view text_;
+  std::string name_;
+  std::size_t position_ = 0;
+  bool ascii_ = false;
+  std::vector<Element> elements_;
+  std::vector<std::uint32_t> polygon_;
+  TriangleMesh mesh_;
+};
+
+}  // namespace
+
+TriangleMesh parse_ply(std::span<const std::byte> bytes, const std::string& name) {
+  return PlyParser(bytes, name).parse();
+}
+
+TriangleMesh read_ply(const std::filesystem::path& path) {
+  return parse_ply(read_file(path), path.string());
+}
+
+}  // namespace organbake

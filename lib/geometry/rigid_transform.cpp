@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/rigid_transform.h"
+
+#include <Eigen/Geometry>
+
+namespace organbake {
+
+RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                       const Eigen::Vector3d& up) {
+  const Eigen::Vector3d forward = (target - eye).normalized();
+  Eigen::Vector3d right = forward.cross(up);
+  constexpr double kParallel = 1e-9;  // sine of the angle below which `up` tells nothing
+  if (!(right.norm() > kParallel * up.norm())) {
+    Eigen::Index least = 0;
+    forward.cwiseAbs().minCoeff(&least);
+    right = forward.cross(Eigen::Vector3d::Unit(least));
+  }
+  right.normalize();
+  RigidTransform camera_from_world;
+  camera_from_world.rotation.row(0) = right.transpose();
+  camera_from_world.rotation.row(1) = forward.cross(right).transpose();
+  camera_from_world.rotation.row(2) = forward.transpose();
+  camera_from_world.translation = -(camera_from_world.rotation * eye);
+  return camera_from_world;
+}
+
+}  // namespace organbake

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace organbake {
+
+// x_target = rotation · x_source + translation. Named target_from_source wherever one is stored:
+// camera_from_world maps world millimetres (LPS) to camera millimetres (OpenCV axes).
+struct RigidTransform {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return rotation * point + translation;
+  }
+  RigidTransform operator*(const RigidTransform& other) const {
+    return {rotation * other.rotation, rotation * other.translation + translation};
+  }
+  RigidTransform inverse() const {
+    return {rotation.transpose(), -(rotation.transpose() * translation)};
+  }
+};
+
+// camera_from_world of a camera at `eye` that looks at `target` with image-up along `up`
+// (mm, world). When `up` is parallel to the view, the world axis least aligned with it is taken.
+RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
+                       const Eigen::Vector3d& up);
+
+}  // namespace organbake

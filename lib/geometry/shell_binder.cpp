@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.h"
+#include "geometry/mesh_checks.h"
+#include "geometry/prism_height.h"
+#include "geometry/shell_map.h"
+
+namespace organbake {
+namespace {
+
+// Side walls are shared by two prisms; this much outside still counts as in, so that rounding
+// leaves no gap between neighbours.
+constexpr double kWallTolerance = 1e-9;
+
+bool in_triangle(double b1, double b2) {
+  return b1 >= -kWallTolerance && b2 >= -kWallTolerance && b1 + b2 <= 1 + kWallTolerance;
+}
+
+// A prism's extent along the axes, its face's normal and its three edges' outward directions: a
+// convex bound tight enough that a grid cell lists few faces.
+struct PrismBounds {
+  Eigen::Vector3d min, max;
+  std::array<Eigen::Vector3d, 5> direction;  // normal, −normal, three edges
+  std::array<double, 5> extent{};
+
+  bool touches_sphere(const Eigen::Vector3d& center, double radius) const {
+    for (std::size_t d = 0; d < direction.size(); ++d) {
+      if (direction[d].dot(center) > extent[d] + radius) return false;
+    }
+    return true;
+  }
+};
+
+// S(b, h) is linear in h for fixed b, so the prism lies in the convex hull of its six corners.
+PrismBounds prism_bounds(const ShellMatrix& m, double max_height) {
+  std::array<Eigen::Vector3d, 6> corners;
+  for (int c = 0; c < 3; ++c) {
+    const double b1 = c == 1, b2 = c == 2;
+    corners[2 * c] = shell_point(m, b1, b2, max_height);
+    corners[2 * c + 1] = shell_point(m, b1, b2, -max_height);
+  }
+  PrismBounds bounds;
+  const Eigen::Vector3d a = m.col(1), b = m.col(2), n = a.cross(b).normalized();
+  bounds.direction = {n, -n, a.cross(n).normalized(), (b - a).cross(n).normalized(),
+                      n.cross(b).normalized()};
+  bounds.min = bounds.max = corners[0];
+  bounds.extent.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& corner : corners) {
+    bounds.min = bounds.min.cwiseMin(corner);
+    bounds.max = bounds.max.cwiseMax(corner);
+    for (std::size_t d = 0; d < bounds.direction.size(); ++d) {
+      bounds.extent[d] = std::max(bounds.extent[d], bounds.direction[d].dot(corner));
+    }
+  }
+  return bounds;
+}
+
+// Squared distance from p to a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+double distance2_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
+               d6 = ac.dot(cp);
+  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
+  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
+  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
+  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
+  }
+  return (ap - (vb * ab + vc * ac) / (va + vb + vc)).squaredNorm();
+}
+
+}  // namespace
+
+struct ShellBinder::Impl {
+  TriangleMesh proxy;
+  double max_height_mm;
+  double reach_mm;  // bounds heights of the fallback
+  std::vector<ShellMatrix> matrices;
+  std::vector<std::uint32_t> usable;  // faces with area
+
+  // Uniform grid: faces of cell c are cell_faces[cell_start[c] … cell_start[c + 1]).
+  Eigen::Vector3d grid_min;
+  double cell_mm = 1;
+  Eigen::Array3i cells = Eigen::Array3i::Ones();
+  std::vector<std::uint32_t> cell_start, cell_faces;
+
+  void build_grid();
+  std::optional<ShellBinding> in_prism(std::uint32_t face, const Eigen::Vector3d& point,
+                                       double below_height) const;
+  ShellBinding unclamped(const Eigen::Vector3d& point) const;
+  std::uint32_t nearest_face(const Eigen::Vector3d& point) const;
+};
+
+void ShellBinder::Impl::build_grid() {
+  std::vector<PrismBounds> prisms;
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+  for (const std::uint32_t f : usable) {
+    prisms.push_back(prism_bounds(matrices[f], max_height_mm));
+    low = low.cwiseMin(prisms.back().min);
+    high = high.cwiseMax(prisms.back().max);
+  }
+  grid_min = low;
+  const Eigen::Vector3d extent = high - low;
+  // About 48 cells along the longest side: cells of a few millimetres on an organ.
+  constexpr double kCellsAlongLongest = 48;
+  cell_mm = std::max(extent.maxCoeff() / kCellsAlongLongest, 1e-300);
+  cells = (extent / cell_mm).array().floor().cast<int>() + 1;
+
+  std::vector<std::vector<std::uint32_t>> lists(cells.prod());
+  const double radius = 0.5 * std::sqrt(3.0) * cell_mm;
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    const Eigen::Array3i first = ((prisms[i].min - low) / cell_mm).array().floor().cast<int>();
+    const Eigen::Array3i last =
+        ((prisms[i].max - low) / cell_mm).array().floor().cast<int>().min(cells - 1);
+    for (int z = first.z(); z <= last.z(); ++z) {
+      for (int y = first.y(); y <= last.y(); ++y) {
+        for (int x = first.x(); x <= last.x(); ++x) {
+          const Eigen::Vector3d center = low + cell_mm * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
+          if (!prisms[i].touches_sphere(center, radius)) continue;
+          lists[(std::size_t(z) * cells.y() + y) * cells.x() + x].push_back(usable[i]);
+        }
+      }
+    }
+  }
+  cell_start.push_back(0);
+  for (const auto& list : lists) {
+    cell_faces.insert(cell_faces.end(), list.begin(), list.end());
+    cell_start.push_back(static_cast<std::uint32_t>(cell_faces.size()));
+  }
+}
+
+std::optional<ShellBinding> ShellBinder::Impl::in_prism(std::uint32_t face,
+                                                        const Eigen::Vector3d& point,
+                                                        double below_height) const {
+  const PrismHeights roots = prism_heights(matrices[face], point, max_height_mm);
+  for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < below_height; ++i) {
+    const Eigen::Vector2d b = barycentric_at_height(matrices[face], roots.heights[i], point);
+    if (in_triangle(b.x(), b.y())) return ShellBinding{face, b.x(), b.y(), roots.heights[i]};
+  }
+  return std::nullopt;
+}
+
+std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) const {
+  double best = std::numeric_limits<double>::infinity();
+  std::uint32_t face = usable.front();
+  for (const std::uint32_t f : usable) {
+    const auto [i, j, k] = proxy.faces[f];
+    const double d2 =
+        distance2_to_triangle(point, proxy.vertices[i], proxy.vertices[j], proxy.vertices[k]);
+    if (d2 < best) best = d2, face = f;
+  }
+  return face;
+}
+
+ShellBinding ShellBinder::Impl::unclamped(const Eigen::Vector3d& point) const {
+  const std::uint32_t face = nearest_face(point);
+  const ShellMatrix& m = matrices[face];
+  const PrismHeights roots = prism_heights(m, point, reach_mm);
+  // Without a root nothing reproduces the point; the distance along the face's normal comes
+  // nearest.
+  const Eigen::Vector3d normal =
+      Eigen::Vector3d(m.col(1)).cross(Eigen::Vector3d(m.col(2))).normalized();
+  const double h = roots.count > 0 ? roots.heights[0] : normal.dot(point - m.col(0));
+  const Eigen::Vector2d b = barycentric_at_height(m, h, point);
+  return {face, b.x(), b.y(), h};
+}
+
+ShellBinder::ShellBinder(const TriangleMesh& proxy, double max_height_mm)
+    : impl_(std::make_unique<Impl>()) {
+  check_mesh(proxy, "proxy");
+  impl_->proxy = proxy;
+  impl_->max_height_mm = max_height_mm;
+  impl_->reach_mm = 10 * (bounds(proxy).diagonal() + max_height_mm);
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
+  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
+    impl_->matrices.push_back(shell_matrix(proxy, normals, f));
+    if (face_area(proxy, f) > 0) impl_->usable.push_back(f);
+  }
+  if (impl_->usable.empty())
+    throw BadDataError("proxy: has no face with an area, nothing can be bound");
+  if (!(max_height_mm > 0) || !std::isfinite(max_height_mm)) {
+    throw BadDataError("shell height must be a positive number of millimetres");
+  }
+  impl_->build_grid();
+}
+
+ShellBinder::~ShellBinder() = default;
+ShellBinder::ShellBinder(ShellBinder&&) noexcept = default;
+
+ShellBinding ShellBinder::bind(const Eigen::Vector3d& point) const {
+  const Impl& s = *impl_;
+  const Eigen::Array3d cell = ((point - s.grid_min) / s.cell_mm).array().floor();
+  std::optional<ShellBinding> best;
+  if ((cell >= 0).all() && (cell < s.cells.cast<double>()).all()) {
+    const Eigen::Array3i c = cell.cast<int>();
+    const std::size_t index = (std::size_t(c.z()) * s.cells.y() + c.y()) * s.cells.x() + c.x();
+    double below = std::numeric_limits<double>::infinity();
+    for (std::uint32_t i = s.cell_start[index]; i < s.cell_start[index + 1]; ++i) {
+      const auto found = s.in_prism(s.cell_faces[i], point, below);
+      if (!found) continue;
+      best = found;
+      below = std::abs(found->height_mm);
+    }
+  }
+  return best ? *best : s.unclamped(point);
+}
+
+bool ShellBinder::inside(const ShellBinding& binding) const {
+  return std::abs(binding.height_mm) <= impl_->max_height_mm && in_triangle(binding.b1, binding.b2);
+}
+
+}  // namespace organbake

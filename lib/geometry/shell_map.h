@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// The shell around a proxy: over face (x0, x1, x2) with vertex normals n_i the prism
+//   S(b, h) = Σ b_i x_i + h Σ b_i n_i,   b0 = 1 − b1 − b2,   h in mm,
+// so the proxy is the macrostructure and h the microstructure (the paper, 2.1.4). A point is bound
+// once, at rest, and follows the deformed proxy ever after.
+struct ShellBinding {
+  std::uint32_t face = 0;
+  double b1 = 0, b2 = 0;  // outside 0…1 only for a point that lies in no prism
+  double height_mm = 0;
+};
+
+// S = M · (1, b1, b2, h, h·b1, h·b2)ᵀ: 15 multiply-adds per sample.
+using ShellMatrix = Eigen::Matrix<double, 3, 6>;
+ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vector3d>& normals,
+                         std::uint32_t face);
+inline Eigen::Vector3d shell_point(const ShellMatrix& m, double b1, double b2, double h) {
+  return m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
+}
+
+// b1, b2 of a point known to lie at height h over a face: linear, least squares in 3-D.
+Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h, const Eigen::Vector3d& point);
+
+// Finds the prism that holds a point: of all faces that hold it, the one with the smallest |h|
+// (then the smallest index); a point in no prism is bound unclamped to the face of the nearest
+// proxy point. Thread-safe after construction.
+class ShellBinder {
+ public:
+  // max_height_mm bounds |h| in the prism search; points farther away take the unclamped way.
+  // Throws BadDataError for an empty proxy or one whose faces are all degenerate.
+  ShellBinder(const TriangleMesh& proxy, double max_height_mm);
+  ~ShellBinder();
+  ShellBinder(ShellBinder&&) noexcept;
+
+  ShellBinding bind(const Eigen::Vector3d& point) const;
+  // True when the last argument lies in a prism (is not bound by the fallback).
+  bool inside(const ShellBinding& binding) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

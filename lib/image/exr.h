@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "geometry/camera.h"
+#include "image/channel_image.h"
+
+namespace organbake {
+
+enum class ExrCompression { none, zip, piz, pxr24 };
+
+struct ExrWriteOptions {
+  ExrCompression compression = ExrCompression::zip;
+  int zip_level = 4;  // 1…9; higher is smaller and slower
+  // Written as worldToCamera and worldToNDC (Imath row-vector matrices, mm, +z forward, y down).
+  std::optional<PosedCamera> camera;
+};
+
+// Single-part scan-line EXR, deterministic bytes, one thread (write images in parallel instead).
+// Throws IoError.
+void write_exr(const std::filesystem::path& path, const ChannelImage& image,
+               const ExrWriteOptions& options = {});
+
+// Reads half, float and uint channels of a single-part file. Throws NoInputError, or BadDataError
+// for anything damaged, deep, tiled, multi-part or larger than max_pixels (checked before memory
+// is taken). Missing channels are the caller's to find.
+ChannelImage read_exr(const std::filesystem::path& path, std::size_t max_pixels = 1u << 28);
+ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
+                       std::size_t max_pixels = 1u << 28);
+
+}  // namespace organbake

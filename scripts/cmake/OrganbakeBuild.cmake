@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+# How every target of the project is built, and organbake_module(): one folder under lib/ = one target.
+include(GNUInstallDirs)
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib/organbake)
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+# Every target and every consumer shares these: Eigen's alignment depends on the instruction set,
+# so code that passes its types across libraries must agree on it. AVX2 is the documented floor.
+add_library(organbake_build_flags INTERFACE)
+target_compile_options(organbake_build_flags INTERFACE -march=x86-64-v3)
+add_library(organbake_warnings INTERFACE)
+# -Wno-restrict: g++ 12 warns of overlaps inside its own std::string (GCC bug 105651).
+target_compile_options(organbake_warnings INTERFACE -Wall -Wextra -Wno-psabi -Wno-restrict
+  $<$<BOOL:${ORGANBAKE_WERROR}>:-Werror>)
+if(ORGANBAKE_SANITIZE)
+  target_compile_options(organbake_build_flags INTERFACE
+    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  target_link_options(organbake_build_flags INTERFACE -fsanitize=address,undefined)
+endif()
+install(TARGETS organbake_build_flags EXPORT organplay)
+
+# organbake_module(<name> [RUNTIME] SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
+# Declares organbake::<name>. RUNTIME modules are what organplay needs: they are installed and exported.
+function(organbake_module name)
+  cmake_parse_arguments(arg "RUNTIME" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  set(target organbake_${name})
+  add_library(${target} STATIC ${arg_SOURCES} ${arg_HEADERS})
+  add_library(organbake::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../lib> $<INSTALL_INTERFACE:include/organbake>)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_link_libraries(${target}
+    PUBLIC organbake_build_flags ${arg_PUBLIC}
+    PRIVATE $<BUILD_INTERFACE:organbake_warnings> ${arg_PRIVATE})
+  if(arg_RUNTIME)
+    install(TARGETS ${target} EXPORT organplay ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake)
+    install(FILES ${arg_HEADERS} DESTINATION include/organbake/${name})
+  endif()
+endfunction()

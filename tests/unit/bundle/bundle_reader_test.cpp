@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "small_bundle.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+namespace fs = std::filesystem;
+
+class BundleFolder : public testing::Test {
+ protected:
+  void SetUp() override { write_bundle(path(), small_bundle()); }
+  fs::path path() const { return folder_.path() / "b"; }
+
+  // The message of the error that reading everything ends with.
+  std::string refusal() const {
+    try {
+      BundleReader(path()).verify();
+    } catch (const BadDataError& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  void edit_manifest(const std::string& from, const std::string& to) const {
+    std::string text = read_text_file(path() / "manifest.json");
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    write_file_atomically(path() / "manifest.json", text.replace(text.find(from), from.size(), to));
+  }
+  // Writes a bundle that is wrong inside, with checksums that agree.
+  template <typename Change>
+  std::string refusal_after(Change change) {
+    Bundle bundle = small_bundle();
+    change(bundle);
+    fs::remove_all(path());
+    write_bundle(path(), bundle);
+    return refusal();
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(BundleFolder, IsReadBackExactly) {
+  const Bundle expected = small_bundle(), bundle = BundleReader(path()).read_all();
+  EXPECT_EQ(bundle.proxy.vertices, expected.proxy.vertices);
+  ASSERT_EQ(bundle.maps.size(), 2u);
+  EXPECT_EQ(bundle.maps[1].depth_mm, expected.maps[1].depth_mm);
+  EXPECT_EQ(bundle.maps[1].color, expected.maps[1].color);
+  EXPECT_EQ(bundle.maps[1].height_mm, expected.maps[1].height_mm);
+  EXPECT_EQ(bundle.maps[1].face, expected.maps[1].face);
+  EXPECT_EQ(bundle.base.height_mm, expected.base.height_mm);
+  EXPECT_EQ(bundle.manifest.name, "small");
+  EXPECT_EQ(refusal(), "accepted");
+}
+
+TEST_F(BundleFolder, AFlippedByteInAnyFileIsNamed) {
+  for (const auto& file : list_files(path())) {
+    if (file == "manifest.json") continue;
+    auto bytes = read_file(path() / file);
+    bytes[bytes.size() / 2] ^= std::byte{1};
+    write_file_atomically(path() / file, bytes);
+    EXPECT_NE(refusal().find(file.string()), std::string::npos) << file;
+    bytes[bytes.size() / 2] ^= std::byte{1};
+    write_file_atomically(path() / file, bytes);
+  }
+  EXPECT_EQ(refusal(), "accepted");
+}
+
+TEST_F(BundleFolder, AFlippedByteInTheManifestIsNeverTrusted) {
+  const auto good = read_file(path() / "manifest.json");
+  for (std::size_t i = 0; i < good.size(); i += 7) {
+    auto bad = good;
+    bad[i] ^= std::byte{1};
+    write_file_atomically(path() / "manifest.json", bad);
+    try {
+      BundleReader(path()).verify();  // a changed letter of the name passes, nothing else may
+    } catch (const BadDataError&) {
+    }
+  }
+}
+
+TEST_F(BundleFolder, PathsStayInside) {
+  for (const char* evil : {"../proxy.ply", "/etc/passwd", "cam_000/../../x", "", "./base.exr"}) {
+    SetUp();
+    edit_manifest("\"base.exr\"", std::string("\"") + evil + "\"");
+    EXPECT_NE(refusal().find("inside the bundle"), std::string::npos) << evil;
+  }
+}
+
+TEST_F(BundleFolder, ALinkOutOfTheBundleIsRefused) {
+  const fs::path outside = folder_.path() / "outside.ply";
+  fs::rename(path() / "proxy.ply", outside);
+  fs::create_symlink(outside, path() / "proxy.ply");
+  EXPECT_NE(refusal().find("proxy.ply"), std::string::npos);
+}
+
+TEST_F(BundleFolder, MissingAndUnlistedFilesAreNamed) {
+  fs::remove(path() / "cam_001" / "color.exr");
+  EXPECT_NE(refusal().find("color.exr"), std::string::npos);
+  SetUp();
+  std::ofstream(path() / "stray.txt") << "x";
+  EXPECT_NE(refusal().find("stray.txt"), std::string::npos);
+}
+
+TEST_F(BundleFolder, WrongContentWithRightChecksumsIsRefused) {
+  const auto says = [](const std::string& message, const char* part) {
+    return message.find(part) != std::string::npos;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(says(refusal_after([&](Bundle& b) { b.proxy.vertices[2].x() = nan; }), "not finite"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) { b.proxy.faces[0][0] = 77; }), "vertex 77"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) { b.maps[0].face[5] = 4; }), "face"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) { b.maps[0].depth_mm[5] = -1; }), "depth"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) { b.maps[0].height_mm[5] = NAN; }), "height"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) { b.maps[0].confidence[5] = 1.5f; }), "confidence"));
+  EXPECT_TRUE(
+      says(refusal_after([](Bundle& b) { b.maps[0].width = 6, b.maps[0].height = 8; }), "8 × 6"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) {
+                     b.base.steps = 1;
+                     b.base.face_count = 8;
+                   }),
+                   "rows"));
+  EXPECT_TRUE(
+      says(refusal_after([](Bundle& b) { b.cameras.manifold.directions.clear(); }), "manifold"));
+  EXPECT_TRUE(says(refusal_after([](Bundle& b) { b.mechanics.springs[0].a = 9; }), "springs/0/a"));
+}
+
+TEST_F(BundleFolder, AHugeClaimIsRefusedBeforeMemoryIsTaken) {
+  Bundle bundle = small_bundle();
+  bundle.cameras.cameras[0].intrinsics.width = 65536;
+  bundle.cameras.cameras[0].intrinsics.height = 65536;  // 2³² pixels claimed, 48 there
+  fs::remove_all(path());
+  write_bundle(path(), bundle);
+  EXPECT_NE(refusal().find("65536"), std::string::npos);
+}
+
+TEST(BundleReaderTest, NamesAFolderThatIsNoBundle) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(BundleReader{folder.path()}, NoInputError);
+  EXPECT_THROW(BundleReader{folder.path() / "missing"}, NoInputError);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/cameras_json.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "small_bundle.h"
+
+namespace organbake {
+namespace {
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(CamerasJson, RoundTripIsExact) {
+  CameraSet set = small_bundle().cameras;
+  set.cameras[1].intrinsics.k1 = -0.125;
+  set.cameras[1].intrinsics.p2 = 1.0 / 3;
+  set.images = {"a.png", "b.png"};
+  const CameraSet back = cameras_from_json(cameras_to_json(set), "t");
+  ASSERT_EQ(back.cameras.size(), 2u);
+  for (int c = 0; c < 2; ++c) {
+    EXPECT_EQ(back.cameras[c].camera_from_world.rotation,
+              set.cameras[c].camera_from_world.rotation);
+    EXPECT_EQ(back.cameras[c].camera_from_world.translation,
+              set.cameras[c].camera_from_world.translation);
+    EXPECT_EQ(back.cameras[c].intrinsics.fx, set.cameras[c].intrinsics.fx);
+    EXPECT_EQ(back.cameras[c].intrinsics.p2, set.cameras[c].intrinsics.p2);
+  }
+  EXPECT_EQ(back.images, set.images);
+  EXPECT_EQ(back.manifold.directions, set.manifold.directions);
+}
+
+TEST(CamerasJson, RefusesAndNamesTheKey) {
+  const std::string good = cameras_to_json(small_bundle().cameras);
+  const auto message = [](const std::string& text) -> std::string {
+    try {
+      cameras_from_json(text, "c.json");
+    } catch (const BadDataError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(message(good), "accepted");
+  EXPECT_NE(message(replaced(good, "\"fx\": 10.0", "\"fx\": -1")).find("/cameras/0/fx"),
+            std::string::npos);
+  EXPECT_NE(message(replaced(good, "\"width\": 8", "\"width\": 2147483648")).find("/width"),
+            std::string::npos);
+  EXPECT_NE(
+      message(replaced(good, "\"width\": 8", "\"width\": 18446744073709551615")).find("/width"),
+      std::string::npos);
+  EXPECT_NE(message(replaced(good, "\"rotation\"", "\"rotten\"")).find("rotation"),
+            std::string::npos);
+  EXPECT_NE(message(replaced(good, "cameras/1", "cameras/9")).find("/schema"), std::string::npos);
+  EXPECT_NE(message("{\"schema\": 3").find("line 1"), std::string::npos);
+  EXPECT_NE(message("[]").find("must be an object"), std::string::npos);
+}
+
+TEST(CamerasJson, AMirroredRotationIsNoRotation) {
+  CameraSet set = small_bundle().cameras;
+  set.cameras[0].camera_from_world.rotation.row(0) *= -1;
+  EXPECT_THROW(cameras_from_json(cameras_to_json(set), "t"), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake

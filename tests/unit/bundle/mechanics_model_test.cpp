@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/mechanics_model.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "small_bundle.h"
+
+namespace organbake {
+namespace {
+
+TEST(MechanicsModel, RoundTripIsExact) {
+  const MechanicsModel model = small_bundle().mechanics;
+  const std::string text = mechanics_to_json(model);
+  EXPECT_EQ(mechanics_to_json(mechanics_from_json(text, "m", 4)), text);
+}
+
+TEST(MechanicsModel, RefusesWhatTheDeformerCouldNotBear) {
+  const auto refused = [](auto change) {
+    MechanicsModel model = small_bundle().mechanics;
+    change(model);
+    EXPECT_THROW(mechanics_from_json(mechanics_to_json(model), "m", 4), BadDataError);
+  };
+  refused([](auto& m) { m.mass_kg[2] = 0; });
+  refused([](auto& m) { m.mass_kg.pop_back(); });
+  refused([](auto& m) { m.springs[0].b = 4; });
+  refused([](auto& m) { m.springs[0].b = m.springs[0].a; });
+  refused([](auto& m) { m.springs[0].rest_length_mm = 0; });
+  refused([](auto& m) { m.springs[0].stiffness_n_per_mm = -1; });
+  refused([](auto& m) { m.springs[0].damping_n_s_per_mm = -1; });
+  refused([](auto& m) { m.anchors = {1, 1}; });
+  refused([](auto& m) { m.anchors = {9}; });
+  refused([](auto& m) { m.volume_stiffness = 2; });
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/files.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  fs::path at(const char* name) const { return folder_.path() / name; }
+};
+
+TEST_F(Files, WrittenTextIsReadBack) {
+  write_file_atomically(at("a.txt"), "one\ntwo");
+  EXPECT_EQ(read_text_file(at("a.txt")), "one\ntwo");
+  write_file_atomically(at("a.txt"), "");
+  EXPECT_EQ(read_text_file(at("a.txt")), "");
+}
+
+TEST_F(Files, ReadingNamesWhatIsWrong) {
+  EXPECT_THROW(read_file(at("missing")), NoInputError);
+  EXPECT_THROW(read_file(folder_.path()), NoInputError);
+  write_file_atomically(at("big"), "12345");
+  EXPECT_THROW(read_file(at("big"), 4), BadDataError);
+  EXPECT_EQ(read_file(at("big"), 5).size(), 5u);
+}
+
+TEST_F(Files, AFailedWriteLeavesNothing) {
+  const fs::path inside_missing = folder_.path() / "no" / "such" / "a.txt";
+  EXPECT_THROW(write_file_atomically(inside_missing, "x"), IoError);
+  fs::create_directory(at("taken"));
+  EXPECT_THROW(write_file_atomically(at("taken"), "x"), IoError);  // a folder is in the way
+  EXPECT_EQ(list_files(folder_.path()).size(), 0u);
+}
+
+TEST_F(Files, AFolderAppearsOnlyWhenCommitted) {
+  {
+    AtomicFolder dropped(at("out"));
+    write_file_atomically(dropped.path() / "f", "half");
+    EXPECT_FALSE(fs::exists(at("out")));
+  }
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+  AtomicFolder kept(at("out"));
+  write_file_atomically(kept.path() / "f", "whole");
+  EXPECT_TRUE(kept.commit());
+  EXPECT_EQ(read_text_file(at("out") / "f"), "whole");
+}
+
+TEST_F(Files, CommitReplacesOrKeepsWhatWasThere) {
+  const auto commit = [&](const char* text, AtomicFolder::IfExists rule) {
+    AtomicFolder out(at("out"));
+    write_file_atomically(out.path() / "f", text);
+    return out.commit(rule);
+  };
+  EXPECT_TRUE(commit("1", AtomicFolder::IfExists::replace));
+  EXPECT_TRUE(commit("2", AtomicFolder::IfExists::replace));
+  EXPECT_FALSE(commit("3", AtomicFolder::IfExists::keep_existing));
+  EXPECT_EQ(read_text_file(at("out") / "f"), "2");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
+}
+
+TEST_F(Files, WhatAKilledProcessLeftIsSwept) {
+  const fs::path stale = at(".out.tmp-999999999-0");  // no such process: ids end at 2²²
+  fs::create_directories(stale / "cam_000");
+  AtomicFolder out(at("out"));
+  EXPECT_FALSE(fs::exists(stale));
+}
+
+TEST_F(Files, ListsInByteOrder) {
+  fs::create_directory(at("b"));
+  for (const char* name : {"b/x", "a", "B"}) std::ofstream(at(name)) << "x";
+  const std::vector<fs::path> expected = {"B", "a", "b/x"};
+  EXPECT_EQ(list_files(folder_.path()), expected);
+}
+
+}  // namespace
+}  // namespace organbake

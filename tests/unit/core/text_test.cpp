@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/text.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+
+namespace organbake {
+namespace {
+
+TEST(ToText, ReadsBackAsTheSameDouble) {
+  for (const double value : {0.1, 1.0 / 3, 6.02e23, -5e-324, 1.7976931348623157e308, 0.0}) {
+    EXPECT_EQ(std::strtod(to_text(value).c_str(), nullptr), value);
+  }
+  EXPECT_EQ(to_text(0.1), "0.1");
+}
+
+TEST(ToText, RoundsToTheDigitsAskedFor) {
+  EXPECT_EQ(to_text(12.346, 2), "12.35");
+  EXPECT_EQ(to_text(-1e300, 0).size(), 302u);  // the longest there is
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/shell_map.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "support/meshes.h"
+
+namespace organbake {
+namespace {
+
+// Binding solves a cubic in doubles; a micrometre's thousandth is far above its rounding.
+constexpr double kExactMm = 1e-6;
+
+struct Shell {
+  TriangleMesh proxy;
+  std::vector<Eigen::Vector3d> normals;
+  explicit Shell(TriangleMesh mesh) : proxy(std::move(mesh)), normals(vertex_normals(proxy)) {}
+  Eigen::Vector3d point(const ShellBinding& b) const {
+    return shell_point(shell_matrix(proxy, normals, b.face), b.b1, b.b2, b.height_mm);
+  }
+};
+
+TEST(ShellMap, OfAPointOnTheProxyHasNoHeight) {
+  const Shell shell(lumpy_mesh(50, 1));
+  const ShellBinder binder(shell.proxy, 10);
+  for (std::uint32_t f = 0; f < shell.proxy.faces.size(); ++f) {
+    const Eigen::Vector3d p = shell_point(shell_matrix(shell.proxy, shell.normals, f), 0.2, 0.3, 0);
+    const ShellBinding b = binder.bind(p);
+    EXPECT_EQ(b.face, f);
+    EXPECT_NEAR(b.height_mm, 0, kExactMm);
+    EXPECT_NEAR(b.b1, 0.2, 1e-9);
+    EXPECT_NEAR(b.b2, 0.3, 1e-9);
+  }
+}
+
+TEST(ShellMap, MacroPlusMicroIsTheSurface) {
+  const Shell shell(lumpy_mesh(50, 1));  // 80 faces
+  const TriangleMesh surface = lumpy_mesh(51, 4);
+  const ShellBinder binder(shell.proxy, 15);
+  for (const auto& p : surface.vertices) {
+    const ShellBinding b = binder.bind(p);
+    EXPECT_TRUE(binder.inside(b));
+    EXPECT_LT((shell.point(b) - p).norm(), kExactMm);
+  }
+}
+
+TEST(ShellMap, HeightGrowsOutward) {
+  const Shell shell(sphere_mesh(50, 1));
+  const ShellBinder binder(shell.proxy, 10);
+  EXPECT_GT(binder.bind({0, 0, 54}).height_mm, 0);
+  EXPECT_LT(binder.bind({0, 0, 44}).height_mm, 0);
+}
+
+TEST(ShellMap, NoPointStaysUnbound) {
+  const Shell shell(lumpy_mesh(50, 1));
+  const ShellBinder binder(shell.proxy, 2);
+  RandomStream random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d p(random.uniform(-200, 200), random.uniform(-200, 200),
+                            random.uniform(-200, 200));
+    const ShellBinding b = binder.bind(p);
+    ASSERT_LT(b.face, shell.proxy.faces.size());
+    EXPECT_TRUE(std::isfinite(b.b1) && std::isfinite(b.b2) && std::isfinite(b.height_mm));
+  }
+}
+
+TEST(ShellMap, TheNearestOfTwoPrismsWins) {
+  // Two sheets 10 mm apart: a point 1 mm inside the lower one lies in the prisms of both.
+  const Shell shell(box_mesh({100, 100, 10}));
+  const ShellBinder binder(shell.proxy, 20);
+  const ShellBinding b = binder.bind({50, 40, 1});
+  EXPECT_NEAR(face_normal(shell.proxy, b.face).z(), -1, 1e-9);
+  // A box's corner normals lean by acos(1/√3), so h counts √3 per millimetre of depth.
+  EXPECT_NEAR(b.height_mm, -std::sqrt(3.0), kExactMm);
+}
+
+TEST(ShellMap, FollowsARigidMotionExactly) {
+  const Shell shell(lumpy_mesh(50, 1));
+  TriangleMesh moved = shell.proxy;
+  const Eigen::Matrix3d rotation =
+      Eigen::AngleAxisd(0.8, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (auto& v : moved.vertices) v = rotation * v + Eigen::Vector3d(5, -7, 9);
+  const Shell after(moved);
+  const ShellBinder binder(shell.proxy, 15);
+  for (const auto& p : lumpy_mesh(52, 2).vertices) {
+    const Eigen::Vector3d expected = rotation * p + Eigen::Vector3d(5, -7, 9);
+    EXPECT_LT((after.point(binder.bind(p)) - expected).norm(), kExactMm);
+  }
+}
+
+TEST(BarycentricAtHeight, FindsWhatTheMatrixMade) {
+  const Shell shell(lumpy_mesh(50, 1));
+  RandomStream random(9);
+  for (std::uint32_t f = 0; f < shell.proxy.faces.size(); ++f) {
+    const ShellMatrix m = shell_matrix(shell.proxy, shell.normals, f);
+    const double b1 = random.uniform(), b2 = random.uniform(0, 1 - b1), h = random.uniform(-5, 5);
+    const Eigen::Vector2d b = barycentric_at_height(m, h, shell_point(m, b1, b2, h));
+    EXPECT_NEAR(b.x(), b1, 1e-10);
+    EXPECT_NEAR(b.y(), b2, 1e-10);
+  }
+}
+
+TEST(ShellBinder, RefusesWhatCannotCarryAnything) {
+  EXPECT_THROW(ShellBinder(TriangleMesh{}, 1), BadDataError);
+  TriangleMesh flat = tetrahedron_mesh();
+  for (auto& v : flat.vertices) v.setZero();
+  EXPECT_THROW(ShellBinder(flat, 1), BadDataError);
+  EXPECT_THROW(ShellBinder(tetrahedron_mesh(), 0), BadDataError);
+  EXPECT_THROW(ShellBinder(tetrahedron_mesh(), std::numeric_limits<double>::quiet_NaN()),
+               BadDataError);
+}
+
+TEST(ShellBinder, UsesWhatIsLeftOfADamagedProxy) {
+  TriangleMesh proxy = lumpy_mesh(50, 1);
+  proxy.faces.push_back({0, 0, 1});  // naive clustering leaves such faces
+  const ShellBinder binder(proxy, 10);
+  EXPECT_LT(binder.bind({0, 0, 50}).face, proxy.faces.size() - 1);
+}
+
+}  // namespace
+}  // namespace organbake

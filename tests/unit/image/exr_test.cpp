@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/exr.h"
+
+#include <gtest/gtest.h>
+
+#include <ImfInputFile.h>
+#include <ImfStandardAttributes.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/random.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+ChannelImage sample(int width, int height) {
+  ChannelImage image{width, height, {}};
+  std::vector<float> depth, color;
+  std::vector<std::uint32_t> face;
+  RandomStream random(4);
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    depth.push_back(i % 3 == 0 ? kInfinity : static_cast<float>(random.uniform(100, 300)));
+    color.push_back(static_cast<float>(random.below(2048)) / 2048);  // exact in a half
+    face.push_back(i % 5 == 0 ? 0xFFFFFFFFu : static_cast<std::uint32_t>(random.below(80)));
+  }
+  image.channels = {{"Y", depth, false}, {"R", color, true}, {"face", face, false}};
+  return image;
+}
+
+class Exr : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  fs::path at(const char* name) const { return folder_.path() / name; }
+};
+
+TEST_F(Exr, LosslessCompressionsGiveEveryBitBack) {
+  const ChannelImage image = sample(37, 21);
+  for (const auto c : {ExrCompression::none, ExrCompression::zip, ExrCompression::piz}) {
+    write_exr(at("a.exr"), image, {c, 4, {}});
+    const ChannelImage back = read_exr(at("a.exr"));
+    EXPECT_EQ(back.floats("Y", "a"), image.floats("Y", "a"));
+    EXPECT_EQ(back.floats("R", "a"), image.floats("R", "a"));
+    EXPECT_EQ(back.uints("face", "a"), image.uints("face", "a"));
+    EXPECT_TRUE(back.find("R")->half);
+  }
+}
+
+TEST_F(Exr, Pxr24KeepsDepthWithinItsPromise) {
+  const ChannelImage image = sample(37, 21);
+  write_exr(at("a.exr"), image, {ExrCompression::pxr24, 4, {}});
+  const ChannelImage back = read_exr(at("a.exr"));
+  constexpr float kPxr24At256Mm = 256.0f / 65536;  // 16 bits of mantissa are kept
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    const float a = image.floats("Y", "a")[i], b = back.floats("Y", "a")[i];
+    if (std::isinf(a)) {
+      EXPECT_EQ(a, b);
+    } else {
+      EXPECT_NEAR(a, b, kPxr24At256Mm);
+    }
+  }
+}
+
+TEST_F(Exr, CarriesItsCamera) {
+  PosedCamera camera{"c", {64, 48, 80, 82, 31, 25}, {}};
+  camera.camera_from_world = look_at({100, -200, 50}, {3, 4, 5}, Eigen::Vector3d::UnitZ());
+  write_exr(at("a.exr"), sample(64, 48), {ExrCompression::zip, 4, camera});
+  const Imf::InputFile file(at("a.exr").c_str());
+  const Eigen::Vector3d point(10, 20, 30);
+  const Imath::V4f world(10, 20, 30, 1);
+  const Imath::V4f in_camera = world * Imf::worldToCamera(file.header());
+  const Imath::V4f ndc = world * Imf::worldToNDC(file.header());
+  constexpr double kFloatMm = 1e-3;  // float32 at some hundred millimetres, with room
+  const Eigen::Vector3d expected = camera.camera_from_world * point;
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(in_camera[k], expected[k], kFloatMm);
+  const Eigen::Vector2d pixel = project(camera, point);
+  EXPECT_NEAR(ndc.x / ndc.w * 64, pixel.x(), 1e-3);
+  EXPECT_NEAR(ndc.y / ndc.w * 48, pixel.y(), 1e-3);
+}
+
+TEST_F(Exr, SameImageSameBytes) {
+  write_exr(at("a.exr"), sample(40, 30));
+  write_exr(at("b.exr"), sample(40, 30));
+  EXPECT_EQ(read_file(at("a.exr")), read_file(at("b.exr")));
+}
+
+TEST_F(Exr, AsksForTheRightChannel) {
+  const ChannelImage image = sample(4, 4);
+  EXPECT_THROW(image.floats("Z", "a.exr"), BadDataError);
+  EXPECT_THROW(image.floats("face", "a.exr"), BadDataError);
+  EXPECT_THROW(image.uints("Y", "a.exr"), BadDataError);
+}
+
+TEST_F(Exr, RefusesWhatIsNoneOrTooLarge) {
+  EXPECT_THROW(read_exr(at("missing.exr")), NoInputError);
+  write_file_atomically(at("text.exr"), "not a picture");
+  EXPECT_THROW(read_exr(at("text.exr")), BadDataError);
+  write_exr(at("a.exr"), sample(64, 64));
+  EXPECT_THROW(read_exr(at("a.exr"), 64 * 63), BadDataError);
+}
+
+TEST_F(Exr, DamageIsAnErrorNeverACrash) {
+  write_exr(at("a.exr"), sample(24, 18));
+  const auto good = read_file(at("a.exr"));
+  RandomStream random(8);
+  for (int i = 0; i < 2000; ++i) {
+    auto bad = good;
+    for (std::uint64_t k = random.below(4); k-- > 0;) {
+      bad[random.below(bad.size())] = static_cast<std::byte>(random.below(256));
+    }
+    if (i % 4 == 0) bad.resize(random.below(bad.size()));
+    try {
+      parse_exr(bad, "bad.exr", 1 << 16);
+    } catch (const BadDataError&) {
+    }
+  }
+}
+
+TEST_F(Exr, TheSharedDamagedFilesAreRefusedOrRead) {
+  const fs::path folder = fs::path(ORGANBAKE_SHARED_DATA) / "robustness" / "exr";
+  if (!fs::exists(folder)) GTEST_SKIP() << "no real data at " << folder;
+  int read = 0, refused = 0;
+  for (const auto& path : list_files(folder)) {
+    try {
+      read_exr(folder / path, 1 << 24);
+      ++read;
+    } catch (const BadDataError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GE(read, 1);
+  EXPECT_GE(refused, 1);
+}
+
+}  // namespace
+}  // namespace organbake
