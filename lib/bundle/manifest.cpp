@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <span>
+#include <string_view>
 
 #include "bundle/bundle.h"
 #include "bundle/json_fields.h"
@@ -35,6 +37,32 @@ BundleFile file_from(const JsonField& field) {
   return file;
 }
 
+// The manifest guards every other file; its last key guards the manifest: the SHA-256 of the whole
+// document with zeros in the place of that very value.
+constexpr std::string_view kSealKey = "manifest_sha256";
+
+// Where the seal's digits begin; npos when the text has none.
+std::size_t seal_position(const std::string& text) {
+  const std::string start = "\"" + std::string(kSealKey) + "\": \"";
+  const std::size_t at = text.rfind(start);
+  const bool whole = at != std::string::npos && at + start.size() + kSha256Digits <= text.size();
+  return whole ? at + start.size() : std::string::npos;
+}
+
+std::string seal_of(std::string text, std::size_t position) {
+  text.replace(position, kSha256Digits, kSha256Digits, '0');
+  return sha256_hex(std::as_bytes(std::span(text)));
+}
+
+void check_seal(const std::string& text, const JsonField& document) {
+  const std::size_t position = seal_position(text);
+  if (position != std::string::npos &&
+      text.compare(position, kSha256Digits, seal_of(text, position)) == 0) {
+    return;
+  }
+  document.fail("does not match its own checksum; bake the bundle anew");
+}
+
 }  // namespace
 
 std::string manifest_to_json(const Manifest& manifest) {
@@ -53,7 +81,10 @@ std::string manifest_to_json(const Manifest& manifest) {
   json["inputs_sha256"] = inputs;
   json["seeds"] = seeds;
   json["files"] = files;
-  return json_text(json);
+  json[std::string(kSealKey)] = std::string(kSha256Digits, '0');
+  std::string text = json_text(json);
+  const std::size_t position = seal_position(text);
+  return text.replace(position, kSha256Digits, seal_of(text, position));
 }
 
 Manifest manifest_from_json(const std::string& text, const std::string& name) {
@@ -80,6 +111,7 @@ Manifest manifest_from_json(const std::string& text, const std::string& name) {
       files.at(i).fail("files must be listed once, in byte order of their paths");
     }
   }
+  check_seal(text, document);
   return manifest;
 }
 

@@ -15,15 +15,6 @@ struct Cubic {
   double slope(double h) const { return c1 + h * (2 * c2 + h * 3 * c3); }
 };
 
-// det[E1 + h N1, E2 + h N2, D − h N0] in powers of h.
-Cubic coplanarity(const ShellMatrix& m, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d d = point - m.col(0), e1 = m.col(1), e2 = m.col(2);
-  const Eigen::Vector3d n0 = m.col(3), n1 = m.col(4), n2 = m.col(5);
-  const Eigen::Vector3d e12 = e1.cross(e2), n12 = n1.cross(n2);
-  const Eigen::Vector3d mixed = e1.cross(n2) + n1.cross(e2);
-  return {d.dot(e12), d.dot(mixed) - n0.dot(e12), d.dot(n12) - n0.dot(mixed), -n0.dot(n12)};
-}
-
 // Closed forms lose digits near double roots and tiny leading coefficients; two Newton steps on the
 // polynomial itself bring every simple root back to full precision.
 double polished(const Cubic& f, double h) {
@@ -61,40 +52,61 @@ int cubic_roots(const Cubic& f, std::array<double, 3>& roots) {
   return 1;
 }
 
+// Newton from the plane of the face itself; for a cubic that is monotone within ±limit.
+double monotone_root(const Cubic& f, double limit) {
+  double h = std::clamp(-f.c0 / f.c1, -limit, limit);
+  constexpr int kMostSteps = 20;  // three or four are the rule
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double step = f.value(h) / f.slope(h);
+    h = std::clamp(h - step, -2 * limit, 2 * limit);
+    // Convergence is quadratic: after a step this small the next would not change a bit.
+    if (std::abs(step) < 1e-9 * limit) break;
+  }
+  return h;
+}
+
+int all_roots(const Cubic& f, double limit, std::array<double, 3>& roots) {
+  const double linear = std::abs(f.c1) * limit, square = std::abs(f.c2) * limit * limit,
+               cube = std::abs(f.c3) * limit * limit * limit;
+  // The rule, while |h| is small against the radius of curvature: at most one root within ±limit.
+  if (2 * square + 3 * cube < linear) {
+    roots[0] = monotone_root(f, limit);
+    return 1;
+  }
+  constexpr double kNegligible = 1e-12;  // the cubic term changes no bit that matters
+  const int count = cube < kNegligible * (linear + square)
+                        ? quadratic_roots(f.c2, f.c1, f.c0, roots)
+                        : cubic_roots(f, roots);
+  for (int i = 0; i < count; ++i) roots[i] = polished(f, roots[i]);
+  return count;
+}
+
 }  // namespace
 
-PrismHeights prism_heights(const ShellMatrix& m, const Eigen::Vector3d& point, double max_height) {
-  const Cubic f = coplanarity(m, point);
-  PrismHeights result;
-  // Most points lie near the root that Newton finds from the plane of the face itself: the cubic is
-  // nearly linear while |h| is small against the radius of curvature.
+PrismCubic::PrismCubic(const ShellMatrix& m) : corner_(m.col(0)) {
+  const Eigen::Vector3d e1 = m.col(1), e2 = m.col(2), n0 = m.col(3), n1 = m.col(4), n2 = m.col(5);
+  slope0_ = e1.cross(e2);
+  slope1_ = e1.cross(n2) + n1.cross(e2);
+  slope2_ = n1.cross(n2);
+  constant1_ = -n0.dot(slope0_);
+  constant2_ = -n0.dot(slope1_);
+  constant3_ = -n0.dot(slope2_);
+}
+
+PrismCubic::Roots PrismCubic::heights(const Eigen::Vector3d& point, double max_height) const {
+  const Eigen::Vector3d d = point - corner_;
+  const Cubic f = {d.dot(slope0_), d.dot(slope1_) + constant1_, d.dot(slope2_) + constant2_,
+                   constant3_};
   std::array<double, 3> roots{};
-  const double h = max_height;
-  const double linear = std::abs(f.c1) * h, square = std::abs(f.c2) * h * h,
-               cube = std::abs(f.c3) * h * h * h;
-  int count = 0;
-  if (2 * square + 3 * cube < linear) {  // monotone within ±max_height: at most one root there
-    double root = std::clamp(-f.c0 / f.c1, -h, h);
-    constexpr int kMostSteps = 20;
-    for (int i = 0; i < kMostSteps; ++i) {
-      const double step = f.value(root) / f.slope(root);
-      root = std::clamp(root - step, -2 * h, 2 * h);
-      if (std::abs(step) < 1e-14 * h) break;
-    }
-    roots[count++] = root;
-  } else if (cube < 1e-12 * (linear + square)) {
-    count = quadratic_roots(f.c2, f.c1, f.c0, roots);
-  } else {
-    count = cubic_roots(f, roots);
-  }
+  const int count = all_roots(f, max_height, roots);
+  Roots result;
   for (int i = 0; i < count; ++i) {
-    const double root = polished(f, roots[i]);
-    if (!(std::abs(root) <= max_height)) continue;
+    if (!(std::abs(roots[i]) <= max_height)) continue;
     int at = result.count++;
-    for (; at > 0 && std::abs(result.heights[at - 1]) > std::abs(root); --at) {
+    for (; at > 0 && std::abs(result.heights[at - 1]) > std::abs(roots[i]); --at) {
       result.heights[at] = result.heights[at - 1];
     }
-    result.heights[at] = root;
+    result.heights[at] = roots[i];
   }
   return result;
 }

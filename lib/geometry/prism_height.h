@@ -7,12 +7,24 @@
 
 namespace organbake {
 
-// The heights h at which `point` lies in the plane of the face's triangle offset by h: real roots
-// of det[E1(h), E2(h), P − X0(h)] = 0, a cubic in h, within ±max_height, increasing |h|.
-struct PrismHeights {
-  std::array<double, 3> heights{};
-  int count = 0;
+// The heights h at which a point P lies in the plane of a face's triangle offset by h: the roots of
+//   det[E1(h), E2(h), P − X0(h)] = 0,
+// a cubic in h whose coefficients are affine in P; what belongs to the face is computed once.
+class PrismCubic {
+ public:
+  explicit PrismCubic(const ShellMatrix& m);
+
+  struct Roots {
+    std::array<double, 3> heights{};
+    int count = 0;
+  };
+  // Real roots within ±max_height, smallest |h| first.
+  Roots heights(const Eigen::Vector3d& point, double max_height) const;
+
+ private:
+  Eigen::Vector3d corner_;
+  Eigen::Vector3d slope0_, slope1_, slope2_;  // of the coefficients of 1, h, h² along P − corner
+  double constant1_, constant2_, constant3_;
 };
-PrismHeights prism_heights(const ShellMatrix& m, const Eigen::Vector3d& point, double max_height);
 
 }  // namespace organbake

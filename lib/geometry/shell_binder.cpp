@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/nearest_on_triangle.h"
 #include "geometry/prism_height.h"
 #include "geometry/shell_map.h"
 
@@ -61,24 +62,6 @@ PrismBounds prism_bounds(const ShellMatrix& m, double max_height) {
   return bounds;
 }
 
-// Squared distance from p to a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
-double distance2_to_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                             const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
-               d6 = ac.dot(cp);
-  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
-  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
-  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
-  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
-    return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
-  }
-  return (ap - (vb * ab + vc * ac) / (va + vb + vc)).squaredNorm();
-}
-
 }  // namespace
 
 struct ShellBinder::Impl {
@@ -86,6 +69,7 @@ struct ShellBinder::Impl {
   double max_height_mm;
   double reach_mm;  // bounds heights of the fallback
   std::vector<ShellMatrix> matrices;
+  std::vector<PrismCubic> cubics;
   std::vector<std::uint32_t> usable;  // faces with area
 
   // Uniform grid: faces of cell c are cell_faces[cell_start[c] … cell_start[c + 1]).
@@ -142,7 +126,7 @@ void ShellBinder::Impl::build_grid() {
 std::optional<ShellBinding> ShellBinder::Impl::in_prism(std::uint32_t face,
                                                         const Eigen::Vector3d& point,
                                                         double below_height) const {
-  const PrismHeights roots = prism_heights(matrices[face], point, max_height_mm);
+  const PrismCubic::Roots roots = cubics[face].heights(point, max_height_mm);
   for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < below_height; ++i) {
     const Eigen::Vector2d b = barycentric_at_height(matrices[face], roots.heights[i], point);
     if (in_triangle(b.x(), b.y())) return ShellBinding{face, b.x(), b.y(), roots.heights[i]};
@@ -155,8 +139,9 @@ std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) cons
   std::uint32_t face = usable.front();
   for (const std::uint32_t f : usable) {
     const auto [i, j, k] = proxy.faces[f];
-    const double d2 =
-        distance2_to_triangle(point, proxy.vertices[i], proxy.vertices[j], proxy.vertices[k]);
+    const Eigen::Vector3d &a = proxy.vertices[i], &b = proxy.vertices[j], &c = proxy.vertices[k];
+    const Eigen::Vector3d w = nearest_on_triangle(point, a, b, c);
+    const double d2 = (w[0] * a + w[1] * b + w[2] * c - point).squaredNorm();
     if (d2 < best) best = d2, face = f;
   }
   return face;
@@ -165,7 +150,7 @@ std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) cons
 ShellBinding ShellBinder::Impl::unclamped(const Eigen::Vector3d& point) const {
   const std::uint32_t face = nearest_face(point);
   const ShellMatrix& m = matrices[face];
-  const PrismHeights roots = prism_heights(m, point, reach_mm);
+  const PrismCubic::Roots roots = cubics[face].heights(point, reach_mm);
   // Without a root nothing reproduces the point; the distance along the face's normal comes
   // nearest.
   const Eigen::Vector3d normal =
@@ -184,6 +169,7 @@ ShellBinder::ShellBinder(const TriangleMesh& proxy, double max_height_mm)
   const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
     impl_->matrices.push_back(shell_matrix(proxy, normals, f));
+    impl_->cubics.emplace_back(impl_->matrices.back());
     if (face_area(proxy, f) > 0) impl_->usable.push_back(f);
   }
   if (impl_->usable.empty())

@@ -78,10 +78,7 @@ TEST_F(BundleFolder, AFlippedByteInTheManifestIsNeverTrusted) {
     auto bad = good;
     bad[i] ^= std::byte{1};
     write_file_atomically(path() / "manifest.json", bad);
-    try {
-      BundleReader(path()).verify();  // a changed letter of the name passes, nothing else may
-    } catch (const BadDataError&) {
-    }
+    EXPECT_NE(refusal().find("manifest.json"), std::string::npos) << i;
   }
 }
 

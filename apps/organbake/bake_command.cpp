@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "organbake/commands.h"
+#include "pipelines/output_target.h"
+#include "pipelines/outputs.h"
+
+namespace organbake {
+namespace {
+
+using Json = nlohmann::json;
+
+struct BakeFlags {
+  std::filesystem::path output, cache;
+  std::string from, to;
+  std::vector<std::string> settings;
+  bool force = false, dry_run = false, explain = false;
+};
+
+OptionList flag_list(BakeFlags& flags) {
+  std::vector<std::string> stages;
+  for (const Stage& stage : all_stages()) stages.push_back(stage.name);
+  const std::string names = "one of the recipe's stages";
+  OptionList list;
+  list.add("output", &flags.output, {.help = "-o: the bundle's folder"})
+      .add("set", &flags.settings,
+           {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
+                    "(decimate.faces=100)"})
+      .add("from", &flags.from, {.help = "run this stage and all after it: " + names})
+      .add("to", &flags.to, {.help = "stop after this stage; -o gets what it made: " + names})
+      .add("force", &flags.force, {.help = "run every stage, whatever the cache holds"})
+      .add("dry_run", &flags.dry_run, {.help = "only tell what would run"})
+      .add("explain", &flags.explain,
+           {.help = "tell what each step depends on, why it runs or not"})
+      .add("cache", &flags.cache, {.help = "folder of the cache"});
+  return list;
+}
+
+void tell_left_out(const Plan& plan, Terminal& terminal) {
+  for (const LeftOut& item : plan.left_out) {
+    terminal.log(LogLevel::info, item.what + ": left out, " + item.why);
+  }
+}
+
+void tell_skipped(const StepResult& step, Terminal& terminal) {
+  const Json report = Json::parse(step.entry.report_json);
+  for (const Json& item : report.at("skipped")) {
+    terminal.log(LogLevel::info, step.step->stage->name +
+                                     ": skipped: " + item.at("what").get<std::string>() + ", " +
+                                     item.at("why").get<std::string>());
+  }
+}
+
+void tell(const StepResult& step, Terminal& terminal) {
+  terminal.log(LogLevel::info,
+               step.step->stage->name + ": " +
+                   (step.ran ? "ran in " + to_text(step.seconds, 2) + " s" : "cached"));
+  if (step.ran) tell_skipped(step, terminal);
+}
+
+int show_plan(const Plan& plan, const std::vector<Forecast>& forecasts, bool explain,
+              Session& session) {
+  std::string text;
+  Json steps = Json::array();
+  for (const Forecast& forecast : forecasts) {
+    const std::string state = forecast.cached ? "cached" : "to run";
+    std::vector<std::string> lines = {forecast.step->stage->name + ": " + state};
+    if (explain) lines = explanation(forecast);
+    for (const std::string& line : lines) text += line + "\n";
+    steps.push_back(
+        {{"stage", forecast.step->stage->name}, {"state", state}, {"why", forecast.why}});
+  }
+  for (const LeftOut& item : plan.left_out) text += item.what + ": left out, " + item.why + "\n";
+  text.pop_back();
+  session.print_result(text, {{"stages", steps}, {"left_out", left_out_json(plan)}});
+  return 0;
+}
+
+Json result_json(const BakeFlags& flags, const std::vector<StepResult>& steps, const Plan& plan,
+                 const std::string& state) {
+  Json stages = Json::array();
+  for (const StepResult& step : steps) {
+    stages.push_back({{"stage", step.step->stage->name},
+                      {"state", step.ran ? "ran" : "cached"},
+                      {"key", step.entry.ingredients.key()},
+                      {"seconds", step.seconds}});
+  }
+  return {{"output", flags.output.string()},
+          {"state", state},
+          {"stages", stages},
+          {"left_out", left_out_json(plan)}};
+}
+
+StepListener listener(const BakeFlags& flags, Terminal& terminal) {
+  StepListener listener;
+  listener.after = [&](const StepResult& step) { tell(step, terminal); };
+  if (flags.explain) {
+    listener.before = [&](const Forecast& forecast) {
+      for (const std::string& line : explanation(forecast)) terminal.log(LogLevel::info, line);
+    };
+  }
+  return listener;
+}
+
+// Puts the result where -o says; returns what became of it.
+std::string write_result(const BakeFlags& flags, const Recipe& recipe, const Plan& plan,
+                         std::vector<StepResult>& steps, Runner& runner) {
+  if (flags.to.empty()) {
+    const BundleWritten written = write_bundle({recipe, plan, steps}, runner, flags.output);
+    return written == BundleWritten::unchanged ? "unchanged" : "written";
+  }
+  runner.ensure_sound(steps, steps.size() - 1);
+  write_stage_outputs(steps.back(), flags.output);
+  return "written";
+}
+
+std::size_t count_ran(const std::vector<StepResult>& steps) {
+  return static_cast<std::size_t>(
+      std::count_if(steps.begin(), steps.end(), [](const StepResult& step) { return step.ran; }));
+}
+
+}  // namespace
+
+int run_bake(const Arguments& arguments, Session& session) {
+  BakeFlags flags;
+  const auto words = session.read_command(
+      arguments, "bake RECIPE -o BUNDLE [--set KEY=VALUE]… [OPTIONS]",
+      "Runs a recipe: every stage that its scene needs and the cache doesn't hold already.",
+      flag_list(flags), 1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake bake' needs a recipe");
+  if (flags.output.empty() && !flags.dry_run) {
+    throw UsageError("-o is missing: where shall the bundle go?");
+  }
+  const Recipe recipe = read_recipe(words->front(), flags.settings);
+  const Plan plan = plan_bake(recipe, flags.to);
+  Runner runner = session.runner(flags.cache);
+  const RunOptions options{flags.force, flags.from, flags.explain};
+  if (flags.dry_run) return show_plan(plan, runner.forecast(plan, options), flags.explain, session);
+
+  const bool single_file = !flags.to.empty() && plan.steps.back().stage->single_file;
+  single_file ? check_output_file(flags.output) : check_output_folder(flags.output);
+  Terminal& terminal = session.terminal();
+  tell_left_out(plan, terminal);
+  std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));
+  const std::string state = write_result(flags, recipe, plan, steps, runner);
+  terminal.log(LogLevel::info, flags.output.string() + ": " + state + "; " +
+                                   std::to_string(count_ran(steps)) + " of " +
+                                   std::to_string(steps.size()) + " stages ran");
+  session.print_result(flags.output.string(), result_json(flags, steps, plan, state));
+  return 0;
+}
+
+}  // namespace organbake

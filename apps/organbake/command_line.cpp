@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/command_line.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "pipelines/nearest_name.h"
+
+namespace organbake {
+namespace {
+
+// The few flags that are typed often enough.
+std::string long_flag(const std::string& flag) {
+  if (flag == "-o") return "--output";
+  if (flag == "-h") return "--help";
+  if (flag == "-q") return "--quiet";
+  if (flag == "-v") return "--verbose";
+  return flag;
+}
+
+[[noreturn]] void unknown_flag(const std::string& flag, const OptionList& options) {
+  std::vector<std::string> flags;
+  for (const Option& option : options.all()) flags.push_back(option.flag());
+  throw UsageError("unknown flag " + flag + suggestion(flag, flags) + " (--help lists all)");
+}
+
+void set_option(const Option& option, const OptionValue& value) {
+  if (option.kind != OptionKind::texts) return option.set(value);
+  auto all = std::get<std::vector<std::string>>(option.get());  // repeatable: each adds
+  all.push_back(std::get<std::vector<std::string>>(value).front());
+  option.set(all);
+}
+
+// Reads the flag at `position` and its value; returns the position behind them.
+std::size_t read_flag(const Arguments& arguments, std::size_t position, const OptionList& options) {
+  const std::size_t equals = arguments[position].find('=');
+  const std::string flag = long_flag(arguments[position].substr(0, equals));
+  if (!flag.starts_with("--")) unknown_flag(flag, options);
+  const Option* option = options.find(flag.substr(2));
+  if (!option && flag.starts_with("--no-")) {
+    option = options.find(flag.substr(5));
+    if (!option || option->kind != OptionKind::boolean) unknown_flag(flag, options);
+    option->set(false);
+    return position + 1;
+  }
+  if (!option) unknown_flag(flag, options);
+  if (equals != std::string::npos) {
+    set_option(*option, parse_option(*option, arguments[position].substr(equals + 1), flag));
+  } else if (option->kind == OptionKind::boolean) {
+    option->set(true);
+  } else if (position + 1 == arguments.size()) {
+    throw UsageError(flag + ": its value is missing");
+  } else {
+    set_option(*option, parse_option(*option, arguments[++position], flag));
+  }
+  return position + 1;
+}
+
+std::string value_name(const Option& option) {
+  switch (option.kind) {
+    case OptionKind::boolean:
+      return "";
+    case OptionKind::integer:
+      return " N";
+    case OptionKind::vector:
+    case OptionKind::integers:
+      return " X,Y,Z";
+    case OptionKind::path:
+      return " PATH";
+    case OptionKind::choice:
+      return " NAME";
+    case OptionKind::number:
+      return " X";
+    default:
+      return " TEXT";
+  }
+}
+
+std::string explanation(const Option& option) {
+  std::string text = option.traits.help;
+  std::string facts = option.traits.unit;
+  const auto add = [&](const std::string& fact) {
+    if (!fact.empty()) facts += (facts.empty() ? "" : "; ") + fact;
+  };
+  add(option.range());
+  const std::string default_text = option_text(option.default_value);
+  const bool plain_switch = option.kind == OptionKind::boolean && default_text == "false";
+  if (!default_text.empty() && !plain_switch) add("default " + default_text);
+  if (option.kind == OptionKind::boolean && default_text == "true") {
+    add("--no-" + option.flag().substr(2) + " turns it off");
+  }
+  return facts.empty() ? text : text + " [" + facts + "]";
+}
+
+}  // namespace
+
+std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
+                                        bool only_leading) {
+  std::vector<std::string> words;
+  std::size_t position = 0;
+  while (position < arguments.size()) {
+    const std::string& argument = arguments[position];
+    const bool is_flag = argument.size() > 1 && argument.front() == '-';
+    if (argument == "--" && !only_leading) {
+      words.insert(words.end(), arguments.begin() + position + 1, arguments.end());
+      break;
+    }
+    if (is_flag) {
+      position = read_flag(arguments, position, options);
+    } else if (only_leading) {
+      break;
+    } else {
+      words.push_back(argument);
+      ++position;
+    }
+  }
+  if (only_leading) arguments.erase(arguments.begin(), arguments.begin() + position);
+  return words;
+}
+
+std::string options_help(const OptionList& options) {
+  constexpr std::size_t kColumn = 28;
+  std::string text;
+  for (const Option& option : options.all()) {
+    std::string line = "  " + option.flag() + value_name(option);
+    line += line.size() < kColumn ? std::string(kColumn - line.size(), ' ')
+                                  : "\n" + std::string(kColumn, ' ');
+    text += line + explanation(option) + "\n";
+  }
+  return text;
+}
+
+}  // namespace organbake

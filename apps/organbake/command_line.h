@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "pipelines/options.h"
+
+namespace organbake {
+
+using Arguments = std::vector<std::string>;
+
+// Sets the options that the arguments name ("--faces 80", "--faces=80", "--cap", "--no-cap",
+// "-o FILE") and returns the other words in order. After "--" everything is a word. With
+// `only_leading`, it stops before the first word and drops what it read from `arguments`. Throws
+// UsageError: an unknown flag with the nearest known one, a missing or impossible value.
+std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
+                                        bool only_leading = false);
+
+// One option a line or more: flag, kind of value, help, unit, range, default.
+std::string options_help(const OptionList& options);
+
+}  // namespace organbake

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "organbake/session.h"
+#include "pipelines/stage.h"
+
+namespace organbake {
+
+// Each reads its arguments, does its work and returns the exit code; errors are thrown.
+int run_stage_command(const Stage& stage, const Arguments& arguments, Session& session);
+int run_bake(const Arguments& arguments, Session& session);
+int run_inspect(const Arguments& arguments, Session& session);
+int run_verify(const Arguments& arguments, Session& session);
+int run_schema(const Arguments& arguments, Session& session);
+int run_doctor(const Arguments& arguments, Session& session);
+
+}  // namespace organbake

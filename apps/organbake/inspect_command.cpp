@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "image/exr.h"
+#include "organbake/commands.h"
+#include "pipelines/options_json.h"
+#include "pipelines/recipe.h"
+#include "pipelines/schemas.h"
+#include "pipelines/stage_module.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower_ending(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
+  return ending;
+}
+
+bool one_of(const std::string& text, std::initializer_list<const char*> choices) {
+  return std::find(choices.begin(), choices.end(), text) != choices.end();
+}
+
+// Volumes and meshes need their readers' libraries, so a module looks at them.
+StageReport inspect_in_module(const fs::path& path, const char* kind, Session& session) {
+  const RunContext context = session.context("inspect");
+  const Stage stage{.name = "inspect"};
+  return run_in_module(stage, {"{}", {{kind, path}}, {}, context});
+}
+
+StageReport inspect_bundle(const fs::path& folder) {
+  const BundleReader reader(folder);
+  const Bundle bundle = reader.read_frame();
+  std::uint64_t bytes = 0;
+  for (const BundleFile& file : reader.manifest().files) bytes += file.bytes;
+  StageReport report;
+  report.add("kind", "bundle");
+  report.add("name", reader.manifest().name);
+  report.add("generator", reader.manifest().generator);
+  report.add("files", reader.manifest().files.size());
+  report.add("bytes", bytes);
+  report.add("proxy_vertices", bundle.proxy.vertices.size());
+  report.add("proxy_faces", bundle.proxy.faces.size());
+  report.add("springs", bundle.mechanics.springs.size());
+  report.add("anchors", bundle.mechanics.anchors.size());
+  report.add("cameras", bundle.cameras.cameras.size());
+  const Intrinsics& map = bundle.cameras.cameras.front().intrinsics;
+  report.add("map_size", std::vector<double>{double(map.width), double(map.height)});
+  report.add("vpm_triangles", bundle.cameras.manifold.triangles.size());
+  report.add("base_layer_steps", bundle.base.steps);
+  report.add("has_surface", reader.has("surface.ply"));
+  return report;
+}
+
+StageReport inspect_exr(const fs::path& file) {
+  const ChannelImage image = read_exr(file);
+  std::vector<std::string> channels;
+  for (const Channel& channel : image.channels) channels.push_back(channel.name);
+  StageReport report;
+  report.add("kind", "image");
+  report.add("width", image.width);
+  report.add("height", image.height);
+  report.add("channels", channels);
+  return report;
+}
+
+StageReport inspect_recipe(const fs::path& file) {
+  const Recipe recipe = read_recipe(file, {});
+  StageReport report;
+  report.add("kind", "recipe");
+  report.add("name", recipe.name);
+  for (const auto& [name, path] : recipe.inputs) report.add("input_" + name, path.string());
+  report.add("sections", std::vector<std::string>(recipe.sections.begin(), recipe.sections.end()));
+  return report;
+}
+
+StageReport inspect_document(const fs::path& file) {
+  const Document document = Document::parse_json(read_text_file(file), file.string());
+  StageReport report;
+  report.add("kind", "document");
+  report.add("schema", schema_of(document));
+  for (const auto& [key, value] : document.json().items()) {
+    if (value.is_array()) report.add(key, value.size());
+  }
+  return report;
+}
+
+StageReport inspect(const fs::path& path, Session& session) {
+  if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
+  if (fs::is_directory(path)) {
+    return fs::exists(path / "manifest.json") ? inspect_bundle(path)
+                                              : inspect_in_module(path, "volume", session);
+  }
+  const std::string ending = lower_ending(path);
+  if (ending == ".exr") return inspect_exr(path);
+  if (ending == ".json") return inspect_document(path);
+  if (one_of(ending, {".yaml", ".yml"})) return inspect_recipe(path);
+  const bool mesh = one_of(ending, {".ply", ".obj", ".stl", ".vtk", ".vtp"});
+  return inspect_in_module(path, mesh ? "mesh" : "volume", session);
+}
+
+std::string table(const StageReport& report) {
+  constexpr std::size_t kColumn = 24;
+  std::string text;
+  for (const auto& [name, value] : report.figures) {
+    if (!text.empty()) text += "\n";
+    text +=
+        name + std::string(kColumn - std::min(kColumn - 1, name.size()), ' ') + option_text(value);
+  }
+  return text;
+}
+
+}  // namespace
+
+int run_inspect(const Arguments& arguments, Session& session) {
+  const auto words = session.read_command(
+      arguments, "inspect FILE|FOLDER",
+      "Tells what a volume, DICOM folder, mesh, EXR image, bundle, document or recipe holds.", {},
+      1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake inspect' needs a file or folder");
+  const StageReport report = inspect(words->front(), session);
+  nlohmann::json json = nlohmann::json::object();
+  for (const auto& [name, value] : report.figures) json[name] = to_json(value);
+  session.print_result(table(report), json);
+  return 0;
+}
+
+}  // namespace organbake

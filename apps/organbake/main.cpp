@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <cstdio>
+#include <exception>
+
+#include "core/error.h"
+#include "organbake/commands.h"
+#include "pipelines/nearest_name.h"
+
+namespace organbake {
+namespace {
+
+struct Verb {
+  const char* name;
+  const char* summary;
+  int (*run)(const Arguments&, Session&);
+};
+
+constexpr Verb kVerbs[] = {
+    {"bake", "run a recipe from its inputs to a bundle", run_bake},
+    {"inspect", "tell what a file or folder holds", run_inspect},
+    {"verify", "check a bundle, a document or a recipe", run_verify},
+    {"schema", "print the JSON Schema of a document", run_schema},
+    {"doctor", "check this installation", run_doctor},
+};
+
+std::string line(const std::string& name, const std::string& summary) {
+  constexpr std::size_t kColumn = 13;
+  return "  " + name + std::string(kColumn - name.size(), ' ') + summary + "\n";
+}
+
+std::string overview(const Session& session) {
+  std::string text =
+      "organbake: bakes CT scans into image-based deformable organs\n\n"
+      "usage: organbake COMMAND [ARGUMENTS]   (COMMAND --help tells more)\n\nStages:\n";
+  for (const Stage& stage : all_stages()) text += line(stage.name, stage.summary);
+  text += "\nCommands:\n";
+  for (const Verb& verb : kVerbs) text += line(verb.name, verb.summary);
+  return text + "\nShared options:\n" + session.shared_help();
+}
+
+[[noreturn]] void unknown_command(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Stage& stage : all_stages()) names.push_back(stage.name);
+  for (const Verb& verb : kVerbs) names.emplace_back(verb.name);
+  throw UsageError("unknown command '" + name + "'" + suggestion(name, names) +
+                   " (--help lists all)");
+}
+
+int dispatch(Arguments arguments, Session& session) {
+  session.read_leading_flags(arguments);
+  if (session.version_asked()) {
+    std::puts("organbake " ORGANBAKE_VERSION);
+    return 0;
+  }
+  if (arguments.empty() && !session.help_asked()) {
+    throw UsageError("a command is missing (--help lists all)");
+  }
+  if (session.help_asked()) {
+    std::fputs(overview(session).c_str(), stdout);
+    return 0;
+  }
+  const std::string name = arguments.front();
+  arguments.erase(arguments.begin());
+  for (const Verb& verb : kVerbs) {
+    if (name == verb.name) return verb.run(arguments, session);
+  }
+  const Stage* stage = find_stage(name);
+  if (!stage) unknown_command(name);
+  return run_stage_command(*stage, arguments, session);
+}
+
+int run(int argc, char** argv) {
+  catch_signals();
+  Session session;
+  try {
+    return dispatch(Arguments(argv + 1, argv + argc), session);
+  } catch (const std::exception& error) {
+    const ExitCode code = exit_code_for(error);
+    session.terminal().error(code == ExitCode::try_again ? "out of memory" : error.what());
+    return static_cast<int>(code);
+  }
+}
+
+}  // namespace
+}  // namespace organbake
+
+int main(int argc, char** argv) { return organbake::run(argc, argv); }

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/session.h"
+
+#include <signal.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "pipelines/stage_module.h"
+
+namespace organbake {
+namespace {
+
+std::atomic<bool> cancel_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+
+void on_signal(int) {
+  if (cancel_asked.exchange(true)) ::_exit(static_cast<int>(ExitCode::interrupted));
+}
+
+void print(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  if (std::fflush(stdout) != 0) throw IoError::writing("stdout", "cannot be written");
+}
+
+}  // namespace
+
+struct Session::Threads {
+  explicit Threads(int count) : limit(tbb::global_control::max_allowed_parallelism, count) {}
+  tbb::global_control limit;
+};
+
+Session::Session() : shared_(shared_options()) {}
+Session::~Session() = default;
+
+OptionList Session::shared_options() {
+  OptionList list;
+  list.add(
+          "threads", &threads_,
+          {.help = "at most this many; 0 = all. Results don't depend on it", .min = 0, .max = 4096})
+      .add("json", &json_, {.help = "the result as JSON"})
+      .add("quiet", &quiet_, {.help = "-q: say nothing but warnings and errors"})
+      .add("verbose", &verbose_, {.help = "-v: say more"})
+      .add("version", &version_, {.help = "print the version"})
+      .add("help", &help_, {.help = "-h: print this"});
+  return list;
+}
+
+std::string Session::shared_help() const { return options_help(shared_); }
+
+void Session::read_leading_flags(Arguments& arguments) {
+  read_arguments(arguments, shared_, true);
+  obey_shared_flags();
+}
+
+void Session::obey_shared_flags() {
+  terminal_.set_verbosity(verbose_ ? Verbosity::verbose
+                          : quiet_ ? Verbosity::quiet
+                                   : Verbosity::normal);
+  if (threads_ > 0 && !thread_limit_) thread_limit_ = std::make_unique<Threads>(threads_);
+}
+
+std::optional<std::vector<std::string>> Session::read_command(Arguments arguments,
+                                                              const std::string& usage,
+                                                              const std::string& summary,
+                                                              const OptionList& options,
+                                                              std::size_t most_words) {
+  OptionList all = options;
+  all.append(shared_);
+  const std::vector<std::string> words = read_arguments(arguments, all);
+  if (help_) {
+    const std::string own = options_help(options);
+    print("organbake " + usage + "\n\n" + summary + "\n" + (own.empty() ? "" : "\nOptions:\n") +
+          own + "\nShared options:\n" + shared_help());
+    return std::nullopt;
+  }
+  if (words.size() > most_words) {
+    throw UsageError("'" + words[most_words] + "' is one word too many; usage: organbake " + usage);
+  }
+  obey_shared_flags();
+  return words;
+}
+
+RunContext Session::context(const std::string& stage) {
+  return {[this, stage](LogLevel level, std::string_view message) {
+            terminal_.log(level, stage + ": " + std::string(message));
+          },
+          [this, stage](double fraction) { terminal_.progress(stage, fraction); }, &cancel_asked};
+}
+
+Runner Session::runner(const std::filesystem::path& cache_folder) {
+  return {Cache(cache_folder.empty() ? Cache::default_folder() : cache_folder), run_in_module,
+          [this](const std::string& stage) { return context(stage); }};
+}
+
+void Session::print_result(const std::string& text, const nlohmann::json& json) const {
+  print((json_ ? json.dump(2) : text) + "\n");
+}
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  // A file that may not grow any more is a full disk like any other: an error, not a signal.
+  ::signal(SIGXFSZ, SIG_IGN);
+}
+
+}  // namespace organbake

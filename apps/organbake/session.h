@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/command_line.h"
+#include "organbake/terminal.h"
+#include "pipelines/runner.h"
+
+namespace organbake {
+
+// What every command has: the flags that all share, the log, Ctrl-C, the result on stdout.
+class Session {
+ public:
+  Session();
+  ~Session();
+
+  Terminal& terminal() { return terminal_; }
+  bool json() const { return json_; }
+
+  // The flags before the command's name; the first word left is the command.
+  void read_leading_flags(Arguments& arguments);
+  bool help_asked() const { return help_; }
+  bool version_asked() const { return version_; }
+
+  // Reads a command's own arguments into `options`, the shared flags with them, and makes the
+  // session obey those. Nothing when help was asked for and shown. `usage` is what stands after
+  // "organbake "; `summary` one sentence; at most `most_words` words are taken.
+  std::optional<std::vector<std::string>> read_command(Arguments arguments,
+                                                       const std::string& usage,
+                                                       const std::string& summary,
+                                                       const OptionList& options,
+                                                       std::size_t most_words);
+  std::string shared_help() const;
+
+  // For a stage of this name: its messages carry the name, its progress fills the bar.
+  RunContext context(const std::string& stage);
+  // Steps run in modules, against the cache in `folder` (the user's own when empty).
+  Runner runner(const std::filesystem::path& cache_folder);
+
+  // The one result, on stdout: a path or a text, or under --json the JSON.
+  void print_result(const std::string& text, const nlohmann::json& json) const;
+
+ private:
+  OptionList shared_options();
+  void obey_shared_flags();
+
+  struct Threads;
+
+  Terminal terminal_;
+  OptionList shared_;
+  std::unique_ptr<Threads> thread_limit_;
+  int threads_ = 0;
+  bool quiet_ = false, verbose_ = false, json_ = false, version_ = false, help_ = false;
+};
+
+// SIGINT and SIGTERM ask the running stage to stop; a second one ends the program at once.
+void catch_signals();
+
+}  // namespace organbake

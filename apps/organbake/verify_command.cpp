@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <nlohmann/json.hpp>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "organbake/commands.h"
+#include "pipelines/recipe.h"
+#include "pipelines/schemas.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The bundle's own check comes first: what it refuses has no business in a JSON parser.
+std::string verify_bundle(const fs::path& folder) {
+  const BundleReader bundle(folder);
+  bundle.verify();
+  check_json_file(folder / "manifest.json", "bundle");
+  check_json_file(folder / "cameras.json", "cameras");
+  check_json_file(folder / "mechanics.json", "mechanics");
+  if (bundle.has("report.json")) check_json_file(folder / "report.json", "bake-report");
+  return "bundle, " + std::to_string(bundle.manifest().files.size()) + " files";
+}
+
+std::string verify_document(const fs::path& file) {
+  const Document document = Document::parse_json(read_text_file(file), file.string());
+  const std::string schema = schema_of(document);
+  check_document(document, schema);
+  // Beyond the schema: rotations are rotations, triangles name cameras that exist.
+  if (schema == "cameras") read_cameras(file);
+  return schema;
+}
+
+std::string verify(const fs::path& path) {
+  if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
+  if (fs::is_directory(path)) return verify_bundle(path);
+  if (path.filename() == "manifest.json") return verify_bundle(path.parent_path());
+  const std::string ending = path.extension().string();
+  if (ending == ".yaml" || ending == ".yml") {
+    read_recipe(path, {});
+    return "recipe";
+  }
+  return verify_document(path);
+}
+
+}  // namespace
+
+int run_verify(const Arguments& arguments, Session& session) {
+  const auto words = session.read_command(
+      arguments, "verify BUNDLE|DOCUMENT|RECIPE",
+      "Checks every byte of a bundle against its manifest, and every document against its schema.",
+      {}, 1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake verify' needs a bundle or a document");
+  const std::string what = verify(words->front());
+  session.print_result(words->front() + ": ok (" + what + ")",
+                       {{"path", words->front()}, {"ok", true}, {"what", what}});
+  return 0;
+}
+
+}  // namespace organbake

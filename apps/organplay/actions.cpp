@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "actions.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "image/png.h"
+#include "player/comparison_table.h"
+#include "player/contact_sheet.h"
+#include "player/play.h"
+#include "player/player.h"
+#include "video_pipe.h"
+
+namespace organbake {
+namespace {
+namespace fs = std::filesystem;
+
+OrbitPose pose_from(const std::string& text) {
+  OrbitPose pose;
+  int end = 0;
+  const int fields = std::sscanf(text.c_str(), "%lf,%lf%n,%lf%n", &pose.azimuth_rad,
+                                 &pose.elevation_rad, &end, &pose.distance, &end);
+  if (fields < 2 || end != static_cast<int>(text.size())) {
+    throw UsageError("--view " + text +
+                     " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
+  }
+  return pose;
+}
+
+std::string frame_name(int frame) {
+  std::string number = std::to_string(frame);
+  number.insert(0, std::max<std::size_t>(number.size(), 4) - number.size(), '0');
+  return "frame_" + number + ".png";
+}
+
+// A folder of frames may be replaced by new frames; anything else is the user's.
+void check_replaceable(const fs::path& folder) {
+  if (!fs::exists(folder)) return;
+  if (!fs::is_directory(folder)) throw IoError::writing(folder, "is a file; name another folder");
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("frame_") && name.ends_with(".png")) continue;
+    throw IoError::writing(folder,
+                           "holds '" + name + "', which is no frame of mine; name another folder");
+  }
+}
+
+void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
+
+void play_script(const Command& command, Player& player, const Script& script,
+                 const RunContext& context) {
+  PlayOptions options;
+  options.width = command.width;
+  options.height = command.height;
+  options.instruments = command.instruments;
+  options.draw.measure = !command.report.empty();
+  const int width = script.width > 0 ? script.width : options.width;
+  const int height = script.height > 0 ? script.height : options.height;
+  std::optional<AtomicFolder> folder;
+  if (!command.out_folder.empty()) {
+    check_replaceable(command.out_folder);
+    folder.emplace(command.out_folder);
+  }
+  std::optional<VideoPipe> video;
+  if (!command.video.empty()) video.emplace(command.video, width, height, 1 / script.time_step_s);
+
+  constexpr int kQuick = 1;  // PNG level: frames are looked at once
+  const auto frames = play(
+      player, script, options,
+      [&](int number, const Frame& frame) {
+        if (folder) write_png(folder->path() / frame_name(number), frame.color, kQuick);
+        if (video) video->add(frame.color);
+      },
+      context);
+  if (folder) folder->commit(), print(command.out_folder);
+  if (video) video->finish(), print(command.video);
+  if (!command.report.empty()) {
+    write_file_atomically(command.report, play_report(script, frames));
+    print(command.report);
+  }
+}
+
+void draw_one(const Command& command, Player& player) {
+  Frame frame;
+  DrawOptions options;
+  player.draw(
+      orbit_view(player.bundle().cameras, pose_from(command.view), command.width, command.height),
+      options, frame);
+  write_png(command.frame_file, frame.color);
+  print(command.frame_file);
+}
+
+void compare(const Command& command, Player& player, const RunContext& context) {
+  const BundleReader reader(command.bundle);
+  if (!reader.has("surface.ply")) {
+    throw BadDataError(
+        command.bundle,
+        "carries no surface.ply to compare with; bake it with --set bundle.surface=true");
+  }
+  CompareOptions options;
+  if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
+  const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
+  std::fputs((command.json ? comparison_json(table) : comparison_text(table)).c_str(), stdout);
+}
+
+}  // namespace
+
+void run_command(const Command& command, const RunContext& context) {
+  if (command.bench_frames > 0) return run_bench(command, context);
+  // What can be wrong with the script is said before the bundle is read.
+  std::optional<Script> script;
+  DeformOptions deform;
+  if (!command.script.empty()) {
+    script = read_script(command.script);
+    deform.time_step_s = script->time_step_s;
+  }
+  Player player(command.bundle, deform, command.compare);
+  if (script) play_script(command, player, *script, context);
+  if (!command.frame_file.empty()) draw_one(command, player);
+  if (!command.sheet.empty()) {
+    write_png(command.sheet, contact_sheet(player, 480, 400, context));
+    print(command.sheet);
+  }
+  if (command.compare) compare(command, player, context);
+}
+
+}  // namespace organbake

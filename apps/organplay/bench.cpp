@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cstdio>
+
+#include "actions.h"
+#include "bundle/json_fields.h"
+#include "core/text.h"
+#include "player/play.h"
+#include "player/skin_point.h"
+
+namespace organbake {
+namespace {
+
+// A second in and a second out, again and again, while the eye goes round.
+Script bench_script(const Command& command) {
+  Script script;
+  script.name = "bench";
+  script.frames = command.bench_frames;
+  script.width = command.width;
+  script.height = command.height;
+  constexpr double kRadiansPerFrame = 0.01;
+  script.camera = {{0, {}}, {command.bench_frames, {kRadiansPerFrame * command.bench_frames, 0.1}}};
+  return script;
+}
+
+void add_pokes(Script& script, const Bundle& bundle) {
+  const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
+  const double deep = 0.2 * (skin_point(bundle, front) - skin_point(bundle, -front)).norm();
+  InstrumentPath probe{"probe", 0, InstrumentMode::poke, {}};
+  const double seconds = script.frames * script.time_step_s;
+  for (int i = 0; i <= seconds + 1; ++i) {
+    probe.path.push_back({double(i), std::nullopt, front, i % 2 == 0 ? -1.0 : deep});
+  }
+  script.instruments.push_back(probe);
+}
+
+Json medians(const std::vector<PlayedFrame>& frames) {
+  const auto of = [&](auto value) {
+    std::vector<double> values;
+    for (const PlayedFrame& f : frames) values.push_back(value(f));
+    return median(values);
+  };
+  return {{"deform", of([](const auto& f) { return f.deform_ms; })},
+          {"draw", of([](const auto& f) { return f.draw_ms; })},
+          {"transform", of([](const auto& f) { return f.draw.times.transform; })},
+          {"splat", of([](const auto& f) { return f.draw.times.splat; })},
+          {"base", of([](const auto& f) { return f.draw.times.base; })},
+          {"resolve", of([](const auto& f) { return f.draw.times.resolve; })},
+          {"fill", of([](const auto& f) { return f.draw.times.fill; })},
+          {"frame", of([](const auto& f) { return f.deform_ms + f.draw_ms; })}};
+}
+
+}  // namespace
+
+void run_bench(const Command& command, const RunContext& context) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto since_start = [&] {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+  };
+  Player player(command.bundle);
+  Frame first;
+  player.draw(orbit_view(player.bundle().cameras, {}, command.width, command.height), {}, first);
+  const double first_frame_ms = since_start();
+
+  Script script = bench_script(command);
+  add_pokes(script, player.bundle());
+  PlayOptions options;
+  options.instruments = false;
+  options.draw.measure = true;
+  const Json ms = medians(play(player, script, options, {}, context));
+  const double fps = 1000 / ms["frame"].get<double>();
+  if (command.json) {
+    std::fputs(json_text({{"frames", script.frames},
+                          {"width", command.width},
+                          {"height", command.height},
+                          {"load_to_first_frame_ms", first_frame_ms},
+                          {"median_ms", ms},
+                          {"frames_per_second", fps}})
+                   .c_str(),
+               stdout);
+    return;
+  }
+  std::printf("load to first frame  %s ms\n", to_text(first_frame_ms, 1).c_str());
+  for (const auto& [phase, value] : ms.items()) {
+    std::printf("%-10s %8s ms (median of %d)\n", phase.c_str(),
+                to_text(value.get<double>(), 3).c_str(), script.frames);
+  }
+  std::printf("%s frames per second at %dx%d\n", to_text(fps, 1).c_str(), command.width,
+              command.height);
+}
+
+}  // namespace organbake

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+void read_size(const std::string& text, Command& command) {
+  int end = 0;
+  const int fields = std::sscanf(text.c_str(), "%dx%d%n", &command.width, &command.height, &end);
+  if (fields != 2 || end != static_cast<int>(text.size())) {
+    throw UsageError("--size " + text + " is no size; write WIDTHxHEIGHT, for example 1280x720");
+  }
+}
+
+void check(const Command& c) {
+  const bool anything = !c.script.empty() || !c.frame_file.empty() || !c.sheet.empty() ||
+                        c.compare || c.bench_frames > 0;
+  if (!anything) {
+    throw UsageError(
+        "nothing to do; give --script with --out, --view with -o, --sheet, --compare or --bench");
+  }
+  const bool shows = !c.out_folder.empty() || !c.video.empty() || !c.report.empty();
+  if (!c.script.empty() && !shows)
+    throw UsageError("--script needs --out DIR, --video FILE or --report FILE");
+  if (c.script.empty() && shows) throw UsageError("--out, --video and --report need --script FILE");
+}
+
+}  // namespace
+
+std::optional<Command> read_command(int argc, char** argv) {
+  Command c;
+  std::string size;
+  CLI::App app("organplay: pokes a baked organ and draws it, without a display");
+  app.add_option("BUNDLE", c.bundle, "folder made by 'organbake bake'")->required();
+  app.add_option("--script", c.script,
+                 "interaction to play (JSON, see 'organbake schema interaction')");
+  app.add_option("--out", c.out_folder, "folder for the script's frames, frame_0000.png …");
+  app.add_option("--video", c.video, "video of the script's frames (needs ffmpeg)");
+  app.add_option("--report", c.report,
+                 "JSON report: times by phase, what was skipped, holes, forces");
+  app.add_option("--view", c.view,
+                 "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
+      ->capture_default_str();
+  app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
+  app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
+  app.add_option("--size", size, "of a frame, WIDTHxHEIGHT pixels (default 1280x720)");
+  app.add_flag("!--no-instruments", c.instruments, "leave the tools out of the frames");
+  app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
+  app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")
+      ->delimiter(',');
+  app.add_option("--bench", c.bench_frames, "draw N frames of an orbit with a poke, print times")
+      ->check(CLI::Range(1, 1000000));
+  app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
+  app.add_flag("--json", c.json, "print results as JSON");
+  app.add_flag("--quiet", c.quiet, "no log");
+  app.set_version_flag("--version", "organplay " ORGANBAKE_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    app.exit(asked, std::cout, std::cerr);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(std::string(error.what()) + " (--help lists all)");
+  }
+  if (!size.empty()) read_size(size, c);
+  check(c);
+  return c;
+}
+
+}  // namespace organbake

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace organbake {
+
+// What the user asked for.
+struct Command {
+  std::filesystem::path bundle;
+  std::filesystem::path script, out_folder, video, report, sheet, frame_file;
+  std::string view = "0,0";  // azimuth,elevation[,distance], radians
+  int width = 1280, height = 720;
+  bool instruments = true;
+  bool compare = false;
+  std::vector<double> angles_rad;
+  int bench_frames = 0;
+  int threads = 0;  // 0 = all
+  bool json = false, quiet = false;
+};
+
+// Throws UsageError. When help or the version was asked for, prints it and returns nothing.
+std::optional<Command> read_command(int argc, char** argv);
+
+}  // namespace organbake

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <signal.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <optional>
+
+#include "actions.h"
+#include "command.h"
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+std::atomic<bool> stop_asked{false};
+
+void on_signal(int number) {
+  if (stop_asked.exchange(true)) ::_exit(128 + number);  // the second Ctrl-C does not wait
+}
+
+RunContext context_for(const Command& command) {
+  const auto log = [quiet = command.quiet](LogLevel level, std::string_view message) {
+    if (quiet && level != LogLevel::warning) return;
+    std::fprintf(stderr, "organplay: %s%.*s\n", level == LogLevel::warning ? "warning: " : "",
+                 static_cast<int>(message.size()), message.data());
+  };
+  return {log, {}, &stop_asked};
+}
+
+int run(int argc, char** argv) {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  try {
+    const std::optional<Command> command = read_command(argc, argv);
+    if (!command) return 0;
+    std::optional<tbb::global_control> threads;
+    if (command->threads > 0) {
+      threads.emplace(tbb::global_control::max_allowed_parallelism, command->threads);
+    }
+    run_command(*command, context_for(*command));
+    return 0;
+  } catch (const std::exception& error) {
+    const ExitCode code = exit_code_for(error);
+    std::fprintf(stderr, "organplay: error: %s\n",
+                 code == ExitCode::try_again ? "out of memory" : error.what());
+    return static_cast<int>(code);
+  }
+}
+
+}  // namespace
+}  // namespace organbake
+
+int main(int argc, char** argv) { return organbake::run(argc, argv); }

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "video_pipe.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/text.h"
+
+extern char** environ;
+
+namespace organbake {
+namespace {
+
+// ffmpeg tells the container by the name's ending, so the temporary name keeps it.
+std::filesystem::path temporary_name(const std::filesystem::path& file) {
+  return file.parent_path() /
+         (".tmp-" + std::to_string(::getpid()) + "-" + file.filename().string());
+}
+
+}  // namespace
+
+VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
+                     double frames_per_second)
+    : file_(file), temporary_(temporary_name(file)) {
+  const std::string size = std::to_string(width) + "x" + std::to_string(height),
+                    rate = to_text(frames_per_second);
+  // Even sides are what yuv420p, the one format every viewer plays, can hold.
+  const std::vector<std::string> arguments = {"ffmpeg",
+                                              "-loglevel",
+                                              "error",
+                                              "-y",
+                                              "-f",
+                                              "rawvideo",
+                                              "-pix_fmt",
+                                              "rgb24",
+                                              "-s",
+                                              size,
+                                              "-r",
+                                              rate,
+                                              "-i",
+                                              "-",
+                                              "-vf",
+                                              "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                                              "-pix_fmt",
+                                              "yuv420p",
+                                              "-fflags",
+                                              "+bitexact",
+                                              "-flags:v",
+                                              "+bitexact",
+                                              temporary_.string()};
+  std::vector<char*> argv;
+  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+  argv.push_back(nullptr);
+  ::signal(SIGPIPE, SIG_IGN);  // a dead ffmpeg is an error of write(), not our end
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw IoError::writing(file_, std::strerror(errno));
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+  const int error = ::posix_spawnp(&process_, "ffmpeg", &actions, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[0]);
+  input_ = ends[1];
+  if (error != 0) {
+    process_ = -1;
+    ::close(input_);
+    throw IoError::writing(file_, "needs the program ffmpeg (apt-get install ffmpeg): " +
+                                      std::string(std::strerror(error)));
+  }
+}
+
+VideoPipe::~VideoPipe() {
+  if (process_ <= 0) return;
+  ::kill(process_, SIGTERM);
+  wait();
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+}
+
+int VideoPipe::wait() {
+  if (input_ >= 0) ::close(input_);
+  input_ = -1;
+  int status = 0;
+  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+  }
+  process_ = -1;
+  return status;
+}
+
+void VideoPipe::add(const Rgb8Image& frame) {
+  for (std::size_t done = 0; done < frame.pixels.size();) {
+    const ssize_t written = ::write(input_, frame.pixels.data() + done, frame.pixels.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0)
+      throw IoError::writing(file_,
+                             "ffmpeg stopped taking frames: " + std::string(std::strerror(errno)));
+    done += static_cast<std::size_t>(written);
+  }
+}
+
+void VideoPipe::finish() {
+  const int status = wait();
+  std::error_code error;
+  if (status == 0) std::filesystem::rename(temporary_, file_, error);
+  if (status == 0 && !error) return;
+  std::error_code ignored;
+  std::filesystem::remove(temporary_, ignored);
+  throw IoError::writing(
+      file_, status == 0 ? error.message() : "ffmpeg failed; its own words stand above");
+}
+
+}  // namespace organbake

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+
+#include "image/channel_image.h"
+
+namespace organbake {
+
+// Sends raw frames to an ffmpeg process, which writes the video under a temporary name; finish()
+// renames it into place. Without finish() nothing is left.
+class VideoPipe {
+ public:
+  // Throws IoError when ffmpeg is not installed or cannot start.
+  VideoPipe(const std::filesystem::path& file, int width, int height, double frames_per_second);
+  ~VideoPipe();
+  VideoPipe(const VideoPipe&) = delete;
+  VideoPipe& operator=(const VideoPipe&) = delete;
+
+  void add(const Rgb8Image& frame);
+  void finish();
+
+ private:
+  int wait();
+
+  std::filesystem::path file_, temporary_;
+  int input_ = -1;
+  pid_t process_ = -1;
+};
+
+}  // namespace organbake

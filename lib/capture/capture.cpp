@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/capture.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+
+#include "capture/base_layer_bake.h"
+#include "capture/camera_rays.h"
+#include "capture/texel_tile.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/mesh_checks.h"
+
+namespace organbake {
+namespace {
+
+// How far from the proxy the shell must reach: some surface points' distances tell, with room for
+// points between them and for shell lines that lean. A point beyond is bound to the nearest face.
+double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy) {
+  constexpr std::size_t kProbes = 4000;
+  constexpr double kRoom = 2.5;
+  constexpr double kLeastShareOfSize = 1e-3;
+  const RayScene proxy_scene(proxy);
+  const std::size_t stride = std::max<std::size_t>(1, surface.vertices.size() / kProbes);
+  const std::size_t probes = (surface.vertices.size() + stride - 1) / stride;
+  std::vector<double> distances(probes);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, probes, 64), [&](const auto& range) {
+    for (auto i = range.begin(); i != range.end(); ++i)
+      distances[i] = proxy_scene.closest_point(surface.vertices[i * stride]).distance_mm;
+  });
+  return std::max(kRoom * *std::max_element(distances.begin(), distances.end()),
+                  kLeastShareOfSize * bounds(proxy).diagonal());
+}
+
+struct TileAddress {
+  std::size_t camera;
+  int left, top;
+};
+
+std::vector<TileAddress> all_tiles(const std::vector<PosedCamera>& cameras) {
+  std::vector<TileAddress> tiles;
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    for (int top = 0; top < cameras[c].intrinsics.height; top += kTileSide)
+      for (int left = 0; left < cameras[c].intrinsics.width; left += kTileSide)
+        tiles.push_back({c, left, top});
+  return tiles;
+}
+
+void add_counts(const std::vector<TileCounts>& counts, CaptureSummary& summary) {
+  for (const TileCounts& tile : counts) {
+    summary.bound_in_prism += tile.in_prism;
+    summary.bound_by_fallback += tile.by_fallback;
+    summary.back_face_texels += tile.back_faces;
+    summary.largest_height_mm = std::max(summary.largest_height_mm, tile.largest_height_mm);
+  }
+}
+
+void capture_maps(const CaptureScene& scene, const std::vector<PosedCamera>& cameras,
+                  CaptureSummary& summary, const RunContext& context) {
+  for (const PosedCamera& camera : cameras)
+    summary.maps.push_back(background_maps(camera.intrinsics));
+  const std::vector<TileAddress> tiles = all_tiles(cameras);
+  std::vector<TileCounts> counts(tiles.size());
+  std::atomic<std::size_t> done = 0;
+  tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t t) {
+    const auto [camera, left, top] = tiles[t];
+    context.throw_if_cancelled();
+    counts[t] = capture_tile(scene, cameras[camera], left, top, summary.maps[camera]);
+    context.progress(0.9 * static_cast<double>(++done) / static_cast<double>(tiles.size()));
+  });
+  add_counts(counts, summary);
+  tbb::parallel_for(std::size_t{0}, cameras.size(),
+                    [&](std::size_t c) { fade_at_edges(cameras[c].intrinsics, summary.maps[c]); });
+}
+
+}  // namespace
+
+void CaptureOptions::check() const {
+  if (rays_per_texel_side < 1 || rays_per_texel_side > 16)
+    throw UsageError("rays_per_texel_side = " + std::to_string(rays_per_texel_side) +
+                     ": take 1…16 (n × n rays are averaged for one texel)");
+  if (!(base_step_mm >= 0.01 && base_step_mm <= 1000))
+    throw UsageError("base_step_mm = " + to_text(base_step_mm) + ": take 0.01…1000 mm");
+}
+
+CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
+                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
+                       const CaptureOptions& options, const RunContext& context) {
+  options.check();
+  check_mesh(surface, "surface");
+  check_mesh(proxy, "proxy");
+  if (surface.empty() || proxy.empty())
+    throw BadDataError(surface.empty() ? "surface: no faces to capture"
+                                       : "proxy: no faces to bind to");
+  if (cameras.empty()) throw BadDataError("cameras: none given, so there is nothing to capture");
+  for (const PosedCamera& camera : cameras) check_camera(camera);
+
+  const RayScene rays(surface);
+  const SmoothNormals normals(surface);
+  const double reach_mm = shell_reach_mm(surface, proxy);
+  const ShellBinder shell(proxy, reach_mm);
+  context.throw_if_cancelled();
+
+  CaptureSummary summary;
+  capture_maps({rays, normals, shell, color, options.rays_per_texel_side}, cameras, summary,
+               context);
+  summary.base = bake_base_layer({proxy, rays, normals, color, cameras, summary.maps, reach_mm},
+                                 options.base_step_mm, context);
+  context.progress(1);
+  return summary;
+}
+
+}  // namespace organbake

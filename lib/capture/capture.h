@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "capture/surface_color.h"
+#include "core/run_context.h"
+#include "geometry/camera.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+struct CaptureOptions {
+  int rays_per_texel_side = 2;  // n×n rays are averaged for the colour of one texel, 1…16
+  double base_step_mm = 1.5;    // spacing of the base layer's nodes, 0.01…1000
+
+  // Throws UsageError.
+  void check() const;
+};
+
+struct CaptureSummary {
+  std::vector<CameraMaps> maps;  // one per camera
+  BaseLayer base;
+  std::size_t bound_in_prism = 0;
+  std::size_t bound_by_fallback = 0;  // unclamped, nearest face
+  std::size_t back_face_texels = 0;   // saw the surface from inside: stored as background
+  double largest_height_mm = 0;
+};
+
+// Bakes the maps of each camera and the base layer of the proxy.
+//   depth       planar z of the first hit at the texel's centre
+//   color       mean over n×n rays, without those that meet another surface than the centre's
+//   face, height_mm  the binding of the stored (float) depth's point in the proxy's shell; the
+//               player solves b1, b2 again from depth and height
+//   confidence  smooth in the angle between surface and view (0 from 80°, 1 up to 60°) times
+//               smooth in the distance to a depth edge (1 from three texels on)
+// The same bytes for any number of threads. Throws UsageError, or BadDataError for a broken or
+// empty mesh, no cameras, or bad intrinsics.
+CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
+                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
+                       const CaptureOptions& options, const RunContext& context = {});
+
+}  // namespace organbake

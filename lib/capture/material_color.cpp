@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
+#include "capture/solid_noise.h"
+#include "capture/surface_color.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+class MaterialColor : public SurfaceColor {
+ public:
+  explicit MaterialColor(const Material& material)
+      : material_(material),
+        light_(material.light_direction.normalized()),
+        spots_(kSpotSeed, material.feature_mm),
+        grain_(kSpotSeed + 1, material.feature_mm / 2.6) {}
+
+  void shade(const std::vector<Vector3d>& points, const std::vector<Vector3d>& normals,
+             const std::vector<RayHit>&, std::vector<Eigen::Vector3f>& colors) const override {
+    colors.resize(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double noise = spots_.value(points[i]) + 0.6 * grain_.value(points[i]);
+      const double tone = std::max(0.0, 1 + 2.0 * material_.variation * noise);
+      const double light =
+          material_.ambient + (1 - material_.ambient) * std::max(0.0, normals[i].dot(light_));
+      colors[i] = material_.albedo * static_cast<float>(tone * light);
+    }
+  }
+
+ private:
+  static constexpr std::uint64_t kSpotSeed = 20;  // one look for all bakes
+
+  Material material_;
+  Vector3d light_;
+  SolidNoise spots_, grain_;
+};
+
+}  // namespace
+
+void Material::check() const {
+  const auto share = [](const std::string& name, double value) {
+    if (!(value >= 0 && value <= 1)) throw UsageError(name + " = " + to_text(value) + ": take 0…1");
+  };
+  share("albedo red", albedo[0]);
+  share("albedo green", albedo[1]);
+  share("albedo blue", albedo[2]);
+  share("variation", variation);
+  share("ambient", ambient);
+  if (!(feature_mm >= 0.01f && feature_mm <= 1000))
+    throw UsageError("feature_mm = " + to_text(feature_mm) + ": take 0.01…1000 mm");
+  if (!light_direction.allFinite() || !(light_direction.norm() > 1e-9))
+    throw UsageError("light_direction: take three finite numbers, not all zero");
+}
+
+std::unique_ptr<SurfaceColor> make_material_color(const Material& material) {
+  material.check();
+  return std::make_unique<MaterialColor>(material);
+}
+
+}  // namespace organbake

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/texel_tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "capture/camera_rays.h"
+#include "capture/depth_edges.h"
+#include "capture/smooth_step.h"
+#include "capture/texel_color.h"
+
+namespace organbake {
+namespace {
+
+// Confidence by incidence: nothing at 80° from facing, where one texel covers six; all at 60°.
+constexpr double kGrazingCosine = 0.174, kSureCosine = 0.5;
+// Confidence by the distance to a depth edge: all of it three texels away.
+constexpr double kSureEdgeDistance = 3;
+
+void store_texel(const CaptureScene& scene, const Ray& ray, const RayHit& hit, std::size_t texel,
+                 CameraMaps& maps, TileCounts& counts) {
+  // A player has the depth as a float, so the float is what must be bound.
+  const auto depth = static_cast<float>(hit.t);
+  const ShellBinding bound = scene.shell.bind(ray.origin + double(depth) * ray.direction);
+  ++(scene.shell.inside(bound) ? counts.in_prism : counts.by_fallback);
+  counts.largest_height_mm = std::max(counts.largest_height_mm, std::abs(bound.height_mm));
+
+  const double cosine = -scene.normals.at(hit).dot(ray.direction.normalized());
+  maps.depth_mm[texel] = depth;
+  maps.face[texel] = bound.face;
+  maps.height_mm[texel] = static_cast<float>(bound.height_mm);
+  maps.confidence[texel] = static_cast<float>(smooth_step(kGrazingCosine, kSureCosine, cosine));
+}
+
+}  // namespace
+
+CameraMaps background_maps(const Intrinsics& intrinsics) {
+  CameraMaps maps;
+  maps.width = intrinsics.width;
+  maps.height = intrinsics.height;
+  const std::size_t count = std::size_t(maps.width) * maps.height;
+  maps.depth_mm.assign(count, std::numeric_limits<float>::infinity());
+  maps.color.assign(count, Eigen::Vector3f::Zero());
+  maps.height_mm.assign(count, 0);
+  maps.face.assign(count, kNoFace);
+  maps.confidence.assign(count, 0);
+  return maps;
+}
+
+TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, int left, int top,
+                        CameraMaps& maps) {
+  const CameraRays camera_rays(camera);
+  const int right = std::min(left + kTileSide, maps.width);
+  const int bottom = std::min(top + kTileSide, maps.height);
+  std::vector<Ray> rays;
+  rays.reserve(kTileSide * kTileSide);
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x) rays.push_back(camera_rays.through(x + 0.5, y + 0.5));
+  std::vector<RayHit> hits(rays.size());
+  scene.rays.first_hits(rays, hits);
+
+  TileCounts counts;
+  std::vector<CenterHit> centers;
+  std::size_t next = 0;
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x, ++next) {
+      if (hits[next].face == kNoHit) continue;
+      if (!scene.normals.faces_against(hits[next].face, rays[next].direction)) {
+        ++counts.back_faces;
+        continue;
+      }
+      store_texel(scene, rays[next], hits[next], std::size_t(y) * maps.width + x, maps, counts);
+      centers.push_back({x, y, hits[next]});
+    }
+  color_texels(scene, camera_rays, centers, maps);
+  return counts;
+}
+
+void fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps) {
+  const double focal = std::min(intrinsics.fx, intrinsics.fy);
+  const std::vector<float> distance =
+      depth_edge_distance(maps.depth_mm, maps.width, maps.height, focal, kSureEdgeDistance);
+  for (std::size_t i = 0; i < distance.size(); ++i)
+    maps.confidence[i] *= static_cast<float>(smooth_step(0, kSureEdgeDistance, distance[i]));
+}
+
+}  // namespace organbake

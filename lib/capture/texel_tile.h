@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "capture/capture.h"
+#include "capture/smooth_normals.h"
+#include "geometry/shell_map.h"
+#include "raycast/ray_scene.h"
+
+namespace organbake {
+
+inline constexpr int kTileSide = 16;  // texels: coherent rays, and enough of them to share out
+
+// What one capture works on.
+struct CaptureScene {
+  const RayScene& rays;
+  const SmoothNormals& normals;
+  const ShellBinder& shell;
+  const SurfaceColor& color;
+  int rays_per_side;
+};
+
+struct TileCounts {
+  std::size_t in_prism = 0, by_fallback = 0, back_faces = 0;
+  double largest_height_mm = 0;
+};
+
+// An empty map of the camera's size: all background.
+CameraMaps background_maps(const Intrinsics& intrinsics);
+
+// Fills the texels of one tile: depth at their centres, colour, face and height; confidence holds
+// the incidence alone until fade_at_edges.
+TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, int left, int top,
+                        CameraMaps& maps);
+
+// Lowers the confidence of texels near a depth edge, where cameras disagree.
+void fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps);
+
+}  // namespace organbake

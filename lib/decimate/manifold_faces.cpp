@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/manifold_faces.h"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "core/error.h"
+#include "geometry/mesh_checks.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+bool repeats_a_corner(const Face& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; }
+
+void refuse_non_manifold_edges(const MeshTopology& topology) {
+  if (topology.faces == 0) throw BadDataError("surface to decimate: it has no faces");
+  if (topology.non_manifold_edges > 0) {
+    throw BadDataError("surface to decimate: " + std::to_string(topology.non_manifold_edges) +
+                       " edges belong to three or more faces; repair it to a manifold first, or "
+                       "use the method 'cluster'");
+  }
+  if (topology.misoriented_edges > 0) {
+    throw BadDataError("surface to decimate: neighbouring faces are wound against each other at " +
+                       std::to_string(topology.misoriented_edges) +
+                       " edges; orient its faces consistently first");
+  }
+}
+
+// Corners (3·face + corner) that share a vertex and hang together through edges at it.
+class CornerFans {
+ public:
+  explicit CornerFans(const std::vector<Face>& faces) : parent_(3 * faces.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    struct EdgeUse {
+      std::uint64_t edge;
+      std::uint32_t low_corner, high_corner;
+    };
+    std::vector<EdgeUse> uses;
+    uses.reserve(3 * faces.size());
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        std::uint32_t low = 3 * f + c, high = 3 * f + (c + 1) % 3;
+        std::uint64_t a = faces[f][c], b = faces[f][(c + 1) % 3];
+        if (a > b) {
+          std::swap(a, b);
+          std::swap(low, high);
+        }
+        uses.push_back({a << 32 | b, low, high});
+      }
+    }
+    std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+      return a.edge != b.edge ? a.edge < b.edge : a.low_corner < b.low_corner;
+    });
+    for (std::size_t i = 1; i < uses.size(); ++i) {
+      if (uses[i].edge != uses[i - 1].edge) continue;
+      unite(uses[i].low_corner, uses[i - 1].low_corner);
+      unite(uses[i].high_corner, uses[i - 1].high_corner);
+    }
+  }
+
+  std::uint32_t find(std::uint32_t x) {
+    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
+    return x;
+  }
+
+ private:
+  void unite(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
+  std::vector<std::uint32_t> parent_;
+};
+
+}  // namespace
+
+TriangleMesh manifold_faces(const TriangleMesh& surface) {
+  check_mesh(surface, "surface to decimate");
+  TriangleMesh kept{.vertices = surface.vertices, .faces = {}, .colors = {}};
+  std::remove_copy_if(surface.faces.begin(), surface.faces.end(), std::back_inserter(kept.faces),
+                      repeats_a_corner);
+  refuse_non_manifold_edges(analyse_topology(kept));
+
+  TriangleMesh result;
+  result.faces.reserve(kept.faces.size());
+  CornerFans fans(kept.faces);
+  std::vector<std::uint32_t> vertex_of_fan(3 * kept.faces.size(), kNone);
+  for (std::uint32_t f = 0; f < kept.faces.size(); ++f) {
+    Face face;
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      std::uint32_t& vertex = vertex_of_fan[fans.find(3 * f + c)];
+      if (vertex == kNone) {
+        vertex = static_cast<std::uint32_t>(result.vertices.size());
+        result.vertices.push_back(surface.vertices[kept.faces[f][c]]);
+      }
+      face[c] = vertex;
+    }
+    result.faces.push_back(face);
+  }
+  if (signed_volume(result) < 0) {
+    for (Face& face : result.faces) std::swap(face[1], face[2]);
+  }
+  return result;
+}
+
+}  // namespace organbake

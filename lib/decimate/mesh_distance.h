@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/run_context.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+struct MeshDistance {
+  double mean_mm = 0;
+  double rms_mm = 0;
+  double max_mm = 0;  // over the samples: a lower bound of the one-sided Hausdorff distance
+};
+
+// One-sided distance: from `samples` points spread evenly by area over `from` (stratified, one
+// random stream a sample) to their closest points on `to`. The same for any number of threads.
+// Throws BadDataError when a mesh is unusable or `from` has no area.
+MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std::size_t samples,
+                           std::uint64_t seed, const RunContext& context = {});
+
+}  // namespace organbake

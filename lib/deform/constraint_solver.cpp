@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/constraint_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+constexpr int kMaxSweeps = 60;
+constexpr double kSettled_mm = 2e-4;  // largest change of a sweep, far below a contact's tolerance
+// Relative give: a constraint is missed by this share of the displacement that its force makes. It
+// bounds the forces where graspers contradict each other. A contact may give far less, because what
+// friction gives in one step is never taken back: skin would creep under a tip that holds still.
+constexpr double kGrasperGive = 1e-3;
+constexpr double kContactGive = 1e-5;
+// A pressure that moves nothing (flat or anchored skin) is left alone below this softness.
+constexpr double kNoSoftness = 1e-300;
+
+// Coulomb: no pull, and no more friction than the push allows.
+Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
+  const double along = dot(force, normal);
+  if (!(along > 0)) return Lanes{};
+  const Lanes across = force - along * normal;
+  const double length = std::sqrt(dot(across, across)), limit = friction * along;
+  return along * normal + (length > limit ? limit / length : 1) * across;
+}
+
+}  // namespace
+
+ConstraintSolver::ConstraintSolver(const SpringNetwork& network, const EnclosedVolume& volume,
+                                   double friction)
+    : network_(network),
+      volume_(volume),
+      friction_(friction),
+      columns_(network.factor()),
+      gradient_(network.size(), Row::Zero()),
+      response_(network.size(), Row::Zero()),
+      pressure_(volume.bodies().size(), 0.0),
+      softness_(volume.bodies().size(), 0.0),
+      volume_gap_(volume.bodies().size(), 0.0) {}
+
+void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
+
+void ConstraintSolver::begin_step(const Rows& x_start) {
+  if (pressure_.empty()) return;
+  volume_.gradient(x_start, gradient_);
+  response_ = gradient_;
+  network_.factor().solve(response_.data());
+  for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
+  for (std::uint32_t i = 0; i < network_.free_count(); ++i) {
+    const std::uint32_t body = volume_.body_of_slot(i);
+    if (body != EnclosedVolume::kNoBody) softness_[body] += gradient_[i].dot(response_[i]);
+  }
+}
+
+void ConstraintSolver::solve(const Rows& x_start, const Rows& x_free,
+                             std::vector<Contact>& contacts, Rows& x) {
+  gather(x_start, x_free, contacts);
+  couple();
+  if (!pressure_.empty()) measure_volume_gap(x_free, x);
+  iterate(contacts);
+  apply(x_free, x);
+}
+
+void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
+                              const std::vector<Contact>& contacts) {
+  slots_.clear();
+  unknowns_.clear();
+  for (const Contact& c : contacts) {
+    Unknown u{};
+    u.free_point = constrained_point(c, x_free, network_.rest());
+    u.stick_point = constrained_point(c, x_start, network_.rest()) + c.tip_motion;
+    u.body = volume_.body_of_slot(c.lever.slots[0]);
+    u.volume_move.setZero();
+    for (int k = 0; k < 3; ++k) {
+      u.slots[k] = c.lever.slots[k];
+      u.weights[k] = c.lever.weights[k];
+      if (u.weights[k] == 0) continue;
+      u.volume_move += u.weights[k] * response_[u.slots[k]];
+      slots_.push_back(u.slots[k]);
+    }
+    unknowns_.push_back(u);
+  }
+  std::sort(slots_.begin(), slots_.end());
+  slots_.erase(std::unique(slots_.begin(), slots_.end()), slots_.end());
+  for (Unknown& u : unknowns_) {
+    for (int k = 0; k < 3; ++k) {
+      u.local[k] = static_cast<std::uint32_t>(
+          std::lower_bound(slots_.begin(), slots_.end(), u.slots[k]) - slots_.begin());
+    }
+  }
+  columns_.require(slots_);
+}
+
+void ConstraintSolver::couple() {
+  const std::size_t n = unknowns_.size();
+  coupling_.assign(n * n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Unknown& a = unknowns_[i];
+    for (int k = 0; k < 3; ++k) {
+      if (a.weights[k] == 0) continue;
+      const double* column = columns_.column(a.slots[k]);
+      for (std::size_t j = i; j < n; ++j) {
+        const Unknown& b = unknowns_[j];
+        double sum = 0;
+        for (int l = 0; l < 3; ++l) {
+          if (b.weights[l] != 0) sum += b.weights[l] * column[b.slots[l]];
+        }
+        coupling_[i * n + j] += a.weights[k] * sum;
+      }
+    }
+    for (std::size_t j = i; j < n; ++j) coupling_[j * n + i] = coupling_[i * n + j];
+  }
+}
+
+void ConstraintSolver::measure_volume_gap(const Rows& x_free, const Rows& x) {
+  volume_.measure(x, volumes_);
+  for (std::size_t b = 0; b < volumes_.size(); ++b) {
+    volume_gap_[b] = volume_.bodies()[b].rest_mm3 - volumes_[b];
+  }
+  for (std::uint32_t i = 0; i < network_.free_count(); ++i) {
+    const std::uint32_t body = volume_.body_of_slot(i);
+    if (body != EnclosedVolume::kNoBody) volume_gap_[body] -= gradient_[i].dot(x_free[i] - x[i]);
+  }
+}
+
+void ConstraintSolver::iterate(std::vector<Contact>& contacts) {
+  force_.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) force_[i] = contacts[i].force;
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    const double moved = sweep_pressures();
+    if (std::max(moved, sweep_contacts(contacts)) < kSettled_mm) break;
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i) contacts[i].force = force_[i];
+}
+
+// Each returns the largest displacement (mm) that its change of a force makes at its own point.
+double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
+  const std::size_t n = unknowns_.size();
+  Lanes* force = as_lanes(force_.data());
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Unknown& u = unknowns_[i];
+    const Contact& c = contacts[i];
+    const double* coupling = coupling_.data() + i * n;
+    const double own = coupling[i];
+    if (!(own > 0)) continue;
+    Lanes point = *as_lanes(&u.free_point);
+    for (std::size_t j = 0; j < n; ++j) point += coupling[j] * force[j];
+    if (u.body != EnclosedVolume::kNoBody) point += pressure_[u.body] * *as_lanes(&u.volume_move);
+
+    Lanes next = force[i];
+    if (c.carried) {
+      next -= (point - *as_lanes(&c.target)) / own;
+    } else {
+      const Lanes normal = *as_lanes(&c.normal);
+      const Lanes slip = point - *as_lanes(&u.stick_point);
+      const double gap = dot(normal, point - *as_lanes(&c.target));
+      next -= (slip + (gap - dot(normal, slip)) * normal) / own;
+      next = into_cone(next, normal, friction_);
+    }
+    next /= 1 + (c.carried ? kGrasperGive : kContactGive);
+    const Lanes change = next - force[i];
+    largest = std::max(largest, own * std::sqrt(dot(change, change)));
+    force[i] = next;
+  }
+  return largest;
+}
+
+double ConstraintSolver::sweep_pressures() {
+  double largest = 0;
+  for (std::uint32_t b = 0; b < pressure_.size(); ++b) {
+    if (!(softness_[b] > kNoSoftness)) continue;
+    double gap = volume_gap_[b] - softness_[b] * pressure_[b];
+    for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+      if (unknowns_[i].body == b) gap -= unknowns_[i].volume_move.dot(force_[i]);
+    }
+    const double change = gap / softness_[b];
+    pressure_[b] += change;
+    for (const Unknown& u : unknowns_) {
+      if (u.body == b) largest = std::max(largest, std::abs(change) * u.volume_move.norm());
+    }
+  }
+  return largest;
+}
+
+void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
+  Rows force(slots_.size(), Row::Zero());
+  for (std::size_t i = 0; i < unknowns_.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const Unknown& u = unknowns_[i];
+      if (u.weights[k] != 0) force[u.local[k]] += u.weights[k] * force_[i];
+    }
+  }
+  const std::size_t free = network_.free_count();
+  const Lanes* from = as_lanes(x_free.data());
+  const Lanes* swell = as_lanes(response_.data());
+  Lanes* to = as_lanes(x.data());
+  for (std::uint32_t i = 0; i < free; ++i) {
+    const std::uint32_t body = volume_.body_of_slot(i);
+    to[i] = body == EnclosedVolume::kNoBody ? from[i] : from[i] + pressure_[body] * swell[i];
+  }
+  for (std::size_t s = 0; s < slots_.size(); ++s) {
+    const double* column = columns_.column(slots_[s]);
+    const Lanes f = *as_lanes(&force[s]);
+    for (std::size_t i = 0; i < free; ++i) to[i] += column[i] * f;
+  }
+}
+
+double ConstraintSolver::energy() const {
+  double twice = 0;
+  for (std::size_t b = 0; b < pressure_.size(); ++b) {
+    twice += volume_.bodies()[b].compliance * pressure_[b] * pressure_[b];
+  }
+  return twice / 2;
+}
+
+double ConstraintSolver::volume_error(const Rows& x) {
+  if (pressure_.empty()) return 0;
+  volume_.measure(x, volumes_);
+  double largest = 0;
+  for (std::size_t b = 0; b < volumes_.size(); ++b) {
+    const auto& body = volume_.bodies()[b];
+    if (body.rest_mm3 == 0 || !(softness_[b] > kNoSoftness)) continue;
+    const double error = volumes_[b] + body.compliance * pressure_[b] - body.rest_mm3;
+    largest = std::max(largest, std::abs(error / body.rest_mm3));
+  }
+  return largest;
+}
+
+}  // namespace organbake

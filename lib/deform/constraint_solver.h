@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "deform/compliance_columns.h"
+#include "deform/contact.h"
+#include "deform/enclosed_volume.h"
+#include "deform/spring_network.h"
+
+namespace organbake {
+
+// Finds the contact forces f and the pressures p that bring the unconstrained shape onto its
+// constraints through the factor that exists: x = x_free + A⁻¹(Jᵀf + ∇V p). Because A acts alike on
+// x, y and z, two contacts couple by one scalar w_ij = b_iᵀ A⁻¹ b_j, and the small dense system is
+// solved by projected Gauss–Seidel over 3-vectors (Coulomb's cone by projection) with the pressures
+// among its unknowns, so that keeping the volume and holding off the tip cannot fight.
+class ConstraintSolver {
+ public:
+  ConstraintSolver(const SpringNetwork& network, const EnclosedVolume& volume, double friction);
+
+  // ∇V at the shape a step starts from, and the A⁻¹∇V that the step's pressures act along.
+  void begin_step(const Rows& x_start);
+  // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
+  void solve(const Rows& x_start, const Rows& x_free, std::vector<Contact>& contacts, Rows& x);
+  // Largest |V + compliance · p − V(rest)| / V(rest) over the bodies.
+  double volume_error(const Rows& x);
+  // What soft pressures hold (µJ): ½ compliance p².
+  double energy() const;
+  void reset();
+
+ private:
+  struct Unknown {      // one contact in the dense system
+    double weights[3];  // of its face's vertices, 0 for anchors
+    std::uint32_t slots[3];
+    std::uint32_t local[3];  // into slots_, for free vertices
+    std::uint32_t body;
+    Row free_point;   // mm, without any force
+    Row stick_point;  // where friction would hold it, mm
+    Row volume_move;  // mm per unit of its body's pressure
+  };
+  void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
+  void couple();
+  void measure_volume_gap(const Rows& x_free, const Rows& x);
+  void iterate(std::vector<Contact>& contacts);
+  double sweep_contacts(const std::vector<Contact>& contacts);
+  double sweep_pressures();
+  void apply(const Rows& x_free, Rows& x) const;
+
+  const SpringNetwork& network_;
+  const EnclosedVolume& volume_;
+  double friction_;
+  ComplianceColumns columns_;
+  std::vector<Unknown> unknowns_;
+  Rows force_;                        // one per contact, mN
+  std::vector<std::uint32_t> slots_;  // of all contacts, increasing
+  std::vector<double> coupling_;      // w_ij, mm/mN, row-major
+  Rows gradient_, response_;          // ∇V (mm²) and A⁻¹∇V
+  std::vector<double> pressure_;      // mN/mm², one per body
+  std::vector<double> softness_;      // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
+  std::vector<double> volume_gap_;    // V(rest) − V(x_free), linearised
+  std::vector<double> volumes_;
+};
+
+}  // namespace organbake

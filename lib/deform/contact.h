@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "deform/rows.h"
+#include "deform/skin.h"
+
+namespace organbake {
+
+// One tip's way through the current step (mm).
+struct TipSweep {
+  std::uint32_t tip = 0;
+  Row from = Row::Zero(), to = Row::Zero();
+  double radius_mm = 0;
+  // No earlier position is known: skin that the tip overlaps counts as entered from outside.
+  bool just_placed = false;
+  bool grabs = false;
+
+  Row at(double fraction) const { return from + fraction * (to - from); }
+};
+
+// How a skin point answers to its face's three vertices. A face that is partly anchored gives way
+// by its free share φ only: the constrained point is p0 + Σ (b_i/φ²) u_i instead of p0 + Σ b_i u_i,
+// so pressing next to an anchor moves the free vertices by φ times the press. Held to the full
+// press they would have to move 1/φ times as far, and skin beside the anchors would be flung about.
+struct Lever {
+  std::array<std::uint32_t, 3> slots{};
+  std::array<double, 3> weights{};  // b_i/φ², 0 for anchors
+  double free_share = 0;            // φ
+};
+
+// A skin point that an instrument holds off (normal · (p − target) ≥ 0, with friction) or carries
+// (p = target). Its force persists from step to step as the next solve's first guess.
+struct Contact {
+  std::uint32_t tip = 0;
+  SkinPoint at;
+  bool carried = false;
+  bool from_front = true;         // the tip came from outside the body
+  double touched_at = 0;          // fraction of the step's sweep, for friction
+  Row grab_offset = Row::Zero();  // carried: from the tip's centre, mm
+
+  // Set by each refresh, for the shape and the tip's place of that moment.
+  Row point = Row::Zero();  // mm
+  Lever lever;
+  Row normal = Row::Zero();       // unit, from the tip into the tissue
+  Row target = Row::Zero();       // mm
+  Row anchored_at = Row::Zero();  // where the point would lie with its face's vertices at rest, mm
+  Row tip_motion = Row::Zero();   // of the tip since it touched, mm
+  bool fresh = false;             // moved or made by this refresh
+
+  Row force = Row::Zero();  // on the tissue, mN
+};
+
+// The point that a contact's constraint acts on when the vertices lie at x (mm): away from anchors
+// the skin point itself, its shell offset held.
+Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest);
+
+}  // namespace organbake

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/contact_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+// Share of the radius: how far the skin may move between two broad phases.
+constexpr double kReachMargin = 0.5;
+// Share of the radius: nearer points count as one contact that has moved.
+constexpr double kMergeWithin = 0.1;
+// Below this cosine between the push and the skin's normal a point slides past the tip's flank.
+constexpr double kFlankCosine = 0.3;
+// A face is judged to lie behind the tip only when the tip stands squarely behind it.
+constexpr double kSquareCosine = 0.5;
+// A smaller free share cannot give way.
+constexpr double kMinFreeShare = 0.05;
+
+// The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
+// wrong side of the skin pushes it back along the skin's normal: it came through, not round.
+struct Push {
+  Row normal;
+  double clearance_mm;
+  double cosine;  // 1: the tip stands squarely on its side of the skin, < 0: on the wrong side
+};
+
+Push push_of(const SkinHit& hit, const Row& center, double radius_mm, bool from_front) {
+  const Row away = hit.point - center;
+  const double side = from_front ? 1 : -1;
+  const double before = -side * away.dot(hit.normal);
+  const Row normal = before > 0 ? Row(away / hit.distance_mm) : Row(-side * hit.normal);
+  return {normal, normal.dot(away) - radius_mm,
+          hit.distance_mm > 0 ? before / hit.distance_mm : -1};
+}
+
+}  // namespace
+
+ContactSearch::ContactSearch(Skin& skin, const SpringNetwork& network)
+    : skin_(skin), network_(network), front_mark_(network.size(), 0) {}
+
+void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
+  near_.resize(sweeps.size());
+  const auto& faces = skin_.faces();
+  for (std::size_t s = 0; s < sweeps.size(); ++s) {
+    near_[s].clear();
+    const double reach = (sweeps[s].grabs ? 2 : 1 + kReachMargin) * sweeps[s].radius_mm;
+    const Row low = sweeps[s].from.cwiseMin(sweeps[s].to).array() - reach;
+    const Row high = sweeps[s].from.cwiseMax(sweeps[s].to).array() + reach;
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      const Row& a = x[faces[f][0]];
+      const Row& b = x[faces[f][1]];
+      const Row& c = x[faces[f][2]];
+      const double tall = skin_.tallest_mm(f);
+      const bool beyond = ((a.cwiseMin(b).cwiseMin(c).array() - tall) > high.array()).any() ||
+                          ((a.cwiseMax(b).cwiseMax(c).array() + tall) < low.array()).any();
+      if (!beyond) near_[s].push_back(f);
+    }
+  }
+}
+
+bool ContactSearch::found_any() const {
+  return std::any_of(near_.begin(), near_.end(), [](const auto& faces) { return !faces.empty(); });
+}
+
+double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fraction,
+                              std::vector<Contact>& contacts) {
+  double deepest = 0;
+  for (std::size_t s = 0; s < sweeps.size(); ++s) {
+    const TipSweep& sweep = sweeps[s];
+    const Row center = sweep.at(fraction);
+    ++mark_;
+    std::erase_if(contacts, [&](Contact& c) {
+      c.fresh = false;
+      return c.tip == sweep.tip && !update(sweep, center, c);
+    });
+    touches_.clear();
+    if (!sweep.grabs) {
+      for (const std::uint32_t face : near_[s]) touch(sweep, center, face);
+    }
+    std::stable_sort(touches_.begin(), touches_.end(),
+                     [](const Touch& p, const Touch& q) { return p.depth_mm > q.depth_mm; });
+    for (const Touch& t : touches_) admit(sweep, fraction, t, contacts);
+    for (Contact& c : contacts) {
+      if (c.tip != sweep.tip) continue;
+      if (c.fresh) update(sweep, center, c);
+      c.tip_motion = (fraction - c.touched_at) * (sweep.to - sweep.from);
+      deepest = std::max(deepest, violation(c));
+    }
+    for (const Touch& t : touches_) {
+      if (t.free_share == 1) deepest = std::max(deepest, t.depth_mm);
+    }
+  }
+  return deepest;
+}
+
+SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
+  const SkinHit hit = skin_.hit(contact.at, center);
+  contact.point = contact.anchored_at = hit.point;
+  contact.lever = lever(contact.at);
+  const double b[3] = {1 - contact.at.b1 - contact.at.b2, contact.at.b1, contact.at.b2};
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t slot = contact.lever.slots[k];
+    contact.anchored_at -= b[k] * (skin_.shape()[slot] - network_.rest()[slot]);
+  }
+  return hit;
+}
+
+// False for a point that has slid to the tip's flank: pushing it sideways would only stretch the
+// skin, and if it still matters the search finds its neighbours.
+bool ContactSearch::update(const TipSweep& sweep, const Row& center, Contact& contact) {
+  const SkinHit hit = place(contact, center);
+  if (contact.carried) {
+    contact.target = center + contact.grab_offset;
+    return true;
+  }
+  const Push push = push_of(hit, center, sweep.radius_mm, contact.from_front);
+  contact.normal = push.normal;
+  contact.target = center + sweep.radius_mm * push.normal;
+  if (contact.from_front) {
+    for (const std::uint32_t slot : skin_.faces()[contact.at.face]) front_mark_[slot] = mark_;
+  }
+  return std::abs(push.cosine) > kFlankCosine;
+}
+
+bool ContactSearch::borders_front(std::uint32_t face) const {
+  const Face& f = skin_.faces()[face];
+  return std::any_of(f.begin(), f.end(),
+                     [this](std::uint32_t slot) { return front_mark_[slot] == mark_; });
+}
+
+Lever ContactSearch::lever(const SkinPoint& at) const {
+  Lever lever;
+  lever.slots = skin_.faces()[at.face];
+  const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
+  bool whole = true;
+  for (int k = 0; k < 3; ++k) {
+    if (lever.slots[k] < network_.free_count()) {
+      lever.free_share += b[k];
+    } else {
+      whole = false;
+    }
+  }
+  if (whole) lever.free_share = 1;
+  if (lever.free_share < kMinFreeShare) return {lever.slots, {}, 0};
+  for (int k = 0; k < 3; ++k) {
+    if (lever.slots[k] >= network_.free_count()) continue;
+    lever.weights[k] = b[k] / (lever.free_share * lever.free_share);
+  }
+  return lever;
+}
+
+double ContactSearch::violation(const Contact& contact) const {
+  const Row miss = constrained_point(contact, skin_.shape(), network_.rest()) - contact.target;
+  return contact.carried ? miss.norm() : -contact.normal.dot(miss);
+}
+
+void ContactSearch::touch(const TipSweep& sweep, const Row& center, std::uint32_t face) {
+  const double reach = sweep.radius_mm + skin_.tallest_mm(face);
+  if (skin_.distance_to_proxy_face(face, center) > reach) return;
+  const SkinHit hit = skin_.nearest(face, center);
+  if (hit.distance_mm >= sweep.radius_mm) return;
+  const double free_share = lever(hit.at).free_share;
+  if (free_share == 0) return;
+  const double before = (center - hit.point).dot(hit.normal);
+  bool from_front = true;
+  if (before < 0) {
+    const bool square = -before > kSquareCosine * hit.distance_mm;
+    const bool entered = sweep.just_placed || borders_front(face);
+    if (entered && !square) return;  // round a corner of skin that is held already
+    from_front = entered;
+  }
+  const Push push = push_of(hit, center, sweep.radius_mm, from_front);
+  if (push.clearance_mm < 0) touches_.push_back({hit, from_front, -push.clearance_mm, free_share});
+}
+
+void ContactSearch::admit(const TipSweep& sweep, double fraction, const Touch& touch,
+                          std::vector<Contact>& contacts) {
+  std::size_t of_tip = 0;
+  Contact* unloaded = nullptr;
+  for (Contact& c : contacts) {
+    if (c.tip != sweep.tip) continue;
+    ++of_tip;
+    const bool same = (c.point - touch.hit.point).norm() < kMergeWithin * sweep.radius_mm;
+    if (same && c.from_front == touch.from_front) {
+      // A contact slides with the deepest point and keeps its force; one a round is enough.
+      if (!c.fresh) c.at = touch.hit.at, c.point = touch.hit.point, c.fresh = true;
+      return;
+    }
+    if (c.force.isZero(0) && !c.fresh) unloaded = &c;
+  }
+  Contact made;
+  made.tip = sweep.tip;
+  made.at = touch.hit.at;
+  made.point = touch.hit.point;
+  made.from_front = touch.from_front;
+  made.touched_at = fraction;
+  made.fresh = true;
+  if (of_tip < kMaxContactsPerTip) {
+    contacts.push_back(made);
+  } else if (unloaded) {
+    *unloaded = made;
+  }
+}
+
+}  // namespace organbake

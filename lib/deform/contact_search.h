@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "deform/contact.h"
+#include "deform/skin.h"
+
+namespace organbake {
+
+// Finds where spherical tips press into the skin. Per touched face it is the deepest point; sets of
+// points build up over the rounds of a step (cutting planes), so that a few rounds hold off the
+// whole patch under a tip.
+class ContactSearch {
+ public:
+  static constexpr std::size_t kMaxContactsPerTip = 24;
+
+  ContactSearch(Skin& skin, const SpringNetwork& network);
+
+  // Broad phase: the faces whose shell may come within a tip's reach on its sweep, x in mm.
+  void find_faces(const Rows& x, const std::vector<TipSweep>& sweeps);
+  bool found_any() const;
+  const Rows& rest() const { return network_.rest(); }
+  const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }
+
+  // Brings every contact's geometry up to date with the skin's pose and the tips at `fraction` of
+  // their sweeps, and adds the points that are inside a tip. Returns the deepest penetration (mm)
+  // of skin that is free to give way.
+  double refresh(const std::vector<TipSweep>& sweeps, double fraction,
+                 std::vector<Contact>& contacts);
+  // The lever of a skin point; its free share is 0 where nothing can give way.
+  Lever lever(const SkinPoint& at) const;
+  // Sets where a contact's skin point is and how it answers, in the skin's pose.
+  SkinHit place(Contact& contact, const Row& center) const;
+
+ private:
+  struct Touch {
+    SkinHit hit;
+    bool from_front;
+    double depth_mm;
+    double free_share;
+  };
+  bool update(const TipSweep& sweep, const Row& center, Contact& contact);
+  double violation(const Contact& contact) const;
+  void touch(const TipSweep& sweep, const Row& center, std::uint32_t face);
+  void admit(const TipSweep& sweep, double fraction, const Touch& touch,
+             std::vector<Contact>& contacts);
+  bool borders_front(std::uint32_t face) const;
+
+  Skin& skin_;
+  const SpringNetwork& network_;
+  std::vector<std::vector<std::uint32_t>> near_;
+  std::vector<Touch> touches_;
+  std::vector<std::uint32_t> front_mark_;  // by slot: on a face that the tip holds from the front
+  std::uint32_t mark_ = 0;
+};
+
+}  // namespace organbake

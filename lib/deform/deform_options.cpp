@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "deform/deformer.h"
+
+namespace organbake {
+
+void DeformOptions::check() const {
+  if (!(time_step_s >= 1e-5 && time_step_s <= 1)) {
+    throw UsageError("time step is " + to_text(time_step_s) + " s; it must be 0.00001 to 1");
+  }
+  if (iterations < 1 || iterations > 1000) {
+    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be 1 to 1000");
+  }
+  if (!(friction >= 0 && friction <= 10)) {
+    throw UsageError("friction is " + to_text(friction) + "; it must be 0 to 10");
+  }
+}
+
+}  // namespace organbake

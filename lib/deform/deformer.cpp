@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/deformer.h"
+
+#include "deform/instruments.h"
+#include "deform/shape_solver.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kSnap_mm = 1e-4;       // nearer to rest and slower per step: at rest
+constexpr double kStill_mm = 1e-6;      // a step that moves no vertex by more is still,
+constexpr double kStillHeld_mm = 1e-4;  // or by so much under tips that don't move
+constexpr int kStillSteps = 16;         // so many in a row: asleep where it is
+
+const DeformOptions& checked(const DeformOptions& options) {
+  options.check();
+  return options;
+}
+
+}  // namespace
+
+struct Deformer::Impl {
+  Impl(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
+       const DeformOptions& options)
+      : solver(proxy, mechanics, base, checked(options)), positions(proxy.vertices) {
+    to_rest();
+  }
+
+  const StepReport& step(const std::vector<InstrumentTip>& tips);
+  void to_rest();
+  void finish_step(bool tips_unchanged);
+  void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
+  void report_forces();
+  bool publish();
+
+  ShapeSolver solver;
+  Instruments instruments;
+  std::vector<Eigen::Vector3d> positions;  // of the proxy's vertices, mm
+  StepReport report;                       // of the last step that was computed
+  int still_steps = 0;
+  bool asleep = false;
+  bool moved = false;
+};
+
+void Deformer::Impl::to_rest() {
+  solver.to_rest();
+  still_steps = 0;
+  asleep = solver.network().relaxed_at_rest();
+}
+
+const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& tips) {
+  check_tips(tips);
+  moved = false;
+  const bool unchanged = instruments.unchanged(tips);
+  if (asleep && unchanged) {
+    report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
+    report.recovered = false;
+    return report;
+  }
+  const bool was_held = solver.held();
+  std::vector<std::size_t> closing;
+  const auto sweeps = instruments.advance(tips, solver.contacts(), closing);
+  report = {};
+  report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
+  if (!solver.near_skin(sweeps) && asleep && !was_held) return report;
+
+  asleep = false;
+  report.penetration_mm = solver.step(sweeps, closing);
+  finish_step(unchanged);
+  return report;
+}
+
+void Deformer::Impl::finish_step(bool tips_unchanged) {
+  if (solver.lost()) {
+    to_rest();
+    instruments = {};
+    report.recovered = true;
+    report.penetration_mm = 0;
+  } else {
+    report_forces();
+    rest_or_sleep(solver.settle_motion(), tips_unchanged);
+  }
+  moved = publish();
+}
+
+void Deformer::Impl::report_forces() {
+  for (const Contact& c : solver.contacts()) {
+    if (c.force.isZero(0)) continue;
+    ++report.contacts;
+    const auto& weights = c.lever.weights;
+    const double on_vertices = weights[0] + weights[1] + weights[2];
+    report.tip_force_n[c.tip] -= on_vertices / kMilliNewtonPerNewton * c.force.head<3>();
+  }
+}
+
+void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) {
+  const bool held = solver.held();
+  if (!held && solver.network().relaxed_at_rest() && largest_move_mm < kSnap_mm &&
+      solver.farthest_from_rest() < kSnap_mm) {
+    return to_rest();
+  }
+  const bool still =
+      held ? tips_unchanged && largest_move_mm < kStillHeld_mm : largest_move_mm < kStill_mm;
+  still_steps = still ? still_steps + 1 : 0;
+  if (still_steps >= kStillSteps) asleep = true;
+}
+
+bool Deformer::Impl::publish() {
+  bool changed = false;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const Eigen::Vector3d now = solver.shape()[solver.network().slot_of_vertex()[v]].head<3>();
+    changed = changed || now != positions[v];
+    positions[v] = now;
+  }
+  return changed;
+}
+
+Deformer::Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics,
+                   const BaseLayer& base, const DeformOptions& options)
+    : impl_(std::make_unique<Impl>(proxy, mechanics, base, options)) {}
+Deformer::~Deformer() = default;
+Deformer::Deformer(Deformer&&) noexcept = default;
+
+StepReport Deformer::step(const std::vector<InstrumentTip>& tips) { return impl_->step(tips); }
+const std::vector<Eigen::Vector3d>& Deformer::positions() const { return impl_->positions; }
+bool Deformer::moved() const { return impl_->moved; }
+void Deformer::reset() {
+  impl_->to_rest();
+  impl_->instruments = {};
+  impl_->report = {};
+  impl_->moved = impl_->publish();
+}
+
+}  // namespace organbake

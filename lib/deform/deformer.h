@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "bundle/base_layer.h"
+#include "bundle/mechanics_model.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+enum class InstrumentMode { poke, grab };
+
+// A spherical tip (mm, world). A grabbing tip carries the tissue that it touched when it closed.
+struct InstrumentTip {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 5;
+  InstrumentMode mode = InstrumentMode::poke;
+  bool active = false;
+};
+
+struct DeformOptions {
+  double time_step_s = 1.0 / 60;
+  int iterations = 4;  // local/global iterations a step
+  double friction = 0.3;
+
+  void check() const;
+};
+
+struct StepReport {
+  std::size_t contacts = 0;
+  std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
+  bool recovered = false;                    // a non-finite state was reset to rest, and said
+  double penetration_mm = 0;                 // deepest skin point left inside a tip
+};
+
+// Mass-spring tissue by projective dynamics (Bouaziz et al. 2014; Liu et al. 2013) with a Cholesky
+// factor made once; contacts enter as constraints through the factor, so none refactorises.
+class Deformer {
+ public:
+  // base (may be empty) gives the heights at which an instrument meets the true skin.
+  Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
+           const DeformOptions& options = {});
+  ~Deformer();
+  Deformer(Deformer&&) noexcept;
+
+  StepReport step(const std::vector<InstrumentTip>& tips);
+  const std::vector<Eigen::Vector3d>& positions() const;  // proxy vertices, mm
+  bool moved() const;  // whether any vertex changed in the last step
+  void reset();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/instruments.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kFarthest_mm = 1e9;  // beyond it squares of lengths lose the organ's millimetres
+constexpr double kPieceOfRadius =
+    0.5;  // a piece this long cannot bring the centre through the skin
+constexpr int kMostPieces = 64;
+
+std::string describe(const Eigen::Vector3d& p) {
+  std::string text = "(";
+  return text + to_text(p.x()) + ", " + to_text(p.y()) + ", " + to_text(p.z()) + ")";
+}
+
+bool same_tip(const InstrumentTip& a, const InstrumentTip& b) {
+  if (!a.active && !b.active) return true;
+  return a.active == b.active && a.mode == b.mode && a.radius_mm == b.radius_mm &&
+         a.position_mm == b.position_mm;
+}
+
+}  // namespace
+
+void check_tips(const std::vector<InstrumentTip>& tips) {
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    const InstrumentTip& tip = tips[i];
+    if (!tip.active) continue;
+    const std::string name = "instrument tip " + std::to_string(i);
+    if (!tip.position_mm.allFinite() || tip.position_mm.cwiseAbs().maxCoeff() > kFarthest_mm) {
+      throw UsageError(name + " is at " + describe(tip.position_mm) +
+                       " mm; give a finite position within 1e9 mm");
+    }
+    if (!(tip.radius_mm > 0) || tip.radius_mm > kFarthest_mm) {
+      throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be > 0");
+    }
+    if (tip.mode != InstrumentMode::poke && tip.mode != InstrumentMode::grab) {
+      throw UsageError(name + " has an unknown mode; use poke or grab");
+    }
+  }
+}
+
+bool Instruments::unchanged(const std::vector<InstrumentTip>& tips) const {
+  const InstrumentTip absent;
+  for (std::size_t i = 0; i < std::max(tips.size(), last_.size()); ++i) {
+    if (!same_tip(i < tips.size() ? tips[i] : absent, i < last_.size() ? last_[i] : absent)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tips,
+                                           std::vector<Contact>& contacts,
+                                           std::vector<std::size_t>& closing) {
+  std::vector<TipSweep> sweeps;
+  closing.clear();
+  const auto goes_on = [&](std::size_t i) {
+    return i < tips.size() && i < last_.size() && tips[i].active && last_[i].active &&
+           tips[i].mode == last_[i].mode;
+  };
+  std::erase_if(contacts, [&](const Contact& c) { return !goes_on(c.tip); });
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    if (!tips[i].active) continue;
+    TipSweep sweep;
+    sweep.tip = static_cast<std::uint32_t>(i);
+    sweep.to = to_row(tips[i].position_mm);
+    sweep.just_placed = !goes_on(i);
+    sweep.from = sweep.just_placed ? sweep.to : to_row(last_[i].position_mm);
+    sweep.radius_mm = tips[i].radius_mm;
+    sweep.grabs = tips[i].mode == InstrumentMode::grab;
+    if (sweep.grabs && sweep.just_placed) closing.push_back(sweeps.size());
+    sweeps.push_back(sweep);
+  }
+  last_ = tips;
+  return sweeps;
+}
+
+int sweep_pieces(const std::vector<TipSweep>& sweeps) {
+  double most = 1;
+  for (const TipSweep& s : sweeps) {
+    if (!s.grabs) most = std::max(most, (s.to - s.from).norm() / (kPieceOfRadius * s.radius_mm));
+  }
+  return static_cast<int>(std::ceil(std::min<double>(most, kMostPieces)));
+}
+
+}  // namespace organbake

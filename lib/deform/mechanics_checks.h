@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "bundle/base_layer.h"
+#include "bundle/mechanics_model.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// What the solver relies on. Each throws BadDataError naming the entry and its value.
+void check_mechanics(const TriangleMesh& proxy, const MechanicsModel& mechanics);
+void check_base_fits(const TriangleMesh& proxy, const BaseLayer& base);
+
+}  // namespace organbake

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/shape_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "deform/grasp.h"
+#include "deform/instruments.h"
+#include "deform/mechanics_checks.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kFinalRounds = 10;  // of contact search and solve
+constexpr double kContactWithin_mm = 0.02;
+constexpr double kVolumeWithin = 1e-4;  // of the rest volume
+constexpr double kConverged_mm = 1e-4;  // local/global iterations stop below this change
+
+// The inertial guess may cross this share of the object in one step, no more: faster tissue is a
+// numerical accident, and would fold the mesh before the springs can answer.
+constexpr double kFastestPerStep = 0.25;
+constexpr double kForesight = 0.8;  // of the last motion; 1 would leave the slow modes ringing
+constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther ahead are guesses
+constexpr double kRunaway = 1e3;          // diagonals away from rest: the state is lost
+constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
+
+const BaseLayer& checked(const TriangleMesh& proxy, const BaseLayer& base) {
+  check_base_fits(proxy, base);
+  return base;
+}
+
+double largest_distance(const Rows& a, const Rows& b) {
+  double squared = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    squared = std::max(squared, (a[i] - b[i]).squaredNorm());
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+ShapeSolver::ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechanics,
+                         const BaseLayer& base, const DeformOptions& options)
+    : options_(options),
+      diagonal_mm_(bounds(proxy).diagonal()),
+      network_(proxy, mechanics, options.time_step_s),
+      volume_(network_, mechanics.volume_stiffness),
+      skin_(network_, checked(proxy, base)),
+      search_(skin_, network_),
+      constraints_(network_, volume_, options.friction) {
+  displacement_.assign(network_.size(), Row::Zero());
+  load_ = right_side_ = displacement_;
+  to_rest();
+}
+
+void ShapeSolver::to_rest() {
+  x_ = x_start_ = x_free_ = x_before_ = network_.rest();
+  velocity_.assign(network_.size(), Row::Zero());
+  contacts_.clear();
+  constraints_.reset();
+  last_energy_ = kUnknownEnergy;
+}
+
+bool ShapeSolver::held() const {
+  return std::any_of(contacts_.begin(), contacts_.end(),
+                     [](const Contact& c) { return c.carried || !c.force.isZero(0); });
+}
+
+bool ShapeSolver::near_skin(const std::vector<TipSweep>& sweeps) {
+  search_.find_faces(x_, sweeps);
+  return search_.found_any();
+}
+
+double ShapeSolver::step(const std::vector<TipSweep>& sweeps,
+                         const std::vector<std::size_t>& closing) {
+  skin_.pose(x_);
+  for (const std::size_t s : closing) {
+    close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
+  }
+  for (Contact& c : contacts_) c.touched_at = 0;
+  x_start_ = x_;
+  for (std::size_t i = 0; i < network_.free_count(); ++i) {
+    displacement_[i] = x_[i] - network_.rest()[i];
+  }
+  network_.step_load(displacement_, velocity_, load_);
+  constraints_.begin_step(x_start_);
+  advance(sweeps);
+  return close_gaps(sweeps);
+}
+
+// Foresight may climb out of a valley that it ran through. Nothing feeds a body that no tip
+// touches, so a step that ends with more energy is taken again without it.
+void ShapeSolver::advance(const std::vector<TipSweep>& sweeps) {
+  const bool touched = held();
+  solve(sweeps, true);
+  if (touched || held()) {
+    last_energy_ = kUnknownEnergy;
+    return;
+  }
+  double now = network_.energy(x_, x_start_) + constraints_.energy();
+  if (now > last_energy_) {
+    x_ = x_start_;
+    solve(sweeps, false);
+    now = network_.energy(x_, x_start_) + constraints_.energy();
+  }
+  last_energy_ = now;
+}
+
+void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight) {
+  for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+    const bool first = iteration == 0;
+    x_before_ = x_;
+    network_.local_step(first && with_foresight ? foreseen() : x_, x_start_, load_, right_side_);
+    network_.factor().solve(right_side_.data());
+    for (std::size_t i = 0; i < network_.free_count(); ++i) {
+      x_free_[i] = network_.rest()[i] + right_side_[i];
+    }
+    if (first) {
+      follow_sweeps(sweeps);
+    } else {
+      search_.find_faces(x_, sweeps);
+    }
+    constrain(sweeps, 1);
+    if (largest_distance(x_, x_before_) < kConverged_mm) break;
+  }
+}
+
+// Where the first local step takes its directions from: on along the last step's motion. Far from
+// converged (stiff springs, few iterations) the steps then act as a heavy-ball iteration (Polyak
+// 1964), whose slow modes die out several times faster; converged steps don't depend on it.
+const Rows& ShapeSolver::foreseen() {
+  const double limit = kForesightLimit * diagonal_mm_;
+  for (std::size_t i = 0; i < network_.free_count(); ++i) {
+    const Row move = kForesight * options_.time_step_s * velocity_[i];
+    const double length = move.norm();
+    x_free_[i] = x_start_[i] + (length > limit ? limit / length : 1) * move;
+  }
+  return x_free_;
+}
+
+// A fast tip pushes the skin ahead of it piece by piece, so that it cannot end up behind.
+void ShapeSolver::follow_sweeps(const std::vector<TipSweep>& sweeps) {
+  const int pieces = sweep_pieces(sweeps);
+  for (int piece = 1; piece < pieces; ++piece) constrain(sweeps, double(piece) / pieces);
+}
+
+// One pass of the constraints at a place of the tips; x becomes the shape that keeps them there.
+void ShapeSolver::constrain(const std::vector<TipSweep>& sweeps, double fraction) {
+  skin_.pose(x_);
+  search_.refresh(sweeps, fraction, contacts_);
+  constraints_.solve(x_start_, x_free_, contacts_, x_);
+}
+
+// The shape is done; what its normals' turning has left between skin and tips is closed here.
+double ShapeSolver::close_gaps(const std::vector<TipSweep>& sweeps) {
+  search_.find_faces(x_, sweeps);
+  double deepest = 0;
+  for (int round = 0; round < kFinalRounds; ++round) {
+    skin_.pose(x_);
+    deepest = search_.refresh(sweeps, 1, contacts_);
+    if (deepest < kContactWithin_mm && constraints_.volume_error(x_) < kVolumeWithin) break;
+    constraints_.solve(x_start_, x_free_, contacts_, x_);
+  }
+  return deepest;
+}
+
+double ShapeSolver::settle_motion() {
+  const double fastest = kFastestPerStep * diagonal_mm_;
+  for (std::size_t i = 0; i < network_.free_count(); ++i) {
+    const Row move = x_[i] - x_start_[i];
+    const double length = move.norm();
+    velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
+  }
+  std::erase_if(contacts_, [](const Contact& c) { return !c.carried && c.force.isZero(0); });
+  return largest_distance(x_, x_start_);
+}
+
+bool ShapeSolver::lost() const {
+  const double limit = kRunaway * diagonal_mm_;
+  return !std::all_of(x_.begin(), x_.end(), [&](const Row& row) {
+    // Written so that NaN is lost too.
+    return (row - network_.rest()[static_cast<std::size_t>(&row - x_.data())]).norm() <= limit;
+  });
+}
+
+double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, network_.rest()); }
+
+}  // namespace organbake

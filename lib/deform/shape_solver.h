@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "deform/constraint_solver.h"
+#include "deform/contact_search.h"
+#include "deform/deformer.h"
+#include "deform/enclosed_volume.h"
+#include "deform/skin.h"
+#include "deform/spring_network.h"
+
+namespace organbake {
+
+// One body's state and its time step: local and global iterations, each followed by the contacts
+// and the volume, until the skin lies on the instruments.
+class ShapeSolver {
+ public:
+  // Throws BadDataError for a proxy, mechanics or base layer that it cannot use.
+  ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
+              const DeformOptions& options);
+
+  const SpringNetwork& network() const { return network_; }
+  const Rows& shape() const { return x_; }  // mm, by slot
+  std::vector<Contact>& contacts() { return contacts_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  // Whether an instrument loads or carries the tissue.
+  bool held() const;
+
+  // Whether a tip may come near the skin on its sweep. Has to precede the step.
+  bool near_skin(const std::vector<TipSweep>& sweeps);
+  // One time step; `closing` are the sweeps of graspers that close in it. Returns the deepest
+  // penetration that is left (mm).
+  double step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
+  // Takes the step's motion for the velocity and returns its largest (mm).
+  double settle_motion();
+
+  bool lost() const;  // not finite, or far beyond anything that tissue does
+  double farthest_from_rest() const;
+  void to_rest();
+
+ private:
+  void advance(const std::vector<TipSweep>& sweeps);
+  void solve(const std::vector<TipSweep>& sweeps, bool with_foresight);
+  const Rows& foreseen();
+  void follow_sweeps(const std::vector<TipSweep>& sweeps);
+  void constrain(const std::vector<TipSweep>& sweeps, double fraction);
+  double close_gaps(const std::vector<TipSweep>& sweeps);
+
+  DeformOptions options_;
+  double diagonal_mm_;
+  SpringNetwork network_;
+  EnclosedVolume volume_;
+  Skin skin_;
+  ContactSearch search_;
+  ConstraintSolver constraints_;
+
+  Rows x_, x_start_, x_free_, x_before_;  // mm, by slot
+  Rows velocity_;                         // mm/s
+  Rows displacement_, load_, right_side_;
+  std::vector<Contact> contacts_;
+  double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
+};
+
+}  // namespace organbake

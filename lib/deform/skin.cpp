@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/skin.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "deform/nearest_on_triangle.h"
+
+namespace organbake {
+namespace {
+
+// The angle-weighted normal of geometry/triangle_mesh.h, one corner's share.
+Lanes corner_normal(const Lanes& at, const Lanes& next, const Lanes& last) {
+  const Lanes u = next - at, v = last - at;
+  const Lanes n = cross(u, v);
+  const double length = std::sqrt(dot(n, n));
+  if (!(length > 0)) return Lanes{};
+  return (std::atan2(length, dot(u, v)) / length) * n;
+}
+
+Row from_lanes(const Lanes& v) { return {v[0], v[1], v[2], 0}; }
+
+}  // namespace
+
+Skin::Skin(const SpringNetwork& network, const BaseLayer& base)
+    : network_(&network),
+      tallest_mm_(network.faces().size(), 0.0),
+      normals_(network.size(), Row::Zero()),
+      posed_(network.size(), 0) {
+  const auto& faces = network.faces();
+  if (!base.height_mm.empty()) {
+    steps_ = base.steps;
+    nodes_ = base.nodes_per_face();
+    heights_ = base.height_mm;
+    for (std::size_t i = 0; i < heights_.size(); ++i) {
+      double& tallest = tallest_mm_[i / nodes_];
+      tallest = std::max(tallest, std::abs(double{heights_[i]}));
+    }
+  }
+  face_start_.assign(network.size() + 1, 0);
+  for (const Face& f : faces) {
+    for (const std::uint32_t slot : f) ++face_start_[slot + 1];
+  }
+  for (std::size_t i = 0; i < network.size(); ++i) face_start_[i + 1] += face_start_[i];
+  faces_of_slot_.resize(3 * faces.size());
+  auto next = face_start_;
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    for (const std::uint32_t slot : faces[f]) faces_of_slot_[next[slot]++] = f;
+  }
+}
+
+void Skin::pose(const Rows& x) {
+  x_ = &x;
+  if (++pose_ == 0) {  // the counter came round: no old stamp may look current
+    std::fill(posed_.begin(), posed_.end(), 0u);
+    pose_ = 1;
+  }
+}
+
+const Row& Skin::vertex_normal(std::uint32_t slot) {
+  if (posed_[slot] == pose_) return normals_[slot];
+  const Lanes* x = as_lanes(x_->data());
+  Lanes sum{};
+  for (std::uint32_t k = face_start_[slot]; k < face_start_[slot + 1]; ++k) {
+    const Face& f = faces()[faces_of_slot_[k]];
+    const int corner = f[0] == slot ? 0 : f[1] == slot ? 1 : 2;
+    sum += corner_normal(x[slot], x[f[(corner + 1) % 3]], x[f[(corner + 2) % 3]]);
+  }
+  const double length = std::sqrt(dot(sum, sum));
+  normals_[slot] = length > 0 ? from_lanes(sum / length) : Row(0, 0, 1, 0);
+  posed_[slot] = pose_;
+  return normals_[slot];
+}
+
+FaceFrame Skin::frame(std::uint32_t face) {
+  const auto [i, j, k] = faces()[face];
+  const Lanes* x = as_lanes(x_->data());
+  const Lanes ni = *as_lanes(&vertex_normal(i));
+  const Lanes nj = *as_lanes(&vertex_normal(j));
+  const Lanes nk = *as_lanes(&vertex_normal(k));
+  return {x[i], x[j] - x[i], x[k] - x[i], ni, nj - ni, nk - ni};
+}
+
+SkinHit Skin::hit(const SkinPoint& at, const Row& center) {
+  const FaceFrame f = frame(at.face);
+  SkinHit hit{at, from_lanes(f.at(at.b1, at.b2, at.height_mm)),
+              from_lanes(f.normal_at(at.b1, at.b2)), 0};
+  const double length = hit.normal.norm();
+  if (length > 0) hit.normal /= length;
+  hit.distance_mm = (hit.point - center).norm();
+  return hit;
+}
+
+double Skin::distance_to_proxy_face(std::uint32_t face, const Row& center) const {
+  const auto [i, j, k] = faces()[face];
+  const Lanes* x = as_lanes(x_->data());
+  const Lanes p = *as_lanes(&center);
+  const auto [b, c] = nearest_on_triangle(p, x[i], x[j], x[k]);
+  const Lanes d = x[i] + b * (x[j] - x[i]) + c * (x[k] - x[i]) - p;
+  return std::sqrt(dot(d, d));
+}
+
+Lanes Skin::node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
+                       std::uint32_t j) const {
+  return frame.at(double(i) / steps_, double(j) / steps_, height(face, i, j));
+}
+
+SkinPoint Skin::nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
+                                const std::uint32_t (&corners)[3][2], double& squared) const {
+  const auto& [p, q, r] = corners;
+  const auto [b, c] =
+      nearest_on_triangle(center, node_point(frame, face, p[0], p[1]),
+                          node_point(frame, face, q[0], q[1]), node_point(frame, face, r[0], r[1]));
+  const double a = 1 - b - c;
+  const SkinPoint at{
+      face, (a * p[0] + b * q[0] + c * r[0]) / steps_, (a * p[1] + b * q[1] + c * r[1]) / steps_,
+      a * height(face, p[0], p[1]) + b * height(face, q[0], q[1]) + c * height(face, r[0], r[1])};
+  const Lanes d = frame.at(at.b1, at.b2, at.height_mm) - center;
+  squared = dot(d, d);
+  return at;
+}
+
+SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
+  const FaceFrame f = frame(face);
+  const Lanes c = *as_lanes(&center);
+  if (tallest_mm_[face] == 0) {
+    const auto [b1, b2] =
+        nearest_on_triangle(c, f.origin, f.origin + f.along1, f.origin + f.along2);
+    return hit({face, b1, b2, 0}, center);
+  }
+  std::uint32_t ni = 0, nj = 0;
+  double best = std::numeric_limits<double>::infinity();
+  for (std::uint32_t i = 0; i <= steps_; ++i) {
+    for (std::uint32_t j = 0; i + j <= steps_; ++j) {
+      const Lanes d = node_point(f, face, i, j) - c;
+      const double squared = dot(d, d);
+      if (squared < best) best = squared, ni = i, nj = j;
+    }
+  }
+  // The cells round the node: three that point up the lattice, three that point down.
+  SkinPoint at{face, double(ni) / steps_, double(nj) / steps_, height(face, ni, nj)};
+  const auto try_cell = [&](int i, int j, bool up) {
+    const int n = static_cast<int>(steps_);
+    if (i < 0 || j < 0 || i + j + (up ? 1 : 2) > n) return;
+    const std::uint32_t u = i, v = j;
+    double squared = 0;
+    const SkinPoint found =
+        up ? nearest_in_cell(f, face, c, {{u, v}, {u + 1, v}, {u, v + 1}}, squared)
+           : nearest_in_cell(f, face, c, {{u + 1, v}, {u + 1, v + 1}, {u, v + 1}}, squared);
+    if (squared < best) best = squared, at = found;
+  };
+  const int i = static_cast<int>(ni), j = static_cast<int>(nj);
+  try_cell(i, j, true), try_cell(i - 1, j, true), try_cell(i, j - 1, true);
+  try_cell(i - 1, j, false), try_cell(i - 1, j - 1, false), try_cell(i, j - 1, false);
+  return hit(at, center);
+}
+
+void Skin::nodes_within(std::uint32_t face, const Row& center, double radius_mm,
+                        std::vector<SkinHit>& hits) {
+  for (std::uint32_t i = 0; i <= steps_; ++i) {
+    for (std::uint32_t j = 0; i + j <= steps_; ++j) {
+      const SkinHit h =
+          hit({face, double(i) / steps_, double(j) / steps_, height(face, i, j)}, center);
+      if (h.distance_mm <= radius_mm) hits.push_back(h);
+    }
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "bundle/base_layer.h"
+#include "deform/rows.h"
+#include "deform/spring_network.h"
+
+namespace organbake {
+
+// A material point of the skin: bound to the shell over a proxy face (geometry/shell_map.h).
+struct SkinPoint {
+  std::uint32_t face = 0;
+  double b1 = 0, b2 = 0;
+  double height_mm = 0;
+};
+
+// The shell over one face as it lies now: the rows of the face's shell matrix.
+struct FaceFrame {
+  Lanes origin, along1, along2;    // of the proxy's face
+  Lanes normal, normal1, normal2;  // of its vertex normals
+
+  Lanes normal_at(double b1, double b2) const { return normal + b1 * normal1 + b2 * normal2; }
+  Lanes at(double b1, double b2, double height_mm) const {
+    return origin + b1 * along1 + b2 * along2 + height_mm * normal_at(b1, b2);
+  }
+};
+
+struct SkinHit {
+  SkinPoint at;
+  Row point = Row::Zero();   // mm
+  Row normal = Row::Zero();  // outward, unit: the shell's direction at the point
+  double distance_mm = 0;
+};
+
+// The true skin over the proxy, where instruments meet it: the base layer's lattice of heights on
+// every face, carried by the shell map. Without a base layer it is the proxy itself.
+class Skin {
+ public:
+  // network must outlive the skin; base is copied as far as needed.
+  Skin(const SpringNetwork& network, const BaseLayer& base);
+
+  const std::vector<Face>& faces() const { return network_->faces(); }
+  double tallest_mm(std::uint32_t face) const { return tallest_mm_[face]; }
+
+  // Takes x (mm, by slot; kept by reference until the next pose) as the current shape. Vertex
+  // normals are made on demand, once per pose: a contact sees a handful of them.
+  void pose(const Rows& x);
+  const Rows& shape() const { return *x_; }
+  FaceFrame frame(std::uint32_t face);
+  SkinHit hit(const SkinPoint& at, const Row& center);
+  // The nearest skin point of one face: the nearest lattice node's neighbourhood.
+  SkinHit nearest(std::uint32_t face, const Row& center);
+  double distance_to_proxy_face(std::uint32_t face, const Row& center) const;
+  // All lattice nodes of a face within `radius_mm` of `center`, in lattice order.
+  void nodes_within(std::uint32_t face, const Row& center, double radius_mm,
+                    std::vector<SkinHit>& hits);
+
+ private:
+  const Row& vertex_normal(std::uint32_t slot);
+  std::uint32_t node(std::uint32_t i, std::uint32_t j) const {
+    return i * (steps_ + 1) - i * (i - 1) / 2 + j;
+  }
+  double height(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+    return heights_.empty() ? 0 : heights_[std::size_t{face} * nodes_ + node(i, j)];
+  }
+  Lanes node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
+                   std::uint32_t j) const;
+  SkinPoint nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
+                            const std::uint32_t (&corners)[3][2], double& squared) const;
+
+  const SpringNetwork* network_;
+  std::uint32_t steps_ = 1, nodes_ = 3;
+  std::vector<float> heights_;
+  std::vector<double> tallest_mm_;
+  std::vector<std::uint32_t> face_start_, faces_of_slot_;
+  const Rows* x_ = nullptr;
+  Rows normals_;
+  std::vector<std::uint32_t> posed_;
+  std::uint32_t pose_ = 0;
+};
+
+}  // namespace organbake

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "geometry/triangle_mesh.h"
+#include "volume/volume.h"
+
+namespace organbake {
+
+// How near to the level a value may be, as a share of the data's range, so that the crossing is
+// told from its grid point in VTK's single-precision points. Callers keep their values that far
+// away from the level.
+double least_distance_to_level(const std::array<int, 3>& size);
+
+// The surface where a grid of values crosses `level`, in index coordinates, by vtkFlyingEdges3D
+// (Schroeder, Maynard, Geveci 2015) on the values where they lie, without a copy. Every crossing is
+// kept 1/256 of an edge away from the grid points, which rids the surface of the slivers that
+// marching cubes leaves there. Faces look from values ≥ level to values below.
+TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int, 3>& size,
+                     double level);
+TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level);
+
+// Index coordinates → world. A left-handed grid turns the faces round so that they stay outward.
+void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index);
+
+}  // namespace organbake

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+
+#include "core/run_context.h"
+#include "geometry/triangle_mesh.h"
+#include "volume/volume.h"
+
+namespace organbake {
+
+struct IsosurfaceOptions {
+  double iso_hu = -300;  // the level, when no mask is given; the organ is above it
+  // Keep the K pieces of largest area; 0 = all. Cavities of a closed surface don't count as pieces
+  // and go, unless all is kept.
+  std::size_t largest = 1;
+  bool cap = true;  // close the surface where it leaves the volume
+  // Standard deviation of the Gaussian on a mask; more is taken where the mask's stairs are higher
+  // (a mask drawn at 3 mm has stairs of 3 mm, whatever grid it was brought onto), since less lets
+  // them through; 0 = no blur at all.
+  double smooth_mm = 1.0;
+  int label = 1;  // the mask's label
+
+  void check() const;
+};
+
+struct Isosurface {
+  TriangleMesh mesh;  // world mm, outward
+  std::size_t components_found = 0;
+  std::size_t components_kept = 0;
+};
+
+// Marching cubes' surface (vtkFlyingEdges3D) of a CT at iso_hu, to half a unit: every level between
+// two whole numbers parts the voxels alike, so the middle is taken. The faces look outward, from
+// tissue to air, also on left-handed grids. With `cap` the result is closed: where the organ leaves
+// the volume it is cut flat, half a voxel beyond the last voxel centres. Throws BadDataError when
+// the level lies outside the volume's values ("the volume spans −1024…1650 HU") or nothing is left.
+Isosurface extract_isosurface(const Volume& ct, const IsosurfaceOptions& options,
+                              const RunContext& context = {});
+// A smooth closed surface around one label of a mask: the level of the blurred label that encloses
+// the volume of its voxels, to 0.1 %. Throws BadDataError when the label is absent (the labels
+// present are named).
+Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& options,
+                                 const RunContext& context = {});
+
+}  // namespace organbake

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mechanics/mechanics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/mesh_checks.h"
+#include "mechanics/body_struts.h"
+#include "mechanics/spring_network.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kKgPerMm3FromDensity = 1e-9;  // kg/m³ → kg/mm³
+constexpr std::size_t kFewestAnchors = 3;      // what a rigid body needs to stay where it is
+
+void check_range(const char* name, double value, double low, double high) {
+  if (value >= low && value <= high) return;  // false for NaN
+  throw UsageError(std::string(name) + " must be " + to_text(low) + "…" + to_text(high) + ", not " +
+                   to_text(value));
+}
+
+// A third of the faces round each vertex, mm².
+std::vector<double> vertex_areas(const TriangleMesh& proxy) {
+  std::vector<double> areas(proxy.vertices.size(), 0.0);
+  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
+    const double third = face_area(proxy, f) / 3;
+    for (const std::uint32_t v : proxy.faces[f]) areas[v] += third;
+  }
+  return areas;
+}
+
+// Vertices of degenerate faces still need a mass; a thousandth of the mean moves nothing else.
+std::vector<double> masses(const std::vector<double>& areas, const MechanicsOptions& options) {
+  const double kg_per_mm2 = kKgPerMm3FromDensity * options.density_kg_per_m3 * options.thickness_mm;
+  const double total = std::accumulate(areas.begin(), areas.end(), 0.0);
+  const double least = 1e-3 * total / static_cast<double>(areas.size());
+  std::vector<double> result;
+  for (const double area : areas) result.push_back(kg_per_mm2 * std::max(area, least));
+  return result;
+}
+
+// What lies at an edge: its faces' area, and the corners opposite it (one per face).
+struct EdgeFaces {
+  double area_mm2 = 0;
+  std::vector<std::pair<std::uint32_t, double>> opposite;  // corner, its face's area
+};
+using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, EdgeFaces>;
+
+Edges edges_of(const TriangleMesh& proxy) {
+  Edges edges;
+  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
+    const Face& face = proxy.faces[f];
+    const double area = face_area(proxy, f);
+    for (int c = 0; c < 3; ++c) {
+      const std::uint32_t a = face[c], b = face[(c + 1) % 3], opposite = face[(c + 2) % 3];
+      if (a == b) continue;
+      EdgeFaces& edge = edges[std::minmax(a, b)];
+      edge.area_mm2 += area;
+      edge.opposite.emplace_back(opposite, area);
+    }
+  }
+  return edges;
+}
+
+// Van Gelder 1998: k = E·t·ΣArea/L², that is a bar of cross-section t·ΣArea/L. A needle's edge
+// gets at least a strip of a hundredth of its length, lest its ends drift apart.
+void add_surface_bar(const TriangleMesh& proxy, std::uint32_t a, std::uint32_t b, double area,
+                     double thickness, SpringNetwork& network) {
+  constexpr double kNarrowest = 0.01;
+  const double length = (proxy.vertices[a] - proxy.vertices[b]).norm();
+  if (!(length > 0)) return;
+  network.add_bar(a, b, thickness * std::max(area / length, kNarrowest * length));
+}
+
+void add_surface(const TriangleMesh& proxy, double thickness, SpringNetwork& network) {
+  // Stretch is the edges' work; the spring across an edge is there for shear and bending.
+  constexpr double kBendingShare = 0.5;
+  for (const auto& [ends, edge] : edges_of(proxy)) {
+    add_surface_bar(proxy, ends.first, ends.second, edge.area_mm2, thickness, network);
+    for (std::size_t i = 0; i < edge.opposite.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        const auto& [p, p_area] = edge.opposite[i];
+        const auto& [q, q_area] = edge.opposite[j];
+        if (p == q) continue;
+        add_surface_bar(proxy, p, q, kBendingShare * (p_area + q_area), thickness, network);
+      }
+    }
+  }
+}
+
+// The share of the used vertices that lies farthest along the direction.
+std::vector<std::uint32_t> choose_anchors(const TriangleMesh& proxy,
+                                          const std::vector<double>& areas,
+                                          const MechanicsOptions& options) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t v = 0; v < areas.size(); ++v) {
+    if (areas[v] > 0) order.push_back(v);
+  }
+  const Eigen::Vector3d direction = options.anchor_direction.stableNormalized();
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return proxy.vertices[a].dot(direction) > proxy.vertices[b].dot(direction);
+  });
+  const auto wanted = static_cast<std::size_t>(
+      std::ceil(options.anchor_fraction * static_cast<double>(order.size())));
+  order.resize(std::min(std::max(wanted, kFewestAnchors), order.size() - 1));
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+}  // namespace
+
+void MechanicsOptions::check() const {
+  check_range("young_modulus_kpa", young_modulus_kpa, 1e-3, 1e6);
+  check_range("density_kg_per_m3", density_kg_per_m3, 1, 1e5);
+  check_range("thickness_mm", thickness_mm, 1e-3, 1e3);
+  check_range("damping_ratio", damping_ratio, 0, 10);
+  check_range("volume_stiffness", volume_stiffness, 0, 1);
+  check_range("anchor_fraction", anchor_fraction, 0, 0.9);
+  check_range("instrument_radius_mm", instrument_radius_mm, 0.01, 1e3);
+  const double length = anchor_direction.stableNorm();
+  if (!(length > 0) || !std::isfinite(length)) {
+    throw UsageError("anchor_direction must be finite and not zero");
+  }
+}
+
+MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions& options,
+                              const RunContext& context) {
+  options.check();
+  check_mesh(proxy, "proxy");
+  const double area = surface_area(proxy);
+  if (proxy.empty() || !(area > 0) || !std::isfinite(area)) {
+    throw BadDataError(
+        "proxy: its faces have no (finite) area, so it has neither mass nor springs");
+  }
+  const std::vector<double> areas = vertex_areas(proxy);
+  MechanicsModel model;
+  model.mass_kg = masses(areas, options);
+  SpringNetwork network(proxy, options.young_modulus_kpa);
+  add_surface(proxy, options.thickness_mm, network);
+  context.throw_if_cancelled();
+  add_body_struts(proxy, areas, network);
+  tie_loose_parts(proxy, areas, network);
+  model.springs = network.springs(model.mass_kg, options.damping_ratio);
+  model.anchors = choose_anchors(proxy, areas, options);
+  model.young_modulus_kpa = options.young_modulus_kpa;
+  model.density_kg_per_m3 = options.density_kg_per_m3;
+  model.thickness_mm = options.thickness_mm;
+  model.volume_stiffness = options.volume_stiffness;
+  model.instrument_radius_mm = options.instrument_radius_mm;
+  return model;
+}
+
+}  // namespace organbake

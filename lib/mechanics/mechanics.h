@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "bundle/mechanics_model.h"
+#include "core/run_context.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+struct MechanicsOptions {
+  double young_modulus_kpa = 10;  // liver: about 5–15; more is stiffer
+  double density_kg_per_m3 = 1060;
+  double thickness_mm = 15;       // of the layer of tissue that a surface spring stands for
+  double damping_ratio = 0.7;     // of each spring, 1 = critical
+  double volume_stiffness = 1;    // 0 = volume free … 1 = kept
+  double anchor_fraction = 0.15;  // share of the vertices held, farthest along anchor_direction
+  Eigen::Vector3d anchor_direction = {0, 1, 0};  // world; +y of LPS is the patient's back
+  double instrument_radius_mm = 5;
+
+  // Throws UsageError.
+  void check() const;
+};
+
+// Fits masses and springs to the proxy (the paper, 2.1.3): edges, bending springs across edges, and
+// struts through the body so that it keeps its shape. A spring stands for a bar of tissue of the
+// cross-section A that falls to it, k = E·A/L (for an edge of triangles E·t·ΣArea/L²: Van Gelder
+// 1998), and is damped by damping_ratio · 2√(k m), m the reduced mass of its two ends. Every part
+// of the proxy hangs together and on the anchors, of which there are at least three and never all.
+// Need not be manifold. Throws BadDataError for a proxy without area.
+MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions& options,
+                              const RunContext& context = {});
+
+}  // namespace organbake

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/carried_surface.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "geometry/mesh_checks.h"
+#include "image/srgb.h"
+#include "warp/rasteriser.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kRaysPerSide = 4;
+constexpr int kBandRows = 16;  // output rows that one task draws: their 4×4 rays stay in cache
+
+// Corners of every face in the picture, in units of a pixel over `scale`; faces that reach before
+// the near plane are dropped (inverse_depth 0).
+std::vector<std::array<RasterCorner, 3>> project_faces(
+    const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& positions, const View& view,
+    double scale) {
+  std::vector<RasterCorner> corners(positions.size());
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const Eigen::Vector3d p = view.camera.camera_from_world * positions[v];
+    if (p.z() < view.near_mm) continue;
+    const Eigen::Vector2d pixel = project(view.camera.intrinsics, p);
+    corners[v] = {scale * pixel.x(), scale * pixel.y(), 1 / p.z()};
+  }
+  std::vector<std::array<RasterCorner, 3>> faces;
+  faces.reserve(mesh.faces.size());
+  for (const Face& f : mesh.faces) faces.push_back({corners[f[0]], corners[f[1]], corners[f[2]]});
+  return faces;
+}
+
+bool before_near_plane(const std::array<RasterCorner, 3>& t) {
+  return t[0].inverse_depth == 0 || t[1].inverse_depth == 0 || t[2].inverse_depth == 0;
+}
+
+// The nearest face of each pixel of a window, with its weights.
+struct Hits {
+  explicit Hits(std::size_t count)
+      : depth(count, std::numeric_limits<float>::infinity()),
+        face(count, kNoFace),
+        weights(count) {}
+  std::vector<float> depth;
+  std::vector<std::uint32_t> face;
+  std::vector<std::array<float, 2>> weights;  // of corners 1 and 2
+};
+
+void draw_faces(const std::vector<std::array<RasterCorner, 3>>& faces, const PixelBox& window,
+                Hits& hits) {
+  for (std::uint32_t f = 0; f < faces.size(); ++f) {
+    const auto& t = faces[f];
+    // Only what turns to the eye: a closed surface hides its own inside.
+    if (before_near_plane(t) || doubled_area(t) >= 0) continue;
+    rasterise(t, window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+      const std::size_t i = std::size_t(y - window.y0) * window.width() + (x - window.x0);
+      if (!(depth < hits.depth[i])) return;
+      hits.depth[i] = static_cast<float>(depth);
+      hits.face[i] = f;
+      hits.weights[i] = {static_cast<float>(w[1]), static_cast<float>(w[2])};
+    });
+  }
+}
+
+}  // namespace
+
+CarriedSurface::CarriedSurface(TriangleMesh surface, TriangleMesh proxy)
+    : rest_(std::move(surface)), proxy_(std::move(proxy)) {
+  check_mesh(rest_, "surface");
+  if (rest_.faces.empty())
+    throw BadDataError("surface: has no faces, there is no truth to compare with");
+  // Any height may occur; half the organ is beyond all of them and keeps the search bounded.
+  const ShellBinder binder(proxy_, 0.5 * bounds(rest_).diagonal());
+  bindings_.resize(rest_.vertices.size());
+  tbb::parallel_for(std::size_t{0}, bindings_.size(),
+                    [&](std::size_t v) { bindings_[v] = binder.bind(rest_.vertices[v]); });
+}
+
+std::vector<Eigen::Vector3d> CarriedSurface::carry(
+    const std::vector<Eigen::Vector3d>& proxy_positions) const {
+  TriangleMesh deformed = proxy_;
+  deformed.vertices = proxy_positions;
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
+  std::vector<ShellMatrix> matrices;
+  for (std::uint32_t f = 0; f < deformed.faces.size(); ++f) {
+    matrices.push_back(shell_matrix(deformed, normals, f));
+  }
+  std::vector<Eigen::Vector3d> positions;
+  positions.reserve(bindings_.size());
+  for (const ShellBinding& b : bindings_) {
+    positions.push_back(shell_point(matrices[b.face], b.b1, b.b2, b.height_mm));
+  }
+  return positions;
+}
+
+std::vector<bool> CarriedSurface::visible(const std::vector<Eigen::Vector3d>& positions,
+                                          const View& view) const {
+  const Intrinsics& k = view.camera.intrinsics;
+  const double scale = std::max(1.0, 1024.0 / std::min(k.width, k.height));
+  const PixelBox picture{0, 0, static_cast<int>(std::ceil(scale * k.width)),
+                         static_cast<int>(std::ceil(scale * k.height))};
+  Hits hits(std::size_t(picture.width()) * picture.height());
+  draw_faces(project_faces(rest_, positions, view, scale), picture, hits);
+  std::vector<bool> seen(positions.size(), false);
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const Eigen::Vector3d p = view.camera.camera_from_world * positions[v];
+    if (p.z() < view.near_mm) continue;
+    const Eigen::Vector2d pixel = scale * project(k, p);
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < picture.x1 && pixel.y() < picture.y1))
+      continue;
+    const std::size_t i = std::size_t(pixel.y()) * picture.width() + std::size_t(pixel.x());
+    // The depth picture is sampled at pixel centres: a slope of 4 within one of its pixels is seen.
+    const double pixel_mm = p.z() / (k.fx * scale);
+    seen[v] = p.z() <= hits.depth[i] + 4 * pixel_mm;
+  }
+  return seen;
+}
+
+TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                                const std::array<std::uint8_t, 3>& background) const {
+  if (rest_.colors.empty())
+    throw BadDataError("surface: has no colours, its picture cannot be drawn");
+  const Intrinsics& k = view.camera.intrinsics;
+  const auto faces = project_faces(rest_, positions, view, kRaysPerSide);
+  const auto& linear = linear_from_srgb8();
+  const Eigen::Vector3f behind(linear[background[0]], linear[background[1]], linear[background[2]]);
+  TruthFrame frame;
+  frame.color = Rgb8Image(k.width, k.height);
+  frame.covered.resize(std::size_t(k.width) * k.height);
+  frame.proxy_face.assign(frame.covered.size(), kNoFace);
+
+  const auto color_at = [&](const Hits& hits, std::size_t i) -> Eigen::Vector3f {
+    if (hits.face[i] == kNoFace) return behind;
+    const auto [a, b, c] = rest_.faces[hits.face[i]];
+    const auto [w1, w2] = hits.weights[i];
+    return (1 - w1 - w2) * rest_.colors[a] + w1 * rest_.colors[b] + w2 * rest_.colors[c];
+  };
+  const int bands = (k.height + kBandRows - 1) / kBandRows;
+  tbb::parallel_for(0, bands, [&](int band) {
+    const int y0 = band * kBandRows, y1 = std::min(y0 + kBandRows, k.height);
+    const PixelBox window{0, kRaysPerSide * y0, kRaysPerSide * k.width, kRaysPerSide * y1};
+    Hits hits(std::size_t(window.width()) * window.height());
+    draw_faces(faces, window, hits);
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < k.width; ++x) {
+        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+        const std::size_t pixel = std::size_t(y) * k.width + x;
+        for (int ray = 0; ray < kRaysPerSide * kRaysPerSide; ++ray) {
+          const int rx = kRaysPerSide * x + ray % kRaysPerSide,
+                    ry = kRaysPerSide * (y - y0) + ray / kRaysPerSide;
+          const std::size_t i = std::size_t(ry) * window.width() + rx;
+          sum += color_at(hits, i);
+          frame.covered[pixel] |= hits.face[i] != kNoFace;
+          if (ray == (kRaysPerSide / 2) * (kRaysPerSide + 1) && hits.face[i] != kNoFace) {
+            frame.proxy_face[pixel] = bindings_[rest_.faces[hits.face[i]][0]].face;
+          }
+        }
+        sum /= kRaysPerSide * kRaysPerSide;
+        for (int c = 0; c < 3; ++c) frame.color.at(x, y)[c] = srgb8_from_linear(sum[c]);
+      }
+    }
+  });
+  return frame;
+}
+
+}  // namespace organbake

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/shell_map.h"
+#include "geometry/triangle_mesh.h"
+#include "image/channel_image.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// What a pixel of the truth shows.
+struct TruthFrame {
+  Rgb8Image color;
+  std::vector<std::uint8_t> covered;      // 1 where any of a pixel's 16 rays meets the surface
+  std::vector<std::uint32_t> proxy_face;  // at the pixel's centre; kNoFace off the surface
+};
+
+// The truth for a deformation: every vertex of the original surface carried in double precision by
+// the same shell map as the baked samples, drawn with 4×4 rays a pixel and colours in linear light.
+// It judges binding, drawing and blending; it does not judge the deformation itself.
+class CarriedSurface {
+ public:
+  // Throws BadDataError for an empty surface or proxy.
+  CarriedSurface(TriangleMesh surface, TriangleMesh proxy);
+
+  const TriangleMesh& at_rest() const { return rest_; }
+  const std::vector<ShellBinding>& bindings() const { return bindings_; }
+
+  // Positions of the surface's vertices when the proxy's are at proxy_positions.
+  std::vector<Eigen::Vector3d> carry(const std::vector<Eigen::Vector3d>& proxy_positions) const;
+
+  // Which vertices the view sees: inside the picture and not behind the surface, by a depth picture
+  // of at least 1024² pixels.
+  std::vector<bool> visible(const std::vector<Eigen::Vector3d>& positions, const View& view) const;
+
+  TruthFrame draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                  const std::array<std::uint8_t, 3>& background) const;
+
+ private:
+  TriangleMesh rest_, proxy_;
+  std::vector<ShellBinding> bindings_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/json_fields.h"
+#include "core/text.h"
+#include "player/comparison_table.h"
+
+namespace organbake {
+namespace {
+
+Json errors_json(const PixelErrors& e) {
+  return {
+      {"mean_px", e.mean_px}, {"p99_px", e.p99_px}, {"max_px", e.max_px}, {"vertices", e.vertices}};
+}
+
+Json steps_json(const SeamSteps& s) {
+  return {
+      {"frame", s.frame}, {"truth", s.truth}, {"largest_excess", s.excess}, {"places", s.places}};
+}
+
+std::string cell(const std::string& text, std::size_t width) {
+  return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
+}
+
+}  // namespace
+
+std::string comparison_json(const ComparisonTable& table) {
+  Json rows = Json::array();
+  for (const ComparisonRow& row : table.rows) {
+    rows.push_back({{"angle_rad", row.angle_rad},
+                    {"state", row.poked ? "poked" : "rest"},
+                    {"visible_vertices", row.projection.visible},
+                    {"without_map", row.projection.without_map},
+                    {"image_based", errors_json(row.projection.image_based)},
+                    {"polygons", errors_json(row.projection.polygons)},
+                    {"psnr_db", row.psnr_db},
+                    {"ssim", row.ssim},
+                    {"holes", row.holes},
+                    {"edge_step_8bit", steps_json(row.seams)}});
+  }
+  return json_text({{"schema", "organbake/comparison/1"},
+                    {"rows", rows},
+                    {"camera_switches", table.switches},
+                    {"camera_switch_step_8bit", steps_json(table.camera_switch)}});
+}
+
+std::string comparison_text(const ComparisonTable& table) {
+  std::string text =
+      "state  angle     image-based px (mean, max)   polygons px (mean, max)   PSNR dB  holes  "
+      "edge step (frame, truth)\n";
+  for (const ComparisonRow& row : table.rows) {
+    const auto& image = row.projection.image_based;
+    const auto& polygons = row.projection.polygons;
+    text += std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
+            cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
+            cell(to_text(polygons.mean_px, 2), 18) + cell(to_text(polygons.max_px, 1), 8) +
+            cell(to_text(row.psnr_db, 2), 11) + cell(std::to_string(row.holes), 7) +
+            cell(to_text(row.seams.frame, 1), 10) + cell(to_text(row.seams.truth, 1), 8) + "\n";
+  }
+  return text + "camera switches on the orbit: " + std::to_string(table.switches) +
+         ", largest step " + to_text(table.camera_switch.frame, 2) + "/255 (truth " +
+         to_text(table.camera_switch.truth, 2) + ")\n";
+}
+
+}  // namespace organbake

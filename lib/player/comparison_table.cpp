@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/comparison_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/view_manifold.h"
+#include "image/difference.h"
+#include "player/contact_sheet.h"
+#include "player/orbit.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::array<std::uint8_t, 3> kBlack = {0, 0, 0};
+
+// A pixel that the truth covers with all its neighbours, so that no silhouette is mistaken for one.
+std::size_t count_holes(const Frame& frame, const TruthFrame& truth) {
+  const int w = frame.color.width, h = frame.color.height;
+  std::size_t holes = 0;
+  for (int y = 1; y + 1 < h; ++y) {
+    for (int x = 1; x + 1 < w; ++x) {
+      if (frame.covered(x, y)) continue;
+      bool inside = true;
+      for (int dy = -1; dy <= 1 && inside; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx)
+          inside &= truth.covered[std::size_t(y + dy) * w + x + dx] != 0;
+      }
+      holes += inside;
+    }
+  }
+  return holes;
+}
+
+class Comparer {
+ public:
+  Comparer(Player& player, const TriangleMesh& surface, const CompareOptions& options)
+      : player_(player),
+        truth_(surface, player.bundle().proxy),
+        projection_(player.bundle(), truth_),
+        size_(options.size_px) {
+    draw_options_.background = kBlack;
+  }
+
+  ComparisonRow row(double angle, bool poked) {
+    const View view = view_at(angle);
+    ComparisonRow row{angle, poked, projection_.measure(player_.proxy_positions(), view), 0, 0,
+                      0,     {}};
+    player_.draw(view, draw_options_, frame_);
+    const TruthFrame truth = true_frame(view);
+    std::vector<std::uint8_t> either = truth.covered;
+    for (std::size_t i = 0; i < either.size(); ++i)
+      either[i] |= frame_.cover[i] != Cover::background;
+    row.psnr_db = compare_images(frame_.color, truth.color, either).psnr_db;
+    row.ssim = structural_similarity(frame_.color, truth.color, either);
+    row.holes = count_holes(frame_, truth);
+    row.seams = edge_steps(frame_.color, truth);
+    return row;
+  }
+
+  // Just before and just after the angle at which the view's set of cameras changes.
+  SeamSteps switch_at(double angle, double half_step) {
+    const View before = view_at(angle - half_step), after = view_at(angle + half_step);
+    player_.draw(before, draw_options_, frame_);
+    const Rgb8Image first = frame_.color;
+    player_.draw(after, draw_options_, frame_);
+    return switch_steps(first, frame_.color, true_frame(before), true_frame(after));
+  }
+
+  // Angles of one turn at which another triangle of the VPM takes over.
+  std::vector<double> switch_angles() const {
+    constexpr int kSteps = 3600;
+    std::vector<double> angles;
+    std::set<std::uint32_t> last = cameras_at(0);
+    for (int step = 1; step <= kSteps; ++step) {
+      double low = 2 * std::numbers::pi * (step - 1) / kSteps,
+             high = 2 * std::numbers::pi * step / kSteps;
+      const std::set<std::uint32_t> now = cameras_at(high);
+      if (now == last) continue;
+      for (int i = 0; i < 40; ++i) {  // bisection down to rounding
+        const double middle = 0.5 * (low + high);
+        (cameras_at(middle) == last ? low : high) = middle;
+      }
+      angles.push_back(high);
+      last = now;
+    }
+    return angles;
+  }
+
+ private:
+  View view_at(double angle) const {
+    return orbit_view(player_.bundle().cameras, {angle}, size_, size_);
+  }
+  TruthFrame true_frame(const View& view) const {
+    return truth_.draw(truth_.carry(player_.proxy_positions()), view, kBlack);
+  }
+  std::set<std::uint32_t> cameras_at(double angle) const {
+    const ViewManifold& manifold = player_.bundle().cameras.manifold;
+    const ViewWeights w =
+        view_weights(manifold, view_at(angle).camera.center_world_mm() - manifold.center_world_mm);
+    return {w.cameras.begin(), w.cameras.end()};
+  }
+
+  Player& player_;
+  CarriedSurface truth_;
+  ProjectionComparison projection_;
+  int size_;
+  DrawOptions draw_options_;
+  Frame frame_;
+};
+
+}  // namespace
+
+void CompareOptions::check() const {
+  if (angles_rad.empty()) throw UsageError("a comparison needs a viewing angle");
+  for (const double angle : angles_rad) {
+    if (!std::isfinite(angle)) throw UsageError("viewing angles must be finite numbers of radians");
+  }
+  if (size_px < 16 || size_px > 4096) {
+    throw UsageError("the comparison's size is " + std::to_string(size_px) +
+                     ", needs 16…4096 pixels");
+  }
+  if (!(poke_share >= 0 && poke_share <= 0.5)) {
+    throw UsageError("the poke is " + to_text(poke_share) + " of the organ, needs 0…0.5");
+  }
+}
+
+ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
+                                   const CompareOptions& options, const RunContext& context) {
+  options.check();
+  Comparer comparer(player, surface, options);
+  ComparisonTable table;
+  const Bundle& bundle = player.bundle();
+  for (const bool poked : {false, true}) {
+    player.reset();
+    // Half-way between the viewing angles' extremes would be out of some views: poke the front.
+    if (poked) {
+      hold_poke(player, bundle.cameras.manifold.directions.front(), options.poke_share,
+                bundle.mechanics.instrument_radius_mm);
+    }
+    for (const double angle : options.angles_rad) {
+      context.throw_if_cancelled();
+      table.rows.push_back(comparer.row(angle, poked));
+    }
+  }
+  player.reset();
+  constexpr double kHalfStep = 1e-5;  // rad: moves the picture by 0.01 pixel
+  for (const double angle : comparer.switch_angles()) {
+    context.throw_if_cancelled();
+    const SeamSteps steps = comparer.switch_at(angle, kHalfStep);
+    ++table.switches;
+    if (steps.excess >= table.camera_switch.excess) table.camera_switch = steps;
+  }
+  return table;
+}
+
+}  // namespace organbake

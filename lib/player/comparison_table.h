@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/run_context.h"
+#include "player/player.h"
+#include "player/projection_error.h"
+#include "player/seams.h"
+
+namespace organbake {
+
+struct CompareOptions {
+  // The paper's Table 1: rotations about the organ's vertical axis from camera 0.
+  std::vector<double> angles_rad = {0.705723, 0.867709, 1.91832, 2.44696, 2.44881};
+  int size_px = 512;
+  double poke_share = 0.3;  // of the organ's thickness
+
+  void check() const;  // throws UsageError
+};
+
+// One viewing angle in one state.
+struct ComparisonRow {
+  double angle_rad = 0;
+  bool poked = false;
+  ProjectionErrors projection;
+  double psnr_db = 0, ssim = 0;  // against the 16-ray truth, over the union of both silhouettes
+  std::size_t holes = 0;  // uncovered pixels where all of the truth's neighbourhood is covered
+  SeamSteps seams;
+};
+
+struct ComparisonTable {
+  std::vector<ComparisonRow> rows;  // every angle at rest, then every angle poked
+  SeamSteps camera_switch;          // the worst over the triangles' edges that the orbit crosses
+  std::size_t switches = 0;
+};
+
+// Compares what the player draws with the truth that its bundle carries (surface.ply): the paper's
+// 3.2. The player must have been loaded with its maps kept. Throws BadDataError without a surface.
+ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
+                                   const CompareOptions& options, const RunContext& context = {});
+
+std::string comparison_json(const ComparisonTable& table);
+std::string comparison_text(const ComparisonTable& table);
+
+}  // namespace organbake

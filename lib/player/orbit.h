@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "bundle/cameras_json.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// A viewer on an orbit about the organ's centre, relative to virtual camera 0.
+struct OrbitPose {
+  double azimuth_rad = 0;    // about the organ's vertical axis (world +z, superior)
+  double elevation_rad = 0;  // towards +z
+  double distance = 1;       // multiples of the virtual cameras' distance
+  double roll_rad = 0;       // about the view axis
+};
+
+// The view of a pose, with virtual camera 0's angle of view across the picture's smaller side.
+// Throws UsageError for a picture without pixels or a pose that is not finite or not outside.
+View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int height);
+
+}  // namespace organbake

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/play.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/error.h"
+#include "player/instrument_motion.h"
+
+namespace organbake {
+namespace {
+
+class Stopwatch {
+ public:
+  // Milliseconds since the last call.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+void PlayOptions::check() const {
+  constexpr int kLargestSide = 16384;
+  if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
+    throw UsageError("a size of " + std::to_string(width) + "x" + std::to_string(height) +
+                     " pixels cannot be drawn; each side needs 1…16384");
+  }
+}
+
+std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOptions& options,
+                              const std::function<void(int, const Frame&)>& show,
+                              const RunContext& context) {
+  options.check();
+  const int width = script.width > 0 ? script.width : options.width;
+  const int height = script.height > 0 ? script.height : options.height;
+  const InstrumentMotion motion(script, player.bundle());
+  player.reset();
+  std::vector<PlayedFrame> played;
+  Frame picture;
+  for (int frame = 0; frame < script.frames; ++frame) {
+    context.throw_if_cancelled();
+    const std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
+    const View view = orbit_view(player.bundle().cameras, camera_at(script, frame), width, height);
+    DrawOptions draw = options.draw;
+    if (options.instruments) draw.solids = motion.solids(tips);
+    PlayedFrame& entry = played.emplace_back();
+    Stopwatch watch;
+    entry.step = player.step(tips);
+    entry.deform_ms = watch.lap();
+    entry.draw = player.draw(view, draw, picture);
+    entry.draw_ms = watch.lap();
+    if (entry.step.recovered) {
+      context.warn("frame " + std::to_string(frame) +
+                   ": the tissue's state was lost and reset to rest");
+    }
+    if (show) show(frame, picture);
+    context.progress(double(frame + 1) / script.frames);
+  }
+  return played;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace organbake

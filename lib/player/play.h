@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/run_context.h"
+#include "player/player.h"
+#include "player/script.h"
+
+namespace organbake {
+
+struct PlayOptions {
+  int width = 1280, height = 720;  // pixels; the script's own size goes first
+  bool instruments = true;         // draw the tools
+  DrawOptions draw;
+
+  void check() const;  // throws UsageError
+};
+
+struct PlayedFrame {
+  double deform_ms = 0, draw_ms = 0;
+  DrawReport draw;
+  StepReport step;
+};
+
+// Plays a script from rest and hands every finished frame to `show` (which may be empty). Throws
+// what `show` throws, CancelledError, and UsageError or BadDataError for a script that the organ
+// cannot follow.
+std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOptions& options,
+                              const std::function<void(int frame, const Frame&)>& show,
+                              const RunContext& context = {});
+
+// The JSON report (play-report.schema.json): per frame and in summary the times by phase, what was
+// skipped and why, holes, contacts and forces. Times are the one thing in it that differs from run
+// to run.
+std::string play_report(const Script& script, const std::vector<PlayedFrame>& frames);
+
+// Median of values; 0 when empty.
+double median(std::vector<double> values);
+
+}  // namespace organbake

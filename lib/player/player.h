@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "deform/deformer.h"
+#include "warp/warper.h"
+
+namespace organbake {
+
+// The interactive phase of the paper (2.2) in one object: load a baked organ, push it about, draw
+// it.
+//
+//   organbake::Player player("out/liver");
+//   organbake::Frame frame;
+//   player.step({{tip_mm, 5.0, organbake::InstrumentMode::poke, true}});
+//   player.draw(view, {}, frame);
+//
+// One thread calls; drawing uses TBB's threads inside and gives the same bytes for any number.
+class Player {
+ public:
+  // Reads a bundle and binds its samples; keep_maps holds on to the camera maps for comparisons.
+  // Throws NoInputError or BadDataError naming the file.
+  explicit Player(const std::filesystem::path& bundle_folder, const DeformOptions& options = {},
+                  bool keep_maps = false);
+
+  StepReport step(const std::vector<InstrumentTip>& tips) { return deformer_.step(tips); }
+  DrawReport draw(const View& view, const DrawOptions& options, Frame& frame) {
+    return warper_.draw(deformer_.positions(), view, options, frame);
+  }
+  // Back to rest.
+  void reset() { deformer_.reset(); }
+
+  const Bundle& bundle() const { return bundle_; }
+  const std::vector<Eigen::Vector3d>& proxy_positions() const { return deformer_.positions(); }
+  std::size_t sample_count() const { return warper_.sample_count(); }
+
+ private:
+  Bundle bundle_;
+  Warper warper_;
+  Deformer deformer_;
+};
+
+}  // namespace organbake

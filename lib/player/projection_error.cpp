@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/projection_error.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "geometry/nearest_on_triangle.h"
+#include "geometry/view_manifold.h"
+
+namespace organbake {
+namespace {
+
+Eigen::Vector3d on_face(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& positions,
+                        std::uint32_t face, const Eigen::Vector3d& weights) {
+  const auto [a, b, c] = mesh.faces[face];
+  return weights[0] * positions[a] + weights[1] * positions[b] + weights[2] * positions[c];
+}
+
+PixelErrors summarise(std::vector<double> errors) {
+  PixelErrors result;
+  result.vertices = errors.size();
+  if (errors.empty()) return result;
+  std::sort(errors.begin(), errors.end());
+  result.mean_px = std::accumulate(errors.begin(), errors.end(), 0.0) / errors.size();
+  result.p99_px = errors[static_cast<std::size_t>(0.99 * (errors.size() - 1))];
+  result.max_px = errors.back();
+  return result;
+}
+
+// The view's cameras, heaviest first, without those that take no part.
+std::vector<std::uint32_t> by_weight(const ViewWeights& weights) {
+  std::array<int, 3> order = {0, 1, 2};
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return weights.weights[a] > weights.weights[b]; });
+  std::vector<std::uint32_t> cameras;
+  for (const int i : order) {
+    if (weights.weights[i] > 0) cameras.push_back(weights.cameras[i]);
+  }
+  return cameras;
+}
+
+}  // namespace
+
+ProjectionComparison::ProjectionComparison(const Bundle& bundle, const CarriedSurface& truth)
+    : bundle_(bundle),
+      truth_(truth),
+      binder_(bundle.proxy, 0.5 * bounds(bundle.proxy).diagonal()),
+      closest_(truth.at_rest().vertices.size()) {
+  const TriangleMesh& proxy = bundle.proxy;
+  tbb::parallel_for(std::size_t{0}, closest_.size(), [&](std::size_t v) {
+    const Eigen::Vector3d& p = truth.at_rest().vertices[v];
+    double best = std::numeric_limits<double>::infinity();
+    for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
+      const auto [a, b, c] = proxy.faces[f];
+      const Eigen::Vector3d w =
+          nearest_on_triangle(p, proxy.vertices[a], proxy.vertices[b], proxy.vertices[c]);
+      const double d2 = (on_face(proxy, proxy.vertices, f, w) - p).squaredNorm();
+      if (d2 < best) best = d2, closest_[v] = {f, w};
+    }
+  });
+}
+
+bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera,
+                                   ShellBinding& binding) const {
+  const PosedCamera& c = bundle_.cameras.cameras[camera];
+  const CameraMaps& maps = bundle_.maps[camera];
+  const Eigen::Vector3d in_camera = c.camera_from_world * truth_.at_rest().vertices[vertex];
+  if (in_camera.z() <= 0) return false;
+  const Eigen::Vector2d pixel = project(c.intrinsics, in_camera);
+  const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
+  const int x = static_cast<int>(std::floor(u)), y = static_cast<int>(std::floor(v));
+  if (!(u >= 0 && v >= 0) || x + 1 >= maps.width || y + 1 >= maps.height) return false;
+  // 1/z is linear over a plane's picture, so planes are found exactly.
+  double inverse = 0, nearest = std::numeric_limits<double>::infinity(), farthest = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const int dx = corner & 1, dy = corner >> 1;
+    const std::size_t i = std::size_t(y + dy) * maps.width + (x + dx);
+    if (maps.face[i] == kNoFace) return false;
+    const double z = maps.depth_mm[i];
+    inverse += (dx ? u - x : 1 - (u - x)) * (dy ? v - y : 1 - (v - y)) / z;
+    nearest = std::min(nearest, z), farthest = std::max(farthest, z);
+  }
+  // Texels on both sides of an occluding edge show two places, and a vertex behind the map's
+  // surface is hidden from this camera. A slope of 6 (80°) between neighbouring texels is the
+  // limit.
+  const double texel_mm = nearest / c.intrinsics.fx, limit = 6 * texel_mm;
+  if (farthest - nearest > limit || std::abs(1 / inverse - in_camera.z()) > limit) return false;
+  const Eigen::Vector3d surface = unproject(c.intrinsics, pixel) / inverse;
+  binding = binder_.bind(c.camera_from_world.inverse() * surface);
+  return true;
+}
+
+ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d>& proxy_positions,
+                                               const View& view) const {
+  const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
+  const std::vector<bool> visible = truth_.visible(carried, view);
+  TriangleMesh deformed = bundle_.proxy;
+  deformed.vertices = proxy_positions;
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
+  const ViewManifold& manifold = bundle_.cameras.manifold;
+  const auto cameras =
+      by_weight(view_weights(manifold, view.camera.center_world_mm() - manifold.center_world_mm));
+
+  constexpr double kNotMeasured = -1;
+  const std::size_t count = carried.size();
+  std::vector<double> image_based(count, kNotMeasured), polygons(count, kNotMeasured);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t v) {
+    if (!visible[v]) return;
+    const Eigen::Vector2d expected = project(view.camera, carried[v]);
+    const auto error = [&](const Eigen::Vector3d& p) {
+      return (project(view.camera, p) - expected).norm();
+    };
+    polygons[v] =
+        error(on_face(bundle_.proxy, proxy_positions, closest_[v].face, closest_[v].weights));
+    ShellBinding b;
+    const bool found = std::any_of(cameras.begin(), cameras.end(),
+                                   [&](std::uint32_t c) { return look_up(v, c, b); });
+    if (!found) return;
+    image_based[v] =
+        error(shell_point(shell_matrix(deformed, normals, b.face), b.b1, b.b2, b.height_mm));
+  });
+
+  ProjectionErrors result;
+  result.visible = std::count(visible.begin(), visible.end(), true);
+  const auto measured = [&](std::vector<double> all) {
+    std::erase(all, kNotMeasured);
+    return summarise(std::move(all));
+  };
+  result.image_based = measured(std::move(image_based));
+  result.polygons = measured(std::move(polygons));
+  result.without_map = result.visible - result.image_based.vertices;
+  return result;
+}
+
+}  // namespace organbake

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "geometry/shell_map.h"
+#include "player/carried_surface.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+struct PixelErrors {
+  double mean_px = 0, p99_px = 0, max_px = 0;
+  std::size_t vertices = 0;  // that were measured
+};
+
+// One row of the paper's Table 1: how far original vertices land from where they belong.
+struct ProjectionErrors {
+  std::size_t visible = 0;  // original vertices that the view sees
+  PixelErrors image_based;
+  PixelErrors polygons;
+  std::size_t without_map = 0;  // visible in the view, yet in none of its three cameras' maps
+};
+
+// Compares image-based and polygonal drawing with the truth, geometrically (before any rounding to
+// pixels; the paper, 3.2). Image-based: each visible original vertex is looked up bilinearly in the
+// depth map of the heaviest of the view's three cameras that sees it, the surface point found there
+// is bound, carried and projected. Polygons: each vertex is replaced by its closest point on the
+// proxy at rest, which the proxy's own triangle carries.
+class ProjectionComparison {
+ public:
+  // Both must outlive the comparison; every map of the bundle must have been read.
+  ProjectionComparison(const Bundle& bundle, const CarriedSurface& truth);
+
+  ProjectionErrors measure(const std::vector<Eigen::Vector3d>& proxy_positions,
+                           const View& view) const;
+
+ private:
+  struct OnFace {
+    std::uint32_t face = 0;
+    Eigen::Vector3d weights = Eigen::Vector3d::Zero();
+  };
+  // The baked surface point at an original vertex as one camera's map has it.
+  bool look_up(std::size_t vertex, std::size_t camera, ShellBinding& binding) const;
+
+  const Bundle& bundle_;
+  const CarriedSurface& truth_;
+  ShellBinder binder_;
+  std::vector<OnFace> closest_;  // of every vertex, on the proxy at rest
+};
+
+}  // namespace organbake

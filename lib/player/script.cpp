@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/script.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bundle/json_fields.h"
+#include "core/error.h"
+#include "core/files.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kSchema = "organbake/interaction/1";
+constexpr int kMostFrames = 100000;
+constexpr double kFarMm = 1e6;
+
+CameraKeyframe keyframe_from(const JsonField& field) {
+  CameraKeyframe key;
+  key.frame = static_cast<int>(field["frame"].integer(0, kMostFrames));
+  key.pose.azimuth_rad = field["azimuth_rad"].number(-1e3, 1e3);
+  key.pose.elevation_rad = field["elevation_rad"].number(-1e3, 1e3);
+  constexpr double kNearest = 1e-3, kFarthest = 1e3;  // multiples of the capture distance
+  if (const auto distance = field.find("distance"))
+    key.pose.distance = distance->number(kNearest, kFarthest);
+  if (const auto roll = field.find("roll_rad")) key.pose.roll_rad = roll->number(-1e3, 1e3);
+  return key;
+}
+
+Waypoint waypoint_from(const JsonField& field) {
+  Waypoint waypoint;
+  constexpr double kLongest = 1e5;  // seconds
+  waypoint.time_s = field["time_s"].number(0, kLongest);
+  if (const auto position = field.find("position_mm")) {
+    waypoint.position_mm = position->vector3();
+    if (waypoint.position_mm->norm() > kFarMm) position->fail("lies more than a kilometre away");
+    return waypoint;
+  }
+  const JsonField direction = field["direction"];
+  waypoint.direction = direction.vector3();
+  if (!(waypoint.direction.norm() > 0)) direction.fail("must have a length");
+  waypoint.depth_mm = field["depth_mm"].number(-kFarMm, kFarMm);
+  return waypoint;
+}
+
+InstrumentPath instrument_from(const JsonField& field) {
+  InstrumentPath instrument;
+  instrument.name = field["name"].text();
+  if (const auto radius = field.find("radius_mm"))
+    instrument.radius_mm = radius->number(1e-3, kFarMm);
+  const JsonField mode = field["mode"];
+  if (mode.text() != "poke" && mode.text() != "grab") mode.fail("must be 'poke' or 'grab'");
+  instrument.mode = mode.text() == "grab" ? InstrumentMode::grab : InstrumentMode::poke;
+  const JsonField path = field["path"];
+  if (path.size() == 0) path.fail("must hold a waypoint");
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    instrument.path.push_back(waypoint_from(path.at(i)));
+    if (i > 0 && instrument.path[i].time_s <= instrument.path[i - 1].time_s) {
+      path.at(i)["time_s"].fail("must be later than the waypoint's before");
+    }
+  }
+  return instrument;
+}
+
+double catmull_rom(double before, double a, double b, double after, double t) {
+  return a + 0.5 * t *
+                 (b - before +
+                  t * (2 * before - 5 * a + 4 * b - after + t * (3 * (a - b) + after - before)));
+}
+
+}  // namespace
+
+Script script_from_json(const std::string& text, const std::string& name) {
+  const Json json = parse_json(text, name);
+  const JsonField document(json, name);
+  document.require_schema(kSchema);
+  Script script;
+  script.name = document["name"].text();
+  script.time_step_s = document["time_step_s"].number(1e-5, 0.1);
+  script.frames = static_cast<int>(document["frames"].integer(1, kMostFrames));
+  if (const auto size = document.find("size")) {
+    constexpr int kLargestSide = 16384;
+    script.width = static_cast<int>(size->at(0).integer(1, kLargestSide));
+    script.height = static_cast<int>(size->at(1).integer(1, kLargestSide));
+  }
+  const JsonField keyframes = document["camera"]["keyframes"];
+  if (keyframes.size() == 0) keyframes.fail("must hold a keyframe");
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    script.camera.push_back(keyframe_from(keyframes.at(i)));
+    if (i > 0 && script.camera[i].frame <= script.camera[i - 1].frame) {
+      keyframes.at(i)["frame"].fail("must be later than the keyframe's before");
+    }
+  }
+  const JsonField instruments = document["instruments"];
+  constexpr std::size_t kMostInstruments = 16;
+  if (instruments.size() > kMostInstruments) instruments.fail("may hold 16 instruments at most");
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    script.instruments.push_back(instrument_from(instruments.at(i)));
+  }
+  return script;
+}
+
+Script read_script(const std::filesystem::path& path) {
+  return script_from_json(read_text_file(path), path.string());
+}
+
+OrbitPose camera_at(const Script& script, int frame) {
+  const auto& keys = script.camera;
+  const auto next = std::find_if(keys.begin(), keys.end(),
+                                 [&](const CameraKeyframe& k) { return k.frame > frame; });
+  if (next == keys.begin()) return keys.front().pose;
+  if (next == keys.end()) return keys.back().pose;
+  const auto at = std::prev(next);
+  const OrbitPose& a = at->pose;
+  const OrbitPose& b = next->pose;
+  const OrbitPose& before = at == keys.begin() ? a : std::prev(at)->pose;
+  const OrbitPose& after = std::next(next) == keys.end() ? b : std::next(next)->pose;
+  const double t = double(frame - at->frame) / (next->frame - at->frame);
+  const auto between = [&](double OrbitPose::*member) {
+    return catmull_rom(before.*member, a.*member, b.*member, after.*member, t);
+  };
+  OrbitPose pose{between(&OrbitPose::azimuth_rad), between(&OrbitPose::elevation_rad),
+                 between(&OrbitPose::distance), between(&OrbitPose::roll_rad)};
+  // A spline may overshoot; a viewer must not come closer than any keyframe asks.
+  pose.distance = std::max(pose.distance, std::min(a.distance, b.distance));
+  return pose;
+}
+
+}  // namespace organbake

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "deform/deformer.h"
+#include "player/orbit.h"
+
+namespace organbake {
+
+struct CameraKeyframe {
+  int frame = 0;
+  OrbitPose pose;
+};
+
+// Where a tip is at a time: at a place of the world, or pressed depth_mm below the skin (above it
+// when negative) where the line from the organ's centre along `direction` leaves it at rest.
+struct Waypoint {
+  double time_s = 0;
+  std::optional<Eigen::Vector3d> position_mm;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
+  double depth_mm = 0;
+};
+
+struct InstrumentPath {
+  std::string name;
+  double radius_mm = 0;  // 0 = the bundle's default tool
+  InstrumentMode mode = InstrumentMode::poke;
+  std::vector<Waypoint>
+      path;  // strictly later each; the tip is away before the first and after the last
+};
+
+// What happens in front of the player's eye, frame by frame. Schema: interaction.schema.json.
+struct Script {
+  std::string name;
+  double time_step_s = 1.0 / 60;
+  int frames = 1;
+  int width = 0, height = 0;  // 0 = the player's choice
+  std::vector<CameraKeyframe> camera;
+  std::vector<InstrumentPath> instruments;
+};
+
+// Throws BadDataError naming `name` and the key; NoInputError.
+Script script_from_json(const std::string& text, const std::string& name);
+Script read_script(const std::filesystem::path& path);
+
+// The camera at a frame: Catmull–Rom between keyframes, so that it never jerks; held at the ends.
+OrbitPose camera_at(const Script& script, int frame);
+
+}  // namespace organbake

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/skin_point.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "geometry/shell_map.h"
+
+namespace organbake {
+namespace {
+
+// How far along origin + t·direction the triangle lies; negative when it is missed.
+double crossing(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a, ac = c - a, p = direction.cross(ac);
+  const double determinant = ab.dot(p);
+  if (determinant == 0) return -1;
+  const Eigen::Vector3d from_a = origin - a, q = from_a.cross(ab);
+  const double u = from_a.dot(p) / determinant, v = direction.dot(q) / determinant;
+  constexpr double kEdge = -1e-9;  // nothing slips between two triangles
+  if (u < kEdge || v < kEdge || u + v > 1 - kEdge) return -1;
+  return ac.dot(q) / determinant;
+}
+
+}  // namespace
+
+Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm,
+                        d = direction.normalized();
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(bundle.proxy);
+  const BaseLayer& base = bundle.base;
+  const std::uint32_t n = base.steps;
+  double farthest = -1;
+  for (std::uint32_t f = 0; f < base.face_count; ++f) {
+    const ShellMatrix m = shell_matrix(bundle.proxy, normals, f);
+    const float* heights = &base.height_mm[std::size_t(f) * base.nodes_per_face()];
+    const auto node = [&](std::uint32_t i, std::uint32_t j) {
+      return shell_point(m, double(i) / n, double(j) / n, heights[base_node_index(n, i, j)]);
+    };
+    for (std::uint32_t i = 0; i < n; ++i) {
+      for (std::uint32_t j = 0; i + j < n; ++j) {
+        const Eigen::Vector3d a = node(i, j), b = node(i + 1, j), c = node(i, j + 1);
+        farthest = std::max(farthest, crossing(center, d, a, b, c));
+        if (i + j + 1 < n)
+          farthest = std::max(farthest, crossing(center, d, b, node(i + 1, j + 1), c));
+      }
+    }
+  }
+  if (farthest < 0) {
+    throw BadDataError("no skin lies in the direction (" + to_text(d.x(), 3) + ", " +
+                       to_text(d.y(), 3) + ", " + to_text(d.z(), 3) + ") from the organ's centre");
+  }
+  return center + farthest * d;
+}
+
+}  // namespace organbake

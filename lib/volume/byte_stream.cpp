@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/byte_stream.h"
+
+#include <bzlib.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <vector>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kChunk = std::size_t{1} << 18;
+// Deflate's largest ratio is 1032; the slack covers headers. bzip2 packs runs far tighter.
+constexpr std::uint64_t kDeflateRatio = 1040;
+constexpr std::uint64_t kBzip2Ratio = 200000;
+
+class FileSource : public ByteSource {
+ public:
+  FileSource(const fs::path& file, std::uint64_t offset) : file_(file) {
+    stream_.open(file, std::ios::binary);
+    if (!stream_) throw NoInputError(file, std::string("cannot be opened: ") + strerror(errno));
+    stream_.seekg(static_cast<std::streamoff>(offset));
+  }
+  std::size_t read(std::span<std::byte> out) override {
+    stream_.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
+    if (stream_.bad()) throw IoError::reading(file_, "the system failed while reading");
+    return static_cast<std::size_t>(stream_.gcount());
+  }
+
+ private:
+  fs::path file_;
+  std::ifstream stream_;
+};
+
+// What both decompressors share: a chunk of compressed input, refilled when it is used up.
+class Decompressor : public ByteSource {
+ public:
+  Decompressor(const fs::path& file, std::uint64_t offset)
+      : file_(file), input_(file, offset), chunk_(kChunk) {}
+
+ protected:
+  [[noreturn]] void damaged() const {
+    throw BadDataError(file_, "its compressed data is damaged or truncated");
+  }
+  std::size_t refill() { return input_.read(chunk_); }
+  char* chunk() { return reinterpret_cast<char*>(chunk_.data()); }
+
+ private:
+  fs::path file_;
+  FileSource input_;
+  std::vector<std::byte> chunk_;
+};
+
+class InflateSource : public Decompressor {
+ public:
+  InflateSource(const fs::path& file, std::uint64_t offset) : Decompressor(file, offset) {
+    constexpr int kGzipOrZlib = 32 + MAX_WBITS;
+    if (inflateInit2(&z_, kGzipOrZlib) != Z_OK) throw std::bad_alloc();
+  }
+  ~InflateSource() override { inflateEnd(&z_); }
+
+  std::size_t read(std::span<std::byte> out) override {
+    std::size_t done = 0;
+    while (done < out.size() && !ended_) {
+      if (z_.avail_in == 0 && !feed()) damaged();
+      const std::size_t room = std::min(out.size() - done, std::size_t{1} << 30);
+      z_.next_out = reinterpret_cast<Bytef*>(out.data() + done);
+      z_.avail_out = static_cast<uInt>(room);
+      const int result = inflate(&z_, Z_NO_FLUSH);
+      done += room - z_.avail_out;
+      if (result == Z_STREAM_END) {
+        next_member();
+      } else if (result != Z_OK) {
+        damaged();
+      }
+    }
+    return done;
+  }
+
+ private:
+  bool feed() {
+    z_.next_in = reinterpret_cast<Bytef*>(chunk());
+    z_.avail_in = static_cast<uInt>(refill());
+    return z_.avail_in > 0;
+  }
+  // gzip files may be several members one after the other (pigz, bgzip). What follows the last
+  // member and is not another one is padding.
+  void next_member() {
+    constexpr Bytef kGzipMagic = 0x1f;
+    if ((z_.avail_in == 0 && !feed()) || *z_.next_in != kGzipMagic) {
+      ended_ = true;
+    } else {
+      inflateReset(&z_);
+    }
+  }
+
+  z_stream z_{};
+  bool ended_ = false;
+};
+
+class Bunzip2Source : public Decompressor {
+ public:
+  Bunzip2Source(const fs::path& file, std::uint64_t offset) : Decompressor(file, offset) {
+    if (BZ2_bzDecompressInit(&bz_, 0, 0) != BZ_OK) throw std::bad_alloc();
+  }
+  ~Bunzip2Source() override { BZ2_bzDecompressEnd(&bz_); }
+
+  std::size_t read(std::span<std::byte> out) override {
+    std::size_t done = 0;
+    while (done < out.size() && !ended_) {
+      if (bz_.avail_in == 0) {
+        bz_.next_in = chunk();
+        bz_.avail_in = static_cast<unsigned>(refill());
+        if (bz_.avail_in == 0) damaged();
+      }
+      const std::size_t room = std::min(out.size() - done, std::size_t{1} << 30);
+      bz_.next_out = reinterpret_cast<char*>(out.data() + done);
+      bz_.avail_out = static_cast<unsigned>(room);
+      const int result = BZ2_bzDecompress(&bz_);
+      done += room - bz_.avail_out;
+      ended_ = result == BZ_STREAM_END;
+      if (!ended_ && result != BZ_OK) damaged();
+    }
+    return done;
+  }
+
+ private:
+  bz_stream bz_{};
+  bool ended_ = false;
+};
+
+}  // namespace
+
+ByteStream::ByteStream(const fs::path& file, Coding coding, std::uint64_t offset) : file_(file) {
+  if (fs::is_directory(file)) throw NoInputError(file, "is a folder, a file is needed");
+  std::error_code error;
+  const std::uint64_t bytes = fs::file_size(file, error);
+  if (error) throw NoInputError(file, "cannot be opened: " + error.message());
+  const std::uint64_t left = bytes - std::min<std::uint64_t>(bytes, offset);
+  switch (coding) {
+    case Coding::raw:
+      source_ = std::make_unique<FileSource>(file, offset);
+      most_possible_bytes_ = left;
+      break;
+    case Coding::deflate:
+      source_ = std::make_unique<InflateSource>(file, offset);
+      most_possible_bytes_ = left * kDeflateRatio;
+      break;
+    case Coding::bzip2:
+      source_ = std::make_unique<Bunzip2Source>(file, offset);
+      most_possible_bytes_ = left * kBzip2Ratio;
+      break;
+  }
+}
+
+void ByteStream::read_exactly(std::span<std::byte> out) {
+  if (read(out) < out.size()) throw BadDataError(file_, "truncated: the data ends too early");
+}
+
+void ByteStream::skip(std::uint64_t count) {
+  std::vector<std::byte> scrap(static_cast<std::size_t>(std::min<std::uint64_t>(count, kChunk)));
+  for (; count > 0; count -= std::min<std::uint64_t>(count, scrap.size())) {
+    const std::size_t piece = std::min<std::uint64_t>(count, scrap.size());
+    read_exactly(std::span(scrap).first(piece));
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+namespace organbake {
+
+// Where a ByteStream's bytes come from; one class for each coding.
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+  // Fills `out` as far as it can; fewer bytes only at the end.
+  virtual std::size_t read(std::span<std::byte> out) = 0;
+};
+
+// The bytes of a file from an offset on, decompressed on the way in small pieces, so that voxels
+// can be read to where they stay and a lying header costs no memory. Throws NoInputError when the
+// file cannot be opened, BadDataError when it is damaged, IoError when the system fails.
+class ByteStream {
+ public:
+  enum class Coding { raw, deflate /* gzip or zlib, told by its first bytes */, bzip2 };
+
+  explicit ByteStream(const std::filesystem::path& file, Coding coding = Coding::raw,
+                      std::uint64_t offset = 0);
+
+  const std::filesystem::path& file() const { return file_; }
+  std::size_t read(std::span<std::byte> out) { return source_->read(out); }
+  // Throws BadDataError ("truncated") when fewer bytes are left.
+  void read_exactly(std::span<std::byte> out);
+  void skip(std::uint64_t count);
+  // No stream of this size and coding can hold more.
+  std::uint64_t most_possible_bytes() const { return most_possible_bytes_; }
+
+ private:
+  std::filesystem::path file_;
+  std::unique_ptr<ByteSource> source_;
+  std::uint64_t most_possible_bytes_ = 0;
+};
+
+}  // namespace organbake

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/header_text.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "core/error.h"
+#include "volume/byte_stream.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::size_t kLongestHeader = std::size_t{1} << 20;
+constexpr std::string_view kSpace = " \t\r\n\v\f";
+constexpr std::string_view kSeparators = " \t\r\n,()";
+
+template <typename Number>
+std::vector<Number> parse(const std::string& text, const std::string& field) {
+  std::vector<Number> values;
+  std::size_t at = 0;
+  while ((at = text.find_first_not_of(kSeparators, at)) != std::string::npos) {
+    const std::size_t end = std::min(text.find_first_of(kSeparators, at), text.size());
+    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
+    Number value{};
+    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
+    if (error != std::errc() || stop != text.data() + end) {
+      throw BadDataError(field + " \"" + text.substr(0, 80) + "\" is not a list of numbers");
+    }
+    values.push_back(value);
+    at = end;
+  }
+  return values;
+}
+
+}  // namespace
+
+HeaderText::HeaderText(const std::filesystem::path& file) : file_(file) {
+  ByteStream stream(file);
+  text_.resize(static_cast<std::size_t>(
+      std::min<std::uint64_t>(stream.most_possible_bytes(), kLongestHeader)));
+  text_.resize(stream.read(std::as_writable_bytes(std::span(text_))));
+}
+
+bool HeaderText::next_line(std::string& line) {
+  if (offset_ >= text_.size()) return false;
+  const std::size_t end = text_.find('\n', offset_);
+  if (end == std::string::npos && text_.size() == kLongestHeader) {
+    throw BadDataError(file_, "has no end of its header in the first megabyte");
+  }
+  line = text_.substr(offset_, end == std::string::npos ? end : end - offset_);
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  offset_ = end == std::string::npos ? text_.size() : end + 1;
+  return true;
+}
+
+std::string trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(kSpace) - first + 1));
+}
+
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + ('a' - 'A'));
+  }
+  return result;
+}
+
+std::vector<double> numbers(const std::string& text, const std::string& field) {
+  return parse<double>(text, field);
+}
+
+std::vector<std::int64_t> integers(const std::string& text, const std::string& field) {
+  return parse<std::int64_t>(text, field);
+}
+
+}  // namespace organbake

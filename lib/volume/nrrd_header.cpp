@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/nrrd_header.h"
+
+#include "core/error.h"
+#include "volume/header_text.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+VoxelType type_of(const NrrdHeader& header) {
+  static const std::map<std::string, VoxelType> kTypes = {
+      {"signed char", VoxelType::int8},
+      {"int8", VoxelType::int8},
+      {"int8_t", VoxelType::int8},
+      {"uchar", VoxelType::uint8},
+      {"unsigned char", VoxelType::uint8},
+      {"uint8", VoxelType::uint8},
+      {"uint8_t", VoxelType::uint8},
+      {"short", VoxelType::int16},
+      {"short int", VoxelType::int16},
+      {"signed short", VoxelType::int16},
+      {"signed short int", VoxelType::int16},
+      {"int16", VoxelType::int16},
+      {"int16_t", VoxelType::int16},
+      {"ushort", VoxelType::uint16},
+      {"unsigned short", VoxelType::uint16},
+      {"unsigned short int", VoxelType::uint16},
+      {"uint16", VoxelType::uint16},
+      {"uint16_t", VoxelType::uint16},
+      {"int", VoxelType::int32},
+      {"signed int", VoxelType::int32},
+      {"int32", VoxelType::int32},
+      {"int32_t", VoxelType::int32},
+      {"uint", VoxelType::uint32},
+      {"unsigned int", VoxelType::uint32},
+      {"uint32", VoxelType::uint32},
+      {"uint32_t", VoxelType::uint32},
+      {"longlong", VoxelType::int64},
+      {"long long", VoxelType::int64},
+      {"long long int", VoxelType::int64},
+      {"signed long long", VoxelType::int64},
+      {"signed long long int", VoxelType::int64},
+      {"int64", VoxelType::int64},
+      {"int64_t", VoxelType::int64},
+      {"ulonglong", VoxelType::uint64},
+      {"unsigned long long", VoxelType::uint64},
+      {"unsigned long long int", VoxelType::uint64},
+      {"uint64", VoxelType::uint64},
+      {"uint64_t", VoxelType::uint64},
+      {"float", VoxelType::float32},
+      {"double", VoxelType::float64}};
+  const auto type = kTypes.find(lower_case(header.get("type")));
+  if (type == kTypes.end()) header.fail("type \"" + header.get("type") + "\" is not read");
+  return type->second;
+}
+
+// A `line skip` counts lines of the data file as it lies on disk, before any decompression.
+std::uint64_t after_lines(const fs::path& file, std::uint64_t offset, std::int64_t lines) {
+  ByteStream stream(file, ByteStream::Coding::raw, offset);
+  std::byte byte;
+  while (lines > 0) {
+    stream.read_exactly({&byte, 1});
+    ++offset;
+    lines -= byte == std::byte{'\n'};
+  }
+  return offset;
+}
+
+}  // namespace
+
+NrrdHeader::NrrdHeader(const fs::path& path) : path_(path) {
+  HeaderText text(path);
+  std::string line;
+  if (!text.next_line(line) || line.rfind("NRRD000", 0) != 0) fail("is not NRRD");
+  // An empty line ends the header of an attached file; a detached header may end with the file.
+  while (text.next_line(line) && !line.empty()) {
+    if (line[0] == '#') continue;
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos) fail("header line \"" + line.substr(0, 80) + "\" has no colon");
+    if (line.compare(colon, 2, ":=") == 0) continue;  // a note, by the standard without meaning
+    fields_[lower_case(trimmed(line.substr(0, colon)))] = trimmed(line.substr(colon + 1));
+  }
+  data_offset_ = text.offset();
+}
+
+std::string NrrdHeader::get(const std::string& field) const {
+  const auto found = fields_.find(field);
+  return found == fields_.end() ? std::string() : found->second;
+}
+
+std::int64_t NrrdHeader::integer(const std::string& field, std::int64_t otherwise) const {
+  if (!has(field)) return otherwise;
+  const auto values = integers(get(field), path_.string() + ": " + field);
+  if (values.size() != 1) fail(field + " needs one number");
+  return values[0];
+}
+
+VoxelEncoding NrrdHeader::encoding() const {
+  const VoxelType type = type_of(*this);
+  const std::string endian = lower_case(get("endian"));
+  if (bytes_of(type) > 1 && !is_text() && endian != "little" && endian != "big") {
+    fail("endian is \"" + endian + "\"; it must be little or big");
+  }
+  return {type, endian == "big", 1, 0};
+}
+
+bool NrrdHeader::is_text() const {
+  const std::string encoding = lower_case(get("encoding"));
+  return encoding == "ascii" || encoding == "text" || encoding == "txt";
+}
+
+ByteStream::Coding NrrdHeader::coding() const {
+  const std::string encoding = lower_case(get("encoding"));
+  if (encoding == "raw" || is_text()) return ByteStream::Coding::raw;
+  if (encoding == "gzip" || encoding == "gz") return ByteStream::Coding::deflate;
+  if (encoding == "bzip2" || encoding == "bz2") return ByteStream::Coding::bzip2;
+  fail("encoding \"" + encoding + "\" is not read; use raw, gzip, bzip2 or ascii");
+}
+
+ByteStream NrrdHeader::open_data(std::uint64_t bytes) const {
+  const std::string name = has("data file") ? get("data file") : get("datafile");
+  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
+    fail("spreads its voxels over several files; save it as one .nrrd");
+  }
+  const fs::path file = name.empty() ? path_ : path_.parent_path() / name;
+  std::uint64_t offset = name.empty() ? data_offset_ : 0;
+  const std::int64_t lines = integer("line skip", integer("lineskip", 0));
+  const std::int64_t skip = integer("byte skip", integer("byteskip", 0));
+  if (lines < 0 || skip < -1) fail("a skip of " + std::to_string(std::min(lines, skip)));
+  offset = after_lines(file, offset, lines);
+  ByteStream stream(file, coding(), offset);
+  if (skip >= 0) {
+    stream.skip(static_cast<std::uint64_t>(skip));
+    return stream;
+  }
+  // −1: the voxels are the last bytes. Compressed data must be measured to know where they begin.
+  std::uint64_t length = stream.most_possible_bytes();
+  if (coding() != ByteStream::Coding::raw) {
+    length = 0;
+    std::vector<std::byte> scrap(std::size_t{1} << 16);
+    for (std::size_t got; (got = stream.read(scrap)) > 0;) length += got;
+  }
+  if (length < bytes)
+    throw BadDataError(file, "truncated: it holds fewer bytes than voxels ask for");
+  ByteStream again(file, coding(), offset);
+  again.skip(length - bytes);
+  return again;
+}
+
+void NrrdHeader::fail(const std::string& message) const { throw BadDataError(path_, message); }
+
+}  // namespace organbake

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/run_context.h"
+#include "volume/volume.h"
+
+namespace organbake {
+
+// Reads NIfTI (.nii, .nii.gz; RAS converted to LPS here, once), MetaImage (.mha, .mhd), NRRD
+// (.nrrd, .nhdr), VTI, or a folder holding one DICOM CT series. The kind is told by content and
+// ending. Throws NoInputError (missing, empty folder, folder without DICOM) or BadDataError.
+Volume read_volume(const std::filesystem::path& path, const RunContext& context = {});
+
+// Brings a mask onto another volume's grid by the two affines, nearest neighbour. Throws
+// BadDataError when the grids do not overlap.
+Volume resample_mask(const Volume& mask, const Volume& grid);
+
+}  // namespace organbake

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/voxel_decoding.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+constexpr double kLowest = std::numeric_limits<std::int16_t>::min();
+constexpr double kHighest = std::numeric_limits<std::int16_t>::max();
+// Values that were integers before a float's last digits are not worth a warning.
+constexpr double kWorthTelling = 1e-3;
+
+template <typename Stored>
+void convert(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+             std::int16_t* out, std::size_t first, ConversionLoss& loss) {
+  for (std::size_t i = 0; i < count; ++i) {
+    Stored stored;
+    std::memcpy(&stored, source + i * sizeof(Stored), sizeof(Stored));
+    const double value = encoding.slope * static_cast<double>(stored) + encoding.intercept;
+    if constexpr (std::is_floating_point_v<Stored>) {
+      if (std::isnan(value)) {
+        auto& runs = loss.not_numbers;
+        const bool joins = !runs.empty() && runs.back().first + runs.back().count == first + i;
+        if (!joins) runs.push_back({first + i, 0});
+        ++runs.back().count;
+        out[i] = 0;
+        continue;
+      }
+    }
+    const double whole = std::nearbyint(value);
+    const double kept = std::clamp(whole, kLowest, kHighest);
+    loss.clamped += kept != whole;
+    loss.rounded += std::abs(value - whole) > kWorthTelling;
+    out[i] = static_cast<std::int16_t>(kept);
+  }
+}
+
+template <typename Word>
+void swap_words(std::byte* bytes, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    std::reverse(bytes + i * sizeof(Word), bytes + (i + 1) * sizeof(Word));
+  }
+}
+
+void swap_bytes(std::byte* bytes, std::size_t count, std::size_t width) {
+  if (width == 2) swap_words<std::uint16_t>(bytes, count);
+  if (width == 4) swap_words<std::uint32_t>(bytes, count);
+  if (width == 8) swap_words<std::uint64_t>(bytes, count);
+}
+
+std::size_t voxels_of(const std::array<int, 3>& size) {
+  return static_cast<std::size_t>(size[0]) * size[1] * size[2];
+}
+
+void check_room(const ByteStream& stream, std::size_t count, std::size_t bytes_per_voxel) {
+  const std::uint64_t needed = static_cast<std::uint64_t>(count) * bytes_per_voxel;
+  if (needed <= stream.most_possible_bytes()) return;
+  throw BadDataError(stream.file(), "truncated: the header asks for " + std::to_string(needed) +
+                                        " bytes of voxels, the file can hold at most " +
+                                        std::to_string(stream.most_possible_bytes()));
+}
+
+std::string share(std::size_t part, std::size_t whole) {
+  return std::to_string(part) + " of " + std::to_string(whole) + " voxels ";
+}
+
+std::string read_all_text(ByteStream& stream, std::size_t most) {
+  std::string text;
+  std::vector<std::byte> chunk(kBufferBytes);
+  for (std::size_t got; (got = stream.read(chunk)) > 0;) {
+    text.append(reinterpret_cast<const char*>(chunk.data()), got);
+    if (text.size() > most) throw BadDataError(stream.file(), "holds far more text than voxels");
+  }
+  return text;
+}
+
+}  // namespace
+
+std::size_t bytes_of(VoxelType type) {
+  switch (type) {
+    case VoxelType::int8:
+    case VoxelType::uint8:
+      return 1;
+    case VoxelType::int16:
+    case VoxelType::uint16:
+      return 2;
+    case VoxelType::int32:
+    case VoxelType::uint32:
+    case VoxelType::float32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+void ConversionLoss::add(const ConversionLoss& other) {
+  rounded += other.rounded;
+  clamped += other.clamped;
+  not_numbers.insert(not_numbers.end(), other.not_numbers.begin(), other.not_numbers.end());
+}
+
+void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                    Volume& volume, std::size_t first, ConversionLoss& loss) {
+  std::int16_t* out = volume.voxels.data() + first;
+  if (encoding.is_plain_int16()) {
+    std::memcpy(out, source, count * sizeof(std::int16_t));
+    return;
+  }
+  switch (encoding.type) {
+    case VoxelType::int8:
+      return convert<std::int8_t>(source, count, encoding, out, first, loss);
+    case VoxelType::uint8:
+      return convert<std::uint8_t>(source, count, encoding, out, first, loss);
+    case VoxelType::int16:
+      return convert<std::int16_t>(source, count, encoding, out, first, loss);
+    case VoxelType::uint16:
+      return convert<std::uint16_t>(source, count, encoding, out, first, loss);
+    case VoxelType::int32:
+      return convert<std::int32_t>(source, count, encoding, out, first, loss);
+    case VoxelType::uint32:
+      return convert<std::uint32_t>(source, count, encoding, out, first, loss);
+    case VoxelType::int64:
+      return convert<std::int64_t>(source, count, encoding, out, first, loss);
+    case VoxelType::uint64:
+      return convert<std::uint64_t>(source, count, encoding, out, first, loss);
+    case VoxelType::float32:
+      return convert<float>(source, count, encoding, out, first, loss);
+    case VoxelType::float64:
+      return convert<double>(source, count, encoding, out, first, loss);
+  }
+}
+
+void settle_losses(const ConversionLoss& loss, Volume& volume, const std::string& name) {
+  const std::size_t total = volume.voxels.size();
+  std::size_t not_numbers = 0;
+  for (const auto& run : loss.not_numbers) not_numbers += run.count;
+  if (not_numbers > 0) {
+    if (not_numbers == total) throw BadDataError(name + ": every voxel is NaN");
+    // NaN stands for "not measured": outside the field of view, so air or background.
+    int lowest = std::numeric_limits<std::int16_t>::max();
+    std::size_t next = 0;
+    for (const auto& run : loss.not_numbers) {
+      for (; next < run.first; ++next) lowest = std::min<int>(lowest, volume.voxels[next]);
+      next = run.first + run.count;
+    }
+    for (; next < total; ++next) lowest = std::min<int>(lowest, volume.voxels[next]);
+    for (const auto& run : loss.not_numbers) {
+      std::fill_n(volume.voxels.begin() + static_cast<std::ptrdiff_t>(run.first), run.count,
+                  static_cast<std::int16_t>(lowest));
+    }
+    volume.warnings.push_back(share(not_numbers, total) + "are NaN; they were given the lowest " +
+                              "value, " + std::to_string(lowest));
+  }
+  if (loss.rounded > 0) {
+    volume.warnings.push_back(share(loss.rounded, total) + "were rounded to whole units");
+  }
+  if (loss.clamped > 0) {
+    volume.warnings.push_back(share(loss.clamped, total) + "were clamped to −32768…32767");
+  }
+}
+
+void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
+  const std::size_t count = voxels_of(volume.size), width = bytes_of(encoding.type);
+  check_room(stream, count, width);
+  volume.voxels.resize(count);
+  if (encoding.is_plain_int16()) {
+    const std::span<std::byte> bytes = std::as_writable_bytes(std::span(volume.voxels));
+    stream.read_exactly(bytes);
+    if (encoding.big_endian) swap_bytes(bytes.data(), count, width);
+    return;
+  }
+  ConversionLoss loss;
+  std::vector<std::byte> buffer(kBufferBytes);
+  for (std::size_t first = 0; first < count;) {
+    const std::size_t piece = std::min(kBufferBytes / width, count - first);
+    stream.read_exactly(std::span(buffer).first(piece * width));
+    if (encoding.big_endian) swap_bytes(buffer.data(), piece, width);
+    convert_voxels(buffer.data(), piece, encoding, volume, first, loss);
+    first += piece;
+  }
+  settle_losses(loss, volume, stream.file().string());
+}
+
+void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
+  const std::size_t count = voxels_of(volume.size);
+  constexpr std::size_t kShortestNumber = 2, kLongestNumber = 64;  // with the space behind it
+  check_room(stream, count > 0 ? count - 1 : 0, kShortestNumber);
+  const std::string text = read_all_text(stream, count * kLongestNumber + kBufferBytes);
+  volume.voxels.resize(count);
+  VoxelEncoding as_double = encoding;
+  as_double.type = VoxelType::float64;
+  ConversionLoss loss;
+  const char *at = text.data(), *end = at + text.size();
+  const auto skip_space = [&] {
+    while (at < end && std::strchr(" \t\r\n,", *at)) ++at;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    skip_space();
+    double value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || next == at) {
+      throw BadDataError(stream.file(), "value " + std::to_string(i + 1) + " of " +
+                                            std::to_string(count) + " is missing or no number");
+    }
+    at = next;
+    convert_voxels(reinterpret_cast<const std::byte*>(&value), 1, as_double, volume, i, loss);
+  }
+  skip_space();
+  if (at != end) throw BadDataError(stream.file(), "holds more values than its header asks for");
+  settle_losses(loss, volume, stream.file().string());
+}
+
+void expect_end(ByteStream& stream) {
+  std::array<std::byte, 3> beyond{};
+  const std::size_t left = stream.read(beyond);
+  const bool line_ends = std::all_of(beyond.begin(), beyond.begin() + left, [](std::byte b) {
+    return b == std::byte{'\n'} || b == std::byte{'\r'};
+  });
+  if (left == beyond.size() || !line_ends) {
+    throw BadDataError(stream.file(), "holds more data than its header asks for");
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "volume/byte_stream.h"
+#include "volume/volume.h"
+
+namespace organbake {
+
+enum class VoxelType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+std::size_t bytes_of(VoxelType type);
+
+// How stored values become Hounsfield units (or labels): value = slope · stored + intercept.
+struct VoxelEncoding {
+  VoxelType type = VoxelType::int16;
+  bool big_endian = false;
+  double slope = 1;
+  double intercept = 0;
+
+  bool is_plain_int16() const { return type == VoxelType::int16 && slope == 1 && intercept == 0; }
+};
+
+// What was lost on the way to int16.
+struct ConversionLoss {
+  struct Run {
+    std::size_t first, count;  // voxels
+  };
+  std::size_t rounded = 0;  // off by more than a thousandth
+  std::size_t clamped = 0;  // beyond int16
+  std::vector<Run> not_numbers;
+
+  void add(const ConversionLoss& other);
+};
+
+// Converts `count` values in the machine's byte order into volume.voxels from index `first` on.
+void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                    Volume& volume, std::size_t first, ConversionLoss& loss);
+
+// Gives NaN voxels the volume's lowest value and tells the user of all losses through `warnings`.
+// Throws BadDataError when no voxel is a number.
+void settle_losses(const ConversionLoss& loss, Volume& volume, const std::string& name);
+
+// Reads volume.size's voxels from the stream; int16 goes straight to its place, everything else
+// through a small buffer. Throws BadDataError when the data is too short (before memory is taken,
+// where the file's size shows it).
+void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
+// The same from whitespace-separated decimal text.
+void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
+
+// Throws BadDataError when voxels' worth of data is left: the header and its data don't belong
+// together. A line end or two, which editors and text writers leave, is let pass. Reading to the
+// end also makes a decompressor check its sum.
+void expect_end(ByteStream& stream);
+
+}  // namespace organbake

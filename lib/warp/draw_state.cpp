@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/draw_state.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "geometry/shell_map.h"
+#include "warp/pixel_key.h"
+
+namespace organbake {
+namespace {
+
+using Vec3 = Eigen::Vector3f;
+
+// How much wider than its texel a sample is drawn.
+// Normals of a patch spread a little more once its face bends.
+constexpr float kBendRad = 0.15f;
+
+Vec3 column(const FaceFrame& face, int c) {
+  return {face.metric[0][c], face.metric[1][c], face.metric[2][c]};
+}
+
+// The patch's middle in the view's frame, its derivatives along b1, b2, h, and the half size of a
+// box that surely holds all of it.
+struct PlacedPatch {
+  Vec3 center, by_b1, by_b2, by_h, half;
+  Vec3 along(const float (&t)[3]) const { return by_b1 * t[0] + by_b2 * t[1] + by_h * t[2]; }
+};
+
+PlacedPatch place(const Patch& patch, const FaceFrame& face) {
+  const auto [b1, b2, h] = std::tuple(patch.center[0], patch.center[1], patch.center[2]);
+  const Vec3 c4 = column(face, 4), c5 = column(face, 5);
+  PlacedPatch p;
+  p.by_b1 = column(face, 1) + h * c4;
+  p.by_b2 = column(face, 2) + h * c5;
+  p.by_h = column(face, 3) + b1 * c4 + b2 * c5;
+  p.center = column(face, 0) + b1 * column(face, 1) + b2 * column(face, 2) + h * p.by_h;
+  const auto [e1, e2, eh] = std::tuple(patch.extent[0], patch.extent[1], patch.extent[2]);
+  // Exact for the shell map, which is linear but for the products h·b.
+  p.half = e1 * p.by_b1.cwiseAbs() + e2 * p.by_b2.cwiseAbs() + eh * p.by_h.cwiseAbs() +
+           eh * (e1 * c4.cwiseAbs() + e2 * c5.cwiseAbs());
+  return p;
+}
+
+bool faces_away(const PlacedPatch& p, const Vec3& normal, float cone_rad) {
+  const float distance = p.center.norm(), radius = p.half.norm();
+  if (distance <= radius) return false;
+  const float spread = cone_rad + kBendRad + std::asin(radius / distance);
+  if (spread >= std::numbers::pi_v<float> / 2) return false;
+  return normal.dot(p.center) > std::sin(spread) * normal.norm() * distance;
+}
+
+int clamped_int(float value, int low, int high) {
+  // Written so that NaN becomes `low`.
+  return value > low ? (value < high ? static_cast<int>(value) : high) : low;
+}
+
+// Pixels that a box of camera space can reach, by interval arithmetic, grown by half a splat.
+PixelBox pixel_box(const PlacedPatch& p, const View& view, int columns, int rows) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const float near = static_cast<float>(view.near_mm);
+  const float z0 = std::max(p.center.z() - p.half.z(), near), z1 = p.center.z() + p.half.z();
+  if (z1 < near) return {};
+  const auto interval = [&](float c, float r, float f, float middle) {
+    const float low = c - r, high = c + r;
+    return std::pair(static_cast<float>(middle) + f * (low < 0 ? low / z0 : low / z1),
+                     static_cast<float>(middle) + f * (high > 0 ? high / z0 : high / z1));
+  };
+  const auto [x0, x1] =
+      interval(p.center.x(), p.half.x(), static_cast<float>(k.fx), static_cast<float>(k.cx));
+  const auto [y0, y1] =
+      interval(p.center.y(), p.half.y(), static_cast<float>(k.fy), static_cast<float>(k.cy));
+  const float grow_x = 0.5f * static_cast<float>(columns) + 1,
+              grow_y = 0.5f * static_cast<float>(rows) + 1;
+  return {clamped_int(x0 - grow_x, 0, k.width), clamped_int(y0 - grow_y, 0, k.height),
+          clamped_int(x1 + grow_x + 1, 0, k.width), clamped_int(y1 + grow_y + 1, 0, k.height)};
+}
+
+// Fills the 2 × 2 map between pixels and texels at the patch's middle, and what follows from it.
+void set_footprint(const PlacedPatch& p, const Vec3& s_u, const Vec3& s_v, const View& view,
+                   ChunkFrame& out) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const float z = std::max(p.center.z(), static_cast<float>(view.near_mm));
+  const float fx = static_cast<float>(k.fx) / z, fy = static_cast<float>(k.fy) / z;
+  const float px = p.center.x() / z, py = p.center.y() / z;
+  const float x_u = fx * (s_u.x() - px * s_u.z()), y_u = fy * (s_u.y() - py * s_u.z());
+  const float x_v = fx * (s_v.x() - px * s_v.z()), y_v = fy * (s_v.y() - py * s_v.z());
+  const float size = std::max({std::abs(x_u), std::abs(y_u), std::abs(x_v), std::abs(y_v), 1e-6f});
+  float determinant = x_u * y_v - x_v * y_u;
+  // Seen edge-on the map has no inverse; a thousandth of its size keeps offsets finite.
+  const float least = 1e-3f * size * size;
+  if (std::abs(determinant) < least) determinant = determinant < 0 ? -least : least;
+  const float inverse = 1 / (determinant * kReach);
+  out.u_x = y_v * inverse, out.u_y = -x_v * inverse;
+  out.v_x = -y_u * inverse, out.v_y = x_u * inverse;
+  out.z_u = kReach * s_u.z(), out.z_v = kReach * s_v.z();
+  // The most pixel centres that a texel's own parallelogram can hold along each axis.
+  out.columns = clamped_int(std::ceil(std::abs(x_u) + std::abs(x_v)), 1, kMostSplat);
+  out.rows = clamped_int(std::ceil(std::abs(y_u) + std::abs(y_v)), 1, kMostSplat);
+}
+
+}  // namespace
+
+std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const View& view) {
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
+  const RigidTransform& pose = view.camera.camera_from_world;
+  const Intrinsics& k = view.camera.intrinsics;
+  Eigen::Matrix3d projection;
+  projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
+  std::vector<FaceFrame> frames(deformed.faces.size());
+  for (std::uint32_t f = 0; f < frames.size(); ++f) {
+    ShellMatrix metric = pose.rotation * shell_matrix(deformed, normals, f);
+    metric.col(0) += pose.translation;
+    const ShellMatrix pixel = projection * metric;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 6; ++c) {
+        frames[f].metric[r][c] = static_cast<float>(metric(r, c));
+        frames[f].pixel[r][c] = static_cast<float>(pixel(r, c));
+      }
+    }
+  }
+  return frames;
+}
+
+ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view) {
+  ChunkFrame out{};
+  const PlacedPatch p = place(patch, face);
+  const Vec3 s_u = p.along(patch.along_u), s_v = p.along(patch.along_v);
+  // Columns run right, rows down, so v × u points out of the surface.
+  if (faces_away(p, s_v.cross(s_u), patch.cone_rad)) {
+    out.fate = ChunkFate::faces_away;
+    return out;
+  }
+  set_footprint(p, s_u, s_v, view, out);
+  out.box = pixel_box(p, view, out.columns, out.rows);
+  out.fate = out.box.empty() ? ChunkFate::outside_view : ChunkFate::drawn;
+  return out;
+}
+
+}  // namespace organbake

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+#include "warp/pixel_box.h"
+#include "warp/sample_set.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// One proxy face in one frame: its deformed shell matrix in the view's frame, in millimetres and
+// multiplied by the intrinsics, so that a sample lands with 15 multiply-adds and one reciprocal.
+struct FaceFrame {
+  float metric[3][6];  // camera millimetres
+  float pixel[3][6];   // pixel × depth, pixel × depth, depth
+};
+
+std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const View& view);
+
+enum class ChunkFate : std::uint8_t { drawn, faces_away, outside_view };
+
+// One chunk in one frame. Offsets from a sample to a pixel's centre are shares of the sample's
+// reach (pixel_key.h), so that −1…1 is what a sample stands for.
+struct ChunkFrame {
+  float u_x, u_y, v_x, v_y;  // offset per pixel
+  float z_u, z_v;            // depth per offset
+  int columns, rows;         // pixels to try per sample, ≥ 1
+  PixelBox box;              // of all pixels it may touch, clipped to the view
+  ChunkFate fate;
+};
+
+// A texel is drawn over at most this many pixels along each axis; nearer still, the base layer
+// shows between the samples.
+inline constexpr int kMostSplat = 64;
+
+ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view);
+
+}  // namespace organbake

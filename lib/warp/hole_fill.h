@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include "warp/frame.h"
+#include "warp/pixel_box.h"
+
+namespace organbake {
+
+struct HoleCounts {
+  std::size_t before = 0;  // open pixels among covered ones
+  std::size_t after = 0;   // still open after filling
+};
+
+// A hole is an uncovered pixel of which at least five of the eight neighbours are covered: inside a
+// silhouette, not outside a straight or convex one. Holes get the mean of their covered neighbours,
+// in at most kFillRounds rounds, each from the round before it only.
+inline constexpr int kFillRounds = 4;
+HoleCounts fill_holes(const PixelBox& box, bool fill, Frame& frame);
+
+}  // namespace organbake

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "geometry/shell_map.h"
+
+namespace organbake {
+
+// Colour of one sample and its Taylor terms along the map's columns (u) and rows (v), so that a
+// pixel that looks beside the sample still gets the colour of the very point it sees. Everything
+// is in square-root light (255·√linear): as fine as sRGB in 8 bits, and squaring makes it linear.
+// Sixteen bytes: four samples a cache line.
+struct TexelDetail {
+  std::uint8_t red = 0, green = 0, blue = 0;
+  std::uint8_t confidence = 0;  // 255 = 1
+  std::int8_t along_u[3] = {};  // first differences per texel
+  std::int8_t along_v[3] = {};
+  std::int8_t curve_u[3] = {};  // half of the second differences
+  std::int8_t curve_v[3] = {};
+};
+// As four little-endian words, the form in which the inner loop gathers it.
+using PackedDetail = std::array<std::uint32_t, 4>;
+static_assert(sizeof(TexelDetail) == sizeof(PackedDetail));
+
+// A small piece of one camera's map over one proxy face, described in the face's shell coordinates
+// (b1, b2, h): enough to place, measure and cull it under any deformation without its samples.
+struct Patch {
+  std::uint32_t face = 0;
+  float center[3] = {};   // b1, b2, h
+  float extent[3] = {};   // half sizes about the centre
+  float along_u[3] = {};  // change of (b1, b2, h) per texel column …
+  float along_v[3] = {};  // … and per row
+  float cone_rad = 0;     // largest angle of a sample's normal to the patch's
+};
+
+// Samples come in chunks of at most kChunk, each of one patch; chunk c owns the slots from
+// kChunk·c on, so that a slot number alone finds its chunk.
+inline constexpr std::uint32_t kChunk = 64;
+
+struct Chunk {
+  Patch patch;
+  std::uint32_t count = 0;  // samples in use, ≥ 1
+};
+
+// What one camera contributes: structure of arrays over slots, chunks sorted by face and then by
+// map neighbourhood.
+struct SampleSet {
+  std::vector<float> b1, b2, h;
+  std::vector<PackedDetail> detail;
+  std::vector<Chunk> chunks;
+  std::size_t sample_count = 0;
+  double texel_mm = 0;  // mean size of a texel on the surface, facing the camera
+};
+
+// Slot numbers share a 64-bit key with depth and offsets.
+inline constexpr std::uint32_t kMostSlots = 1u << 24;
+
+// Binds every texel that has a face, and confidence. rest_in_camera holds the rest shell matrix of
+// every proxy face in the camera's frame. Throws BadDataError when the map has more samples than
+// kMostSlots.
+SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
+                           const std::vector<ShellMatrix>& rest_in_camera);
+
+}  // namespace organbake

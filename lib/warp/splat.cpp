@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/splat.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+constexpr int kGuard = TileKeys::kGuard;
+
+// Where a chunk's samples land: offset in texels from each sample to its first pixel's centre,
+// depth, and that pixel's place in the tile (0, a guard cell, for samples not drawn).
+struct Landed {
+  alignas(32) float u[kChunk], v[kChunk], z[kChunk];
+  alignas(32) std::int32_t column[kChunk], row[kChunk];
+  alignas(32) std::int32_t inside[kChunk];
+};
+
+struct Placement {
+  float left, top;  // half a splat and half a pixel, from the tile's corner
+  float half_columns, half_rows;
+  float low_x, low_y, high_x, high_y;  // first pixels that still touch the tile
+};
+
+inline float lowest_of(float a, float b) { return a < b ? a : b; }
+inline float highest_of(float a, float b) { return a > b ? a : b; }
+// Smallest integer ≥ v for |v| < 2^30, in a form that vectorises without SSE's rounding flags.
+inline std::int32_t ceil_int(float v) {
+  const std::int32_t t = static_cast<std::int32_t>(v);
+  return t + (static_cast<float>(t) < v ? 1 : 0);
+}
+
+// The hot loop: 15 multiply-adds and a reciprocal per sample, then its first pixel.
+void land(const float* __restrict b1, const float* __restrict b2, const float* __restrict h,
+          int count, const float (&m)[3][6], const ChunkFrame& c, const Placement& at,
+          float near_mm, Landed& __restrict out) {
+  for (int i = 0; i < count; ++i) {
+    const float x = m[0][0] + b1[i] * m[0][1] + b2[i] * m[0][2] +
+                    h[i] * (m[0][3] + b1[i] * m[0][4] + b2[i] * m[0][5]);
+    const float y = m[1][0] + b1[i] * m[1][1] + b2[i] * m[1][2] +
+                    h[i] * (m[1][3] + b1[i] * m[1][4] + b2[i] * m[1][5]);
+    const float z = m[2][0] + b1[i] * m[2][1] + b2[i] * m[2][2] +
+                    h[i] * (m[2][3] + b1[i] * m[2][4] + b2[i] * m[2][5]);
+    const float inverse = 1 / highest_of(z, near_mm);
+    // Clamped one step beyond what is accepted, which also keeps the conversions defined.
+    const float s = lowest_of(highest_of(x * inverse - at.left, at.low_x - 1), at.high_x + 1);
+    const float t = lowest_of(highest_of(y * inverse - at.top, at.low_y - 1), at.high_y + 1);
+    const std::int32_t column = ceil_int(s), row = ceil_int(t);
+    const float dx = static_cast<float>(column) - s - at.half_columns;
+    const float dy = static_cast<float>(row) - t - at.half_rows;
+    out.u[i] = c.u_x * dx + c.u_y * dy;
+    out.v[i] = c.v_x * dx + c.v_y * dy;
+    out.z[i] = z;
+    out.column[i] = column;
+    out.row[i] = row;
+    out.inside[i] = (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) & (t > at.low_y - 1) &
+                    (t <= at.high_y);
+  }
+}
+
+// The key with which a sample at depth z stands for a pixel (u, v) away.
+struct Key {
+  std::uint32_t high, low;
+  std::uint64_t value() const { return static_cast<std::uint64_t>(high) << 32 | low; }
+};
+inline Key make_key(float u, float v, float z, const ChunkFrame& c, float tie_mm,
+                    std::uint32_t slot) {
+  const bool own = highest_of(std::abs(u), std::abs(v)) <= 1;
+  const float depth = z + c.z_u * u + c.z_v * v + tie_mm * (u * u + v * v);
+  const std::uint32_t v_bits = offset_bits(v);
+  const std::uint32_t high = key_high(highest_of(depth, 1e-6f), v_bits);
+  // Whatever the low half says, kEmptyHigh never beats an empty cell.
+  return {own ? high : kEmptyHigh, key_low(offset_bits(u), v_bits, slot)};
+}
+
+// Keys of all samples for the pixel (du, dv) beyond their first one.
+void make_keys(const Landed& __restrict in, int count, float du, float dv, const ChunkFrame& c,
+               float tie_mm, std::uint32_t first_slot, std::uint64_t* __restrict keys) {
+  for (int i = 0; i < count; ++i) {
+    keys[i] = make_key(in.u[i] + du, in.v[i] + dv, in.z[i], c, tie_mm,
+                       first_slot + static_cast<std::uint32_t>(i))
+                  .value();
+  }
+}
+
+Placement placement(const ChunkFrame& c, const TileKeys& tile, int slack_columns, int slack_rows) {
+  const float half_columns = 0.5f * static_cast<float>(c.columns);
+  const float half_rows = 0.5f * static_cast<float>(c.rows);
+  return {.left = half_columns + 0.5f + static_cast<float>(tile.box.x0),
+          .top = half_rows + 0.5f + static_cast<float>(tile.box.y0),
+          .half_columns = half_columns,
+          .half_rows = half_rows,
+          .low_x = static_cast<float>(-slack_columns),
+          .low_y = static_cast<float>(-slack_rows),
+          .high_x = static_cast<float>(tile.box.width() - 1),
+          .high_y = static_cast<float>(tile.box.height() - 1)};
+}
+
+// Splats of at most kGuard pixels a side: all samples of a chunk, pixel after pixel.
+void splat_small(Landed& landed, int count, const ChunkFrame& c, float tie_mm,
+                 std::uint32_t first_slot, TileKeys& tile) {
+  alignas(32) std::int32_t place[kChunk];
+  for (int i = 0; i < count; ++i) {
+    const std::int32_t cell = (landed.row[i] + kGuard) * tile.stride + landed.column[i] + kGuard;
+    place[i] = landed.inside[i] ? cell : 0;
+  }
+  alignas(32) std::uint64_t keys[kChunk];
+  for (int ty = 0; ty < c.rows; ++ty) {
+    for (int tx = 0; tx < c.columns; ++tx) {
+      const float du = c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
+      const float dv = c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
+      make_keys(landed, count, du, dv, c, tie_mm, first_slot, keys);
+      std::uint64_t* const cells = tile.keys.data() + std::size_t(ty) * tile.stride + tx;
+      for (int i = 0; i < count; ++i) {
+        std::uint64_t& cell = cells[place[i]];
+        cell = keys[i] < cell ? keys[i] : cell;
+      }
+    }
+  }
+}
+
+// Larger splats, seen from very near: sample after sample, clipped to the tile.
+void splat_large(const Landed& landed, int count, const ChunkFrame& c, float tie_mm,
+                 std::uint32_t first_slot, TileKeys& tile) {
+  const int width = tile.box.width(), height = tile.box.height();
+  for (int i = 0; i < count; ++i) {
+    if (!landed.inside[i]) continue;
+    const int first_x = std::max(0, -landed.column[i]);
+    const int last_x = std::min(c.columns, width - landed.column[i]);
+    const int first_y = std::max(0, -landed.row[i]);
+    const int last_y = std::min(c.rows, height - landed.row[i]);
+    for (int ty = first_y; ty < last_y; ++ty) {
+      std::uint64_t* const cells = tile.keys.data() +
+                                   std::size_t(landed.row[i] + ty + kGuard) * tile.stride +
+                                   landed.column[i] + kGuard;
+      for (int tx = first_x; tx < last_x; ++tx) {
+        const float u =
+            landed.u[i] + c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
+        const float v =
+            landed.v[i] + c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
+        const std::uint64_t key =
+            make_key(u, v, landed.z[i], c, tie_mm, first_slot + static_cast<std::uint32_t>(i))
+                .value();
+        cells[tx] = std::min(cells[tx], key);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void TileKeys::clear(const PixelBox& tile) {
+  box = tile;
+  stride = tile.width() + 2 * kGuard;
+  keys.assign(std::size_t(stride) * (tile.height() + 2 * kGuard), kEmptyKey);
+}
+
+void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
+                 const FaceFrame& face, float near_mm, float tie_mm, TileKeys& tile) {
+  Landed landed;
+  const std::uint32_t first = chunk * kChunk;
+  // Whole vectors; slots beyond the last sample exist and are masked below.
+  const int count = static_cast<int>(set.chunks[chunk].count);
+  const int padded = (count + 7) & ~7;
+  const Placement at = placement(frame, tile, frame.columns - 1, frame.rows - 1);
+  land(set.b1.data() + first, set.b2.data() + first, set.h.data() + first, padded, face.pixel,
+       frame, at, near_mm, landed);
+  for (int i = count; i < padded; ++i) landed.inside[i] = 0;
+  if (frame.columns <= kGuard && frame.rows <= kGuard) {
+    splat_small(landed, padded, frame, tie_mm, first, tile);
+  } else {
+    splat_large(landed, count, frame, tie_mm, first, tile);
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "warp/draw_state.h"
+#include "warp/pixel_key.h"
+#include "warp/sample_set.h"
+
+namespace organbake {
+
+// Keys of one camera over one tile of the picture, with a guard band all round so that a splat
+// over the border needs no test per pixel.
+struct TileKeys {
+  static constexpr int kGuard = 8;
+
+  PixelBox box;
+  int stride = 0;
+  std::vector<std::uint64_t> keys;
+
+  void clear(const PixelBox& tile);
+  const std::uint64_t* row(int y) const {  // y of the picture
+    return keys.data() + std::size_t(y - box.y0 + kGuard) * stride + kGuard;
+  }
+};
+
+// Draws a chunk's samples into the tile. tie_mm = kTieTexels × texel size. What does not fall
+// into the tile, lies before the near plane or loses its pixel leaves no trace.
+void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
+                 const FaceFrame& face, float near_mm, float tie_mm, TileKeys& tile);
+
+}  // namespace organbake

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "geometry/view_manifold.h"
+#include "warp/frame.h"
+#include "warp/solids.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+enum class WarpMethod : std::uint8_t {
+  bound,  // forward splats of samples bound to the proxy's shell
+};
+
+struct DrawOptions {
+  WarpMethod method = WarpMethod::bound;
+  std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
+  bool base_layer = true;  // draw the base layer where no active camera sees the skin
+  bool fill_holes = true;
+  bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
+  bool measure = false;     // fill DrawReport's times
+  std::vector<Solid> solids;
+
+  bool operator==(const DrawOptions& other) const = default;
+};
+
+// Milliseconds of work by phase, summed over threads; zero unless measured.
+struct DrawTimes {
+  double transform = 0;  // faces and chunks placed, culled and listed by tile
+  double splat = 0, base = 0, resolve = 0, fill = 0;
+};
+
+struct DrawReport {
+  bool unchanged = false;         // same view, positions and options: the frame was left alone
+  ViewWeights weights;            // the cameras in use
+  std::size_t samples_drawn = 0;  // of chunks that were drawn
+  std::size_t samples_facing_away = 0;  // skipped in whole chunks
+  std::size_t samples_outside_view = 0;
+  // Per active camera and face: skipped in whole, by what skipped its last chunk.
+  std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
+  std::size_t base_triangles = 0;
+  std::size_t sample_pixels = 0, base_pixels = 0;
+  std::size_t holes_before = 0, holes_after = 0;
+  double largest_stretch_px = 0;  // widest splat, pixels per texel
+  DrawTimes times;
+};
+
+// Draws a bundle's organ, deformed or not, from any view by forward-warping the samples of the
+// three cameras that the viewing projection manifold names (the paper, 2.2). The same bytes for
+// any number of threads. One draw() at a time.
+class Warper {
+ public:
+  // Binds every sample. The maps are not needed afterwards. Throws BadDataError when a camera's
+  // maps don't fit its size or the proxy.
+  explicit Warper(const Bundle& bundle);
+  ~Warper();
+  Warper(Warper&&) noexcept;
+
+  // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options,
+  // BadDataError for a wrong number of positions or one that is not finite.
+  DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                  const DrawOptions& options, Frame& frame);
+
+  std::size_t sample_count() const;
+  std::size_t memory_bytes() const;  // held by the bound samples
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Shares below this are dropped and the others drawn up to it, continuously: a camera that hardly
+// counts is not worth its samples.
+inline constexpr double kLeastShare = 0.01;
+ViewWeights trimmed(ViewWeights weights);
+
+}  // namespace organbake

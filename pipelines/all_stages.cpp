@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stage.h"
+#include "pipelines/stage_options.h"
+
+namespace organbake {
+namespace {
+
+template <class Options>
+StageOptions make_options() {
+  auto storage = std::make_shared<Options>();
+  OptionList list;
+  bind(list, *storage);
+  return {storage, list};
+}
+
+std::vector<Stage> describe() {
+  const StageInput surface = {"surface", InputKind::mesh, "the organ's surface"};
+  return {
+      {.name = "phantom",
+       .summary = "make a synthetic organ: CT, photographs, and the truth about both",
+       .inputs = {},
+       .outputs = {{"ct", "ct.mha"}, {"photos", "photos/cameras.json"}, {"truth", "truth.ply"}},
+       .make_options = make_options<PhantomStageOptions>},
+      {.name = "isosurface",
+       .summary = "turn a CT, or one label of a mask, into a closed surface",
+       .inputs = {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,
+                   "mask"},
+                  {"mask", InputKind::volume, "label mask; the surface of one label is taken",
+                   false}},
+       .outputs = {{"surface", "surface.ply"}},
+       .make_options = make_options<IsosurfaceOptions>,
+       .single_file = true},
+      {.name = "decimate",
+       .summary = "reduce a surface to the coarse proxy that the player deforms",
+       .inputs = {surface},
+       .outputs = {{"proxy", "proxy.ply"}},
+       .make_options = make_options<DecimateOptions>,
+       .single_file = true},
+      {.name = "mechanics",
+       .summary = "give a proxy its springs, masses and anchors",
+       .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
+       .outputs = {{"mechanics", "mechanics.json"}},
+       .make_options = make_options<MechanicsOptions>,
+       .single_file = true},
+      {.name = "place",
+       .summary = "place virtual cameras round a surface or inside a viewing cone",
+       .inputs = {surface},
+       .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},
+       .make_options = make_options<PlaceStageOptions>},
+      {.name = "capture",
+       .summary = "bake depth, colour and microstructure for each virtual camera",
+       .inputs = {surface,
+                  {"proxy", InputKind::mesh, "the proxy"},
+                  {"cameras", InputKind::cameras, "virtual cameras, as place writes them"},
+                  {"photos", InputKind::photos, "posed photographs: a cameras.json with images",
+                   false}},
+       .outputs = {{"maps", "."}},
+       .make_options = make_options<CaptureStageOptions>},
+  };
+}
+
+}  // namespace
+
+const std::vector<Stage>& all_stages() {
+  static const std::vector<Stage> stages = describe();
+  return stages;
+}
+
+const Stage* find_stage(const std::string& name) {
+  for (const Stage& stage : all_stages()) {
+    if (stage.name == name) return &stage;
+  }
+  return nullptr;
+}
+
+}  // namespace organbake

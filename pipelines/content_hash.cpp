@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/content_hash.h"
+
+#define XXH_INLINE_ALL
+#include <fcntl.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+
+#include "bundle/cameras_json.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/sha256.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+// A mistyped path such as "/" must not be read for hours before anybody looks at it.
+constexpr std::size_t kMaxFilesOfFolder = 20000;
+
+std::string hex(XXH128_hash_t hash) {
+  XXH128_canonical_t bytes;
+  XXH128_canonicalFromHash(&bytes, hash);
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text;
+  for (unsigned char byte : bytes.digest) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+std::vector<InputFile> files_of_folder(const fs::path& folder) {
+  std::vector<InputFile> files;
+  for (const fs::path& file : list_files(folder)) {
+    files.push_back({file.generic_string(), folder / file});
+    if (files.size() > kMaxFilesOfFolder) {
+      throw BadDataError(folder, "holds more than " + std::to_string(kMaxFilesOfFolder) +
+                                     " files; give the folder of one series");
+    }
+  }
+  if (files.empty()) throw NoInputError(folder, "is an empty folder");
+  return files;
+}
+
+// MetaImage and NRRD headers may keep their voxels in another file, or in many. What the header
+// says about it is read no further than needed: with anything but one plain name, everything in
+// the folder counts.
+std::vector<InputFile> files_of_header(const fs::path& header) {
+  const std::string text = read_text_file(header, std::size_t{1} << 20);
+  for (const std::string key : {"ElementDataFile", "data file:", "datafile:"}) {
+    const std::size_t at = text.find(key);
+    if (at == std::string::npos) continue;
+    const std::size_t begin = text.find_first_not_of(" =\t", at + key.size());
+    const std::size_t end = text.find_first_of("\r\n", begin);
+    if (begin == std::string::npos) continue;
+    const fs::path data = header.parent_path() / text.substr(begin, end - begin);
+    if (fs::is_regular_file(data)) return {{"data", data}, {"header", header}};
+  }
+  return files_of_folder(header.parent_path().empty() ? fs::path(".") : header.parent_path());
+}
+
+std::vector<InputFile> files_of_photos(const fs::path& document) {
+  std::vector<InputFile> files = {{"cameras.json", document}};
+  for (const std::string& image : read_cameras(document).images) {
+    files.push_back({image, document.parent_path() / image});
+  }
+  std::sort(files.begin(), files.end(),
+            [](const InputFile& a, const InputFile& b) { return a.name < b.name; });
+  return files;
+}
+
+}  // namespace
+
+std::string quick_hash(std::string_view text) {
+  return hex(XXH3_128bits(text.data(), text.size()));
+}
+
+std::string quick_hash_of_file(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) throw NoInputError(path, std::string("cannot be opened: ") + std::strerror(errno));
+  const std::unique_ptr<const int, void (*)(const int*)> closer(
+      &file, [](const int* fd) { ::close(*fd); });
+  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
+                                                                              XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  std::vector<char> block(std::size_t{1} << 18);
+  while (true) {
+    const ssize_t got = ::read(file, block.data(), block.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw IoError::reading(path, std::strerror(errno));
+    if (got == 0) break;
+    XXH3_128bits_update(state.get(), block.data(), static_cast<std::size_t>(got));
+  }
+  return hex(XXH3_128bits_digest(state.get()));
+}
+
+std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw NoInputError(path, "there is no such file or folder");
+  if (fs::is_directory(status)) {
+    if (kind == InputKind::volume) return files_of_folder(path);
+    throw NoInputError(path, "is a folder, a file is needed");
+  }
+  if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");
+  if (kind == InputKind::photos) return files_of_photos(path);
+  const std::string ending = path.extension().string();
+  if (kind == InputKind::volume && (ending == ".mhd" || ending == ".nhdr")) {
+    return files_of_header(path);
+  }
+  return {{path.filename().string(), path}};
+}
+
+std::string content_hash(const std::vector<InputFile>& files, FileHasher hash_file) {
+  if (files.size() == 1) return hash_file(files.front().path);
+  std::string list;
+  for (const InputFile& file : files) list += hash_file(file.path) + "  " + file.name + "\n";
+  return hash_file == sha256_of_file ? sha256_hex(std::as_bytes(std::span(list)))
+                                     : quick_hash(list);
+}
+
+std::string sha256_of_file(const fs::path& path) { return sha256_hex(read_file(path)); }
+
+}  // namespace organbake

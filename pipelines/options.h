@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace organbake {
+
+// What one option, or one key figure of a report, can hold.
+using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>,
+                                 std::vector<std::string>>;
+
+enum class OptionKind { boolean, integer, number, text, choice, path, vector, integers, texts };
+
+struct OptionTraits {
+  std::string help = {};
+  std::string unit = {};           // "mm", "HU", "rad" …; empty = none
+  std::optional<double> min = {};  // of a number, or of each component of a vector
+  std::optional<double> max = {};
+  std::vector<std::string> choices = {};  // of a text
+};
+
+struct Option {
+  std::string name;  // snake_case: the recipe key
+  OptionKind kind = OptionKind::text;
+  OptionTraits traits;
+  OptionValue default_value;
+  std::function<OptionValue()> get;
+  std::function<void(const OptionValue&)> set;
+
+  std::string flag() const;   // "--photo-size"
+  std::string range() const;  // "4…1000000", "one of a, b"; empty when unbounded
+};
+
+// The description of some options, bound to the variables that hold them. Everything that a user
+// meets comes from it: flags, help, recipe keys, JSON Schema, the resolved options of a run.
+// A variable's value at the time of add() is the default; it must outlive the list.
+class OptionList {
+ public:
+  template <class T>
+  OptionList& add(std::string name, T* target, OptionTraits traits);
+  template <class Enum>
+  OptionList& add(std::string name, Enum* target, OptionTraits traits,
+                  std::vector<std::pair<std::string, Enum>> choices);
+
+  // Puts another list's options behind this one's.
+  OptionList& append(const OptionList& other);
+
+  const std::vector<Option>& all() const { return options_; }
+  // Nothing when unknown. '-' and '_' are the same here, so that flags and keys share one name.
+  const Option* find(std::string_view name) const;
+  std::vector<std::string> names() const;
+
+ private:
+  OptionList& append(Option option);
+
+  std::vector<Option> options_;
+};
+
+// Reads a value as a command line gives it: "true", "12", "0.5", "1,0,-1". Throws UsageError that
+// names `where` (such as "--faces"), the text, and what is expected.
+OptionValue parse_option(const Option& option, std::string_view text, const std::string& where);
+// Throws UsageError when the value is of another kind or out of the option's range.
+void check_option(const Option& option, const OptionValue& value, const std::string& where);
+// As parse_option reads it; numbers in their shortest exact form.
+std::string option_text(const OptionValue& value);
+
+// How the C++ types of options map to values.
+template <class T>
+struct OptionType {
+  static_assert(std::is_integral_v<T>, "no option of this type");
+  static constexpr OptionKind kind =
+      std::is_same_v<T, bool> ? OptionKind::boolean : OptionKind::integer;
+  using Stored = std::conditional_t<std::is_same_v<T, bool>, bool, std::int64_t>;
+  static OptionValue to_value(T value) { return static_cast<Stored>(value); }
+  static T from_value(const OptionValue& value) { return static_cast<T>(std::get<Stored>(value)); }
+};
+template <>
+struct OptionType<double> {
+  static constexpr OptionKind kind = OptionKind::number;
+  static OptionValue to_value(double value) { return value; }
+  static double from_value(const OptionValue& value) { return std::get<double>(value); }
+};
+template <>
+struct OptionType<float> {
+  static constexpr OptionKind kind = OptionKind::number;
+  // Through the float's shortest decimal: users see 0.42, not 0.41999998688697815.
+  static OptionValue to_value(float value);
+  static float from_value(const OptionValue& v) { return static_cast<float>(std::get<double>(v)); }
+};
+template <>
+struct OptionType<std::string> {
+  static constexpr OptionKind kind = OptionKind::text;
+  static OptionValue to_value(const std::string& value) { return value; }
+  static std::string from_value(const OptionValue& value) { return std::get<std::string>(value); }
+};
+template <>
+struct OptionType<std::filesystem::path> {
+  static constexpr OptionKind kind = OptionKind::path;
+  static OptionValue to_value(const std::filesystem::path& value) { return value.string(); }
+  static std::filesystem::path from_value(const OptionValue& value) {
+    return std::get<std::string>(value);
+  }
+};
+template <>
+struct OptionType<std::vector<std::string>> {
+  static constexpr OptionKind kind = OptionKind::texts;
+  static OptionValue to_value(const std::vector<std::string>& value) { return value; }
+  static std::vector<std::string> from_value(const OptionValue& value) {
+    return std::get<std::vector<std::string>>(value);
+  }
+};
+// Three components: std::array or an Eigen vector.
+template <class Vector, class Scalar>
+struct OptionTypeOfVector {
+  static constexpr OptionKind kind =
+      std::is_integral_v<Scalar> ? OptionKind::integers : OptionKind::vector;
+  static OptionValue to_value(const Vector& vector) {
+    std::vector<double> values;
+    for (int i = 0; i < 3; ++i) {
+      if constexpr (std::is_same_v<Scalar, float>) {
+        values.push_back(std::get<double>(OptionType<float>::to_value(vector[i])));
+      } else {
+        values.push_back(static_cast<double>(vector[i]));
+      }
+    }
+    return values;
+  }
+  static Vector from_value(const OptionValue& value) {
+    Vector vector;
+    for (int i = 0; i < 3; ++i) {
+      vector[i] = static_cast<Scalar>(std::get<std::vector<double>>(value)[i]);
+    }
+    return vector;
+  }
+};
+template <>
+struct OptionType<Eigen::Vector3d> : OptionTypeOfVector<Eigen::Vector3d, double> {};
+template <>
+struct OptionType<Eigen::Vector3f> : OptionTypeOfVector<Eigen::Vector3f, float> {};
+template <>
+struct OptionType<std::array<int, 3>> : OptionTypeOfVector<std::array<int, 3>, int> {};
+
+template <class T>
+OptionList& OptionList::add(std::string name, T* target, OptionTraits traits) {
+  using Type = OptionType<T>;
+  const bool choice = Type::kind == OptionKind::text && !traits.choices.empty();
+  return append({std::move(name), choice ? OptionKind::choice : Type::kind, std::move(traits),
+                 Type::to_value(*target), [target] { return Type::to_value(*target); },
+                 [target](const OptionValue& v) { *target = Type::from_value(v); }});
+}
+
+template <class Enum>
+OptionList& OptionList::add(std::string name, Enum* target, OptionTraits traits,
+                            std::vector<std::pair<std::string, Enum>> choices) {
+  for (const auto& choice : choices) traits.choices.push_back(choice.first);
+  auto name_of = [choices](Enum value) {
+    for (const auto& choice : choices) {
+      if (choice.second == value) return choice.first;
+    }
+    return std::string();
+  };
+  return append({std::move(name), OptionKind::choice, std::move(traits), name_of(*target),
+                 [target, name_of]() -> OptionValue { return name_of(*target); },
+                 [target, choices](const OptionValue& v) {
+                   for (const auto& choice : choices) {
+                     if (choice.first == std::get<std::string>(v)) *target = choice.second;
+                   }
+                 }});
+}
+
+}  // namespace organbake

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+namespace organbake {
+
+// Both refuse early, before hours of work, what could not be written in the end. Throw IoError
+// (writing).
+void check_output_file(const std::filesystem::path& file);
+// A folder that exists is replaced only when it is empty or holds nothing but what a manifest.json
+// or report.json of ours lists: nobody loses a file to a mistyped -o.
+void check_output_folder(const std::filesystem::path& folder);
+
+}  // namespace organbake

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/plan.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "pipelines/options_json.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+using Inputs = std::map<std::string, fs::path>;
+
+bool needed(const StageInput& input, const Inputs& given) {
+  return input.required && !(!input.unless.empty() && given.contains(input.unless));
+}
+
+bool makes_any_of(const Stage& stage, const std::set<std::string>& wanted) {
+  return std::any_of(stage.outputs.begin(), stage.outputs.end(),
+                     [&](const StageOutput& output) { return wanted.contains(output.artifact); });
+}
+
+// Goes back from what is wanted to what the user gives. A stage without inputs (the phantom) stands
+// in for a user's data only when the recipe asks for it.
+std::set<std::string> stages_needed(const Recipe& recipe, std::set<std::string> wanted) {
+  std::set<std::string> running;
+  for (const auto& [name, path] : recipe.inputs) wanted.erase(name);
+  const auto& stages = all_stages();
+  for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
+    if (!makes_any_of(*stage, wanted)) continue;
+    if (stage->inputs.empty() && !recipe.sections.contains(stage->name)) continue;
+    running.insert(stage->name);
+    for (const StageInput& input : stage->inputs) {
+      if (needed(input, recipe.inputs) && !recipe.inputs.contains(input.name)) {
+        wanted.insert(input.name);
+      }
+    }
+  }
+  return running;
+}
+
+const StageOutput* find_output(const std::vector<Step>& steps, const std::string& artifact,
+                               std::size_t& step) {
+  for (step = 0; step < steps.size(); ++step) {
+    if (const StageOutput* output = steps[step].stage->output(artifact)) return output;
+  }
+  return nullptr;
+}
+
+// False when the input is needed and neither given nor made by an earlier step.
+bool connect(Step& step, const StageInput& input, const Inputs& given,
+             const std::vector<Step>& earlier) {
+  InputSource source{input.name, input.kind, {}, 0, {}};
+  const auto path = given.find(input.name);
+  if (path != given.end()) {
+    source.given = path->second;
+  } else if (const StageOutput* output = find_output(earlier, input.name, source.step)) {
+    source.file = output->file;
+  } else {
+    return !needed(input, given);
+  }
+  step.inputs.push_back(std::move(source));
+  return true;
+}
+
+std::string why_left_out(const Stage& stage, const Recipe& recipe) {
+  for (const StageOutput& output : stage.outputs) {
+    if (recipe.inputs.contains(output.artifact)) return "the " + output.artifact + " is given";
+  }
+  for (const char* input : {"surface", "mask"}) {
+    if (recipe.inputs.contains(input)) return std::string("the ") + input + " is given";
+  }
+  return "nothing that it makes is needed";
+}
+
+bool used(const std::vector<Step>& steps, const std::string& input) {
+  for (const Step& step : steps) {
+    for (const InputSource& source : step.inputs) {
+      if (source.name == input) return true;
+    }
+  }
+  return false;
+}
+
+std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
+                                   const std::set<std::string>& running) {
+  std::vector<LeftOut> list;
+  for (const Stage& stage : all_stages()) {
+    const bool offered = !stage.inputs.empty() || recipe.sections.contains(stage.name);
+    if (offered && !running.contains(stage.name)) {
+      list.push_back({stage.name, why_left_out(stage, recipe)});
+    }
+  }
+  for (const auto& [name, path] : recipe.inputs) {
+    if (!used(plan.steps, name)) list.push_back({"input " + name, "no step of this bake reads it"});
+  }
+  return list;
+}
+
+}  // namespace
+
+Plan plan_bake(const Recipe& recipe, const std::string& last_stage) {
+  std::set<std::string> wanted = {"proxy", "mechanics", "cameras", "maps"};
+  if (!last_stage.empty()) {
+    const Stage* last = find_stage(last_stage);
+    if (!last) throw UsageError("there is no stage '" + last_stage + "'");
+    wanted = {last->outputs.front().artifact};
+  }
+  const std::set<std::string> running = stages_needed(recipe, wanted);
+  if (!last_stage.empty() && !running.contains(last_stage)) {
+    throw UsageError("the stage '" + last_stage + "' is not part of this bake: " +
+                     why_left_out(*find_stage(last_stage), recipe));
+  }
+  Plan plan;
+  for (const Stage& stage : all_stages()) {
+    if (!running.contains(stage.name)) continue;
+    Step step{&stage, to_json(recipe.options.at(stage.name).list).dump(), {}};
+    for (const StageInput& input : stage.inputs) {
+      if (connect(step, input, recipe.inputs, plan.steps)) continue;
+      throw RecipeError("the stage '" + stage.name + "' needs a " + input.name + " (" + input.help +
+                        "): write it under inputs, or give --set " + input.name + "=PATH");
+    }
+    plan.steps.push_back(std::move(step));
+  }
+  if (last_stage.empty()) plan.left_out = list_left_out(recipe, plan, running);
+  return plan;
+}
+
+Plan plan_stage(const Stage& stage, const OptionList& options, const Inputs& inputs) {
+  Step step{&stage, to_json(options).dump(), {}};
+  for (const StageInput& input : stage.inputs) {
+    if (!connect(step, input, inputs, {})) {
+      throw UsageError("'organbake " + stage.name + "' needs a " + input.name + ": " + input.help);
+    }
+  }
+  return {{std::move(step)}, {}};
+}
+
+}  // namespace organbake

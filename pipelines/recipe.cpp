@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/recipe.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "pipelines/document.h"
+#include "pipelines/options_json.h"
+#include "pipelines/schema_check.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char* kRecipeSchema = "organbake/recipe/1";
+constexpr std::size_t kMostRecipeBytes = std::size_t{1} << 20;
+
+// Every section's options at their defaults: one list per stage, and the bundle's own.
+std::map<std::string, StageOptions> default_options(BundleOptions& bundle) {
+  std::map<std::string, StageOptions> sections;
+  for (const Stage& stage : all_stages()) sections[stage.name] = stage.make_options();
+  bind(sections["bundle"].list, bundle);
+  return sections;
+}
+
+Json input_schema(const RecipeInput& input) {
+  return {{"type", "string"}, {"description", input.help}};
+}
+
+// One "--set key=value", taken apart.
+struct Setting {
+  std::string section, key, value, origin;  // no section: an input, or the recipe's name
+};
+
+Setting parse_setting(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw RecipeError("--set " + text + ": it takes key=value, such as decimate.faces=100");
+  }
+  const std::string key = text.substr(0, equals);
+  const std::size_t dot = key.find('.');
+  const bool sectioned = dot != std::string::npos;
+  return {sectioned ? key.substr(0, dot) : "", sectioned ? key.substr(dot + 1) : key,
+          text.substr(equals + 1), "--set " + text};
+}
+
+bool is_input(const std::string& key) {
+  const auto& inputs = recipe_inputs();
+  return key == "label" || std::any_of(inputs.begin(), inputs.end(),
+                                       [&](const RecipeInput& i) { return i.name == key; });
+}
+
+void apply_option(Document& document, const OptionList* options, const Setting& setting) {
+  const Option* option = options ? options->find(setting.key) : nullptr;
+  const std::string pointer = "/" + setting.section + "/";
+  if (!option) {  // left to the schema check, which knows the nearest key
+    document.set(pointer + setting.key, setting.value, setting.origin);
+    return;
+  }
+  try {
+    const OptionValue value = parse_option(*option, setting.value, setting.origin);
+    document.set(pointer + option->name, to_json(value), setting.origin);
+  } catch (const UsageError& error) {
+    throw RecipeError(error.what());
+  }
+}
+
+void apply_input(Document& document, const std::map<std::string, StageOptions>& sections,
+                 const Setting& setting) {
+  for (const auto& [name, section] : sections) {
+    if (!is_input(setting.key) && section.list.find(setting.key)) {
+      throw RecipeError(setting.origin + ": '" + setting.key + "' belongs to a section; say " +
+                        name + "." + setting.key);
+    }
+  }
+  const std::string pointer = "/inputs/" + setting.key;
+  if (setting.value.empty()) {
+    document.remove(pointer);
+  } else {
+    document.set(pointer,
+                 setting.key == "label" ? plain_scalar(setting.value) : Json(setting.value),
+                 setting.origin);
+  }
+}
+
+void apply(Document& document, const std::map<std::string, StageOptions>& sections,
+           const Setting& setting) {
+  if (setting.section.empty() && setting.key == "name") {
+    document.set("/name", setting.value, setting.origin);
+  } else if (setting.section.empty()) {
+    apply_input(document, sections, setting);
+  } else {
+    const auto found = sections.find(setting.section);
+    apply_option(document, found == sections.end() ? nullptr : &found->second.list, setting);
+  }
+}
+
+Json section_of(const Json& json, const std::string& name) {
+  const auto found = json.find(name);
+  return found == json.end() ? Json::object() : *found;
+}
+
+// A section that is there but empty ("mechanics:") means: with the defaults.
+Document read_document(const fs::path& file, const std::map<std::string, StageOptions>& sections) {
+  Document document = Document::parse_yaml(read_text_file(file, kMostRecipeBytes), file.string());
+  if (!document.json().is_object()) {
+    throw RecipeError(file.string() + ": is not a recipe; its first line should be 'schema: " +
+                      kRecipeSchema + "'");
+  }
+  for (const auto& [name, ignored] : sections) {
+    if (document.json().contains(name) && document.json()[name].is_null()) {
+      document.set("/" + name, Json::object(), document.location("/" + name));
+    }
+  }
+  return document;
+}
+
+}  // namespace
+
+const std::vector<RecipeInput>& recipe_inputs() {
+  static const std::vector<RecipeInput> inputs = {
+      {"ct", InputKind::volume, "CT: a file or a folder of DICOM slices"},
+      {"mask", InputKind::volume, "label mask; the organ is one label of it"},
+      {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
+      {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
+  return inputs;
+}
+
+Json recipe_schema() {
+  BundleOptions bundle;
+  Json inputs = Json::object();
+  for (const RecipeInput& input : recipe_inputs()) inputs[input.name] = input_schema(input);
+  inputs["label"] = {
+      {"type", "integer"},
+      {"minimum", 1},
+      {"maximum", 32767},
+      {"description", "the organ's label in the mask; the same as isosurface.label"}};
+  Json properties = {
+      {"schema", {{"type", "string"}, {"enum", {kRecipeSchema}}}},
+      {"name", {{"type", "string"}, {"description", "what the bundle is called"}}},
+      {"inputs", {{"type", "object"}, {"additionalProperties", false}, {"properties", inputs}}}};
+  for (const auto& [name, section] : default_options(bundle)) {
+    properties[name] = options_schema(section.list);
+    const Stage* stage = find_stage(name);
+    properties[name]["description"] = stage ? stage->summary : "what the bundle holds besides";
+  }
+  return {{"$schema", "http://json-schema.org/draft-07/schema#"},
+          {"$id", kRecipeSchema},
+          {"title", "organbake recipe"},
+          {"type", "object"},
+          {"required", {"schema"}},
+          {"additionalProperties", false},
+          {"properties", properties}};
+}
+
+Recipe read_recipe(const fs::path& file, const std::vector<std::string>& settings) {
+  Recipe recipe;
+  std::map<std::string, StageOptions> sections = default_options(recipe.bundle);
+  Document document = read_document(file, sections);
+  std::set<std::string> set_by_user;
+  for (const std::string& text : settings) {
+    const Setting setting = parse_setting(text);
+    apply(document, sections, setting);
+    if (setting.section.empty()) set_by_user.insert(setting.key);
+  }
+  if (const auto error = schema_error(document, recipe_schema())) throw RecipeError(*error);
+
+  const Json& json = document.json();
+  recipe.name = json.value("name", file.stem().string());
+  for (auto& [name, section] : sections) {
+    set_from_json(section.list, section_of(json, name), name + ".");
+    if (json.contains(name)) recipe.sections.insert(name);
+  }
+  const Json inputs = section_of(json, "inputs");
+  if (inputs.contains("label")) {
+    set_from_json(sections["isosurface"].list, {{"label", inputs["label"]}}, "inputs.");
+  }
+  for (const RecipeInput& input : recipe_inputs()) {
+    if (!inputs.contains(input.name)) continue;
+    const fs::path path = inputs[input.name].get<std::string>();
+    const bool as_it_is = path.is_absolute() || set_by_user.contains(input.name);
+    recipe.inputs[input.name] = as_it_is ? path : file.parent_path() / path;
+  }
+  sections.erase("bundle");
+  recipe.options = std::move(sections);
+  return recipe;
+}
+
+}  // namespace organbake

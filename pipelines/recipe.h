@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "pipelines/stage.h"
+#include "pipelines/stage_options.h"
+
+namespace organbake {
+
+// What a user brings to a bake. Everything else is made by a stage.
+struct RecipeInput {
+  std::string name;
+  InputKind kind;
+  std::string help;
+};
+const std::vector<RecipeInput>& recipe_inputs();
+
+// A recipe, checked and with every option resolved.
+struct Recipe {
+  std::string name;
+  std::map<std::string, std::filesystem::path> inputs;  // those that are given
+  std::map<std::string, StageOptions> options;          // of every stage there is
+  std::set<std::string> sections;                       // stages that the recipe mentions
+  BundleOptions bundle;
+};
+
+// Reads a recipe (YAML) and applies "key=value" settings: an input ("ct=scan.nii.gz"; empty takes
+// it away), or a section's option ("decimate.faces=100"). Paths in the file are relative to its
+// folder, those of settings to the current one. Throws NoInputError, or RecipeError that names the
+// line and key, and the nearest known key.
+Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& settings);
+
+// Generated from the stages' option lists.
+nlohmann::json recipe_schema();
+
+}  // namespace organbake

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/schemas.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "pipelines/embedded_schemas.h"
+#include "pipelines/nearest_name.h"
+#include "pipelines/recipe.h"
+#include "pipelines/schema_check.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kRecipe = "recipe";  // made from the option lists, not written by hand
+
+}  // namespace
+
+std::vector<std::string> schema_names() {
+  std::vector<std::string> names = {kRecipe};
+  for (const EmbeddedSchema& schema : embedded_schemas()) names.emplace_back(schema.name);
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::string schema_text(const std::string& name) {
+  if (name == kRecipe) return recipe_schema().dump(2) + "\n";
+  for (const EmbeddedSchema& schema : embedded_schemas()) {
+    if (schema.name == name) return std::string(schema.text);
+  }
+  throw UsageError("there is no schema '" + name + "'" + suggestion(name, schema_names()) +
+                   " ('organbake schema' lists them)");
+}
+
+std::string schema_of(const Document& document) {
+  const nlohmann::json& json = document.json();
+  const std::string id = json.is_object() && json.contains("schema") && json["schema"].is_string()
+                             ? json["schema"].get<std::string>()
+                             : "";
+  for (const std::string& name : schema_names()) {
+    if (id.starts_with("organbake/" + name + "/")) return name;
+  }
+  throw BadDataError(document.name(), id.empty() ? "has no key 'schema', so it is none of ours"
+                                                 : "its schema '" + id + "' is not known");
+}
+
+void check_document(const Document& document, const std::string& schema_name) {
+  const auto schema = nlohmann::json::parse(schema_text(schema_name));
+  if (const auto error = schema_error(document, schema)) throw BadDataError(*error);
+}
+
+void check_json_file(const std::filesystem::path& file, const std::string& schema_name) {
+  check_document(Document::parse_json(read_text_file(file), file.string()), schema_name);
+}
+
+}  // namespace organbake

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stage_module.h"
+
+#include <dlfcn.h>
+
+#include <string_view>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
+  throw Error(ExitCode::internal, file.string() + ": " + why + "; the installation is incomplete");
+}
+
+template <class Function>
+Function symbol(void* module, const char* name, const fs::path& file) {
+  void* address = ::dlsym(module, name);
+  if (!address) refuse(file, "is not a module of organbake");
+  return reinterpret_cast<Function>(address);
+}
+
+}  // namespace
+
+fs::path module_folder() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw Error(ExitCode::internal, "/proc/self/exe cannot be read: " + error.message());
+  return (program.parent_path() / ".." / "lib" / "organbake").lexically_normal();
+}
+
+fs::path module_file(const std::string& stage) {
+  return module_folder() / ("stage_" + stage + ".so");
+}
+
+StageReport run_in_module(const Stage& stage, const StageCall& call) {
+  const fs::path file = module_file(stage.name);
+  // Never closed: the libraries behind it are not made to be unloaded, and the program ends soon.
+  void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (!module) refuse(file, std::string("cannot be loaded: ") + ::dlerror());
+  const auto version = symbol<const char* (*)()>(module, "organbake_stage_version", file);
+  if (std::string_view(version()) != ORGANBAKE_VERSION) {
+    refuse(file, std::string("is of version ") + version() + ", not " ORGANBAKE_VERSION);
+  }
+  const auto run =
+      symbol<void (*)(const StageCall&, StageReport&)>(module, "organbake_stage_run", file);
+  StageReport report;
+  run(call, report);
+  return report;
+}
+
+}  // namespace organbake

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "capture/capture.h"
+#include "decimate/decimate.h"
+#include "isosurface/isosurface.h"
+#include "mechanics/mechanics.h"
+#include "phantom/phantom.h"
+#include "pipelines/options.h"
+#include "pipelines/options_json.h"
+#include "viewpoints/placement.h"
+
+namespace organbake {
+
+// The options of each stage: the library's own structs, with what only a command line needs added.
+struct PhantomStageOptions {
+  std::string kind = "organ";
+  OrganPhantomOptions organ;
+  int truth_subdivisions = 7;
+};
+
+struct PlaceStageOptions {
+  PlacementOptions placement;
+  Eigen::Vector3d cone_axis = ViewingCone().axis;
+  double cone_angle_rad = 0;  // half angle; 0 = cameras all round
+
+  PlacementOptions resolved() const;
+};
+
+struct CaptureStageOptions {
+  CaptureOptions capture;
+  Material material;
+};
+
+struct BundleOptions {
+  bool surface = false;
+};
+
+void bind(OptionList& list, PhantomStageOptions& options);
+void bind(OptionList& list, IsosurfaceOptions& options);
+void bind(OptionList& list, DecimateOptions& options);
+void bind(OptionList& list, MechanicsOptions& options);
+void bind(OptionList& list, PlaceStageOptions& options);
+void bind(OptionList& list, CaptureStageOptions& options);
+void bind(OptionList& list, BundleOptions& options);
+
+// The resolved options of a stage call, back in their struct.
+template <class Options>
+Options resolved_options(const std::string& options_json) {
+  Options options;
+  OptionList list;
+  bind(list, options);
+  set_from_json_text(list, options_json);
+  return options;
+}
+
+}  // namespace organbake

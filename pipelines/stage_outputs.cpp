@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <nlohmann/json.hpp>
+
+#include "core/files.h"
+#include "pipelines/copy_files.h"
+#include "pipelines/output_target.h"
+#include "pipelines/outputs.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+// The stage's report with the list of the files beside it, by which a later run knows the folder
+// for its own.
+std::string folder_report(const CacheEntry& entry) {
+  nlohmann::json report = nlohmann::json::parse(entry.report_json);
+  for (const CachedFile& file : entry.files) report["files"].push_back(file.path);
+  return report.dump(2) + "\n";
+}
+
+}  // namespace
+
+void write_stage_outputs(const StepResult& result, const fs::path& target) {
+  const Stage& stage = *result.step->stage;
+  if (stage.single_file) {
+    check_output_file(target);
+    if (target.has_parent_path()) fs::create_directories(target.parent_path());
+    write_file_atomically(target, read_file(result.entry.folder / stage.outputs.front().file));
+    return;
+  }
+  check_output_folder(target);
+  AtomicFolder folder(target);
+  for (const CachedFile& file : result.entry.files) {
+    copy_into(result.entry.folder / file.path, folder.path() / file.path);
+  }
+  write_file_atomically(folder.path() / "report.json", folder_report(result.entry));
+  folder.commit();
+}
+
+}  // namespace organbake

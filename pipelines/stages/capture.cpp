@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/capture.h"
+
+#include <tbb/parallel_for.h>
+
+#include <filesystem>
+
+#include "bundle/cameras_json.h"
+#include "formats/mesh_files.h"
+#include "formats/photo.h"
+#include "geometry/ply.h"
+#include "image/exr.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
+#include "pipelines/stages/surface_coloring.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<Photo> read_photos(const StageCall& call) {
+  const auto* document = call.input("photos");
+  if (!document) return {};
+  const CameraSet set = read_cameras(*document);
+  std::vector<Photo> photos(set.images.size());
+  tbb::parallel_for(std::size_t{0}, photos.size(), [&](std::size_t i) {
+    photos[i] = {set.cameras[i], read_photo(document->parent_path() / set.images[i])};
+  });
+  return photos;
+}
+
+// Three images a camera and the base layer, each compressed by one thread: that is where the time
+// of writing goes.
+void write_images(const CaptureSummary& captured, const std::vector<PosedCamera>& cameras,
+                  const fs::path& folder) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) fs::create_directory(folder / camera_folder(c));
+  tbb::parallel_for(std::size_t{0}, 3 * cameras.size() + 1, [&](std::size_t i) {
+    if (i == 3 * cameras.size())
+      return write_exr(folder / "base.exr", base_layer_to_image(captured.base));
+    const std::size_t c = i / 3;
+    const fs::path camera = folder / camera_folder(c);
+    const ExrWriteOptions options{.camera = cameras[c]};
+    const CameraMaps& maps = captured.maps[c];
+    if (i % 3 == 0) write_exr(camera / "depth.exr", depth_image(maps), options);
+    if (i % 3 == 1) write_exr(camera / "color.exr", color_image(maps), options);
+    if (i % 3 == 2) write_exr(camera / "micro.exr", micro_image(maps), options);
+  });
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<CaptureStageOptions>(call.options_json);
+  options.capture.check();
+  options.material.check();
+  TriangleMesh surface = read_mesh(*call.input("surface"));
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"));
+  const CameraSet set = read_cameras(*call.input("cameras"));
+  StageReport report;
+  const RayScene scene(surface);
+  const auto color = choose_color(surface, scene, read_photos(call), options.material, report);
+  const CaptureSummary captured =
+      capture(surface, proxy, set.cameras, *color, options.capture, call.context);
+  write_images(captured, set.cameras, call.output_folder);
+  color_vertices(surface, *color);
+  write_ply(call.output_folder / "surface.ply", surface);
+
+  report.add("cameras", captured.maps.size());
+  report.add("bound_in_prism", captured.bound_in_prism);
+  report.add("bound_by_fallback", captured.bound_by_fallback);
+  report.add("back_face_texels", captured.back_face_texels);
+  report.add("largest_height_mm", captured.largest_height_mm);
+  report.add("base_steps", captured.base.steps);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

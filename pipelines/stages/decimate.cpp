@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/decimate.h"
+
+#include "formats/mesh_files.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
+
+namespace organbake {
+namespace {
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<DecimateOptions>(call.options_json);
+  options.check();
+  const TriangleMesh surface = read_mesh(*call.input("surface"));
+  const DecimateSummary summary = decimate(surface, options, call.context);
+  write_ply(call.output_folder / "proxy.ply", summary.proxy);
+
+  StageReport report;
+  report.add("surface_faces", surface.faces.size());
+  report.add("faces", summary.proxy.faces.size());
+  report.add("rms_mm", summary.rms_mm);
+  report.add("max_mm", summary.max_mm);
+  report.add("reverse_rms_mm", summary.reverse_rms_mm);
+  report.add("reverse_max_mm", summary.reverse_max_mm);
+  report.add("volume_change", summary.volume_change);
+  report.add("closed_manifold", summary.closed_manifold);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/error.h"
+#include "formats/mesh_files.h"
+#include "geometry/mesh_checks.h"
+#include "pipelines/stage_module.h"
+#include "volume/describe.h"
+#include "volume/read_volume.h"
+
+namespace organbake {
+namespace {
+
+std::vector<double> components(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void describe(const Volume& volume, StageReport& report) {
+  const VolumeFigures figures = volume_figures(volume);
+  report.add("kind", "volume");
+  report.add("size_voxels", std::vector<double>(figures.size.begin(), figures.size.end()));
+  report.add("spacing_mm", components(figures.spacing_mm));
+  report.add("extent_mm", components(figures.extent_mm));
+  report.add("lowest_corner_mm", components(figures.min_mm));
+  report.add("highest_corner_mm", components(figures.max_mm));
+  report.add("orientation", figures.orientation);
+  report.add("oblique_degrees", figures.oblique_degrees);
+  report.add("left_handed", figures.left_handed);
+  report.add("lowest_value", figures.range.min);
+  report.add("highest_value", figures.range.max);
+  report.add("warnings", volume.warnings);
+}
+
+void describe(const TriangleMesh& mesh, StageReport& report) {
+  const MeshTopology topology = analyse_topology(mesh);
+  const Bounds box = bounds(mesh);
+  report.add("kind", "mesh");
+  report.add("vertices", topology.vertices);
+  report.add("faces", topology.faces);
+  report.add("components", topology.components);
+  report.add("closed_manifold", topology.closed_manifold());
+  report.add("boundary_edges", topology.boundary_edges);
+  report.add("non_manifold_edges", topology.non_manifold_edges);
+  report.add("non_manifold_vertices", topology.non_manifold_vertices);
+  report.add("misoriented_edges", topology.misoriented_edges);
+  report.add("degenerate_faces", topology.degenerate_faces);
+  report.add("euler_characteristic", topology.euler_characteristic);
+  report.add("area_mm2", surface_area(mesh));
+  report.add("volume_ml", signed_volume(mesh) / 1000);
+  report.add("lowest_corner_mm", components(box.min));
+  report.add("highest_corner_mm", components(box.max));
+  report.add("vertex_colors", !mesh.colors.empty());
+}
+
+StageReport run(const StageCall& call) {
+  StageReport report;
+  if (const auto* path = call.input("mesh")) {
+    describe(read_mesh(*path), report);
+  } else {
+    describe(read_volume(*call.input("volume"), call.context), report);
+  }
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "isosurface/isosurface.h"
+
+#include <optional>
+
+#include "geometry/ply.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
+#include "volume/mask_check.h"
+#include "volume/read_volume.h"
+
+namespace organbake {
+namespace {
+
+std::optional<Volume> read_input(const StageCall& call, const std::string& name) {
+  const auto* path = call.input(name);
+  if (!path) return std::nullopt;
+  Volume volume = read_volume(*path, call.context);
+  for (const std::string& warning : volume.warnings) call.context.warn(name + ": " + warning);
+  return volume;
+}
+
+// A mask goes where its own header puts it; the tissue below it tells whether that is right.
+Volume placed_on(const Volume& ct, Volume mask, int label, const RunContext& context,
+                 StageReport& report) {
+  MaskCheckOptions options;
+  options.label = label;
+  const MaskCheck check = check_mask(ct, mask, options);
+  if (!check.message.empty()) context.warn("mask: " + check.message);
+  report.add("mask_plausible", check.plausible);
+  report.add("mask_overlap_share", check.overlap_share);
+  report.add("mask_soft_tissue_share", check.fit.soft_tissue_share);
+  report.add("mask_deviation_hu", check.fit.deviation_hu);
+  if (check.grids_equal) return mask;
+  context.info("the mask is brought from its own grid onto the CT's");
+  return resample_mask(mask, ct);
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<IsosurfaceOptions>(call.options_json);
+  options.check();
+  const std::optional<Volume> ct = read_input(call, "ct");
+  std::optional<Volume> mask = read_input(call, "mask");
+  StageReport report;
+  if (ct && mask) mask = placed_on(*ct, std::move(*mask), options.label, call.context, report);
+  const Isosurface surface = mask ? extract_label_surface(*mask, options, call.context)
+                                  : extract_isosurface(*ct, options, call.context);
+  write_ply(call.output_folder / "surface.ply", surface.mesh);
+
+  report.add("vertices", surface.mesh.vertices.size());
+  report.add("faces", surface.mesh.faces.size());
+  report.add("components_found", surface.components_found);
+  report.add("components_kept", surface.components_kept);
+  report.add("volume_ml", signed_volume(surface.mesh) / 1000);
+  if (mask) {
+    report.skipped.push_back({"the level iso", "a mask is given"});
+  } else {
+    report.skipped.push_back({"label and smooth", "no mask is given"});
+  }
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mechanics/mechanics.h"
+
+#include <numeric>
+
+#include "core/files.h"
+#include "formats/mesh_files.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
+
+namespace organbake {
+namespace {
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<MechanicsOptions>(call.options_json);
+  options.check();
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"));
+  const MechanicsModel model = make_mechanics(proxy, options, call.context);
+  write_file_atomically(call.output_folder / "mechanics.json", mechanics_to_json(model));
+
+  StageReport report;
+  report.add("springs", model.springs.size());
+  report.add("anchors", model.anchors.size());
+  report.add("mass_kg", std::accumulate(model.mass_kg.begin(), model.mass_kg.end(), 0.0));
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

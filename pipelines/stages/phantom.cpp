@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "phantom/phantom.h"
+
+#include <filesystem>
+
+#include "bundle/cameras_json.h"
+#include "core/files.h"
+#include "geometry/ply.h"
+#include "image/png.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
+#include "volume/write_volume.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string photo_name(std::size_t index) {
+  const std::string number = std::to_string(index);
+  return "photo_" + std::string(number.size() < 2 ? 2 - number.size() : 0, '0') + number + ".png";
+}
+
+// Photographs go to their own folder with the cameras that took them.
+void write_photos(const OrganPhantom& phantom, const fs::path& folder, const RunContext& context) {
+  CameraSet set;
+  set.cameras = phantom.photo_cameras();
+  fs::create_directory(folder);
+  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
+    context.throw_if_cancelled();
+    set.images.push_back(photo_name(i));
+    write_png(folder / set.images.back(), phantom.photograph(set.cameras[i], context), 1);
+    context.progress(0.4 + 0.6 * static_cast<double>(i + 1) / set.cameras.size());
+  }
+  write_file_atomically(folder / "cameras.json", cameras_to_json(set));
+}
+
+std::string phantom_json(const std::string& options_json) {
+  return "{\"schema\": \"organbake/phantom/1\", \"options\": " + options_json + "}\n";
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<PhantomStageOptions>(call.options_json);
+  options.organ.check();
+  const OrganPhantom phantom(options.organ);
+  const Volume ct = phantom.scan(call.context);
+  call.context.progress(0.2);
+  const TriangleMesh truth = phantom.surface(options.truth_subdivisions, call.context);
+  call.context.progress(0.4);
+  write_metaimage(call.output_folder / "ct.mha", ct);
+  write_ply(call.output_folder / "truth.ply", truth);
+  write_photos(phantom, call.output_folder / "photos", call.context);
+  write_file_atomically(call.output_folder / "phantom.json", phantom_json(call.options_json));
+  StageReport report;
+  report.add("voxels", ct.voxel_count());
+  report.add("photos", options.organ.photo_count);
+  report.add("truth_faces", truth.faces.size());
+  report.add("truth_volume_ml", signed_volume(truth) / 1000);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Wrong inputs and outputs: the documented code, one clear sentence, nothing left behind.
+source "$(dirname "$0")/assert.sh"
+small_phantom p
+
+refused() {  # CODE TEXT COMMAND…
+  local code=$1 text=$2
+  shift 2
+  expect "$code" "$@" --quiet
+  expect_err "$text"
+  expect_sentence
+  expect_gone made
+}
+
+mkdir empty texts
+echo "just words" >texts/a.txt
+echo "more words" >texts/b.txt
+head -c 3000 p/ct.mha >cut.mha
+: >empty.ply
+echo '{"schema": "organbake/cameras/1", "cameras": [{"name": 5}]}' >bad.json
+
+refused 66 "missing.mha: there is no such file" organbake isosurface missing.mha -o made
+refused 66 "empty: is an empty folder" organbake isosurface empty -o made
+expect 0 true
+code=0; organbake isosurface texts -o made --quiet 2>err || code=$?
+[ $code -eq 65 ] || [ $code -eq 66 ] || fail "a folder of text files: exit code $code"
+expect_err "texts"
+expect_sentence
+refused 65 "the volume spans" organbake isosurface p/ct.mha --iso 9000 -o made
+refused 65 "cut.mha" organbake isosurface cut.mha -o made
+refused 65 "empty.ply" organbake decimate empty.ply -o made
+refused 65 "no label 7" organbake isosurface --mask p/ct.mha --label 7 -o made
+refused 65 "bad.json:1: cameras.0.name is 5; it must be a text" \
+  organbake capture p/truth.ply p/truth.ply bad.json -o made
+refused 66 "is a folder, a file is needed" organbake decimate p -o made
+refused 66 "there is no such" organbake inspect missing
+refused 66 "there is no such" organbake verify missing
+refused 66 "has no manifest.json" organbake verify p
+
+# Outputs. Nobody loses a file to a mistyped -o.
+mkdir thesis
+echo "years of work" >thesis/chapter1.tex
+refused 73 "chapter1.tex, which organbake did not write" organbake place p/truth.ply -o thesis
+expect_equal "$(cat thesis/chapter1.tex)" "years of work"
+refused 73 "is a file" organbake place p/truth.ply -o thesis/chapter1.tex
+refused 73 "is a folder" organbake decimate p/truth.ply -o thesis
+refused 73 "not a folder" organbake decimate p/truth.ply -o thesis/chapter1.tex/x.ply
+refused 73 "" organbake decimate p/truth.ply -o /proc/organbake/x.ply
+refused 73 "" organbake decimate p/truth.ply -o x.ply --cache /proc/organbake
+# A folder of our own may be replaced, but not what somebody put into it.
+expect 0 organbake place p/truth.ply --count 4 --size 32 -o cams
+expect 0 organbake place p/truth.ply --count 5 --size 32 -o cams
+echo mine >cams/notes.txt
+refused 73 "notes.txt" organbake place p/truth.ply --count 4 --size 32 -o cams
+expect_equal "$(cat cams/notes.txt)" mine
+
+expect_equal "$(leftovers "$WORK")" ""

@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# What a user meets first: help, versions, and errors of usage.
+source "$(dirname "$0")/assert.sh"
+
+expect 0 organbake --help
+for command in phantom isosurface decimate mechanics place capture bake inspect verify schema doctor; do
+  expect_out "  $command "
+done
+for command in register shade report batch; do
+  grep -q "^  $command " out && fail "$command is listed but does not exist"
+done
+for command in phantom isosurface decimate mechanics place capture bake inspect verify schema doctor; do
+  expect 0 organbake $command --help
+  expect_out "organbake $command"
+  expect_out "--threads N"
+done
+organbake decimate --help >out
+expect_out "--faces N"
+expect_out "[4…10000000; default 80]"
+expect_out "one of lindstrom-turk, cluster"
+expect 0 organbake --version
+expect_out "organbake "
+
+expect 2 organbake
+expect 2 organbake bakke
+expect_err "did you mean 'bake'?"
+expect 2 organbake decimate x.ply -o y.ply --facs 80
+expect_err "did you mean '--faces'?"
+expect 2 organbake decimate x.ply -o y.ply --faces 3
+expect_err "--faces: '3' is not possible; it takes a whole number, 4…10000000"
+expect 2 organbake decimate x.ply -o y.ply --faces
+expect_err "its value is missing"
+expect 2 organbake decimate x.ply
+expect_err "-o is missing"
+expect 2 organbake decimate -o y.ply
+expect_err "needs a surface"
+expect 2 organbake decimate x.ply y.ply -o z.ply
+expect 2 organbake --threads -1 doctor
+expect 2 organbake schema recepi
+expect_err "did you mean 'recipe'?"
+
+# The front program must start without the libraries that the stages need.
+ldd "$BIN/organbake" >libraries
+grep -E 'vtk|opencv|CGAL|embree|ceres|OpenMesh|gdcm' libraries && fail "a heavy library is linked"
+true

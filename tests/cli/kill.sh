@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# kill -9 at 20 random moments: every rerun ends in the same bytes, with nothing left of the dead.
+source "$(dirname "$0")/assert.sh"
+small_recipe >r.yaml
+expect 0 organbake bake r.yaml -o whole --cache whole-cache
+milliseconds() { date +%s%3N; }
+start=$(milliseconds)
+expect 0 organbake bake r.yaml -o timed --cache timed-cache
+total=$(($(milliseconds) - start))
+
+RANDOM=7
+for i in $(seq 20); do
+  # Half of them from an empty cache: early moments count as much as late ones.
+  [ $((i % 2)) -eq 0 ] && rm -rf "$ORGANBAKE_CACHE" b
+  moment=$((RANDOM % (total + 1)))
+  "$BIN/organbake" bake r.yaml -o b --quiet >/dev/null 2>&1 &
+  victim=$!
+  sleep "$((moment / 1000)).$(printf %03d $((moment % 1000)))"
+  kill -9 $victim 2>/dev/null
+  wait $victim 2>/dev/null
+  if [ -e b ]; then expect_same whole b; fi
+  expect 0 organbake bake r.yaml -o b --quiet
+  expect_same whole b
+  expect 0 organbake verify b
+  expect_equal "$(leftovers "$WORK")" ""
+  rm -rf b
+done

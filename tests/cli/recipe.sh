@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Errors of recipes and settings: code 78, the line, the key, and the nearest one.
+source "$(dirname "$0")/assert.sh"
+
+bad_recipe() {  # TEXT-OF-RECIPE EXPECTED [ARGUMENTS…]
+  printf 'schema: organbake/recipe/1\n%s\n' "$1" >r.yaml
+  expect 78 organbake bake r.yaml -o made --quiet "${@:3}"
+  expect_err "$2"
+  expect_sentence
+  expect_gone made
+}
+
+bad_recipe 'decimate: {facs: 100}' "r.yaml:2: unknown key 'decimate.facs'; did you mean 'faces'?"
+bad_recipe $'\n\nplce: {count: 3}' "r.yaml:4: unknown key 'plce'; did you mean 'place'?"
+bad_recipe $'decimate:\n  faces: 2' "r.yaml:3: decimate.faces is 2; it must be a whole number"
+bad_recipe $'decimate:\n  faces: many' 'r.yaml:3: decimate.faces is "many"'
+bad_recipe $'place:\n  cone_axis: [1, 2]' "r.yaml:3: place.cone_axis"
+bad_recipe $'isosurface: {iso: -300\nplace: {}' "r.yaml:"
+bad_recipe $'name: a\nname: b' "r.yaml:3: 'name' is there twice"
+bad_recipe 'name: nothing to bake' "needs a ct"
+bad_recipe 'phantom: {}' "--set decimate.faces=x: 'x' is not possible" --set decimate.faces=x
+bad_recipe 'phantom: {}' "did you mean 'faces'?" --set decimate.face=9
+bad_recipe 'phantom: {}' "say decimate.faces" --set faces=9
+bad_recipe 'phantom: {}' "takes key=value" --set faces
+echo "just words" >r.yaml
+expect 78 organbake bake r.yaml -o made
+expect_err "is not a recipe"
+head -c 2000 /dev/urandom >r.yaml
+expect 78 organbake bake r.yaml -o made
+expect 66 organbake bake missing.yaml -o made
+expect 66 organbake bake . -o made
+expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml"
+expect_err "-o is missing"
+expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --from nonsense
+expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --to nonsense
+for recipe in phantom liver; do
+  expect 0 organbake verify "$SOURCE/pipelines/recipes/$recipe.yaml"
+  expect 0 organbake inspect "$SOURCE/pipelines/recipes/$recipe.yaml"
+done
+expect_gone made

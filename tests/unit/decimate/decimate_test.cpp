@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/decimate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.h"
+#include "formats/mesh_files.h"
+#include "geometry/mesh_checks.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+
+namespace organbake {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+DecimateOptions to_faces(std::size_t faces,
+                         DecimateMethod method = DecimateMethod::lindstrom_turk) {
+  return {.method = method, .faces = faces};
+}
+
+TEST(DecimateOptions, DefaultsAreValid) { EXPECT_NO_THROW(DecimateOptions{}.check()); }
+
+TEST(DecimateOptions, FewerFacesThanATetrahedronAreRefused) {
+  EXPECT_NO_THROW(to_faces(4).check());
+  EXPECT_THROW(to_faces(3).check(), UsageError);
+  EXPECT_THROW(decimate(tetrahedron_mesh(), to_faces(0)), UsageError);
+}
+
+TEST(Decimate, KeepsBudgetManifoldnessAndVolume) {
+  const TriangleMesh mesh = lumpy_mesh(50, 4);
+  const double diagonal = bounds(mesh).diagonal();
+  for (const std::size_t faces : {4, 20, 80, 81, 1000}) {
+    const DecimateSummary s = decimate(mesh, to_faces(faces));
+    EXPECT_LE(s.proxy.faces.size(), faces);
+    EXPECT_GE(s.proxy.faces.size() + 1, faces);  // collapses take two faces at a time
+    EXPECT_TRUE(s.closed_manifold);
+    EXPECT_EQ(analyse_topology(s.proxy).euler_characteristic, 2);
+    // Volume is a constraint of each collapse; 1e-6 leaves room for thousands of solves.
+    if (faces >= 20) {
+      EXPECT_NEAR(s.volume_change, 0, 1e-6);
+    }
+    if (faces >= 80) {
+      EXPECT_LT(s.rms_mm, 0.01 * diagonal);
+    }
+    EXPECT_LE(s.rms_mm, s.max_mm);
+    EXPECT_LE(s.reverse_rms_mm, s.reverse_max_mm);
+  }
+}
+
+TEST(Decimate, AFlatSidedBodyLosesNothing) {
+  const DecimateSummary s = decimate(grid_box({30, 20, 10}, 12), to_faces(12));
+  EXPECT_EQ(s.proxy.faces.size(), 12u);
+  EXPECT_NEAR(signed_volume(s.proxy), 6000, 1e-6);
+  // Solves of 3×3 systems whose planes are exact: micrometres would already be a defect.
+  EXPECT_LT(s.max_mm, 1e-6);
+  EXPECT_LT(s.reverse_max_mm, 1e-6);
+}
+
+TEST(Decimate, AnOpenSurfaceKeepsItsBorder) {
+  TriangleMesh cap;
+  const TriangleMesh sphere = sphere_mesh(50, 4);
+  cap.vertices = sphere.vertices;
+  for (const Face& f : sphere.faces) {
+    if (sphere.vertices[f[0]].z() > 0) cap.faces.push_back(f);
+  }
+  const DecimateSummary s = decimate(cap, to_faces(100));
+  EXPECT_LE(s.proxy.faces.size(), 100u);
+  EXPECT_FALSE(s.closed_manifold);
+  const MeshTopology topology = analyse_topology(s.proxy);
+  EXPECT_EQ(topology.non_manifold_edges, 0u);
+  EXPECT_GT(topology.boundary_edges, 0u);
+  EXPECT_EQ(topology.euler_characteristic, 1);
+  EXPECT_LT(s.rms_mm, 1.0);
+}
+
+TEST(Decimate, PlaceAndUnitDoNotMatter) {
+  const TriangleMesh mesh = lumpy_mesh(50, 3);
+  const DecimateSummary here = decimate(mesh, to_faces(80));
+  const DecimateSummary there = decimate(moved(mesh, {1e6, -2e6, 3e6}), to_faces(80));
+  // Input coordinates of 3e6 are rounded to 5e-10 mm; collapses in another order would show as mm.
+  EXPECT_NEAR(here.rms_mm, there.rms_mm, 1e-4);
+  const DecimateSummary metres = decimate(scaled(mesh, 1e-3), to_faces(80));
+  EXPECT_NEAR(here.rms_mm, 1e3 * metres.rms_mm, 1e-4);
+}
+
+TEST(Decimate, IsRepeatable) {
+  const TriangleMesh mesh = lumpy_mesh(50, 3);
+  for (const auto method : {DecimateMethod::lindstrom_turk, DecimateMethod::cluster}) {
+    const DecimateSummary a = decimate(mesh, to_faces(80, method));
+    const DecimateSummary b = decimate(mesh, to_faces(80, method));
+    EXPECT_EQ(a.proxy.vertices, b.proxy.vertices);
+    EXPECT_EQ(a.proxy.faces, b.proxy.faces);
+    EXPECT_EQ(a.rms_mm, b.rms_mm);
+  }
+}
+
+TEST(Decimate, EdgesWithoutLengthAreNoObstacle) {
+  TriangleMesh mesh = lumpy_mesh(50, 3);
+  for (std::size_t f = 0; f < 40; ++f) {
+    mesh.vertices[mesh.faces[f * 20][0]] = mesh.vertices[mesh.faces[f * 20][1]];
+  }
+  ASSERT_GT(analyse_topology(mesh).degenerate_faces, 0u);
+  const DecimateSummary s = decimate(mesh, to_faces(80));
+  EXPECT_EQ(s.proxy.faces.size(), 80u);
+  EXPECT_TRUE(s.closed_manifold);
+}
+
+TEST(Decimate, ASurfaceWithinTheBudgetIsReturned) {
+  for (const auto method : {DecimateMethod::lindstrom_turk, DecimateMethod::cluster}) {
+    const DecimateSummary s = decimate(tetrahedron_mesh(), to_faces(80, method));
+    EXPECT_EQ(s.proxy.faces.size(), 4u);
+    EXPECT_LT(s.max_mm, 1e-12);
+    EXPECT_EQ(s.volume_change, 0);
+  }
+}
+
+TEST(Decimate, ABudgetBelowTheTopologyNamesTheReachedCount) {
+  const TriangleMesh two = joined(sphere_mesh(10, 2), moved(sphere_mesh(10, 2), {50, 0, 0}));
+  EXPECT_EQ(decimate(two, to_faces(8)).proxy.faces.size(), 8u);
+  EXPECT_THAT([&] { decimate(two, to_faces(7)); },
+              ThrowsMessage<BadDataError>(HasSubstr("below 8 faces")));
+}
+
+TEST(Decimate, UnusableSurfacesAreRefused) {
+  for (const auto method : {DecimateMethod::lindstrom_turk, DecimateMethod::cluster}) {
+    EXPECT_THROW(decimate({}, to_faces(80, method)), BadDataError);
+    TriangleMesh mesh = tetrahedron_mesh();
+    mesh.faces[0][0] = 77;
+    EXPECT_THROW(decimate(mesh, to_faces(80, method)), BadDataError);
+    mesh = tetrahedron_mesh();
+    mesh.vertices[0].x() = std::nan("");
+    EXPECT_THROW(decimate(mesh, to_faces(80, method)), BadDataError);
+    mesh = tetrahedron_mesh();
+    for (Eigen::Vector3d& v : mesh.vertices) v.setOnes();
+    EXPECT_THROW(decimate(mesh, to_faces(80, method)), BadDataError);
+  }
+}
+
+TEST(Decimate, ClusteringIsTheWorseOfTheTwo) {
+  const TriangleMesh mesh = lumpy_mesh(50, 5);
+  const DecimateSummary naive = decimate(mesh, to_faces(80, DecimateMethod::cluster));
+  EXPECT_LE(naive.proxy.faces.size(), 80u);
+  EXPECT_GT(naive.rms_mm, 2 * decimate(mesh, to_faces(80)).rms_mm);
+}
+
+TEST(Decimate, CanBeCancelled) {
+  std::atomic<bool> cancel{true};
+  const RunContext context({}, {}, &cancel);
+  EXPECT_THROW(decimate(lumpy_mesh(50, 4), to_faces(80), context), CancelledError);
+}
+
+TEST(Decimate, RealLiverAndItsVessels) {
+  const std::filesystem::path folder = std::filesystem::path(ORGANBAKE_SHARED_DATA) / "mesh/liver";
+  if (!std::filesystem::exists(folder)) {
+    GTEST_SKIP() << "no real meshes at " << folder << ": real-data decimation is NOT tested";
+  }
+  for (const char* name :
+       {"liver.vtk", "gallbladder.vtk", "portal_vein.vtk", "liver_tumours.vtk"}) {
+    SCOPED_TRACE(name);
+    const TriangleMesh mesh = read_mesh(folder / name);
+    const DecimateSummary s = decimate(mesh, to_faces(400));
+    EXPECT_LE(s.proxy.faces.size(), 400u);
+    EXPECT_EQ(s.closed_manifold, analyse_topology(mesh).boundary_edges == 0);
+    EXPECT_LT(s.rms_mm, 0.01 * bounds(mesh).diagonal());
+    EXPECT_LT(std::abs(s.volume_change), 0.01);
+    EXPECT_LE(decimate(mesh, to_faces(400, DecimateMethod::cluster)).proxy.faces.size(), 400u);
+  }
+}
+
+}  // namespace
+}  // namespace organbake

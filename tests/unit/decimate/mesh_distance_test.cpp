@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/mesh_distance.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "core/error.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::size_t kSamples = 20'000;
+constexpr double kRounding = 1e-12;  // double arithmetic on coordinates of about 10 mm
+
+TEST(MeshDistance, OfAMeshToItselfIsZero) {
+  const TriangleMesh mesh = lumpy_mesh(10, 3);
+  const MeshDistance d = mesh_distance(mesh, mesh, kSamples, 1);
+  EXPECT_LT(d.max_mm, kRounding);
+}
+
+TEST(MeshDistance, BetweenParallelSquaresIsTheirGap) {
+  TriangleMesh low;
+  low.vertices = {{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {0, 10, 0}};
+  low.faces = {{0, 1, 2}, {0, 2, 3}};
+  const MeshDistance d = mesh_distance(low, moved(low, {0, 0, 3}), kSamples, 1);
+  EXPECT_NEAR(d.mean_mm, 3, kRounding);
+  EXPECT_NEAR(d.rms_mm, 3, kRounding);
+  EXPECT_NEAR(d.max_mm, 3, kRounding);
+}
+
+// A unit square against its lower edge: distance = y, uniform in 0…1.
+TEST(MeshDistance, SamplesAreUniformByArea) {
+  TriangleMesh square;
+  square.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.3, 0}};
+  // A fan about an inner point: faces of very different size.
+  square.faces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  TriangleMesh edge;
+  edge.vertices = {{-9, 0, 0}, {10, 0, 0}, {0, -9, 0}};
+  edge.faces = {{0, 1, 2}};
+  const MeshDistance d = mesh_distance(square, edge, kSamples, 1);
+  const double standard_error = std::sqrt(1.0 / 12 / kSamples);  // of an unstratified mean
+  EXPECT_NEAR(d.mean_mm, 0.5, 3 * standard_error);
+  EXPECT_NEAR(d.rms_mm, std::sqrt(1.0 / 3), 3 * standard_error);
+  EXPECT_GT(d.max_mm, 0.99);
+}
+
+TEST(MeshDistance, FromAnInscribedToACircumscribedSphere) {
+  const TriangleMesh fine = sphere_mesh(50, 5);
+  // Chords of a level-5 icosphere lie up to 0.03 mm below the sphere.
+  constexpr double kChord = 0.03;
+  const MeshDistance d = mesh_distance(fine, sphere_mesh(52, 5), kSamples, 1);
+  EXPECT_NEAR(d.mean_mm, 2, kChord);
+  EXPECT_NEAR(d.max_mm, 2, 2 * kChord);
+}
+
+TEST(MeshDistance, IsTheSameForAnyNumberOfThreadsAndNotForAnySeed) {
+  const TriangleMesh a = lumpy_mesh(10, 3), b = sphere_mesh(10, 2);
+  const MeshDistance many = mesh_distance(a, b, 5001, 3);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const MeshDistance single = mesh_distance(a, b, 5001, 3);
+  EXPECT_EQ(many.rms_mm, single.rms_mm);
+  EXPECT_EQ(many.mean_mm, single.mean_mm);
+  EXPECT_EQ(many.max_mm, single.max_mm);
+  EXPECT_NE(many.rms_mm, mesh_distance(a, b, 5001, 4).rms_mm);
+}
+
+TEST(MeshDistance, UnusableMeshesAreRefused) {
+  const TriangleMesh good = tetrahedron_mesh();
+  EXPECT_THROW(mesh_distance({}, good, 10, 1), BadDataError);
+  EXPECT_THROW(mesh_distance(good, {}, 10, 1), BadDataError);
+  TriangleMesh flat = good;
+  flat.faces = {{0, 0, 1}};
+  EXPECT_THROW(mesh_distance(flat, good, 10, 1), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/skin.h"
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+#include "geometry/shell_map.h"
+#include "unit/deform/test_bodies.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kTimeStep_s = 1.0 / 60;
+constexpr double kSame_mm = 1e-9;  // the same formula, summed in another order
+// A lattice four times as fine, at 40 mm with 2 mm cells, comes this near to the true nearest
+// point.
+constexpr double kSampled_mm = 0.08;
+
+struct Posed {
+  TriangleMesh mesh = test::lumpy_organ(2, 40, 3);
+  BaseLayer base = test::sphere_base(mesh, 42, 8);
+  SpringNetwork network{mesh, test::spring_body(mesh), kTimeStep_s};
+  Skin skin{network, base};
+  Rows x = network.rest();
+
+  // A seeded deformation, in the mesh and in the slots alike.
+  Posed() {
+    RandomStream random(11);
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+      mesh.vertices[v] += 2 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+      x[network.slot_of_vertex()[v]] = to_row(mesh.vertices[v]);
+    }
+    skin.pose(x);
+  }
+};
+
+TEST(Skin, IsTheShellMapOfTheDeformedProxy) {
+  Posed p;
+  const auto normals = vertex_normals(p.mesh);
+  RandomStream random(4);
+  for (std::uint32_t f = 0; f < p.mesh.faces.size(); ++f) {
+    const double b1 = random.uniform(0, 0.5), b2 = random.uniform(0, 0.5), h = random.normal();
+    const Eigen::Vector3d expected = shell_point(shell_matrix(p.mesh, normals, f), b1, b2, h);
+    const SkinHit hit = p.skin.hit({f, b1, b2, h}, Row::Zero());
+    EXPECT_LT((hit.point.head<3>() - expected).norm(), kSame_mm);
+    EXPECT_NEAR(hit.distance_mm, expected.norm(), kSame_mm);
+    EXPECT_NEAR(hit.normal.norm(), 1, kSame_mm);
+  }
+}
+
+TEST(Skin, NearestPointBeatsAFineSampling) {
+  Posed p;
+  RandomStream random(5);
+  constexpr int kFine = 32;
+  for (int trial = 0; trial < 40; ++trial) {
+    const auto face = static_cast<std::uint32_t>(random.below(p.mesh.faces.size()));
+    // Near the face, as a tip is when it touches.
+    const SkinHit start = p.skin.hit({face, 0.3, 0.3, 0}, Row::Zero());
+    const Row center = start.point + random.uniform(2, 8) * start.normal +
+                       2 * Row(random.normal(), random.normal(), random.normal(), 0);
+    const SkinHit found = p.skin.nearest(face, center);
+    double sampled = 1e300;
+    for (int i = 0; i <= kFine; ++i) {
+      for (int j = 0; i + j <= kFine; ++j) {
+        // Heights between nodes: linear in the lattice cell, read off the found surface's own
+        // nodes.
+        const double u = 8.0 * i / kFine, v = 8.0 * j / kFine;
+        const auto cu = std::min<std::uint32_t>(7, u), cv = std::min<std::uint32_t>(7, v);
+        if (cu + cv > 7) continue;
+        const auto height = [&](std::uint32_t a, std::uint32_t b) {
+          return double{p.base.height_mm[face * 45 + base_node_index(8, a, b)]};
+        };
+        const double s = u - cu, t = v - cv;
+        double h = 0;
+        if (s + t <= 1) {
+          h = (1 - s - t) * height(cu, cv) + s * height(cu + 1, cv) + t * height(cu, cv + 1);
+        } else if (cu + cv < 7) {
+          h = (1 - t) * height(cu + 1, cv) + (1 - s) * height(cu, cv + 1) +
+              (s + t - 1) * height(cu + 1, cv + 1);
+        } else {
+          continue;
+        }
+        const SkinHit sample = p.skin.hit({face, u / 8, v / 8, h}, center);
+        sampled = std::min(sampled, sample.distance_mm);
+      }
+    }
+    EXPECT_LE(found.distance_mm, sampled + kSampled_mm);
+  }
+}
+
+TEST(Skin, WithoutABaseItIsTheProxy) {
+  const TriangleMesh mesh = test::geodesic_sphere(2, 40);
+  const SpringNetwork network(mesh, test::spring_body(mesh), kTimeStep_s);
+  Skin skin(network, {});
+  skin.pose(network.rest());
+  const Face& f = mesh.faces[5];
+  const Eigen::Vector3d middle =
+      (mesh.vertices[f[0]] + mesh.vertices[f[1]] + mesh.vertices[f[2]]) / 3;
+  const Eigen::Vector3d out = face_normal(mesh, 5);
+  const SkinHit hit = skin.nearest(5, to_row(middle + 3 * out));
+  EXPECT_NEAR(hit.distance_mm, 3, kSame_mm);
+  EXPECT_LT((hit.point.head<3>() - middle).norm(), kSame_mm);
+  EXPECT_NEAR(skin.distance_to_proxy_face(5, to_row(middle + 3 * out)), 3, kSame_mm);
+}
+
+TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
+  const TriangleMesh mesh = test::geodesic_sphere(2, 40);
+  const SpringNetwork network(mesh, test::spring_body(mesh), kTimeStep_s);
+  Skin skin(network, test::sphere_base(mesh, 41, 4));
+  const Rows collapsed(network.size(), Row(1, 2, 3, 0));
+  skin.pose(collapsed);
+  const SkinHit hit = skin.nearest(0, Row(1, 2, 8, 0));
+  EXPECT_TRUE(hit.point.allFinite());
+  EXPECT_LT(hit.distance_mm, 8);
+}
+
+}  // namespace
+}  // namespace organbake

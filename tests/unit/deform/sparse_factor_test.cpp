@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/sparse_factor.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kResidual = 1e-12;  // relative; the matrices below have condition numbers < 1e3
+
+// A seeded graph Laplacian plus a diagonal: what springs and masses make.
+std::vector<Coefficient> random_system(std::uint32_t size, std::uint32_t edges,
+                                       std::uint64_t seed) {
+  RandomStream random(seed);
+  std::vector<Coefficient> entries;
+  for (std::uint32_t i = 0; i < size; ++i) entries.push_back({i, i, random.uniform(0.5, 2)});
+  for (std::uint32_t e = 0; e < edges; ++e) {
+    const auto a = static_cast<std::uint32_t>(random.below(size));
+    const auto b = static_cast<std::uint32_t>(random.below(size));
+    if (a == b) continue;
+    const double k = random.uniform(0.1, 5);
+    entries.push_back({a, a, k});
+    entries.push_back({b, b, k});
+    entries.push_back({a, b, -k});
+  }
+  return entries;
+}
+
+double relative_residual(std::uint32_t size, const std::vector<Coefficient>& entries,
+                         std::uint64_t seed) {
+  const SparseFactor factor(size, entries);
+  RandomStream random(seed);
+  Rows right_side(size), solved(size);
+  for (auto& row : right_side) {
+    row = Row(random.normal(), random.normal(), random.normal(), random.normal());
+  }
+  for (std::uint32_t i = 0; i < size; ++i) solved[factor.position()[i]] = right_side[i];
+  factor.solve(solved.data());
+  Rows residual = right_side;
+  double norm = 0, error = 0;
+  for (const auto& [i, j, value] : entries) {
+    residual[i] -= value * solved[factor.position()[j]];
+    if (i != j) residual[j] -= value * solved[factor.position()[i]];
+  }
+  for (std::uint32_t i = 0; i < size; ++i) {
+    norm += right_side[i].squaredNorm();
+    error += residual[i].squaredNorm();
+  }
+  return std::sqrt(error / norm);
+}
+
+TEST(SparseFactor, SolvesSystemsOfEveryShape) {
+  EXPECT_LT(relative_residual(1, {{0, 0, 4}}, 1), kResidual);
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    // From nearly diagonal (narrow panels) to nearly dense (panels at their widest).
+    for (const std::uint32_t edges : {0u, 20u, 150u, 600u, 6000u}) {
+      EXPECT_LT(relative_residual(150, random_system(150, edges, seed), seed), kResidual)
+          << "seed " << seed << ", edges " << edges;
+    }
+  }
+}
+
+TEST(SparseFactor, OrderIsAPermutation) {
+  const SparseFactor factor(60, random_system(60, 120, 5));
+  std::vector<int> seen(60, 0);
+  for (const std::uint32_t p : factor.position()) ++seen.at(p);
+  for (const int count : seen) EXPECT_EQ(count, 1);
+}
+
+TEST(SparseFactor, EmptySystemIsFine) {
+  const SparseFactor factor(0, {});
+  EXPECT_EQ(factor.size(), 0u);
+  factor.solve(nullptr);
+}
+
+TEST(SparseFactor, RefusesWhatIsNotPositiveDefinite) {
+  EXPECT_THROW(SparseFactor(2, {{0, 0, 1}, {1, 1, -1}}), BadDataError);
+  EXPECT_THROW(SparseFactor(2, {{0, 0, 1}, {1, 1, 1}, {0, 1, -2}}), BadDataError);
+  EXPECT_THROW(SparseFactor(1, {{0, 0, std::nan("")}}), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake

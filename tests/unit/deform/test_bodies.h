@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "bundle/base_layer.h"
+#include "bundle/mechanics_model.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake::test {
+
+// An icosahedron whose edges are cut into `frequency` pieces, on a sphere: 10 f² + 2 vertices
+// (2 → 42, 7 → 492, 22 → 4842), closed, outward.
+TriangleMesh geodesic_sphere(int frequency, double radius_mm);
+
+// The same with seeded bumps of a few wavelengths: a lumpy organ, still star-shaped.
+TriangleMesh lumpy_organ(int frequency, double radius_mm, std::uint64_t seed);
+
+struct BodyOptions {
+  double stiffness_n_per_mm = 0.15;  // about 10 kPa of tissue, 15 mm thick
+  double density_kg_per_m3 = 1060;
+  double damping_ratio = 0.7;
+  double volume_stiffness = 1;
+  double anchored_below = -0.6;  // vertices with z < this share of the radius are held
+};
+
+// Edges, bending springs across edges, and a strut from every vertex to the one opposite.
+MechanicsModel spring_body(const TriangleMesh& mesh, const BodyOptions& options = {});
+
+// A base layer of smooth bumps: the height of the sphere of `radius_mm` over each face.
+BaseLayer sphere_base(const TriangleMesh& mesh, double radius_mm, std::uint32_t steps);
+
+// The x-mirror image of each: vertices keep their order, faces turn round to stay outward.
+TriangleMesh mirrored(const TriangleMesh& mesh);
+
+}  // namespace organbake::test

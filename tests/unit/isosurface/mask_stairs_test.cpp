@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "isosurface/mask_stairs.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "shape_volumes.h"
+#include "volume/read_volume.h"
+
+namespace organbake {
+namespace {
+
+Eigen::Vector3d stairs(const Volume& mask) {
+  return stair_height_voxels(mask, 1, bounding_box(mask, 1));
+}
+
+TEST(MaskStairs, OfAMaskOnItsOwnGridAreOneVoxelHigh) {
+  for (const Shape& shape : {ball({0, 0, 0}, 20), asymmetric_organ()}) {
+    const Volume mask = mask_of(shape, grid_around_origin({1, 1, 1}, 56));
+    EXPECT_EQ(stairs(mask), Eigen::Vector3d(1, 1, 1));
+  }
+}
+
+TEST(MaskStairs, OfAResampledMaskAreThoseOfItsFirstGrid) {
+  const Volume coarse = mask_of(asymmetric_organ(), grid_around_origin({3, 3, 4}, 60));
+  Volume fine = grid_around_origin({0.977, 1.5, 4}, 56);
+  fine.voxels.resize(static_cast<std::size_t>(fine.size[0]) * fine.size[1] * fine.size[2]);
+  const Volume resampled = resample_mask(coarse, fine);
+  EXPECT_EQ(stairs(resampled), Eigen::Vector3d(3, 2, 1));
+}
+
+TEST(MaskStairs, ABoxHasNone) {
+  const Shape box = [](const Eigen::Vector3d& at) { return 9.6 - at.cwiseAbs().maxCoeff(); };
+  EXPECT_EQ(stairs(mask_of(box, grid_around_origin({1, 1, 1}, 30))), Eigen::Vector3d(1, 1, 1));
+}
+
+TEST(MaskStairs, BoundingBoxHoldsTheLabelAlone) {
+  Volume mask = grid_around_origin({1, 1, 1}, 10);
+  mask.voxels.assign(static_cast<std::size_t>(mask.size[0]) * mask.size[1] * mask.size[2], 0);
+  EXPECT_EQ(bounding_box(mask, 3).label_voxels, 0u);
+  const auto set = [&](int i, int j, int k) {
+    mask.voxels[(static_cast<std::size_t>(k) * mask.size[1] + j) * mask.size[0] + i] = 3;
+  };
+  set(2, 4, 6);
+  set(3, 1, 10);
+  const LabelBox box = bounding_box(mask, 3);
+  EXPECT_EQ(box.label_voxels, 2u);
+  EXPECT_EQ(box.first, (std::array<int, 3>{2, 1, 6}));
+  EXPECT_EQ(box.size, (std::array<int, 3>{2, 4, 5}));
+}
+
+}  // namespace
+}  // namespace organbake

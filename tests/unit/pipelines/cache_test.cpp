@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/cache.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <thread>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "pipelines/content_hash.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+StepIngredients some_step() { return {"decimate", 1, R"({"faces":80})", {{"surface", "abc"}}}; }
+
+class CacheTest : public testing::Test {
+ protected:
+  CacheEntry store(const StepIngredients& step, const std::string& content = "proxy",
+                   bool replace = false) {
+    return cache_.store(step, replace, [&](const fs::path& folder) {
+      fs::create_directory(folder / "sub");
+      write_file_atomically(folder / "a.ply", content);
+      write_file_atomically(folder / "sub" / "b.txt", "beside " + content);
+      return std::string(R"({"figures":{}})");
+    });
+  }
+
+  TemporaryFolder folder_;
+  Cache cache_{folder_.path() / "cache"};
+};
+
+TEST(StepKey, DependsOnEveryIngredient) {
+  const std::string key = some_step().key();
+  EXPECT_EQ(key.size(), 32u);
+  EXPECT_EQ(key, some_step().key());
+  const std::function<void(StepIngredients&)> changes[] = {
+      [](auto& s) { s.stage = "place"; }, [](auto& s) { s.version = 2; },
+      [](auto& s) { s.options_json = R"({"faces":81})"; },
+      [](auto& s) { s.inputs["surface"] = "abd"; }, [](auto& s) { s.inputs["more"] = "x"; }};
+  for (const auto& change : changes) {
+    StepIngredients other = some_step();
+    change(other);
+    EXPECT_NE(other.key(), key);
+  }
+}
+
+TEST_F(CacheTest, FindsWhatWasStored) {
+  EXPECT_FALSE(cache_.find(some_step()));
+  const CacheEntry stored = store(some_step());
+  const auto found = cache_.find(some_step());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->folder, stored.folder);
+  EXPECT_EQ(found->ingredients.key(), some_step().key());
+  EXPECT_EQ(found->report_json, R"({"figures":{}})");
+  ASSERT_EQ(found->files.size(), 2u);
+  EXPECT_EQ(read_text_file(found->folder / found->files[0].path), "proxy");
+  EXPECT_TRUE(found->sound());
+}
+
+TEST_F(CacheTest, ContentHashesAreThoseOfTheFilesThemselves) {
+  const CacheEntry entry = store(some_step());
+  EXPECT_EQ(entry.content_hash("a.ply"), quick_hash("proxy"));
+  const std::vector<InputFile> beside = {{"b.txt", entry.folder / "sub" / "b.txt"}};
+  EXPECT_EQ(entry.content_hash("sub/b.txt"),
+            quick_hash(quick_hash_of_file(beside[0].path) + "  b.txt\n"));
+}
+
+TEST_F(CacheTest, DamageIsNoticed) {
+  const CacheEntry entry = store(some_step());
+  std::ofstream(entry.folder / "a.ply", std::ios::trunc) << "prexy";
+  EXPECT_TRUE(cache_.find(some_step())) << "same size: told apart only by reading";
+  EXPECT_FALSE(entry.sound());
+  std::ofstream(entry.folder / "a.ply", std::ios::trunc) << "short";
+  fs::resize_file(entry.folder / "a.ply", 3);
+  EXPECT_FALSE(cache_.find(some_step()));
+  store(some_step());
+  EXPECT_TRUE(cache_.find(some_step()) && cache_.find(some_step())->sound()) << "and mended";
+}
+
+TEST_F(CacheTest, AnUnreadableEntryIsMadeAnew) {
+  const CacheEntry entry = store(some_step());
+  for (const char* text : {"", "{", "{}", R"({"schema": "organbake/step/1", "stage": 5})"}) {
+    std::ofstream(entry.folder / "step.json", std::ios::trunc) << text;
+    EXPECT_FALSE(cache_.find(some_step())) << text;
+  }
+  store(some_step());
+  EXPECT_TRUE(cache_.find(some_step()));
+}
+
+TEST_F(CacheTest, AFailedStepLeavesNothing) {
+  EXPECT_THROW(cache_.store(some_step(), false,
+                            [](const fs::path& folder) -> std::string {
+                              write_file_atomically(folder / "half", "x");
+                              throw BadDataError("no");
+                            }),
+               BadDataError);
+  EXPECT_TRUE(fs::is_empty(cache_.folder()));
+}
+
+TEST_F(CacheTest, ConcurrentBakesShareOneEntry) {
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([this] {
+      for (int round = 0; round < 20; ++round) store(some_step());
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_TRUE(cache_.find(some_step())->sound());
+  EXPECT_EQ(std::distance(fs::directory_iterator(cache_.folder()), {}), 1);
+}
+
+TEST_F(CacheTest, TheNearestEntryTellsWhatChanged) {
+  EXPECT_FALSE(cache_.nearest(some_step()));
+  store(some_step());
+  StepIngredients far = some_step();
+  far.options_json = R"({"faces":10})";
+  far.inputs["surface"] = "zzz";
+  store(far);
+  StepIngredients now = some_step();
+  now.options_json = R"({"faces":100})";
+  const auto nearest = cache_.nearest(now);
+  ASSERT_TRUE(nearest);
+  EXPECT_THAT(differences(*nearest, now), testing::ElementsAre("faces was 80, is 100"));
+  EXPECT_THAT(differences(far, some_step()),
+              testing::ElementsAre("faces was 10, is 80", "the input surface has other content"));
+}
+
+TEST(CacheFolder, ComesFromTheEnvironment) {
+  ::setenv("ORGANBAKE_CACHE", "/a", 1);
+  EXPECT_EQ(Cache::default_folder(), "/a");
+  ::unsetenv("ORGANBAKE_CACHE");
+  ::setenv("XDG_CACHE_HOME", "/b", 1);
+  EXPECT_EQ(Cache::default_folder(), "/b/organbake");
+  ::unsetenv("XDG_CACHE_HOME");
+  ::setenv("HOME", "/c", 1);
+  EXPECT_EQ(Cache::default_folder(), "/c/.cache/organbake");
+  ::unsetenv("HOME");
+  EXPECT_THROW(Cache::default_folder(), UsageError);
+}
+
+}  // namespace
+}  // namespace organbake

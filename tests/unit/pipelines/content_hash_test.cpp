@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/content_hash.h"
+
+#include <gtest/gtest.h>
+
+#include "bundle/cameras_json.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ContentHashTest : public testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& text) {
+    fs::create_directories((path() / name).parent_path());
+    write_file_atomically(path() / name, text);
+  }
+  std::string hash(InputKind kind, const std::string& name) {
+    return content_hash(files_of_input(kind, path() / name), quick_hash_of_file);
+  }
+  fs::path path() const { return folder_.path(); }
+
+  TemporaryFolder folder_;
+};
+
+TEST(QuickHash, IsXxh3) {
+  // XXH3-128 of nothing with seed 0, from the reference implementation's own vectors.
+  EXPECT_EQ(quick_hash(""), "99aa06d3014798d86001c324468d497f");
+}
+
+TEST_F(ContentHashTest, AFilesNameDoesNotCount) {
+  write("a.ply", "same");
+  write("b.ply", "same");
+  write("c.ply", "other");
+  EXPECT_EQ(hash(InputKind::mesh, "a.ply"), hash(InputKind::mesh, "b.ply"));
+  EXPECT_NE(hash(InputKind::mesh, "a.ply"), hash(InputKind::mesh, "c.ply"));
+}
+
+TEST_F(ContentHashTest, FilesLongerThanABlockAreReadToTheEnd) {
+  std::string text(1000000, 'x');
+  write("long", text);
+  EXPECT_EQ(hash(InputKind::mesh, "long"), quick_hash(text));
+  const std::string before = hash(InputKind::mesh, "long");
+  text.back() = 'y';
+  write("long", text);
+  EXPECT_NE(hash(InputKind::mesh, "long"), before);
+}
+
+TEST_F(ContentHashTest, InAFolderNamesAndContentsCount) {
+  write("s/1.dcm", "one");
+  write("s/sub/2.dcm", "two");
+  const std::string before = hash(InputKind::volume, "s");
+  EXPECT_EQ(hash(InputKind::volume, "s"), before);
+  fs::rename(path() / "s/1.dcm", path() / "s/0.dcm");
+  EXPECT_NE(hash(InputKind::volume, "s"), before);
+  fs::rename(path() / "s/0.dcm", path() / "s/1.dcm");
+  write("s/1.dcm", "One");
+  EXPECT_NE(hash(InputKind::volume, "s"), before);
+}
+
+TEST_F(ContentHashTest, AHeadersDataFileCounts) {
+  write("v.mhd", "NDims = 3\nElementDataFile = v.raw\n");
+  write("v.raw", "voxels");
+  write("w.nhdr", "NRRD0004\ndata file: v.raw\n");
+  const std::string before = hash(InputKind::volume, "v.mhd");
+  const std::string nrrd_before = hash(InputKind::volume, "w.nhdr");
+  write("v.raw", "Voxels");
+  EXPECT_NE(hash(InputKind::volume, "v.mhd"), before);
+  EXPECT_NE(hash(InputKind::volume, "w.nhdr"), nrrd_before);
+  write("l.mhd", "ElementDataFile = LIST\nv.raw\n");
+  const std::string list_before = hash(InputKind::volume, "l.mhd");
+  write("v.raw", "voxels!");
+  EXPECT_NE(hash(InputKind::volume, "l.mhd"), list_before);
+}
+
+TEST_F(ContentHashTest, ThePhotographsOfADocumentCount) {
+  CameraSet set;
+  set.cameras.resize(1);
+  set.cameras[0].name = "p";
+  set.cameras[0].intrinsics = {.width = 4, .height = 4, .fx = 1, .fy = 1, .cx = 2, .cy = 2};
+  set.images = {"p.png"};
+  write("p/cameras.json", cameras_to_json(set));
+  EXPECT_THROW(hash(InputKind::photos, "p/cameras.json"), NoInputError) << "its image is missing";
+  write("p/p.png", "pixels");
+  const std::string before = hash(InputKind::photos, "p/cameras.json");
+  write("p/p.png", "Pixels");
+  EXPECT_NE(hash(InputKind::photos, "p/cameras.json"), before);
+}
+
+TEST_F(ContentHashTest, WhatIsNotThereIsRefused) {
+  EXPECT_THROW(files_of_input(InputKind::mesh, path() / "missing"), NoInputError);
+  fs::create_directory(path() / "empty");
+  EXPECT_THROW(files_of_input(InputKind::volume, path() / "empty"), NoInputError);
+  EXPECT_THROW(files_of_input(InputKind::mesh, path() / "empty"), NoInputError);
+  EXPECT_THROW(files_of_input(InputKind::mesh, "/dev/null"), NoInputError);
+}
+
+}  // namespace
+}  // namespace organbake

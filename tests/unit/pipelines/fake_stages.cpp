@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fake_stages.h"
+
+#include "core/error.h"
+#include "core/files.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+
+StageReport FakeStages::run(const Stage& stage, const StageCall& call) {
+  calls_.push_back(stage.name);
+  std::string text = stage.name + "\n" + call.options_json + "\n";
+  for (const auto& [name, path] : call.inputs) {
+    text += name + ": " + (fs::is_directory(path) ? "a folder" : read_text_file(path)) + "\n";
+  }
+  for (const StageOutput& output : stage.outputs) {
+    const fs::path file =
+        call.output_folder / (output.file == "." ? "cam_000/depth.exr" : output.file);
+    fs::create_directories(file.parent_path());
+    write_file_atomically(file, output.artifact + " of " + text);
+    if (stage.name == failing_stage) throw BadDataError("this stage was told to fail");
+  }
+  if (stage.name == "capture") write_file_atomically(call.output_folder / "surface.ply", "colours");
+  StageReport report;
+  report.add("length", text.size());
+  report.skipped.push_back({"nothing", "a test"});
+  return report;
+}
+
+Runner FakeStages::runner(const fs::path& cache_folder) {
+  return {Cache(cache_folder),
+          [this](const Stage& stage, const StageCall& call) { return run(stage, call); },
+          [](const std::string&) { return RunContext(); }};
+}
+
+std::string FakeStages::take_calls() {
+  std::string all;
+  for (const std::string& name : calls_) all += (all.empty() ? "" : " ") + name;
+  calls_.clear();
+  return all;
+}
+
+Recipe recipe_from(const fs::path& folder, const std::string& yaml,
+                   const std::vector<std::string>& settings) {
+  write_file_atomically(folder / "recipe.yaml", yaml);
+  return read_recipe(folder / "recipe.yaml", settings);
+}
+
+}  // namespace organbake

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/options.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "pipelines/options_json.h"
+
+namespace organbake {
+namespace {
+
+enum class Fruit { apple, pear };
+
+struct Everything {
+  bool ripe = true;
+  int count = 3;
+  std::size_t many = 7;
+  double length_mm = 0.25;
+  float share = 0.42f;
+  std::string word = "red";
+  Fruit fruit = Fruit::apple;
+  Eigen::Vector3d axis = {0, -1, 0.5};
+  std::array<int, 3> size = {1, 2, 3};
+  std::filesystem::path file = "a/b";
+};
+
+OptionList bound(Everything& all) {
+  OptionList list;
+  list.add("ripe", &all.ripe, {.help = "or not"})
+      .add("count", &all.count, {.help = "of them", .min = 1, .max = 9})
+      .add("many", &all.many, {.help = "more of them"})
+      .add("length", &all.length_mm, {.help = "of one", .unit = "mm", .min = 0})
+      .add("share", &all.share, {.help = "part", .min = 0, .max = 1})
+      .add("word", &all.word, {.help = "colour", .choices = {"red", "green"}})
+      .add("fruit", &all.fruit, {.help = "kind"}, {{"apple", Fruit::apple}, {"pear", Fruit::pear}})
+      .add("axis", &all.axis, {.help = "way"})
+      .add("two_words", &all.size, {.help = "of a box", .min = 1})
+      .add("file", &all.file, {.help = "somewhere"});
+  return list;
+}
+
+const Option& option(const OptionList& list, const std::string& name) { return *list.find(name); }
+
+void set(const OptionList& list, const std::string& name, const std::string& text) {
+  option(list, name).set(parse_option(option(list, name), text, "--" + name));
+}
+
+TEST(Options, TheDefaultsAreTheVariablesValues) {
+  Everything all;
+  const OptionList list = bound(all);
+  EXPECT_EQ(std::get<std::int64_t>(option(list, "count").default_value), 3);
+  EXPECT_EQ(std::get<std::string>(option(list, "fruit").default_value), "apple");
+  for (const Option& each : list.all()) {
+    EXPECT_NO_THROW(check_option(each, each.default_value, each.name)) << each.name;
+  }
+}
+
+TEST(Options, TextReachesTheVariables) {
+  Everything all;
+  const OptionList list = bound(all);
+  set(list, "ripe", "false");
+  set(list, "count", "9");
+  set(list, "many", "18");
+  set(list, "length", "1e-3");
+  set(list, "fruit", "pear");
+  set(list, "axis", "1,-2.5,0");
+  set(list, "two-words", "4,5,6");
+  set(list, "file", "c d");
+  EXPECT_FALSE(all.ripe);
+  EXPECT_EQ(all.count, 9);
+  EXPECT_EQ(all.many, 18u);
+  EXPECT_EQ(all.length_mm, 1e-3);
+  EXPECT_EQ(all.fruit, Fruit::pear);
+  EXPECT_EQ(all.axis, Eigen::Vector3d(1, -2.5, 0));
+  EXPECT_EQ(all.size, (std::array<int, 3>{4, 5, 6}));
+  EXPECT_EQ(all.file, "c d");
+}
+
+TEST(Options, WhatIsNotAValueIsRefusedWithWhatIsExpected) {
+  Everything all;
+  const OptionList list = bound(all);
+  const std::pair<const char*, const char*> wrong[] = {
+      {"ripe", "maybe"},      {"count", "0"},           {"count", "10"},
+      {"count", "3.5"},       {"count", "3x"},          {"count", ""},
+      {"length", "-1"},       {"length", "nan"},        {"length", "inf"},
+      {"share", "1.01"},      {"word", "blue"},         {"fruit", "plum"},
+      {"axis", "1,2"},        {"axis", "1,2,3,4"},      {"axis", "1,2,nan"},
+      {"two_words", "1,2,0"}, {"two_words", "1,2,3.5"}, {"count", "99999999999999999999"}};
+  for (const auto& [name, text] : wrong) {
+    EXPECT_THROW(set(list, name, text), UsageError) << name << "=" << text;
+  }
+  try {
+    set(list, "count", "10");
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(), "--count: '10' is not possible; it takes a whole number, 1…9");
+  }
+}
+
+TEST(Options, NamesTakeHyphensAndUnderlines) {
+  Everything all;
+  const OptionList list = bound(all);
+  EXPECT_EQ(list.find("two-words"), list.find("two_words"));
+  EXPECT_EQ(option(list, "two_words").flag(), "--two-words");
+  EXPECT_EQ(list.find("twowords"), nullptr);
+}
+
+TEST(OptionsJson, GoesThereAndBack) {
+  Everything all;
+  const nlohmann::json json = to_json(bound(all));
+  EXPECT_EQ(json.dump(),
+            R"({"axis":[0,-1,0.5],"count":3,"file":"a/b","fruit":"apple","length":0.25,"many":7,)"
+            R"("ripe":true,"share":0.42,"two_words":[1,2,3],"word":"red"})");
+  Everything other;
+  other.count = 1;
+  other.share = 0;
+  other.fruit = Fruit::pear;
+  set_from_json(bound(other), json, "");
+  EXPECT_EQ(to_json(bound(other)), json);
+  EXPECT_EQ(other.share, 0.42f) << "a float comes back as the very same float";
+}
+
+TEST(OptionsJson, WrongDocumentsAreRefused) {
+  Everything all;
+  const OptionList list = bound(all);
+  for (const char* text : {R"({"countt": 3})", R"({"count": "3"})", R"({"count": 3.5})",
+                           R"({"count": 0})", R"({"axis": [1, 2]})", R"({"axis": [1, 2, "x"]})",
+                           R"({"fruit": "plum"})", R"({"ripe": 1})"}) {
+    EXPECT_THROW(set_from_json(list, nlohmann::json::parse(text), "x."), UsageError) << text;
+  }
+}
+
+TEST(OptionsJson, TheSchemaSaysRangeUnitAndDefault) {
+  Everything all;
+  const nlohmann::json schema = options_schema(bound(all));
+  EXPECT_EQ(schema["additionalProperties"], false);
+  const nlohmann::json& count = schema["properties"]["count"];
+  EXPECT_EQ(count["type"], "integer");
+  EXPECT_EQ(count["minimum"], 1);
+  EXPECT_EQ(count["maximum"], 9);
+  EXPECT_EQ(count["default"], 3);
+  EXPECT_EQ(schema["properties"]["length"]["description"], "of one [mm]");
+  EXPECT_EQ(schema["properties"]["fruit"]["enum"], nlohmann::json({"apple", "pear"}));
+}
+
+}  // namespace
+}  // namespace organbake

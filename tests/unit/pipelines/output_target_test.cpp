@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/output_target.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+class OutputTarget : public testing::Test {
+ protected:
+  fs::path path() const { return folder_.path(); }
+  void expect_refused(const fs::path& folder) {
+    try {
+      check_output_folder(folder);
+      FAIL() << folder << " was accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::cannot_write);
+    }
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(OutputTarget, NewAndEmptyFoldersAreFine) {
+  EXPECT_NO_THROW(check_output_folder(path() / "new"));
+  EXPECT_NO_THROW(check_output_folder(path() / "deep" / "new" / ""));
+  fs::create_directory(path() / "empty");
+  EXPECT_NO_THROW(check_output_folder(path() / "empty"));
+  EXPECT_NO_THROW(check_output_folder("relative"));
+  EXPECT_FALSE(fs::exists(path() / "deep")) << "checking makes nothing";
+}
+
+TEST_F(OutputTarget, AUsersFolderIsRefused) {
+  write_file_atomically(path() / "thesis.tex", "years of work");
+  expect_refused(path());
+  write_file_atomically(path() / "manifest.json", R"({"name": "some web app"})");
+  expect_refused(path());
+}
+
+TEST_F(OutputTarget, OurFoldersMayBeReplacedButNotWhatLiesBesideOurFiles) {
+  write_file_atomically(path() / "manifest.json",
+                        R"({"schema": "organbake/bundle/1", "files": [{"path": "a/b.exr"}]})");
+  fs::create_directory(path() / "a");
+  write_file_atomically(path() / "a" / "b.exr", "x");
+  EXPECT_NO_THROW(check_output_folder(path()));
+  write_file_atomically(path() / "notes.txt", "mine");
+  expect_refused(path());
+}
+
+TEST_F(OutputTarget, StageFoldersAreKnownByTheirReport) {
+  write_file_atomically(path() / "report.json",
+                        R"({"schema": "organbake/stage-report/1", "files": ["vpm.ply"]})");
+  write_file_atomically(path() / "vpm.ply", "x");
+  EXPECT_NO_THROW(check_output_folder(path()));
+}
+
+TEST_F(OutputTarget, FilesAndFoldersAreNotMixedUp) {
+  write_file_atomically(path() / "file", "x");
+  expect_refused(path() / "file");
+  expect_refused(path() / "file" / "below");
+  EXPECT_THROW(check_output_file(path()), IoError);
+  EXPECT_NO_THROW(check_output_file(path() / "file"));
+}
+
+TEST_F(OutputTarget, AnUnwritableFolderIsRefused) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  fs::create_directory(path() / "locked");
+  fs::permissions(path() / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+  expect_refused(path() / "locked" / "out");
+}
+
+}  // namespace
+}  // namespace organbake

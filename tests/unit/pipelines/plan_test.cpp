@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "fake_stages.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+using testing::HasSubstr;
+
+class PlanTest : public testing::Test {
+ protected:
+  Plan plan(const std::string& body, const std::vector<std::string>& settings = {},
+            const std::string& to = "") {
+    const std::string head = "schema: organbake/recipe/1\n";
+    return plan_bake(recipe_from(folder_.path(), head + body, settings), to);
+  }
+  static std::string stages(const Plan& plan) {
+    std::string names;
+    for (const Step& step : plan.steps) names += (names.empty() ? "" : " ") + step.stage->name;
+    return names;
+  }
+  static std::string why_left_out(const Plan& plan, const std::string& what) {
+    for (const LeftOut& item : plan.left_out) {
+      if (item.what == what) return item.why;
+    }
+    return "it was not left out";
+  }
+
+  TemporaryFolder folder_;
+};
+
+constexpr const char* kAll = "phantom isosurface decimate mechanics place capture";
+
+TEST_F(PlanTest, ThePhantomStandsInOnlyWhereTheRecipeAsksForIt) {
+  EXPECT_EQ(stages(plan("phantom: {}\n")), kAll);
+  EXPECT_THROW(plan(""), RecipeError);
+  const Plan given = plan("phantom: {}\n", {"ct=scan.mha"});
+  EXPECT_EQ(stages(given), "isosurface decimate mechanics place capture");
+  EXPECT_EQ(why_left_out(given, "phantom"), "the ct is given");
+}
+
+TEST_F(PlanTest, AMaskNeedsNoCtAndNoPhantom) {
+  EXPECT_EQ(stages(plan("phantom: {}\n", {"mask=seg.nii"})),
+            "isosurface decimate mechanics place capture");
+  EXPECT_EQ(plan("", {"mask=seg.nii"}).steps.front().inputs.size(), 1u);
+  EXPECT_EQ(plan("", {"mask=seg.nii", "ct=scan.mha"}).steps.front().inputs.size(), 2u);
+}
+
+TEST_F(PlanTest, AGivenSurfaceLeavesOutWhatWouldHaveMadeIt) {
+  const Plan given = plan("phantom: {}\n", {"surface=s.ply", "ct=scan.mha"});
+  EXPECT_EQ(stages(given), "decimate mechanics place capture");
+  EXPECT_EQ(why_left_out(given, "isosurface"), "the surface is given");
+  EXPECT_EQ(why_left_out(given, "phantom"), "the ct is given");
+  EXPECT_EQ(why_left_out(given, "input ct"), "no step of this bake reads it");
+}
+
+TEST_F(PlanTest, InputsAreConnectedToTheirMakers) {
+  const Plan all = plan("phantom: {}\n");
+  const Step& capture = all.steps.back();
+  ASSERT_EQ(capture.inputs.size(), 4u);
+  EXPECT_EQ(all.steps[capture.inputs[0].step].stage->name, "isosurface");
+  EXPECT_EQ(capture.inputs[3].name, "photos");
+  EXPECT_EQ(capture.inputs[3].file, "photos/cameras.json");
+  const Plan without = plan("", {"ct=scan.mha"});
+  EXPECT_EQ(without.steps.back().inputs.size(), 3u) << "no photos: an optional input stays open";
+  const Plan with = plan("", {"ct=scan.mha", "photos=p/cameras.json"});
+  EXPECT_EQ(with.steps.back().inputs[3].given, "p/cameras.json");
+}
+
+TEST_F(PlanTest, StopsAfterTheLastStageAskedFor) {
+  EXPECT_EQ(stages(plan("phantom: {}\n", {}, "place")), "phantom isosurface place");
+  EXPECT_EQ(stages(plan("", {"ct=x"}, "isosurface")), "isosurface");
+  EXPECT_THROW(plan("", {"surface=x"}, "isosurface"), UsageError);
+  EXPECT_THROW(plan("", {"ct=x"}, "nonsense"), UsageError);
+}
+
+TEST_F(PlanTest, AMissingInputIsNamedWithWhatToDo) {
+  try {
+    plan("");
+    FAIL() << "it was accepted";
+  } catch (const RecipeError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--set ct=PATH"));
+  }
+}
+
+TEST_F(PlanTest, ASingleStageChecksItsInputs) {
+  const Stage& decimate = *find_stage("decimate");
+  const StageOptions options = decimate.make_options();
+  EXPECT_THROW(plan_stage(decimate, options.list, {}), UsageError);
+  const Plan single = plan_stage(decimate, options.list, {{"surface", "s.ply"}});
+  EXPECT_EQ(single.steps.front().inputs.front().given, "s.ply");
+}
+
+}  // namespace
+}  // namespace organbake

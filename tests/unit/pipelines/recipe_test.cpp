@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/recipe.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "fake_stages.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kHead = "schema: organbake/recipe/1\n";
+
+class RecipeTest : public testing::Test {
+ protected:
+  Recipe read(const std::string& body, const std::vector<std::string>& settings = {}) {
+    return recipe_from(folder_.path(), kHead + body, settings);
+  }
+  std::string error(const std::string& body, const std::vector<std::string>& settings = {}) {
+    try {
+      read(body, settings);
+    } catch (const RecipeError& error) {
+      return error.what();
+    }
+    return "it was accepted";
+  }
+  static std::int64_t integer(const Recipe& recipe, const std::string& stage, const char* option) {
+    return std::get<std::int64_t>(recipe.options.at(stage).list.find(option)->get());
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(RecipeTest, TheDefaultsAreValid) {
+  const Recipe recipe = read("");
+  EXPECT_EQ(recipe.name, "recipe") << "the file's name, when it says none";
+  EXPECT_TRUE(recipe.inputs.empty());
+  EXPECT_TRUE(recipe.sections.empty());
+  EXPECT_EQ(integer(recipe, "decimate", "faces"), 80);
+}
+
+TEST_F(RecipeTest, SectionsSettingsAndInputsArrive) {
+  const Recipe recipe =
+      read("name: a b\ninputs: {ct: scan.mha, label: 5}\ndecimate: {faces: 90}\nplace:\n",
+           {"decimate.faces=100", "place.cone-axis=0,0,1", "mask=m.nii", "bundle.surface=true"});
+  EXPECT_EQ(recipe.name, "a b");
+  EXPECT_EQ(recipe.inputs.at("ct"), folder_.path() / "scan.mha") << "relative to the recipe";
+  EXPECT_EQ(recipe.inputs.at("mask"), "m.nii") << "relative to the current folder";
+  EXPECT_EQ(integer(recipe, "isosurface", "label"), 5);
+  EXPECT_EQ(integer(recipe, "decimate", "faces"), 100);
+  EXPECT_TRUE(recipe.sections.contains("place")) << "an empty section is there, with its defaults";
+  EXPECT_TRUE(recipe.bundle.surface);
+}
+
+TEST_F(RecipeTest, AnEmptySettingTakesAnInputAway) {
+  EXPECT_TRUE(read("inputs: {ct: scan.mha}\n", {"ct="}).inputs.empty());
+}
+
+TEST_F(RecipeTest, ErrorsNameLineKeyAndTheNearestKey) {
+  EXPECT_THAT(error("decimate: {facs: 3}\n"),
+              HasSubstr("recipe.yaml:2: unknown key 'decimate.facs'; did you mean 'faces'?"));
+  EXPECT_THAT(error("\ndecimat: {faces: 3}\n"),
+              HasSubstr("recipe.yaml:3: unknown key 'decimat'; did you mean 'decimate'?"));
+  EXPECT_THAT(error("inputs: {ctt: x}\n"), HasSubstr("'inputs.ctt'; did you mean 'ct'?"));
+  EXPECT_THAT(error("decimate:\n  faces: 3\n"),
+              HasSubstr("recipe.yaml:3: decimate.faces is 3; it must be a whole number, at least"));
+  EXPECT_THAT(error("decimate:\n  method: magic\n"), HasSubstr("lindstrom-turk"));
+  EXPECT_THAT(error("decimate: 80\n"), HasSubstr("decimate is 80; it must be a group of keys"));
+}
+
+TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
+  EXPECT_THAT(error("", {"decimate.facs=3"}), HasSubstr("--set decimate.facs=3: unknown key"));
+  EXPECT_THAT(error("", {"decimate.faces=x"}), HasSubstr("--set decimate.faces=x: 'x' is not"));
+  EXPECT_THAT(error("", {"faces=9"}), HasSubstr("say decimate.faces"));
+  EXPECT_THAT(error("", {"label=soft"}), HasSubstr("--set label=soft"));
+  EXPECT_THAT(error("", {"decimate"}), HasSubstr("key=value"));
+  EXPECT_THAT(error("", {"colour=red"}), HasSubstr("unknown key 'inputs.colour'"));
+}
+
+TEST_F(RecipeTest, OtherDocumentsAreNoRecipes) {
+  const auto plain_error = [&](const std::string& text) -> std::string {
+    try {
+      recipe_from(folder_.path(), text);
+    } catch (const RecipeError& error) {
+      return error.what();
+    }
+    return "it was accepted";
+  };
+  EXPECT_THAT(plain_error("just some text\n"), HasSubstr("is not a recipe"));
+  EXPECT_THAT(plain_error(""), HasSubstr("is not a recipe"));
+  EXPECT_THAT(plain_error("name: x\n"), HasSubstr("lacks the key 'schema'"));
+  EXPECT_THAT(plain_error("schema: organbake/recipe/2\n"), HasSubstr("organbake/recipe/1"));
+  EXPECT_THROW(read_recipe(folder_.path() / "missing.yaml", {}), NoInputError);
+}
+
+TEST_F(RecipeTest, TheSchemaHoldsASectionForEveryStage) {
+  const nlohmann::json schema = recipe_schema();
+  for (const Stage& stage : all_stages()) {
+    EXPECT_TRUE(schema["properties"].contains(stage.name)) << stage.name;
+  }
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/runner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "fake_stages.h"
+#include "pipelines/outputs.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr const char* kAll = "phantom isosurface decimate mechanics place capture";
+
+class RunnerTest : public testing::Test {
+ protected:
+  struct Baked {
+    std::string calls;
+    BundleWritten written;
+  };
+  Baked bake(const std::vector<std::string>& settings = {}, const RunOptions& options = {}) {
+    const Recipe recipe = recipe_from(
+        folder_.path(), "schema: organbake/recipe/1\nname: test\nphantom: {seed: 7}\n", settings);
+    const Plan plan = plan_bake(recipe);
+    Runner runner = stages_.runner(cache());
+    std::vector<StepResult> steps = runner.run(plan, options);
+    const BundleWritten written = write_bundle({recipe, plan, steps}, runner, bundle());
+    return {stages_.take_calls(), written};
+  }
+  std::map<std::string, std::string> bundle_files() const {
+    std::map<std::string, std::string> files;
+    for (const auto& file : list_files(bundle())) {
+      files[file.string()] = read_text_file(bundle() / file);
+    }
+    return files;
+  }
+  fs::path cache() const { return folder_.path() / "cache"; }
+  fs::path bundle() const { return folder_.path() / "bundle"; }
+
+  TemporaryFolder folder_;
+  FakeStages stages_;
+};
+
+TEST_F(RunnerTest, AWarmBakeRunsNothingAndLeavesTheBundleAlone) {
+  const Baked cold = bake();
+  EXPECT_EQ(cold.calls, kAll);
+  EXPECT_EQ(cold.written, BundleWritten::anew);
+  const auto time = fs::last_write_time(bundle() / "manifest.json");
+  const Baked warm = bake();
+  EXPECT_EQ(warm.calls, "");
+  EXPECT_EQ(warm.written, BundleWritten::unchanged);
+  EXPECT_EQ(fs::last_write_time(bundle() / "manifest.json"), time);
+}
+
+TEST_F(RunnerTest, OnlyWhatDependsOnAChangeRunsAgain) {
+  bake();
+  EXPECT_EQ(bake({"decimate.faces=100"}).calls, "decimate mechanics capture");
+  EXPECT_EQ(bake({"mechanics.density=1000"}).calls, "mechanics");
+  EXPECT_EQ(bake({"place.count=4"}).calls, "place capture");
+  EXPECT_EQ(bake({"capture.base_step=2"}).calls, "capture");
+  EXPECT_EQ(bake({"bundle.surface=true"}).calls, "");
+  EXPECT_EQ(bake().calls, "") << "and the first bake's steps are all still there";
+}
+
+TEST_F(RunnerTest, StepsMadeAnewWithTheSameContentStopTheChain) {
+  bake();
+  // The fake phantom's CT holds its options, so another seed changes everything below it; the
+  // isosurface's label changes the surface too. A given file of equal content changes nothing.
+  const std::string ct = (folder_.path() / "copy.mha").string();
+  for (const auto& file : list_files(cache())) {
+    if (file.filename() == "ct.mha") fs::copy_file(cache() / file, ct);
+  }
+  EXPECT_EQ(bake({"ct=" + ct}).calls, "capture") << "without the phantom there are no photos";
+}
+
+TEST_F(RunnerTest, ForceAndFromRunAgainWithTheSameResult) {
+  bake();
+  const auto before = bundle_files();
+  EXPECT_EQ(bake({}, {.force = true}).calls, kAll);
+  EXPECT_EQ(bake({}, {.from = "place"}).calls, "place capture");
+  EXPECT_EQ(bundle_files(), before);
+  EXPECT_THROW(bake({}, {.from = "register"}), UsageError);
+}
+
+TEST_F(RunnerTest, AForecastTellsWhatWillRun) {
+  const Recipe recipe =
+      recipe_from(folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\n", {});
+  Runner runner = stages_.runner(cache());
+  for (const Forecast& forecast : runner.forecast(plan_bake(recipe), {})) {
+    EXPECT_FALSE(forecast.cached);
+  }
+  EXPECT_EQ(stages_.take_calls(), "");
+  bake();
+  const Recipe changed = recipe_from(
+      folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\ndecimate: {faces: 9}\n");
+  const Plan plan = plan_bake(changed);
+  const auto forecasts = runner.forecast(plan, {.explain = true});
+  EXPECT_TRUE(forecasts[0].cached);
+  EXPECT_EQ(forecasts[2].why, "faces was 80, is 9");
+  EXPECT_EQ(forecasts[3].why, "its proxy is made anew");
+  EXPECT_TRUE(forecasts[4].cached);
+  EXPECT_THAT(explanation(forecasts[2]).front(), HasSubstr("decimate: to run, because faces was"));
+}
+
+TEST_F(RunnerTest, ADamagedCacheIsMendedBeforeItsFilesAreUsed) {
+  bake();
+  const auto before = bundle_files();
+  for (const auto& file : list_files(cache())) {
+    if (file.filename() != "surface.ply" && file.filename() != "proxy.ply") continue;
+    std::string text = read_text_file(cache() / file);
+    text[0] ^= 1;
+    std::ofstream(cache() / file, std::ios::trunc) << text;
+  }
+  fs::remove_all(bundle());
+  EXPECT_EQ(bake().calls, "isosurface decimate capture");
+  EXPECT_EQ(bundle_files(), before);
+}
+
+TEST_F(RunnerTest, ABakeOntoADamagedBundleMendsIt) {
+  bake();
+  const auto before = bundle_files();
+  std::ofstream(bundle() / "proxy.ply", std::ios::app) << "x";
+  EXPECT_EQ(bake().written, BundleWritten::anew);
+  EXPECT_EQ(bundle_files(), before);
+}
+
+TEST_F(RunnerTest, AFailedStageLeavesNoBundleAndTheEarlierStepsCached) {
+  stages_.failing_stage = "place";
+  EXPECT_THROW(bake(), BadDataError);
+  EXPECT_FALSE(fs::exists(bundle()));
+  stages_.take_calls();
+  stages_.failing_stage.clear();
+  EXPECT_EQ(bake().calls, "place capture");
+}
+
+TEST_F(RunnerTest, TheBundleTellsEverythingButPathsAndTimes) {
+  bake({"bundle.surface=true"});
+  const BundleReader reader(bundle());
+  EXPECT_EQ(reader.manifest().name, "test");
+  EXPECT_EQ(reader.manifest().seeds.at(0), (std::pair<std::string, std::uint64_t>{"phantom", 7}));
+  for (const char* file : {"proxy.ply", "cameras.json", "mechanics.json", "cam_000/depth.exr",
+                           "surface.ply", "report.json"}) {
+    EXPECT_TRUE(reader.has(file)) << file;
+  }
+  EXPECT_FALSE(reader.has("vpm.ply"));
+  EXPECT_EQ(read_text_file(bundle() / "surface.ply"), "colours") << "the one with colours";
+  const std::string all =
+      read_text_file(bundle() / "manifest.json") + read_text_file(bundle() / "report.json");
+  EXPECT_EQ(all.find(folder_.path().string()), std::string::npos);
+  EXPECT_EQ(all.find("seconds"), std::string::npos);
+  const auto report = nlohmann::json::parse(read_text_file(bundle() / "report.json"));
+  EXPECT_EQ(report["stages"].size(), 6u);
+  EXPECT_EQ(report["stages"][0]["skipped"][0]["why"], "a test");
+}
+
+TEST_F(RunnerTest, TheRecipeEchoIsARecipeThatBakesTheSame) {
+  bake({"decimate.faces=33"});
+  const auto before = bundle_files();
+  const BundleReader reader(bundle());
+  const Recipe echo = recipe_from(folder_.path(), reader.manifest().recipe_json);
+  const Plan plan = plan_bake(echo);
+  Runner runner = stages_.runner(cache());
+  std::vector<StepResult> steps = runner.run(plan, {});
+  EXPECT_EQ(stages_.take_calls(), "");
+}
+
+TEST_F(RunnerTest, SingleStagesWriteTheBytesOfTheBake) {
+  bake();
+  Runner runner = stages_.runner(folder_.path() / "other-cache");
+  const auto run_stage = [&](const char* name, const std::vector<std::string>& choices,
+                             const std::map<std::string, fs::path>& inputs, const fs::path& to) {
+    const Stage& stage = *find_stage(name);
+    const StageOptions options = stage.make_options();
+    for (const std::string& seed : choices) {
+      const Option& option = *options.list.find("seed");
+      option.set(parse_option(option, seed, "seed"));
+    }
+    write_stage_outputs(runner.run(plan_stage(stage, options.list, inputs), {}).front(), to);
+  };
+  const fs::path out = folder_.path() / "steps";
+  run_stage("phantom", {"7"}, {}, out / "phantom");
+  run_stage("isosurface", {}, {{"ct", out / "phantom/ct.mha"}}, out / "surface.ply");
+  run_stage("decimate", {}, {{"surface", out / "surface.ply"}}, out / "proxy.ply");
+  run_stage("place", {}, {{"surface", out / "surface.ply"}}, out / "place");
+  EXPECT_EQ(read_text_file(out / "proxy.ply"), read_text_file(bundle() / "proxy.ply"));
+  EXPECT_EQ(read_text_file(out / "place/cameras.json"), read_text_file(bundle() / "cameras.json"));
+  const auto report = nlohmann::json::parse(read_text_file(out / "place/report.json"));
+  EXPECT_EQ(report["files"], nlohmann::json({"cameras.json", "vpm.ply"}));
+}
+
+}  // namespace
+}  // namespace organbake

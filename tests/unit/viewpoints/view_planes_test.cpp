@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewpoints/view_planes.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "geometry/mesh_checks.h"
+#include "viewpoints/spread_directions.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kFarBox = 1e6;
+constexpr double kRounding = 1e-12;
+
+TEST(ViewPlanes, TwentyEvenPlanesHave36Vertices) {
+  const auto directions = spread_directions(20, {0, -1, 0}, std::numbers::pi);
+  const PlanePolyhedron polyhedron = intersect_view_planes(directions, kFarBox);
+  EXPECT_EQ(polyhedron.vertices.size(), 36u);
+  for (const auto& vertex : polyhedron.vertices) {
+    EXPECT_EQ(vertex.planes.size(), 3u);
+    EXPECT_FALSE(vertex.on_box);
+    for (const std::uint32_t plane : vertex.planes) {
+      EXPECT_NEAR(directions[plane].dot(vertex.position), 1, kRounding);
+    }
+    for (const auto& d : directions) EXPECT_LE(d.dot(vertex.position), 1 + kRounding);
+  }
+  EXPECT_TRUE(analyse_topology(polyhedron.surface).closed_manifold());
+  EXPECT_GT(signed_volume(polyhedron.surface), 4.0 / 3 * std::numbers::pi);
+}
+
+TEST(ViewPlanes, OnePlaneCutsTheBox) {
+  const PlanePolyhedron half = intersect_view_planes({{0, 0, 1}}, 3);
+  EXPECT_EQ(half.vertices.size(), 8u);
+  EXPECT_NEAR(signed_volume(half.surface), 6 * 6 * 4, kRounding * 100);
+  for (const auto& vertex : half.vertices) EXPECT_TRUE(vertex.on_box);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "bundle/bundle.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// An organ of known formula: a lumpy ellipsoid whose maps, base layer and truth mesh follow from
+// the formula, so that what a bundle holds is exact whatever the baker does.
+struct SyntheticOrgan {
+  Eigen::Vector3d center = {10, -20, 30};
+  Eigen::Vector3d half_axes_mm = {60, 45, 50};
+  double lump_share = 0;      // amplitude of the lumps as a share of the radius; 0 = ellipsoid
+  double lump_frequency = 5;  // per radian, about
+  double texture_mm = 6;      // shortest wavelength of the texture: features of half that size
+  bool mirrored = false;      // everything reflected in the plane x = center.x
+
+  // Distance from the centre along a unit direction.
+  double radius(const Eigen::Vector3d& direction) const;
+  // Linear colour of a surface point.
+  Eigen::Vector3f color(const Eigen::Vector3d& point) const;
+  // Planar depth t of the first hit of origin + t·ray, or +inf.
+  double trace(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) const;
+  TriangleMesh mesh(int subdivisions) const;  // with colours
+};
+
+struct SyntheticOptions {
+  SyntheticOrgan organ;
+  int camera_count = 6;  // 6 (axes), 8 (corners of a cube) or 14 (both)
+  int map_size = 128;
+  int proxy_subdivisions = 1;  // 20·4ⁿ faces
+  int rays_per_texel_side = 1;
+  double base_step_mm = 3;
+};
+
+CameraSet make_cameras(const SyntheticOptions& options);
+Bundle make_synthetic_bundle(const SyntheticOptions& options);
+
+// The organ moved by a smooth dent of a given depth at the proxy vertex that lies farthest along
+// `direction`: new positions of the proxy's vertices.
+std::vector<Eigen::Vector3d> dented(const TriangleMesh& proxy, const Eigen::Vector3d& direction,
+                                    double depth_mm);
+
+}  // namespace organbake
