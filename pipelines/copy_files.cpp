@@ -6,10 +6,16 @@
 namespace organbake {
 namespace fs = std::filesystem;
 
-void copy_into(const fs::path& from, const fs::path& to) {
+void make_folder_of(const fs::path& file) {
   std::error_code error;
-  fs::create_directories(to.parent_path(), error);
-  if (!error) fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
+  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
+  if (error) throw IoError::writing(file, "its folder cannot be made: " + error.message());
+}
+
+void copy_into(const fs::path& from, const fs::path& to) {
+  make_folder_of(to);
+  std::error_code error;
+  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
   if (error) throw IoError::writing(to, "cannot be copied here: " + error.message());
 }
 

@@ -24,7 +24,7 @@ void write_stage_outputs(const StepResult& result, const fs::path& target) {
   const Stage& stage = *result.step->stage;
   if (stage.single_file) {
     check_output_file(target);
-    if (target.has_parent_path()) fs::create_directories(target.parent_path());
+    make_folder_of(target);
     write_file_atomically(target, read_file(result.entry.folder / stage.outputs.front().file));
     return;
   }

@@ -51,7 +51,9 @@ double fade_slope(double t) { return 30 * t * t * (t - 1) * (t - 1); }
 
 // False when the point is too far away or not a number.
 bool fill(std::uint32_t seed, const Eigen::Vector3d& p, Cell& cell) {
-  if (!(p.cwiseAbs().maxCoeff() < kLargestCell)) return false;
+  if (!(std::abs(p.x()) < kLargestCell && std::abs(p.y()) < kLargestCell &&
+        std::abs(p.z()) < kLargestCell))
+    return false;
   const double x0 = std::floor(p.x()), y0 = std::floor(p.y()), z0 = std::floor(p.z());
   const auto lattice = [](double low) {
     return static_cast<std::uint32_t>(static_cast<std::int32_t>(low));

@@ -13,7 +13,7 @@ struct NoiseSample {
 
 // Solid gradient noise (Perlin 2002: quintic fade, twice continuously differentiable) on a cubic
 // lattice of cell_mm, with gradients spread over a cube instead of its 12 edge directions,
-// whose grain follows the axes. Mean 0, standard deviation about 0.25, |value| < 1.5; next to no
+// whose grain follows the axes. Mean 0, standard deviation about 0.19, |value| < 1.5; next to no
 // energy at wavelengths below one cell. The same numbers for the same seed on every machine.
 class SolidNoise {
  public:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error.h"
 
+#include <filesystem>
 #include <new>
 
 namespace organbake {
@@ -8,6 +9,8 @@ namespace organbake {
 ExitCode exit_code_for(const std::exception& error) {
   if (const auto* known = dynamic_cast<const Error*>(&error)) return known->code();
   if (dynamic_cast<const std::bad_alloc*>(&error)) return ExitCode::try_again;
+  // A path that the system refuses us, met where nobody expected it.
+  if (dynamic_cast<const std::filesystem::filesystem_error*>(&error)) return ExitCode::read_error;
   return ExitCode::internal;
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr std::uint32_t kAbsent = 0xFFFFFFFFu;
@@ -49,4 +49,4 @@ void ComplianceColumns::make(const std::uint32_t* slots, std::size_t count) {
   }
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -7,7 +7,7 @@
 #include "deform/rows.h"
 #include "deform/sparse_factor.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // Columns of A⁻¹ (mm per mN) for the vertices that contacts touch: made when first asked for and
 // kept over the steps, because A never changes.
@@ -30,4 +30,4 @@ class ComplianceColumns {
   Rows scratch_;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

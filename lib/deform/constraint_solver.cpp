@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr int kMaxSweeps = 60;
@@ -229,4 +229,4 @@ double ConstraintSolver::volume_error(const Rows& x) {
   return largest;
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

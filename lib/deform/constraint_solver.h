@@ -9,7 +9,7 @@
 #include "deform/enclosed_volume.h"
 #include "deform/spring_network.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // Finds the contact forces f and the pressures p that bring the unconstrained shape onto its
 // constraints through the factor that exists: x = x_free + A⁻¹(Jᵀf + ∇V p). Because A acts alike on
@@ -63,4 +63,4 @@ class ConstraintSolver {
   std::vector<double> volumes_;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "deform/contact.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest) {
   Row point = contact.anchored_at;
@@ -12,4 +12,4 @@ Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest) {
   return point;
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -8,7 +8,7 @@
 #include "deform/rows.h"
 #include "deform/skin.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // One tip's way through the current step (mm).
 struct TipSweep {
@@ -58,4 +58,4 @@ struct Contact {
 // the skin point itself, its shell offset held.
 Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest);
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 // Share of the radius: how far the skin may move between two broad phases.
@@ -204,4 +204,4 @@ void ContactSearch::admit(const TipSweep& sweep, double fraction, const Touch& t
   }
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

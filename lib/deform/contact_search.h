@@ -7,7 +7,7 @@
 #include "deform/contact.h"
 #include "deform/skin.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // Finds where spherical tips press into the skin. Per touched face it is the deepest point; sets of
 // points build up over the rounds of a step (cutting planes), so that a few rounds hold off the
@@ -56,4 +56,4 @@ class ContactSearch {
   std::uint32_t mark_ = 0;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

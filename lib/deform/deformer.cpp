@@ -33,8 +33,8 @@ struct Deformer::Impl {
   void report_forces();
   bool publish();
 
-  ShapeSolver solver;
-  Instruments instruments;
+  deform::ShapeSolver solver;
+  deform::Instruments instruments;
   std::vector<Eigen::Vector3d> positions;  // of the proxy's vertices, mm
   StepReport report;                       // of the last step that was computed
   int still_steps = 0;
@@ -49,7 +49,7 @@ void Deformer::Impl::to_rest() {
 }
 
 const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& tips) {
-  check_tips(tips);
+  deform::check_tips(tips);
   moved = false;
   const bool unchanged = instruments.unchanged(tips);
   if (asleep && unchanged) {
@@ -84,12 +84,12 @@ void Deformer::Impl::finish_step(bool tips_unchanged) {
 }
 
 void Deformer::Impl::report_forces() {
-  for (const Contact& c : solver.contacts()) {
+  for (const deform::Contact& c : solver.contacts()) {
     if (c.force.isZero(0)) continue;
     ++report.contacts;
     const auto& weights = c.lever.weights;
     const double on_vertices = weights[0] + weights[1] + weights[2];
-    report.tip_force_n[c.tip] -= on_vertices / kMilliNewtonPerNewton * c.force.head<3>();
+    report.tip_force_n[c.tip] -= on_vertices / deform::kMilliNewtonPerNewton * c.force.head<3>();
   }
 }
 

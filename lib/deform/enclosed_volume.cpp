@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 // A part flatter than this share of its own extent cubed has no inside worth keeping.
@@ -119,4 +119,4 @@ void EnclosedVolume::gradient(const Rows& x, Rows& gradient) const {
             Row::Zero());
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -7,7 +7,7 @@
 #include "deform/rows.h"
 #include "deform/spring_network.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // The volume under each closed part of the proxy, kept by a pressure: one scalar constraint
 // V(x) + compliance · p = V(rest) per part. A part counts as closed when every edge is used as
@@ -46,4 +46,4 @@ class EnclosedVolume {
   std::size_t free_count_ = 0;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr double kFarthestRadii = 2;
@@ -49,4 +49,4 @@ void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& face
   }
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

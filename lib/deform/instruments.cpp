@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/text.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr double kFarthest_mm = 1e9;  // beyond it squares of lengths lose the organ's millimetres
@@ -91,4 +91,4 @@ int sweep_pieces(const std::vector<TipSweep>& sweeps) {
   return static_cast<int>(std::ceil(std::min<double>(most, kMostPieces)));
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

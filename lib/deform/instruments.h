@@ -6,7 +6,7 @@
 #include "deform/contact.h"
 #include "deform/deformer.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // Throws UsageError naming the tip whose position, radius or mode makes no sense; inactive tips may
 // hold anything.
@@ -29,4 +29,4 @@ class Instruments {
 // In how many pieces a step's sweeps are followed, so that no piece carries a tip past the skin.
 int sweep_pieces(const std::vector<TipSweep>& sweeps);
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/text.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 void require(bool holds, const std::string& message) {
@@ -82,4 +82,4 @@ void check_base_fits(const TriangleMesh& proxy, const BaseLayer& base) {
   }
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -5,10 +5,10 @@
 #include "bundle/mechanics_model.h"
 #include "geometry/triangle_mesh.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // What the solver relies on. Each throws BadDataError naming the entry and its value.
 void check_mechanics(const TriangleMesh& proxy, const MechanicsModel& mechanics);
 void check_base_fits(const TriangleMesh& proxy, const BaseLayer& base);
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace organbake {
+namespace organbake::deform {
 
 // One point or vector as a full AVX register: x, y, z and a fourth lane that is kept 0, so that
 // norms and dot products need no mask. The factor also uses the four lanes as four right sides.
@@ -31,4 +31,4 @@ inline Lanes cross(const Lanes& a, const Lanes& b) {
   return __builtin_shufflevector(c_zxy, c_zxy, 1, 2, 0, 3);
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

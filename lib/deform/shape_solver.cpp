@@ -8,7 +8,7 @@
 #include "deform/instruments.h"
 #include "deform/mechanics_checks.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr int kFinalRounds = 10;  // of contact search and solve
@@ -184,4 +184,4 @@ bool ShapeSolver::lost() const {
 
 double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, network_.rest()); }
 
-}  // namespace organbake
+}  // namespace organbake::deform

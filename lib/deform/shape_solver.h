@@ -11,7 +11,7 @@
 #include "deform/skin.h"
 #include "deform/spring_network.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // One body's state and its time step: local and global iterations, each followed by the contacts
 // and the volume, until the skin lies on the instruments.
@@ -63,4 +63,4 @@ class ShapeSolver {
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "deform/nearest_on_triangle.h"
+#include "geometry/nearest_on_triangle.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 // The angle-weighted normal of geometry/triangle_mesh.h, one corner's share.
@@ -20,6 +20,12 @@ Lanes corner_normal(const Lanes& at, const Lanes& next, const Lanes& last) {
 }
 
 Row from_lanes(const Lanes& v) { return {v[0], v[1], v[2], 0}; }
+
+// Barycentric weights of the nearest point.
+Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, const Lanes& c) {
+  const auto point = [](const Lanes& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+  return nearest_on_triangle(point(p), point(a), point(b), point(c));
+}
 
 }  // namespace
 
@@ -96,8 +102,8 @@ double Skin::distance_to_proxy_face(std::uint32_t face, const Row& center) const
   const auto [i, j, k] = faces()[face];
   const Lanes* x = as_lanes(x_->data());
   const Lanes p = *as_lanes(&center);
-  const auto [b, c] = nearest_on_triangle(p, x[i], x[j], x[k]);
-  const Lanes d = x[i] + b * (x[j] - x[i]) + c * (x[k] - x[i]) - p;
+  const Eigen::Vector3d w = nearest_weights(p, x[i], x[j], x[k]);
+  const Lanes d = w[0] * x[i] + w[1] * x[j] + w[2] * x[k] - p;
   return std::sqrt(dot(d, d));
 }
 
@@ -109,13 +115,13 @@ Lanes Skin::node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t
 SkinPoint Skin::nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
                                 const std::uint32_t (&corners)[3][2], double& squared) const {
   const auto& [p, q, r] = corners;
-  const auto [b, c] =
-      nearest_on_triangle(center, node_point(frame, face, p[0], p[1]),
-                          node_point(frame, face, q[0], q[1]), node_point(frame, face, r[0], r[1]));
-  const double a = 1 - b - c;
-  const SkinPoint at{
-      face, (a * p[0] + b * q[0] + c * r[0]) / steps_, (a * p[1] + b * q[1] + c * r[1]) / steps_,
-      a * height(face, p[0], p[1]) + b * height(face, q[0], q[1]) + c * height(face, r[0], r[1])};
+  const Eigen::Vector3d w =
+      nearest_weights(center, node_point(frame, face, p[0], p[1]),
+                      node_point(frame, face, q[0], q[1]), node_point(frame, face, r[0], r[1]));
+  const SkinPoint at{face, (w[0] * p[0] + w[1] * q[0] + w[2] * r[0]) / steps_,
+                     (w[0] * p[1] + w[1] * q[1] + w[2] * r[1]) / steps_,
+                     w[0] * height(face, p[0], p[1]) + w[1] * height(face, q[0], q[1]) +
+                         w[2] * height(face, r[0], r[1])};
   const Lanes d = frame.at(at.b1, at.b2, at.height_mm) - center;
   squared = dot(d, d);
   return at;
@@ -125,9 +131,9 @@ SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
   const FaceFrame f = frame(face);
   const Lanes c = *as_lanes(&center);
   if (tallest_mm_[face] == 0) {
-    const auto [b1, b2] =
-        nearest_on_triangle(c, f.origin, f.origin + f.along1, f.origin + f.along2);
-    return hit({face, b1, b2, 0}, center);
+    const Eigen::Vector3d w =
+        nearest_weights(c, f.origin, f.origin + f.along1, f.origin + f.along2);
+    return hit({face, w[1], w[2], 0}, center);
   }
   std::uint32_t ni = 0, nj = 0;
   double best = std::numeric_limits<double>::infinity();
@@ -167,4 +173,4 @@ void Skin::nodes_within(std::uint32_t face, const Row& center, double radius_mm,
   }
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -8,7 +8,7 @@
 #include "deform/rows.h"
 #include "deform/spring_network.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // A material point of the skin: bound to the shell over a proxy face (geometry/shell_map.h).
 struct SkinPoint {
@@ -82,4 +82,4 @@ class Skin {
   std::uint32_t pose_ = 0;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
@@ -162,4 +162,4 @@ void SparseFactor::solve(Row* rows) const {
   }
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -6,7 +6,7 @@
 
 #include "deform/rows.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // One entry of a symmetric matrix, given once for (i, j) and (j, i); repeated entries add up.
 struct Coefficient {
@@ -46,4 +46,4 @@ class SparseFactor {
   std::vector<double> values_;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "deform/mechanics_checks.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr std::uint32_t kAnchored = 0xFFFFFFFFu;
@@ -194,4 +194,4 @@ double SpringNetwork::energy(const Rows& x, const Rows& x_start) const {
   return twice / 2;
 }
 
-}  // namespace organbake
+}  // namespace organbake::deform

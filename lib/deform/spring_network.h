@@ -9,7 +9,7 @@
 #include "deform/sparse_factor.h"
 #include "geometry/triangle_mesh.h"
 
-namespace organbake {
+namespace organbake::deform {
 
 // Units inside the solver are kg, mm, s, so forces are kg·mm/s² = mN: 1 N/mm = 1000 kg/s².
 inline constexpr double kMilliNewtonPerNewton = 1000;
@@ -76,4 +76,4 @@ class SpringNetwork {
   bool relaxed_at_rest_ = true;
 };
 
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -5,7 +5,6 @@
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
 #include <vtkPolyData.h>
-#include <vtkPolyDataReader.h>
 #include <vtkSTLReader.h>
 #include <vtkXMLPolyDataReader.h>
 
@@ -14,6 +13,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "formats/legacy_vtk.h"
 #include "formats/polydata_mesh.h"
 #include "formats/vtk_error_log.h"
 #include "geometry/mesh_checks.h"
@@ -38,11 +38,7 @@ TriangleMesh read_through(Reader* reader, const fs::path& path) {
   reader->SetFileName(path.c_str());
   reader->Update();
   errors.throw_if_any(path);
-  try {
-    return mesh_from_polydata(reader->GetOutput());
-  } catch (const BadDataError& error) {
-    throw BadDataError(path, error.what());
-  }
+  return mesh_from_polydata(reader->GetOutput(), path.string());
 }
 
 // A truncated binary STL gives VTK's reader a short but valid-looking mesh, without an error.
@@ -84,7 +80,7 @@ TriangleMesh read_by_ending(const fs::path& path) {
   if (ending == ".ply") return read_ply(path);
   if (ending == ".stl") return read_stl(path);
   if (ending == ".obj") return read_through(vtkNew<vtkOBJReader>().Get(), path);
-  if (ending == ".vtk") return read_through(vtkNew<vtkPolyDataReader>().Get(), path);
+  if (ending == ".vtk") return read_legacy_vtk(path);
   if (ending == ".vtp") return read_vtp(path);
   throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
                    "\"; use .ply, .obj, .stl, .vtk or .vtp");

@@ -32,7 +32,7 @@ std::vector<Eigen::Vector3f> linear_colors(vtkPolyData* polydata) {
   return colors;
 }
 
-void append_faces(vtkCellArray* polygons, vtkIdType point_count, std::vector<Face>& faces) {
+void append_faces(vtkCellArray* polygons, std::vector<Face>& faces) {
   faces.reserve(static_cast<std::size_t>(polygons->GetNumberOfCells()));
   const auto cell = vtk::TakeSmartPointer(polygons->NewIterator());
   for (cell->GoToFirstCell(); !cell->IsDoneWithTraversal(); cell->GoToNextCell()) {
@@ -41,19 +41,13 @@ void append_faces(vtkCellArray* polygons, vtkIdType point_count, std::vector<Fac
     cell->GetCurrentCell(count, corners);
     if (count != 3) continue;
     Face face;
-    for (int c = 0; c < 3; ++c) {
-      if (corners[c] < 0 || corners[c] >= point_count) {
-        throw BadDataError("a face uses point " + std::to_string(corners[c]) + " of " +
-                           std::to_string(point_count));
-      }
-      face[c] = static_cast<std::uint32_t>(corners[c]);
-    }
+    for (int c = 0; c < 3; ++c) face[c] = static_cast<std::uint32_t>(corners[c]);
     faces.push_back(face);
   }
 }
 
 // vtkTriangleFilter trusts indices, so they are looked at before it sees them.
-void check_indices(vtkCellArray* cells, vtkIdType point_count) {
+void check_indices(vtkCellArray* cells, vtkIdType point_count, const std::string& name) {
   const auto cell = vtk::TakeSmartPointer(cells->NewIterator());
   for (cell->GoToFirstCell(); !cell->IsDoneWithTraversal(); cell->GoToNextCell()) {
     vtkIdType count = 0;
@@ -61,7 +55,7 @@ void check_indices(vtkCellArray* cells, vtkIdType point_count) {
     cell->GetCurrentCell(count, corners);
     for (vtkIdType c = 0; c < count; ++c) {
       if (corners[c] >= 0 && corners[c] < point_count) continue;
-      throw BadDataError("a face uses point " + std::to_string(corners[c]) + " of " +
+      throw BadDataError(name + ": a face uses point " + std::to_string(corners[c]) + " of " +
                          std::to_string(point_count));
     }
   }
@@ -69,13 +63,14 @@ void check_indices(vtkCellArray* cells, vtkIdType point_count) {
 
 }  // namespace
 
-TriangleMesh mesh_from_polydata(vtkPolyData* polydata) {
+TriangleMesh mesh_from_polydata(vtkPolyData* polydata, const std::string& name) {
   const vtkIdType point_count = polydata->GetNumberOfPoints();
   if (point_count > std::numeric_limits<std::uint32_t>::max()) {
-    throw BadDataError(std::to_string(point_count) + " points are more than a mesh can index");
+    throw BadDataError(name + ": " + std::to_string(point_count) +
+                       " points are more than a mesh can index");
   }
-  check_indices(polydata->GetPolys(), point_count);
-  check_indices(polydata->GetStrips(), point_count);
+  check_indices(polydata->GetPolys(), point_count, name);
+  check_indices(polydata->GetStrips(), point_count, name);
   vtkNew<vtkTriangleFilter> triangles;
   VtkErrorLog errors;
   errors.watch(triangles);
@@ -91,7 +86,7 @@ TriangleMesh mesh_from_polydata(vtkPolyData* polydata) {
     polydata->GetPoint(v, mesh.vertices[static_cast<std::size_t>(v)].data());
   }
   mesh.colors = linear_colors(polydata);
-  append_faces(cut->GetPolys(), point_count, mesh.faces);
+  append_faces(cut->GetPolys(), mesh.faces);
   return mesh;
 }
 

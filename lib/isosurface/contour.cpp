@@ -69,6 +69,8 @@ TriangleMesh mesh_from(vtkPolyData& surface) {
 template <typename Array, typename Value>
 TriangleMesh contour_values(std::span<const Value> values, const std::array<int, 3>& size,
                             double level) {
+  // VTK reports a grid without cells as an error.
+  if (std::min({size[0], size[1], size[2]}) < 2) return {};
   vtkNew<Array> array;
   constexpr int kKeepOwnership = 1;
   // VTK knows no const arrays; the filter only reads.

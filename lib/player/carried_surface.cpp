@@ -16,7 +16,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kRaysPerSide = 4;
+constexpr int kRaysPerSide = TruthFrame::kRaysPerSide;
 constexpr int kBandRows = 16;  // output rows that one task draws: their 4×4 rays stay in cache
 
 // Corners of every face in the picture, in units of a pixel over `scale`; faces that reach before
@@ -151,17 +151,17 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
       for (int x = 0; x < k.width; ++x) {
         Eigen::Vector3f sum = Eigen::Vector3f::Zero();
         const std::size_t pixel = std::size_t(y) * k.width + x;
-        for (int ray = 0; ray < kRaysPerSide * kRaysPerSide; ++ray) {
+        for (int ray = 0; ray < TruthFrame::kRaysPerPixel; ++ray) {
           const int rx = kRaysPerSide * x + ray % kRaysPerSide,
                     ry = kRaysPerSide * (y - y0) + ray / kRaysPerSide;
           const std::size_t i = std::size_t(ry) * window.width() + rx;
           sum += color_at(hits, i);
-          frame.covered[pixel] |= hits.face[i] != kNoFace;
+          frame.covered[pixel] += hits.face[i] != kNoFace;
           if (ray == (kRaysPerSide / 2) * (kRaysPerSide + 1) && hits.face[i] != kNoFace) {
             frame.proxy_face[pixel] = bindings_[rest_.faces[hits.face[i]][0]].face;
           }
         }
-        sum /= kRaysPerSide * kRaysPerSide;
+        sum /= TruthFrame::kRaysPerPixel;
         for (int c = 0; c < 3; ++c) frame.color.at(x, y)[c] = srgb8_from_linear(sum[c]);
       }
     }

@@ -15,8 +15,9 @@ namespace organbake {
 
 // What a pixel of the truth shows.
 struct TruthFrame {
+  static constexpr int kRaysPerSide = 4, kRaysPerPixel = kRaysPerSide * kRaysPerSide;
   Rgb8Image color;
-  std::vector<std::uint8_t> covered;      // 1 where any of a pixel's 16 rays meets the surface
+  std::vector<std::uint8_t> covered;      // how many of a pixel's rays meet the surface
   std::vector<std::uint32_t> proxy_face;  // at the pixel's centre; kNoFace off the surface
 };
 

@@ -45,7 +45,7 @@ std::string comparison_json(const ComparisonTable& table) {
 std::string comparison_text(const ComparisonTable& table) {
   std::string text =
       "state  angle     image-based px (mean, max)   polygons px (mean, max)   PSNR dB  holes  "
-      "edge step (frame, truth)\n";
+      "edge step (frame, truth, excess)\n";
   for (const ComparisonRow& row : table.rows) {
     const auto& image = row.projection.image_based;
     const auto& polygons = row.projection.polygons;
@@ -53,7 +53,8 @@ std::string comparison_text(const ComparisonTable& table) {
             cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
             cell(to_text(polygons.mean_px, 2), 18) + cell(to_text(polygons.max_px, 1), 8) +
             cell(to_text(row.psnr_db, 2), 11) + cell(std::to_string(row.holes), 7) +
-            cell(to_text(row.seams.frame, 1), 10) + cell(to_text(row.seams.truth, 1), 8) + "\n";
+            cell(to_text(row.seams.frame, 1), 10) + cell(to_text(row.seams.truth, 1), 8) +
+            cell(to_text(row.seams.excess, 1), 8) + "\n";
   }
   return text + "camera switches on the orbit: " + std::to_string(table.switches) +
          ", largest step " + to_text(table.camera_switch.frame, 2) + "/255 (truth " +

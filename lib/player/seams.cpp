@@ -40,8 +40,14 @@ SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, Place> edges;
   const auto look = [&](int x, int y, int nx, int ny) {
     if (nx >= frame.width || ny >= frame.height) return;
-    std::uint32_t a = truth.proxy_face[std::size_t(y) * frame.width + x],
-                  b = truth.proxy_face[std::size_t(ny) * frame.width + nx];
+    const std::size_t here = std::size_t(y) * frame.width + x,
+                      there = std::size_t(ny) * frame.width + nx;
+    std::uint32_t a = truth.proxy_face[here], b = truth.proxy_face[there];
+    // A silhouette's pixel mixes in the background, which no proxy edge has made.
+    if (truth.covered[here] < TruthFrame::kRaysPerPixel ||
+        truth.covered[there] < TruthFrame::kRaysPerPixel) {
+      return;
+    }
     if (a == b || a == kNoFace || b == kNoFace) return;
     // From the lower face to the higher, wherever they lie.
     if (a > b) std::swap(a, b), std::swap(x, nx), std::swap(y, ny);
@@ -74,7 +80,10 @@ SeamSteps switch_steps(const Rgb8Image& before, const Rgb8Image& after,
       for (int y = y0; y < y0 + kBlock; ++y) {
         for (int x = x0; x < x0 + kBlock; ++x) {
           const std::size_t i = std::size_t(y) * before.width + x;
-          if (!truth_before.covered[i] || !truth_after.covered[i]) continue;
+          if (truth_before.covered[i] < TruthFrame::kRaysPerPixel ||
+              truth_after.covered[i] < TruthFrame::kRaysPerPixel) {
+            continue;
+          }
           ++block.pairs;
           add_difference(before.at(x, y), after.at(x, y), block.frame);
           add_difference(truth_before.color.at(x, y), truth_after.color.at(x, y), block.truth);

@@ -10,7 +10,7 @@ namespace {
 constexpr int kGuard = TileKeys::kGuard;
 
 // Where a chunk's samples land: offset in texels from each sample to its first pixel's centre,
-// depth, and that pixel's place in the tile (0, a guard cell, for samples not drawn).
+// depth, and that pixel's place in the tile (some guard cell for samples not drawn).
 struct Landed {
   alignas(32) float u[kChunk], v[kChunk], z[kChunk];
   alignas(32) std::int32_t column[kChunk], row[kChunk];
@@ -103,7 +103,7 @@ void splat_small(Landed& landed, int count, const ChunkFrame& c, float tie_mm,
   alignas(32) std::int32_t place[kChunk];
   for (int i = 0; i < count; ++i) {
     const std::int32_t cell = (landed.row[i] + kGuard) * tile.stride + landed.column[i] + kGuard;
-    place[i] = landed.inside[i] ? cell : 0;
+    place[i] = landed.inside[i] ? cell : i & 7;
   }
   alignas(32) std::uint64_t keys[kChunk];
   for (int ty = 0; ty < c.rows; ++ty) {

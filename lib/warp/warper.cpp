@@ -13,6 +13,7 @@
 #include "warp/base_drawing.h"
 #include "warp/hole_fill.h"
 #include "warp/resolve.h"
+#include "warp/slit_fill.h"
 #include "warp/splat.h"
 #include "warp/tile_grid.h"
 
@@ -321,8 +322,10 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     report.base_pixels += one.counts.base_pixels;
   }
   if (options.measure) start = Clock::now();
-  const HoleCounts holes = fill_holes({0, 0, width, height}, options.fill_holes, frame);
-  report.holes_before = holes.before;
+  const PixelBox picture{0, 0, width, height};
+  const std::size_t slits = fill_slits(picture, options.fill_holes, frame);
+  const HoleCounts holes = fill_holes(picture, options.fill_holes, frame);
+  report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
   if (!options.solids.empty()) draw_solids(options.solids, view, frame);
   lap(report.times.fill);

@@ -9,9 +9,9 @@ expect 0 organbake bake r.yaml -o one --threads 1 --cache c1
 expect 0 organbake bake r.yaml -o two --threads 2 --cache c2
 expect_same one two
 mkdir elsewhere && cp r.yaml elsewhere/recipe.yaml
-(cd elsewhere && LC_ALL=de_DE.UTF-8 TZ=Asia/Tokyo expect 0 organbake bake recipe.yaml -o b --cache c)
+expect 0 env -C elsewhere LC_ALL=C.UTF-8 TZ=Asia/Tokyo "$BIN/organbake" bake recipe.yaml -o b --cache c
 expect_same one elsewhere/b
-grep -rlF -e "$WORK" -e "$(hostname)" one && fail "a path or host name is in the bundle"
+grep -rlF "$WORK" one && fail "a path of this machine is in the bundle"
 
 # And the stages on their own give the bytes of the recipe.
 small_phantom p

@@ -40,6 +40,16 @@ expect 2 organbake --threads -1 doctor
 expect 2 organbake schema recepi
 expect_err "did you mean 'recipe'?"
 
+# Spellings of flags: value behind a blank or '=', switches with --no-, words after "--".
+expect 66 organbake decimate --faces=80 --method cluster x.ply -o y.ply
+expect 66 organbake isosurface --no-cap --largest 0 -o y.ply -- -x.mha
+expect_err "-x.mha: there is no such file"
+expect 66 organbake --quiet --threads 1 isosurface x.mha -o y.ply
+expect 2 organbake isosurface --cap=perhaps x.mha -o y.ply
+expect 2 organbake isosurface --no-iso x.mha -o y.ply
+expect 2 organbake place x.ply -o y --cone-axis 1,2
+expect_err "three numbers (x,y,z)"
+
 # The front program must start without the libraries that the stages need.
 ldd "$BIN/organbake" >libraries
 grep -E 'vtk|opencv|CGAL|embree|ceres|OpenMesh|gdcm' libraries && fail "a heavy library is linked"

@@ -45,7 +45,7 @@ TEST(DepthEdges, OutlinesCountAndBackgroundIsZero) {
   EXPECT_EQ(map[20 * kSize + 20], 0);
   EXPECT_EQ(map[12 * kSize + 12], 0);
   EXPECT_FLOAT_EQ(map[11 * kSize + 12], 0.5f);
-  EXPECT_NEAR(map[10 * kSize + 11], std::sqrt(2.5), 1e-6);  // diagonally, two rows inside
+  EXPECT_NEAR(map[10 * kSize + 11], std::sqrt(3.25), 1e-6);
 }
 
 TEST(DepthEdges, AnEmptyMapIsAllZero) {

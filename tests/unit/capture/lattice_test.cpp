@@ -40,8 +40,8 @@ TEST_P(LatticeOfSteps, NodesLieWhereTheirFacesPutThem) {
   EXPECT_EQ(used.size(), lines.size()) << "every node belongs to a face";
   // Euler: V + E (n − 1) + F (n − 1)(n − 2) / 2 on a closed surface.
   const std::size_t edges = proxy.faces.size() * 3 / 2;
-  EXPECT_EQ(lines.size(), proxy.vertices.size() + edges * (n - 1) +
-                              proxy.faces.size() * ((n - 1) * (n - 2) / 2));
+  EXPECT_EQ(lines.size(),
+            proxy.vertices.size() + edges * (n - 1) + proxy.faces.size() * ((n - 1) * (n - 2) / 2));
 }
 
 TEST(LatticeSteps, FollowTheEdgeLengthWithinBounds) {

@@ -38,7 +38,8 @@ TriangleMesh square_at(const Vector3d& center, const Vector3d& normal, double ha
   TriangleMesh mesh;
   for (int j = 0; j <= cells; ++j)
     for (int i = 0; i <= cells; ++i)
-      mesh.vertices.push_back(center + half * ((2.0 * i / cells - 1) * u + (2.0 * j / cells - 1) * v));
+      mesh.vertices.push_back(center +
+                              half * ((2.0 * i / cells - 1) * u + (2.0 * j / cells - 1) * v));
   for (int j = 0; j < cells; ++j)
     for (int i = 0; i < cells; ++i) {
       const auto a = static_cast<std::uint32_t>(j * (cells + 1) + i), b = a + 1;

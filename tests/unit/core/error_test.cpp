@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <new>
 
 #include "core/run_context.h"
@@ -19,6 +20,8 @@ TEST(ExitCodeFor, NamesEveryKindOfError) {
   EXPECT_EQ(exit_code_for(RecipeError("x")), ExitCode::bad_recipe);
   EXPECT_EQ(exit_code_for(CancelledError()), ExitCode::interrupted);
   EXPECT_EQ(exit_code_for(std::bad_alloc()), ExitCode::try_again);
+  const std::filesystem::filesystem_error refused("x", std::error_code());
+  EXPECT_EQ(exit_code_for(refused), ExitCode::read_error);
   EXPECT_EQ(exit_code_for(std::runtime_error("x")), ExitCode::internal);
 }
 

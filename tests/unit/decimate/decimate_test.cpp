@@ -34,9 +34,9 @@ TEST(DecimateOptions, FewerFacesThanATetrahedronAreRefused) {
 }
 
 TEST(Decimate, KeepsBudgetManifoldnessAndVolume) {
-  const TriangleMesh mesh = lumpy_mesh(50, 4);
+  const TriangleMesh mesh = lumpy_mesh(50, 3);
   const double diagonal = bounds(mesh).diagonal();
-  for (const std::size_t faces : {4, 20, 80, 81, 1000}) {
+  for (const std::size_t faces : {4, 20, 80, 81, 300}) {
     const DecimateSummary s = decimate(mesh, to_faces(faces));
     EXPECT_LE(s.proxy.faces.size(), faces);
     EXPECT_GE(s.proxy.faces.size() + 1, faces);  // collapses take two faces at a time
@@ -55,7 +55,7 @@ TEST(Decimate, KeepsBudgetManifoldnessAndVolume) {
 }
 
 TEST(Decimate, AFlatSidedBodyLosesNothing) {
-  const DecimateSummary s = decimate(grid_box({30, 20, 10}, 12), to_faces(12));
+  const DecimateSummary s = decimate(grid_box({30, 20, 10}, 8), to_faces(12));
   EXPECT_EQ(s.proxy.faces.size(), 12u);
   EXPECT_NEAR(signed_volume(s.proxy), 6000, 1e-6);
   // Solves of 3×3 systems whose planes are exact: micrometres would already be a defect.
@@ -144,7 +144,7 @@ TEST(Decimate, UnusableSurfacesAreRefused) {
 }
 
 TEST(Decimate, ClusteringIsTheWorseOfTheTwo) {
-  const TriangleMesh mesh = lumpy_mesh(50, 5);
+  const TriangleMesh mesh = lumpy_mesh(50, 4);
   const DecimateSummary naive = decimate(mesh, to_faces(80, DecimateMethod::cluster));
   EXPECT_LE(naive.proxy.faces.size(), 80u);
   EXPECT_GT(naive.rms_mm, 2 * decimate(mesh, to_faces(80)).rms_mm);

@@ -6,7 +6,7 @@
 #include "core/random.h"
 #include "unit/deform/test_bodies.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr double kTimeStep_s = 1.0 / 60;
@@ -95,4 +95,4 @@ TEST(EnclosedVolume, SeparatePartsKeepTheirOwn) {
 }
 
 }  // namespace
-}  // namespace organbake
+}  // namespace organbake::deform

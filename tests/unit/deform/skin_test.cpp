@@ -7,7 +7,7 @@
 #include "geometry/shell_map.h"
 #include "unit/deform/test_bodies.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr double kTimeStep_s = 1.0 / 60;
@@ -115,4 +115,4 @@ TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
 }
 
 }  // namespace
-}  // namespace organbake
+}  // namespace organbake::deform

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/random.h"
 
-namespace organbake {
+namespace organbake::deform {
 namespace {
 
 constexpr double kResidual = 1e-12;  // relative; the matrices below have condition numbers < 1e3
@@ -83,4 +83,4 @@ TEST(SparseFactor, RefusesWhatIsNotPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace organbake
+}  // namespace organbake::deform

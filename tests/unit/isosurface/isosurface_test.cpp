@@ -79,9 +79,10 @@ TEST(Isosurface, LooksOutwardAndIsNeverMirrored) {
 }
 
 TEST(Isosurface, IsCappedFlatHalfAVoxelBeyondTheLastCentres) {
-  // A slab: tissue everywhere, so the surface is the box of the voxels themselves.
+  // Tissue everywhere, so the surface is the box of the voxels themselves.
   Volume slab =
       scan_of([](const Eigen::Vector3d&) { return 100.0; }, grid_around_origin({1, 2, 3}, 20));
+  slab.voxels[slab.voxels.size() / 2] = -1000;  // a bubble, so that the level is inside the data
   const Isosurface surface = extract_isosurface(slab, at_edge());
   expect_closed_and_sound(surface.mesh);
   const Bounds box = bounds(surface.mesh);

@@ -29,7 +29,7 @@ TEST(ClosestPoint, EqualsBruteForce) {
   const TriangleMesh mesh = lumpy_mesh(50, 3);
   const RayScene scene(mesh);
   RandomStream random(1);
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 500; ++i) {
     const Eigen::Vector3d query(random.uniform(-90, 90), random.uniform(-90, 90),
                                 random.uniform(-90, 90));
     const ClosestPoint found = scene.closest_point(query), truth = by_brute_force(mesh, query);

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "capture/camera_rays.h"
+#include "core/error.h"
+#include "unit/capture/scenes.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+const Vector3f kRed{0.8f, 0.05f, 0.05f}, kGreen{0.05f, 0.7f, 0.05f};
+
+CaptureOptions with_rays(int side) {
+  CaptureOptions options;
+  options.rays_per_texel_side = side;
+  return options;
+}
+
+// Outline texels average only what is the organ: one colour stays that colour, to the last texel.
+TEST(CaptureColor, BackgroundDoesNotBleedIn) {
+  const TriangleMesh surface = painted(sphere_mesh(30, 4), kRed);
+  for (const int side : {1, 2, 3, 5}) {
+    const CameraMaps maps =
+        capture(surface, sphere_mesh(30, 1), {odd_camera({0, 0, 120}, {0, 0, 0})},
+                *make_vertex_color(surface), with_rays(side))
+            .maps[0];
+    for (std::size_t p = 0; p < maps.color.size(); ++p)
+      EXPECT_LT((maps.color[p] - (maps.face[p] == kNoFace ? Vector3f(0, 0, 0) : kRed)).norm(),
+                1e-6);
+  }
+}
+
+TEST(CaptureColor, ASurfaceInFrontDoesNotBleedIn) {
+  const TriangleMesh scene = joined(painted(square_at({0, 30, 0}, {0.1, -1, 0.2}, 200, 4), kGreen),
+                                    painted(sphere_mesh(15, 4), kRed));
+  const CameraMaps maps = capture(scene, scene, {odd_camera({0, -120, 0}, {0, 0, 0})},
+                                  *make_vertex_color(scene), with_rays(3))
+                              .maps[0];
+  int red = 0, green = 0;
+  for (std::size_t p = 0; p < maps.color.size(); ++p) {
+    const bool is_red = (maps.color[p] - kRed).norm() < 1e-6;
+    const bool is_green = (maps.color[p] - kGreen).norm() < 1e-6;
+    EXPECT_TRUE(is_red || is_green) << maps.color[p].transpose();
+    red += is_red;
+    green += is_green;
+  }
+  EXPECT_GT(red, 300);
+  EXPECT_GT(green, 3000);
+}
+
+// A pattern finer than a texel: one ray a texel aliases, more rays find the mean.
+TEST(CaptureColor, RaysAverageWhatATexelCovers) {
+  TriangleMesh surface = painted(square_at({0, 0, 0}, {0, -1, 0}, 40, 160), kRed);
+  for (std::size_t v = 0; v < surface.colors.size(); ++v)
+    if ((v % 161) % 2 == 0) surface.colors[v] = kGreen;            // stripes, 1 mm a period
+  PosedCamera camera = plain_camera({0, -100, 0}, {0, 0, 0}, 40);  // 1.8 mm a texel
+  const auto spread = [&](int side) {
+    const CameraMaps maps = capture(surface, square_at({0, 0, 0}, {0, -1, 0}, 40, 2), {camera},
+                                    *make_vertex_color(surface), with_rays(side))
+                                .maps[0];
+    double sum2 = 0;
+    int count = 0;
+    for (int y = 5; y < 35; ++y)
+      for (int x = 5; x < 35; ++x, ++count)
+        sum2 += (maps.color[y * 40 + x] - 0.5f * (kRed + kGreen)).squaredNorm();
+    return std::sqrt(sum2 / count);
+  };
+  EXPECT_LT(spread(6), 0.3 * spread(1));
+}
+
+TEST(VertexColor, IsInterpolatedBetweenCorners) {
+  TriangleMesh surface;
+  surface.vertices = {{-10, 0, -10}, {10, 0, -10}, {0, 0, 12}};
+  surface.faces = {{0, 1, 2}};
+  surface.colors = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const auto color = make_vertex_color(surface);
+  const auto samples = shade_through(surface, *color, plain_camera({0, -60, 0}, {0, 0, 0}, 60));
+  ASSERT_GT(samples.size(), 200u);
+  for (const auto& [point, shade] : samples) {
+    const double blue = (point.z() + 10) / 22, green = (1 - blue) * 0.5 + point.x() / 20;
+    EXPECT_NEAR(shade.z(), blue, 1e-5);
+    EXPECT_NEAR(shade.y(), green, 1e-5);
+    EXPECT_NEAR(shade.sum(), 1, 1e-5);
+  }
+}
+
+TEST(VertexColor, NeedsFiniteColours) {
+  TriangleMesh surface = sphere_mesh(10, 1);
+  EXPECT_THROW(make_vertex_color(surface), BadDataError);
+  surface = painted(surface, kRed);
+  surface.colors[3].y() = NAN;
+  EXPECT_THROW(make_vertex_color(surface), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "capture/camera_rays.h"
+#include "geometry/shell_map.h"
+#include "raycast/face_queries.h"
+#include "unit/capture/scenes.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+CaptureSummary capture_plainly(const TriangleMesh& surface, const TriangleMesh& proxy,
+                               const std::vector<PosedCamera>& cameras) {
+  return capture(surface, proxy, cameras, *make_material_color({}), {});
+}
+
+// Depth of the first crossing of a sphere, planar; infinite when missed.
+double sphere_depth(const Ray& ray, const Vector3d& center, double radius) {
+  const Vector3d from = ray.origin - center;
+  const double a = ray.direction.squaredNorm(), b = from.dot(ray.direction);
+  const double root = b * b - a * (from.squaredNorm() - radius * radius);
+  return root < 0 ? INFINITY : (-b - std::sqrt(root)) / a;
+}
+
+TEST(CaptureDepth, IsThePlanarDepthOfASphere) {
+  const Vector3d center(7, -3, 12);
+  constexpr double kRadius = 30;
+  const PosedCamera camera = odd_camera({40, -100, 30}, center + Vector3d(4, 0, 2));
+  const CaptureSummary summary =
+      capture_plainly(sphere_at(center, kRadius, 6), sphere_at(center, kRadius, 1), {camera});
+  const CameraMaps& maps = summary.maps[0];
+  ASSERT_EQ(maps.width, 150);
+  ASSERT_EQ(maps.height, 90);
+  const CameraRays rays(camera);
+  constexpr double kSagittaMm =
+      0.006;  // an icosphere of 81,920 faces: edges of 0.55 mm, e² / (8R) · 4/3
+  int compared = 0;
+  for (int y = 0; y < maps.height; ++y)
+    for (int x = 0; x < maps.width; ++x) {
+      const Ray ray = rays.through(x + 0.5, y + 0.5);
+      const double depth = maps.depth_mm[y * maps.width + x];
+      const double truth = sphere_depth(ray, center, kRadius);
+      const Vector3d point = ray.origin + truth * ray.direction;
+      const double cosine =
+          std::isinf(truth) ? 0 : -(point - center).normalized().dot(ray.direction.normalized());
+      if (cosine < 0.1 && std::isinf(truth) != std::isinf(depth)) continue;  // the outline itself
+      ASSERT_EQ(std::isinf(depth), std::isinf(truth)) << x << ", " << y;
+      if (std::isinf(truth) || cosine < 0.1) continue;
+      EXPECT_NEAR(depth, truth, kSagittaMm / cosine + 1e-5);
+      ++compared;
+    }
+  EXPECT_GT(compared, 3000);
+}
+
+TEST(CaptureDepth, IsTheMeshsToFloatPrecision) {
+  const TriangleMesh surface = lumpy_mesh(25, 3);
+  const PosedCamera camera = odd_camera({10, 80, -40}, {2, 1, 3});
+  const CameraMaps maps = capture_plainly(surface, lumpy_mesh(25, 1), {camera}).maps[0];
+  const CameraRays rays(camera);
+  for (int p = 0; p < maps.width * maps.height; p += 13) {
+    const Ray ray = rays.through(p % maps.width + 0.5, p / maps.width + 0.5);
+    double nearest = INFINITY;
+    for (const auto& [a, b, c] : surface.faces) {
+      const PlaneCrossing crossing =
+          cross_plane({surface.vertices[a], surface.vertices[b], surface.vertices[c]}, ray.origin,
+                      ray.direction);
+      if (crossing.inside_by(-1e-12) && crossing.t > 0) nearest = std::min(nearest, crossing.t);
+    }
+    ASSERT_EQ(std::isinf(maps.depth_mm[p]), std::isinf(nearest));
+    if (!std::isinf(nearest)) {
+      EXPECT_FLOAT_EQ(maps.depth_mm[p], static_cast<float>(nearest));
+    }
+  }
+}
+
+// What a player does: b from depth, height and face, then the shell's point.
+TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
+  const TriangleMesh surface = lumpy_mesh(30, 5), proxy = lumpy_mesh(30, 1);
+  const std::vector<PosedCamera> cameras = {odd_camera({0, -120, 0}, Vector3d::Zero()),
+                                            odd_camera({70, 60, 70}, Vector3d::Zero()),
+                                            odd_camera({-80, 30, -60}, Vector3d::Zero())};
+  const CaptureSummary summary = capture_plainly(surface, proxy, cameras);
+  const std::vector<Vector3d> normals = vertex_normals(proxy);
+  constexpr double kBindingMm = 1e-3;
+  std::size_t bound = 0;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const CameraMaps& maps = summary.maps[c];
+    const CameraRays rays(cameras[c]);
+    for (int p = 0; p < maps.width * maps.height; ++p) {
+      if (std::isinf(maps.depth_mm[p])) {
+        EXPECT_EQ(maps.face[p], kNoFace);
+        EXPECT_EQ(maps.confidence[p], 0);
+        EXPECT_EQ(maps.color[p], Eigen::Vector3f(0, 0, 0));
+        continue;
+      }
+      ASSERT_LT(maps.face[p], proxy.faces.size());
+      const Ray ray = rays.through(p % maps.width + 0.5, p / maps.width + 0.5);
+      const Vector3d point = ray.origin + double(maps.depth_mm[p]) * ray.direction;
+      const ShellMatrix shell = shell_matrix(proxy, normals, maps.face[p]);
+      const Eigen::Vector2d b = barycentric_at_height(shell, maps.height_mm[p], point);
+      EXPECT_LT((shell_point(shell, b[0], b[1], maps.height_mm[p]) - point).norm(), kBindingMm);
+      EXPECT_LE(std::abs(maps.height_mm[p]), summary.largest_height_mm + 1e-4);
+      ++bound;
+    }
+  }
+  EXPECT_GT(bound, 10000u);
+  EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, bound);
+  EXPECT_LT(double(summary.bound_by_fallback), 0.001 * double(bound));
+  EXPECT_EQ(summary.back_face_texels, 0u);
+}
+
+// A red dot on one side of a green organ must appear where it projects: no mirror, no transpose.
+TEST(CaptureColor, AMarkIsWhereItProjects) {
+  TriangleMesh surface = painted(sphere_mesh(30, 5), {0.1f, 0.6f, 0.1f});
+  const Vector3d mark(12, -24, 13.4);
+  for (std::size_t v = 0; v < surface.vertices.size(); ++v)
+    if ((surface.vertices[v] - mark).norm() < 4) surface.colors[v] = {0.9f, 0.1f, 0.1f};
+  const PosedCamera camera = odd_camera({30, -110, 40}, {3, 0, 2});
+  const CameraMaps maps =
+      capture(surface, sphere_mesh(30, 1), {camera}, *make_vertex_color(surface), {}).maps[0];
+  Eigen::Vector2d sum(0, 0);
+  double weight = 0;
+  for (int p = 0; p < maps.width * maps.height; ++p) {
+    const double red = maps.color[p].x() > maps.color[p].y() ? 1 : 0;
+    sum += red * Eigen::Vector2d(p % maps.width + 0.5, p / maps.width + 0.5);
+    weight += red;
+  }
+  ASSERT_GT(weight, 20);
+  EXPECT_LT((sum / weight - project(camera, mark.normalized() * 30)).norm(), 1.0);
+}
+
+TEST(CaptureDepth, ASurfaceSeenFromInsideIsBackground) {
+  const CaptureSummary summary = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
+                                                 {plain_camera({1, 2, 3}, {10, 0, 0}, 40)});
+  EXPECT_EQ(summary.back_face_texels, 1600u);
+  EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
+  for (const float depth : summary.maps[0].depth_mm) EXPECT_TRUE(std::isinf(depth));
+}
+
+TEST(CaptureDepth, ACameraThatLooksAwaySeesNothing) {
+  const CaptureSummary summary = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
+                                                 {plain_camera({0, -200, 0}, {0, -400, 0}, 40)});
+  for (const std::uint32_t face : summary.maps[0].face) EXPECT_EQ(face, kNoFace);
+}
+
+TEST(CaptureDepth, LensDistortionIsKept) {
+  PosedCamera camera = odd_camera({0, -120, 0}, Vector3d::Zero());
+  camera.intrinsics.k1 = -0.2;
+  camera.intrinsics.p1 = 0.003;
+  const CameraMaps maps = capture_plainly(sphere_mesh(30, 5), sphere_mesh(30, 1), {camera}).maps[0];
+  int seen = 0;
+  for (int p = 0; p < maps.width * maps.height; p += 7) {
+    if (std::isinf(maps.depth_mm[p])) continue;
+    const Eigen::Vector2d pixel(p % maps.width + 0.5, p / maps.width + 0.5);
+    const Vector3d in_camera = double(maps.depth_mm[p]) * unproject(camera.intrinsics, pixel);
+    const Vector3d world = camera.camera_from_world.inverse() * in_camera;
+    EXPECT_NEAR(world.norm(), 30, 0.03);
+    EXPECT_LT((project(camera, world) - pixel).norm(), 1e-6);
+    ++seen;
+  }
+  EXPECT_GT(seen, 300);
+}
+
+}  // namespace
+}  // namespace organbake

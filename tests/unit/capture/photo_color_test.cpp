@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/smooth_normals.h"
+#include "core/error.h"
+#include "image/srgb.h"
+#include "unit/capture/scenes.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+const Vector3f kRed{0.6f, 0.02f, 0.02f}, kGreen{0.02f, 0.5f, 0.02f};
+
+Photo grey_photo(const PosedCamera& camera, std::uint8_t grey) {
+  Photo photo{camera, Rgb8Image(camera.intrinsics.width, camera.intrinsics.height)};
+  std::fill(photo.image.pixels.begin(), photo.image.pixels.end(), grey);
+  return photo;
+}
+
+// A smooth pattern on a sphere, photographed and read back from elsewhere.
+TEST(PhotoColor, GivesBackWhatThePhotosShow) {
+  TriangleMesh surface = painted(sphere_mesh(30, 6), kRed);
+  for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
+    const Vector3d& p = surface.vertices[v];
+    surface.colors[v] = Vector3d(0.4 + 0.2 * std::sin(p.x() / 4), 0.3 + 0.2 * std::sin(p.y() / 5),
+                                 0.3 + 0.2 * std::sin(p.z() / 3))
+                            .cast<float>();
+  }
+  std::vector<Photo> photos;
+  for (const Vector3d& eye : {Vector3d(110, -50, 20), Vector3d(-110, -50, 0), Vector3d(0, 120, 10),
+                              Vector3d(10, 10, 120), Vector3d(5, -20, -120)})
+    photos.push_back(photo_of(surface, plain_camera(eye, {0, 0, 0}, 300)));
+  const auto color = make_photo_color(surface, RayScene(surface), photos);
+  const auto truth = make_vertex_color(surface);
+  const PosedCamera viewer = plain_camera({40, -100, 60}, {0, 0, 0}, 100);
+  const auto got = shade_through(surface, *color, viewer);
+  const auto expected = shade_through(surface, *truth, viewer);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < got.size(); ++i)
+    errors.push_back((got[i].color - expected[i].color).norm());
+  std::sort(errors.begin(), errors.end());
+  // 8-bit sRGB: a step at 0.4 is 0.004; a photo's pixel is 0.3 mm of a 20 mm wave.
+  EXPECT_LT(errors[errors.size() / 2], 0.006);
+  EXPECT_LT(errors[errors.size() * 99 / 100], 0.04);
+}
+
+// A red bar before a green sphere, photographed from the front. From elsewhere the sphere shows
+// places that no photo sees: they take green from around, never red or the black background.
+TEST(PhotoColor, AnOccluderLeavesNoColourBehind) {
+  TriangleMesh bar = painted(square_at({0, -60, 0}, {0, -1, 0}, 8, 6), kRed);
+  for (Vector3d& vertex : bar.vertices) vertex.z() *= 4;
+  const TriangleMesh back = [&] {  // the bar's other side, so that it is closed to all views
+    TriangleMesh mesh = bar;
+    for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+    for (Vector3d& vertex : mesh.vertices) vertex.y() += 0.5;
+    return mesh;
+  }();
+  const TriangleMesh scene = joined(joined(painted(sphere_mesh(30, 5), kGreen), bar), back);
+  const std::vector<Photo> photos = {photo_of(scene, plain_camera({0, -180, 0}, {0, 0, 0}, 256))};
+  const auto color = make_photo_color(scene, RayScene(scene), photos);
+  int sphere = 0, front = 0;
+  for (const Vector3d& eye : {Vector3d(0, -180, 0), Vector3d(150, -100, 0), Vector3d(-150, -90, 20),
+                              Vector3d(0, 170, 0)}) {
+    for (const auto& [point, shade] :
+         shade_through(scene, *color, plain_camera(eye, {0, -20, 0}, 120))) {
+      if (point.norm() < 31) {
+        EXPECT_LT(shade.x(), 0.06) << "red on the sphere at " << point.transpose();
+        EXPECT_NEAR(shade.y(), kGreen.y(), 0.1);
+        ++sphere;
+      } else if (point.y() < -59.9) {
+        EXPECT_LT(shade.y(), 0.06) << "green on the bar";
+        EXPECT_GT(shade.x(), 0.45);
+        ++front;
+      }
+    }
+  }
+  EXPECT_GT(sphere, 5000);
+  EXPECT_GT(front, 500);
+}
+
+// Two photos of different brightness: from the one's region to the other's the colour may only
+// drift. Steps along great circles across all borders, outlines and fades.
+TEST(PhotoColor, HasNoSeams) {
+  const TriangleMesh surface = sphere_mesh(30, 6);
+  const std::vector<Photo> photos = {grey_photo(plain_camera({100, -60, 0}, {0, 0, 0}, 200), 150),
+                                     grey_photo(plain_camera({-60, -100, 0}, {8, 0, 3}, 200), 190),
+                                     grey_photo(plain_camera({0, 40, 90}, {0, 0, 25}, 200), 110)};
+  const RayScene scene(surface);
+  const SmoothNormals normals(surface);
+  const auto color = make_photo_color(surface, scene, photos);
+  constexpr int kSteps = 20000;
+  constexpr double kStepMm = 2 * 3.14159265358979 * 30 / kSteps;
+  for (const Vector3d& tilt : {Vector3d(0, 0, 1), Vector3d(0, 1, 1), Vector3d(1, 0.3, -0.4)}) {
+    const Vector3d u = tilt.cross(Vector3d(1, 2, 3)).normalized();
+    const Vector3d v = tilt.normalized().cross(u);
+    std::vector<Vector3d> points, at_points;
+    std::vector<RayHit> hits;
+    for (int i = 0; i < kSteps; ++i) {
+      const double angle = kStepMm / 30 * i;
+      const ClosestPoint at = scene.closest_point(30 * (std::cos(angle) * u + std::sin(angle) * v));
+      hits.push_back(normals.hit_at(at.face, at.point));
+      points.push_back(at.point);
+      at_points.push_back(normals.at(hits.back()));
+    }
+    std::vector<Vector3f> colors;
+    color->shade(points, at_points, hits, colors);
+    double largest = 0;
+    for (int i = 1; i < kSteps; ++i)
+      largest = std::max<double>(largest, std::abs(colors[i].x() - colors[i - 1].x()));
+    // The photos differ by 0.35; the sharpest fade, at an outline, takes 0.5 mm of 50 steps.
+    EXPECT_LT(largest, 0.35 * 3 * kStepMm / 0.5);
+  }
+}
+
+// The same point, with and without a highlight: the photo without it decides.
+TEST(PhotoColor, HighlightsOfOnePhotoAreOutvoted) {
+  const TriangleMesh surface = sphere_mesh(30, 5);
+  const std::vector<Photo> photos = {grey_photo(plain_camera({10, -120, 0}, {0, 0, 0}, 200), 120),
+                                     grey_photo(plain_camera({-10, -120, 0}, {0, 0, 0}, 200), 255)};
+  const auto color = make_photo_color(surface, RayScene(surface), photos);
+  const double plain = linear_from_srgb(120 / 255.0f);
+  const auto samples = shade_through(surface, *color, plain_camera({0, -120, 0}, {0, 0, 0}, 21));
+  const Vector3f middle = samples[samples.size() / 2].color;
+  EXPECT_GT(middle.x(), plain);
+  EXPECT_LT(middle.x(), plain + 0.15 * (1 - plain));
+}
+
+TEST(PhotoColor, PlacesThatNoPhotoSeesAreFilled) {
+  const TriangleMesh surface = painted(sphere_mesh(30, 4), kGreen);
+  const auto color = make_photo_color(
+      surface, RayScene(surface), {photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150))});
+  for (const auto& sample :
+       shade_through(surface, *color, plain_camera({0, 120, 0}, {0, 0, 0}, 60)))
+    EXPECT_LT((sample.color - kGreen).norm(), 0.03);
+}
+
+// A face whose corners all sit on its outline is seen nevertheless.
+TEST(PhotoColor, TwoLargeTrianglesSuffice) {
+  const TriangleMesh surface = square_at({0, 0, 0}, {0, -1, 0}, 30, 1);
+  const auto color = make_photo_color(
+      surface, RayScene(surface), {grey_photo(plain_camera({0, -120, 0}, {0, 0, 0}, 150), 128)});
+  for (const auto& sample :
+       shade_through(surface, *color, plain_camera({30, -100, 10}, {0, 0, 0}, 60)))
+    EXPECT_NEAR(sample.color.x(), linear_from_srgb(128 / 255.0f), 0.01);
+}
+
+TEST(PhotoColor, RefusesWhatCannotBe) {
+  const TriangleMesh surface = sphere_mesh(30, 3);
+  const RayScene scene(surface);
+  const Photo good = grey_photo(plain_camera({0, -120, 0}, {0, 0, 0}, 50), 128);
+  const auto refused = [&](std::vector<Photo> photos, const char* word) {
+    try {
+      make_photo_color(surface, scene, std::move(photos));
+      ADD_FAILURE() << "accepted: " << word;
+    } catch (const BadDataError& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  };
+  EXPECT_NO_THROW(make_photo_color(surface, scene, {good}));
+  refused({}, "photos");
+  Photo other_size = good;
+  other_size.image = Rgb8Image(49, 50);
+  refused({other_size}, "49");
+  Photo away = good;
+  away.camera = plain_camera({0, -120, 0}, {0, -300, 0}, 50);
+  refused({away}, "no photograph sees");
+  Photo bent = good;
+  bent.camera.camera_from_world.rotation *= 1.1;
+  refused({bent}, "pose");
+  Photo thread = good;
+  thread.camera.intrinsics.width = 1;
+  thread.image = Rgb8Image(1, 50);
+  refused({thread}, "narrower");
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/mesh_files.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <limits>
+
+#include "core/text.h"
+#include "file_bytes.h"
+#include "geometry/mesh_checks.h"
+#include "geometry/ply.h"
+#include "support/meshes.h"
+#include "support/temporary_folder.h"
+
+namespace organbake {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string as_obj(const TriangleMesh& mesh) {
+  std::string text = "# made by a test\n";
+  for (const auto& v : mesh.vertices) {
+    text += "v " + to_text(v.x()) + " " + to_text(v.y()) + " " + to_text(v.z()) + "\n";
+  }
+  for (const Face& f : mesh.faces) {
+    text += "f " + std::to_string(f[0] + 1) + " " + std::to_string(f[1] + 1) + " " +
+            std::to_string(f[2] + 1) + "\n";
+  }
+  return text;
+}
+
+std::string as_vtk(const TriangleMesh& mesh, const std::string& more = {}) {
+  std::string text = "# vtk DataFile Version 3.0\ntest\nASCII\nDATASET POLYDATA\nPOINTS " +
+                     std::to_string(mesh.vertices.size()) + " double\n";
+  for (const auto& v : mesh.vertices) {
+    text += to_text(v.x()) + " " + to_text(v.y()) + " " + to_text(v.z()) + "\n";
+  }
+  text += "POLYGONS " + std::to_string(mesh.faces.size()) + " " +
+          std::to_string(4 * mesh.faces.size()) + "\n";
+  for (const Face& f : mesh.faces) {
+    text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) +
+            "\n";
+  }
+  return text + more;
+}
+
+template <typename Number>
+void append_big_endian(std::string& bytes, Number value) {
+  char raw[sizeof(Number)];
+  std::memcpy(raw, &value, sizeof(Number));
+  bytes.append(std::reverse_iterator(raw + sizeof(Number)), std::reverse_iterator(raw));
+}
+
+// As VTK 9 writes it: version 5.1, big-endian, offsets and corners apart, a field and metadata.
+std::string as_binary_vtk(const TriangleMesh& mesh) {
+  const std::string points = std::to_string(mesh.vertices.size());
+  std::string text =
+      "# vtk DataFile Version 5.1\nvtk output\nBINARY\nDATASET POLYDATA\n"
+      "FIELD FieldData 1\nTimeValue 1 1 double\n";
+  append_big_endian(text, 2.5);
+  text += "\nPOINTS " + points + " float\n";
+  for (const auto& v : mesh.vertices) {
+    for (int c = 0; c < 3; ++c) append_big_endian(text, static_cast<float>(v[c]));
+  }
+  text += "\nMETADATA\nINFORMATION 0\n\nPOLYGONS " + std::to_string(mesh.faces.size() + 1) + " " +
+          std::to_string(3 * mesh.faces.size()) + "\nOFFSETS vtktypeint64\n";
+  for (std::size_t f = 0; f <= mesh.faces.size(); ++f) {
+    append_big_endian(text, static_cast<std::int64_t>(3 * f));
+  }
+  text += "\nCONNECTIVITY vtktypeint64\n";
+  for (const Face& f : mesh.faces) {
+    for (const std::uint32_t v : f) append_big_endian(text, static_cast<std::int64_t>(v));
+  }
+  return text + "\nPOINT_DATA " + points + "\nNORMALS n float\n";
+}
+
+std::string as_binary_stl(const TriangleMesh& mesh) {
+  std::string bytes(80, ' ');
+  const auto append = [&](const void* data, std::size_t count) {
+    bytes.append(static_cast<const char*>(data), count);
+  };
+  const auto count = static_cast<std::uint32_t>(mesh.faces.size());
+  append(&count, 4);
+  for (const Face& f : mesh.faces) {
+    float values[12] = {};
+    for (int c = 0; c < 3; ++c) {
+      for (int i = 0; i < 3; ++i)
+        values[3 + 3 * c + i] = static_cast<float>(mesh.vertices[f[c]][i]);
+    }
+    append(values, sizeof(values));
+    bytes += std::string(2, '\0');
+  }
+  return bytes;
+}
+
+std::string as_ascii_stl(const TriangleMesh& mesh) {
+  std::string text = "solid test\n";
+  for (const Face& f : mesh.faces) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const std::uint32_t v : f) {
+      const Eigen::Vector3d& p = mesh.vertices[v];
+      text += "vertex " + to_text(p.x()) + " " + to_text(p.y()) + " " + to_text(p.z()) + "\n";
+    }
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid test\n";
+}
+
+std::string as_vtp(const TriangleMesh& mesh) {
+  std::string points, corners, ends;
+  for (const auto& v : mesh.vertices) {
+    points += to_text(v.x()) + " " + to_text(v.y()) + " " + to_text(v.z()) + " ";
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (const std::uint32_t v : mesh.faces[f]) corners += std::to_string(v) + " ";
+    ends += std::to_string(3 * f + 3) + " ";
+  }
+  return "<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\"><PolyData>"
+         "<Piece NumberOfPoints=\"" +
+         std::to_string(mesh.vertices.size()) + "\" NumberOfPolys=\"" +
+         std::to_string(mesh.faces.size()) +
+         "\"><Points><DataArray type=\"Float64\" NumberOfComponents=\"3\" format=\"ascii\">" +
+         points +
+         "</DataArray></Points><Polys><DataArray type=\"Int64\" Name=\"connectivity\" "
+         "format=\"ascii\">" +
+         corners +
+         "</DataArray><DataArray type=\"Int64\" Name=\"offsets\" "
+         "format=\"ascii\">" +
+         ends + "</DataArray></Polys></Piece></PolyData></VTKFile>\n";
+}
+
+class MeshFiles : public ::testing::Test {
+ protected:
+  TriangleMesh read(const std::string& name, const std::string& bytes) {
+    write_bytes(folder_.path() / name, bytes);
+    return read_mesh(folder_.path() / name);
+  }
+  std::string error(ExitCode code, const std::string& name, const std::string& bytes) {
+    return message_of(code, [&] { read(name, bytes); });
+  }
+  TemporaryFolder folder_;
+  TriangleMesh truth_ = lumpy_mesh(30, 2);
+};
+
+TEST_F(MeshFiles, EveryFormatGivesTheSameClosedMesh) {
+  write_ply(folder_.path() / "a.ply", truth_);
+  const std::pair<const char*, std::string> files[] = {
+      {"a.ply", read_bytes(folder_.path() / "a.ply")},
+      {"a.obj", as_obj(truth_)},
+      {"a.vtk", as_vtk(truth_)},
+      {"b.vtk", as_binary_vtk(truth_)},
+      {"a.vtp", as_vtp(truth_)},
+      {"a.stl", as_binary_stl(truth_)},
+      {"b.stl", as_ascii_stl(truth_)},
+      {"A.STL", as_binary_stl(truth_)}};
+  for (const auto& [name, bytes] : files) {
+    const TriangleMesh mesh = read(name, bytes);
+    EXPECT_EQ(mesh.vertices.size(), truth_.vertices.size()) << name;
+    EXPECT_EQ(mesh.faces.size(), truth_.faces.size()) << name;
+    EXPECT_TRUE(analyse_topology(mesh).closed_manifold()) << name;
+    constexpr double kSinglePrecision = 1e-6;
+    EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 1, kSinglePrecision) << name;
+  }
+}
+
+TEST_F(MeshFiles, PolygonsBecomeTriangles) {
+  const TriangleMesh square = read("square.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  EXPECT_EQ(square.faces.size(), 2u);
+  EXPECT_NEAR(surface_area(square), 1, 1e-12);
+}
+
+TEST_F(MeshFiles, PointColoursBecomeLinear) {
+  const TriangleMesh mesh = tetrahedron_mesh();
+  const TriangleMesh read_back =
+      read("a.vtk", as_vtk(mesh,
+                           "POINT_DATA 4\nCOLOR_SCALARS rgb 3\n1 0 0\n0 1 0\n0 0 1\n"
+                           "0.5 0.5 0.5\n"));
+  ASSERT_EQ(read_back.colors.size(), 4u);
+  EXPECT_EQ(read_back.colors[0], Eigen::Vector3f(1, 0, 0));
+  EXPECT_NEAR(read_back.colors[3].x(), 0.212, 0.005);  // sRGB 0.5
+}
+
+TEST_F(MeshFiles, MissingAndUnknownAreTold) {
+  EXPECT_THAT(message_of(ExitCode::no_input, [&] { read_mesh(folder_.path() / "gone.obj"); }),
+              HasSubstr("gone.obj: does not exist"));
+  message_of(ExitCode::no_input, [&] { read_mesh(folder_.path()); });
+  EXPECT_THAT(error(ExitCode::usage, "mesh.fbx", "x"),
+              HasSubstr("use .ply, .obj, .stl, .vtk or .vtp"));
+  for (const char* name : {"a.ply", "a.obj", "a.stl", "a.vtk", "a.vtp"}) {
+    EXPECT_THAT(error(ExitCode::bad_data, name, ""), HasSubstr("empty")) << name;
+    EXPECT_THAT(error(ExitCode::bad_data, name, "words, not a mesh\n"), HasSubstr(name));
+  }
+}
+
+TEST_F(MeshFiles, BadIndicesAndNumbersAreRefused) {
+  TriangleMesh bad = tetrahedron_mesh();
+  bad.faces[2][1] = 77;
+  EXPECT_THAT(error(ExitCode::bad_data, "a.obj", as_obj(bad)), HasSubstr("a.obj"));
+  EXPECT_THAT(error(ExitCode::bad_data, "a.vtk", as_vtk(bad)), HasSubstr("a.vtk"));
+  EXPECT_THAT(error(ExitCode::bad_data, "a.vtp", as_vtp(bad)), HasSubstr("a.vtp"));
+  TriangleMesh nan = tetrahedron_mesh();
+  nan.vertices[1].y() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(error(ExitCode::bad_data, "a.stl", as_binary_stl(nan)), HasSubstr("not finite"));
+}
+
+TEST_F(MeshFiles, TruncatedFilesAreRefused) {
+  for (const auto& [name, whole] :
+       {std::pair{"a.stl", as_binary_stl(truth_)}, std::pair{"a.vtk", as_vtk(truth_)},
+        std::pair{"b.vtk", as_binary_vtk(truth_)}, std::pair{"a.vtp", as_vtp(truth_)}}) {
+    for (const double share : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+      const auto length = static_cast<std::size_t>(share * static_cast<double>(whole.size()));
+      EXPECT_THAT(error(ExitCode::bad_data, name, whole.substr(0, length)), HasSubstr(name));
+    }
+  }
+}
+
+TEST_F(MeshFiles, OtherDataSetsAreRefused) {
+  EXPECT_THAT(error(ExitCode::bad_data, "a.vtk",
+                    "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\n"
+                    "DIMENSIONS 2 2 2\nORIGIN 0 0 0\nSPACING 1 1 1\n"),
+              HasSubstr("a.vtk"));
+}
+
+TEST(MeshFilesRealData, LiverOpens) {
+  const auto file = shared_data("mesh/liver/liver.vtk");
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "REAL DATA MISSING: " << file;
+  const TriangleMesh liver = read_mesh(file);
+  const MeshTopology topology = analyse_topology(liver);
+  EXPECT_EQ(topology.faces, 20000u);  // the data's README
+  EXPECT_EQ(topology.boundary_edges, 0u);
+  EXPECT_EQ(topology.euler_characteristic, 12);
+  for (const char* name : {"gallbladder.vtk", "liver_tumours.vtk", "portal_vein.vtk"}) {
+    EXPECT_GT(read_mesh(shared_data("mesh/liver") / name).faces.size(), 100u) << name;
+  }
+}
+
+}  // namespace
+}  // namespace organbake
