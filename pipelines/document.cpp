@@ -16,6 +16,8 @@ using Json = nlohmann::json;
 
 // Aliases let a few lines of YAML stand for any number of values.
 constexpr std::size_t kMostNodes = 20000;
+// Code that walks a document calls itself once a level.
+constexpr int kDeepest = 100;
 
 std::string at_line(const std::string& name, const YAML::Mark& mark) {
   return name + ":" + std::to_string(mark.line + 1);
@@ -112,7 +114,10 @@ Document::Document(std::string text, std::string name, Json json)
 
 Document Document::parse_json(std::string text, std::string name) {
   try {
-    Json json = Json::parse(text);
+    Json json = Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
+      if (depth > kDeepest) throw BadDataError(name + ": is nested too deeply");
+      return true;
+    });
     return {std::move(text), std::move(name), std::move(json)};
   } catch (const Json::parse_error& error) {
     // "[json.exception.parse_error.101] parse error at line 3, column 5: …"
@@ -132,7 +137,11 @@ Document Document::parse_yaml(std::string text, std::string name) {
 }
 
 void Document::set(const std::string& pointer, const Json& value, const std::string& origin) {
-  (*json_)[Json::json_pointer(pointer)] = value;
+  try {
+    (*json_)[Json::json_pointer(pointer)] = value;
+  } catch (const Json::exception&) {
+    throw RecipeError(origin + ": " + name_ + " holds something else than keys there");
+  }
   origins_[pointer] = origin;
 }
 

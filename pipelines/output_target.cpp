@@ -43,7 +43,11 @@ void add_listed_files(const fs::path& document, const std::string& schema,
 
 }  // namespace
 
-void check_output_file(const fs::path& file) {
+void check_output_file(const fs::path& file, const fs::path& ending) {
+  if (file.has_extension() && file.extension() != ending) {
+    throw UsageError(file.string() + ": the result is written as " + ending.string() +
+                     "; give it that ending");
+  }
   if (fs::is_directory(file)) throw IoError::writing(file, "is a folder; name a file");
   check_parent(file);
 }

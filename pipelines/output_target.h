@@ -6,8 +6,8 @@
 namespace organbake {
 
 // Both refuse early, before hours of work, what could not be written in the end. Throw IoError
-// (writing).
-void check_output_file(const std::filesystem::path& file);
+// (writing), and UsageError for a name with another ending than ".ply", say: the format is fixed.
+void check_output_file(const std::filesystem::path& file, const std::filesystem::path& ending);
 // A folder that exists is replaced only when it is empty or holds nothing but what a manifest.json
 // or report.json of ours lists: nobody loses a file to a mistyped -o.
 void check_output_folder(const std::filesystem::path& folder);

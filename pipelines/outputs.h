@@ -10,6 +10,8 @@
 
 namespace organbake {
 
+// Refuses early what write_stage_outputs() could not write (output_target.h).
+void check_stage_target(const Stage& stage, const std::filesystem::path& target);
 // Puts what a single stage made where the user wants it: one file, or a folder with the outputs and
 // report.json. It appears whole or not at all. Throws IoError.
 void write_stage_outputs(const StepResult& result, const std::filesystem::path& target);

@@ -54,16 +54,20 @@ bool is_input(const std::string& key) {
                                        [&](const RecipeInput& i) { return i.name == key; });
 }
 
+// Keys come from a command line: "/" and "~" mean something else in a JSON pointer.
+std::string pointer_to(const std::string& section, const std::string& key) {
+  return (Json::json_pointer() / section / key).to_string();
+}
+
 void apply_option(Document& document, const OptionList* options, const Setting& setting) {
   const Option* option = options ? options->find(setting.key) : nullptr;
-  const std::string pointer = "/" + setting.section + "/";
   if (!option) {  // left to the schema check, which knows the nearest key
-    document.set(pointer + setting.key, setting.value, setting.origin);
+    document.set(pointer_to(setting.section, setting.key), setting.value, setting.origin);
     return;
   }
   try {
     const OptionValue value = parse_option(*option, setting.value, setting.origin);
-    document.set(pointer + option->name, to_json(value), setting.origin);
+    document.set(pointer_to(setting.section, option->name), to_json(value), setting.origin);
   } catch (const UsageError& error) {
     throw RecipeError(error.what());
   }
@@ -77,7 +81,7 @@ void apply_input(Document& document, const std::map<std::string, StageOptions>& 
                         name + "." + setting.key);
     }
   }
-  const std::string pointer = "/inputs/" + setting.key;
+  const std::string pointer = pointer_to("inputs", setting.key);
   if (setting.value.empty()) {
     document.remove(pointer);
   } else {
@@ -117,6 +121,15 @@ Document read_document(const fs::path& file, const std::map<std::string, StageOp
     }
   }
   return document;
+}
+
+// Bytes that are no UTF-8 could not be written into any of the documents that follow.
+void check_text(const Document& document) {
+  try {
+    document.json().dump();
+  } catch (const Json::exception&) {
+    throw RecipeError(document.name() + ": holds bytes that are no UTF-8 text");
+  }
 }
 
 }  // namespace
@@ -167,6 +180,7 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
     apply(document, sections, setting);
     if (setting.section.empty()) set_by_user.insert(setting.key);
   }
+  check_text(document);
   if (const auto error = schema_error(document, recipe_schema())) throw RecipeError(*error);
 
   const Json& json = document.json();

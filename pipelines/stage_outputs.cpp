@@ -20,15 +20,22 @@ std::string folder_report(const CacheEntry& entry) {
 
 }  // namespace
 
+void check_stage_target(const Stage& stage, const fs::path& target) {
+  if (stage.single_file) {
+    check_output_file(target, fs::path(stage.outputs.front().file).extension());
+  } else {
+    check_output_folder(target);
+  }
+}
+
 void write_stage_outputs(const StepResult& result, const fs::path& target) {
   const Stage& stage = *result.step->stage;
+  check_stage_target(stage, target);
   if (stage.single_file) {
-    check_output_file(target);
     make_folder_of(target);
     write_file_atomically(target, read_file(result.entry.folder / stage.outputs.front().file));
     return;
   }
-  check_output_folder(target);
   AtomicFolder folder(target);
   for (const CachedFile& file : result.entry.files) {
     copy_into(result.entry.folder / file.path, folder.path() / file.path);

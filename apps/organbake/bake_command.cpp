@@ -24,14 +24,14 @@ struct BakeFlags {
 OptionList flag_list(BakeFlags& flags) {
   std::vector<std::string> stages;
   for (const Stage& stage : all_stages()) stages.push_back(stage.name);
-  const std::string names = "one of the recipe's stages";
   OptionList list;
   list.add("output", &flags.output, {.help = "-o: the bundle's folder"})
       .add("set", &flags.settings,
            {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
                     "(decimate.faces=100)"})
-      .add("from", &flags.from, {.help = "run this stage and all after it: " + names})
-      .add("to", &flags.to, {.help = "stop after this stage; -o gets what it made: " + names})
+      .add("from", &flags.from, {.help = "run this stage and all after it", .choices = stages})
+      .add("to", &flags.to,
+           {.help = "stop after this stage; -o gets what it made", .choices = stages})
       .add("force", &flags.force, {.help = "run every stage, whatever the cache holds"})
       .add("dry_run", &flags.dry_run, {.help = "only tell what would run"})
       .add("explain", &flags.explain,
@@ -142,8 +142,8 @@ int run_bake(const Arguments& arguments, Session& session) {
   const RunOptions options{flags.force, flags.from, flags.explain};
   if (flags.dry_run) return show_plan(plan, runner.forecast(plan, options), flags.explain, session);
 
-  const bool single_file = !flags.to.empty() && plan.steps.back().stage->single_file;
-  single_file ? check_output_file(flags.output) : check_output_folder(flags.output);
+  flags.to.empty() ? check_output_folder(flags.output)
+                   : check_stage_target(*plan.steps.back().stage, flags.output);
   Terminal& terminal = session.terminal();
   tell_left_out(plan, terminal);
   std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));

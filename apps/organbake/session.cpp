@@ -98,7 +98,9 @@ Runner Session::runner(const std::filesystem::path& cache_folder) {
 }
 
 void Session::print_result(const std::string& text, const nlohmann::json& json) const {
-  print((json_ ? json.dump(2) : text) + "\n");
+  // File names need not be UTF-8; JSON must be.
+  constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
+  print((json_ ? json.dump(2, ' ', false, kReplace) : text) + "\n");
 }
 
 void catch_signals() {

@@ -5,7 +5,6 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "organbake/commands.h"
-#include "pipelines/output_target.h"
 #include "pipelines/outputs.h"
 
 namespace organbake {
@@ -75,7 +74,7 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
   if (!words) return 0;
   if (flags.output.empty()) throw UsageError("-o is missing: where shall the result go?");
   const Plan plan = plan_stage(stage, options.list, inputs_from(stage, *words, flags));
-  stage.single_file ? check_output_file(flags.output) : check_output_folder(flags.output);
+  check_stage_target(stage, flags.output);
 
   Runner runner = session.runner(flags.cache);
   std::vector<StepResult> results = runner.run(plan, {.force = flags.force});

@@ -7,10 +7,19 @@
 #include "core/text.h"
 
 namespace organbake {
+namespace {
+
+// Whatever walks a document calls itself once a level: a million brackets would end the stack.
+constexpr int kDeepest = 100;
+
+}  // namespace
 
 Json parse_json(const std::string& text, const std::string& name) {
   try {
-    return Json::parse(text);
+    return Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
+      if (depth > kDeepest) throw BadDataError(name + ": is nested too deeply");
+      return true;
+    });
   } catch (const Json::parse_error& error) {
     // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
     // needs.

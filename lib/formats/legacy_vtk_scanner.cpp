@@ -109,6 +109,7 @@ void LegacyVtkScanner::skip_line() {
 }
 
 void LegacyVtkScanner::skip_to_empty_line() {
+  skip_line();  // the rest of this one
   while (at_ < text_.size()) {
     const std::size_t end = std::min(text_.find('\n', at_), text_.size());
     const bool empty =

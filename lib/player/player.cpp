@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/player.h"
 
+#include <utility>
+
 namespace organbake {
 
-Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
-               bool keep_maps)
-    : bundle_(BundleReader(bundle_folder).read_all()),
+Player::Player(Bundle bundle, const DeformOptions& options, bool keep_maps)
+    : bundle_(std::move(bundle)),
       warper_(bundle_),
       deformer_(bundle_.proxy, bundle_.mechanics, bundle_.base, options) {
   if (!keep_maps) bundle_.maps.clear();  // the bound samples say all that drawing needs
 }
+
+Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
+               bool keep_maps)
+    : Player(BundleReader(bundle_folder).read_all(), options, keep_maps) {}
 
 }  // namespace organbake

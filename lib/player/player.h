@@ -21,8 +21,9 @@ namespace organbake {
 // One thread calls; drawing uses TBB's threads inside and gives the same bytes for any number.
 class Player {
  public:
-  // Reads a bundle and binds its samples; keep_maps holds on to the camera maps for comparisons.
-  // Throws NoInputError or BadDataError naming the file.
+  // Binds a bundle's samples; keep_maps holds on to the camera maps for comparisons.
+  explicit Player(Bundle bundle, const DeformOptions& options = {}, bool keep_maps = false);
+  // Reads the bundle first. Throws NoInputError or BadDataError naming the file.
   explicit Player(const std::filesystem::path& bundle_folder, const DeformOptions& options = {},
                   bool keep_maps = false);
 

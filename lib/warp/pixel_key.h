@@ -39,9 +39,7 @@ inline std::uint32_t key_high(float depth, std::uint32_t v_bits) {
 inline std::uint32_t key_low(std::uint32_t u_bits, std::uint32_t v_bits, std::uint32_t slot) {
   return (v_bits << 30) | (u_bits << 24) | slot;
 }
-inline float depth_of(std::uint32_t high) {
-  return std::bit_cast<float>((high >> 1) & ~7u);
-}
+inline float depth_of(std::uint32_t high) { return std::bit_cast<float>((high >> 1) & ~7u); }
 inline std::uint32_t v_bits_of(std::uint32_t high, std::uint32_t low) {
   return (high & 15u) << 2 | low >> 30;
 }

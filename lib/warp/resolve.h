@@ -6,6 +6,7 @@
 
 #include "warp/base_drawing.h"
 #include "warp/frame.h"
+#include "warp/row_spans.h"
 #include "warp/splat.h"
 
 namespace organbake {
@@ -19,9 +20,22 @@ struct TileLayers {
   };
   std::array<Layer, 3> layers;
   int count = 0;                   // layers in use
-  const BaseTile* base = nullptr;  // nullptr or not drawn = nothing below
+  const BaseTile* base = nullptr;  // nullptr = nothing below
   float tie_mm = 0;                // as splatted
   float same_surface_mm = 0;       // up to this far behind the nearest layer is one surface
+};
+
+// A tile's row of background pixels.
+class Background {
+ public:
+  explicit Background(const std::array<std::uint8_t, 3>& color);
+  const std::array<std::uint8_t, 3>& color() const { return color_; }
+  // Makes the box, within one tile, background in all planes of the frame.
+  void fill(const PixelBox& box, Frame& frame) const;
+
+ private:
+  std::array<std::uint8_t, 3> color_;
+  std::array<std::uint8_t, 3 * TileGrid::kWidth> row_;
 };
 
 struct ResolveCounts {
@@ -31,10 +45,8 @@ struct ResolveCounts {
 // Blends the layers per pixel in linear light and writes colour, cover and (when the frame keeps
 // it) depth for the pixels of `box`. A layer counts by camera share × sample confidence, fading out
 // between one and two same_surface_mm behind the nearest.
-ResolveCounts resolve_tile(const TileLayers& tile, const PixelBox& box,
-                           const std::array<std::uint8_t, 3>& background, Frame& frame);
-
-void fill_background(const PixelBox& box, const std::array<std::uint8_t, 3>& background,
-                     Frame& frame);
+// Only the spans are looked at; the rest of the box becomes background.
+ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
+                           const Background& background, Frame& frame);
 
 }  // namespace organbake

@@ -77,6 +77,7 @@ struct ActiveCamera {
 
 struct TileScratch {
   std::array<TileKeys, 3> keys;
+  RowSpans spans;
   BaseTile base;
   DrawTimes times;
   ResolveCounts counts;
@@ -124,7 +125,7 @@ struct Warper::Impl {
   void place_base(const View& view, const TileGrid& grid, const DrawOptions& options,
                   DrawReport& report);
   void draw_tile(int tile, const TileGrid& grid, const View& view, const DrawOptions& options,
-                 Frame& frame);
+                 const Background& background, Frame& frame);
 };
 
 Warper::Impl::Impl(const Bundle& bundle)
@@ -223,12 +224,13 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
 }
 
 void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
-                             const DrawOptions& options, Frame& frame) {
+                             const DrawOptions& options, const Background& background,
+                             Frame& frame) {
   const PixelBox box = grid.box(tile);
   TileScratch& own = scratch.local();
   bool anything = !base_tiles[tile].empty();
   for (int a = 0; a < active_count; ++a) anything |= !active[a].tiles[tile].empty();
-  if (!anything) return fill_background(box, options.background, frame);
+  if (!anything) return background.fill(box, frame);
 
   auto start = options.measure ? Clock::now() : Clock::time_point{};
   const auto lap = [&](double& phase) {
@@ -236,6 +238,7 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
     phase += since(start);
     start = Clock::now();
   };
+  own.spans.clear(box);
   TileLayers layers;
   layers.tie_mm = kTieTexels * texel_mm;
   layers.same_surface_mm = 2 * texel_mm;
@@ -245,6 +248,7 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
     TileKeys& keys = own.keys[a];
     keys.clear(box);
     for (const std::uint32_t c : chosen) {
+      own.spans.add(active[a].chunks[c].box);
       splat_chunk(*active[a].set, c, active[a].chunks[c],
                   faces[active[a].set->chunks[c].patch.face], static_cast<float>(view.near_mm),
                   layers.tie_mm, keys);
@@ -255,10 +259,11 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
   if (!base_tiles[tile].empty()) {
     own.base.clear(box);
     draw_base(base_triangles, base_tiles[tile], own.base);
-    layers.base = &own.base;
+    for (const std::uint32_t t : base_tiles[tile]) own.spans.add(base_triangles[t].box);
+    if (own.base.drawn) layers.base = &own.base;
   }
   lap(own.times.base);
-  const ResolveCounts counts = resolve_tile(layers, box, options.background, frame);
+  const ResolveCounts counts = resolve_tile(layers, own.spans, box, background, frame);
   own.counts.sample_pixels += counts.sample_pixels;
   own.counts.base_pixels += counts.base_pixels;
   lap(own.times.resolve);
@@ -313,7 +318,9 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.place_base(view, grid, options, report);
   lap(report.times.base);
   for (TileScratch& one : s.scratch) one.times = {}, one.counts = {};
-  tbb::parallel_for(0, grid.count(), [&](int t) { s.draw_tile(t, grid, view, options, frame); });
+  const Background background(options.background);
+  tbb::parallel_for(0, grid.count(),
+                    [&](int t) { s.draw_tile(t, grid, view, options, background, frame); });
   for (const TileScratch& one : s.scratch) {
     report.times.splat += one.times.splat;
     report.times.base += one.times.base;

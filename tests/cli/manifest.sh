@@ -48,6 +48,9 @@ lie 'm["files"][0]["sha256"] = "xyz"' "manifest.json"
 lie 'm["files"] = {}' "manifest.json"
 lie 'm["schema"] = "organbake/bundle/99"' "manifest.json"
 lie 'del m["recipe"]' "recipe"
+lie 'sys.setrecursionlimit(5000)
+m["recipe"] = []
+for i in range(1000): m["recipe"] = [m["recipe"]]' "nested too deeply"
 lie 'm["files"] = [f for f in m["files"] if f["path"] != "proxy.ply"]; (b / "proxy.ply").unlink()' "proxy.ply"
 lie 'edit("cameras.json", lambda d: d["cameras"][0].update(width=46341, height=46341))' "46341"
 lie 'edit("cameras.json", lambda d: d["cameras"][0].update(width=2**31))' "cameras.json"

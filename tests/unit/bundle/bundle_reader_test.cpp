@@ -90,6 +90,11 @@ TEST_F(BundleFolder, PathsStayInside) {
   }
 }
 
+TEST_F(BundleFolder, NestingWithoutEndIsRefused) {
+  edit_manifest("\"seeds\": ", "\"deep\": " + std::string(1000000, '['));
+  EXPECT_NE(refusal().find("nested too deeply"), std::string::npos);
+}
+
 TEST_F(BundleFolder, ALinkOutOfTheBundleIsRefused) {
   const fs::path outside = folder_.path() / "outside.ply";
   fs::rename(path() / "proxy.ply", outside);

@@ -52,6 +52,13 @@ TEST(Document, AFewLinesCannotBecomeMillionsOfValues) {
   EXPECT_THAT(yaml_error(bomb), HasSubstr("too many values"));
 }
 
+TEST(Document, NestingWithoutEndIsRefused) {
+  const std::string deep(1000000, '[');
+  EXPECT_THAT(message_of<BadDataError>([&] { Document::parse_json(deep, "x.json"); }),
+              HasSubstr("nested too deeply"));
+  EXPECT_THAT(yaml_error(deep), HasSubstr("r.yaml"));
+}
+
 TEST(Document, ErrorsOfJsonNameLineAndColumn) {
   const std::string message = message_of<BadDataError>(
       [] { Document::parse_json("{\n  \"a\": 1,\n  \"b\": ?\n}", "x.json"); });

@@ -64,8 +64,10 @@ TEST_F(OutputTarget, FilesAndFoldersAreNotMixedUp) {
   write_file_atomically(path() / "file", "x");
   expect_refused(path() / "file");
   expect_refused(path() / "file" / "below");
-  EXPECT_THROW(check_output_file(path()), IoError);
-  EXPECT_NO_THROW(check_output_file(path() / "file"));
+  EXPECT_THROW(check_output_file(path(), ".ply"), IoError);
+  EXPECT_NO_THROW(check_output_file(path() / "file", ".ply"));
+  EXPECT_NO_THROW(check_output_file(path() / "x.ply", ".ply"));
+  EXPECT_THROW(check_output_file(path() / "x.stl", ".ply"), UsageError);
 }
 
 TEST_F(OutputTarget, AnUnwritableFolderIsRefused) {

@@ -80,6 +80,11 @@ TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
   EXPECT_THAT(error("", {"faces=9"}), HasSubstr("say decimate.faces"));
   EXPECT_THAT(error("", {"label=soft"}), HasSubstr("--set label=soft"));
   EXPECT_THAT(error("", {"decimate"}), HasSubstr("key=value"));
+  EXPECT_THAT(error("", {"a/b=c"}), HasSubstr("unknown key 'inputs.a"));
+  EXPECT_THAT(error("", {"~x=c"}), HasSubstr("unknown key"));
+  EXPECT_THAT(error("decimate: 80\n", {"decimate.faces=9"}), HasSubstr("something else than keys"));
+  EXPECT_THAT(error("inputs: [1]\n", {"ct=x"}), HasSubstr("something else than keys"));
+  EXPECT_THAT(error("", {"name=\xff"}), HasSubstr("UTF-8"));
   EXPECT_THAT(error("", {"colour=red"}), HasSubstr("unknown key 'inputs.colour'"));
 }
 

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/script.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+const std::string kGood = R"({
+  "schema": "organbake/interaction/1", "name": "n", "time_step_s": 0.02, "frames": 10, "size": [64, 48],
+  "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0},
+                           {"frame": 8, "azimuth_rad": 1, "elevation_rad": 0.5, "distance": 2}]},
+  "instruments": [{"name": "p", "mode": "grab", "radius_mm": 4,
+                   "path": [{"time_s": 0, "position_mm": [1, 2, 3]},
+                            {"time_s": 1, "direction": [0, 1, 0], "depth_mm": 5}]}]})";
+
+std::string refusal(const std::string& from, const std::string& to) {
+  std::string text = kGood;
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  try {
+    script_from_json(text.replace(at, from.size(), to), "s.json");
+  } catch (const BadDataError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Script, IsReadWhole) {
+  const Script s = script_from_json(kGood, "s.json");
+  EXPECT_EQ(s.frames, 10);
+  EXPECT_EQ(s.width, 64);
+  EXPECT_EQ(s.camera[1].pose.distance, 2);
+  EXPECT_EQ(s.instruments[0].mode, InstrumentMode::grab);
+  EXPECT_EQ(s.instruments[0].path[0].position_mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_FALSE(s.instruments[0].path[1].position_mm);
+}
+
+TEST(Script, HostileOnesAreRefusedByKey) {
+  const auto names = [](const std::string& message, const char* key) {
+    return message.find(key) != std::string::npos;
+  };
+  EXPECT_TRUE(names(refusal("\"frames\": 10", "\"frames\": 2147483648"), "/frames"));
+  EXPECT_TRUE(names(refusal("\"frames\": 10", "\"frames\": 0"), "/frames"));
+  EXPECT_TRUE(names(refusal("0.02", "0"), "/time_step_s"));
+  EXPECT_TRUE(names(refusal("0.02", "1e999"), "s.json"));
+  EXPECT_TRUE(names(refusal("0.02", "null"), "/time_step_s"));
+  EXPECT_TRUE(names(refusal("[64, 48]", "[64, 99999]"), "/size/1"));
+  EXPECT_TRUE(names(refusal("\"frame\": 8", "\"frame\": 0"), "/camera/keyframes/1/frame"));
+  EXPECT_TRUE(names(refusal("grab", "stab"), "/instruments/0/mode"));
+  EXPECT_TRUE(names(refusal("\"time_s\": 1", "\"time_s\": 0"), "/instruments/0/path/1/time_s"));
+  EXPECT_TRUE(names(refusal("[0, 1, 0]", "[0, 0, 0]"), "/direction"));
+  EXPECT_TRUE(names(refusal("[1, 2, 3]", "[1, 2]"), "/position_mm"));
+  EXPECT_TRUE(names(refusal("[1, 2, 3]", "[1e9, 2, 3]"), "/position_mm"));
+  EXPECT_TRUE(names(refusal("\"depth_mm\": 5", "\"deep\": 5"), "depth_mm"));
+  EXPECT_TRUE(names(refusal("interaction/1", "interaction/2"), "/schema"));
+}
+
+TEST(CameraAt, PassesThroughKeyframesWithoutAJerk) {
+  Script s;
+  s.camera = {{0, {0, 0, 1, 0}}, {10, {1, 0, 1, 0}}, {20, {0.5, 0.3, 2, 0}}};
+  for (const CameraKeyframe& key : s.camera) {
+    EXPECT_NEAR(camera_at(s, key.frame).azimuth_rad, key.pose.azimuth_rad, 1e-12);
+    EXPECT_NEAR(camera_at(s, key.frame).distance, key.pose.distance, 1e-12);
+  }
+  EXPECT_EQ(camera_at(s, 99).azimuth_rad, 0.5);
+  double last_step = 0;
+  for (int frame = 1; frame <= 20; ++frame) {
+    const double step = camera_at(s, frame).azimuth_rad - camera_at(s, frame - 1).azimuth_rad;
+    if (frame > 1) {
+      EXPECT_LT(std::abs(step - last_step), 0.05) << frame;  // 1 rad in 10 frames
+    }
+    last_step = step;
+  }
+}
+
+}  // namespace
+}  // namespace organbake
