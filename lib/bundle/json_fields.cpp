@@ -20,7 +20,7 @@ Json parse_json(const std::string& text, const std::string& name) {
       if (depth > kDeepest) throw BadDataError(name + ": is nested too deeply");
       return true;
     });
-  } catch (const Json::parse_error& error) {
+  } catch (const Json::exception& error) {
     // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
     // needs.
     std::string what = error.what();

@@ -23,6 +23,7 @@ using Eigen::Vector3f;
 
 constexpr int kLargestMap = 512;
 constexpr double kGrazingCosine = 0.2, kFacingCosine = 0.4;
+constexpr double kBorderShare = 0.08;
 constexpr double kMixedTexels = 1.5, kClearTexels = 5;
 // Depths agree up to this many texel widths: bumps within a texel and the map's interpolation.
 constexpr double kSameDepthTexels = 2, kBehindTexels = 5;
@@ -128,14 +129,15 @@ PhotoView::Look PhotoView::look_at_point(const Vector3d& point, const Vector3d& 
   const Vector3d in_camera = photo_.camera.camera_from_world * point;
   if (!(in_camera.z() > 0)) return {};
   const Vector2d pixel = project(lens, in_camera);
-  if (!(pixel.x() > 0 && pixel.x() < lens.width && pixel.y() > 0 && pixel.y() < lens.height))
-    return {};
+  const double border = std::min(std::min(pixel.x(), lens.width - pixel.x()) / lens.width,
+                                 std::min(pixel.y(), lens.height - pixel.y()) / lens.height);
+  if (!(border > 0)) return {};
   const double visible = seen(pixel, in_camera.z());
   if (!(visible > 0)) return {};
 
   const double cosine2 = toward * toward / distance2, nearness = middle_depth_ / in_camera.z();
   const double weight = cosine2 * smooth_step(kGrazingCosine, kFacingCosine, std::sqrt(cosine2)) *
-                        visible * nearness * nearness;
+                        smooth_step(0, kBorderShare, border) * visible * nearness * nearness;
   return {static_cast<float>(weight), linear_color(pixel)};
 }
 

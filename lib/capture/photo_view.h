@@ -13,9 +13,10 @@ namespace organbake {
 // One posed photograph and what it sees of a surface. Every factor of the weight is continuous over
 // the surface, so that colours blended by it have no seams:
 //   facing      cos² of the incidence, faded out below cos = 0.4 … 0.2
+//   border      faded out over the frame's last 8 %: a close-up ends in the middle of a surface
 //   outlines    0 within 1.5 texels of a depth edge in the photo (there its pixels mix two
-//               surfaces, or the background) and of the frame, 1 from 5 texels on; texels of a
-//               depth map of at most 512, as coarse as or coarser than the photo
+//               surfaces, or the background), 1 from 5 texels on; texels of a depth map of at most
+//               512, as coarse as or coarser than the photo
 //   occlusion   1 where the point's depth is the depth map's, 0 where it lies behind
 //   resolution  (focal length / depth)², 1 at the middle of the surface
 // The depth map stands in for shadow rays: it costs a lookup instead of a traversal, and a ray's

@@ -5,7 +5,6 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 
 #include "core/error.h"
 
@@ -49,77 +48,58 @@ std::uint32_t panel_end(std::uint32_t first, std::uint32_t size, const int* star
   return last;
 }
 
-// A panel's part of a solve. Most panels are a few columns wide: for those the width is a constant,
-// so that their solution stays in registers over all their rows.
-template <int kWidth>
-struct PanelSolve {
-  std::size_t width, below;
-  const double* value;
-  const std::uint32_t* index;
-  Lanes* own;
-  Lanes* rows;
-
-  std::size_t columns() const { return kWidth > 0 ? kWidth : width; }
-
-  // Forward: the panel's own unknowns, then what they take from the rows below, four at a time:
-  // four independent chains of multiply-adds share each load.
-  void eliminate() const {
-    const std::size_t w = columns();
-    for (std::size_t k = 1; k < w; ++k) {
-      Lanes sum = own[k];
-      for (std::size_t q = 0; q < k; ++q) sum -= value[k * w + q] * own[q];
-      own[k] = sum;
+// Forward: the panel's own unknowns, then what they take from the rows below. Four rows at a time
+// share each load of the solution and keep four independent chains of multiply-adds going.
+void eliminate(std::size_t width, std::size_t below, const double* value,
+               const std::uint32_t* index, Lanes* own, Lanes* rows) {
+  for (std::size_t k = 1; k < width; ++k) {
+    Lanes sum = own[k];
+    for (std::size_t q = 0; q < k; ++q) sum -= value[k * width + q] * own[q];
+    own[k] = sum;
+  }
+  value += width * width;
+  std::size_t r = 0;
+  for (; r + 4 <= below; r += 4, value += 4 * width) {
+    Lanes a = rows[index[r]], b = rows[index[r + 1]];
+    Lanes c = rows[index[r + 2]], d = rows[index[r + 3]];
+    for (std::size_t k = 0; k < width; ++k) {
+      const Lanes y = own[k];
+      a -= value[k] * y;
+      b -= value[k + width] * y;
+      c -= value[k + 2 * width] * y;
+      d -= value[k + 3 * width] * y;
     }
-    Lanes fixed[kWidth > 0 ? kWidth : 1];
-    for (std::size_t k = 0; kWidth > 0 && k < w; ++k) fixed[k] = own[k];
-    const Lanes* solved = kWidth > 0 ? fixed : own;
-    const double* v = value + w * w;
-    std::size_t r = 0;
-    for (; r + 4 <= below; r += 4, v += 4 * w) {
-      Lanes a = rows[index[r]], b = rows[index[r + 1]];
-      Lanes c = rows[index[r + 2]], d = rows[index[r + 3]];
-      for (std::size_t k = 0; k < w; ++k) {
-        const Lanes y = solved[k];
-        a -= v[k] * y;
-        b -= v[k + w] * y;
-        c -= v[k + 2 * w] * y;
-        d -= v[k + 3 * w] * y;
-      }
-      rows[index[r]] = a, rows[index[r + 1]] = b, rows[index[r + 2]] = c, rows[index[r + 3]] = d;
-    }
-    for (; r < below; ++r, v += w) {
-      Lanes a = rows[index[r]];
-      for (std::size_t k = 0; k < w; ++k) a -= v[k] * solved[k];
-      rows[index[r]] = a;
+    rows[index[r]] = a, rows[index[r + 1]] = b, rows[index[r + 2]] = c, rows[index[r + 3]] = d;
+  }
+  for (; r < below; ++r, value += width) {
+    Lanes a = rows[index[r]];
+    for (std::size_t k = 0; k < width; ++k) a -= value[k] * own[k];
+    rows[index[r]] = a;
+  }
+}
+
+// Backward: the same panel, transposed.
+void substitute(std::size_t width, std::size_t below, const double* block,
+                const std::uint32_t* index, Lanes* own, Lanes* rows) {
+  const double* value = block + width * width;
+  std::size_t r = 0;
+  for (; r + 4 <= below; r += 4, value += 4 * width) {
+    const Lanes a = rows[index[r]], b = rows[index[r + 1]];
+    const Lanes c = rows[index[r + 2]], d = rows[index[r + 3]];
+    for (std::size_t k = 0; k < width; ++k) {
+      own[k] -= (value[k] * a + value[k + width] * b) +
+                (value[k + 2 * width] * c + value[k + 3 * width] * d);
     }
   }
-
-  // Backward: the same panel, transposed.
-  void substitute() const {
-    const std::size_t w = columns();
-    Lanes fixed[kWidth > 0 ? kWidth : 1];
-    for (std::size_t k = 0; kWidth > 0 && k < w; ++k) fixed[k] = own[k];
-    Lanes* sum = kWidth > 0 ? fixed : own;
-    const double* v = value + w * w;
-    std::size_t r = 0;
-    for (; r + 4 <= below; r += 4, v += 4 * w) {
-      const Lanes a = rows[index[r]], b = rows[index[r + 1]];
-      const Lanes c = rows[index[r + 2]], d = rows[index[r + 3]];
-      for (std::size_t k = 0; k < w; ++k) {
-        sum[k] -= (v[k] * a + v[k + w] * b) + (v[k + 2 * w] * c + v[k + 3 * w] * d);
-      }
-    }
-    for (; r < below; ++r, v += w) {
-      const Lanes a = rows[index[r]];
-      for (std::size_t k = 0; k < w; ++k) sum[k] -= v[k] * a;
-    }
-    for (std::size_t k = w; k-- > 1;) {
-      const Lanes known = sum[k];
-      for (std::size_t q = 0; q < k; ++q) sum[q] -= value[k * w + q] * known;
-    }
-    for (std::size_t k = 0; kWidth > 0 && k < w; ++k) own[k] = fixed[k];
+  for (; r < below; ++r, value += width) {
+    const Lanes a = rows[index[r]];
+    for (std::size_t k = 0; k < width; ++k) own[k] -= value[k] * a;
   }
-};
+  for (std::size_t k = width; k-- > 1;) {
+    const Lanes known = own[k];
+    for (std::size_t q = 0; q < k; ++q) own[q] -= block[k * width + q] * known;
+  }
+}
 
 }  // namespace
 
@@ -169,29 +149,16 @@ void SparseFactor::add_panel(std::uint32_t first, std::uint32_t last, const int*
   panels_.push_back(panel);
 }
 
-template <typename Use>
-void SparseFactor::with_panel(const Panel& panel, Lanes* lanes, const Use& use) const {
-  const auto of_width = [&]<int kWidth>(std::integral_constant<int, kWidth>) {
-    use(PanelSolve<kWidth>{panel.width, panel.below, values_.data() + panel.values_at,
-                           row_index_.data() + panel.rows_at, lanes + panel.first, lanes});
-  };
-  switch (panel.width) {
-    case 1: return of_width(std::integral_constant<int, 1>{});
-    case 2: return of_width(std::integral_constant<int, 2>{});
-    case 3: return of_width(std::integral_constant<int, 3>{});
-    case 4: return of_width(std::integral_constant<int, 4>{});
-    default: return of_width(std::integral_constant<int, 0>{});
-  }
-}
-
 void SparseFactor::solve(Row* rows) const {
   Lanes* lanes = as_lanes(rows);
   for (const Panel& panel : panels_) {
-    with_panel(panel, lanes, [](const auto& part) { part.eliminate(); });
+    eliminate(panel.width, panel.below, values_.data() + panel.values_at,
+              row_index_.data() + panel.rows_at, lanes + panel.first, lanes);
   }
   for (std::size_t i = 0; i < size(); ++i) lanes[i] *= inverse_diagonal_[i];
   for (auto panel = panels_.rbegin(); panel != panels_.rend(); ++panel) {
-    with_panel(*panel, lanes, [](const auto& part) { part.substitute(); });
+    substitute(panel->width, panel->below, values_.data() + panel->values_at,
+               row_index_.data() + panel->rows_at, lanes + panel->first, lanes);
   }
 }
 

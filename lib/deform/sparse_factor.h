@@ -38,8 +38,6 @@ class SparseFactor {
   };
   void add_panel(std::uint32_t first, std::uint32_t last, const int* starts, const int* row_of,
                  const double* value_of);
-  template <typename Use>
-  void with_panel(const Panel& panel, Lanes* lanes, const Use& use) const;
 
   std::vector<std::uint32_t> position_;
   std::vector<double> inverse_diagonal_;

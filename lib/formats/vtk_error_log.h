@@ -12,7 +12,8 @@ class vtkObject;
 namespace organbake {
 
 // VTK reports errors as events and prints them when nobody listens. This listens: what the watched
-// objects say is kept, nothing reaches the terminal, and the caller turns it into a BadDataError.
+// objects say is kept, and the caller turns it into a BadDataError. (Parsers
+// deep inside VTK can still write to VTK's process-wide log.)
 class VtkErrorLog {
  public:
   VtkErrorLog();

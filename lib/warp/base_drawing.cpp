@@ -23,7 +23,7 @@ std::uint32_t active_bits(std::uint32_t seen_by, const ViewWeights& weights) {
 // Full weight where the cameras that see a node have no share in the view, none from kSeenEnough
 // on, linear between: a leaving camera's skin fades into the base layer instead of vanishing.
 std::array<float, 8> weight_table(const ViewWeights& weights) {
-  constexpr double kSeenEnough = 0.25;
+  constexpr double kSeenEnough = 0.1;
   std::array<float, 8> table{};
   for (std::uint32_t bits = 0; bits < 8; ++bits) {
     double share = 0;

@@ -78,6 +78,9 @@ PixelBox pixel_box(const PlacedPatch& p, const View& view, int columns, int rows
           clamped_int(x1 + grow_x + 1, 0, k.width), clamped_int(y1 + grow_y + 1, 0, k.height)};
 }
 
+// Texels smaller than this many pixels are all alike; keeps offsets within an int's range.
+constexpr float kSmallestTexel = 0.02f;
+
 // Fills the 2 × 2 map between pixels and texels at the patch's middle, and what follows from it.
 void set_footprint(const PlacedPatch& p, const Vec3& s_u, const Vec3& s_v, const View& view,
                    ChunkFrame& out) {
@@ -87,7 +90,8 @@ void set_footprint(const PlacedPatch& p, const Vec3& s_u, const Vec3& s_v, const
   const float px = p.center.x() / z, py = p.center.y() / z;
   const float x_u = fx * (s_u.x() - px * s_u.z()), y_u = fy * (s_u.y() - py * s_u.z());
   const float x_v = fx * (s_v.x() - px * s_v.z()), y_v = fy * (s_v.y() - py * s_v.z());
-  const float size = std::max({std::abs(x_u), std::abs(y_u), std::abs(x_v), std::abs(y_v), 1e-6f});
+  const float size =
+      std::max({std::abs(x_u), std::abs(y_u), std::abs(x_v), std::abs(y_v), kSmallestTexel});
   float determinant = x_u * y_v - x_v * y_u;
   // Seen edge-on the map has no inverse; a thousandth of its size keeps offsets finite.
   const float least = 1e-3f * size * size;

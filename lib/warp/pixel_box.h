@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
 namespace organbake {
 
 // Pixels x0 … x1−1 by y0 … y1−1.
@@ -11,5 +13,12 @@ struct PixelBox {
   int height() const { return y1 - y0; }
   bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
+
+// The smallest box round both.
+inline PixelBox united(const PixelBox& a, const PixelBox& b) {
+  if (a.empty()) return b;
+  if (b.empty()) return a;
+  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
+}
 
 }  // namespace organbake

@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstring>
 
 namespace organbake {
 namespace {
@@ -60,18 +61,22 @@ std::size_t fill_columns(const PixelBox& strip, bool fill, Frame& frame) {
 
 std::size_t fill_row(const PixelBox& box, int y, bool fill, Frame& frame) {
   const std::size_t row = std::size_t(y) * frame.color.width;
+  const auto* const cover = reinterpret_cast<const std::uint8_t*>(frame.cover.data()) + row;
   std::size_t pixels = 0;
-  int run = kWidestSlit + 1;
-  for (int x = box.x0; x < box.x1; ++x) {
-    if (frame.cover[row + x] == Cover::background) {
-      ++run;
-      continue;
-    }
-    if (run >= 1 && run <= kWidestSlit) {
-      pixels += run;
-      if (fill) bridge(row + x - run - 1, 1, run, frame);
-    }
-    run = 0;
+  const auto covered = [&](int x) { return frame.cover[row + x] != Cover::background; };
+  int x = box.x0;
+  while (x < box.x1 && !covered(x)) ++x;
+  while (x < box.x1) {
+    // Almost all of a row is covered without a break: let the library find the next one.
+    const void* open = std::memchr(cover + x, static_cast<int>(Cover::background), box.x1 - x);
+    if (!open) break;
+    const int first = static_cast<int>(static_cast<const std::uint8_t*>(open) - cover);
+    x = first;
+    while (x < box.x1 && !covered(x)) ++x;
+    const int run = x - first;
+    if (x == box.x1 || run > kWidestSlit) continue;
+    pixels += run;
+    if (fill) bridge(row + first - 1, 1, run, frame);
   }
   return pixels;
 }

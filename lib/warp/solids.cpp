@@ -83,12 +83,6 @@ PixelBox sphere_box(const Vector3d& center, double radius, const View& view) {
   return {cut(x0 - 1, k.width), cut(y0 - 1, k.height), cut(x1 + 2, k.width), cut(y1 + 2, k.height)};
 }
 
-PixelBox united(const PixelBox& a, const PixelBox& b) {
-  if (a.empty()) return b;
-  if (b.empty()) return a;
-  return {std::min(a.x0, b.x0), std::min(a.y0, b.y0), std::max(a.x1, b.x1), std::max(a.y1, b.y1)};
-}
-
 struct PixelHit {
   Eigen::Vector3f color = Eigen::Vector3f::Zero();  // summed over the rays that hit
   int rays = 0;

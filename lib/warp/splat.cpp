@@ -2,6 +2,7 @@
 #include "warp/splat.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace organbake {
@@ -9,12 +10,13 @@ namespace {
 
 constexpr int kGuard = TileKeys::kGuard;
 
-// Where a chunk's samples land: offset in texels from each sample to its first pixel's centre,
-// depth, and that pixel's place in the tile (some guard cell for samples not drawn).
+// Where a chunk's samples land: offset from each sample to its first pixel's centre, depth, that
+// pixel in the tile, and whether the splat touches the tile at all.
 struct Landed {
   alignas(32) float u[kChunk], v[kChunk], z[kChunk];
   alignas(32) std::int32_t column[kChunk], row[kChunk];
   alignas(32) std::int32_t inside[kChunk];
+  alignas(32) std::uint32_t slot[kChunk];
 };
 
 struct Placement {
@@ -59,11 +61,15 @@ void land(const float* __restrict b1, const float* __restrict b2, const float* _
   }
 }
 
-// The key with which a sample at depth z stands for a pixel (u, v) away.
+// A key as its two halves, in the order of a little-endian 64-bit number: vectors of halves
+// interleave with far fewer instructions than they widen.
 struct Key {
-  std::uint32_t high, low;
-  std::uint64_t value() const { return static_cast<std::uint64_t>(high) << 32 | low; }
+  std::uint32_t low, high;
+  std::uint64_t value() const { return std::bit_cast<std::uint64_t>(*this); }
 };
+static_assert(std::endian::native == std::endian::little);
+
+// The key with which a sample at depth z stands for a pixel (u, v) away.
 inline Key make_key(float u, float v, float z, const ChunkFrame& c, float tie_mm,
                     std::uint32_t slot) {
   const bool own = highest_of(std::abs(u), std::abs(v)) <= 1;
@@ -71,17 +77,30 @@ inline Key make_key(float u, float v, float z, const ChunkFrame& c, float tie_mm
   const std::uint32_t v_bits = offset_bits(v);
   const std::uint32_t high = key_high(highest_of(depth, 1e-6f), v_bits);
   // Whatever the low half says, kEmptyHigh never beats an empty cell.
-  return {own ? high : kEmptyHigh, key_low(offset_bits(u), v_bits, slot)};
+  return {key_low(offset_bits(u), v_bits, slot), own ? high : kEmptyHigh};
 }
 
 // Keys of all samples for the pixel (du, dv) beyond their first one.
 void make_keys(const Landed& __restrict in, int count, float du, float dv, const ChunkFrame& c,
-               float tie_mm, std::uint32_t first_slot, std::uint64_t* __restrict keys) {
+               float tie_mm, Key* __restrict keys) {
   for (int i = 0; i < count; ++i) {
-    keys[i] = make_key(in.u[i] + du, in.v[i] + dv, in.z[i], c, tie_mm,
-                       first_slot + static_cast<std::uint32_t>(i))
-                  .value();
+    keys[i] = make_key(in.u[i] + du, in.v[i] + dv, in.z[i], c, tie_mm, in.slot[i]);
   }
+}
+
+// Moves the samples that touch the tile together; returns how many they are.
+int compact(Landed& landed, int count) {
+  int kept = 0;
+  for (int i = 0; i < count; ++i) {
+    landed.u[kept] = landed.u[i];
+    landed.v[kept] = landed.v[i];
+    landed.z[kept] = landed.z[i];
+    landed.column[kept] = landed.column[i];
+    landed.row[kept] = landed.row[i];
+    landed.slot[kept] = landed.slot[i];
+    kept += landed.inside[i];
+  }
+  return kept;
 }
 
 Placement placement(const ChunkFrame& c, const TileKeys& tile, int slack_columns, int slack_rows) {
@@ -97,24 +116,34 @@ Placement placement(const ChunkFrame& c, const TileKeys& tile, int slack_columns
           .high_y = static_cast<float>(tile.box.height() - 1)};
 }
 
+// Whether any sample of the chunk can own the pixel (tx, ty) of its splat: a sample's place within
+// its first pixel leaves each offset one pixel of play.
+bool reaches(const ChunkFrame& c, int tx, int ty) {
+  const float dx = static_cast<float>(tx) - 0.5f * static_cast<float>(c.columns - 1);
+  const float dy = static_cast<float>(ty) - 0.5f * static_cast<float>(c.rows - 1);
+  return std::abs(c.u_x * dx + c.u_y * dy) <= 1 + 0.5f * (std::abs(c.u_x) + std::abs(c.u_y)) &&
+         std::abs(c.v_x * dx + c.v_y * dy) <= 1 + 0.5f * (std::abs(c.v_x) + std::abs(c.v_y));
+}
+
 // Splats of at most kGuard pixels a side: all samples of a chunk, pixel after pixel.
-void splat_small(Landed& landed, int count, const ChunkFrame& c, float tie_mm,
-                 std::uint32_t first_slot, TileKeys& tile) {
+void splat_small(Landed& landed, int count, const ChunkFrame& c, float tie_mm, TileKeys& tile) {
+  const int padded = (count + 7) & ~7;  // whole vectors
   alignas(32) std::int32_t place[kChunk];
-  for (int i = 0; i < count; ++i) {
-    const std::int32_t cell = (landed.row[i] + kGuard) * tile.stride + landed.column[i] + kGuard;
-    place[i] = landed.inside[i] ? cell : i & 7;
+  for (int i = 0; i < padded; ++i) {
+    place[i] = (landed.row[i] + kGuard) * tile.stride + landed.column[i] + kGuard;
   }
-  alignas(32) std::uint64_t keys[kChunk];
+  alignas(32) Key keys[kChunk];
   for (int ty = 0; ty < c.rows; ++ty) {
     for (int tx = 0; tx < c.columns; ++tx) {
+      if (!reaches(c, tx, ty)) continue;
       const float du = c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
       const float dv = c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
-      make_keys(landed, count, du, dv, c, tie_mm, first_slot, keys);
+      make_keys(landed, padded, du, dv, c, tie_mm, keys);
       std::uint64_t* const cells = tile.keys.data() + std::size_t(ty) * tile.stride + tx;
       for (int i = 0; i < count; ++i) {
         std::uint64_t& cell = cells[place[i]];
-        cell = keys[i] < cell ? keys[i] : cell;
+        const std::uint64_t key = keys[i].value();
+        cell = key < cell ? key : cell;
       }
     }
   }
@@ -122,10 +151,9 @@ void splat_small(Landed& landed, int count, const ChunkFrame& c, float tie_mm,
 
 // Larger splats, seen from very near: sample after sample, clipped to the tile.
 void splat_large(const Landed& landed, int count, const ChunkFrame& c, float tie_mm,
-                 std::uint32_t first_slot, TileKeys& tile) {
+                 TileKeys& tile) {
   const int width = tile.box.width(), height = tile.box.height();
   for (int i = 0; i < count; ++i) {
-    if (!landed.inside[i]) continue;
     const int first_x = std::max(0, -landed.column[i]);
     const int last_x = std::min(c.columns, width - landed.column[i]);
     const int first_y = std::max(0, -landed.row[i]);
@@ -139,9 +167,7 @@ void splat_large(const Landed& landed, int count, const ChunkFrame& c, float tie
             landed.u[i] + c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
         const float v =
             landed.v[i] + c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
-        const std::uint64_t key =
-            make_key(u, v, landed.z[i], c, tie_mm, first_slot + static_cast<std::uint32_t>(i))
-                .value();
+        const std::uint64_t key = make_key(u, v, landed.z[i], c, tie_mm, landed.slot[i]).value();
         cells[tx] = std::min(cells[tx], key);
       }
     }
@@ -160,17 +186,19 @@ void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& fr
                  const FaceFrame& face, float near_mm, float tie_mm, TileKeys& tile) {
   Landed landed;
   const std::uint32_t first = chunk * kChunk;
-  // Whole vectors; slots beyond the last sample exist and are masked below.
-  const int count = static_cast<int>(set.chunks[chunk].count);
-  const int padded = (count + 7) & ~7;
+  int count = static_cast<int>(set.chunks[chunk].count);
   const Placement at = placement(frame, tile, frame.columns - 1, frame.rows - 1);
-  land(set.b1.data() + first, set.b2.data() + first, set.h.data() + first, padded, face.pixel,
-       frame, at, near_mm, landed);
-  for (int i = count; i < padded; ++i) landed.inside[i] = 0;
+  // Whole vectors: slots beyond the last sample exist.
+  land(set.b1.data() + first, set.b2.data() + first, set.h.data() + first, (count + 7) & ~7,
+       face.pixel, frame, at, near_mm, landed);
+  int inside = 0;
+  for (int i = 0; i < count; ++i) inside += landed.inside[i];
+  for (std::uint32_t i = 0; i < kChunk; ++i) landed.slot[i] = first + i;
+  if (inside < count) count = compact(landed, count);
   if (frame.columns <= kGuard && frame.rows <= kGuard) {
-    splat_small(landed, padded, frame, tie_mm, first, tile);
+    splat_small(landed, count, frame, tie_mm, tile);
   } else {
-    splat_large(landed, count, frame, tie_mm, first, tile);
+    splat_large(landed, count, frame, tie_mm, tile);
   }
 }
 

@@ -116,6 +116,7 @@ struct Warper::Impl {
   std::vector<std::uint8_t> stretched;
   std::vector<BaseTriangle> base_triangles;
   TileLists base_tiles;
+  PixelBox drawn_box;  // of everything but the background
   tbb::enumerable_thread_specific<TileScratch> scratch;
 
   explicit Impl(const Bundle& bundle);
@@ -180,10 +181,12 @@ void Warper::Impl::place_chunks(const View& view, const TileGrid& grid, DrawRepo
   }
   count_skips(report);
   stretched.assign(faces.size(), 0);
+  drawn_box = {};
   for (int a = 0; a < active_count; ++a) {
     for (std::size_t c = 0; c < active[a].chunks.size(); ++c) {
       const ChunkFrame& chunk = active[a].chunks[c];
       if (chunk.fate != ChunkFate::drawn) continue;
+      drawn_box = united(drawn_box, chunk.box);
       const int splat = std::max(chunk.columns, chunk.rows);
       report.largest_stretch_px = std::max<double>(report.largest_stretch_px, splat);
       if (splat == kMostSplat) stretched[active[a].set->chunks[c].patch.face] = 1;
@@ -219,6 +222,7 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
     base_triangles = base.triangles(faces, stretched, report.weights, view);
   }
   report.base_triangles = base_triangles.size();
+  for (const BaseTriangle& t : base_triangles) drawn_box = united(drawn_box, t.box);
   base_tiles.build(grid, static_cast<std::uint32_t>(base_triangles.size()),
                    [&](std::uint32_t t) { return base_triangles[t].box; });
 }
@@ -329,9 +333,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     report.base_pixels += one.counts.base_pixels;
   }
   if (options.measure) start = Clock::now();
-  const PixelBox picture{0, 0, width, height};
-  const std::size_t slits = fill_slits(picture, options.fill_holes, frame);
-  const HoleCounts holes = fill_holes(picture, options.fill_holes, frame);
+  const std::size_t slits = fill_slits(s.drawn_box, options.fill_holes, frame);
+  const HoleCounts holes = fill_holes(s.drawn_box, options.fill_holes, frame);
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
   if (!options.solids.empty()) draw_solids(options.solids, view, frame);

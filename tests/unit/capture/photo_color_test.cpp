@@ -107,7 +107,9 @@ TEST(PhotoColor, HasNoSeams) {
   const TriangleMesh surface = sphere_mesh(30, 6);
   const std::vector<Photo> photos = {grey_photo(plain_camera({100, -60, 0}, {0, 0, 0}, 200), 150),
                                      grey_photo(plain_camera({-60, -100, 0}, {8, 0, 3}, 200), 190),
-                                     grey_photo(plain_camera({0, 40, 90}, {0, 0, 25}, 200), 110)};
+                                     grey_photo(plain_camera({0, 40, 90}, {0, 0, 25}, 200), 110),
+                                     // A close-up: its frame's border lies on the sphere.
+                                     grey_photo(plain_camera({20, -70, 5}, {8, -28, 0}, 200), 60)};
   const RayScene scene(surface);
   const SmoothNormals normals(surface);
   const auto color = make_photo_color(surface, scene, photos);

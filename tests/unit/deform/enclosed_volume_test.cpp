@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {

@@ -37,7 +37,7 @@ TEST(Grab, CarriesWhatItClosedOn) {
   Deformer deformer(s.mesh, s.mechanics, {});
   const Vector3d start = s.mesh.vertices[s.top];
   StepReport report = deformer.step({grasper(start)});
-  EXPECT_GT(report.contacts + 1, 0u);
+  EXPECT_LT((deformer.positions()[s.top] - start).norm(), kFollows_mm) << "closing pulls nothing";
   for (int step = 1; step <= 60; ++step) {
     const Vector3d drag(0.2 * step, 0.1 * step, 0.15 * step);
     report = deformer.step({grasper(start + drag)});

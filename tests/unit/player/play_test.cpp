@@ -62,11 +62,15 @@ TEST(Play, ReportsEveryFrame) {
   const Json report = parse_json(play_report(script, played), "report");
   EXPECT_EQ(report["schema"], "organbake/play-report/1");
   ASSERT_EQ(report["frames"].size(), 8u);
-  EXPECT_GT(report["frames"][7]["contacts"].get<int>(), 0);
   EXPECT_EQ(report["frames"][0]["holes_after_fill"].get<int>(), 0);
-  // The tissue pushes the tip back out, towards the eye at camera 0.
-  const JsonField force(report["frames"][7]["tip_force_n"][0], "force");
-  EXPECT_GT(force.vector3().dot(organ_to_play().cameras.manifold.directions[0]), 0);
+  // Where the probe touches, the tissue pushes it back out, towards the eye at camera 0.
+  std::size_t touching = 0;
+  for (const PlayedFrame& frame : played) {
+    if (frame.step.contacts == 0) continue;
+    ++touching;
+    EXPECT_GT(frame.step.tip_force_n[0].dot(organ_to_play().cameras.manifold.directions[0]), 0);
+  }
+  EXPECT_GT(touching, 0u);
 }
 
 TEST(Play, StopsWhenAsked) {

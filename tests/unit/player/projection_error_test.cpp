@@ -27,7 +27,7 @@ TEST_F(ProjectionErrorTest, ImageBasedBeatsPolygonsAllRound) {
     const View view = orbit_view(organ_to_play().cameras, {angle}, 256, 256);
     const ProjectionErrors e = comparison_.measure(organ_to_play().proxy.vertices, view);
     EXPECT_GT(e.visible, truth_.at_rest().vertices.size() / 4);
-    EXPECT_GT(e.image_based.vertices, 9 * e.visible / 10);
+    EXPECT_GT(e.image_based.vertices, 8 * e.visible / 10);  // the rest lies at silhouettes
     EXPECT_EQ(e.without_map + e.image_based.vertices, e.visible);
     EXPECT_LT(e.image_based.mean_px, kImageBasedPx) << angle;
     EXPECT_GT(e.polygons.mean_px, kPolygonsPx) << angle;

@@ -97,6 +97,12 @@ Vector3d surface_normal(const SyntheticOrgan& organ, const Vector3d& point) {
   return gradient.normalized();
 }
 
+// Nothing at 80° from facing, all at 60°, smooth between.
+double confidence_of(double cosine) {
+  const double t = std::clamp((cosine - 0.174) / (0.5 - 0.174), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
 CameraMaps make_maps(const SyntheticOptions& o, const PosedCamera& camera,
                      const ShellBinder& binder) {
   CameraMaps maps;
@@ -124,7 +130,7 @@ CameraMaps make_maps(const SyntheticOptions& o, const PosedCamera& camera,
       maps.face[at] = bound.face;
       maps.height_mm[at] = static_cast<float>(bound.height_mm);
       const double cosine = -surface_normal(o.organ, point).dot(ray.normalized());
-      maps.confidence[at] = static_cast<float>(std::clamp((cosine - 0.1) / 0.4, 0.0, 1.0));
+      maps.confidence[at] = static_cast<float>(confidence_of(cosine));
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       int hits = 0;
       const int n = o.rays_per_texel_side;
@@ -161,7 +167,7 @@ std::uint32_t seen_by(const Bundle& bundle, const Vector3d& point) {
     if (x < 0 || y < 0 || x >= bundle.maps[c].width || y >= bundle.maps[c].height) continue;
     const std::size_t texel = std::size_t(y) * bundle.maps[c].width + x;
     const double texel_mm = p.z() / camera.intrinsics.fx;
-    constexpr float kConfident = 0.25f;
+    constexpr float kConfident = 0.5f;
     if (bundle.maps[c].confidence[texel] > kConfident &&
         std::abs(bundle.maps[c].depth_mm[texel] - p.z()) < 4 * texel_mm) {
       bits |= 1u << c;
@@ -333,8 +339,8 @@ std::vector<Vector3d> dented(const TriangleMesh& proxy, const Vector3d& directio
   std::vector<Vector3d> moved = proxy.vertices;
   const double reach = 0.3 * box.diagonal();
   for (Vector3d& v : moved) {
-    const double d = (v - proxy.vertices[top]).norm() / reach;
-    v -= depth_mm * std::exp(-d * d) * direction.normalized();
+    const double d = std::min(1.0, (v - proxy.vertices[top]).norm() / reach);
+    v -= depth_mm * std::pow(1 - d * d, 3) * direction.normalized();
   }
   return moved;
 }

@@ -40,7 +40,8 @@ CameraSet make_cameras(const SyntheticOptions& options);
 Bundle make_synthetic_bundle(const SyntheticOptions& options);
 
 // The organ moved by a smooth dent of a given depth at the proxy vertex that lies farthest along
-// `direction`: new positions of the proxy's vertices.
+// `direction`: new positions of the proxy's vertices. Vertices farther from it than 0.3 of the
+// proxy's diagonal stay exactly where they are.
 std::vector<Eigen::Vector3d> dented(const TriangleMesh& proxy, const Eigen::Vector3d& direction,
                                     double depth_mm);
 

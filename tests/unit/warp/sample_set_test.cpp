@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "warp/sample_set.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <set>
+
+#include "unit/warp/synthetic_bundle.h"
+#include "warp/pixel_key.h"
+#include "warp/texel_detail.h"
+#include "warp/texel_order.h"
+
+namespace organbake {
+namespace {
+
+const Bundle& organ() {
+  static const Bundle bundle = [] {
+    SyntheticOptions options;
+    options.map_size = 96;
+    options.organ.lump_share = 0.03;
+    return make_synthetic_bundle(options);
+  }();
+  return bundle;
+}
+
+std::vector<ShellMatrix> rest_matrices(const Bundle& bundle, std::size_t camera) {
+  const RigidTransform& pose = bundle.cameras.cameras[camera].camera_from_world;
+  const auto normals = vertex_normals(bundle.proxy);
+  std::vector<ShellMatrix> rest;
+  for (std::uint32_t f = 0; f < bundle.proxy.faces.size(); ++f) {
+    rest.push_back(pose.rotation * shell_matrix(bundle.proxy, normals, f));
+    rest.back().col(0) += pose.translation;
+  }
+  return rest;
+}
+
+TEST(TexelOrder, UsesEveryConfidentTexelOnceInCompactRuns) {
+  const CameraMaps& maps = organ().maps[0];
+  const TexelOrder order = order_texels(maps);
+  std::size_t wanted = 0;
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    wanted += maps.face[i] != kNoFace && maps.confidence[i] >= 0.5f / 255;
+  }
+  EXPECT_EQ(std::set(order.texels.begin(), order.texels.end()).size(), wanted);
+  std::uint32_t next = 0;
+  for (const TexelRun& run : order.runs) {
+    EXPECT_EQ(run.first, next);
+    EXPECT_GE(run.count, 1u);
+    EXPECT_LE(run.count, kChunk);
+    for (std::uint32_t i = run.first; i < run.first + run.count; ++i) {
+      EXPECT_EQ(maps.face[order.texels[i]], run.face);
+    }
+    next += run.count;
+  }
+  EXPECT_EQ(next, order.texels.size());
+}
+
+TEST(TexelOrder, AnEmptyMapHasNoRuns) {
+  CameraMaps maps = organ().maps[0];
+  std::fill(maps.face.begin(), maps.face.end(), kNoFace);
+  EXPECT_TRUE(order_texels(maps).runs.empty());
+}
+
+TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {
+  const Bundle& bundle = organ();
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    const CameraMaps& maps = bundle.maps[c];
+    const PosedCamera& camera = bundle.cameras.cameras[c];
+    const auto rest = rest_matrices(bundle, c);
+    const SampleSet set = build_sample_set(maps, camera, rest);
+    const TexelOrder order = order_texels(maps);
+    ASSERT_EQ(set.sample_count, order.texels.size());
+    ASSERT_EQ(set.chunks.size(), order.runs.size());
+    for (std::size_t r = 0; r < order.runs.size(); ++r) {
+      for (std::uint32_t i = 0; i < order.runs[r].count; ++i) {
+        const std::uint32_t texel = order.texels[order.runs[r].first + i];
+        const std::size_t slot = r * kChunk + i;
+        const Eigen::Vector3d point =
+            shell_point(rest[set.chunks[r].patch.face], set.b1[slot], set.b2[slot], set.h[slot]);
+        const Eigen::Vector3d expected =
+            double(maps.depth_mm[texel]) *
+            unproject(camera.intrinsics,
+                      {texel % maps.width + 0.5, double(texel / maps.width) + 0.5});
+        constexpr double kFloatsMm = 1e-3;  // b and h are floats on prisms of some 40 mm
+        ASSERT_LT((point - expected).norm(), kFloatsMm);
+      }
+    }
+  }
+}
+
+TEST(SampleSet, PatchesBoundTheirSamples) {
+  const SampleSet set =
+      build_sample_set(organ().maps[1], organ().cameras.cameras[1], rest_matrices(organ(), 1));
+  constexpr float kRounding = 1e-5f;
+  for (std::size_t c = 0; c < set.chunks.size(); ++c) {
+    const Chunk& chunk = set.chunks[c];
+    for (std::size_t i = c * kChunk; i < c * kChunk + chunk.count; ++i) {
+      const float at[3] = {set.b1[i], set.b2[i], set.h[i]};
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_LE(std::abs(at[k] - chunk.patch.center[k]), chunk.patch.extent[k] + kRounding);
+      }
+    }
+  }
+}
+
+// A flat map, facing the camera, of square-root light given by a formula of the column and row.
+template <class Light>
+CameraMaps flat_map(Light&& light) {
+  CameraMaps maps;
+  maps.width = maps.height = 8;
+  maps.depth_mm.assign(64, 100);
+  maps.height_mm.assign(64, 0);
+  maps.face.assign(64, 0);
+  maps.confidence.assign(64, 1);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const float s = light(x, y) / 255.0f;
+      maps.color.emplace_back(s * s, s * s, s * s);
+    }
+  }
+  return maps;
+}
+
+TEST(TexelDetail, DifferencesOfARampAndAParabolaAreExact) {
+  const CameraMaps maps =
+      flat_map([](int x, int y) { return 20.0f + 6.0f * x + 2.0f * static_cast<float>(y * y); });
+  const MapNeighbours neighbours(maps, 100);
+  const std::uint32_t texel = 3 * 8 + 4;  // row 3, column 4
+  const TexelDetail detail = neighbours.detail(texel, neighbours.same_surface(texel));
+  EXPECT_EQ(detail.red, 20 + 24 + 18);
+  EXPECT_EQ(detail.confidence, 255);
+  EXPECT_EQ(detail.along_u[0], 6);
+  EXPECT_EQ(detail.curve_u[0], 0);
+  EXPECT_EQ(detail.along_v[1], 12);
+  EXPECT_EQ(detail.curve_v[2], 2);
+}
+
+TEST(TexelDetail, NoDifferenceCrossesADepthEdge) {
+  CameraMaps maps = flat_map([](int x, int) { return x < 4 ? 40.0f : 200.0f; });
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 4; x < 8; ++x) maps.depth_mm[8 * y + x] = 150;
+  }
+  const MapNeighbours neighbours(maps, 100);
+  const std::uint32_t texel = 2 * 8 + 3;  // the last before the edge
+  const SameSurface same = neighbours.same_surface(texel);
+  EXPECT_TRUE(same.left);
+  EXPECT_FALSE(same.right);
+  EXPECT_EQ(neighbours.detail(texel, same).along_u[0], 0);
+}
+
+TEST(PixelKey, KeepsDepthOffsetsAndSlot) {
+  for (const float depth : {0.5f, 7.25f, 199.5f, 4000.0f}) {
+    for (const float share : {-1.0f, -0.3f, 0.0f, 0.6f, 1.0f}) {
+      for (const std::uint32_t slot : {0u, 77u, kMostSlots - 1}) {
+        const std::uint32_t u = offset_bits(share), v = offset_bits(-share);
+        const std::uint32_t high = key_high(depth, v), low = key_low(u, v, slot);
+        EXPECT_NEAR(depth_of(high), depth, depth * 2e-6f);
+        constexpr float kStep = 0.5f / 31 + 1e-6f;
+        EXPECT_NEAR(offset_share(u_bits_of(low)), share, kStep);
+        EXPECT_NEAR(offset_share(v_bits_of(high, low)), -share, kStep);
+        EXPECT_EQ(slot_of(low), slot);
+        EXPECT_LT(std::uint64_t(high) << 32 | low, kEmptyKey);
+      }
+    }
+  }
+  EXPECT_EQ(offset_share(offset_bits(0)), 0);
+  EXPECT_TRUE(std::isinf(depth_of(static_cast<std::uint32_t>(kEmptyKey >> 32))));
+  EXPECT_LT(key_high(99.9f, 63), key_high(100.1f, 0));
+}
+
+}  // namespace
+}  // namespace organbake

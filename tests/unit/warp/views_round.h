@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "bundle/bundle.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// Camera 0 turned about the organ's centre: azimuth about world +z, then elevation about its own
+// horizontal axis; `away` scales its distance, the focal length follows the picture's height.
+inline View view_round(const CameraSet& cameras, double azimuth_rad, double elevation_rad,
+                       double away, int width, int height) {
+  const PosedCamera& start = cameras.cameras[0];
+  const Eigen::Vector3d center = cameras.manifold.center_world_mm;
+  const Eigen::Vector3d right = start.camera_from_world.rotation.row(0);
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(azimuth_rad, Eigen::Vector3d::UnitZ()) *
+                                Eigen::AngleAxisd(-elevation_rad, right))
+                                   .toRotationMatrix();
+  View view;
+  Intrinsics& k = view.camera.intrinsics;
+  k.width = width, k.height = height;
+  k.fx = k.fy = start.intrinsics.fy * height / start.intrinsics.height;
+  k.cx = 0.5 * width, k.cy = 0.5 * height;
+  const Eigen::Vector3d eye = center + away * (turn * (start.center_world_mm() - center));
+  view.camera.camera_from_world.rotation = start.camera_from_world.rotation * turn.transpose();
+  view.camera.camera_from_world.translation = -(view.camera.camera_from_world.rotation * eye);
+  return view;
+}
+
+}  // namespace organbake

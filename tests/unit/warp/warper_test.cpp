@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/warper.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "core/error.h"
+#include "image/difference.h"
+#include "image/srgb.h"
+#include "synthetic_bundle.h"
+
+namespace organbake {
+namespace {
+
+SyntheticOptions lumpy_options() {
+  SyntheticOptions options;
+  options.organ.lump_share = 0.05;
+  return options;
+}
+
+const Bundle& organ() {
+  static const Bundle bundle = make_synthetic_bundle(lumpy_options());
+  return bundle;
+}
+
+// The organ seen from a direction at the cameras' distance.
+View view_from(const Bundle& bundle, const Eigen::Vector3d& direction, int size) {
+  const PosedCamera& first = bundle.cameras.cameras[0];
+  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
+  const double distance = (first.center_world_mm() - center).norm();
+  View view;
+  const double focal = first.intrinsics.fx * size / first.intrinsics.width;
+  view.camera.intrinsics = {size, size, focal, focal, 0.5 * size, 0.5 * size};
+  view.camera.camera_from_world =
+      look_at(center + distance * direction.normalized(), center, Eigen::Vector3d::UnitZ());
+  return view;
+}
+
+DrawOptions on_black() {
+  DrawOptions options;
+  options.background = {0, 0, 0};
+  return options;
+}
+
+Frame drawn(const Bundle& bundle, const View& view, int threads = 2) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  Warper warper(bundle);
+  Frame frame;
+  warper.draw(bundle.proxy.vertices, view, on_black(), frame);
+  return frame;
+}
+
+TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
+  const View view{organ().cameras.cameras[0], 1};
+  const Frame frame = drawn(organ(), view);
+  const CameraMaps& maps = organ().maps[0];
+  Rgb8Image expected(maps.width, maps.height);
+  std::vector<std::uint8_t> inside(maps.face.size(), 0);
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    inside[i] = maps.face[i] != kNoFace && maps.confidence[i] > 0.9f;
+    for (int c = 0; c < 3; ++c) expected.pixels[3 * i + c] = srgb8_from_linear(maps.color[i][c]);
+  }
+  // Samples land on their own texels' centres: what is left is 8-bit rounding.
+  constexpr double kRoundTripDb = 45;
+  EXPECT_GT(compare_images(frame.color, expected, inside).psnr_db, kRoundTripDb);
+}
+
+TEST(Warper, GivesTheSameBytesForAnyNumberOfThreads) {
+  const View view = view_from(organ(), {0.4, -1, 0.3}, 300);
+  const Frame one = drawn(organ(), view, 1), two = drawn(organ(), view, 2),
+              three = drawn(organ(), view, 3);
+  EXPECT_EQ(one.color.pixels, two.color.pixels);
+  EXPECT_EQ(one.color.pixels, three.color.pixels);
+  EXPECT_EQ(one.cover, two.cover);
+}
+
+TEST(Warper, LeavesNoHolesAtRestOrDented) {
+  Warper warper(organ());
+  Frame frame;
+  for (const Eigen::Vector3d& d :
+       {Eigen::Vector3d(0.4, -1, 0.3), Eigen::Vector3d(-1, 0.2, -0.5), Eigen::Vector3d(1, 1, 1)}) {
+    const View view = view_from(organ(), d, 256);
+    EXPECT_EQ(warper.draw(organ().proxy.vertices, view, on_black(), frame).holes_after, 0u);
+    EXPECT_EQ(warper.draw(dented(organ().proxy, d, 15), view, on_black(), frame).holes_after, 0u);
+  }
+}
+
+TEST(Warper, AnUnchangedFrameIsLeftAlone) {
+  Warper warper(organ());
+  Frame frame;
+  const View view = view_from(organ(), {0.4, -1, 0.3}, 100);
+  EXPECT_FALSE(warper.draw(organ().proxy.vertices, view, on_black(), frame).unchanged);
+  EXPECT_TRUE(warper.draw(organ().proxy.vertices, view, on_black(), frame).unchanged);
+  EXPECT_FALSE(
+      warper.draw(dented(organ().proxy, {0, -1, 0}, 5), view, on_black(), frame).unchanged);
+}
+
+TEST(Warper, AMirroredOrganGivesAMirroredFrame) {
+  SyntheticOptions options = lumpy_options();
+  options.organ.mirrored = true;
+  const Bundle mirrored = make_synthetic_bundle(options);
+  const Frame right = drawn(organ(), view_from(organ(), {0.3, -1, 0.2}, 160));
+  const Frame left = drawn(mirrored, view_from(mirrored, {-0.3, -1, 0.2}, 160));
+  Rgb8Image flipped(160, 160);
+  std::vector<std::uint8_t> both(160 * 160, 0);
+  for (int y = 0; y < 160; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      std::copy_n(left.color.at(159 - x, y), 3, flipped.at(x, y));
+      both[y * 160 + x] = right.covered(x, y) && left.covered(159 - x, y);
+    }
+  }
+  // Texels and splats fall on other sides of pixel borders: alike to the eye, not to the bit.
+  constexpr double kAlikeDb = 26;
+  EXPECT_GT(compare_images(right.color, flipped, both).psnr_db, kAlikeDb);
+  EXPECT_LT(compare_images(right.color, left.color, both).psnr_db, kAlikeDb - 3);
+}
+
+TEST(Warper, ATinyTurnIsATinyChange) {
+  Warper warper(organ());
+  Frame last, now;
+  constexpr double kStep = 0.0017;  // 0.1°
+  warper.draw(organ().proxy.vertices, view_from(organ(), {0, -1, 0.1}, 128), on_black(), last);
+  for (int i = 1; i <= 120; ++i) {
+    const double angle = 10 * i * kStep;
+    const Eigen::Vector3d before(std::sin(angle), -std::cos(angle), 0.1),
+        after(std::sin(angle + kStep), -std::cos(angle + kStep), 0.1);
+    warper.draw(organ().proxy.vertices, view_from(organ(), before, 128), on_black(), last);
+    warper.draw(organ().proxy.vertices, view_from(organ(), after, 128), on_black(), now);
+    std::vector<std::uint8_t> both(128 * 128);
+    for (std::size_t p = 0; p < both.size(); ++p) {
+      both[p] = last.cover[p] != Cover::background && now.cover[p] != Cover::background;
+    }
+    // 0.1° moves the skin by a tenth of a pixel; a camera that popped in would show as whole
+    // levels.
+    EXPECT_LT(compare_images(last.color, now.color, both).mean_abs, 3) << i;
+  }
+}
+
+TEST(Warper, RefusesWhatItCannotDraw) {
+  Warper warper(organ());
+  Frame frame;
+  View view = view_from(organ(), {0, -1, 0}, 64);
+  auto positions = organ().proxy.vertices;
+  positions[3].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(warper.draw(positions, view, on_black(), frame), BadDataError);
+  positions.pop_back();
+  EXPECT_THROW(warper.draw(positions, view, on_black(), frame), BadDataError);
+  view.camera.intrinsics.k1 = 0.1;
+  EXPECT_THROW(warper.draw(organ().proxy.vertices, view, on_black(), frame), UsageError);
+}
+
+TEST(Warper, SurvivesOddViews) {
+  Warper warper(organ());
+  Frame frame;
+  warper.draw(organ().proxy.vertices, view_from(organ(), {0, -1, 0}, 1), on_black(), frame);
+  View inside = view_from(organ(), {0, -1, 0}, 80);
+  inside.camera.camera_from_world =
+      look_at(organ().cameras.manifold.center_world_mm,
+              organ().cameras.manifold.center_world_mm + Eigen::Vector3d(1, 0, 0),
+              Eigen::Vector3d::UnitZ());
+  warper.draw(organ().proxy.vertices, inside, on_black(), frame);
+  inside.camera.camera_from_world.translation += Eigen::Vector3d(0, 0, 55);  // in the skin itself
+  warper.draw(organ().proxy.vertices, inside, on_black(), frame);
+  View wide = view_from(organ(), {1, 0.5, 0}, 64);
+  wide.camera.intrinsics.width = 3840;
+  wide.camera.intrinsics.height = 2160;
+  warper.draw(organ().proxy.vertices, wide, on_black(), frame);
+  EXPECT_EQ(frame.color.width, 3840);
+}
+
+}  // namespace
+}  // namespace organbake
