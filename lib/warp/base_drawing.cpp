@@ -101,7 +101,7 @@ void BaseDrawing::add_face(std::uint32_t face, const FaceFrame& frame, bool whol
     BaseTriangle t{{na.corner, nb.corner, nc.corner},
                    {na.color_and_weight, nb.color_and_weight, nc.color_and_weight},
                    {}};
-    if (most <= 0 || doubled_area(t.corners) >= 0) return;
+    if (most <= 0 || (!frame.two_sided && doubled_area(t.corners) >= 0)) return;
     t.box = box_of(t.corners, view);
     if (!t.box.empty()) out.push_back(t);
   };
@@ -121,7 +121,7 @@ std::vector<BaseTriangle> BaseDrawing::triangles(const std::vector<FaceFrame>& f
   const std::array<float, 8> weight_of = weight_table(weights);
   std::vector<std::vector<BaseTriangle>> by_face(layer_.face_count);
   tbb::parallel_for(std::uint32_t{0}, layer_.face_count, [&](std::uint32_t f) {
-    const bool whole = stretched[f] != 0;
+    const bool whole = stretched[f] != 0 || faces[f].two_sided;
     if (!whole && weight_of[active_bits(seen_everywhere_[f], weights)] <= 0) return;
     add_face(f, faces[f], whole, view, weight_of, weights, by_face[f]);
   });

@@ -14,9 +14,11 @@ namespace {
 
 using Vec3 = Eigen::Vector3f;
 
-// How much wider than its texel a sample is drawn.
 // Normals of a patch spread a little more once its face bends.
 constexpr float kBendRad = 0.15f;
+// What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
+// normal farther from the mean of its corners' than 6°.
+constexpr double kPushedShare = 0.02, kBentCosine = 0.995;
 
 Vec3 column(const FaceFrame& face, int c) {
   return {face.metric[0][c], face.metric[1][c], face.metric[2][c]};
@@ -105,16 +107,30 @@ void set_footprint(const PlacedPatch& p, const Vec3& s_u, const Vec3& s_v, const
   out.rows = clamped_int(std::ceil(std::abs(y_u) + std::abs(y_v)), 1, kMostSplat);
 }
 
+bool bent_over(const TriangleMesh& deformed, const TriangleMesh& at_rest,
+               const std::vector<Eigen::Vector3d>& normals, std::uint32_t f, double pushed_mm) {
+  const Face& face = deformed.faces[f];
+  const bool pushed = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+    return (deformed.vertices[v] - at_rest.vertices[v]).norm() > pushed_mm;
+  });
+  if (!pushed) return false;
+  const Eigen::Vector3d skin = normals[face[0]] + normals[face[1]] + normals[face[2]];
+  return face_normal(deformed, f).dot(skin) < kBentCosine * skin.norm();
+}
+
 }  // namespace
 
-std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const View& view) {
+std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const TriangleMesh& at_rest,
+                                   const View& view) {
   const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
+  const double pushed_mm = kPushedShare * bounds(at_rest).diagonal();
   const RigidTransform& pose = view.camera.camera_from_world;
   const Intrinsics& k = view.camera.intrinsics;
   Eigen::Matrix3d projection;
   projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
   std::vector<FaceFrame> frames(deformed.faces.size());
   for (std::uint32_t f = 0; f < frames.size(); ++f) {
+    frames[f].two_sided = bent_over(deformed, at_rest, normals, f, pushed_mm);
     ShellMatrix metric = pose.rotation * shell_matrix(deformed, normals, f);
     metric.col(0) += pose.translation;
     const ShellMatrix pixel = projection * metric;
@@ -133,7 +149,7 @@ ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& vi
   const PlacedPatch p = place(patch, face);
   const Vec3 s_u = p.along(patch.along_u), s_v = p.along(patch.along_v);
   // Columns run right, rows down, so v × u points out of the surface.
-  if (faces_away(p, s_v.cross(s_u), patch.cone_rad)) {
+  if (!face.two_sided && faces_away(p, s_v.cross(s_u), patch.cone_rad)) {
     out.fate = ChunkFate::faces_away;
     return out;
   }

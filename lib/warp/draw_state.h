@@ -17,9 +17,13 @@ namespace organbake {
 struct FaceFrame {
   float metric[3][6];  // camera millimetres
   float pixel[3][6];   // pixel × depth, pixel × depth, depth
+  // Pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a coarse proxy over.
+  // Both its sides are skin then, or the fold would be a hole.
+  bool two_sided;
 };
 
-std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const View& view);
+std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const TriangleMesh& at_rest,
+                                   const View& view);
 
 enum class ChunkFate : std::uint8_t { drawn, faces_away, outside_view };
 

@@ -97,6 +97,7 @@ ViewWeights trimmed(ViewWeights w) {
 
 struct Warper::Impl {
   TriangleMesh deformed;
+  TriangleMesh at_rest;
   ViewManifold manifold;
   std::vector<SampleSet> sets;
   BaseDrawing base;
@@ -135,6 +136,7 @@ Warper::Impl::Impl(const Bundle& bundle)
       base(bundle.base),
       has_base(bundle.base.face_count > 0) {
   deformed.colors.clear();
+  at_rest = deformed;
   const std::vector<Eigen::Vector3d> normals = vertex_normals(bundle.proxy);
   sets.resize(bundle.maps.size());
   tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t c) {
@@ -164,7 +166,7 @@ void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
 }
 
 void Warper::Impl::place_chunks(const View& view, const TileGrid& grid, DrawReport& report) {
-  faces = face_frames(deformed, view);
+  faces = face_frames(deformed, at_rest, view);
   for (int a = 0; a < active_count; ++a) {
     ActiveCamera& camera = active[a];
     const std::vector<Chunk>& chunks = camera.set->chunks;
