@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "geometry/triangle_mesh.h"
+#include "support/error_message.h"
 #include "volume/volume.h"
 
 namespace organbake {
@@ -40,18 +41,6 @@ double sphere_volume(double radius_mm);
 double radius_rms(const TriangleMesh& mesh, double radius_mm);
 // Area-weighted RMS angle between face normals and the radial direction, degrees.
 double radial_normal_rms_deg(const TriangleMesh& mesh);
-
-template <typename Action>
-std::string message_of(ExitCode code, Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {};
-}
 
 void expect_closed_and_sound(const TriangleMesh& mesh);
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "support/error_message.h"
 #include "volume/volume.h"
 
 namespace organbake {
@@ -32,19 +33,6 @@ std::string read_bytes(const std::filesystem::path& path);
 std::string gzipped(const std::string& bytes);
 // The voxels as little-endian int16.
 std::string voxel_bytes(const Volume& volume);
-
-// Runs `action` and returns the message of the organbake::Error that it must throw with `code`.
-template <typename Action>
-std::string message_of(ExitCode code, Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return {};
-}
 
 inline std::filesystem::path shared_data(const std::string& below) {
   return std::filesystem::path(ORGANBAKE_SHARED_DATA) / below;
