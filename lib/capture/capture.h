@@ -13,7 +13,7 @@ namespace organbake {
 
 struct CaptureOptions {
   int rays_per_texel_side = 2;  // n×n rays are averaged for the colour of one texel, 1…16
-  double base_step_mm = 1.5;    // spacing of the base layer's nodes, 0.01…1000
+  double base_step_mm = 2.0;    // spacing of the base layer's nodes, 0.01…1000
 
   // Throws UsageError.
   void check() const;

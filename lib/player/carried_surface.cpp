@@ -57,8 +57,10 @@ void draw_faces(const std::vector<std::array<RasterCorner, 3>>& faces, const Pix
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     const auto& t = faces[f];
     // Only what turns to the eye: a closed surface hides its own inside.
-    if (before_near_plane(t) || doubled_area(t) >= 0) continue;
-    rasterise(t, window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+    if (before_near_plane(t)) continue;
+    const SnappedTriangle snapped(t);
+    if (snapped.doubled_area >= 0) continue;
+    rasterise(snapped, window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
       const std::size_t i = std::size_t(y - window.y0) * window.width() + (x - window.x0);
       if (!(depth < hits.depth[i])) return;
       hits.depth[i] = static_cast<float>(depth);

@@ -1,29 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/base_drawing.h"
 
-#include <tbb/parallel_for.h>
-
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "warp/rasteriser.h"
 
 namespace organbake {
 namespace {
 
-// The three active cameras' bits of a node's seen_by, as a number 0…7.
-std::uint32_t active_bits(std::uint32_t seen_by, const ViewWeights& weights) {
-  std::uint32_t bits = 0;
-  for (int i = 0; i < 3; ++i) {
-    const std::uint32_t camera = weights.cameras[i];
-    if (camera < 32 && (seen_by >> camera & 1)) bits |= 1u << i;
-  }
-  return bits;
-}
-
 // Full weight where the cameras that see a node have no share in the view, none from kSeenEnough
 // on, linear between: a leaving camera's skin fades into the base layer instead of vanishing.
+// Indexed by which of the three active cameras see the node.
 std::array<float, 8> weight_table(const ViewWeights& weights) {
-  constexpr double kSeenEnough = 0.1;
+  constexpr double kSeenEnough = 0.05;
   std::array<float, 8> table{};
   for (std::uint32_t bits = 0; bits < 8; ++bits) {
     double share = 0;
@@ -33,120 +24,181 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
   return table;
 }
 
-struct Node {
-  RasterCorner corner;
-  Eigen::Vector4f color_and_weight;
-  bool visible = false;
-};
-
-PixelBox box_of(const std::array<RasterCorner, 3>& c, const View& view) {
-  const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
-  const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
-  const double w = view.camera.intrinsics.width, h = view.camera.intrinsics.height;
-  return {static_cast<int>(std::clamp(x0, 0.0, w)), static_cast<int>(std::clamp(y0, 0.0, h)),
-          static_cast<int>(std::clamp(x1 + 1, 0.0, w)),
-          static_cast<int>(std::clamp(y1 + 1, 0.0, h))};
-}
-
 }  // namespace
+
+// A block's nodes in one frame; those beyond the lattice's long edge are unused.
+struct BaseDrawing::PlacedBlock {
+  struct Node {
+    SnappedCorner corner;     // beyond reach if it lies before the near plane
+    std::uint32_t index = 0;  // in the layer
+    float weight = 0;
+  };
+  std::array<Node, (kCells + 1) * (kCells + 1)> nodes;
+  Node& at(std::uint32_t i, std::uint32_t j) { return nodes[i * (kCells + 1) + j]; }
+};
 
 void BaseTile::clear(const PixelBox& tile) {
   box = tile;
-  drawn = false;
+  triangles = 0;
   depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
   for (auto* plane : {&red, &green, &blue, &weight}) plane->resize(depth.size());
 }
 
-BaseDrawing::BaseDrawing(const BaseLayer& layer) : layer_(layer) {
-  const std::uint32_t nodes = layer_.nodes_per_face();
-  seen_everywhere_.assign(layer_.face_count, ~0u);
+BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
+    : layer_(layer) {
   for (std::uint32_t f = 0; f < layer_.face_count; ++f) {
-    for (std::uint32_t i = 0; i < nodes; ++i) {
-      seen_everywhere_[f] &= layer_.seen_by[std::size_t(f) * nodes + i];
+    for (std::uint32_t i = 0; i < layer_.steps; i += kCells) {
+      for (std::uint32_t j = 0; i + j < layer_.steps; j += kCells) {
+        blocks_.push_back(make_block(f, i, j, rest[f]));
+      }
     }
   }
 }
 
-void BaseDrawing::add_face(std::uint32_t face, const FaceFrame& frame, bool whole, const View& view,
-                           const std::array<float, 8>& weight_of, const ViewWeights& weights,
-                           std::vector<BaseTriangle>& out) const {
-  const std::uint32_t n = layer_.steps, nodes = layer_.nodes_per_face();
-  const std::size_t first = std::size_t(face) * nodes;
+// Bounds, mean slopes and normal cone of the block's cells, as a patch whose columns run along b2
+// and rows along b1: v × u then points out of the surface.
+BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0, std::uint32_t j0,
+                                           const ShellMatrix& rest) const {
+  Block block;
+  block.i = i0, block.j = j0;
+  const std::uint32_t n = layer_.steps;
+  const float step = 1 / static_cast<float>(n);
+  Eigen::Array3f low = Eigen::Array3f::Constant(1e30f), high = -low;
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();
+  int cells = 0;
+  std::vector<Eigen::Vector3d> normals;
+  const auto height = [&](std::uint32_t i, std::uint32_t j) {
+    return layer_.height_mm[node(face, i, j)];
+  };
+  const auto point = [&](std::uint32_t i, std::uint32_t j) {
+    return shell_point(rest, step * static_cast<float>(i), step * static_cast<float>(j),
+                       height(i, j));
+  };
+  for (std::uint32_t i = i0; i <= block_end(i0); ++i) {
+    for (std::uint32_t j = j0; j <= block_end(j0) && i + j <= n; ++j) {
+      const Eigen::Array3f at(step * static_cast<float>(i), step * static_cast<float>(j),
+                              height(i, j));
+      low = low.min(at), high = high.max(at);
+      block.seen_by_all &= layer_.seen_by[node(face, i, j)];
+      if (i == block_end(i0) || j == block_end(j0) || i + j == n) continue;
+      slope += Eigen::Vector2f(height(i + 1, j), height(i, j + 1)) -
+               Eigen::Vector2f::Constant(height(i, j));
+      ++cells;
+      const Eigen::Vector3d p = point(i, j), down = point(i + 1, j), right = point(i, j + 1);
+      normals.push_back((down - p).cross(right - p));
+      if (i + j + 2 <= n) {
+        const Eigen::Vector3d across = point(i + 1, j + 1);
+        normals.push_back((right - across).cross(down - across));
+      }
+    }
+  }
+  slope /= static_cast<float>(cells);
+  Patch& patch = block.patch;
+  patch.face = face;
+  for (int k = 0; k < 3; ++k) {
+    patch.center[k] = 0.5f * (low[k] + high[k]);
+    patch.extent[k] = 0.5f * (high[k] - low[k]);
+  }
+  patch.along_v[0] = step, patch.along_v[2] = slope[0];
+  patch.along_u[1] = step, patch.along_u[2] = slope[1];
+  const Eigen::Vector3d mean = patch_normal(patch, rest);
+  double smallest_cosine = 1;
+  for (const Eigen::Vector3d& normal : normals) {
+    smallest_cosine =
+        std::min(smallest_cosine, normal.dot(mean) / std::max(1e-300, normal.norm() * mean.norm()));
+  }
+  patch.cone_rad = static_cast<float>(std::acos(std::clamp(smallest_cosine, -1.0, 1.0)));
+  return block;
+}
+
+float BaseDrawing::weight_of(std::uint32_t seen_by) const {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (active_[i] < 32 && (seen_by >> active_[i] & 1)) bits |= 1u << i;
+  }
+  return weight_by_active_[bits];
+}
+
+void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
+                         const std::vector<std::uint8_t>& gappy, const ViewWeights& weights,
+                         const View& view) {
+  active_ = weights.cameras;
+  weight_by_active_ = weight_table(weights);
+  chosen_.clear();
+  for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
+    const Patch& patch = blocks_[b].patch;
+    const bool weighs = weight_of(blocks_[b].seen_by_all) > 0, gaps = gappy[patch.face] != 0;
+    if (!weighs && !gaps) continue;
+    const ChunkFrame placed = chunk_frame(patch, faces[patch.face], view);
+    if (placed.fate == ChunkFate::drawn) chosen_.push_back({b, placed.box, weighs, gaps});
+  }
+}
+
+BaseDrawing::PlacedBlock BaseDrawing::place(const Chosen& chosen, const FaceFrame& frame,
+                                            const View& view) const {
+  const Block& block = blocks_[chosen.block];
   const Intrinsics& k = view.camera.intrinsics;
-  std::vector<Node> placed(nodes);
-  std::uint32_t index = 0;
-  for (std::uint32_t i = 0; i <= n; ++i) {
-    for (std::uint32_t j = 0; j <= n - i; ++j, ++index) {
-      const float b1 = static_cast<float>(i) / static_cast<float>(n);
-      const float b2 = static_cast<float>(j) / static_cast<float>(n);
-      const float h = layer_.height_mm[first + index];
+  const float step = 1 / static_cast<float>(layer_.steps);
+  PlacedBlock placed;
+  for (std::uint32_t i = block.i; i <= block_end(block.i); ++i) {
+    for (std::uint32_t j = block.j; j <= block_end(block.j) && i + j <= layer_.steps; ++j) {
+      PlacedBlock::Node& out = placed.at(i - block.i, j - block.j);
+      out.index = static_cast<std::uint32_t>(node(block.patch.face, i, j));
+      const float b1 = step * static_cast<float>(i), b2 = step * static_cast<float>(j);
+      const float h = layer_.height_mm[out.index];
       float p[3];
       for (int r = 0; r < 3; ++r) {
         const auto& m = frame.metric[r];
         p[r] = m[0] + b1 * m[1] + b2 * m[2] + h * (m[3] + b1 * m[4] + b2 * m[5]);
       }
-      Node& node = placed[index];
-      node.visible = p[2] > view.near_mm;
-      node.corner = {k.fx * p[0] / p[2] + k.cx, k.fy * p[1] / p[2] + k.cy, 1.0 / p[2]};
-      const float weight =
-          whole ? kBaseWeight : weight_of[active_bits(layer_.seen_by[first + index], weights)];
-      node.color_and_weight << layer_.color[first + index], weight;
+      if (p[2] > view.near_mm) {
+        const double inverse = 1 / static_cast<double>(p[2]);
+        out.corner =
+            SnappedCorner({k.fx * p[0] * inverse + k.cx, k.fy * p[1] * inverse + k.cy, inverse});
+      }
+      if (chosen.weighs) out.weight = weight_of(layer_.seen_by[out.index]);
     }
   }
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const Node &na = placed[a], &nb = placed[b], &nc = placed[c];
-    if (!na.visible || !nb.visible || !nc.visible) return;
-    const float most =
-        std::max({na.color_and_weight[3], nb.color_and_weight[3], nc.color_and_weight[3]});
-    BaseTriangle t{{na.corner, nb.corner, nc.corner},
-                   {na.color_and_weight, nb.color_and_weight, nc.color_and_weight},
-                   {}};
-    if (most <= 0 || (!frame.two_sided && doubled_area(t.corners) >= 0)) return;
-    t.box = box_of(t.corners, view);
-    if (!t.box.empty()) out.push_back(t);
+  return placed;
+}
+
+void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces, const View& view,
+                       const OpenPixels& open, BaseTile& tile, RowSpans& spans) const {
+  const Chosen& chosen = chosen_[number];
+  const bool fills = chosen.fills_gaps && open.any(chosen.box);
+  if (!chosen.weighs && !fills) return;
+  const Block& block = blocks_[chosen.block];
+  const FaceFrame& frame = faces[block.patch.face];
+  PlacedBlock placed = place(chosen, frame, view);
+  const auto add = [&](const PlacedBlock::Node& a, const PlacedBlock::Node& b,
+                       const PlacedBlock::Node& c) {
+    const bool weighs = a.weight > 0 || b.weight > 0 || c.weight > 0;
+    if (!weighs && !fills) return;
+    const SnappedTriangle triangle(a.corner, b.corner, c.corner);
+    if (!frame.two_sided && triangle.doubled_area >= 0) return;
+    const PixelBox box = intersected(triangle.box, tile.box);
+    if (box.empty() || (!weighs && !open.any(box))) return;
+    ++tile.triangles;
+    spans.add(box);
+    rasterise(triangle, tile.box, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+      const std::size_t at = tile.at(x, y);
+      if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
+      const Eigen::Vector3f w3(static_cast<float>(w[0]), static_cast<float>(w[1]),
+                               static_cast<float>(w[2]));
+      const Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
+                                    w3[2] * layer_.color[c.index];
+      tile.depth[at] = static_cast<float>(depth);
+      tile.red[at] = color[0], tile.green[at] = color[1], tile.blue[at] = color[2];
+      tile.weight[at] = w3.dot(Eigen::Vector3f(a.weight, b.weight, c.weight));
+    });
   };
-  for (std::uint32_t i = 0; i < n; ++i) {
-    for (std::uint32_t j = 0; j + i < n; ++j) {
-      const std::uint32_t here = base_node_index(n, i, j), below = base_node_index(n, i + 1, j);
-      add(here, below, here + 1);
-      if (i + j + 1 < n) add(below, below + 1, here + 1);
+  const std::uint32_t n = layer_.steps;
+  for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {
+    for (std::uint32_t j = 0; block.j + j < block_end(block.j); ++j) {
+      const std::uint32_t along = block.i + i + block.j + j;
+      if (along < n) add(placed.at(i, j), placed.at(i + 1, j), placed.at(i, j + 1));
+      if (along + 1 < n) add(placed.at(i + 1, j), placed.at(i + 1, j + 1), placed.at(i, j + 1));
     }
-  }
-}
-
-std::vector<BaseTriangle> BaseDrawing::triangles(const std::vector<FaceFrame>& faces,
-                                                 const std::vector<std::uint8_t>& stretched,
-                                                 const ViewWeights& weights,
-                                                 const View& view) const {
-  const std::array<float, 8> weight_of = weight_table(weights);
-  std::vector<std::vector<BaseTriangle>> by_face(layer_.face_count);
-  tbb::parallel_for(std::uint32_t{0}, layer_.face_count, [&](std::uint32_t f) {
-    const bool whole = stretched[f] != 0 || faces[f].two_sided;
-    if (!whole && weight_of[active_bits(seen_everywhere_[f], weights)] <= 0) return;
-    add_face(f, faces[f], whole, view, weight_of, weights, by_face[f]);
-  });
-  std::vector<BaseTriangle> all;
-  for (const auto& list : by_face) all.insert(all.end(), list.begin(), list.end());
-  return all;
-}
-
-void draw_base(const std::vector<BaseTriangle>& triangles, std::span<const std::uint32_t> chosen,
-               BaseTile& tile) {
-  for (const std::uint32_t t : chosen) {
-    const BaseTriangle& triangle = triangles[t];
-    rasterise(triangle.corners, tile.box,
-              [&](int x, int y, double depth, const std::array<double, 3>& w) {
-                const std::size_t at = tile.at(x, y);
-                if (!(depth < tile.depth[at])) return;
-                const Eigen::Vector4f mixed =
-                    triangle.color_and_weight[0] * static_cast<float>(w[0]) +
-                    triangle.color_and_weight[1] * static_cast<float>(w[1]) +
-                    triangle.color_and_weight[2] * static_cast<float>(w[2]);
-                tile.depth[at] = static_cast<float>(depth);
-                tile.red[at] = mixed[0], tile.green[at] = mixed[1], tile.blue[at] = mixed[2];
-                tile.weight[at] = mixed[3];
-                tile.drawn = true;
-              });
   }
 }
 

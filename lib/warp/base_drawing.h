@@ -4,31 +4,25 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <span>
+#include <limits>
 #include <vector>
 
 #include "bundle/base_layer.h"
+#include "geometry/shell_map.h"
 #include "geometry/view_manifold.h"
 #include "warp/draw_state.h"
-#include "warp/rasteriser.h"
-#include "warp/tile_grid.h"
+#include "warp/open_pixels.h"
+#include "warp/row_spans.h"
 
 namespace organbake {
 
 // The base layer's weight where no active camera sees the skin; samples weigh camera × confidence.
 inline constexpr float kBaseWeight = 0.03f;
 
-// A lattice triangle that is to be drawn, Gouraud-shaded: linear colour and weight per corner.
-struct BaseTriangle {
-  std::array<RasterCorner, 3> corners;
-  std::array<Eigen::Vector4f, 3> color_and_weight;
-  PixelBox box;
-};
-
 // One tile's picture of the base layer; depth +inf where it is not drawn.
 struct BaseTile {
   PixelBox box;
-  bool drawn = false;
+  std::size_t triangles = 0;  // drawn
   std::vector<float> depth, red, green, blue, weight;
 
   void clear(const PixelBox& tile);
@@ -37,27 +31,58 @@ struct BaseTile {
   }
 };
 
-// Chooses, places and draws the parts of the base layer that a view needs.
+// Draws the parts of the base layer that a view needs: where it weighs because the active cameras
+// hardly see the skin, and, on faces that ask for it, the pixels that no sample reached. Whole
+// blocks of a face's lattice are passed over before any of their nodes is placed.
 class BaseDrawing {
  public:
-  explicit BaseDrawing(const BaseLayer& layer);
+  // rest: the proxy's shell matrices, undeformed, world.
+  BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest);
 
-  // The triangles with weight in this view, in order of their faces. crowded[f] ≠ 0 asks for face
-  // f in full: its samples lie too far apart.
-  std::vector<BaseTriangle> triangles(const std::vector<FaceFrame>& faces,
-                                      const std::vector<std::uint8_t>& stretched,
-                                      const ViewWeights& weights, const View& view) const;
+  // Chooses the blocks of one frame. gappy[f] ≠ 0 says that samples may leave face f open.
+  void choose(const std::vector<FaceFrame>& faces, const std::vector<std::uint8_t>& gappy,
+              const ViewWeights& weights, const View& view);
+  // The chosen blocks, by number: the pixels that each may touch, and whether it fills gaps.
+  std::uint32_t chosen_count() const { return static_cast<std::uint32_t>(chosen_.size()); }
+  const PixelBox& box(std::uint32_t chosen) const { return chosen_[chosen].box; }
+  bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
+
+  // Draws a chosen block into a tile and adds what it touched to the spans. `open` is looked at
+  // for blocks that fill gaps only. Thread-safe.
+  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const View& view,
+            const OpenPixels& open, BaseTile& tile, RowSpans& spans) const;
 
  private:
-  void add_face(std::uint32_t face, const FaceFrame& frame, bool whole, const View& view,
-                const std::array<float, 8>& weight_of, const ViewWeights& weights,
-                std::vector<BaseTriangle>& out) const;
+  // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.
+  static constexpr std::uint32_t kCells = 8;
+  struct Block {
+    Patch patch;
+    std::uint32_t i = 0, j = 0;       // first cell
+    std::uint32_t seen_by_all = ~0u;  // bits of cameras that see all its nodes
+  };
+  struct Chosen {
+    std::uint32_t block;
+    PixelBox box;
+    bool weighs, fills_gaps;
+  };
+  struct PlacedBlock;
+
+  Block make_block(std::uint32_t face, std::uint32_t i, std::uint32_t j,
+                   const ShellMatrix& rest) const;
+  std::size_t node(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+    return std::size_t(face) * layer_.nodes_per_face() + base_node_index(layer_.steps, i, j);
+  }
+  std::uint32_t block_end(std::uint32_t first) const {  // last node row of a block
+    return std::min(first + kCells, layer_.steps);
+  }
+  float weight_of(std::uint32_t seen_by) const;
+  PlacedBlock place(const Chosen& chosen, const FaceFrame& frame, const View& view) const;
 
   BaseLayer layer_;
-  std::vector<std::uint32_t> seen_everywhere_;  // per face, bits of cameras that see all its nodes
+  std::vector<Block> blocks_;  // by face
+  std::vector<Chosen> chosen_;
+  std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
+  std::array<float, 8> weight_by_active_ = {};
 };
-
-void draw_base(const std::vector<BaseTriangle>& triangles, std::span<const std::uint32_t> chosen,
-               BaseTile& tile);
 
 }  // namespace organbake

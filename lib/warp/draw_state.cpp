@@ -46,6 +46,11 @@ PlacedPatch place(const Patch& patch, const FaceFrame& face) {
   return p;
 }
 
+// Columns run right, rows down, so v × u points out of the surface.
+Vec3 outward(const PlacedPatch& p, const Patch& patch) {
+  return p.along(patch.along_v).cross(p.along(patch.along_u));
+}
+
 bool faces_away(const PlacedPatch& p, const Vec3& normal, float cone_rad) {
   const float distance = p.center.norm(), radius = p.half.norm();
   if (distance <= radius) return false;
@@ -144,16 +149,23 @@ std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const TriangleM
   return frames;
 }
 
+Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {
+  FaceFrame frame{};
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 6; ++c) frame.metric[r][c] = static_cast<float>(face(r, c));
+  }
+  const PlacedPatch p = place(patch, frame);
+  return outward(p, patch).cast<double>();
+}
+
 ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view) {
   ChunkFrame out{};
   const PlacedPatch p = place(patch, face);
-  const Vec3 s_u = p.along(patch.along_u), s_v = p.along(patch.along_v);
-  // Columns run right, rows down, so v × u points out of the surface.
-  if (!face.two_sided && faces_away(p, s_v.cross(s_u), patch.cone_rad)) {
+  if (!face.two_sided && faces_away(p, outward(p, patch), patch.cone_rad)) {
     out.fate = ChunkFate::faces_away;
     return out;
   }
-  set_footprint(p, s_u, s_v, view, out);
+  set_footprint(p, p.along(patch.along_u), p.along(patch.along_v), view, out);
   out.box = pixel_box(p, view, out.columns, out.rows);
   out.fate = out.box.empty() ? ChunkFate::outside_view : ChunkFate::drawn;
   return out;

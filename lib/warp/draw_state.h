@@ -41,6 +41,9 @@ struct ChunkFrame {
 // shows between the samples.
 inline constexpr int kMostSplat = 64;
 
+// The patch's outward normal at its middle, unnormalised, where a face's shell matrix puts it.
+Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face);
+
 ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view);
 
 }  // namespace organbake

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "warp/pixel_box.h"
 
@@ -15,71 +16,120 @@ struct RasterCorner {
   double x = 0, y = 0, inverse_depth = 0;
 };
 
-// Corners farther out than this would overflow the fixed-point edge functions; clip_triangle()
-// keeps them inside.
+// Corners farther out than this would overflow the fixed-point edge functions; their triangles are
+// not drawn.
 inline constexpr double kRasterReach = 1 << 20;
 
-// Twice the signed area in the picture; negative for a face seen from its counter-clockwise side,
-// because rows run down.
-inline double doubled_area(const std::array<RasterCorner, 3>& t) {
-  return (t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[2].x - t[0].x) * (t[1].y - t[0].y);
-}
+// A corner on the grid of 1/256 pixel: corners that several triangles share are snapped once.
+struct SnappedCorner {
+  static constexpr std::int32_t kBeyond = std::numeric_limits<std::int32_t>::min();
+  std::int32_t x = kBeyond, y = 0;
+  double inverse_depth = 0;
+
+  SnappedCorner() = default;
+  explicit SnappedCorner(const RasterCorner& c) : inverse_depth(c.inverse_depth) {
+    if (!(std::abs(c.x) < kRasterReach && std::abs(c.y) < kRasterReach)) return;
+    // floor is an instruction, llround a call.
+    x = static_cast<std::int32_t>(std::floor(c.x * 256 + 0.5));
+    y = static_cast<std::int32_t>(std::floor(c.y * 256 + 0.5));
+  }
+};
+
+struct SnappedTriangle {
+  std::array<SnappedCorner, 3> corners;
+  // Twice the signed area in 1/256² pixel; negative for a face seen from its counter-clockwise
+  // side, because rows run down. 0 for a triangle that has no area or lies beyond reach.
+  std::int64_t doubled_area = 0;
+  PixelBox box;        // of the pixel centres that it may hold
+  bool small = false;  // its products fit 32 bits, which halves its cost
+
+  SnappedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c)
+      : corners{a, b, c} {
+    const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
+    const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
+    if (x0 == SnappedCorner::kBeyond) return;
+    doubled_area = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
+                   (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
+    const auto first_center = [](std::int32_t v) { return (v + 127) >> 8; };
+    box = {first_center(x0), first_center(y0), first_center(x1) + 1, first_center(y1) + 1};
+    constexpr std::int32_t kSmall = 60 * 256;
+    small = x1 - x0 < kSmall && y1 - y0 < kSmall;
+  }
+  explicit SnappedTriangle(const std::array<RasterCorner, 3>& t)
+      : SnappedTriangle(SnappedCorner(t[0]), SnappedCorner(t[1]), SnappedCorner(t[2])) {}
+};
+
+// Edge functions of a triangle over the pixels of a box. Whole numbers, so that centres on an edge
+// go to one side by the top-left rule; Int holds products of the triangle's sides in 1/256 pixel.
+template <class Int>
+struct EdgeWalk {
+  std::array<Int, 3> edge, step_x, step_y;  // at the first pixel's centre, and per pixel
+
+  // Corners in 1/256 pixel from the box's corner, in the order that makes the area positive. Edge i
+  // lies opposite corner i, where its function is the doubled area.
+  EdgeWalk(const std::array<Int, 3>& x, const std::array<Int, 3>& y) {
+    for (int i = 0; i < 3; ++i) {
+      const int a = (i + 1) % 3, b = (i + 2) % 3;
+      const Int dx = x[b] - x[a], dy = y[b] - y[a];
+      edge[i] = dx * (128 - y[a]) - dy * (128 - x[a]);
+      step_x[i] = -dy * 256, step_y[i] = dx * 256;
+      if (!(dy < 0 || (dy == 0 && dx > 0))) edge[i] -= 1;
+    }
+  }
+
+  // inside(x, y, edges) for each pixel of the box whose centre the triangle holds.
+  template <class Inside>
+  void each(int width, int height, Inside&& inside) const {
+    std::array<Int, 3> row = edge;
+    for (int y = 0; y < height; ++y) {
+      std::array<Int, 3> e = row;
+      for (int x = 0; x < width; ++x) {
+        if ((e[0] | e[1] | e[2]) >= 0) inside(x, y, e);
+        for (int i = 0; i < 3; ++i) e[i] += step_x[i];
+      }
+      for (int i = 0; i < 3; ++i) row[i] += step_y[i];
+    }
+  }
+};
 
 // Visits each pixel of the window whose centre lies in the triangle, whichever way it winds:
-// pixel(x, y, depth, weights) with the corners' perspective-correct weights. Corners are snapped to
-// 1/256 pixel and centres on an edge go to one side by the top-left rule, so triangles that share
+// pixel(x, y, depth, weights) with the corners' perspective-correct weights. Triangles that share
 // an edge draw each pixel along it exactly once.
 template <class Pixel>
-void rasterise(const std::array<RasterCorner, 3>& triangle, const PixelBox& window, Pixel&& pixel) {
-  constexpr std::int64_t kOne = 256;
-  std::array<std::int64_t, 3> x, y;
-  for (int i = 0; i < 3; ++i) {
-    if (!(std::abs(triangle[i].x) < kRasterReach && std::abs(triangle[i].y) < kRasterReach)) return;
-    x[i] = std::llround(triangle[i].x * kOne), y[i] = std::llround(triangle[i].y * kOne);
-  }
+void rasterise(const SnappedTriangle& triangle, const PixelBox& window, Pixel&& pixel) {
+  const PixelBox box = intersected(triangle.box, window);
+  if (box.empty() || triangle.doubled_area == 0) return;
   std::array<int, 3> order = {0, 1, 2};
-  std::int64_t area = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
-  if (area == 0) return;
-  if (area < 0)
-    std::swap(order[1], order[2]), std::swap(x[1], x[2]), std::swap(y[1], y[2]), area = -area;
-  const auto first_center = [](std::int64_t v) { return (v + kOne / 2 - 1) >> 8; };
-  const auto [low_x, high_x] = std::minmax({x[0], x[1], x[2]});
-  const auto [low_y, high_y] = std::minmax({y[0], y[1], y[2]});
-  const std::int64_t x0 = std::max<std::int64_t>(window.x0, first_center(low_x));
-  const std::int64_t y0 = std::max<std::int64_t>(window.y0, first_center(low_y));
-  const std::int64_t x1 = std::min<std::int64_t>(window.x1, first_center(high_x) + 1);
-  const std::int64_t y1 = std::min<std::int64_t>(window.y1, first_center(high_y) + 1);
-  if (x0 >= x1 || y0 >= y1) return;
-  // Edge i lies opposite corner i; its function is positive inside and grows to `area` at corner i.
-  std::array<std::int64_t, 3> edge, step_x, step_y, bias;
-  for (int i = 0; i < 3; ++i) {
-    const int a = (i + 1) % 3, b = (i + 2) % 3;
-    const std::int64_t dx = x[b] - x[a], dy = y[b] - y[a];
-    edge[i] = dx * (y0 * kOne + kOne / 2 - y[a]) - dy * (x0 * kOne + kOne / 2 - x[a]);
-    step_x[i] = -dy * kOne, step_y[i] = dx * kOne;
-    bias[i] = dy < 0 || (dy == 0 && dx > 0) ? 0 : -1;
-  }
-  std::array<double, 3> scale;
-  for (int i = 0; i < 3; ++i)
-    scale[i] = triangle[order[i]].inverse_depth / static_cast<double>(area);
-  for (std::int64_t py = y0; py < y1; ++py) {
-    std::array<std::int64_t, 3> e = edge;
-    for (std::int64_t px = x0; px < x1; ++px) {
-      if (((e[0] + bias[0]) | (e[1] + bias[1]) | (e[2] + bias[2])) >= 0) {
-        std::array<double, 3> weights;
-        double sum = 0;
-        for (int i = 0; i < 3; ++i) {
-          const double w = static_cast<double>(e[i]) * scale[i];
-          weights[order[i]] = w, sum += w;
-        }
-        const double depth = 1 / sum;
-        for (double& w : weights) w *= depth;
-        pixel(static_cast<int>(px), static_cast<int>(py), depth, weights);
-      }
-      for (int i = 0; i < 3; ++i) e[i] += step_x[i];
+  if (triangle.doubled_area < 0) std::swap(order[1], order[2]);
+  const auto walk = [&]<class Int>(Int) {
+    std::array<Int, 3> x, y;
+    for (int i = 0; i < 3; ++i) {
+      x[i] = Int(triangle.corners[order[i]].x) - Int(256) * box.x0;
+      y[i] = Int(triangle.corners[order[i]].y) - Int(256) * box.y0;
     }
-    for (int i = 0; i < 3; ++i) edge[i] += step_y[i];
+    EdgeWalk<Int>(x, y).each(
+        box.width(), box.height(), [&](int px, int py, const std::array<Int, 3>& e) {
+          std::array<double, 3> weights;
+          for (int i = 0; i < 3; ++i) {
+            weights[order[i]] =
+                static_cast<double>(e[i]) * triangle.corners[order[i]].inverse_depth;
+          }
+          const double inverse = 1 / (weights[0] + weights[1] + weights[2]);
+          for (double& w : weights) w *= inverse;
+          // 1/z is the mean of the corners' by the edges.
+          const double depth = static_cast<double>(e[0] + e[1] + e[2]) * inverse;
+          pixel(box.x0 + px, box.y0 + py, depth, weights);
+        });
+  };
+  if (triangle.small) {
+    walk(std::int32_t{});
+  } else {
+    walk(std::int64_t{});
   }
+}
+template <class Pixel>
+void rasterise(const std::array<RasterCorner, 3>& t, const PixelBox& window, Pixel&& pixel) {
+  rasterise(SnappedTriangle(t), window, pixel);
 }
 
 }  // namespace organbake

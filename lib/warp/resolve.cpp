@@ -26,11 +26,13 @@ struct SumRow {
   alignas(32) float red[kRow], green[kRow], blue[kRow], weight[kRow], nearest[kRow];
 };
 
-void decode(const std::uint64_t* __restrict keys, int count, float tie_mm,
+// keys[k] goes to place first + k.
+void decode(const std::uint64_t* __restrict keys, int count, float tie_mm, int first,
             LayerRow& __restrict row) {
-  for (int i = 0; i < count; ++i) {
-    const std::uint32_t high = static_cast<std::uint32_t>(keys[i] >> 32);
-    const std::uint32_t low = static_cast<std::uint32_t>(keys[i]);
+  for (int k = 0; k < count; ++k) {
+    const int i = first + k;
+    const std::uint32_t high = static_cast<std::uint32_t>(keys[k] >> 32);
+    const std::uint32_t low = static_cast<std::uint32_t>(keys[k]);
     const float u = offset_share(u_bits_of(low));
     const float v = offset_share(v_bits_of(high, low));
     row.u[i] = kReach * u;
@@ -63,15 +65,15 @@ inline float linear_color(float c, float cu, float cv, float cuu, float cvv, flo
 
 // Fetches the details of a row's samples. One 16-byte copy each, taken apart in registers
 // afterwards, beats four scattered loads of four bytes.
-void fetch(const LayerRow& row, const PackedDetail* __restrict detail, int count,
+void fetch(const LayerRow& row, const PackedDetail* __restrict detail, int first, int count,
            PackedDetail* __restrict fetched) {
-  for (int i = 0; i < count; ++i) fetched[i] = detail[row.slot[i]];
+  for (int i = first; i < first + count; ++i) fetched[i] = detail[row.slot[i]];
 }
 
-void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict detail, int count,
-               float weight, float inverse_tolerance, SumRow& __restrict sum) {
+void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict detail, int first,
+               int count, float weight, float inverse_tolerance, SumRow& __restrict sum) {
   const float byte_weight = weight / 255;
-  for (int i = 0; i < count; ++i) {
+  for (int i = first; i < first + count; ++i) {
     const std::uint32_t w0 = detail[i][0], w1 = detail[i][1], w2 = detail[i][2], w3 = detail[i][3];
     const float u = row.u[i], v = row.v[i];
     const float r = linear_color(unsigned_byte(w0, 0), signed_byte(w1, 24), signed_byte(w1, 0),
@@ -166,18 +168,26 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
   const float inverse_tolerance = 1 / tile.same_surface_mm;
   std::fill_n(sum.nearest, padded, kInfinity);
   if (tile.base) std::copy_n(tile.base->depth.data() + tile.base->at(x0, y), count, sum.nearest);
+  // Each layer's own stretch of the row, in whole vectors.
+  std::array<int, 3> first, length;
   for (int l = 0; l < tile.count; ++l) {
     const TileKeys& keys = *tile.layers[l].keys;
-    decode(keys.row(y) + (x0 - keys.box.x0), padded, tile.tie_mm, rows[l]);
-    for (int i = 0; i < padded; ++i) {
-      sum.nearest[i] = rows[l].depth[i] < sum.nearest[i] ? rows[l].depth[i] : sum.nearest[i];
+    const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
+    first[l] = std::max(0, tile.layers[l].spans->first(row) - offset) & ~7;
+    length[l] = std::max(0, (tile.layers[l].spans->last(row) - offset - first[l] + 7) & ~7);
+    LayerRow& layer = rows[l];
+    if (tile.base) std::fill_n(layer.depth, padded, kInfinity);
+    decode(keys.row(y) + offset + first[l], length[l], tile.tie_mm, first[l], layer);
+    for (int i = first[l]; i < first[l] + length[l]; ++i) {
+      sum.nearest[i] = layer.depth[i] < sum.nearest[i] ? layer.depth[i] : sum.nearest[i];
     }
   }
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) std::fill_n(plane, padded, 0.0f);
   alignas(32) std::array<PackedDetail, kRow> fetched;
   for (int l = 0; l < tile.count; ++l) {
-    fetch(rows[l], tile.layers[l].set->detail.data(), padded, fetched.data());
-    add_layer(rows[l], fetched.data(), padded, tile.layers[l].weight, inverse_tolerance, sum);
+    fetch(rows[l], tile.layers[l].set->detail.data(), first[l], length[l], fetched.data());
+    add_layer(rows[l], fetched.data(), first[l], length[l], tile.layers[l].weight,
+              inverse_tolerance, sum);
   }
   if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
 }

@@ -16,7 +16,8 @@ struct TileLayers {
   struct Layer {
     const SampleSet* set = nullptr;
     const TileKeys* keys = nullptr;
-    float weight = 0;  // the camera's share in the view
+    const RowSpans* spans = nullptr;  // where its samples may have landed
+    float weight = 0;                 // the camera's share in the view
   };
   std::array<Layer, 3> layers;
   int count = 0;                   // layers in use

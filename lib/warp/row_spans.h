@@ -27,6 +27,12 @@ class RowSpans {
       last_[y] = std::max(last_[y], x1);
     }
   }
+  void add(const RowSpans& other) {
+    for (int y = 0; y < TileGrid::kHeight; ++y) {
+      first_[y] = std::min(first_[y], other.first_[y]);
+      last_[y] = std::max(last_[y], other.last_[y]);
+    }
+  }
   // Columns and rows are counted from the tile's corner; empty when first ≥ last.
   int first(int row) const { return first_[row]; }
   int last(int row) const { return last_[row]; }

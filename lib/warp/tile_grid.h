@@ -13,7 +13,7 @@ namespace organbake {
 // thread from the first splat to the last pixel, so no result depends on the number of threads.
 class TileGrid {
  public:
-  static constexpr int kWidth = 128, kHeight = 128;
+  static constexpr int kWidth = 256, kHeight = 128;
 
   TileGrid() = default;
   TileGrid(int width, int height)

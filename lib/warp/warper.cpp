@@ -10,8 +10,11 @@
 #include <limits>
 
 #include "core/error.h"
+#include "warp/active_cameras.h"
 #include "warp/base_drawing.h"
+#include "warp/bundle_fit.h"
 #include "warp/hole_fill.h"
+#include "warp/open_pixels.h"
 #include "warp/resolve.h"
 #include "warp/slit_fill.h"
 #include "warp/splat.h"
@@ -26,61 +29,27 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-void check_bundle(const Bundle& bundle) {
-  const std::size_t cameras = bundle.cameras.cameras.size(), faces = bundle.proxy.faces.size();
-  if (bundle.maps.size() != cameras || bundle.cameras.manifold.directions.size() != cameras) {
-    throw BadDataError("bundle: cameras, maps and viewing manifold differ in number");
-  }
-  for (std::size_t c = 0; c < cameras; ++c) {
-    const CameraMaps& m = bundle.maps[c];
-    const Intrinsics& k = bundle.cameras.cameras[c].intrinsics;
-    const std::size_t texels = std::size_t(k.width) * k.height;
-    if (m.width != k.width || m.height != k.height || m.depth_mm.size() != texels ||
-        m.color.size() != texels || m.height_mm.size() != texels || m.face.size() != texels ||
-        m.confidence.size() != texels) {
-      throw BadDataError("bundle: the maps of camera " + std::to_string(c) +
-                         " do not fit its size");
-    }
-    for (const std::uint32_t face : m.face) {
-      if (face != kNoFace && face >= faces) {
-        throw BadDataError("bundle: camera " + std::to_string(c) + " names face " +
-                           std::to_string(face) + ", the proxy has " + std::to_string(faces));
-      }
-    }
-  }
-  const BaseLayer& b = bundle.base;
-  const std::size_t nodes = std::size_t(b.face_count) * b.nodes_per_face();
-  if (b.face_count != 0 && (b.face_count != faces || b.steps < 1 || b.height_mm.size() != nodes ||
-                            b.color.size() != nodes || b.seen_by.size() != nodes)) {
-    throw BadDataError("bundle: the base layer does not fit the proxy");
-  }
-}
-
-std::vector<ShellMatrix> rest_in_camera(const TriangleMesh& proxy,
-                                        const std::vector<Eigen::Vector3d>& normals,
-                                        const RigidTransform& camera_from_world) {
+// The shell matrix of every face at rest, in a frame.
+std::vector<ShellMatrix> shell_in(const TriangleMesh& proxy,
+                                  const RigidTransform& frame_from_world) {
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
   std::vector<ShellMatrix> matrices(proxy.faces.size());
   for (std::uint32_t f = 0; f < matrices.size(); ++f) {
-    matrices[f] = camera_from_world.rotation * shell_matrix(proxy, normals, f);
-    matrices[f].col(0) += camera_from_world.translation;
+    matrices[f] = frame_from_world.rotation * shell_matrix(proxy, normals, f);
+    matrices[f].col(0) += frame_from_world.translation;
   }
   return matrices;
 }
 
-// What one active camera does in one frame.
-struct ActiveCamera {
-  const SampleSet* set = nullptr;
-  float weight = 0;
-  std::vector<ChunkFrame> chunks;
-  TileLists tiles;
-};
-
 struct TileScratch {
   std::array<TileKeys, 3> keys;
-  RowSpans spans;
+  std::array<RowSpans, 3> layer_spans;
+  RowSpans spans;  // of all layers
+  OpenPixels open;
   BaseTile base;
   DrawTimes times;
   ResolveCounts counts;
+  std::size_t base_triangles = 0;
 };
 
 }  // namespace
@@ -101,7 +70,6 @@ struct Warper::Impl {
   ViewManifold manifold;
   std::vector<SampleSet> sets;
   BaseDrawing base;
-  bool has_base;
   float texel_mm;
 
   // The last drawing, to recognise when nothing changed.
@@ -111,21 +79,20 @@ struct Warper::Impl {
   std::uint64_t serial = 0;
 
   // Kept between frames for their memory.
-  std::array<ActiveCamera, 3> active;
-  int active_count = 0;
+  ActiveCameras active;
   std::vector<FaceFrame> faces;
-  std::vector<std::uint8_t> stretched;
-  std::vector<BaseTriangle> base_triangles;
+  std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
   PixelBox drawn_box;  // of everything but the background
   tbb::enumerable_thread_specific<TileScratch> scratch;
 
   explicit Impl(const Bundle& bundle);
   void choose_cameras(const View& view, DrawReport& report);
-  void place_chunks(const View& view, const TileGrid& grid, DrawReport& report);
-  void count_skips(DrawReport& report) const;
-  void place_base(const View& view, const TileGrid& grid, const DrawOptions& options,
-                  DrawReport& report);
+  void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
+  void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
+  const BaseTile* draw_base(std::span<const std::uint32_t> blocks, const PixelBox& box,
+                            std::span<const TileKeys* const> layers, const View& view,
+                            TileScratch& own) const;
   void draw_tile(int tile, const TileGrid& grid, const View& view, const DrawOptions& options,
                  const Background& background, Frame& frame);
 };
@@ -133,16 +100,14 @@ struct Warper::Impl {
 Warper::Impl::Impl(const Bundle& bundle)
     : deformed(bundle.proxy),
       manifold(bundle.cameras.manifold),
-      base(bundle.base),
-      has_base(bundle.base.face_count > 0) {
+      base(bundle.base, shell_in(bundle.proxy, RigidTransform{})) {
   deformed.colors.clear();
   at_rest = deformed;
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(bundle.proxy);
   sets.resize(bundle.maps.size());
   tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t c) {
     const PosedCamera& camera = bundle.cameras.cameras[c];
-    sets[c] = build_sample_set(bundle.maps[c], camera,
-                               rest_in_camera(bundle.proxy, normals, camera.camera_from_world));
+    sets[c] =
+        build_sample_set(bundle.maps[c], camera, shell_in(bundle.proxy, camera.camera_from_world));
   });
   double sum = 0, samples = 0;
   for (const SampleSet& set : sets) {
@@ -157,76 +122,37 @@ void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
   Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
   if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
   report.weights = trimmed(view_weights(manifold, towards_eye));
-  active_count = 0;
-  for (int i = 0; i < 3; ++i) {
-    if (report.weights.weights[i] <= 0) continue;
-    active[active_count].set = &sets[report.weights.cameras[i]];
-    active[active_count++].weight = static_cast<float>(report.weights.weights[i]);
-  }
+  active.choose(sets, report.weights);
 }
 
-void Warper::Impl::place_chunks(const View& view, const TileGrid& grid, DrawReport& report) {
+void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
   faces = face_frames(deformed, at_rest, view);
-  for (int a = 0; a < active_count; ++a) {
-    ActiveCamera& camera = active[a];
-    const std::vector<Chunk>& chunks = camera.set->chunks;
-    camera.chunks.resize(chunks.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks.size(), 256),
-                      [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t c = range.begin(); c < range.end(); ++c) {
-                          const Patch& patch = chunks[c].patch;
-                          camera.chunks[c] = chunk_frame(patch, faces[patch.face], view);
-                        }
-                      });
-    camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
-                       [&](std::uint32_t c) { return camera.chunks[c].box; });
-  }
-  count_skips(report);
-  stretched.assign(faces.size(), 0);
-  drawn_box = {};
-  for (int a = 0; a < active_count; ++a) {
-    for (std::size_t c = 0; c < active[a].chunks.size(); ++c) {
-      const ChunkFrame& chunk = active[a].chunks[c];
-      if (chunk.fate != ChunkFate::drawn) continue;
-      drawn_box = united(drawn_box, chunk.box);
-      const int splat = std::max(chunk.columns, chunk.rows);
-      report.largest_stretch_px = std::max<double>(report.largest_stretch_px, splat);
-      if (splat == kMostSplat) stretched[active[a].set->chunks[c].patch.face] = 1;
-    }
-  }
+  active.place(faces, view, grid);
+  active.count(report);
+  drawn_box = active.drawn_box();
 }
 
-void Warper::Impl::count_skips(DrawReport& report) const {
-  for (int a = 0; a < active_count; ++a) {
-    const std::vector<Chunk>& chunks = active[a].set->chunks;
-    for (std::size_t c = 0; c < chunks.size();) {
-      const std::uint32_t face = chunks[c].patch.face;
-      std::array<std::size_t, 3> samples{};
-      for (; c < chunks.size() && chunks[c].patch.face == face; ++c) {
-        samples[static_cast<int>(active[a].chunks[c].fate)] += chunks[c].count;
-      }
-      report.samples_drawn += samples[0];
-      report.samples_facing_away += samples[1];
-      report.samples_outside_view += samples[2];
-      if (samples[0] > 0) {
-        ++report.faces_drawn;
-      } else {
-        ++(samples[2] > 0 ? report.faces_outside_view : report.faces_facing_away);
-      }
-    }
-  }
+void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report) {
+  gappy.assign(faces.size(), 0);
+  for (std::size_t f = 0; f < faces.size(); ++f) gappy[f] = faces[f].two_sided;
+  active.mark_stretched(gappy);
+  base.choose(faces, gappy, report.weights, view);
+  const auto box_of = [&](std::uint32_t block) { return base.box(block); };
+  for (std::uint32_t b = 0; b < base.chosen_count(); ++b) drawn_box = united(drawn_box, box_of(b));
+  base_tiles.build(grid, base.chosen_count(), box_of);
 }
 
-void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawOptions& options,
-                              DrawReport& report) {
-  base_triangles.clear();
-  if (has_base && options.base_layer) {
-    base_triangles = base.triangles(faces, stretched, report.weights, view);
+const BaseTile* Warper::Impl::draw_base(std::span<const std::uint32_t> blocks, const PixelBox& box,
+                                        std::span<const TileKeys* const> layers, const View& view,
+                                        TileScratch& own) const {
+  if (blocks.empty()) return nullptr;
+  own.base.clear(box);
+  if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
+    own.open.find(box, layers);
   }
-  report.base_triangles = base_triangles.size();
-  for (const BaseTriangle& t : base_triangles) drawn_box = united(drawn_box, t.box);
-  base_tiles.build(grid, static_cast<std::uint32_t>(base_triangles.size()),
-                   [&](std::uint32_t t) { return base_triangles[t].box; });
+  for (const std::uint32_t b : blocks) base.draw(b, faces, view, own.open, own.base, own.spans);
+  own.base_triangles += own.base.triangles;
+  return own.base.triangles > 0 ? &own.base : nullptr;
 }
 
 void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
@@ -234,8 +160,9 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
                              Frame& frame) {
   const PixelBox box = grid.box(tile);
   TileScratch& own = scratch.local();
-  bool anything = !base_tiles[tile].empty();
-  for (int a = 0; a < active_count; ++a) anything |= !active[a].tiles[tile].empty();
+  const auto blocks = options.base_layer ? base_tiles[tile] : std::span<const std::uint32_t>();
+  bool anything = !blocks.empty();
+  for (const ActiveCamera& camera : active.all()) anything |= !camera.tiles[tile].empty();
   if (!anything) return background.fill(box, frame);
 
   auto start = options.measure ? Clock::now() : Clock::time_point{};
@@ -248,26 +175,25 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
   TileLayers layers;
   layers.tie_mm = kTieTexels * texel_mm;
   layers.same_surface_mm = 2 * texel_mm;
-  for (int a = 0; a < active_count; ++a) {
-    const auto chosen = active[a].tiles[tile];
+  std::array<const TileKeys*, 3> drawn;
+  for (const ActiveCamera& camera : active.all()) {
+    const auto chosen = camera.tiles[tile];
     if (chosen.empty()) continue;
-    TileKeys& keys = own.keys[a];
+    TileKeys& keys = own.keys[layers.count];
+    RowSpans& spans = own.layer_spans[layers.count];
     keys.clear(box);
+    spans.clear(box);
     for (const std::uint32_t c : chosen) {
-      own.spans.add(active[a].chunks[c].box);
-      splat_chunk(*active[a].set, c, active[a].chunks[c],
-                  faces[active[a].set->chunks[c].patch.face], static_cast<float>(view.near_mm),
-                  layers.tie_mm, keys);
+      spans.add(camera.chunks[c].box);
+      splat_chunk(*camera.set, c, camera.chunks[c], faces[camera.set->chunks[c].patch.face],
+                  static_cast<float>(view.near_mm), layers.tie_mm, keys);
     }
-    layers.layers[layers.count++] = {active[a].set, &keys, active[a].weight};
+    drawn[layers.count] = &keys;
+    own.spans.add(spans);
+    layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
   }
   lap(own.times.splat);
-  if (!base_tiles[tile].empty()) {
-    own.base.clear(box);
-    draw_base(base_triangles, base_tiles[tile], own.base);
-    for (const std::uint32_t t : base_tiles[tile]) own.spans.add(base_triangles[t].box);
-    if (own.base.drawn) layers.base = &own.base;
-  }
+  layers.base = draw_base(blocks, box, std::span(drawn).first(layers.count), view, own);
   lap(own.times.base);
   const ResolveCounts counts = resolve_tile(layers, own.spans, box, background, frame);
   own.counts.sample_pixels += counts.sample_pixels;
@@ -276,7 +202,7 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
 }
 
 Warper::Warper(const Bundle& bundle) {
-  check_bundle(bundle);
+  check_fit(bundle);
   impl_ = std::make_unique<Impl>(bundle);
 }
 Warper::~Warper() = default;
@@ -319,11 +245,11 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     start = Clock::now();
   };
   s.choose_cameras(view, report);
-  s.place_chunks(view, grid, report);
+  s.place_samples(view, grid, report);
   lap(report.times.transform);
-  s.place_base(view, grid, options, report);
+  s.place_base(view, grid, report);
   lap(report.times.base);
-  for (TileScratch& one : s.scratch) one.times = {}, one.counts = {};
+  for (TileScratch& one : s.scratch) one.times = {}, one.counts = {}, one.base_triangles = 0;
   const Background background(options.background);
   tbb::parallel_for(0, grid.count(),
                     [&](int t) { s.draw_tile(t, grid, view, options, background, frame); });
@@ -333,6 +259,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     report.times.resolve += one.times.resolve;
     report.sample_pixels += one.counts.sample_pixels;
     report.base_pixels += one.counts.base_pixels;
+    report.base_triangles += one.base_triangles;
   }
   if (options.measure) start = Clock::now();
   const std::size_t slits = fill_slits(s.drawn_box, options.fill_holes, frame);

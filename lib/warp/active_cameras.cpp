@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/active_cameras.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "warp/warper.h"
+
+namespace organbake {
+
+void ActiveCameras::choose(const std::vector<SampleSet>& sets, const ViewWeights& weights) {
+  count_ = 0;
+  for (int i = 0; i < 3; ++i) {
+    if (weights.weights[i] <= 0) continue;
+    cameras_[count_].set = &sets[weights.cameras[i]];
+    cameras_[count_++].weight = static_cast<float>(weights.weights[i]);
+  }
+}
+
+void ActiveCameras::place(const std::vector<FaceFrame>& faces, const View& view,
+                          const TileGrid& grid) {
+  for (ActiveCamera& camera : std::span(cameras_).first(count_)) {
+    const std::vector<Chunk>& chunks = camera.set->chunks;
+    camera.chunks.resize(chunks.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks.size(), 256),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t c = range.begin(); c < range.end(); ++c) {
+                          const Patch& patch = chunks[c].patch;
+                          camera.chunks[c] = chunk_frame(patch, faces[patch.face], view);
+                        }
+                      });
+    camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
+                       [&](std::uint32_t c) { return camera.chunks[c].box; });
+  }
+}
+
+void ActiveCameras::count(DrawReport& report) const {
+  for (const ActiveCamera& camera : all()) {
+    const std::vector<Chunk>& chunks = camera.set->chunks;
+    for (std::size_t c = 0; c < chunks.size();) {
+      const std::uint32_t face = chunks[c].patch.face;
+      std::array<std::size_t, 3> samples{};
+      for (; c < chunks.size() && chunks[c].patch.face == face; ++c) {
+        samples[static_cast<int>(camera.chunks[c].fate)] += chunks[c].count;
+      }
+      report.samples_drawn += samples[0];
+      report.samples_facing_away += samples[1];
+      report.samples_outside_view += samples[2];
+      if (samples[0] > 0) {
+        ++report.faces_drawn;
+      } else {
+        ++(samples[2] > 0 ? report.faces_outside_view : report.faces_facing_away);
+      }
+    }
+    for (const ChunkFrame& chunk : camera.chunks) {
+      if (chunk.fate != ChunkFate::drawn) continue;
+      report.largest_stretch_px =
+          std::max<double>(report.largest_stretch_px, std::max(chunk.columns, chunk.rows));
+    }
+  }
+}
+
+PixelBox ActiveCameras::drawn_box() const {
+  PixelBox box;
+  for (const ActiveCamera& camera : all()) {
+    for (const ChunkFrame& chunk : camera.chunks) {
+      if (chunk.fate == ChunkFate::drawn) box = united(box, chunk.box);
+    }
+  }
+  return box;
+}
+
+void ActiveCameras::mark_stretched(std::vector<std::uint8_t>& gappy) const {
+  for (const ActiveCamera& camera : all()) {
+    for (std::size_t c = 0; c < camera.chunks.size(); ++c) {
+      const ChunkFrame& chunk = camera.chunks[c];
+      if (chunk.fate != ChunkFate::drawn || std::max(chunk.columns, chunk.rows) < kMostSplat) {
+        continue;
+      }
+      gappy[camera.set->chunks[c].patch.face] = 1;
+    }
+  }
+}
+
+}  // namespace organbake

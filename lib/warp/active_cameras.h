@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "geometry/view_manifold.h"
+#include "warp/draw_state.h"
+#include "warp/sample_set.h"
+#include "warp/tile_grid.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+struct DrawReport;
+
+// What one camera does in one frame.
+struct ActiveCamera {
+  const SampleSet* set = nullptr;
+  float weight = 0;  // its share in the view
+  std::vector<ChunkFrame> chunks;
+  TileLists tiles;  // chunks drawn, by tile
+};
+
+// The up to three cameras that the viewing manifold names for a view, their chunks placed, culled
+// and listed by tile. Kept between frames for its memory.
+class ActiveCameras {
+ public:
+  void choose(const std::vector<SampleSet>& sets, const ViewWeights& weights);
+  void place(const std::vector<FaceFrame>& faces, const View& view, const TileGrid& grid);
+
+  std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
+  // Adds samples and faces drawn and skipped.
+  void count(DrawReport& report) const;
+  // Of all pixels that a sample may touch.
+  PixelBox drawn_box() const;
+  // Sets gappy[f] of the faces whose samples lie farther apart than the largest splat.
+  void mark_stretched(std::vector<std::uint8_t>& gappy) const;
+
+ private:
+  std::array<ActiveCamera, 3> cameras_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace organbake
