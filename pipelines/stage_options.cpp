@@ -101,6 +101,12 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "n×n rays are averaged for a texel's colour", .min = 1, .max = 8})
       .add("base_step", &o.capture.base_step_mm,
            {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.05, .max = 100})
+      .add("surface_edge", &o.surface_edge_mm,
+           {.help =
+                "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",
+            .unit = "mm",
+            .min = 0,
+            .max = 100})
       .add("albedo", &o.material.albedo,
            {.help = "of the material that a surface without any colour gets, linear RGB",
             .min = 0,

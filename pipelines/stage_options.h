@@ -31,6 +31,7 @@ struct PlaceStageOptions {
 
 struct CaptureStageOptions {
   CaptureOptions capture;
+  double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   Material material;
 };
 

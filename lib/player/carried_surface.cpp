@@ -52,6 +52,9 @@ struct Hits {
   std::vector<std::array<float, 2>> weights;  // of corners 1 and 2
 };
 
+// The ray that stands for a pixel's centre.
+constexpr int kCentralRay = (kRaysPerSide / 2) * (kRaysPerSide + 1);
+
 void draw_faces(const std::vector<std::array<RasterCorner, 3>>& faces, const PixelBox& window,
                 Hits& hits) {
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
@@ -134,6 +137,7 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
   const Eigen::Vector3f behind(linear[background[0]], linear[background[1]], linear[background[2]]);
   TruthFrame frame;
   frame.color = Rgb8Image(k.width, k.height);
+  frame.sharp = frame.color;
   frame.covered.resize(std::size_t(k.width) * k.height);
   frame.proxy_face.assign(frame.covered.size(), kNoFace);
 
@@ -151,20 +155,25 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
     draw_faces(faces, window, hits);
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < k.width; ++x) {
-        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+        Eigen::Vector3f sum = Eigen::Vector3f::Zero(), central;
         const std::size_t pixel = std::size_t(y) * k.width + x;
         for (int ray = 0; ray < TruthFrame::kRaysPerPixel; ++ray) {
           const int rx = kRaysPerSide * x + ray % kRaysPerSide,
                     ry = kRaysPerSide * (y - y0) + ray / kRaysPerSide;
           const std::size_t i = std::size_t(ry) * window.width() + rx;
-          sum += color_at(hits, i);
+          const Eigen::Vector3f color = color_at(hits, i);
+          sum += color;
+          if (ray == kCentralRay) central = color;
           frame.covered[pixel] += hits.face[i] != kNoFace;
-          if (ray == (kRaysPerSide / 2) * (kRaysPerSide + 1) && hits.face[i] != kNoFace) {
+          if (ray == kCentralRay && hits.face[i] != kNoFace) {
             frame.proxy_face[pixel] = bindings_[rest_.faces[hits.face[i]][0]].face;
           }
         }
         sum /= TruthFrame::kRaysPerPixel;
-        for (int c = 0; c < 3; ++c) frame.color.at(x, y)[c] = srgb8_from_linear(sum[c]);
+        for (int c = 0; c < 3; ++c) {
+          frame.color.at(x, y)[c] = srgb8_from_linear(sum[c]);
+          frame.sharp.at(x, y)[c] = srgb8_from_linear(central[c]);
+        }
       }
     }
   });

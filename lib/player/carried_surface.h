@@ -16,7 +16,8 @@ namespace organbake {
 // What a pixel of the truth shows.
 struct TruthFrame {
   static constexpr int kRaysPerSide = 4, kRaysPerPixel = kRaysPerSide * kRaysPerSide;
-  Rgb8Image color;
+  Rgb8Image color;  // mean of all rays
+  Rgb8Image sharp;  // the one at the pixel's centre: as a warped frame, which takes one sample
   std::vector<std::uint8_t> covered;      // how many of a pixel's rays meet the surface
   std::vector<std::uint32_t> proxy_face;  // at the pixel's centre; kNoFace off the surface
 };

@@ -18,7 +18,9 @@ struct SeamSteps {
 
 // Steps across the proxy's edges: along the picture of each edge, pixel pairs of which one shows
 // one face and the other the other are averaged, signed, so that texture cancels and a seam stays.
-// Edges with fewer than 16 pairs are too short to tell. All pictures have one size.
+// The truth is its sharp picture: averaging a pixel's rays would soften the steps that its own
+// texture and folds make, and a frame is not averaged. Edges with fewer than 40 pairs are too short
+// to tell. All pictures have one size.
 SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth);
 
 // Steps in time, when the set of active cameras changes between two views that hardly differ: means

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/capture.h"
+#include "capture/colored_surface.h"
 
 #include <tbb/parallel_for.h>
 
@@ -52,7 +53,7 @@ StageReport run(const StageCall& call) {
   const auto options = resolved_options<CaptureStageOptions>(call.options_json);
   options.capture.check();
   options.material.check();
-  TriangleMesh surface = read_mesh(*call.input("surface"));
+  const TriangleMesh surface = read_mesh(*call.input("surface"));
   const TriangleMesh proxy = read_mesh(*call.input("proxy"));
   const CameraSet set = read_cameras(*call.input("cameras"));
   StageReport report;
@@ -61,8 +62,8 @@ StageReport run(const StageCall& call) {
   const CaptureSummary captured =
       capture(surface, proxy, set.cameras, *color, options.capture, call.context);
   write_images(captured, set.cameras, call.output_folder);
-  color_vertices(surface, *color);
-  write_ply(call.output_folder / "surface.ply", surface);
+  write_ply(call.output_folder / "surface.ply",
+            colored_surface(surface, *color, options.surface_edge_mm));
 
   report.add("cameras", captured.maps.size());
   report.add("bound_in_prism", captured.bound_in_prism);

@@ -17,8 +17,4 @@ std::unique_ptr<SurfaceColor> choose_color(const TriangleMesh& surface, const Ra
                                            std::vector<Photo> photos, const Material& material,
                                            StageReport& report);
 
-// Gives every vertex the colour that the images show there, so that the surface can be compared
-// with what is played.
-void color_vertices(TriangleMesh& surface, const SurfaceColor& color);
-
 }  // namespace organbake
