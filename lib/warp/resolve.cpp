@@ -195,7 +195,8 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
 }  // namespace
 
 ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                           const Background& background, Frame& frame) {
+                           const Background& background, std::vector<float>& depth_mm,
+                           Frame& frame) {
   ResolveCounts counts;
   std::array<LayerRow, 3> rows;
   SumRow sum;
@@ -214,6 +215,7 @@ ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const 
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
     if (tile.base) counts.base_pixels += mark_base(rows, tile.count, count, cover);
     for (int i = 0; i < count; ++i) counts.sample_pixels += cover[i] == Cover::samples;
+    std::copy_n(sum.nearest, count, &depth_mm[first]);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
   }
   return counts;

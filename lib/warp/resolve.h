@@ -47,7 +47,9 @@ struct ResolveCounts {
 // it) depth for the pixels of `box`. A layer counts by camera share × sample confidence, fading out
 // between one and two same_surface_mm behind the nearest.
 // Only the spans are looked at; the rest of the box becomes background.
+// depth_mm, of the picture's size, gets the depth of every pixel that is covered.
 ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                           const Background& background, Frame& frame);
+                           const Background& background, std::vector<float>& depth_mm,
+                           Frame& frame);
 
 }  // namespace organbake

@@ -16,6 +16,7 @@
 #include "warp/hole_fill.h"
 #include "warp/open_pixels.h"
 #include "warp/resolve.h"
+#include "warp/see_through.h"
 #include "warp/slit_fill.h"
 #include "warp/splat.h"
 #include "warp/tile_grid.h"
@@ -40,6 +41,9 @@ std::vector<ShellMatrix> shell_in(const TriangleMesh& proxy,
   }
   return matrices;
 }
+
+// Nothing smooth falls this far from one pixel to the next and rises again.
+constexpr float kSeeThroughTexels = 8;
 
 struct TileScratch {
   std::array<TileKeys, 3> keys;
@@ -83,6 +87,7 @@ struct Warper::Impl {
   std::vector<FaceFrame> faces;
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
+  std::vector<float> depth_mm;  // of covered pixels
   PixelBox drawn_box;  // of everything but the background
   tbb::enumerable_thread_specific<TileScratch> scratch;
 
@@ -195,7 +200,7 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
   lap(own.times.splat);
   layers.base = draw_base(blocks, box, std::span(drawn).first(layers.count), view, own);
   lap(own.times.base);
-  const ResolveCounts counts = resolve_tile(layers, own.spans, box, background, frame);
+  const ResolveCounts counts = resolve_tile(layers, own.spans, box, background, depth_mm, frame);
   own.counts.sample_pixels += counts.sample_pixels;
   own.counts.base_pixels += counts.base_pixels;
   lap(own.times.resolve);
@@ -237,6 +242,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   frame.cover.resize(pixels);
   frame.depth_mm.resize(options.keep_depth || !options.solids.empty() ? pixels : 0);
 
+  s.depth_mm.resize(pixels);
+
   const TileGrid grid(width, height);
   auto start = options.measure ? Clock::now() : Clock::time_point{};
   const auto lap = [&](double& phase) {
@@ -262,6 +269,9 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     report.base_triangles += one.base_triangles;
   }
   if (options.measure) start = Clock::now();
+  if (options.fill_holes) {
+    open_see_through(s.drawn_box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame);
+  }
   const std::size_t slits = fill_slits(s.drawn_box, options.fill_holes, frame);
   const HoleCounts holes = fill_holes(s.drawn_box, options.fill_holes, frame);
   report.holes_before = slits + holes.before;
