@@ -11,9 +11,9 @@ namespace organbake {
 
 // Between two terraces of a CT's slices, seen more from the side than any camera saw them, single
 // pixels look through the skin at whatever lies behind. A covered pixel that lies deeper_mm behind
-// the nearer of two pixels on either side, along its row or its column, is opened (made background),
-// so that the slits' and holes' filling closes it. depth_mm: one per pixel, of covered ones.
-// Returns how many were opened. The same for any number of threads.
+// the nearer of two pixels on either side, along its row or its column, is opened (made
+// background), so that the slits' and holes' filling closes it. depth_mm: one per pixel, of covered
+// ones. Returns how many were opened. The same for any number of threads.
 std::size_t open_see_through(const PixelBox& box, const std::vector<float>& depth_mm,
                              float deeper_mm, Frame& frame);
 

@@ -88,7 +88,7 @@ struct Warper::Impl {
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
   std::vector<float> depth_mm;  // of covered pixels
-  PixelBox drawn_box;  // of everything but the background
+  PixelBox drawn_box;           // of everything but the background
   tbb::enumerable_thread_specific<TileScratch> scratch;
 
   explicit Impl(const Bundle& bundle);

@@ -56,7 +56,7 @@ endfunction()
 
 # For code that only calls other code: compiled for a quick build, not for a quick run.
 function(organbake_compile_lightly target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(${target} PRIVATE $<IF:$<CONFIG:Debug>,-O0,-O1>)
 endfunction()
 
 # organbake_module(<name> [RUNTIME] SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
