@@ -103,8 +103,7 @@ std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
     case OptionKind::number:
       return as_value(whole_number<double>(text));
     case OptionKind::number_or_auto:
-      return text == "auto" ? OptionValue(std::string(text))
-                            : as_value(whole_number<double>(text));
+      return text == "auto" ? OptionValue(std::string(text)) : as_value(whole_number<double>(text));
     case OptionKind::vector:
     case OptionKind::integers:
       return as_value(three_numbers(text, kind == OptionKind::integers));

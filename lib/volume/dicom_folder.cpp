@@ -49,8 +49,11 @@ DicomFolder scan_dicom_folder(const fs::path& folder) {
     throw BadDataError(folder, "none of its DICOM files can be read; " +
                                    file.file.filename().string() + ": " + file.reason);
   }
-  throw NoInputError(
-      folder, "holds no DICOM image among its " + std::to_string(files.size()) + " files" + hint);
+  std::vector<fs::path> no_images;
+  for (const ScannedFile& file : found.others) no_images.push_back(file.file);
+  const std::string which = no_images.empty() ? "" : " (" + named_files(no_images) + ": no image)";
+  throw NoInputError(folder, "holds no DICOM image among its " + std::to_string(files.size()) +
+                                 " files" + which + hint);
 }
 
 }  // namespace organbake

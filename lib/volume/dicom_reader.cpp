@@ -82,6 +82,9 @@ Volume read_dicom_folder(const fs::path& folder, const VolumeReadOptions& option
   Volume volume = stack.regular() ? scanned : upright_grid(stack, scanned);
   volume.warnings = stack.warnings;
   volume.gantry_tilt_degrees = stack.tilt_degrees;
+  for (std::size_t k = 1; k < stack.along_mm.size(); ++k) {
+    volume.slice_gaps_mm.push_back(stack.along_mm[k] - stack.along_mm[k - 1]);
+  }
   const IndexBox box = options.region ? voxels_of_region(volume, *options.region, folder.string())
                                       : IndexBox::whole(volume);
   crop_grid(volume, box);

@@ -81,6 +81,22 @@ void check_gaps(const DicomStack& stack, double usual_mm, const fs::path& folder
   }
 }
 
+// "13 × 4.00, 13 × 7.00": gaps that differ by less than the positions' own rounding are one.
+std::string gap_table(const std::vector<double>& sorted) {
+  constexpr std::size_t kMostRows = 8;
+  std::string table;
+  std::size_t rows = 0;
+  for (std::size_t first = 0; first < sorted.size(); ++rows) {
+    std::size_t end = first;
+    while (end < sorted.size() && sorted[end] - sorted[first] < kSlack_mm) ++end;
+    if (rows == kMostRows) return table + ", …";
+    table += (rows ? ", " : "") + std::to_string(end - first) + " × " +
+             to_text(sorted[first + (end - first) / 2], 2);
+    first = end;
+  }
+  return table;
+}
+
 void measure_spacing(DicomStack& stack, const fs::path& folder) {
   std::vector<double> sorted;
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
@@ -101,8 +117,8 @@ void measure_spacing(DicomStack& stack, const fs::path& folder) {
   const std::string missing = missing_slices(stack, median);
   if (!missing.empty()) stack.warnings.push_back("slices are missing: " + missing);
   stack.warnings.push_back("the slices are unevenly spaced (" + to_text(sorted.front(), 2) + "…" +
-                           to_text(sorted.back(), 2) + " mm); they were interpolated to " +
-                           to_text(stack.spacing_mm, 2) + " mm");
+                           to_text(sorted.back(), 2) + " mm: " + gap_table(sorted) +
+                           "); they were interpolated to " + to_text(stack.spacing_mm, 2) + " mm");
 }
 
 void measure_tilt(DicomStack& stack) {
