@@ -30,7 +30,7 @@ struct ReadStageOptions {
 
   // Inline, so that only the stages' modules need what parses a region.
   VolumeReadOptions resolved() const {
-    VolumeReadOptions options{.series = series, .strict = strict, .region = {}};
+    VolumeReadOptions options{.series = series, .strict = strict};
     if (!roi.empty()) options.region = parse_region(roi, "--roi");
     return options;
   }

@@ -45,7 +45,7 @@ CappedField::CappedField(const Volume& volume, const ValueRange& range, double l
   above_ = static_cast<int>(std::ceil(level + least - 0.5));
   below_ = static_cast<int>(std::floor(level - least + 0.5));
   twice_level_ = static_cast<int>(std::lround(2 * level));
-  own_voxels_ = margin_ == 0 && least <= 1;
+  as_they_are_ = least <= 1;
   air_ = static_cast<std::int16_t>(std::max(kLowest, below_));
 }
 
@@ -53,8 +53,9 @@ std::span<const std::int16_t> CappedField::slices(int first, int count,
                                                   std::vector<std::int16_t>& copy) const {
   const std::size_t slice = static_cast<std::size_t>(size_[0]) * size_[1];
   const std::size_t voxels = slice * static_cast<std::size_t>(count);
-  if (own_voxels_) return std::span(volume_.voxels).subspan(slice * std::size_t(first), voxels);
-  copy.assign(voxels, air_);
+  if (as_they_are_ && margin_ == 0)
+    return std::span(volume_.voxels).subspan(slice * std::size_t(first), voxels);
+  copy.resize(voxels);
   tbb::parallel_for(0, count, [&](int k) {
     for (int j = 0; j < size_[1]; ++j) {
       fill_row(j - margin_, first + k - margin_, &copy[(std::size_t(k) * size_[1] + j) * size_[0]]);
@@ -75,21 +76,27 @@ std::int16_t CappedField::mirrored(int value) const {
   return 2 * kept < twice_level_ ? air_ : static_cast<std::int16_t>(clamped(twice_level_ - kept));
 }
 
-// Row (j, k) of the volume, possibly just outside it. The grid's edges and corners stay air.
+// Row (j, k) of the volume, possibly just outside it. The grid's edges and corners are air.
 void CappedField::fill_row(int j, int k, std::int16_t* out) const {
   const auto [nx, ny, nz] = volume_.size;
   const bool j_inside = inside(j, ny), k_inside = inside(k, nz);
-  if (!j_inside && !k_inside) return;
-  const std::size_t nearest = std::size_t(std::clamp(k, 0, nz - 1)) * ny + std::clamp(j, 0, ny - 1);
-  const std::int16_t* row = &volume_.voxels[nearest * nx];
-  if (!j_inside || !k_inside) {
-    std::transform(row, row + nx, out + margin_, [&](int v) { return mirrored(v); });
+  if (!j_inside && !k_inside) {
+    std::fill_n(out, size_[0], air_);
     return;
   }
-  std::transform(row, row + nx, out + margin_, [&](int v) { return keep_away(v); });
+  const std::size_t nearest = std::size_t(std::clamp(k, 0, nz - 1)) * ny + std::clamp(j, 0, ny - 1);
+  const std::int16_t* row = &volume_.voxels[nearest * nx];
+  const bool is_inside = j_inside && k_inside;
+  if (!is_inside) {
+    std::transform(row, row + nx, out + margin_, [&](int v) { return mirrored(v); });
+  } else if (as_they_are_) {
+    std::copy(row, row + nx, out + margin_);
+  } else {
+    std::transform(row, row + nx, out + margin_, [&](int v) { return keep_away(v); });
+  }
   if (margin_ == 0) return;
-  out[0] = mirrored(row[0]);
-  out[nx + 1] = mirrored(row[nx - 1]);
+  out[0] = is_inside ? mirrored(row[0]) : air_;
+  out[nx + 1] = is_inside ? mirrored(row[nx - 1]) : air_;
 }
 
 }  // namespace organbake

@@ -35,7 +35,7 @@ class CappedField {
   int margin_ = 0;
   int above_ = 0, below_ = 0;  // the nearest values to the level that are allowed
   int twice_level_ = 0;
-  bool own_voxels_ = false;  // nothing needs to differ
+  bool as_they_are_ = false;  // inside the volume no value is too near to the level
   std::int16_t air_ = 0;
 };
 

@@ -46,15 +46,15 @@ int otsu_split(const std::vector<double>& counts) {
   return split;
 }
 
-// The value round which [first, end) has most voxels.
+// The value round which [first, end) has most voxels. The window may reach beyond both ends, or a
+// peak at an end would be seen from one side only.
 double peak(const std::vector<double>& counts, int first, int end) {
   double in_window = 0, most = -1, at = first;
   int plateau = 0;
-  for (int i = first - kHalfWindow_hu; i < end; ++i) {
+  for (int i = first - kHalfWindow_hu; i < end + kHalfWindow_hu; ++i) {
     const int enters = i + kHalfWindow_hu, leaves = i - kHalfWindow_hu - 1;
     if (enters >= first && enters < end) in_window += counts[enters];
     if (leaves >= first && leaves < end) in_window -= counts[leaves];
-    if (i < first) continue;
     if (in_window > most) {
       most = in_window;
       at = i;

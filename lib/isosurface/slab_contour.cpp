@@ -15,7 +15,7 @@ namespace organbake {
 namespace {
 
 // Large enough for the shared slices to cost little, small beside any volume that matters.
-constexpr std::size_t kVoxelsOfSlab = std::size_t{1} << 23;
+constexpr std::size_t kVoxelsOfSlab = std::size_t{1} << 22;
 constexpr int kLeastSlices = 8;
 
 // One slab's part of the mesh, as small as it can be: the whole mesh exists twice for a moment.
@@ -128,6 +128,7 @@ TriangleMesh contour_in_slabs(const CappedField& field, double level, Isosurface
                count);
     context.progress(0.8 * (first + count) / nz);
   }
+  copy = {};  // the mesh needs the room
   return welder.take();
 }
 

@@ -32,7 +32,8 @@ TriangleMesh ball_with_cavity_and_crumb() {
 }
 
 TEST(SurfaceComponents, TheLargestOutwardPieceIsTheOrgan) {
-  const KeptComponents kept = keep_components(ball_with_cavity_and_crumb(), {.largest = 1, .outward_only = true});
+  const KeptComponents kept =
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 1, .outward_only = true});
   EXPECT_EQ(kept.found, 3u);
   EXPECT_EQ(kept.kept, 1u);
   EXPECT_NEAR(bounds(kept.mesh).max.x() - kFar.x(), 10, 0.5);
@@ -41,13 +42,17 @@ TEST(SurfaceComponents, TheLargestOutwardPieceIsTheOrgan) {
 }
 
 TEST(SurfaceComponents, CavitiesGoWhenPiecesAreCounted) {
-  const KeptComponents kept = keep_components(ball_with_cavity_and_crumb(), {.largest = 3, .outward_only = true});
+  const KeptComponents kept =
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 3, .outward_only = true});
   EXPECT_EQ(kept.kept, 2u);  // ball and crumb
 }
 
 TEST(SurfaceComponents, AllMeansAll) {
-  EXPECT_EQ(keep_components(ball_with_cavity_and_crumb(), {.largest = 0, .outward_only = true}).kept, 3u);
-  EXPECT_EQ(keep_components(ball_with_cavity_and_crumb(), {.largest = 2, .outward_only = false}).kept, 2u);
+  EXPECT_EQ(
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 0, .outward_only = true}).kept, 3u);
+  EXPECT_EQ(
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 2, .outward_only = false}).kept,
+      2u);
 }
 
 TEST(SurfaceComponents, ASingleInwardPieceIsKept) {
@@ -70,7 +75,9 @@ TEST(SurfaceComponents, SmallPiecesGo) {
   EXPECT_NEAR(bounds(kept(17).mesh).max.x() - kFar.x(), 10, 0.5);
 }
 
-TEST(SurfaceComponents, AnEmptyMeshStaysEmpty) { EXPECT_EQ(keep_components({}, {.largest = 1, .outward_only = true}).found, 0u); }
+TEST(SurfaceComponents, AnEmptyMeshStaysEmpty) {
+  EXPECT_EQ(keep_components({}, {.largest = 1, .outward_only = true}).found, 0u);
+}
 
 }  // namespace
 }  // namespace organbake
