@@ -43,18 +43,22 @@ VolumeReadOptions for_mask(VolumeReadOptions options) {
   return options;
 }
 
-StageReport run(const StageCall& call) {
-  const auto options = resolved_options<IsosurfaceStageOptions>(call.options_json);
-  options.surface.check();
+// The volumes end here: they are not needed while the mesh is written.
+Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
+                        StageReport& report) {
   const VolumeReadOptions reading = options.reading.resolved();
   const std::optional<Volume> ct = read_input(call, "ct", reading);
   std::optional<Volume> mask = read_input(call, "mask", for_mask(reading));
+  if (!mask) return extract_isosurface(*ct, options.surface, call.context);
+  if (ct) mask = placed_on(*ct, std::move(*mask), options.surface.label, call.context, report);
+  return extract_label_surface(*mask, options.surface, call.context);
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<IsosurfaceStageOptions>(call.options_json);
+  options.surface.check();
   StageReport report;
-  if (ct && mask) {
-    mask = placed_on(*ct, std::move(*mask), options.surface.label, call.context, report);
-  }
-  const Isosurface surface = mask ? extract_label_surface(*mask, options.surface, call.context)
-                                  : extract_isosurface(*ct, options.surface, call.context);
+  const Isosurface surface = make_surface(call, options, report);
   write_ply(call.output_folder / "surface.ply", surface.mesh);
 
   report.add("vertices", surface.mesh.vertices.size());
@@ -62,7 +66,7 @@ StageReport run(const StageCall& call) {
   report.add("components_found", surface.components_found);
   report.add("components_kept", surface.components_kept);
   report.add("volume_ml", signed_volume(surface.mesh) / 1000);
-  if (mask) {
+  if (call.input("mask")) {
     report.skipped.push_back({"the level iso, method and refine", "a mask is given"});
   } else {
     report.add("level_hu", surface.level_hu);
