@@ -37,6 +37,7 @@ std::string expected(const Option& option) {
   static constexpr const char* kNames[] = {"true or false",
                                            "a whole number",
                                            "a number",
+                                           "auto or a number",
                                            "a text",
                                            "one word",
                                            "a path",
@@ -101,6 +102,8 @@ std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
       return as_value(whole_number<std::int64_t>(text));
     case OptionKind::number:
       return as_value(whole_number<double>(text));
+    case OptionKind::number_or_auto:
+      return text == "auto" ? OptionValue(std::string(text)) : as_value(whole_number<double>(text));
     case OptionKind::vector:
     case OptionKind::integers:
       return as_value(three_numbers(text, kind == OptionKind::integers));
@@ -178,7 +181,11 @@ OptionValue parse_option(const Option& option, std::string_view text, const std:
 }
 
 void check_option(const Option& option, const OptionValue& value, const std::string& where) {
-  if (value.index() != option.default_value.index() || !allowed(option.traits, value)) {
+  const bool right_kind =
+      option.kind == OptionKind::number_or_auto
+          ? std::holds_alternative<double>(value) || value == OptionValue(std::string("auto"))
+          : value.index() == option.default_value.index();
+  if (!right_kind || !allowed(option.traits, value)) {
     refuse(option, where, option_text(value));
   }
 }

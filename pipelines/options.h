@@ -20,7 +20,18 @@ namespace organbake {
 using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>,
                                  std::vector<std::string>>;
 
-enum class OptionKind { boolean, integer, number, text, choice, path, vector, integers, texts };
+enum class OptionKind {
+  boolean,
+  integer,
+  number,
+  number_or_auto,  // a number, or the word "auto"
+  text,
+  choice,
+  path,
+  vector,
+  integers,
+  texts
+};
 
 struct OptionTraits {
   std::string help = {};
@@ -97,6 +108,18 @@ struct OptionType<float> {
   // Through the float's shortest decimal: users see 0.42, not 0.41999998688697815.
   static OptionValue to_value(float value);
   static float from_value(const OptionValue& v) { return static_cast<float>(std::get<double>(v)); }
+};
+// Nothing is the word "auto": the stage finds the value.
+template <>
+struct OptionType<std::optional<double>> {
+  static constexpr OptionKind kind = OptionKind::number_or_auto;
+  static OptionValue to_value(const std::optional<double>& value) {
+    return value ? OptionValue(*value) : OptionValue(std::string("auto"));
+  }
+  static std::optional<double> from_value(const OptionValue& value) {
+    const auto* number = std::get_if<double>(&value);
+    return number ? std::optional(*number) : std::nullopt;
+  }
 };
 template <>
 struct OptionType<std::string> {

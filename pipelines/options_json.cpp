@@ -31,6 +31,10 @@ std::optional<OptionValue> from_json(OptionKind kind, const Json& json) {
     case OptionKind::number:
       if (json.is_number()) return json.get<double>();
       break;
+    case OptionKind::number_or_auto:
+      if (json.is_number()) return json.get<double>();
+      if (json == "auto") return json.get<std::string>();
+      break;
     case OptionKind::vector:
     case OptionKind::integers:
       if (json.is_array() && json.size() == 3 &&
@@ -66,6 +70,8 @@ Json value_schema(const Option& option) {
       return number_schema(option, "integer");
     case OptionKind::number:
       return number_schema(option, "number");
+    case OptionKind::number_or_auto:
+      return {{"anyOf", {number_schema(option, "number"), {{"const", "auto"}}}}};
     case OptionKind::vector:
       return array_schema(number_schema(option, "number"));
     case OptionKind::integers:

@@ -32,21 +32,51 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "of the true mesh: 20·4ⁿ faces", .min = 1, .max = 9});
 }
 
-void bind(OptionList& list, IsosurfaceOptions& o) {
+void bind(OptionList& list, ReadStageOptions& o) {
+  list.add("series", &o.series,
+           {.help = "of a DICOM folder: its UID or number; else the one that is a CT volume"})
+      .add(
+          "strict", &o.strict,
+          {.help = "refuse a DICOM series with uneven, missing, repeated or damaged slices instead "
+                   "of mending it"})
+      .add("roi", &o.roi,
+           {.help = "two corners x0,y0,z0,x1,y1,z1 of the box that is read; else all",
+            .unit = "mm, LPS"});
+}
+
+void bind(OptionList& list, IsosurfaceStageOptions& options) {
+  IsosurfaceOptions& o = options.surface;
   list.add("iso", &o.iso_hu,
-           {.help = "level of the surface when no mask is given; the organ lies above it",
+           {.help = "level of the surface when no mask is given; the organ lies above it; auto = "
+                    "half-way between the histogram's two peaks",
             .unit = "HU",
             .min = -32768,
             .max = 32767})
+      .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
+           {{"flying-edges", IsosurfaceMethod::flying_edges},
+            {"marching-cubes", IsosurfaceMethod::marching_cubes}})
       .add("label", &o.label, {.help = "the organ's label in the mask", .min = 1, .max = 32767})
       .add("largest", &o.largest,
            {.help = "components kept, by area; 0 = all", .min = 0, .max = 1000000})
+      .add("min_size", &o.min_size_mm,
+           {.help = "components whose box is nowhere longer are dropped",
+            .unit = "mm",
+            .min = 0,
+            .max = 10000})
+      .add("refine", &o.refine,
+           {.help = "place a CT's surface by all voxels across the edge, not by two of them: right "
+                    "inside thick slices"})
       .add("smooth", &o.smooth_mm,
            {.help = "Gaussian on a mask before its surface is taken; 0 leaves voxel stairs",
             .unit = "mm",
             .min = 0,
             .max = 50})
+      .add("taubin", &o.taubin_steps,
+           {.help = "steps of Taubin smoothing on the surface; its volume is kept",
+            .min = 0,
+            .max = 1000})
       .add("cap", &o.cap, {.help = "close the surface where it leaves the volume"});
+  bind(list, options.reading);
 }
 
 void bind(OptionList& list, DecimateOptions& o) {

@@ -11,6 +11,7 @@
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
 #include "viewpoints/placement.h"
+#include "volume/read_options.h"
 
 namespace organbake {
 
@@ -19,6 +20,25 @@ struct PhantomStageOptions {
   std::string kind = "organ";
   OrganPhantomOptions organ;
   int truth_subdivisions = 7;
+};
+
+// How a volume is read, as flags and recipe keys have it.
+struct ReadStageOptions {
+  std::string series;
+  bool strict = false;
+  std::string roi;  // as parse_region reads it; empty = all
+
+  // Inline, so that only the stages' modules need what parses a region.
+  VolumeReadOptions resolved() const {
+    VolumeReadOptions options{.series = series, .strict = strict};
+    if (!roi.empty()) options.region = parse_region(roi, "--roi");
+    return options;
+  }
+};
+
+struct IsosurfaceStageOptions {
+  IsosurfaceOptions surface;
+  ReadStageOptions reading;
 };
 
 struct PlaceStageOptions {
@@ -40,7 +60,8 @@ struct BundleOptions {
 };
 
 void bind(OptionList& list, PhantomStageOptions& options);
-void bind(OptionList& list, IsosurfaceOptions& options);
+void bind(OptionList& list, ReadStageOptions& options);
+void bind(OptionList& list, IsosurfaceStageOptions& options);
 void bind(OptionList& list, DecimateOptions& options);
 void bind(OptionList& list, MechanicsOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);

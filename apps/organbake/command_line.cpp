@@ -71,6 +71,8 @@ std::string value_name(const Option& option) {
       return " NAME";
     case OptionKind::number:
       return " X";
+    case OptionKind::number_or_auto:
+      return " X|auto";
     default:
       return " TEXT";
   }

@@ -11,6 +11,7 @@
 #include "pipelines/recipe.h"
 #include "pipelines/schemas.h"
 #include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
 
 namespace organbake {
 namespace {
@@ -28,10 +29,11 @@ bool one_of(const std::string& text, std::initializer_list<const char*> choices)
 }
 
 // Volumes and meshes need their readers' libraries, so a module looks at them.
-StageReport inspect_in_module(const fs::path& path, const char* kind, Session& session) {
+StageReport inspect_in_module(const fs::path& path, const char* kind, const OptionList& reading,
+                              Session& session) {
   const RunContext context = session.context("inspect");
   const Stage stage{.name = "inspect"};
-  return run_in_module(stage, {"{}", {{kind, path}}, {}, context});
+  return run_in_module(stage, {to_json(reading).dump(), {{kind, path}}, {}, context});
 }
 
 StageReport inspect_bundle(const fs::path& folder) {
@@ -91,18 +93,18 @@ StageReport inspect_document(const fs::path& file) {
   return report;
 }
 
-StageReport inspect(const fs::path& path, Session& session) {
+StageReport inspect(const fs::path& path, const OptionList& reading, Session& session) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(path)) {
     return fs::exists(path / "manifest.json") ? inspect_bundle(path)
-                                              : inspect_in_module(path, "volume", session);
+                                              : inspect_in_module(path, "volume", reading, session);
   }
   const std::string ending = lower_ending(path);
   if (ending == ".exr") return inspect_exr(path);
   if (ending == ".json") return inspect_document(path);
   if (one_of(ending, {".yaml", ".yml"})) return inspect_recipe(path);
   const bool mesh = one_of(ending, {".ply", ".obj", ".stl", ".vtk", ".vtp"});
-  return inspect_in_module(path, mesh ? "mesh" : "volume", session);
+  return inspect_in_module(path, mesh ? "mesh" : "volume", reading, session);
 }
 
 std::string table(const StageReport& report) {
@@ -119,13 +121,16 @@ std::string table(const StageReport& report) {
 }  // namespace
 
 int run_inspect(const Arguments& arguments, Session& session) {
+  ReadStageOptions reading;
+  OptionList options;
+  bind(options, reading);
   const auto words = session.read_command(
-      arguments, "inspect FILE|FOLDER",
-      "Tells what a volume, DICOM folder, mesh, EXR image, bundle, document or recipe holds.", {},
-      1);
+      arguments, "inspect FILE|FOLDER [OPTIONS]",
+      "Tells what a volume, DICOM folder, mesh, EXR image, bundle, document or recipe holds.",
+      options, 1);
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake inspect' needs a file or folder");
-  const StageReport report = inspect(words->front(), session);
+  const StageReport report = inspect(words->front(), options, session);
   nlohmann::json json = nlohmann::json::object();
   for (const auto& [name, value] : report.figures) json[name] = to_json(value);
   session.print_result(table(report), json);

@@ -30,85 +30,73 @@ bool reaches_border(const Volume& volume, double level) {
   return false;
 }
 
-// Copies a volume into a larger grid, value by value through `keep_away`, with mirrored faces.
-class FieldCopy {
- public:
-  FieldCopy(const Volume& volume, double level, int least_distance, int margin)
-      : volume_(volume),
-        above_(static_cast<int>(std::ceil(level + least_distance - 0.5))),
-        below_(static_cast<int>(std::floor(level - least_distance + 0.5))),
-        twice_level_(static_cast<int>(std::lround(2 * level))),
-        margin_(margin) {
-    for (int axis = 0; axis < 3; ++axis) size_[axis] = volume.size[axis] + 2 * margin;
-    air_ = static_cast<std::int16_t>(std::max(kLowest, below_));
-  }
-
-  std::vector<std::int16_t> make() const {
-    std::vector<std::int16_t> out(static_cast<std::size_t>(size_[0]) * size_[1] * size_[2], air_);
-    tbb::parallel_for(0, size_[2], [&](int k) {
-      for (int j = 0; j < size_[1]; ++j) {
-        fill_row(j - margin_, k - margin_, &out[(std::size_t(k) * size_[1] + j) * size_[0]]);
-      }
-    });
-    return out;
-  }
-
- private:
-  std::int16_t keep_away(int value) const {
-    if (2 * value >= twice_level_) return static_cast<std::int16_t>(clamp(std::max(value, above_)));
-    return static_cast<std::int16_t>(clamp(std::min(value, below_)));
-  }
-  // Air stays air: only tissue is mirrored.
-  std::int16_t mirrored(int value) const {
-    const int kept = keep_away(value);
-    return 2 * kept < twice_level_ ? air_ : static_cast<std::int16_t>(clamp(twice_level_ - kept));
-  }
-  static int clamp(int value) { return std::clamp(value, kLowest, kHighest); }
-  static bool inside(int i, int n) { return i >= 0 && i < n; }
-
-  // Row (j, k) of the volume, possibly just outside it. The grid's edges and corners stay air.
-  void fill_row(int j, int k, std::int16_t* out) const {
-    const auto [nx, ny, nz] = volume_.size;
-    const bool j_inside = inside(j, ny), k_inside = inside(k, nz);
-    if (!j_inside && !k_inside) return;
-    const std::int16_t* row =
-        &volume_
-             .voxels[(std::size_t(std::clamp(k, 0, nz - 1)) * ny + std::clamp(j, 0, ny - 1)) * nx];
-    if (!j_inside || !k_inside) {
-      std::transform(row, row + nx, out + margin_, [&](int v) { return mirrored(v); });
-      return;
-    }
-    std::transform(row, row + nx, out + margin_, [&](int v) { return keep_away(v); });
-    if (margin_ == 0) return;
-    out[0] = mirrored(row[0]);
-    out[nx + 1] = mirrored(row[nx - 1]);
-  }
-
-  const Volume& volume_;
-  int above_, below_;  // the nearest values to the level that are allowed
-  int twice_level_;
-  int margin_;
-  std::array<int, 3> size_{};
-  std::int16_t air_ = 0;
-};
+int clamped(int value) { return std::clamp(value, kLowest, kHighest); }
+bool inside(int i, int n) { return i >= 0 && i < n; }
 
 }  // namespace
 
-ContourField contour_field(const Volume& volume, const ValueRange& range, double level, bool cap) {
-  ContourField field;
-  field.margin = cap && reaches_border(volume, level) ? 1 : 0;
-  for (int axis = 0; axis < 3; ++axis) field.size[axis] = volume.size[axis] + 2 * field.margin;
+CappedField::CappedField(const Volume& volume, const ValueRange& range, double level, bool cap)
+    : volume_(volume), margin_(cap && reaches_border(volume, level) ? 1 : 0) {
+  for (int axis = 0; axis < 3; ++axis) size_[axis] = volume.size[axis] + 2 * margin_;
   // Whole numbers are half a unit from the level. A data range far beyond a CT's needs more.
   const double span = static_cast<double>(range.max) - range.min;
   const int least =
-      std::max(1, static_cast<int>(std::ceil(span * least_distance_to_level(field.size) + 0.5)));
-  if (field.margin == 0 && least <= 1) {
-    field.values = volume.voxels;
-    return field;
+      std::max(1, static_cast<int>(std::ceil(span * least_distance_to_level(size_) + 0.5)));
+  above_ = static_cast<int>(std::ceil(level + least - 0.5));
+  below_ = static_cast<int>(std::floor(level - least + 0.5));
+  twice_level_ = static_cast<int>(std::lround(2 * level));
+  as_they_are_ = least <= 1;
+  air_ = static_cast<std::int16_t>(std::max(kLowest, below_));
+}
+
+std::span<const std::int16_t> CappedField::slices(int first, int count,
+                                                  std::vector<std::int16_t>& copy) const {
+  const std::size_t slice = static_cast<std::size_t>(size_[0]) * size_[1];
+  const std::size_t voxels = slice * static_cast<std::size_t>(count);
+  if (as_they_are_ && margin_ == 0)
+    return std::span(volume_.voxels).subspan(slice * std::size_t(first), voxels);
+  copy.resize(voxels);
+  tbb::parallel_for(0, count, [&](int k) {
+    for (int j = 0; j < size_[1]; ++j) {
+      fill_row(j - margin_, first + k - margin_, &copy[(std::size_t(k) * size_[1] + j) * size_[0]]);
+    }
+  });
+  return copy;
+}
+
+std::int16_t CappedField::keep_away(int value) const {
+  const bool above = 2 * value >= twice_level_;
+  return static_cast<std::int16_t>(
+      clamped(above ? std::max(value, above_) : std::min(value, below_)));
+}
+
+// Air stays air: only tissue is mirrored.
+std::int16_t CappedField::mirrored(int value) const {
+  const int kept = keep_away(value);
+  return 2 * kept < twice_level_ ? air_ : static_cast<std::int16_t>(clamped(twice_level_ - kept));
+}
+
+// Row (j, k) of the volume, possibly just outside it. The grid's edges and corners are air.
+void CappedField::fill_row(int j, int k, std::int16_t* out) const {
+  const auto [nx, ny, nz] = volume_.size;
+  const bool j_inside = inside(j, ny), k_inside = inside(k, nz);
+  if (!j_inside && !k_inside) {
+    std::fill_n(out, size_[0], air_);
+    return;
   }
-  field.copy = FieldCopy(volume, level, least, field.margin).make();
-  field.values = field.copy;
-  return field;
+  const std::size_t nearest = std::size_t(std::clamp(k, 0, nz - 1)) * ny + std::clamp(j, 0, ny - 1);
+  const std::int16_t* row = &volume_.voxels[nearest * nx];
+  const bool is_inside = j_inside && k_inside;
+  if (!is_inside) {
+    std::transform(row, row + nx, out + margin_, [&](int v) { return mirrored(v); });
+  } else if (as_they_are_) {
+    std::copy(row, row + nx, out + margin_);
+  } else {
+    std::transform(row, row + nx, out + margin_, [&](int v) { return keep_away(v); });
+  }
+  if (margin_ == 0) return;
+  out[0] = is_inside ? mirrored(row[0]) : air_;
+  out[nx + 1] = is_inside ? mirrored(row[nx - 1]) : air_;
 }
 
 }  // namespace organbake

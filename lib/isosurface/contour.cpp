@@ -7,6 +7,7 @@
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
+#include <vtkMarchingCubes.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -52,7 +53,7 @@ TriangleMesh mesh_from(vtkPolyData& surface) {
   auto* coordinates = vtkFloatArray::SafeDownCast(surface.GetPoints()->GetData());
   auto* corners =
       surface.GetPolys()->IsStorage64Bit() ? surface.GetPolys()->GetConnectivityArray64() : nullptr;
-  if (!coordinates || !corners) throw std::logic_error("vtkFlyingEdges3D changed its output types");
+  if (!coordinates || !corners) throw std::logic_error("VTK changed its output types");
   const float* xyz = coordinates->GetPointer(0);
   const auto* ids = corners->GetPointer(0);
   mesh.vertices.resize(static_cast<std::size_t>(points));
@@ -66,9 +67,20 @@ TriangleMesh mesh_from(vtkPolyData& surface) {
   return mesh;
 }
 
+template <typename Filter>
+TriangleMesh run_filter(Filter& filter, vtkImageData& image, double level) {
+  filter.SetInputData(&image);
+  filter.SetValue(0, level);
+  filter.ComputeNormalsOff();
+  filter.ComputeGradientsOff();
+  filter.ComputeScalarsOff();
+  filter.Update();
+  return mesh_from(*filter.GetOutput());
+}
+
 template <typename Array, typename Value>
 TriangleMesh contour_values(std::span<const Value> values, const std::array<int, 3>& size,
-                            double level) {
+                            double level, IsosurfaceMethod method) {
   // VTK reports a grid without cells as an error.
   if (std::min({size[0], size[1], size[2]}) < 2) return {};
   vtkNew<Array> array;
@@ -79,16 +91,14 @@ TriangleMesh contour_values(std::span<const Value> values, const std::array<int,
   vtkNew<vtkImageData> image;
   image->SetDimensions(size.data());
   image->GetPointData()->SetScalars(array);
+  if (method == IsosurfaceMethod::marching_cubes) {
+    vtkNew<vtkMarchingCubes> filter;
+    return run_filter(*filter, *image, level);
+  }
   // VTK's own threads are TBB's here, and its point numbers do not depend on how many there are.
   vtkNew<vtkFlyingEdges3D> filter;
-  filter->SetInputData(image);
-  filter->SetValue(0, level);
-  filter->ComputeNormalsOff();
-  filter->ComputeGradientsOff();
-  filter->ComputeScalarsOff();
   filter->InterpolateAttributesOff();
-  filter->Update();
-  return mesh_from(*filter->GetOutput());
+  return run_filter(*filter, *image, level);
 }
 
 }  // namespace
@@ -100,12 +110,12 @@ double least_distance_to_level(const std::array<int, 3>& size) {
 }
 
 TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int, 3>& size,
-                     double level) {
-  return contour_values<vtkShortArray>(values, size, level);
+                     double level, IsosurfaceMethod method) {
+  return contour_values<vtkShortArray>(values, size, level, method);
 }
 
 TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level) {
-  return contour_values<vtkFloatArray>(values, size, level);
+  return contour_values<vtkFloatArray>(values, size, level, IsosurfaceMethod::flying_edges);
 }
 
 void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index) {

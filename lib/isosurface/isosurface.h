@@ -2,19 +2,28 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "core/run_context.h"
 #include "geometry/triangle_mesh.h"
+#include "isosurface/contour.h"
 #include "volume/volume.h"
 
 namespace organbake {
 
 struct IsosurfaceOptions {
-  double iso_hu = -300;  // the level, when no mask is given; the organ is above it
+  // The level, when no mask is given; the organ is above it. Nothing = proposed_level().
+  std::optional<double> iso_hu = -300;
+  IsosurfaceMethod method = IsosurfaceMethod::flying_edges;
   // Keep the K pieces of largest area; 0 = all. Cavities of a closed surface don't count as pieces
   // and go, unless all is kept.
   std::size_t largest = 1;
-  bool cap = true;  // close the surface where it leaves the volume
+  double min_size_mm = 0;  // pieces whose box is nowhere longer than this go, too
+  // Moves the vertices to where the sums of the voxels across the edge put it, instead of where two
+  // voxels alone do: see refine_crossings(). For a CT, not for a mask.
+  bool refine = false;
+  int taubin_steps = 0;  // of smoothing on the finished mesh, volume kept to 0.1 %
+  bool cap = true;       // close the surface where it leaves the volume
   // Standard deviation of the Gaussian on a mask; more is taken where the mask's stairs are higher
   // (a mask drawn at 3 mm has stairs of 3 mm, whatever grid it was brought onto), since less lets
   // them through; 0 = no blur at all.
@@ -28,6 +37,7 @@ struct Isosurface {
   TriangleMesh mesh;  // world mm, outward
   std::size_t components_found = 0;
   std::size_t components_kept = 0;
+  double level_hu = 0;  // of a CT's surface: the one asked for, or proposed
 };
 
 // Marching cubes' surface (vtkFlyingEdges3D) of a CT at iso_hu, to half a unit: every level between

@@ -8,10 +8,10 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "isosurface/contour.h"
+#include "isosurface/finished_surface.h"
 #include "isosurface/gaussian_blur.h"
 #include "isosurface/isosurface.h"
 #include "isosurface/mask_stairs.h"
-#include "isosurface/surface_components.h"
 #include "volume/labels_text.h"
 
 namespace organbake {
@@ -174,9 +174,7 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
                        " vanishes when smoothed; choose a smaller --smooth");
   }
   move_to_world(mesh, mask, Eigen::Vector3d(box.first[0], box.first[1], box.first[2]));
-  KeptComponents kept = keep_largest(std::move(mesh), options.largest, options.cap);
-  context.progress(1);
-  return {std::move(kept.mesh), kept.found, kept.kept};
+  return finished(std::move(mesh), options, context);
 }
 
 }  // namespace organbake

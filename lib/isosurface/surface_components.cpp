@@ -12,6 +12,7 @@ struct Component {
   double area = 0;         // twice, mm²
   double volume = 0;       // six times, mm³
   std::uint32_t root = 0;  // its smallest vertex
+  Eigen::AlignedBox3d box;
 };
 
 // For every vertex the smallest vertex of its component.
@@ -43,7 +44,7 @@ std::vector<Component> measure(const TriangleMesh& mesh, const std::vector<std::
     std::uint32_t& n = number[root[face[0]]];
     if (n == kNone) {
       n = static_cast<std::uint32_t>(components.size());
-      components.push_back({0, 0, root[face[0]]});
+      components.push_back({0, 0, root[face[0]], {}});
     }
     const Eigen::Vector3d& a = mesh.vertices[face[0]];
     // Seen from the component's own vertex: far from the world's origin digits would cancel.
@@ -51,47 +52,61 @@ std::vector<Component> measure(const TriangleMesh& mesh, const std::vector<std::
     const Eigen::Vector3d cross = (mesh.vertices[face[1]] - a).cross(mesh.vertices[face[2]] - a);
     components[n].area += cross.norm();
     components[n].volume += (a - origin).dot(cross);
+    for (const std::uint32_t corner : face) components[n].box.extend(mesh.vertices[corner]);
   }
   return components;
 }
 
-TriangleMesh part_of(const TriangleMesh& mesh, const std::vector<std::uint32_t>& root,
-                     const std::vector<bool>& kept_root) {
-  TriangleMesh out;
+// In place, since a mesh may be as large as memory allows: what is kept moves towards the front.
+void drop_others(TriangleMesh& mesh, const std::vector<std::uint32_t>& root,
+                 const std::vector<bool>& kept_root) {
   std::vector<std::uint32_t> renumbered(mesh.vertices.size(), 0);
+  std::uint32_t vertices = 0;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     if (!kept_root[root[v]]) continue;
-    renumbered[v] = static_cast<std::uint32_t>(out.vertices.size());
-    out.vertices.push_back(mesh.vertices[v]);
+    mesh.vertices[vertices] = mesh.vertices[v];
+    renumbered[v] = vertices++;
   }
+  std::size_t faces = 0;
   for (const Face& face : mesh.faces) {
     if (!kept_root[root[face[0]]]) continue;
-    out.faces.push_back({renumbered[face[0]], renumbered[face[1]], renumbered[face[2]]});
+    mesh.faces[faces++] = {renumbered[face[0]], renumbered[face[1]], renumbered[face[2]]};
   }
-  return out;
+  mesh.vertices.resize(vertices);
+  mesh.faces.resize(faces);
+}
+
+void apply(const ComponentFilter& filter, std::vector<Component>& components) {
+  const bool any_outward = std::any_of(components.begin(), components.end(),
+                                       [](const Component& c) { return c.volume > 0; });
+  if (filter.outward_only && filter.largest > 0 && any_outward) {
+    std::erase_if(components, [](const Component& c) { return c.volume <= 0; });
+  }
+  if (filter.min_size_mm > 0) {
+    std::erase_if(components, [&](const Component& c) {
+      return c.box.sizes().maxCoeff() < filter.min_size_mm;
+    });
+  }
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.area > b.area; });
+  if (filter.largest > 0) components.resize(std::min(filter.largest, components.size()));
 }
 
 }  // namespace
 
-KeptComponents keep_largest(TriangleMesh mesh, std::size_t count, bool outward_only) {
+KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter) {
   const std::vector<std::uint32_t> root = label_vertices(mesh);
   std::size_t found = 0;
   for (std::uint32_t v = 0; v < root.size(); ++v) found += root[v] == v;
-  const bool all = count == 0 || (count >= found && !outward_only);
-  if (all || found <= 1) return {std::move(mesh), found, found};
+  const bool all = filter.largest == 0 || (filter.largest >= found && !filter.outward_only);
+  if (filter.min_size_mm == 0 && (all || found <= 1)) return {std::move(mesh), found, found};
   std::vector<Component> components = measure(mesh, root);
-  const bool any_outward = std::any_of(components.begin(), components.end(),
-                                       [](const Component& c) { return c.volume > 0; });
-  if (outward_only && any_outward) {
-    std::erase_if(components, [](const Component& c) { return c.volume <= 0; });
-  }
-  std::stable_sort(components.begin(), components.end(),
-                   [](const Component& a, const Component& b) { return a.area > b.area; });
-  components.resize(std::min(count, components.size()));
+  apply(filter, components);
   if (components.size() == found) return {std::move(mesh), found, found};
   std::vector<bool> kept_root(mesh.vertices.size(), false);
   for (const Component& component : components) kept_root[component.root] = true;
-  return {part_of(mesh, root, kept_root), found, components.size()};
+  drop_others(mesh, root, kept_root);
+  return {std::move(mesh), found, components.size()};
 }
 
 }  // namespace organbake

@@ -7,15 +7,23 @@
 
 namespace organbake {
 
+struct ComponentFilter {
+  std::size_t largest = 1;  // pieces of largest area that are kept; 0 = all
+  double min_size_mm = 0;   // pieces whose box is nowhere longer go; 0 = none
+  // Pieces of negative volume are the walls of cavities and are passed over while there are others:
+  // the lungs' walls in a body can have more area than its skin, and alone they are a solid inside
+  // out. Not when all pieces are kept.
+  bool outward_only = true;
+};
+
 struct KeptComponents {
   TriangleMesh mesh;
   std::size_t found = 0;
   std::size_t kept = 0;
 };
 
-// Keeps the `count` connected pieces of largest area, all when 0. With `outward_only`, pieces of
-// negative volume are the walls of cavities and are passed over while there are others: the lungs'
-// walls in a body can have more area than its skin, and alone they are a solid inside out.
-KeptComponents keep_largest(TriangleMesh mesh, std::size_t count, bool outward_only);
+// Keeps the connected pieces that pass the filter, in their order; the mesh is empty when none
+// does.
+KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter);
 
 }  // namespace organbake

@@ -5,97 +5,219 @@
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
-#include <vtkPointData.h>
 
-#include <array>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "formats/vtk_error_log.h"
+#include "volume/dicom_codec.h"
+#include "volume/inflated_dicom.h"
 #include "volume/voxel_decoding.h"
+#include "volume/vtk_voxel_type.h"
 
 namespace organbake {
 namespace {
 
-// JPEG processes 1, 2 & 4, 6 & 8, 10 & 12: lossy, 8 or 12 bits. GDCM decodes such CTs to garbage
-// without an error.
-constexpr std::array<const char*, 4> kLossyJpeg = {
-    "1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
-    "1.2.840.10008.1.2.4.55"};
+// The stored values of one slice, in the machine's byte order.
+struct StoredPixels {
+  VoxelType type = VoxelType::int16;
+  std::vector<std::byte> bytes;
+};
 
-void check_pixel_kind(const DicomSlice& slice) {
-  for (const char* uid : kLossyJpeg) {
-    if (slice.transfer_syntax == uid) {
-      throw BadDataError(slice.file, std::string("is stored as lossy JPEG (") + uid +
-                                         "), which cannot hold CT values; export it uncompressed "
-                                         "or as JPEG 2000");
-    }
+DicomCoding checked_coding(const DicomSlice& slice) {
+  const DicomPixels& pixels = slice.pixels;
+  const DicomCoding coding = coding_of(pixels.transfer_syntax);
+  if (coding == DicomCoding::lossy_jpeg) {
+    throw BadDataError(slice.file, "is stored as lossy JPEG (" + pixels.transfer_syntax +
+                                       "), which cannot hold CT values; export it uncompressed or "
+                                       "as JPEG 2000");
   }
-  if (slice.photometric != "MONOCHROME2") {
-    throw BadDataError(slice.file, "has photometric interpretation \"" + slice.photometric +
+  if (coding == DicomCoding::unknown) {
+    throw BadDataError(slice.file, "is stored in transfer syntax \"" + pixels.transfer_syntax +
+                                       "\", which is not read; export it uncompressed");
+  }
+  if (pixels.photometric != "MONOCHROME2" || pixels.samples != 1) {
+    throw BadDataError(slice.file, "has photometric interpretation \"" + pixels.photometric +
                                        "\"; a CT is MONOCHROME2");
   }
-  if (slice.frames != 1) {
+  if (pixels.frames != 1) {
     throw BadDataError(slice.file,
-                       "is a multi-frame CT, which is not read; export single-frame "
-                       "slices");
+                       "is a multi-frame CT, which is not read; export single-frame slices");
+  }
+  const bool whole_bytes = pixels.bits_allocated == 8 || pixels.bits_allocated == 16;
+  if (!whole_bytes || pixels.bits_stored < 2 || pixels.bits_stored > pixels.bits_allocated) {
+    throw BadDataError(slice.file, "stores " + std::to_string(pixels.bits_stored) + " of " +
+                                       std::to_string(pixels.bits_allocated) +
+                                       " bits; 2…16 in 8 or 16 are needed");
+  }
+  return coding;
+}
+
+// Before memory is taken: a lying header must not cost gigabytes.
+void check_room(const DicomSlice& slice) {
+  constexpr double kStrongestCompression = 2000;  // an empty image as JPEG 2000, with its header
+  const double needed =
+      static_cast<double>(slice.columns) * slice.rows * (slice.pixels.bits_allocated / 8);
+  std::error_code error;
+  const double there = slice.pixels.bytes == DicomPixels::kEncapsulated
+                           ? kStrongestCompression *
+                                 static_cast<double>(std::filesystem::file_size(slice.file, error))
+                           : slice.pixels.bytes;
+  if (slice.columns < 1 || slice.rows < 1 || needed > there) {
+    throw BadDataError(slice.file, "truncated: it cannot hold " + std::to_string(slice.columns) +
+                                       "×" + std::to_string(slice.rows) + " pixels");
   }
 }
 
-VoxelType type_of(vtkImageData& image, const DicomSlice& slice) {
-  switch (image.GetScalarType()) {
-    case VTK_SIGNED_CHAR:
-    case VTK_CHAR:
-      return VoxelType::int8;
-    case VTK_UNSIGNED_CHAR:
-      return VoxelType::uint8;
-    case VTK_SHORT:
-      return VoxelType::int16;
-    case VTK_UNSIGNED_SHORT:
-      return VoxelType::uint16;
-    case VTK_INT:
-      return VoxelType::int32;
-    case VTK_UNSIGNED_INT:
-      return VoxelType::uint32;
-    default:
-      throw BadDataError(slice.file, "its pixels are not integers");
-  }
-}
-
-void decode_slice(const DicomSlice& slice, Volume& volume, std::size_t k, ConversionLoss& loss) {
-  check_pixel_kind(slice);
+StoredPixels read_native(const DicomSlice& slice) {
+  const ReadableDicom readable(slice.file);
   vtkNew<vtkDICOMReader> reader;
   VtkErrorLog errors;
   errors.watch(reader);
-  reader->SetFileName(slice.file.c_str());
+  reader->SetFileName(readable.path().c_str());
   reader->SetMemoryRowOrderToFileNative();  // the first row stays the first
   reader->AutoRescaleOff();                 // done below, in one pass with the move to int16
   reader->Update();
   errors.throw_if_any(slice.file);
   vtkImageData& image = *reader->GetOutput();
   const int* size = image.GetDimensions();
+  const auto type = voxel_type_of_vtk(image.GetScalarType());
   if (reader->GetErrorCode() != 0 || size[0] != slice.columns || size[1] != slice.rows ||
-      size[2] != 1 || image.GetNumberOfScalarComponents() != 1) {
+      size[2] != 1 || image.GetNumberOfScalarComponents() != 1 || !type) {
     throw BadDataError(slice.file, "its pixels cannot be decoded");
   }
-  const std::size_t count = static_cast<std::size_t>(size[0]) * size[1];
-  const VoxelEncoding encoding{type_of(image, slice), false, slice.slope, slice.intercept};
-  convert_voxels(static_cast<const std::byte*>(image.GetScalarPointer()), count, encoding, volume,
-                 k * count, loss);
+  const auto* first = static_cast<const std::byte*>(image.GetScalarPointer());
+  return {*type, {first, first + static_cast<std::size_t>(size[0]) * size[1] * bytes_of(*type)}};
 }
+
+// Bits above the stored ones are no part of the value: overlays once lived there.
+template <typename Stored>
+void keep_stored_bits(std::vector<std::byte>& bytes, int bits_stored) {
+  const int spare = static_cast<int>(8 * sizeof(Stored)) - bits_stored;
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Stored)) {
+    Stored value;
+    std::memcpy(&value, &bytes[at], sizeof(Stored));
+    value = static_cast<Stored>(static_cast<Stored>(value << spare) >> spare);
+    std::memcpy(&bytes[at], &value, sizeof(Stored));
+  }
+}
+
+StoredPixels read_compressed(const DicomSlice& slice, DicomCoding coding) {
+  const DicomPixels& pixels = slice.pixels;
+  StoredPixels stored = {VoxelType::int16, decompress(slice, coding)};
+  if (pixels.bits_allocated == 8) {
+    stored.type = pixels.is_signed ? VoxelType::int8 : VoxelType::uint8;
+    pixels.is_signed ? keep_stored_bits<std::int8_t>(stored.bytes, pixels.bits_stored)
+                     : keep_stored_bits<std::uint8_t>(stored.bytes, pixels.bits_stored);
+  } else {
+    stored.type = pixels.is_signed ? VoxelType::int16 : VoxelType::uint16;
+    pixels.is_signed ? keep_stored_bits<std::int16_t>(stored.bytes, pixels.bits_stored)
+                     : keep_stored_bits<std::uint16_t>(stored.bytes, pixels.bits_stored);
+  }
+  return stored;
+}
+
+double padding_hu(const DicomSlice& slice) {
+  return slice.slope * slice.pixels.padding->last + slice.intercept;
+}
+
+// Some scanners name a padding value that tissue has too (0 HU, say): those would become holes.
+bool is_padding_trusted(const DicomSlice& slice) {
+  constexpr double kDensestAir_hu = -900;
+  return slice.pixels.padding && padding_hu(slice) <= kDensestAir_hu;
+}
+
+// Moves the window of one slice to its place in the volume.
+class SliceConversion {
+ public:
+  SliceConversion(const DicomSlice& slice, StoredPixels stored)
+      : slice_(slice),
+        stored_(std::move(stored)),
+        width_(bytes_of(stored_.type)),
+        encoding_{stored_.type, false, slice.slope, slice.intercept},
+        padded_(is_padding_trusted(slice)) {}
+
+  void run(const IndexBox& window, Volume& volume, std::size_t k, ConversionLoss& loss) const {
+    std::size_t to = k * window.size[0] * window.size[1];
+    for (int row = window.first[1]; row < window.first[1] + window.size[1]; ++row) {
+      const std::size_t from = std::size_t(row) * slice_.columns + window.first[0];
+      convert_row(from, static_cast<std::size_t>(window.size[0]), volume, to, loss);
+      to += static_cast<std::size_t>(window.size[0]);
+    }
+  }
+
+ private:
+  int stored_at(std::size_t i) const {
+    const std::byte* at = &stored_.bytes[i * width_];
+    std::int16_t wide;
+    switch (stored_.type) {
+      case VoxelType::int8:
+        return static_cast<std::int8_t>(*at);
+      case VoxelType::uint8:
+        return std::to_integer<int>(*at);
+      default:
+        std::memcpy(&wide, at, sizeof wide);
+        return stored_.type == VoxelType::uint16 ? static_cast<std::uint16_t>(wide) : wide;
+    }
+  }
+  bool is_padding(std::size_t i) const {
+    if (!padded_) return false;
+    const int value = stored_at(i);
+    return value >= slice_.pixels.padding->first && value <= slice_.pixels.padding->last;
+  }
+  // Runs of padding become air, the runs between them are converted.
+  void convert_row(std::size_t from, std::size_t count, Volume& volume, std::size_t to,
+                   ConversionLoss& loss) const {
+    for (std::size_t at = 0; at < count;) {
+      const bool air = is_padding(from + at);
+      std::size_t end = padded_ ? at + 1 : count;
+      while (end < count && is_padding(from + end) == air) ++end;
+      if (air) {
+        std::fill_n(volume.voxels.begin() + static_cast<std::ptrdiff_t>(to + at), end - at,
+                    kAir_hu);
+      } else {
+        convert_voxels(&stored_.bytes[(from + at) * width_], end - at, encoding_, volume, to + at,
+                       loss);
+      }
+      at = end;
+    }
+  }
+
+  const DicomSlice& slice_;
+  StoredPixels stored_;
+  std::size_t width_;
+  VoxelEncoding encoding_;
+  bool padded_;
+};
 
 }  // namespace
 
-void decode_stack(const DicomStack& stack, Volume& volume, const RunContext& context) {
-  const std::size_t slices = stack.slices.size();
-  volume.voxels.resize(slices * volume.size[0] * volume.size[1]);
-  std::vector<ConversionLoss> losses(slices);
-  tbb::parallel_for(std::size_t{0}, slices, [&](std::size_t k) {
+void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, Volume& volume,
+                   const RunContext& context) {
+  for (const DicomSlice& slice : slices) {
+    checked_coding(slice);
+    check_room(slice);
+  }
+  volume.voxels.resize(slices.size() * window.size[0] * window.size[1]);
+  std::vector<ConversionLoss> losses(slices.size());
+  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t k) {
     context.throw_if_cancelled();
-    decode_slice(stack.slices[k], volume, k, losses[k]);
+    const DicomCoding coding = coding_of(slices[k].pixels.transfer_syntax);
+    StoredPixels stored =
+        coding == DicomCoding::native ? read_native(slices[k]) : read_compressed(slices[k], coding);
+    SliceConversion(slices[k], std::move(stored)).run(window, volume, k, losses[k]);
   });
   ConversionLoss total;
   for (const ConversionLoss& loss : losses) total.add(loss);
-  settle_losses(total, volume, stack.slices.front().file.parent_path().string());
+  const DicomSlice& first = slices.front();
+  settle_losses(total, volume, first.file.parent_path().string());
+  if (first.pixels.padding && !is_padding_trusted(first)) {
+    volume.warnings.push_back("the padding value would be " + to_text(padding_hu(first)) +
+                              " HU, which tissue has too; it was left as it is");
+  }
 }
 
 }  // namespace organbake

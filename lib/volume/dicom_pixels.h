@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
+
 #include "core/run_context.h"
-#include "volume/dicom_stack.h"
+#include "volume/dicom_slice.h"
+#include "volume/region.h"
 #include "volume/volume.h"
 
 namespace organbake {
 
-// Decodes the pixels of a stack into volume.voxels, slice after slice, as Hounsfield units (every
-// slice's own rescale applied). Slices are decoded in parallel; volume.size must be set. Throws
-// BadDataError naming the file: truncated, damaged, colour, several frames, or lossy JPEG of 8 or
-// 12 bits, which cannot hold CT values.
-void decode_stack(const DicomStack& stack, Volume& volume, const RunContext& context);
+// Hounsfield units of air: what padding outside the scanner's field of view becomes.
+inline constexpr std::int16_t kAir_hu = -1000;
+
+// Decodes slices of equal size into volume.voxels, one after another, as Hounsfield units: every
+// slice's own rescale applied, padding turned into air. Of each slice only the columns and rows of
+// `window` are kept; volume.size must be theirs times the number of slices. Slices are decoded in
+// parallel. Throws BadDataError naming the file: truncated, damaged, colour, several frames, or in
+// a coding that is not read, such as lossy JPEG of 8 or 12 bits, which cannot hold CT values.
+void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, Volume& volume,
+                   const RunContext& context);
 
 }  // namespace organbake

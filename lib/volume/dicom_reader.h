@@ -4,15 +4,18 @@
 #include <filesystem>
 
 #include "core/run_context.h"
+#include "volume/read_options.h"
 #include "volume/volume.h"
 
 namespace organbake {
 
 // The CT volume of a folder of DICOM files (not of its subfolders), in Hounsfield units. Files that
-// are not DICOM are passed over. Of several series the one with most slices is taken, and
-// `warnings` says so. The grid comes from ImagePositionPatient alone; gantry tilt and uneven
-// spacing are resampled to a regular grid, with a warning. Throws NoInputError when the folder
-// holds no DICOM, BadDataError for anything that cannot be a trustworthy CT volume.
-Volume read_dicom_folder(const std::filesystem::path& folder, const RunContext& context = {});
+// are not DICOM are passed over. Of several series options.series is taken, or the one that is a CT
+// volume, and `warnings` says which, why, and what was passed over. The grid comes from
+// ImagePositionPatient alone; gantry tilt and uneven spacing are resampled to a regular grid, with
+// a warning. Throws NoInputError when the folder holds no DICOM, BadDataError for anything that
+// cannot be a trustworthy CT volume.
+Volume read_dicom_folder(const std::filesystem::path& folder, const VolumeReadOptions& options = {},
+                         const RunContext& context = {});
 
 }  // namespace organbake

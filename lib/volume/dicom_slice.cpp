@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/dicom_slice.h"
 
-#include <tbb/parallel_for.h>
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
 #include <vtkDICOMUtilities.h>
@@ -11,11 +10,10 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <optional>
 #include <string_view>
 
-#include "core/error.h"
 #include "formats/vtk_error_log.h"
+#include "volume/inflated_dicom.h"
 
 namespace organbake {
 namespace {
@@ -28,7 +26,12 @@ constexpr const char* kDirectoryStorage = "1.2.840.10008.1.3.10";
 std::string text(vtkDICOMMetaData& data, vtkDICOMTag tag) {
   std::string value = data.Get(tag).AsString();
   value.erase(value.find_last_not_of(' ') + 1);
+  value.erase(0, std::min(value.find_first_not_of(' '), value.size()));
   return value;
+}
+
+int integer(vtkDICOMMetaData& data, vtkDICOMTag tag, int otherwise) {
+  return data.Has(tag) ? data.Get(tag).AsInt() : otherwise;
 }
 
 bool numbers(vtkDICOMMetaData& data, vtkDICOMTag tag, std::size_t count, double* out) {
@@ -53,28 +56,51 @@ void read_geometry(vtkDICOMMetaData& data, DicomSlice& slice) {
   slice.has_geometry = true;
 }
 
-DicomSlice slice_from(vtkDICOMMetaData& data, const fs::path& file) {
+// The padding is written unsigned by some scanners whose pixels are signed, and the other way
+// round: only its 16 bits count.
+int as_stored(int value, bool is_signed) {
+  const auto bits = static_cast<std::uint16_t>(value);
+  return is_signed ? static_cast<std::int16_t>(bits) : bits;
+}
+
+DicomPixels pixels_from(vtkDICOMMetaData& data, vtkDICOMParser& parser) {
+  DicomPixels pixels;
+  pixels.transfer_syntax = text(data, DC::TransferSyntaxUID);
+  pixels.photometric = text(data, DC::PhotometricInterpretation);
+  pixels.bits_allocated = integer(data, DC::BitsAllocated, 16);
+  pixels.bits_stored = integer(data, DC::BitsStored, pixels.bits_allocated);
+  pixels.is_signed = integer(data, DC::PixelRepresentation, 0) != 0;
+  pixels.samples = integer(data, DC::SamplesPerPixel, 1);
+  pixels.frames = integer(data, DC::NumberOfFrames, 1);
+  pixels.present = parser.GetPixelDataFound() && parser.GetPixelDataVL() > 0;
+  pixels.offset = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(0, parser.GetFileOffset()));
+  pixels.bytes = parser.GetPixelDataVL();
+  if (data.Has(DC::PixelPaddingValue)) {
+    const int value = data.Get(DC::PixelPaddingValue).AsInt();
+    const int first = as_stored(value, pixels.is_signed);
+    const int last = as_stored(integer(data, DC::PixelPaddingRangeLimit, value), pixels.is_signed);
+    pixels.padding = {std::min(first, last), std::max(first, last)};
+  }
+  return pixels;
+}
+
+DicomSlice slice_from(vtkDICOMMetaData& data, vtkDICOMParser& parser, const fs::path& file) {
   DicomSlice slice;
   slice.file = file;
   slice.series_uid = text(data, DC::SeriesInstanceUID);
   slice.series_number = text(data, DC::SeriesNumber);
+  slice.series_description = text(data, DC::SeriesDescription);
+  slice.acquisition = text(data, DC::AcquisitionNumber);
   slice.modality = text(data, DC::Modality);
-  slice.transfer_syntax = text(data, DC::TransferSyntaxUID);
-  slice.photometric = text(data, DC::PhotometricInterpretation);
+  slice.is_localizer = text(data, DC::ImageType).find("LOCALIZER") != std::string::npos;
   slice.rows = data.Get(DC::Rows).AsInt();
   slice.columns = data.Get(DC::Columns).AsInt();
-  if (data.Has(DC::NumberOfFrames)) slice.frames = data.Get(DC::NumberOfFrames).AsInt();
   if (data.Has(DC::RescaleSlope)) slice.slope = data.Get(DC::RescaleSlope).AsDouble();
   if (data.Has(DC::RescaleIntercept)) slice.intercept = data.Get(DC::RescaleIntercept).AsDouble();
+  slice.pixels = pixels_from(data, parser);
   read_geometry(data, slice);
   return slice;
 }
-
-// One file of a folder: an image's header, what is wrong with it, or neither (not DICOM, no image).
-struct ScannedFile {
-  std::optional<DicomSlice> slice;
-  std::string error;
-};
 
 // vtk-dicom's own test also knows files without the preamble, but wants 256 bytes.
 bool is_dicom(const fs::path& file) {
@@ -84,57 +110,35 @@ bool is_dicom(const fs::path& file) {
          vtkDICOMUtilities::IsDICOMFile(file.c_str());
 }
 
-ScannedFile scan_file(const fs::path& file) {
-  if (!is_dicom(file)) return {};
+}  // namespace
+
+ScannedFile scan_dicom_file(const fs::path& file) {
+  ScannedFile scanned;
+  scanned.file = file;
+  scanned.is_dicom = is_dicom(file);
+  if (!scanned.is_dicom) return scanned;
   vtkNew<vtkDICOMMetaData> data;
   vtkNew<vtkDICOMParser> parser;
   VtkErrorLog errors;
   errors.watch_object(parser);
+  const ReadableDicom readable(file);
   parser->SetMetaData(data);
-  parser->SetFileName(file.c_str());
+  parser->SetFileName(readable.path().c_str());
   parser->Update();
-  if (!errors.empty()) return {std::nullopt, errors.first()};
-  if (!data->Has(DC::Rows) || !data->Has(DC::Columns)) {
+  if (!errors.empty()) {
+    scanned.damaged = true;
+    scanned.reason = errors.first();
+  } else if (data->Has(DC::Rows) && data->Has(DC::Columns)) {
+    scanned.slice = slice_from(*data, *parser, file);
+  } else {
     // A report or a directory has no rows; a CT slice without them was cut off.
     const std::string kind = text(*data, DC::SOPClassUID);
     const bool other = !kind.empty() && kind != kCtImageStorage;
     const bool directory = text(*data, DC::MediaStorageSOPClassUID) == kDirectoryStorage;
-    return {std::nullopt, other || directory ? "" : "ends before its image"};
+    scanned.damaged = !other && !directory;
+    scanned.reason = scanned.damaged ? "ends before its image" : "holds no image";
   }
-  return {slice_from(*data, file), {}};
-}
-
-}  // namespace
-
-DicomFolder scan_dicom_folder(const fs::path& folder) {
-  std::vector<fs::path> files;
-  bool has_subfolders = false;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file()) files.push_back(entry.path());
-    has_subfolders |= entry.is_directory();
-  }
-  const std::string hint = has_subfolders ? "; give the subfolder that holds the CT series" : "";
-  if (files.empty()) throw NoInputError(folder, "holds no files" + hint);
-  std::sort(files.begin(), files.end());
-  std::vector<ScannedFile> scanned(files.size());
-  tbb::parallel_for(std::size_t{0}, files.size(),
-                    [&](std::size_t i) { scanned[i] = scan_file(files[i]); });
-  DicomFolder found;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    if (scanned[i].slice) found.slices.push_back(std::move(*scanned[i].slice));
-    if (scanned[i].error.empty()) continue;
-    if (found.unreadable++ == 0) {
-      found.first_error = files[i].filename().string() + ": " + scanned[i].error;
-    }
-  }
-  if (found.slices.empty() && found.unreadable > 0) {
-    throw BadDataError(folder, "none of its DICOM files can be read; " + found.first_error);
-  }
-  if (found.slices.empty()) {
-    throw NoInputError(
-        folder, "holds no DICOM image among its " + std::to_string(files.size()) + " files" + hint);
-  }
-  return found;
+  return scanned;
 }
 
 }  // namespace organbake

@@ -3,40 +3,61 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace organbake {
 
+// How and where a DICOM image stores its pixels.
+struct DicomPixels {
+  static constexpr std::uint32_t kEncapsulated = 0xFFFFFFFF;
+
+  std::string transfer_syntax;
+  std::string photometric;
+  int bits_allocated = 16, bits_stored = 16;
+  bool is_signed = false;
+  int samples = 1, frames = 1;
+  bool present = false;      // the file has pixel data
+  std::uint64_t offset = 0;  // of their first byte in the file
+  std::uint32_t bytes = 0;   // kEncapsulated when they are compressed
+  struct Padding {
+    int first, last;  // stored values that mean "not measured"
+  };
+  std::optional<Padding> padding;
+};
+
 // What the header of one DICOM image says, as far as a CT volume needs it.
 struct DicomSlice {
   std::filesystem::path file;
-  std::string series_uid;
-  std::string series_number;
+  std::string series_uid, series_number, series_description;
+  std::string acquisition;  // number of the acquisition within the series
   std::string modality;
-  std::string transfer_syntax;
-  std::string photometric;
+  bool is_localizer = false;
   int columns = 0, rows = 0;
-  int frames = 1;
   bool has_geometry = false;  // ImagePositionPatient, ImageOrientationPatient and PixelSpacing
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  // centre of the first pixel, LPS
   Eigen::Vector3d row_axis = Eigen::Vector3d::UnitX();    // along which the column index grows
   Eigen::Vector3d column_axis = Eigen::Vector3d::UnitY();
   Eigen::Vector2d pixel_mm = Eigen::Vector2d::Ones();  // along row_axis, along column_axis
   double slope = 1, intercept = 0;
+  DicomPixels pixels;
 
   Eigen::Vector3d normal() const { return row_axis.cross(column_axis); }
 };
 
-struct DicomFolder {
-  std::vector<DicomSlice> slices;  // in byte order of the file names
-  std::size_t unreadable = 0;      // DICOM by their first bytes, but damaged
-  std::string first_error;
+// What one file turned out to be: an image, or why it is none.
+struct ScannedFile {
+  std::filesystem::path file;
+  std::optional<DicomSlice> slice;
+  bool is_dicom = false;  // by its first bytes
+  bool damaged = false;
+  std::string reason;  // why a DICOM file is no image
 };
 
-// Reads the headers of all images in a folder. Throws NoInputError when it is empty or holds no
-// DICOM image, BadDataError when none of its DICOM files can be read.
-DicomFolder scan_dicom_folder(const std::filesystem::path& folder);
+// Reads one file's header with vtk-dicom's parser. Throws nothing for what is in the file.
+ScannedFile scan_dicom_file(const std::filesystem::path& file);
 
 }  // namespace organbake

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "volume/dicom_copies.h"
 
 namespace organbake {
 namespace {
@@ -17,31 +16,14 @@ namespace fs = std::filesystem;
 // Scanners write positions with two to six decimals; repeated rounding stays below this.
 constexpr double kSlack_mm = 0.05;
 constexpr double kSlackShare = 0.01;  // of the gap, for thick slices
-constexpr double kSamePlace_mm = 1e-3;
 // Interpolating across more than this many typical gaps would invent anatomy.
 constexpr double kWidestGap = 2.5;
+// A gap this near to a whole number of usual ones is a slice that is not there.
+constexpr double kMissingSlack = 0.05;
 constexpr double kDriftSteps = 1000;  // per pixel
 constexpr double kUnitTolerance = 1e-3;
 
-// Slices that can form one volume agree in these, directions to a thousandth.
-using SeriesKey = std::tuple<std::string, int, int, std::array<long, 8>>;
-
-SeriesKey key_of(const DicomSlice& slice) {
-  std::array<long, 8> rounded;
-  for (int i = 0; i < 3; ++i) {
-    rounded[i] = std::lround(slice.row_axis[i] * 1e3);
-    rounded[3 + i] = std::lround(slice.column_axis[i] * 1e3);
-  }
-  for (int i = 0; i < 2; ++i) rounded[6 + i] = std::lround(slice.pixel_mm[i] * 1e4);
-  return {slice.series_uid, slice.columns, slice.rows, rounded};
-}
-
 void check_geometry(const DicomSlice& slice) {
-  if (!slice.has_geometry) {
-    throw BadDataError(slice.file,
-                       "has no ImagePositionPatient, ImageOrientationPatient or "
-                       "PixelSpacing: its place in the patient is unknown");
-  }
   const double skew = std::abs(slice.row_axis.dot(slice.column_axis));
   if (std::abs(slice.row_axis.norm() - 1) > kUnitTolerance ||
       std::abs(slice.column_axis.norm() - 1) > kUnitTolerance || skew > kUnitTolerance) {
@@ -54,57 +36,16 @@ void check_geometry(const DicomSlice& slice) {
   }
 }
 
-std::vector<DicomSlice> only_ct(const DicomFolder& folder, const fs::path& path) {
-  std::vector<DicomSlice> ct;
-  for (const DicomSlice& slice : folder.slices) {
-    if (slice.modality == "CT") ct.push_back(slice);
-  }
-  if (ct.empty()) {
-    throw BadDataError(path, "holds no CT images but modality \"" + folder.slices.front().modality +
-                                 "\", whose values are not Hounsfield units");
-  }
-  return ct;
+void sort_along_normal(std::vector<DicomSlice>& slices) {
+  const Eigen::Vector3d normal = slices.front().normal().normalized();
+  std::stable_sort(slices.begin(), slices.end(), [&](const DicomSlice& a, const DicomSlice& b) {
+    return a.position_mm.dot(normal) < b.position_mm.dot(normal);
+  });
 }
 
-// Slices without geometry (localizers, screen captures) are passed over as long as others have it.
-std::vector<DicomSlice> largest_series(std::vector<DicomSlice> ct,
-                                       std::vector<std::string>& warnings) {
-  std::map<SeriesKey, std::vector<DicomSlice>> series;
-  std::size_t without_place = 0;
-  for (DicomSlice& slice : ct) {
-    if (slice.has_geometry) {
-      series[key_of(slice)].push_back(std::move(slice));
-    } else {
-      ++without_place;
-    }
-  }
-  if (series.empty()) check_geometry(ct.front());
-  auto most = series.begin();
-  for (auto it = series.begin(); it != series.end(); ++it) {
-    if (it->second.size() > most->second.size()) most = it;
-  }
-  if (without_place > 0) {
-    warnings.push_back(std::to_string(without_place) +
-                       " CT images without a place in the patient were passed over");
-  }
-  if (series.size() > 1) {
-    const DicomSlice& first = most->second.front();
-    warnings.push_back("the folder holds " + std::to_string(series.size()) +
-                       " CT series or orientations; the one with most slices was taken: series " +
-                       (first.series_number.empty() ? "?" : first.series_number) + " (" +
-                       std::to_string(most->second.size()) + " slices, first file " +
-                       first.file.filename().string() + ")");
-  }
-  return std::move(most->second);
-}
-
-void sort_along_normal(DicomStack& stack) {
-  const Eigen::Vector3d normal = stack.slices.front().normal().normalized();
-  std::stable_sort(stack.slices.begin(), stack.slices.end(),
-                   [&](const DicomSlice& a, const DicomSlice& b) {
-                     return a.position_mm.dot(normal) < b.position_mm.dot(normal);
-                   });
+void measure_places(DicomStack& stack) {
   const DicomSlice& first = stack.slices.front();
+  const Eigen::Vector3d normal = first.normal().normalized();
   for (const DicomSlice& slice : stack.slices) {
     const Eigen::Vector3d offset = slice.position_mm - first.position_mm;
     stack.along_mm.push_back(offset.dot(normal));
@@ -115,38 +56,69 @@ void sort_along_normal(DicomStack& stack) {
   }
 }
 
-void measure_spacing(DicomStack& stack, const fs::path& path) {
-  std::vector<double> gaps;
+// "1 slice between a.dcm and b.dcm", for every gap of about a whole number of usual gaps.
+std::string missing_slices(const DicomStack& stack, double usual_mm) {
+  std::string places;
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
-    gaps.push_back(stack.along_mm[k] - stack.along_mm[k - 1]);
-    if (gaps.back() < kSamePlace_mm) {
-      throw BadDataError(stack.slices[k].file,
-                         "lies in the same place as " +
-                             stack.slices[k - 1].file.filename().string() +
-                             ": the series holds more than one volume (time points or copies)");
-    }
+    const double gaps = (stack.along_mm[k] - stack.along_mm[k - 1]) / usual_mm;
+    const long whole = std::lround(gaps);
+    if (whole < 2 || std::abs(gaps - static_cast<double>(whole)) > kMissingSlack) continue;
+    places += (places.empty() ? "" : ", ") + std::to_string(whole - 1) + " between " +
+              stack.slices[k - 1].file.filename().string() + " and " +
+              stack.slices[k].file.filename().string();
   }
-  std::vector<double> sorted = gaps;
+  return places;
+}
+
+void check_gaps(const DicomStack& stack, double usual_mm, const fs::path& folder) {
+  for (std::size_t k = 1; k < stack.slices.size(); ++k) {
+    const double gap = stack.along_mm[k] - stack.along_mm[k - 1];
+    if (gap <= kWidestGap * usual_mm) continue;
+    throw BadDataError(folder, "slices are missing: " + to_text(gap, 2) + " mm between " +
+                                   stack.slices[k - 1].file.filename().string() + " and " +
+                                   stack.slices[k].file.filename().string() + ", where " +
+                                   to_text(usual_mm, 2) + " mm is usual");
+  }
+}
+
+// "13 × 4.00, 13 × 7.00": gaps that differ by less than the positions' own rounding are one.
+std::string gap_table(const std::vector<double>& sorted) {
+  constexpr std::size_t kMostRows = 8;
+  std::string table;
+  std::size_t rows = 0;
+  for (std::size_t first = 0; first < sorted.size(); ++rows) {
+    std::size_t end = first;
+    while (end < sorted.size() && sorted[end] - sorted[first] < kSlack_mm) ++end;
+    if (rows == kMostRows) return table + ", …";
+    table += (rows ? ", " : "") + std::to_string(end - first) + " × " +
+             to_text(sorted[first + (end - first) / 2], 2);
+    first = end;
+  }
+  return table;
+}
+
+void measure_spacing(DicomStack& stack, const fs::path& folder) {
+  std::vector<double> sorted;
+  for (std::size_t k = 1; k < stack.slices.size(); ++k) {
+    sorted.push_back(stack.along_mm[k] - stack.along_mm[k - 1]);
+  }
+  const double mean = stack.along_mm.back() / static_cast<double>(sorted.size());
+  const std::vector<double> gaps = sorted;
   std::sort(sorted.begin(), sorted.end());
   const double median = sorted[sorted.size() / 2];
-  const double mean = stack.along_mm.back() / static_cast<double>(gaps.size());
+  check_gaps(stack, median, folder);
   const double slack = std::max(kSlack_mm, kSlackShare * median);
   for (std::size_t k = 0; k < gaps.size(); ++k) {
-    if (gaps[k] > kWidestGap * median) {
-      throw BadDataError(path, "slices are missing: " + to_text(gaps[k], 2) + " mm between " +
-                                   stack.slices[k].file.filename().string() + " and " +
-                                   stack.slices[k + 1].file.filename().string() + ", where " +
-                                   to_text(median, 2) + " mm is usual");
-    }
     const double strayed = stack.along_mm[k + 1] - mean * static_cast<double>(k + 1);
     if (std::abs(gaps[k] - mean) > slack || std::abs(strayed) > slack) stack.even = false;
   }
   stack.spacing_mm = stack.even ? mean : median;
-  if (!stack.even) {
-    stack.warnings.push_back("the slices are unevenly spaced (" + to_text(sorted.front(), 2) + "…" +
-                             to_text(sorted.back(), 2) + " mm); they were interpolated to " +
-                             to_text(stack.spacing_mm, 2) + " mm");
-  }
+  if (stack.even) return;
+  const std::string missing = missing_slices(stack, median);
+  if (!missing.empty()) stack.warnings.push_back("slices are missing: " + missing);
+  stack.warnings.push_back("the slices are unevenly spaced (" + to_text(sorted.front(), 2) + "…" +
+                           to_text(sorted.back(), 2) + " mm: " + gap_table(sorted) +
+                           "); they were interpolated to " + to_text(stack.spacing_mm, 2) + " mm");
 }
 
 void measure_tilt(DicomStack& stack) {
@@ -166,22 +138,16 @@ void measure_tilt(DicomStack& stack) {
 
 }  // namespace
 
-DicomStack choose_stack(DicomFolder folder, const fs::path& path) {
+DicomStack sorted_stack(std::vector<DicomSlice> slices, const fs::path& folder, bool strict) {
+  for (const DicomSlice& slice : slices) check_geometry(slice);
   DicomStack stack;
-  stack.slices = largest_series(only_ct(folder, path), stack.warnings);
-  if (folder.unreadable > 0) {
-    stack.warnings.push_back(std::to_string(folder.unreadable) +
-                             " DICOM files could not be read; " + folder.first_error);
+  sort_along_normal(slices);
+  stack.slices = without_copies(std::move(slices), folder, stack.warnings);
+  measure_places(stack);
+  measure_spacing(stack, folder);
+  if (strict && !stack.warnings.empty()) {
+    throw BadDataError(folder, "--strict refuses to mend it: " + stack.warnings.front());
   }
-  for (const DicomSlice& slice : stack.slices) check_geometry(slice);
-  if (stack.slices.size() < 2) {
-    throw BadDataError(stack.slices.front().file,
-                       stack.slices.front().frames > 1
-                           ? "is a multi-frame CT, which is not read; export single-frame slices"
-                           : "is the only CT slice of its series; a volume needs at least two");
-  }
-  sort_along_normal(stack);
-  measure_spacing(stack, path);
   measure_tilt(stack);
   return stack;
 }

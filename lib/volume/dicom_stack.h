@@ -9,7 +9,9 @@
 
 namespace organbake {
 
-// Parallel slices of one series in the order of their positions along the normal.
+// Parallel slices of one series in the order of their positions along the normal. Nothing but
+// ImagePositionPatient and ImageOrientationPatient counts: file names, instance numbers,
+// SliceThickness and SpacingBetweenSlices are often wrong.
 struct DicomStack {
   std::vector<DicomSlice> slices;
   std::vector<double> along_mm;           // position of each slice along the normal, increasing
@@ -22,9 +24,11 @@ struct DicomStack {
   bool regular() const { return even && tilt_degrees == 0; }
 };
 
-// Picks the CT series with most slices (equal orientation, size and pixel spacing) and sorts it.
-// Throws BadDataError when there is no CT, a slice has no geometry, two slices lie in one place, or
-// slices are missing.
-DicomStack choose_stack(DicomFolder folder, const std::filesystem::path& path);
+// Sorts the slices of one series (equal orientation, size and pixel spacing; at least two), drops
+// copies, and measures gaps and tilt. What had to be mended is told in `warnings`. With `strict`,
+// uneven gaps, missing and repeated slices are refused instead. Throws BadDataError also when all
+// slices lie in one place, two that differ lie in the same one, or a gap is too wide to fill.
+DicomStack sorted_stack(std::vector<DicomSlice> slices, const std::filesystem::path& folder,
+                        bool strict);
 
 }  // namespace organbake

@@ -126,18 +126,24 @@ ByteStream open_data(const MetaHeader& header, std::uint64_t voxel_bytes) {
 
 }  // namespace
 
-Volume read_metaimage(const fs::path& path) {
+Volume read_metaimage(const fs::path& path, const VolumeReadOptions& options) {
   const MetaHeader header(path);
   Volume volume;
   const std::size_t count = place(header, volume);
   const VoxelEncoding encoding = encoding_of(header);
   ByteStream stream = open_data(header, count * bytes_of(encoding.type));
+  const IndexBox box = options.region ? voxels_of_region(volume, *options.region, path.string())
+                                      : IndexBox::whole(volume);
   if (lower_case(header.get("binarydata", "True")) == "false") {
     decode_text_voxels(stream, encoding, volume);
-  } else {
-    decode_voxels(stream, encoding, volume);
-    expect_end(stream);
+    return cropped(std::move(volume), box);
   }
+  if (options.region) {
+    decode_box(stream, encoding, box, volume);
+    return volume;
+  }
+  decode_voxels(stream, encoding, volume);
+  expect_end(stream);
   return volume;
 }
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "volume/read_options.h"
 #include "volume/volume.h"
 
 namespace organbake {
@@ -10,6 +11,6 @@ namespace organbake {
 // MetaImage (.mha, .mhd with one raw or zlib file), as ITK writes and reads it: world = LPS, the
 // TransformMatrix lists the unit vectors of the index axes one after the other. (vtkMetaImageReader
 // ignores that matrix, which is why this is not it.)
-Volume read_metaimage(const std::filesystem::path& path);
+Volume read_metaimage(const std::filesystem::path& path, const VolumeReadOptions& options = {});
 
 }  // namespace organbake

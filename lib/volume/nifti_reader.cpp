@@ -168,7 +168,8 @@ void place(const NiftiHeader& header, Volume& volume) {
 
 }  // namespace
 
-Volume read_nifti(const std::filesystem::path& path, ByteStream::Coding coding) {
+Volume read_nifti(const std::filesystem::path& path, ByteStream::Coding coding,
+                  const VolumeReadOptions& options) {
   ByteStream stream(path, coding);
   const NiftiHeader header(stream);
   Volume volume;
@@ -179,6 +180,11 @@ Volume read_nifti(const std::filesystem::path& path, ByteStream::Coding coding) 
     throw BadDataError(path, "its voxels are said to start at byte " + to_text(data_offset));
   }
   stream.skip(static_cast<std::uint64_t>(data_offset) - kHeaderBytes);
+  if (options.region) {
+    const IndexBox box = voxels_of_region(volume, *options.region, path.string());
+    decode_box(stream, encoding_of(header), box, volume);
+    return volume;
+  }
   decode_voxels(stream, encoding_of(header), volume);
   // Reading past the voxels makes the decompressor check its sum over all that came before.
   std::byte beyond;

@@ -114,7 +114,7 @@ void place(const NrrdHeader& header, Volume& volume) {
 
 }  // namespace
 
-Volume read_nrrd(const std::filesystem::path& path) {
+Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& options) {
   const NrrdHeader header(path);
   Volume volume;
   place(header, volume);
@@ -123,8 +123,14 @@ Volume read_nrrd(const std::filesystem::path& path) {
       checked_voxel_count({volume.size[0], volume.size[1], volume.size[2]}, path.string()) *
       bytes_of(encoding.type);
   ByteStream stream = header.open_data(bytes);
+  const IndexBox box = options.region ? voxels_of_region(volume, *options.region, path.string())
+                                      : IndexBox::whole(volume);
   if (header.is_text()) {
     decode_text_voxels(stream, encoding, volume);
+    return cropped(std::move(volume), box);
+  }
+  if (options.region) {
+    decode_box(stream, encoding, box, volume);
     return volume;
   }
   decode_voxels(stream, encoding, volume);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "volume/read_options.h"
 #include "volume/volume.h"
 
 namespace organbake {
@@ -11,6 +12,6 @@ namespace organbake {
 // byte skip; `space` LPS, RAS or LAS, `space directions` and `space origin`. Source:
 // teem.sourceforge.net/nrrd/format.html. (vtkNrrdReader ignores the directions, which is why this
 // is not it.)
-Volume read_nrrd(const std::filesystem::path& path);
+Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& options = {});
 
 }  // namespace organbake

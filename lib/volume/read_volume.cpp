@@ -29,20 +29,22 @@ bool starts_nifti(std::string_view first) {
   return false;
 }
 
-Volume read_file_by_content(const fs::path& path) {
+Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& options) {
   std::array<std::byte, 512> bytes{};
   const std::size_t count = ByteStream(path).read(bytes);
   if (count == 0) throw BadDataError(path, "is empty");
   const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
   const std::string ending = lower_case(path.extension().string());
-  if (first.rfind("NRRD000", 0) == 0) return read_nrrd(path);
-  if (first.rfind("\x1f\x8b", 0) == 0) return read_nifti(path, ByteStream::Coding::deflate);
-  if (starts_nifti(first)) return read_nifti(path, ByteStream::Coding::raw);
+  if (first.rfind("NRRD000", 0) == 0) return read_nrrd(path, options);
+  if (first.rfind("\x1f\x8b", 0) == 0)
+    return read_nifti(path, ByteStream::Coding::deflate, options);
+  if (starts_nifti(first)) return read_nifti(path, ByteStream::Coding::raw, options);
   if (count >= 132 && first.substr(128, 4) == "DICM") {
     throw BadDataError(path, "is a single DICOM file; give the folder that holds the series");
   }
-  if (ending == ".vti" || first.find("<VTKFile") != std::string_view::npos) return read_vti(path);
-  if (ending == ".mha" || ending == ".mhd") return read_metaimage(path);
+  if (ending == ".vti" || first.find("<VTKFile") != std::string_view::npos)
+    return read_vti(path, options);
+  if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
   throw BadDataError(path,
                      "is not a volume: NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD "
                      "(.nrrd, .nhdr), VTI or a folder of DICOM files is needed");
@@ -50,15 +52,25 @@ Volume read_file_by_content(const fs::path& path) {
 
 }  // namespace
 
-Volume read_volume(const fs::path& path, const RunContext& context) {
+Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
+                   const RunContext& context) {
   context.throw_if_cancelled();
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw NoInputError(path, "does not exist");
+  const bool folder = fs::is_directory(status);
+  if (!folder && !options.series.empty()) {
+    throw UsageError("series \"" + options.series + "\" is asked for, but " + path.string() +
+                     " is a file; only a DICOM folder has series");
+  }
   Volume volume =
-      fs::is_directory(status) ? read_dicom_folder(path, context) : read_file_by_content(path);
+      folder ? read_dicom_folder(path, options, context) : read_file_by_content(path, options);
   check_volume(volume, path.string());
   return volume;
+}
+
+Volume read_volume(const fs::path& path, const RunContext& context) {
+  return read_volume(path, VolumeReadOptions{}, context);
 }
 
 }  // namespace organbake

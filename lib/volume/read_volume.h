@@ -5,13 +5,17 @@
 #include <string>
 
 #include "core/run_context.h"
+#include "volume/read_options.h"
 #include "volume/volume.h"
 
 namespace organbake {
 
 // Reads NIfTI (.nii, .nii.gz; RAS converted to LPS here, once), MetaImage (.mha, .mhd), NRRD
-// (.nrrd, .nhdr), VTI, or a folder holding one DICOM CT series. The kind is told by content and
-// ending. Throws NoInputError (missing, empty folder, folder without DICOM) or BadDataError.
+// (.nrrd, .nhdr), VTI, or a folder holding a DICOM CT series. The kind is told by content and
+// ending. Throws NoInputError (missing, empty folder, folder without DICOM), BadDataError, or
+// UsageError when a series is asked for that only a DICOM folder could have.
+Volume read_volume(const std::filesystem::path& path, const VolumeReadOptions& options,
+                   const RunContext& context = {});
 Volume read_volume(const std::filesystem::path& path, const RunContext& context = {});
 
 // Brings a mask onto another volume's grid by the two affines, nearest neighbour. Throws

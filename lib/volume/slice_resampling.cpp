@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "volume/dicom_pixels.h"
 #include "volume/grid.h"
 
 namespace organbake {
@@ -40,46 +41,58 @@ Between find_between(const std::vector<double>& along_mm, double at_mm) {
   return {static_cast<int>(below), std::clamp((at_mm - along_mm[below]) / gap, 0.0, 1.0)};
 }
 
+// The upright grid's first column and row, in pixels of the stack's first slice.
+Eigen::Vector2d corner_px(const DicomStack& stack) {
+  Eigen::Vector2d least = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& drift : stack.drift_px) least = least.cwiseMin(drift);
+  return least.array().floor();
+}
+
 }  // namespace
 
-Volume resample_stack(const DicomStack& stack, const Volume& decoded) {
-  Eigen::Vector2d least = Eigen::Vector2d::Zero(), most = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& drift : stack.drift_px) {
-    least = least.cwiseMin(drift);
-    most = most.cwiseMax(drift);
-  }
-  const Eigen::Vector2d first = least.array().floor();  // index of the grid's first column and row
-  Volume out;
-  out.spacing_mm = decoded.spacing_mm;
-  out.spacing_mm[2] = stack.spacing_mm;
-  out.direction = decoded.direction;
-  out.origin_mm = decoded.world_from_index({first.x(), first.y(), 0});
-  out.warnings = decoded.warnings;
+Volume upright_grid(const DicomStack& stack, const Volume& first) {
+  const Eigen::Vector2d corner = corner_px(stack);
+  Eigen::Vector2d most = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& drift : stack.drift_px) most = most.cwiseMax(drift);
+  Volume grid;
+  grid.spacing_mm = first.spacing_mm;
+  grid.spacing_mm[2] = stack.spacing_mm;
+  grid.direction = first.direction;
+  grid.origin_mm = first.world_from_index({corner.x(), corner.y(), 0});
   constexpr double kRoundingSlack = 1e-6;  // the last slice must not be lost to a last digit
   const auto slices = static_cast<std::int64_t>(
                           std::floor(stack.along_mm.back() / stack.spacing_mm + kRoundingSlack)) +
                       1;
   const std::array<std::int64_t, 3> size = {
-      decoded.size[0] + static_cast<std::int64_t>(std::ceil(most.x()) - first.x()),
-      decoded.size[1] + static_cast<std::int64_t>(std::ceil(most.y()) - first.y()), slices};
-  out.voxels.resize(checked_voxel_count(size, stack.slices.front().file.string()));
-  for (int axis = 0; axis < 3; ++axis) out.size[axis] = static_cast<int>(size[axis]);
-  const double air = value_range(decoded).min;
+      first.size[0] + static_cast<std::int64_t>(std::ceil(most.x()) - corner.x()),
+      first.size[1] + static_cast<std::int64_t>(std::ceil(most.y()) - corner.y()), slices};
+  checked_voxel_count(size, stack.slices.front().file.parent_path().string());
+  for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(size[axis]);
+  return grid;
+}
 
-  tbb::parallel_for(0, out.size[2], [&](int k) {
-    const Between at = find_between(stack.along_mm, k * stack.spacing_mm);
+SliceRange slices_needed(const DicomStack& stack, int k, int k_end) {
+  return {find_between(stack.along_mm, k * stack.spacing_mm).below,
+          find_between(stack.along_mm, (k_end - 1) * stack.spacing_mm).below + 2};
+}
+
+void resample_slices(const DicomStack& stack, const Volume& decoded, const SliceRange& range,
+                     const IndexBox& box, int k, int count, Volume& out) {
+  const Eigen::Vector2d first = corner_px(stack) + Eigen::Vector2d(box.first[0], box.first[1]);
+  tbb::parallel_for(k, k + count, [&](int slice) {
+    const Between at = find_between(stack.along_mm, (box.first[2] + slice) * stack.spacing_mm);
     const Eigen::Vector2d below = first - stack.drift_px[at.below];
     const Eigen::Vector2d above = first - stack.drift_px[at.below + 1];
-    std::int16_t* voxel = out.voxels.data() + std::size_t(k) * out.size[0] * out.size[1];
-    for (int j = 0; j < out.size[1]; ++j) {
-      for (int i = 0; i < out.size[0]; ++i, ++voxel) {
-        const double a = sample(decoded, at.below, i + below.x(), j + below.y(), air);
-        const double b = sample(decoded, at.below + 1, i + above.x(), j + above.y(), air);
+    std::int16_t* voxel = out.voxels.data() + std::size_t(slice) * box.size[0] * box.size[1];
+    for (int j = 0; j < box.size[1]; ++j) {
+      for (int i = 0; i < box.size[0]; ++i, ++voxel) {
+        const int k_below = at.below - range.first;
+        const double a = sample(decoded, k_below, i + below.x(), j + below.y(), kAir_hu);
+        const double b = sample(decoded, k_below + 1, i + above.x(), j + above.y(), kAir_hu);
         *voxel = static_cast<std::int16_t>(std::lround((1 - at.share) * a + at.share * b));
       }
     }
   });
-  return out;
 }
 
 }  // namespace organbake

@@ -2,14 +2,27 @@
 #pragma once
 
 #include "volume/dicom_stack.h"
+#include "volume/region.h"
 #include "volume/volume.h"
 
 namespace organbake {
 
-// Brings a decoded stack with gantry tilt or uneven gaps onto a regular upright grid by linear
-// interpolation: in-plane shifts between pixels, and between the two neighbouring slices. The grid
-// grows by the shifts, so nothing is cut off; what no slice covers gets the stack's lowest value.
-// `decoded` has the grid of the first slice.
-Volume resample_stack(const DicomStack& stack, const Volume& decoded);
+// The regular upright grid of a stack with gantry tilt or uneven gaps, without voxels. It grows by
+// the shifts, so nothing is cut off. `first` is the grid of the stack's first slice.
+Volume upright_grid(const DicomStack& stack, const Volume& first);
+
+// Slices [first, end) of a stack.
+struct SliceRange {
+  int first = 0, end = 0;
+  int count() const { return end - first; }
+};
+// Those that slices [k, k_end) of the upright grid lie between.
+SliceRange slices_needed(const DicomStack& stack, int k, int k_end);
+
+// Fills slices [k, k + count) of the upright grid's box `box` (k counted from the box's first) from
+// the decoded slices `range` of the stack, by linear interpolation: in-plane shifts between pixels,
+// and between the two neighbouring slices. What no slice covers becomes air.
+void resample_slices(const DicomStack& stack, const Volume& decoded, const SliceRange& range,
+                     const IndexBox& box, int k, int count, Volume& out);
 
 }  // namespace organbake

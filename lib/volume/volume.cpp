@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/volume.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,13 +24,24 @@ std::string in_voxels(const std::array<int, 3>& size) {
 
 ValueRange value_range(const Volume& volume) {
   if (volume.voxels.empty()) return {};
-  // Two plain loops' worth of min and max, which compilers vectorise; minmax_element is branchy.
-  std::int16_t low = volume.voxels.front(), high = low;
-  for (const std::int16_t v : volume.voxels) {
-    low = std::min(low, v);
-    high = std::max(high, v);
-  }
-  return {low, high};
+  const ValueRange first = {volume.voxels.front(), volume.voxels.front()};
+  constexpr std::size_t kGrain = std::size_t{1} << 20;
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, volume.voxels.size(), kGrain), first,
+      [&](const auto& block, ValueRange range) {
+        // Two plain loops' worth of min and max, which compilers vectorise; minmax_element is
+        // branchy.
+        auto low = static_cast<std::int16_t>(range.min),
+             high = static_cast<std::int16_t>(range.max);
+        for (std::size_t i = block.begin(); i < block.end(); ++i) {
+          low = std::min(low, volume.voxels[i]);
+          high = std::max(high, volume.voxels[i]);
+        }
+        return ValueRange{low, high};
+      },
+      [](const ValueRange& a, const ValueRange& b) {
+        return ValueRange{std::min(a.min, b.min), std::max(a.max, b.max)};
+      });
 }
 
 std::vector<LabelCount> count_labels(const Volume& volume) {

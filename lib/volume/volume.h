@@ -19,6 +19,8 @@ struct Volume {
   // improper direction (determinant −1); whoever turns the grid into faces must look at its sign.
   Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();
   std::vector<std::int16_t> voxels;
+  double gantry_tilt_degrees = 0;     // of the scan, taken out by the reader
+  std::vector<double> slice_gaps_mm;  // of a DICOM series as scanned, along the normal
   std::vector<std::string> warnings;  // what the reader had to mend or wants to be known
 
   std::size_t voxel_count() const { return voxels.size(); }

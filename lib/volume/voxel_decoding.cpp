@@ -191,6 +191,31 @@ void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& vo
   settle_losses(loss, volume, stream.file().string());
 }
 
+void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBox& box,
+                Volume& volume) {
+  const std::size_t width = bytes_of(encoding.type);
+  const auto columns = static_cast<std::size_t>(volume.size[0]);
+  const std::size_t slice = columns * static_cast<std::size_t>(volume.size[1]);
+  check_room(stream, voxels_of(volume.size), width);
+  crop_grid(volume, box);
+  volume.voxels.resize(box.voxels());
+  ConversionLoss loss;
+  std::vector<std::byte> buffer(slice * width);
+  stream.skip(static_cast<std::uint64_t>(box.first[2]) * slice * width);
+  std::size_t to = 0;
+  for (int k = 0; k < box.size[2]; ++k) {
+    stream.read_exactly(buffer);
+    if (encoding.big_endian) swap_bytes(buffer.data(), slice, width);
+    for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j) {
+      const std::size_t from = static_cast<std::size_t>(j) * columns + box.first[0];
+      const auto count = static_cast<std::size_t>(box.size[0]);
+      convert_voxels(&buffer[from * width], count, encoding, volume, to, loss);
+      to += count;
+    }
+  }
+  settle_losses(loss, volume, stream.file().string());
+}
+
 void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
   const std::size_t count = voxels_of(volume.size);
   constexpr std::size_t kShortestNumber = 2, kLongestNumber = 64;  // with the space behind it

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "volume/byte_stream.h"
+#include "volume/region.h"
 #include "volume/volume.h"
 
 namespace organbake {
@@ -48,6 +49,10 @@ void settle_losses(const ConversionLoss& loss, Volume& volume, const std::string
 // through a small buffer. Throws BadDataError when the data is too short (before memory is taken,
 // where the file's size shows it).
 void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
+// Keeps only a box of them and crops the grid to it. What lies before the box's first slice is
+// passed over, what lies behind its last is not read.
+void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBox& box,
+                Volume& volume);
 // The same from whitespace-separated decimal text.
 void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume);
 

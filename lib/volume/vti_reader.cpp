@@ -12,42 +12,15 @@
 #include "formats/vtk_error_log.h"
 #include "volume/grid.h"
 #include "volume/voxel_decoding.h"
+#include "volume/vtk_voxel_type.h"
 
 namespace organbake {
 namespace {
 
 VoxelType type_of(vtkDataArray& array, const std::filesystem::path& path) {
-  const bool wide_long = sizeof(long) == 8;
-  switch (array.GetDataType()) {
-    case VTK_CHAR:
-    case VTK_SIGNED_CHAR:
-      return VoxelType::int8;
-    case VTK_UNSIGNED_CHAR:
-      return VoxelType::uint8;
-    case VTK_SHORT:
-      return VoxelType::int16;
-    case VTK_UNSIGNED_SHORT:
-      return VoxelType::uint16;
-    case VTK_INT:
-      return VoxelType::int32;
-    case VTK_UNSIGNED_INT:
-      return VoxelType::uint32;
-    case VTK_LONG:
-      return wide_long ? VoxelType::int64 : VoxelType::int32;
-    case VTK_UNSIGNED_LONG:
-      return wide_long ? VoxelType::uint64 : VoxelType::uint32;
-    case VTK_LONG_LONG:
-    case VTK_ID_TYPE:
-      return VoxelType::int64;
-    case VTK_UNSIGNED_LONG_LONG:
-      return VoxelType::uint64;
-    case VTK_FLOAT:
-      return VoxelType::float32;
-    case VTK_DOUBLE:
-      return VoxelType::float64;
-    default:
-      throw BadDataError(path, "its values are not plain numbers");
-  }
+  const std::optional<VoxelType> type = voxel_type_of_vtk(array.GetDataType());
+  if (!type) throw BadDataError(path, "its values are not plain numbers");
+  return *type;
 }
 
 vtkDataArray& scalars_of(vtkImageData& image, const std::filesystem::path& path) {
@@ -90,7 +63,7 @@ void place(vtkImageData& image, Volume& volume, const std::string& name) {
 
 }  // namespace
 
-Volume read_vti(const std::filesystem::path& path) {
+Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& options) {
   vtkNew<vtkXMLImageDataReader> reader;
   VtkErrorLog errors;
   errors.watch(reader);
@@ -110,7 +83,9 @@ Volume read_vti(const std::filesystem::path& path) {
   convert_voxels(static_cast<const std::byte*>(scalars.GetVoidPointer(0)), count, encoding, volume,
                  0, loss);
   settle_losses(loss, volume, path.string());
-  return volume;
+  if (!options.region) return volume;
+  const IndexBox box = voxels_of_region(volume, *options.region, path.string());
+  return cropped(std::move(volume), box);
 }
 
 }  // namespace organbake

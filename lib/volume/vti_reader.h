@@ -3,12 +3,13 @@
 
 #include <filesystem>
 
+#include "volume/read_options.h"
 #include "volume/volume.h"
 
 namespace organbake {
 
 // VTK XML image data (.vti) through VTK's reader: the active (or only) point array of one
 // component. VTK has no word for the patient's axes; its world is taken as LPS millimetres.
-Volume read_vti(const std::filesystem::path& path);
+Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& options = {});
 
 }  // namespace organbake

@@ -3,7 +3,9 @@
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
 #include "pipelines/stage_module.h"
+#include "pipelines/stage_options.h"
 #include "volume/describe.h"
+#include "volume/dicom_series.h"
 #include "volume/read_volume.h"
 
 namespace organbake {
@@ -24,6 +26,10 @@ void describe(const Volume& volume, StageReport& report) {
   report.add("left_handed", figures.left_handed);
   report.add("lowest_value", figures.range.min);
   report.add("highest_value", figures.range.max);
+  if (!volume.slice_gaps_mm.empty()) {
+    report.add("gantry_tilt_degrees", volume.gantry_tilt_degrees);
+    report.add("slice_gaps_mm", volume.slice_gaps_mm);
+  }
   report.add("warnings", volume.warnings);
 }
 
@@ -48,12 +54,42 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   report.add("vertex_colors", !mesh.colors.empty());
 }
 
+// What a DICOM folder holds, whether or not one of its series is a CT volume.
+std::size_t describe_folder(const std::filesystem::path& folder, StageReport& report) {
+  const DicomFolder found = scan_dicom_folder(folder);
+  std::vector<std::string> series, others;
+  for (const DicomSeries& one : list_series(found)) series.push_back(one.line());
+  for (const ScannedFile& other : found.others) {
+    others.push_back(other.file.filename().string() + ": " + other.reason);
+  }
+  report.add("series", series);
+  report.add("other_files", others);
+  return series.size();
+}
+
+void describe_volume_at(const std::filesystem::path& path, const StageCall& call,
+                        StageReport& report) {
+  const auto reading = resolved_options<ReadStageOptions>(call.options_json);
+  const bool folder = std::filesystem::is_directory(path);
+  StageReport listed;
+  const std::size_t series = folder ? describe_folder(path, listed) : 0;
+  try {
+    describe(read_volume(path, reading.resolved(), call.context), report);
+  } catch (const BadDataError& error) {
+    // A list of series is an answer of its own; one series that cannot be read is an error.
+    if (series < 2 || !reading.series.empty()) throw;
+    report.add("kind", "dicom-folder");
+    report.add("no_volume", std::string(error.what()));
+  }
+  report.figures.insert(report.figures.end(), listed.figures.begin(), listed.figures.end());
+}
+
 StageReport run(const StageCall& call) {
   StageReport report;
   if (const auto* path = call.input("mesh")) {
     describe(read_mesh(*path), report);
   } else {
-    describe(read_volume(*call.input("volume"), call.context), report);
+    describe_volume_at(*call.input("volume"), call, report);
   }
   return report;
 }

@@ -12,10 +12,11 @@
 namespace organbake {
 namespace {
 
-std::optional<Volume> read_input(const StageCall& call, const std::string& name) {
+std::optional<Volume> read_input(const StageCall& call, const std::string& name,
+                                 const VolumeReadOptions& options) {
   const auto* path = call.input(name);
   if (!path) return std::nullopt;
-  Volume volume = read_volume(*path, call.context);
+  Volume volume = read_volume(*path, options, call.context);
   for (const std::string& warning : volume.warnings) call.context.warn(name + ": " + warning);
   return volume;
 }
@@ -36,15 +37,28 @@ Volume placed_on(const Volume& ct, Volume mask, int label, const RunContext& con
   return resample_mask(mask, ct);
 }
 
+// A series is of the CT's folder; a mask of a whole scan is cut to the region like the CT.
+VolumeReadOptions for_mask(VolumeReadOptions options) {
+  options.series.clear();
+  return options;
+}
+
+// The volumes end here: they are not needed while the mesh is written.
+Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
+                        StageReport& report) {
+  const VolumeReadOptions reading = options.reading.resolved();
+  const std::optional<Volume> ct = read_input(call, "ct", reading);
+  std::optional<Volume> mask = read_input(call, "mask", for_mask(reading));
+  if (!mask) return extract_isosurface(*ct, options.surface, call.context);
+  if (ct) mask = placed_on(*ct, std::move(*mask), options.surface.label, call.context, report);
+  return extract_label_surface(*mask, options.surface, call.context);
+}
+
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<IsosurfaceOptions>(call.options_json);
-  options.check();
-  const std::optional<Volume> ct = read_input(call, "ct");
-  std::optional<Volume> mask = read_input(call, "mask");
+  const auto options = resolved_options<IsosurfaceStageOptions>(call.options_json);
+  options.surface.check();
   StageReport report;
-  if (ct && mask) mask = placed_on(*ct, std::move(*mask), options.label, call.context, report);
-  const Isosurface surface = mask ? extract_label_surface(*mask, options, call.context)
-                                  : extract_isosurface(*ct, options, call.context);
+  const Isosurface surface = make_surface(call, options, report);
   write_ply(call.output_folder / "surface.ply", surface.mesh);
 
   report.add("vertices", surface.mesh.vertices.size());
@@ -52,9 +66,10 @@ StageReport run(const StageCall& call) {
   report.add("components_found", surface.components_found);
   report.add("components_kept", surface.components_kept);
   report.add("volume_ml", signed_volume(surface.mesh) / 1000);
-  if (mask) {
-    report.skipped.push_back({"the level iso", "a mask is given"});
+  if (call.input("mask")) {
+    report.skipped.push_back({"the level iso, method and refine", "a mask is given"});
   } else {
+    report.add("level_hu", surface.level_hu);
     report.skipped.push_back({"label and smooth", "no mask is given"});
   }
   return report;

@@ -44,18 +44,21 @@ TEST(Contour, OfNothingIsEmpty) {
 
 TEST(CappedField, IsTheVolumeItselfWhenNothingReachesTheBorder) {
   const Volume ct = scan_of(ball({0, 0, 0}, 8), grid_around_origin({1, 1, 1}, 40));
-  const ContourField field = contour_field(ct, value_range(ct), -300.5, true);
-  EXPECT_EQ(field.values.data(), ct.voxels.data());
-  EXPECT_EQ(field.margin, 0);
+  const CappedField field(ct, value_range(ct), -300.5, true);
+  std::vector<std::int16_t> copy;
+  EXPECT_EQ(field.slices(0, ct.size[2], copy).data(), ct.voxels.data());
+  EXPECT_EQ(field.margin(), 0);
 }
 
 TEST(CappedField, MirrorsTheBorderAtTheLevel) {
   Volume ct;
   ct.size = {2, 2, 2};
   ct.voxels = {100, 100, 100, 100, 100, 100, 100, -1000};
-  const ContourField field = contour_field(ct, value_range(ct), -300.5, true);
-  EXPECT_EQ(field.size, (std::array<int, 3>{4, 4, 4}));
-  const auto at = [&](int i, int j, int k) { return field.values[(k * 4 + j) * 4 + i]; };
+  const CappedField field(ct, value_range(ct), -300.5, true);
+  EXPECT_EQ(field.size(), (std::array<int, 3>{4, 4, 4}));
+  std::vector<std::int16_t> copy;
+  const auto values = field.slices(0, 4, copy);
+  const auto at = [&](int i, int j, int k) { return values[(k * 4 + j) * 4 + i]; };
   EXPECT_EQ(at(1, 1, 1), 100);
   EXPECT_EQ(at(0, 1, 1), -701);  // 2 · −300.5 − 100: the crossing falls half-way
   EXPECT_EQ(at(1, 1, 0), -701);

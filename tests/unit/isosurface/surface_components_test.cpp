@@ -32,7 +32,8 @@ TriangleMesh ball_with_cavity_and_crumb() {
 }
 
 TEST(SurfaceComponents, TheLargestOutwardPieceIsTheOrgan) {
-  const KeptComponents kept = keep_largest(ball_with_cavity_and_crumb(), 1, true);
+  const KeptComponents kept =
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 1, .outward_only = true});
   EXPECT_EQ(kept.found, 3u);
   EXPECT_EQ(kept.kept, 1u);
   EXPECT_NEAR(bounds(kept.mesh).max.x() - kFar.x(), 10, 0.5);
@@ -41,23 +42,42 @@ TEST(SurfaceComponents, TheLargestOutwardPieceIsTheOrgan) {
 }
 
 TEST(SurfaceComponents, CavitiesGoWhenPiecesAreCounted) {
-  const KeptComponents kept = keep_largest(ball_with_cavity_and_crumb(), 3, true);
+  const KeptComponents kept =
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 3, .outward_only = true});
   EXPECT_EQ(kept.kept, 2u);  // ball and crumb
 }
 
 TEST(SurfaceComponents, AllMeansAll) {
-  EXPECT_EQ(keep_largest(ball_with_cavity_and_crumb(), 0, true).kept, 3u);
-  EXPECT_EQ(keep_largest(ball_with_cavity_and_crumb(), 2, false).kept, 2u);
+  EXPECT_EQ(
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 0, .outward_only = true}).kept, 3u);
+  EXPECT_EQ(
+      keep_components(ball_with_cavity_and_crumb(), {.largest = 2, .outward_only = false}).kept,
+      2u);
 }
 
 TEST(SurfaceComponents, ASingleInwardPieceIsKept) {
   TriangleMesh mesh;
   append(mesh, sphere_mesh(8, 2), kFar, true);
   append(mesh, sphere_mesh(2, 2), kFar, true);
-  EXPECT_EQ(keep_largest(mesh, 1, true).kept, 1u);
+  EXPECT_EQ(keep_components(mesh, {.largest = 1, .outward_only = true}).kept, 1u);
 }
 
-TEST(SurfaceComponents, AnEmptyMeshStaysEmpty) { EXPECT_EQ(keep_largest({}, 1, true).found, 0u); }
+TEST(SurfaceComponents, SmallPiecesGo) {
+  const auto kept = [](double min_size_mm) {
+    return keep_components(ball_with_cavity_and_crumb(),
+                           {.largest = 0, .min_size_mm = min_size_mm});
+  };
+  EXPECT_EQ(kept(1).kept, 3u);
+  EXPECT_EQ(kept(3).kept, 2u);  // the crumb of 2 mm
+  EXPECT_EQ(kept(17).kept, 1u);
+  EXPECT_TRUE(kept(30).mesh.empty());
+  EXPECT_EQ(analyse_topology(kept(17).mesh).unused_vertices, 0u);
+  EXPECT_NEAR(bounds(kept(17).mesh).max.x() - kFar.x(), 10, 0.5);
+}
+
+TEST(SurfaceComponents, AnEmptyMeshStaysEmpty) {
+  EXPECT_EQ(keep_components({}, {.largest = 1, .outward_only = true}).found, 0u);
+}
 
 }  // namespace
 }  // namespace organbake

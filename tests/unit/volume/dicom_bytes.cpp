@@ -43,8 +43,10 @@ std::string DicomBytes::bytes() const {
   std::string raw;
   for (const std::uint16_t pixel : pixels) raw += little_endian(pixel, 2);
   return std::string(128, '\0') + "DICM" + element(2, 0, "UL", meta_length) + meta +
+         optional_element(8, 0x0008, "CS", image_type) +
          element(8, 0x0016, "UI", ct_image_storage) + element(8, 0x0060, "CS", modality) +
-         element(0x20, 0x000E, "UI", series_uid) + element(0x20, 0x0011, "IS", "7") +
+         element(0x20, 0x000E, "UI", series_uid) + element(0x20, 0x0011, "IS", series_number) +
+         optional_element(0x20, 0x0012, "IS", acquisition) +
          optional_element(0x20, 0x0032, "DS", position) +
          optional_element(0x20, 0x0037, "DS", orientation) +
          element(0x28, 0x0002, "US", little_endian(1, 2)) +
@@ -56,6 +58,8 @@ std::string DicomBytes::bytes() const {
          element(0x28, 0x0101, "US", little_endian(16, 2)) +
          element(0x28, 0x0102, "US", little_endian(15, 2)) +
          element(0x28, 0x0103, "US", little_endian(is_signed ? 1 : 0, 2)) +
+         (padding < 0 ? ""
+                      : element(0x28, 0x0120, "US", little_endian(std::uint32_t(padding), 2))) +
          optional_element(0x28, 0x1052, "DS", intercept) +
          optional_element(0x28, 0x1053, "DS", slope) + element(0x7FE0, 0x0010, "OW", raw);
 }

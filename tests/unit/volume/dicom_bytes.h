@@ -11,7 +11,9 @@ namespace organbake {
 // One CT slice as an uncompressed DICOM file (explicit little-endian), 4×3 pixels unless changed.
 struct DicomBytes {
   std::string modality = "CT";
-  std::string series_uid = "1.2.3";
+  std::string series_uid = "1.2.3", series_number = "7";
+  std::string image_type, acquisition;  // empty = the tag is left out
+  int padding = -1;                     // stored value; −1 = the tag is left out
   std::string transfer_syntax = "1.2.840.10008.1.2.1";
   std::string photometric = "MONOCHROME2";
   std::string position = "0\\0\\0";  // empty = the tag is left out

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "isosurface/proposed_level.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kLowest = -32768;
+constexpr int kValues = 65536;
+// Peaks are looked for through this window, wide enough for a CT's noise to leave one summit.
+constexpr int kHalfWindow_hu = 10;
+
+std::vector<double> histogram_of(const Volume& ct) {
+  std::vector<double> counts(kValues, 0);
+  for (const std::int16_t value : ct.voxels) ++counts[static_cast<std::size_t>(value - kLowest)];
+  return counts;
+}
+
+// The first bin of the upper class.
+int otsu_split(const std::vector<double>& counts) {
+  double all = 0, sum = 0;
+  for (int i = 0; i < kValues; ++i) {
+    all += counts[i];
+    sum += counts[i] * i;
+  }
+  double below = 0, sum_below = 0, best = -1;
+  int split = 0;
+  for (int i = 0; i < kValues - 1; ++i) {
+    below += counts[i];
+    sum_below += counts[i] * i;
+    if (below == 0 || below == all) continue;
+    const double apart = sum_below / below - (sum - sum_below) / (all - below);
+    const double between = below * (all - below) * apart * apart;
+    if (between > best) {
+      best = between;
+      split = i + 1;
+    }
+  }
+  if (best < 0) throw BadDataError("all voxels have one value; there is no level to propose");
+  return split;
+}
+
+// The value round which [first, end) has most voxels. The window may reach beyond both ends, or a
+// peak at an end would be seen from one side only.
+double peak(const std::vector<double>& counts, int first, int end) {
+  double in_window = 0, most = -1, at = first;
+  int plateau = 0;
+  for (int i = first - kHalfWindow_hu; i < end + kHalfWindow_hu; ++i) {
+    const int enters = i + kHalfWindow_hu, leaves = i - kHalfWindow_hu - 1;
+    if (enters >= first && enters < end) in_window += counts[enters];
+    if (leaves >= first && leaves < end) in_window -= counts[leaves];
+    if (in_window > most) {
+      most = in_window;
+      at = i;
+      plateau = 0;
+    } else if (in_window == most && i == at + plateau + 1) {
+      ++plateau;  // a single sharp value looks the same from anywhere in the window
+    }
+  }
+  return at + plateau / 2 + kLowest;
+}
+
+std::string number(double value) {
+  return value < 0 ? "−" + to_text(-value) : to_text(value + 0.0);
+}
+
+}  // namespace
+
+std::string ProposedLevel::reason() const {
+  return "half-way between the peaks at " + number(low_peak_hu) + " and " + number(high_peak_hu) +
+         " HU";
+}
+
+ProposedLevel propose_level(const Volume& ct) {
+  const std::vector<double> counts = histogram_of(ct);
+  const int split = otsu_split(counts);
+  ProposedLevel proposed;
+  proposed.low_peak_hu = peak(counts, 0, split);
+  proposed.high_peak_hu = peak(counts, split, kValues);
+  proposed.level_hu = 0.5 * (proposed.low_peak_hu + proposed.high_peak_hu);
+  return proposed;
+}
+
+}  // namespace organbake

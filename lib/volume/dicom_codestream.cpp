@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/dicom_codestream.h"
+
+#include <algorithm>
+#include <map>
+#include <span>
+
+#include "core/error.h"
+#include "volume/byte_stream.h"
+
+namespace organbake {
+namespace {
+
+using Bytes = std::span<const std::byte>;
+
+unsigned byte_at(Bytes bytes, std::size_t at) { return std::to_integer<unsigned>(bytes[at]); }
+
+std::uint32_t big_endian(Bytes bytes, std::size_t at, int count) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8 | byte_at(bytes, at + i);
+  return value;
+}
+
+std::uint32_t little_endian(Bytes bytes, std::size_t at, int count) {
+  std::uint32_t value = 0;
+  for (int i = count - 1; i >= 0; --i) value = value << 8 | byte_at(bytes, at + i);
+  return value;
+}
+
+[[noreturn]] void refuse(const DicomSlice& slice, const std::string& why) {
+  throw BadDataError(slice.file, "its compressed pixels are damaged: " + why);
+}
+
+// What a codestream says about itself.
+struct Frame {
+  std::uint32_t columns = 0, rows = 0;
+  unsigned components = 0, bits = 0;
+};
+
+// SOC and SIZ, which stand first (ISO 15444-1, A.5.1).
+Frame jpeg_2000_frame(Bytes stream, const DicomSlice& slice) {
+  constexpr std::size_t kSizeOfSiz = 43;
+  if (stream.size() < kSizeOfSiz || big_endian(stream, 0, 4) != 0xFF4FFF51) {
+    refuse(slice, "no JPEG 2000 begins there");
+  }
+  const std::uint32_t left = big_endian(stream, 16, 4), top = big_endian(stream, 20, 4);
+  return {big_endian(stream, 8, 4) - left, big_endian(stream, 12, 4) - top,
+          big_endian(stream, 40, 2), (byte_at(stream, 42) & 0x7F) + 1};
+}
+
+// The start-of-frame marker (ISO 10918-1, B.2.2; ISO 14495-1, C.2.2), behind tables and comments.
+Frame jpeg_frame(Bytes stream, unsigned start_of_frame, const DicomSlice& slice) {
+  if (stream.size() < 4 || big_endian(stream, 0, 2) != 0xFFD8)
+    refuse(slice, "no JPEG begins there");
+  for (std::size_t at = 2; at + 10 <= stream.size();) {
+    if (byte_at(stream, at) != 0xFF) break;
+    const unsigned marker = byte_at(stream, at + 1);
+    if (marker == 0xFF) {  // fill
+      ++at;
+      continue;
+    }
+    if (marker == start_of_frame) {
+      return {big_endian(stream, at + 7, 2), big_endian(stream, at + 5, 2), byte_at(stream, at + 9),
+              byte_at(stream, at + 4)};
+    }
+    if (marker == 0xDA || marker == 0xD9) break;
+    at += 2 + big_endian(stream, at + 2, 2);
+  }
+  refuse(slice, "its JPEG is of another kind than the header says");
+}
+
+// The table of the segments, one for each byte of a pixel (PS3.5, G.5).
+void check_rle(Bytes stream, const DicomSlice& slice) {
+  constexpr std::size_t kTable = 64;
+  const auto wanted = static_cast<std::uint32_t>(slice.pixels.bits_allocated / 8);
+  if (stream.size() < kTable || little_endian(stream, 0, 4) != wanted) {
+    refuse(slice, "its RLE table does not fit the header");
+  }
+  std::uint32_t last = kTable - 1;
+  for (std::uint32_t i = 0; i < wanted; ++i) {
+    const std::uint32_t offset = little_endian(stream, 4 + 4 * i, 4);
+    if (offset <= last || offset >= stream.size()) refuse(slice, "its RLE table is wrong");
+    last = offset;
+  }
+}
+
+void check_frame(const Frame& frame, const DicomSlice& slice) {
+  const bool same_size = frame.columns == static_cast<std::uint32_t>(slice.columns) &&
+                         frame.rows == static_cast<std::uint32_t>(slice.rows);
+  if (!same_size || frame.components != 1) {
+    refuse(slice, "they are " + std::to_string(frame.columns) + "×" + std::to_string(frame.rows) +
+                      " of " + std::to_string(frame.components) + " components, the header says " +
+                      std::to_string(slice.columns) + "×" + std::to_string(slice.rows) + " of 1");
+  }
+  const bool wide_container = slice.pixels.bits_allocated == 16;
+  if (frame.bits < 2 || frame.bits > static_cast<unsigned>(slice.pixels.bits_allocated) ||
+      (wide_container && frame.bits <= 8 && slice.pixels.bits_stored > 8)) {
+    refuse(slice, "they have " + std::to_string(frame.bits) + " bits, the header says " +
+                      std::to_string(slice.pixels.bits_stored));
+  }
+}
+
+std::vector<std::byte> joined_fragments(const DicomSlice& slice) {
+  constexpr std::uint32_t kItem = 0xE000FFFE, kDelimiter = 0xE0DDFFFE;  // as little-endian words
+  ByteStream file(slice.file, ByteStream::Coding::raw, slice.pixels.offset);
+  std::vector<std::byte> stream;
+  std::array<std::byte, 8> head;
+  for (bool offsets = true;; offsets = false) {
+    file.read_exactly(head);
+    const std::uint32_t tag = little_endian(head, 0, 4), length = little_endian(head, 4, 4);
+    if (tag == kDelimiter) return stream;
+    if (tag != kItem || length > file.most_possible_bytes()) refuse(slice, "a fragment is missing");
+    if (offsets) {  // the first item is a table of offsets, which one frame does not need
+      file.skip(length);
+      continue;
+    }
+    const std::size_t before = stream.size();
+    stream.resize(before + length);
+    file.read_exactly(std::span(stream).subspan(before));
+  }
+}
+
+}  // namespace
+
+DicomCoding coding_of(const std::string& transfer_syntax) {
+  static const std::map<std::string, DicomCoding> kCodings = {
+      {"", DicomCoding::native},
+      {"1.2.840.10008.1.2", DicomCoding::native},       // implicit little-endian
+      {"1.2.840.10008.1.2.1", DicomCoding::native},     // explicit little-endian
+      {"1.2.840.10008.1.2.1.99", DicomCoding::native},  // the same, deflated as a whole
+      {"1.2.840.10008.1.2.2", DicomCoding::native},     // explicit big-endian
+      {"1.2.840.10008.1.2.4.50", DicomCoding::lossy_jpeg},
+      {"1.2.840.10008.1.2.4.51", DicomCoding::lossy_jpeg},
+      {"1.2.840.10008.1.2.4.53", DicomCoding::lossy_jpeg},
+      {"1.2.840.10008.1.2.4.55", DicomCoding::lossy_jpeg},
+      {"1.2.840.10008.1.2.4.57", DicomCoding::lossless_jpeg},
+      {"1.2.840.10008.1.2.4.70", DicomCoding::lossless_jpeg},
+      {"1.2.840.10008.1.2.4.80", DicomCoding::jpeg_ls},
+      {"1.2.840.10008.1.2.4.81", DicomCoding::jpeg_ls},
+      {"1.2.840.10008.1.2.4.90", DicomCoding::jpeg_2000},
+      {"1.2.840.10008.1.2.4.91", DicomCoding::jpeg_2000},
+      {"1.2.840.10008.1.2.5", DicomCoding::rle}};
+  const auto found = kCodings.find(transfer_syntax);
+  return found == kCodings.end() ? DicomCoding::unknown : found->second;
+}
+
+std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding coding) {
+  constexpr unsigned kLosslessFrame = 0xC3, kJpegLsFrame = 0xF7;
+  if (slice.pixels.bytes != DicomPixels::kEncapsulated) refuse(slice, "they are not in fragments");
+  std::vector<std::byte> stream = joined_fragments(slice);
+  if (coding == DicomCoding::rle) {
+    check_rle(stream, slice);
+  } else if (coding == DicomCoding::jpeg_2000) {
+    check_frame(jpeg_2000_frame(stream, slice), slice);
+  } else {
+    const bool jpeg_ls = coding == DicomCoding::jpeg_ls;
+    check_frame(jpeg_frame(stream, jpeg_ls ? kJpegLsFrame : kLosslessFrame, slice), slice);
+  }
+  return stream;
+}
+
+}  // namespace organbake

@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The isosurface stage's options as users give them.
+source "$(dirname "$0")/assert.sh"
+small_phantom p
+
+figure() { python3 -c 'import json, sys; print(json.load(open("out"))["report"]["figures"][sys.argv[1]])' "$1"; }
+
+# A level from the histogram: between air at -1000 and silicone at 60 HU.
+expect 0 organbake isosurface p/ct.mha --iso auto -o auto.ply --json
+expect_err "half-way between the peaks at"
+level=$(figure level_hu)
+python3 -c "assert abs($level + 470) < 20, $level" || fail "level $level"
+expect 2 organbake isosurface p/ct.mha --iso automatic -o x.ply
+expect_err "auto or a number"
+
+# The paper's marching cubes gives as many faces.
+expect 0 organbake isosurface p/ct.mha --iso -470 -o fast.ply --json
+faces=$(figure faces)
+expect 0 organbake isosurface p/ct.mha --iso -470 --method marching-cubes -o slow.ply --json
+expect_equal "$(figure faces)" "$faces"
+expect 0 organbake isosurface p/ct.mha --iso -470 --refine --taubin 5 -o refined.ply
+expect 65 organbake isosurface p/ct.mha --iso -470 --min-size 900 -o none.ply
+expect_err "no piece of the surface"
+expect_gone none.ply
+
+# A region of interest, for the surface and for inspect.
+expect 0 organbake isosurface p/ct.mha --iso -470 --roi=6,-14,24,18,-2,36 -o part.ply --json
+python3 -c "assert 0 < $(figure volume_ml) < 8" || fail "volume of the region: $(figure volume_ml)"
+expect 0 organbake inspect p/ct.mha --roi=6,-14,24,18,-2,36 --json
+python3 -c 'import json; assert max(json.load(open("out"))["size_voxels"]) < 20' || fail "inspect --roi"
+expect 2 organbake inspect p/ct.mha --roi 1,2,3
+expect_err "x0,y0,z0,x1,y1,z1"
+expect 65 organbake inspect p/ct.mha --roi 900,900,900,950,950,950
+expect_err "lies outside the volume"
+
+# Series are a matter of DICOM folders.
+expect 2 organbake isosurface p/ct.mha --series 3 -o x.ply
+expect_err "only a DICOM folder has series"
+
+# auto and numbers are recipe values, too.
+small_recipe >r.yaml
+expect 0 organbake bake r.yaml --set isosurface.iso=auto --to isosurface -o b
+expect 78 organbake bake r.yaml --set isosurface.iso=warm --to isosurface -o b
