@@ -65,13 +65,16 @@ TriangleMesh proxy_with_faces(const TriangleMesh& surface, const DecimateOptions
       return collapse_edges(surface, faces, context);
     case DecimateMethod::quadric:
       return collapse_by_quadrics(surface, faces, context);
-    default:
-      return fitted_proxy(
-          surface,
-          {.faces = faces,
-           .flips = options.flips,
-           .largest = options.objective == DecimateObjective::max || options.max_error_mm > 0},
-          context);
+    default: {
+      // A search asks a dozen times: there, what costs most for the least is left out.
+      const bool searching = options.max_error_mm > 0;
+      return fitted_proxy(surface,
+                          {.faces = faces,
+                           .flips = options.flips && !searching,
+                           .largest = searching || options.objective == DecimateObjective::max,
+                           .thorough = !searching},
+                          context);
+    }
   }
 }
 
@@ -88,10 +91,19 @@ TriangleMesh fewest_faces(const TriangleMesh& surface, const DecimateOptions& op
   TriangleMesh best = surface;
   std::size_t low = 4, high = surface.faces.size();  // too coarse (as a rule), fine enough
   std::size_t tried = std::clamp<std::size_t>(high / 16, low, 200);
-  while (double(high) > kClose * double(low) && high > low + 1) {
+  while (double(high) > kClose * double(low) && high > low + 2) {
     context.throw_if_cancelled();
     TriangleMesh proxy = proxy_with_faces(surface, options, tried, context);
-    const double error = verifier.distance(proxy);
+    double error = verifier.distance(proxy);
+    if (error > options.max_error_mm && options.method == DecimateMethod::fitted) {
+      // At borders and creases the fit, which minds all distances, may lose to its own start.
+      TriangleMesh plain = collapse_edges(surface, tried, context);
+      const double plain_error = verifier.distance(plain);
+      if (plain_error < error) {
+        error = plain_error;
+        proxy = std::move(plain);
+      }
+    }
     const bool kept = error <= options.max_error_mm;
     context.debug("max-error: " + std::to_string(proxy.faces.size()) + " faces, " +
                   std::to_string(error) + " mm");

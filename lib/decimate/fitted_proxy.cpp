@@ -19,10 +19,12 @@ namespace organbake {
 namespace {
 
 // The pre-pass leaves so many faces that Lindstrom–Turk's answer is as good as from all of them.
-constexpr std::size_t kFewestThinned = 8'000, kThinnedPerFace = 24;
+constexpr std::size_t kFewestThinned = 16'000, kThinnedPerFace = 24;
 // Samples a side: many a face, so that no face fits the noise between its samples.
 constexpr std::size_t kFewestSamples = 5'500, kSamplesPerFace = 16;
 constexpr std::size_t kTrialStride = 2;  // trials of local changes make do with every second
+// The largest distance hides between samples: it takes more of them.
+constexpr std::size_t kDenser = 4;
 constexpr int kMaxSweeps = 4;
 constexpr int kMostRelocations = 20;
 
@@ -76,12 +78,13 @@ FitNorm norm_of(const TriangleMesh& proxy, const FitReference& reference, double
 
 // Flips and relocations by the energy of one power, then all vertices together.
 void improve_faces(TriangleMesh& proxy, const FitReference& reference, const FitOptions& options,
-                   const RunContext& context) {
-  const FitReference trials = reference.every(kTrialStride);
+                   std::size_t stride, const RunContext& context) {
+  const FitReference trials = reference.every(stride);
   RefinedProxy refined(proxy, trials, norm_of(proxy, reference, options.power),
                        options.keep_volume);
+  std::size_t flips = flip_edges(refined, kMaxSweeps, context);
   const std::size_t relocated = relocate_vertices(refined, kMostRelocations, context);
-  const std::size_t flips = flip_edges(refined, kMaxSweeps, context);
+  if (relocated > 0) flips += flip_edges(refined, kMaxSweeps, context);
   context.debug("fitted: " + std::to_string(relocated) + " vertices relocated, " +
                 std::to_string(flips) + " edges flipped");
   if (relocated + flips == 0) return;
@@ -91,17 +94,37 @@ void improve_faces(TriangleMesh& proxy, const FitReference& reference, const Fit
 
 // From the squared distance to its higher powers, each from where the last one ended.
 void lower_the_largest(TriangleMesh& proxy, const FitReference& reference, bool flips,
-                       const RunContext& context) {
-  constexpr int kSteps = 10;
-  for (const double power : {4.0, 8.0}) {
-    fit(proxy, reference, {.steps = kSteps, .power = power, .keep_volume = false}, context);
+                       bool thorough, const RunContext& context) {
+  FitOptions options{.steps = thorough ? 10 : 6, .keep_volume = false};
+  const auto fit_with = [&](double power) {
+    options.power = power;
+    fit(proxy, reference, options, context);
+  };
+  fit_with(4);
+  if (thorough) fit_with(8);
+  if (flips) improve_faces(proxy, reference, options, kDenser * kTrialStride, context);
+  fit_with(16);
+  if (thorough) fit_with(32);
+}
+
+// Lindstrom–Turk's proxy of the thinned surface. Where that meets itself, others are tried: from
+// surfaces thinned further, the same collapses end elsewhere.
+TriangleMesh start_of(const TriangleMesh& thinned, std::size_t faces, const RunContext& context) {
+  constexpr int kAttempts = 4;
+  constexpr std::size_t kLeastPerFace = 3;
+  TriangleMesh best = collapse_edges(thinned, faces, context);
+  if (faces > kMostFacesToFit) return best;
+  std::size_t fewest = self_intersecting_faces(best).size();
+  std::size_t thin_to = thinned.faces.size();
+  for (int i = 0; i < kAttempts && fewest > 0 && thin_to > kLeastPerFace * faces; ++i) {
+    thin_to = thin_to * 2 / 3;
+    TriangleMesh other = collapse_edges(fast_collapse(thinned, thin_to, context), faces, context);
+    const std::size_t meeting = self_intersecting_faces(other).size();
+    if (meeting >= fewest || other.faces.size() > best.faces.size()) continue;
+    fewest = meeting;
+    best = std::move(other);
   }
-  if (flips) {
-    improve_faces(proxy, reference, {.steps = kSteps, .power = 8, .keep_volume = false}, context);
-  }
-  for (const double power : {16.0, 32.0}) {
-    fit(proxy, reference, {.steps = kSteps, .power = power, .keep_volume = false}, context);
-  }
+  return best;
 }
 
 }  // namespace
@@ -113,10 +136,9 @@ TriangleMesh fitted_proxy(const TriangleMesh& surface, const FittedOptions& opti
   const Frame frame(surface);
   const TriangleMesh local = frame.into(surface);
   const std::size_t thin_to = std::max(kFewestThinned, kThinnedPerFace * options.faces);
-  const TriangleMesh thinned =
-      options.keep_prepass ? fast_collapse(local, thin_to, context) : local;
+  const TriangleMesh thinned = fast_collapse(local, thin_to, context);
   times.done("pre-pass", thinned.faces.size());
-  TriangleMesh proxy = collapse_edges(thinned, options.faces, context);
+  TriangleMesh proxy = start_of(thinned, options.faces, context);
   times.done("Lindstrom–Turk", proxy.faces.size());
   if (proxy.faces.size() > kMostFacesToFit) return frame.back(std::move(proxy));
 
@@ -126,11 +148,13 @@ TriangleMesh fitted_proxy(const TriangleMesh& surface, const FittedOptions& opti
   times.done("fit", proxy.faces.size());
   const bool flips = options.flips && proxy.faces.size() <= kMostFacesToFlip;
   if (flips) {
-    improve_faces(proxy, reference, {}, context);
+    improve_faces(proxy, reference, {}, kTrialStride, context);
     times.done("flips", proxy.faces.size());
   }
   if (options.largest) {
-    lower_the_largest(proxy, reference, flips, context);
+    const std::size_t denser = (options.thorough ? kDenser : 2) * reference.samples().size();
+    lower_the_largest(proxy, FitReference(local, thinned, denser), flips, options.thorough,
+                      context);
     times.done("largest distance", proxy.faces.size());
   }
   return frame.back(std::move(proxy));

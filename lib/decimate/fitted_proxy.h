@@ -10,9 +10,9 @@ namespace organbake {
 
 struct FittedOptions {
   std::size_t faces = 80;
-  bool flips = true;         // of edges, up to kMostFacesToFlip
-  bool largest = false;      // minimise the largest distance, not the RMS; the volume is free then
-  bool keep_prepass = true;  // thin a large surface quickly before Lindstrom–Turk
+  bool flips = true;     // of edges, up to kMostFacesToFlip
+  bool largest = false;  // minimise the largest distance, not the RMS; the volume is free then
+  bool thorough = true;  // largest: dense samples and many steps; a search can do with less
 };
 
 inline constexpr std::size_t kMostFacesToFlip = 500;
