@@ -82,10 +82,23 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
 void bind(OptionList& list, DecimateOptions& o) {
   list.add("faces", &o.faces,
            {.help = "the proxy has at most this many", .min = 4, .max = 10000000})
+      .add("max_error", &o.max_error_mm,
+           {.help = "fewest faces within this distance both ways, measured; 0 = go by faces",
+            .unit = "mm",
+            .min = 0,
+            .max = 1e9})
       .add("method", &o.method,
-           {.help = "edge collapse that keeps volume, or the paper's naive clustering"},
-           {{"lindstrom-turk", DecimateMethod::lindstrom_turk},
-            {"cluster", DecimateMethod::cluster}});
+           {.help = "edge collapse and a fit to the surface; or, to compare, plain collapses or "
+                    "the paper's naive clustering"},
+           {{"fitted", DecimateMethod::fitted},
+            {"lindstrom-turk", DecimateMethod::lindstrom_turk},
+            {"quadric", DecimateMethod::quadric},
+            {"cluster", DecimateMethod::cluster}})
+      .add("objective", &o.objective,
+           {.help = "of the fit: the RMS distance with the volume kept, or the largest distance"},
+           {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
+      .add("flips", &o.flips,
+           {.help = "of the fit: flip edges where that lowers the distance, up to 500 faces"});
 }
 
 void bind(OptionList& list, MechanicsOptions& o) {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "decimate/decimate.h"
 
+#include <cmath>
 #include <string>
 
 #include "core/error.h"
-#include "decimate/edge_collapse.h"
+#include "decimate/edge_twins.h"
+#include "decimate/error_search.h"
 #include "decimate/manifold_faces.h"
 #include "decimate/mesh_distance.h"
+#include "decimate/self_intersections.h"
 #include "decimate/vertex_clustering.h"
 #include "geometry/mesh_checks.h"
 
@@ -19,13 +22,16 @@ constexpr std::uint64_t kErrorSeed = 0x6465'6369'6d61'7465;
 
 TriangleMesh reduce(const TriangleMesh& surface, const DecimateOptions& options,
                     const RunContext& context) {
-  if (options.method == DecimateMethod::lindstrom_turk) {
-    return collapse_edges(manifold_faces(surface), options.faces, context);
+  if (options.method == DecimateMethod::cluster) {
+    check_mesh(surface, "surface to decimate");
+    if (surface.empty()) throw BadDataError("surface to decimate: it has no faces");
+    return surface.faces.size() <= options.faces
+               ? surface
+               : cluster_vertices(surface, options.faces, context);
   }
-  check_mesh(surface, "surface to decimate");
-  if (surface.empty()) throw BadDataError("surface to decimate: it has no faces");
-  return surface.faces.size() <= options.faces ? surface
-                                               : cluster_vertices(surface, options.faces, context);
+  const TriangleMesh clean = manifold_faces(surface);
+  if (options.max_error_mm > 0) return fewest_faces(clean, options, context);
+  return proxy_with_faces(clean, options, options.faces, context);
 }
 
 void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
@@ -41,22 +47,42 @@ void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
   }
 }
 
-}  // namespace
-
-void DecimateOptions::check() const {
-  constexpr std::size_t kFewest = 4;  // a tetrahedron
-  if (faces < kFewest) {
-    throw UsageError("faces must be at least 4 (a tetrahedron), not " + std::to_string(faces));
+// Loops of border edges; each vertex of a manifold's border begins one of its edges.
+std::size_t count_boundary_loops(const TriangleMesh& mesh,
+                                 const std::vector<std::uint32_t>& twins) {
+  std::vector<std::uint32_t> next(mesh.vertices.size(), kNoTwin);
+  for (std::uint32_t h = 0; h < twins.size(); ++h) {
+    if (twins[h] == kNoTwin) next[mesh.faces[h / 3][h % 3]] = mesh.faces[h / 3][(h + 1) % 3];
   }
+  std::size_t loops = 0;
+  for (std::uint32_t& start : next) {
+    if (start == kNoTwin) continue;
+    ++loops;
+    for (std::uint32_t* at = &start; *at != kNoTwin;) {
+      std::uint32_t* following = &next[*at];
+      *at = kNoTwin;
+      at = following;
+    }
+  }
+  return loops;
 }
 
-DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& options,
-                         const RunContext& context) {
-  options.check();
-  DecimateSummary summary;
-  summary.proxy = reduce(surface, options, context);
-  check_budget(summary.proxy, options);
+void describe_topology(DecimateSummary& summary) {
+  const MeshTopology topology = analyse_topology(summary.proxy);
+  summary.closed_manifold = topology.closed_manifold();
+  summary.components = topology.components;
+  summary.self_intersecting_faces = self_intersecting_faces(summary.proxy).size();
+  summary.genus = -1;
+  const auto twins = edge_twins(summary.proxy.faces, summary.proxy.vertices.size());
+  if (!twins) return;
+  summary.boundary_loops = count_boundary_loops(summary.proxy, *twins);
+  // χ = 2 components − 2 genus − loops
+  summary.genus = (2 * static_cast<long>(topology.components) -
+                   static_cast<long>(summary.boundary_loops) - topology.euler_characteristic) /
+                  2;
+}
 
+void measure(DecimateSummary& summary, const TriangleMesh& surface, const RunContext& context) {
   const MeshDistance forward =
       mesh_distance(surface, summary.proxy, kErrorSamples, kErrorSeed, context);
   const MeshDistance reverse =
@@ -65,9 +91,38 @@ DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& opt
   summary.max_mm = forward.max_mm;
   summary.reverse_rms_mm = reverse.rms_mm;
   summary.reverse_max_mm = reverse.max_mm;
-  summary.closed_manifold = analyse_topology(summary.proxy).closed_manifold();
   const double volume = std::abs(signed_volume(surface));
   if (volume > 0) summary.volume_change = std::abs(signed_volume(summary.proxy)) / volume - 1;
+}
+
+}  // namespace
+
+void DecimateOptions::check() const {
+  constexpr std::size_t kFewest = 4;  // a tetrahedron
+  if (faces < kFewest) {
+    throw UsageError("faces must be at least 4 (a tetrahedron), not " + std::to_string(faces));
+  }
+  if (!(max_error_mm >= 0) || !std::isfinite(max_error_mm)) {
+    throw UsageError("max-error must be a length of 0 mm or more, not " +
+                     std::to_string(max_error_mm));
+  }
+  if (max_error_mm > 0 && method == DecimateMethod::cluster) {
+    throw UsageError("max-error needs a method that can come as near as asked for; cluster cannot");
+  }
+}
+
+DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& options,
+                         const RunContext& context) {
+  options.check();
+  DecimateSummary summary;
+  summary.proxy = reduce(surface, options, context);
+  if (!(options.max_error_mm > 0)) check_budget(summary.proxy, options);
+  measure(summary, surface, context);
+  describe_topology(summary);
+  if (summary.self_intersecting_faces > 0) {
+    context.warn("decimate: " + std::to_string(summary.self_intersecting_faces) +
+                 " faces of the proxy meet others; allow more faces");
+  }
   return summary;
 }
 

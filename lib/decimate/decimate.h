@@ -8,11 +8,18 @@
 
 namespace organbake {
 
-enum class DecimateMethod { lindstrom_turk, cluster };
+// fitted: a fast pre-pass, Lindstrom–Turk, then vertices and edges fitted to the surface.
+// lindstrom_turk (1998, CGAL), quadric (Garland & Heckbert 1997, OpenMesh) and cluster (the paper's
+// "naive sub-sampling", which need not stay manifold) are kept for comparison.
+enum class DecimateMethod { fitted, lindstrom_turk, quadric, cluster };
+enum class DecimateObjective { rms, max };
 
 struct DecimateOptions {
-  DecimateMethod method = DecimateMethod::lindstrom_turk;
-  std::size_t faces = 80;  // at most this many
+  DecimateMethod method = DecimateMethod::fitted;
+  std::size_t faces = 80;   // at most this many; not asked when max_error_mm is given
+  double max_error_mm = 0;  // the fewest faces found within this distance both ways; 0 = by faces
+  DecimateObjective objective = DecimateObjective::rms;  // of fitted: what gets small
+  bool flips = true;  // of fitted, up to 500 faces: edges flipped where that lowers the distance
 
   void check() const;
 };
@@ -23,11 +30,13 @@ struct DecimateSummary {
   double reverse_rms_mm = 0, reverse_max_mm = 0;  // proxy → surface
   double volume_change = 0;  // (proxy − surface) / surface; means little for an open surface
   bool closed_manifold = false;
+  std::size_t components = 0, boundary_loops = 0;
+  long genus = 0;                           // of all components together; −1: not a manifold
+  std::size_t self_intersecting_faces = 0;  // of the proxy
 };
 
-// Reduces a surface to a proxy. lindstrom_turk keeps the topology (Lindstrom & Turk 1998, CGAL);
-// cluster is the paper's "naive sub-sampling" (vertex clustering on a grid), which need not stay
-// manifold. Throws BadDataError when the surface can't be used or the budget can't be reached.
+// Reduces a surface to a proxy. All methods but cluster keep genus, components and manifoldness.
+// Throws BadDataError when the surface can't be used or the budget can't be reached.
 DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& options,
                          const RunContext& context = {});
 

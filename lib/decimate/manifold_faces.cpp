@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "decimate/edge_twins.h"
 #include "geometry/mesh_checks.h"
 
 namespace organbake {
@@ -71,10 +72,29 @@ class CornerFans {
   std::vector<std::uint32_t> parent_;
 };
 
+TriangleMesh outward(TriangleMesh mesh) {
+  if (signed_volume(mesh) < 0) {
+    for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+  }
+  return mesh;
+}
+
+bool uses_all_vertices(const TriangleMesh& mesh) {
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (const Face& f : mesh.faces) {
+    for (const std::uint32_t v : f) used[v] = true;
+  }
+  return std::find(used.begin(), used.end(), false) == used.end();
+}
+
 }  // namespace
 
 TriangleMesh manifold_faces(const TriangleMesh& surface) {
   check_mesh(surface, "surface to decimate");
+  if (!surface.empty() && uses_all_vertices(surface) &&
+      edge_twins(surface.faces, surface.vertices.size())) {
+    return outward({.vertices = surface.vertices, .faces = surface.faces, .colors = {}});
+  }
   TriangleMesh kept{.vertices = surface.vertices, .faces = {}, .colors = {}};
   std::remove_copy_if(surface.faces.begin(), surface.faces.end(), std::back_inserter(kept.faces),
                       repeats_a_corner);
@@ -96,10 +116,7 @@ TriangleMesh manifold_faces(const TriangleMesh& surface) {
     }
     result.faces.push_back(face);
   }
-  if (signed_volume(result) < 0) {
-    for (Face& face : result.faces) std::swap(face[1], face[2]);
-  }
-  return result;
+  return outward(std::move(result));
 }
 
 }  // namespace organbake

@@ -25,6 +25,10 @@ StageReport run(const StageCall& call) {
   report.add("reverse_max_mm", summary.reverse_max_mm);
   report.add("volume_change", summary.volume_change);
   report.add("closed_manifold", summary.closed_manifold);
+  report.add("components", summary.components);
+  report.add("genus", summary.genus);
+  report.add("boundary_loops", summary.boundary_loops);
+  report.add("self_intersecting_faces", summary.self_intersecting_faces);
   return report;
 }
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// Points spread evenly by area over a mesh: point i lies in the i-th of equal slices of the area
+// (stratification), at random in its face; one random stream a point. Keeps a reference to the
+// mesh. Throws BadDataError when the mesh has no (finite) area.
+class AreaSampler {
+ public:
+  AreaSampler(const TriangleMesh& mesh, std::size_t samples, std::uint64_t seed);
+  Eigen::Vector3d operator()(std::size_t i) const;
+  double area_mm2() const { return cumulative_.back(); }
+
+ private:
+  const TriangleMesh& mesh_;
+  std::vector<double> cumulative_;
+  std::size_t samples_;
+  std::uint64_t seed_;
+};
+
+}  // namespace organbake

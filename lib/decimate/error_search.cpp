@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/error_search.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "decimate/area_sampler.h"
+#include "decimate/edge_collapse.h"
+#include "decimate/fitted_proxy.h"
+#include "decimate/quadric_collapse.h"
+#include "raycast/ray_scene.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::size_t kFewestErrorSamples = 40'000, kMostErrorSamples = 400'000;
+constexpr std::size_t kErrorSamplesPerFace = 8;
+constexpr std::uint64_t kSeed = 0x6d61'7865'7272'6f72;
+
+double largest_one_way(const TriangleMesh& from, const RayScene& to, std::uint64_t seed,
+                       const RunContext& context) {
+  const std::size_t samples =
+      std::clamp(kErrorSamplesPerFace * from.faces.size(), kFewestErrorSamples, kMostErrorSamples);
+  const AreaSampler sample(from, samples, seed);
+  const std::size_t points = from.vertices.size() + samples;
+  constexpr std::size_t kBlock = 512;
+  std::vector<double> largest((points + kBlock - 1) / kBlock, 0.0);
+  tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t b) {
+    context.throw_if_cancelled();
+    for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, points); ++i) {
+      const bool vertex = i < from.vertices.size();
+      const Eigen::Vector3d point = vertex ? from.vertices[i] : sample(i - from.vertices.size());
+      largest[b] = std::max(largest[b], to.closest_point(point).distance_mm);
+    }
+  });
+  return *std::max_element(largest.begin(), largest.end());
+}
+
+// Verified distances to one surface, its search tree built once.
+class Verifier {
+ public:
+  Verifier(const TriangleMesh& surface, const RunContext& context)
+      : surface_(surface), scene_(surface), context_(context) {}
+
+  double distance(const TriangleMesh& proxy) const {
+    return std::max(largest_one_way(proxy, scene_, kSeed + 1, context_),
+                    largest_one_way(surface_, RayScene(proxy), kSeed, context_));
+  }
+
+ private:
+  const TriangleMesh& surface_;
+  RayScene scene_;
+  const RunContext& context_;
+};
+
+}  // namespace
+
+TriangleMesh proxy_with_faces(const TriangleMesh& surface, const DecimateOptions& options,
+                              std::size_t faces, const RunContext& context) {
+  switch (options.method) {
+    case DecimateMethod::lindstrom_turk:
+      return collapse_edges(surface, faces, context);
+    case DecimateMethod::quadric:
+      return collapse_by_quadrics(surface, faces, context);
+    default: {
+      // A search asks a dozen times: there, what costs most for the least is left out.
+      const bool searching = options.max_error_mm > 0;
+      return fitted_proxy(surface,
+                          {.faces = faces,
+                           .flips = options.flips && !searching,
+                           .largest = searching || options.objective == DecimateObjective::max,
+                           .thorough = !searching},
+                          context);
+    }
+  }
+}
+
+double verified_distance(const TriangleMesh& surface, const TriangleMesh& proxy,
+                         const RunContext& context) {
+  return Verifier(surface, context).distance(proxy);
+}
+
+TriangleMesh fewest_faces(const TriangleMesh& surface, const DecimateOptions& options,
+                          const RunContext& context) {
+  // The error hardly ever falls steadily with the count, so neighbours are not told apart.
+  constexpr double kClose = 1.06;
+  const Verifier verifier(surface, context);
+  TriangleMesh best = surface;
+  std::size_t low = 4, high = surface.faces.size();  // too coarse (as a rule), fine enough
+  std::size_t tried = std::clamp<std::size_t>(high / 16, low, 200);
+  while (double(high) > kClose * double(low) && high > low + 2) {
+    context.throw_if_cancelled();
+    TriangleMesh proxy = proxy_with_faces(surface, options, tried, context);
+    double error = verifier.distance(proxy);
+    if (error > options.max_error_mm && options.method == DecimateMethod::fitted) {
+      // At borders and creases the fit, which minds all distances, may lose to its own start.
+      TriangleMesh plain = collapse_edges(surface, tried, context);
+      const double plain_error = verifier.distance(plain);
+      if (plain_error < error) {
+        error = plain_error;
+        proxy = std::move(plain);
+      }
+    }
+    const bool kept = error <= options.max_error_mm;
+    context.debug("max-error: " + std::to_string(proxy.faces.size()) + " faces, " +
+                  std::to_string(error) + " mm");
+    if (kept) {
+      const bool fewer = proxy.faces.size() < best.faces.size();
+      high = std::min(tried, proxy.faces.size());
+      if (fewer) best = std::move(proxy);
+      if (high <= low) break;
+    } else {
+      low = std::max(tried, std::min(proxy.faces.size(), high - 1));
+    }
+    // The error of a smooth surface goes with 1 / faces: a guess, kept inside the bracket.
+    const double guess = double(tried) * std::clamp(error / options.max_error_mm, 0.25, 4.0);
+    const double middle = std::sqrt(double(low) * double(high));
+    const double lowest = std::pow(double(low), 0.8) * std::pow(double(high), 0.2);
+    const double highest = std::pow(double(low), 0.2) * std::pow(double(high), 0.8);
+    const double next = double(high) > 4 * double(low) ? guess : middle;
+    tried = std::clamp(static_cast<std::size_t>(std::clamp(next, lowest, highest)), low + 1,
+                       std::max(low + 1, high - 1));
+  }
+  return best;
+}
+
+}  // namespace organbake

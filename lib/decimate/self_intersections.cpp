@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/self_intersections.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+
+namespace organbake {
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+using Points = std::vector<Eigen::Vector3d>;
+
+Box box_of(const Points& points, const Face& f) {
+  Box box;
+  for (const std::uint32_t v : f) box.extend(points[v]);
+  return box;
+}
+
+double volume(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+              const Eigen::Vector3d& d) {
+  return (b - a).dot((c - a).cross(d - a));
+}
+
+// Whether the segment pq passes through the inside or the rim of triangle f. Touching within a
+// plane does not count: flat-sided bodies are full of it.
+bool pierces(const Points& points, std::uint32_t p, std::uint32_t q, const Face& f) {
+  const Eigen::Vector3d &a = points[f[0]], &b = points[f[1]], &c = points[f[2]];
+  const double side_p = volume(points[p], a, b, c), side_q = volume(points[q], a, b, c);
+  if (!((side_p > 0 && side_q < 0) || (side_p < 0 && side_q > 0))) return false;
+  const double u = volume(points[p], points[q], a, b), v = volume(points[p], points[q], b, c),
+               w = volume(points[p], points[q], c, a);
+  return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
+}
+
+bool has(const Face& f, std::uint32_t v) { return f[0] == v || f[1] == v || f[2] == v; }
+
+bool edges_pierce(const Points& points, const Face& of, const Face& through) {
+  for (int c = 0; c < 3; ++c) {
+    const std::uint32_t p = of[c], q = of[(c + 1) % 3];
+    if (!has(through, p) && !has(through, q) && pierces(points, p, q, through)) return true;
+  }
+  return false;
+}
+
+// Two faces over a common edge that look (nearly) against each other.
+bool folded(const Points& points, const Face& f, const Face& g) {
+  constexpr double kCosine = -0.9999;
+  const auto normal = [&](const Face& t) -> Eigen::Vector3d {
+    return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).normalized();
+  };
+  return normal(f).dot(normal(g)) < kCosine;
+}
+
+bool meet(const Points& points, const Face& f, const Face& g) {
+  const int shared = has(g, f[0]) + has(g, f[1]) + has(g, f[2]);
+  if (shared == 3) return true;
+  if (shared == 2) return folded(points, f, g);
+  return edges_pierce(points, f, g) || edges_pierce(points, g, f);
+}
+
+}  // namespace
+
+bool faces_intersect(const std::vector<Eigen::Vector3d>& points, const std::vector<Face>& some,
+                     const std::vector<Face>& others) {
+  std::vector<Box> boxes;
+  Box all;
+  for (const Face& f : some) {
+    boxes.push_back(box_of(points, f));
+    all.extend(boxes.back());
+  }
+  const auto meets_after = [&](const Face& g, std::size_t from) {
+    const Box box = box_of(points, g);
+    if (!box.intersects(all)) return false;
+    for (std::size_t i = from; i < some.size(); ++i) {
+      if (boxes[i].intersects(box) && meet(points, some[i], g)) return true;
+    }
+    return false;
+  };
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    if (meets_after(some[i], i + 1)) return true;
+  }
+  return std::any_of(others.begin(), others.end(),
+                     [&](const Face& g) { return meets_after(g, 0); });
+}
+
+std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh) {
+  std::vector<Box> boxes;
+  for (const Face& f : mesh.faces) boxes.push_back(box_of(mesh.vertices, f));
+  // A sweep along the longest axis: a face is tested against those that begin before it ends.
+  Eigen::Index axis = 0;
+  const Bounds box = bounds(mesh);
+  (box.max - box.min).maxCoeff(&axis);
+  std::vector<std::uint32_t> order(mesh.faces.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const double low_a = boxes[a].min()[axis], low_b = boxes[b].min()[axis];
+    return low_a != low_b ? low_a < low_b : a < b;
+  });
+  std::vector<bool> bad(mesh.faces.size(), false);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::uint32_t f = order[i];
+    for (std::size_t j = i + 1; j < order.size(); ++j) {
+      const std::uint32_t g = order[j];
+      if (boxes[g].min()[axis] > boxes[f].max()[axis]) break;
+      if (boxes[f].intersects(boxes[g]) && meet(mesh.vertices, mesh.faces[f], mesh.faces[g])) {
+        bad[f] = bad[g] = true;
+      }
+    }
+  }
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t f = 0; f < bad.size(); ++f) {
+    if (bad[f]) result.push_back(f);
+  }
+  return result;
+}
+
+}  // namespace organbake

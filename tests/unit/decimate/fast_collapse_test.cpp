@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/fast_collapse.h"
+
+#include <gtest/gtest.h>
+
+#include "decimate/edge_twins.h"
+#include "decimate/self_intersections.h"
+#include "geometry/mesh_checks.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+#include "unit/decimate/seeded_meshes.h"
+
+namespace organbake {
+namespace {
+
+TEST(FastCollapse, ReachesTheCountAndStaysManifold) {
+  const TriangleMesh mesh = lumpy_mesh(50, 5);  // 20,480 faces
+  for (const std::size_t faces : {200, 2000, 10'000}) {
+    const TriangleMesh thin = fast_collapse(mesh, faces);
+    EXPECT_LE(thin.faces.size(), faces);
+    EXPECT_GE(thin.faces.size(), faces - 2);
+    EXPECT_TRUE(analyse_topology(thin).closed_manifold());
+    EXPECT_EQ(analyse_topology(thin).unused_vertices, 0u);
+    EXPECT_NEAR(signed_volume(thin) / signed_volume(mesh), 1, 0.03);
+  }
+}
+
+TEST(FastCollapse, KeepsGenusAndStopsAtTheTopology) {
+  const TriangleMesh mesh = perforated_plate(3, 5, 4);
+  const TriangleMesh thin = fast_collapse(mesh, 4);  // far too few
+  EXPECT_EQ(analyse_topology(thin).euler_characteristic, -4);
+  EXPECT_TRUE(analyse_topology(thin).closed_manifold());
+}
+
+TEST(FastCollapse, LeavesTheBorderWhereItIs) {
+  const TriangleMesh mesh = opened(lumpy_mesh(50, 4), 1);
+  const TriangleMesh thin = fast_collapse(mesh, 500);
+  EXPECT_LT(thin.faces.size(), 700u);
+  EXPECT_EQ(analyse_topology(thin).boundary_edges, analyse_topology(mesh).boundary_edges);
+}
+
+TEST(EdgeTwins, ExistForManifoldsOnly) {
+  TriangleMesh mesh = tetrahedron_mesh();
+  const auto twins = edge_twins(mesh.faces, 4);
+  ASSERT_TRUE(twins);
+  for (std::uint32_t h = 0; h < 12; ++h) EXPECT_EQ((*twins)[(*twins)[h]], h);
+  std::swap(mesh.faces[0][0], mesh.faces[0][1]);
+  EXPECT_FALSE(edge_twins(mesh.faces, 4));  // wound against its neighbours
+  // Two bodies that share a vertex.
+  mesh = joined(tetrahedron_mesh(), moved(tetrahedron_mesh(), {5, 0, 0}));
+  for (Face& f : mesh.faces) {
+    for (std::uint32_t& v : f) v = v == 4 ? 0 : v;
+  }
+  EXPECT_FALSE(edge_twins(mesh.faces, 8));
+  mesh = tetrahedron_mesh();
+  mesh.faces.push_back({0, 1, 3});
+  EXPECT_FALSE(edge_twins(mesh.faces, 4));
+}
+
+TEST(SelfIntersections, AreFoundWhereBodiesCrossAndNowhereElse) {
+  const TriangleMesh ball = sphere_mesh(10, 2);
+  EXPECT_TRUE(self_intersecting_faces(ball).empty());
+  EXPECT_TRUE(self_intersecting_faces(grid_box({30, 20, 10}, 4)).empty());
+  EXPECT_TRUE(self_intersecting_faces(joined(ball, moved(ball, {21, 0, 0}))).empty());
+  const auto crossing = self_intersecting_faces(joined(ball, moved(ball, {15, 3, 1})));
+  EXPECT_GT(crossing.size(), 10u);
+  EXPECT_LT(crossing.size(), ball.faces.size());
+  // A vertex pulled through the far side.
+  TriangleMesh pulled = ball;
+  pulled.vertices[0] *= -1.5;
+  EXPECT_FALSE(self_intersecting_faces(pulled).empty());
+}
+
+}  // namespace
+}  // namespace organbake
