@@ -103,7 +103,8 @@ std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
     case OptionKind::number:
       return as_value(whole_number<double>(text));
     case OptionKind::number_or_auto:
-      return text == "auto" ? OptionValue(std::string(text)) : as_value(whole_number<double>(text));
+      if (text == "auto") return std::string(text);
+      return as_value(whole_number<double>(text));
     case OptionKind::vector:
     case OptionKind::integers:
       return as_value(three_numbers(text, kind == OptionKind::integers));
@@ -181,10 +182,10 @@ OptionValue parse_option(const Option& option, std::string_view text, const std:
 }
 
 void check_option(const Option& option, const OptionValue& value, const std::string& where) {
-  const bool right_kind =
-      option.kind == OptionKind::number_or_auto
-          ? std::holds_alternative<double>(value) || value == OptionValue(std::string("auto"))
-          : value.index() == option.default_value.index();
+  const auto* word = std::get_if<std::string>(&value);
+  const bool right_kind = option.kind == OptionKind::number_or_auto
+                              ? std::holds_alternative<double>(value) || (word && *word == "auto")
+                              : value.index() == option.default_value.index();
   if (!right_kind || !allowed(option.traits, value)) {
     refuse(option, where, option_text(value));
   }

@@ -114,7 +114,8 @@ template <>
 struct OptionType<std::optional<double>> {
   static constexpr OptionKind kind = OptionKind::number_or_auto;
   static OptionValue to_value(const std::optional<double>& value) {
-    return value ? OptionValue(*value) : OptionValue(std::string("auto"));
+    if (value) return *value;
+    return std::string("auto");
   }
   static std::optional<double> from_value(const OptionValue& value) {
     const auto* number = std::get_if<double>(&value);

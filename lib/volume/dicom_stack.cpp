@@ -20,7 +20,8 @@ constexpr double kSlackShare = 0.01;  // of the gap, for thick slices
 constexpr double kWidestGap = 2.5;
 // A gap this near to a whole number of usual ones is a slice that is not there.
 constexpr double kMissingSlack = 0.05;
-constexpr double kDriftSteps = 1000;  // per pixel
+constexpr double kSteepestCourse = 1.0;  // tan 45°; gantries tilt by 30° at most
+constexpr double kDriftSteps = 1000;     // per pixel
 constexpr double kUnitTolerance = 1e-3;
 
 void check_geometry(const DicomSlice& slice) {
@@ -121,6 +122,20 @@ void measure_spacing(DicomStack& stack, const fs::path& folder) {
                            "); they were interpolated to " + to_text(stack.spacing_mm, 2) + " mm");
 }
 
+// One wrong digit in a position puts a slice beside the others, and the grid that holds them all
+// would have room for little else.
+void check_course(const DicomStack& stack) {
+  const Eigen::Vector2d pixel_mm = stack.slices.front().pixel_mm;
+  for (std::size_t k = 1; k < stack.slices.size(); ++k) {
+    const double beside = stack.drift_px[k].cwiseProduct(pixel_mm).norm();
+    if (beside <= stack.along_mm[k] * kSteepestCourse + pixel_mm.maxCoeff()) continue;
+    throw BadDataError(stack.slices[k].file, "lies " + to_text(beside, 1) + " mm beside and " +
+                                                 to_text(stack.along_mm[k], 1) +
+                                                 " mm behind the first slice; no gantry tilts so "
+                                                 "far, the position is wrong");
+  }
+}
+
 void measure_tilt(DicomStack& stack) {
   const Eigen::Vector2d pixel_mm = stack.slices.front().pixel_mm;
   double largest = 0, angle = 0;
@@ -144,6 +159,7 @@ DicomStack sorted_stack(std::vector<DicomSlice> slices, const fs::path& folder, 
   sort_along_normal(slices);
   stack.slices = without_copies(std::move(slices), folder, stack.warnings);
   measure_places(stack);
+  check_course(stack);
   measure_spacing(stack, folder);
   if (strict && !stack.warnings.empty()) {
     throw BadDataError(folder, "--strict refuses to mend it: " + stack.warnings.front());

@@ -3,16 +3,21 @@
 // child process that may neither crash, abort nor hang. ORGANBAKE_FUZZ_RUNS=5000 makes it a
 // campaign; the default is a quick share of it.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "core/random.h"
+#include "dicom_bytes.h"
 #include "ramp_volume.h"
 #include "support/temporary_folder.h"
 #include "volume/dicom_pixels.h"
 #include "volume/dicom_slice.h"
+#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {
@@ -63,6 +68,50 @@ void read_slice(const std::filesystem::path& path) {
   }
   std::filesystem::remove_all(folder.path());
   ::_exit(0);
+}
+
+// A small stack of four slices with damage in one of them: series, places, gaps and the grid must
+// bear with every header.
+[[noreturn]] void read_spoiled_folders() {
+  constexpr unsigned kHang_s = 10;
+  constexpr rlim_t kMemory = rlim_t{3} << 30;  // a lying header must not cost gigabytes
+  const rlimit limit = {kMemory, kMemory};
+  ::setrlimit(RLIMIT_AS, &limit);
+  const TemporaryFolder folder;
+  const auto file = [&](int k) { return folder.path() / std::to_string(k); };
+  std::vector<std::string> slices;
+  for (int k = 0; k < 4; ++k) {
+    DicomBytes slice;
+    slice.set_position({0, 0.1 * k, 2.0 * k});
+    slice.pixels.assign(12, 1000);
+    slices.push_back(slice.bytes());
+    write_bytes(file(k), slices.back());
+  }
+  for (int run = 0; run < 20 * runs(); ++run) {
+    ::alarm(kHang_s);
+    RandomStream random(77, static_cast<std::uint64_t>(run));
+    const int k = static_cast<int>(random.below(4));
+    std::string bytes = slices[static_cast<std::size_t>(k)];
+    // Digits become digits: wrong numbers go further than torn elements.
+    for (std::uint64_t flips = 1 + random.below(kMostFlips); flips > 0; --flips) {
+      char& c = bytes[132 + random.below(bytes.size() - 132)];
+      const bool text = (c >= '0' && c <= '9') || c == '.' || c == '\\' || c == ' ';
+      c = text ? "0123456789.-e"[random.below(13)] : static_cast<char>(random.below(256));
+    }
+    write_bytes(file(k), bytes);
+    try {
+      read_volume(folder.path());
+    } catch (const Error&) {
+    }
+    write_bytes(file(k), slices[static_cast<std::size_t>(k)]);
+  }
+  std::filesystem::remove_all(folder.path());
+  ::_exit(0);
+}
+
+TEST(DamagedDicomFolder, NeverEndsTheProgram) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(read_spoiled_folders(), ::testing::ExitedWithCode(0), "");
 }
 
 class DamagedDicom : public ::testing::TestWithParam<const char*> {};

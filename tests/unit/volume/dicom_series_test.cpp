@@ -121,6 +121,14 @@ TEST_F(DicomSeriesTest, AllSlicesInOnePlaceAreRefused) {
   EXPECT_THAT(error(), HasSubstr("all 3 slices lie in one place"));
 }
 
+TEST_F(DicomSeriesTest, ASliceBesideTheOthersIsRefused) {
+  add_stack({0, 2, 4, 6}, kUpright);
+  DicomBytes strayed = slice(24);
+  strayed.set_position({500005, -8, 24});
+  add("slice2", strayed);
+  EXPECT_THAT(error(), AllOf(HasSubstr("slice2"), HasSubstr("500000.0 mm beside")));
+}
+
 TEST_F(DicomSeriesTest, AMissingSliceIsNamed) {
   add_stack({0, 2, 4, 8, 10, 12}, kUpright);
   const Volume volume = read();
