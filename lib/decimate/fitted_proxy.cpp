@@ -66,10 +66,23 @@ class StepTimes {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-// Moves vertices by one fit; what would make the proxy meet itself is taken back.
-void fit(TriangleMesh& proxy, const FitReference& reference, const FitOptions& options,
+// Moves vertices by one fit; what would make the proxy meet itself is taken back, and the rest
+// fitted again round it.
+void fit(TriangleMesh& proxy, const FitReference& reference, FitOptions options,
          const RunContext& context) {
-  proxy = keep_apart(proxy, fit_vertices(proxy, reference, options, context));
+  constexpr int kRounds = 3, kStepsAgain = 4;
+  for (int round = 0; round < kRounds; ++round) {
+    const TriangleMesh wanted = fit_vertices(proxy, reference, options, context);
+    proxy = keep_apart(proxy, wanted);
+    if (proxy.vertices == wanted.vertices) return;
+    options.steps = kStepsAgain;
+  }
+  // One step moves nothing but what the volume still lacks.
+  options.steps = 1;
+  const TriangleMesh whole = fit_vertices(proxy, reference, options, context);
+  if (self_intersecting_faces(whole).size() <= self_intersecting_faces(proxy).size()) {
+    proxy = whole;
+  }
 }
 
 FitNorm norm_of(const TriangleMesh& proxy, const FitReference& reference, double power) {
@@ -136,7 +149,9 @@ TriangleMesh fitted_proxy(const TriangleMesh& surface, const FittedOptions& opti
   const Frame frame(surface);
   const TriangleMesh local = frame.into(surface);
   const std::size_t thin_to = std::max(kFewestThinned, kThinnedPerFace * options.faces);
-  const TriangleMesh thinned = fast_collapse(local, thin_to, context);
+  // Short of twice as many faces, thinning saves less than it may cost in quality.
+  const TriangleMesh thinned =
+      local.faces.size() > 2 * thin_to ? fast_collapse(local, thin_to, context) : local;
   times.done("pre-pass", thinned.faces.size());
   TriangleMesh proxy = start_of(thinned, options.faces, context);
   times.done("Lindstrom–Turk", proxy.faces.size());
