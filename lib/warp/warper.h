@@ -78,7 +78,7 @@ class Warper {
 
 // Shares below this are dropped and the others drawn up to it, continuously: a camera that hardly
 // counts is not worth its samples.
-inline constexpr double kLeastShare = 0.05;
+inline constexpr double kLeastShare = 0.08;
 ViewWeights trimmed(ViewWeights weights);
 
 }  // namespace organbake
