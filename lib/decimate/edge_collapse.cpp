@@ -8,8 +8,9 @@
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 #include <CGAL/boost/graph/Euler_operations.h>
 
-#include <cmath>
 #include <stdexcept>
+
+#include "decimate/unit_frame.h"
 
 namespace organbake {
 namespace {
@@ -18,25 +19,11 @@ namespace simplification = CGAL::Surface_mesh_simplification;
 using Kernel = CGAL::Simple_cartesian<double>;  // Lindstrom–Turk needs no exact arithmetic
 using HalfEdgeMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
-// Bounds centred and scaled by a power of two to about 1, so that neither the place nor the unit
-// of the data matters to the solver's thresholds.
-struct Frame {
-  Eigen::Vector3d center;
-  double scale = 1;
-
-  explicit Frame(const TriangleMesh& mesh) {
-    const Bounds box = bounds(mesh);
-    center = box.center();
-    const double size = box.diagonal();
-    if (size > 1e-150 && std::isfinite(size)) scale = std::scalbn(1.0, -std::ilogb(size));
-  }
-};
-
-HalfEdgeMesh to_half_edges(const TriangleMesh& mesh, const Frame& frame) {
+HalfEdgeMesh to_half_edges(const TriangleMesh& mesh, const UnitFrame& frame) {
   HalfEdgeMesh result;
   result.reserve(mesh.vertices.size(), mesh.faces.size() * 3 / 2 + 1, mesh.faces.size());
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    const Eigen::Vector3d p = frame.scale * (vertex - frame.center);
+    const Eigen::Vector3d p = frame.into(vertex);
     result.add_vertex({p.x(), p.y(), p.z()});
   }
   using Vertex = HalfEdgeMesh::Vertex_index;
@@ -48,12 +35,12 @@ HalfEdgeMesh to_half_edges(const TriangleMesh& mesh, const Frame& frame) {
   return result;
 }
 
-TriangleMesh from_half_edges(HalfEdgeMesh& mesh, const Frame& frame) {
+TriangleMesh from_half_edges(HalfEdgeMesh& mesh, const UnitFrame& frame) {
   mesh.collect_garbage();
   TriangleMesh result;
   for (const auto vertex : mesh.vertices()) {
     const Kernel::Point_3& p = mesh.point(vertex);
-    result.vertices.push_back(Eigen::Vector3d(p.x(), p.y(), p.z()) / frame.scale + frame.center);
+    result.vertices.push_back(frame.back(Eigen::Vector3d(p.x(), p.y(), p.z())));
   }
   for (const auto face : mesh.faces()) {
     Face corners{};
@@ -102,7 +89,7 @@ class StopAtFaces {
 
 TriangleMesh collapse_edges(const TriangleMesh& surface, std::size_t faces,
                             const RunContext& context) {
-  const Frame frame(surface);
+  const UnitFrame frame(surface);
   HalfEdgeMesh mesh = to_half_edges(surface, frame);
   if (mesh.number_of_faces() > faces) collapse_edges_without_length(mesh);
   if (mesh.number_of_faces() > faces) {

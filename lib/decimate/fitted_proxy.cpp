@@ -13,6 +13,7 @@
 #include "decimate/proxy_moves.h"
 #include "decimate/refined_proxy.h"
 #include "decimate/self_intersections.h"
+#include "decimate/unit_frame.h"
 #include "decimate/vertex_fit.h"
 
 namespace organbake {
@@ -27,27 +28,6 @@ constexpr std::size_t kTrialStride = 2;  // trials of local changes make do with
 constexpr std::size_t kDenser = 4;
 constexpr int kMaxSweeps = 4;
 constexpr int kMostRelocations = 20;
-
-// Bounds centred and scaled by a power of two to about 1: neither place nor unit matters.
-struct Frame {
-  Eigen::Vector3d center;
-  double scale = 1;
-
-  explicit Frame(const TriangleMesh& mesh) {
-    const Bounds box = bounds(mesh);
-    center = box.center();
-    const double size = box.diagonal();
-    if (size > 1e-150 && std::isfinite(size)) scale = std::scalbn(1.0, -std::ilogb(size));
-  }
-  TriangleMesh into(TriangleMesh mesh) const {
-    for (Eigen::Vector3d& v : mesh.vertices) v = scale * (v - center);
-    return mesh;
-  }
-  TriangleMesh back(TriangleMesh mesh) const {
-    for (Eigen::Vector3d& v : mesh.vertices) v = v / scale + center;
-    return mesh;
-  }
-};
 
 // Says in the log, and nowhere else, what took how long.
 class StepTimes {
@@ -146,7 +126,7 @@ TriangleMesh fitted_proxy(const TriangleMesh& surface, const FittedOptions& opti
                           const RunContext& context) {
   if (surface.faces.size() <= options.faces) return surface;
   StepTimes times(context);
-  const Frame frame(surface);
+  const UnitFrame frame(surface);
   const TriangleMesh local = frame.into(surface);
   const std::size_t thin_to = std::max(kFewestThinned, kThinnedPerFace * options.faces);
   // Short of twice as many faces, thinning saves less than it may cost in quality.

@@ -54,6 +54,15 @@ function(organbake_precompile target from)
   endif()
 endfunction()
 
+# For code that parses far more than it says: several files are compiled as one. Names in unnamed
+# namespaces must then differ between the files of a target; the presets dev and player, which
+# compile each file alone, see to it that each still includes what it uses.
+function(organbake_compile_together target)
+  if(ORGANBAKE_PRECOMPILE)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+  endif()
+endfunction()
+
 # For code that only calls other code: compiled for a quick build, not for a quick run.
 function(organbake_compile_lightly target)
   target_compile_options(${target} PRIVATE $<IF:$<CONFIG:Debug>,-O0,-O1>)

@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // extract_label_surface promises a tenth of a per cent.
-constexpr double kVolumeTolerance = 0.0011;
+constexpr double kLabelVolumeTolerance = 0.0011;
 // Stairs as they are give 23° and more; see the measurements beside kLeastSigmaInStairs.
 constexpr double kSmoothNormals_deg = 6;
 
@@ -32,7 +32,7 @@ TEST(LabelSurface, IsSmoothAndKeepsTheVolumeAtAnySpacing) {
     const Volume mask = mask_of(ball({0, 0, 0}, kRadius), grid_around_origin(spacing, 64));
     const TriangleMesh mesh = extract_label_surface(mask, {}).mesh;
     expect_closed_and_sound(mesh);
-    EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kVolumeTolerance);
+    EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kLabelVolumeTolerance);
     EXPECT_LT(radial_normal_rms_deg(mesh), kSmoothNormals_deg) << spacing.transpose();
     EXPECT_LT(radius_rms(mesh, kRadius), 0.1 * spacing.maxCoeff());
   }
@@ -61,7 +61,7 @@ TEST(LabelSurface, ThinPartsSurviveTheSmoothing) {
   options.smooth_mm = 2;
   const TriangleMesh mesh = extract_label_surface(mask, options).mesh;
   expect_closed_and_sound(mesh);
-  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kVolumeTolerance);
+  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kLabelVolumeTolerance);
 }
 
 TEST(LabelSurface, IsCutFlatWhereTheMaskMeetsTheBorder) {
@@ -70,7 +70,7 @@ TEST(LabelSurface, IsCutFlatWhereTheMaskMeetsTheBorder) {
   const Volume mask = mask_of(ball({0, 0, 0}, 25), grid);
   const TriangleMesh mesh = extract_label_surface(mask, {}).mesh;
   expect_closed_and_sound(mesh);
-  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kVolumeTolerance);
+  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kLabelVolumeTolerance);
   constexpr double kLevelShift_mm = 0.2;  // the level that keeps the volume moves the cap a little
   EXPECT_NEAR(bounds(mesh).max.z(), mask.world_from_index({0, 0, 32.5}).z(), kLevelShift_mm);
 }
@@ -103,7 +103,7 @@ TEST(LabelSurface, TakesOneLabelOfMany) {
   IsosurfaceOptions options;
   options.label = 5;
   const TriangleMesh mesh = extract_label_surface(mask, options).mesh;
-  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask, 5), 1, kVolumeTolerance);
+  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask, 5), 1, kLabelVolumeTolerance);
   options.label = 6;
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { extract_label_surface(mask, options); }),
               HasSubstr("the mask has no label 6; it holds 5, 7"));
@@ -119,7 +119,7 @@ TEST(LabelSurface, SingleVoxelsAndFullMasksAreSurfacesToo) {
   std::fill(mask.voxels.begin(), mask.voxels.end(), std::int16_t{1});
   const TriangleMesh block = extract_label_surface(mask, {}).mesh;
   expect_closed_and_sound(block);
-  EXPECT_NEAR(signed_volume(block) / voxel_volume(mask), 1, kVolumeTolerance);
+  EXPECT_NEAR(signed_volume(block) / voxel_volume(mask), 1, kLabelVolumeTolerance);
 }
 
 TEST(LabelSurface, EmptyMasksAreRefused) {

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-constexpr const char* kAll = "phantom isosurface decimate mechanics place capture";
+constexpr const char* kWholeChain = "phantom isosurface decimate mechanics place capture";
 
 class RunnerTest : public testing::Test {
  protected:
@@ -53,7 +53,7 @@ class RunnerTest : public testing::Test {
 
 TEST_F(RunnerTest, AWarmBakeRunsNothingAndLeavesTheBundleAlone) {
   const Baked cold = bake();
-  EXPECT_EQ(cold.calls, kAll);
+  EXPECT_EQ(cold.calls, kWholeChain);
   EXPECT_EQ(cold.written, BundleWritten::anew);
   const auto time = fs::last_write_time(bundle() / "manifest.json");
   const Baked warm = bake();
@@ -86,7 +86,7 @@ TEST_F(RunnerTest, StepsMadeAnewWithTheSameContentStopTheChain) {
 TEST_F(RunnerTest, ForceAndFromRunAgainWithTheSameResult) {
   bake();
   const auto before = bundle_files();
-  EXPECT_EQ(bake({}, {.force = true}).calls, kAll);
+  EXPECT_EQ(bake({}, {.force = true}).calls, kWholeChain);
   EXPECT_EQ(bake({}, {.from = "place"}).calls, "place capture");
   EXPECT_EQ(bundle_files(), before);
   EXPECT_THROW(bake({}, {.from = "register"}), UsageError);

@@ -10,7 +10,7 @@ namespace organbake {
 namespace {
 
 // A few roundings of numbers of size 1…10.
-constexpr double kRounding = 1e-13;
+constexpr double kFaceRounding = 1e-13;
 
 const FaceCorners kFace{{1, 2, 3}, {5, 2, 3}, {1, 8, 4}};
 
@@ -18,9 +18,9 @@ TEST(FaceQueries, CrossingReproducesItsPoint) {
   const Eigen::Vector3d target = kFace.a + 0.2 * (kFace.b - kFace.a) + 0.3 * (kFace.c - kFace.a);
   const Eigen::Vector3d origin(0, 0, -7);
   const PlaneCrossing at = cross_plane(kFace, origin, 2 * (target - origin));
-  EXPECT_NEAR(at.t, 0.5, kRounding);
-  EXPECT_NEAR(at.u, 0.2, kRounding);
-  EXPECT_NEAR(at.v, 0.3, kRounding);
+  EXPECT_NEAR(at.t, 0.5, kFaceRounding);
+  EXPECT_NEAR(at.u, 0.2, kFaceRounding);
+  EXPECT_NEAR(at.v, 0.3, kFaceRounding);
   EXPECT_TRUE(at.inside_by(0.19));
   EXPECT_FALSE(at.inside_by(0.21));
 }
@@ -51,7 +51,7 @@ TEST(FaceQueries, ClosestPointBeatsEveryLatticePoint) {
       }
     }
     const double step = ((face.b - face.a).norm() + (face.c - face.a).norm()) / kSteps;
-    EXPECT_LE(found, lattice + kRounding);
+    EXPECT_LE(found, lattice + kFaceRounding);
     EXPECT_GE(found, lattice - step);
   }
 }
@@ -59,7 +59,7 @@ TEST(FaceQueries, ClosestPointBeatsEveryLatticePoint) {
 TEST(FaceQueries, FacesWithoutAreaAreSegmentsAndPoints) {
   const Eigen::Vector3d query(0, 3, 0);
   const FaceCorners line{{-1, 0, 0}, {2, 0, 0}, {1, 0, 0}};
-  EXPECT_NEAR((closest_on_face(line, query) - Eigen::Vector3d::Zero()).norm(), 0, kRounding);
+  EXPECT_NEAR((closest_on_face(line, query) - Eigen::Vector3d::Zero()).norm(), 0, kFaceRounding);
   const FaceCorners point{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
   EXPECT_EQ(closest_on_face(point, query), Eigen::Vector3d(1, 1, 1));
 }

@@ -16,7 +16,7 @@
 namespace organbake {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 constexpr int kDirections = 10'000;
 // A random direction this near to an edge (in cone coordinates) belongs to either side.
 constexpr double kOnEdge = 1e-9;
@@ -84,7 +84,7 @@ void expect_covers_the_sphere(const std::vector<Eigen::Vector3d>& directions) {
 TEST(ViewManifold, EvenSetsCoverEveryDirectionOnce) {
   for (const int count : {4, 5, 6, 7, 8, 12, 20, 50}) {
     SCOPED_TRACE(count);
-    expect_covers_the_sphere(spread_directions(count, {0, -1, 0}, kPi));
+    expect_covers_the_sphere(spread_directions(count, {0, -1, 0}, kHalfTurn));
   }
 }
 
@@ -156,7 +156,8 @@ TEST(ViewManifold, SetsThatSpanNoTriangleHaveNone) {
   EXPECT_TRUE(manifold_of({{0, -1, 0}, {1, 0, 0}}).manifold.triangles.empty());
   EXPECT_TRUE(manifold_of({{0, -1, 0}, {0, 1, 0}}).manifold.triangles.empty());
   std::vector<Eigen::Vector3d> ring;
-  for (int i = 0; i < 12; ++i) ring.push_back({std::cos(kPi * i / 6), std::sin(kPi * i / 6), 0});
+  for (int i = 0; i < 12; ++i)
+    ring.push_back({std::cos(kHalfTurn * i / 6), std::sin(kHalfTurn * i / 6), 0});
   const Placement placement = manifold_of(ring);
   EXPECT_TRUE(placement.manifold.triangles.empty());
   EXPECT_EQ(placement.manifold.directions.size(), 12u);
@@ -168,7 +169,7 @@ TEST(ViewManifold, SetsThatSpanNoTriangleHaveNone) {
 TEST(ViewManifold, ARingWithAPoleCoversItsHalf) {
   std::vector<Eigen::Vector3d> directions = {{0, 0, 1}};
   for (int i = 0; i < 8; ++i) {
-    directions.push_back({std::cos(kPi * i / 4), std::sin(kPi * i / 4), 0});
+    directions.push_back({std::cos(kHalfTurn * i / 4), std::sin(kHalfTurn * i / 4), 0});
   }
   const ViewManifold manifold = manifold_of(directions).manifold;
   EXPECT_EQ(manifold.triangles.size(), 8u);
@@ -179,7 +180,7 @@ TEST(ViewManifold, ARingWithAPoleCoversItsHalf) {
 TEST(ViewManifold, ACircleOfCamerasIsOneFan) {
   std::vector<Eigen::Vector3d> circle;
   for (int i = 0; i < 7; ++i) {
-    circle.push_back({std::cos(2 * kPi * i / 7), std::sin(2 * kPi * i / 7), 2});
+    circle.push_back({std::cos(2 * kHalfTurn * i / 7), std::sin(2 * kHalfTurn * i / 7), 2});
   }
   const ViewManifold manifold = manifold_of(circle).manifold;
   ASSERT_EQ(manifold.triangles.size(), 5u);
@@ -187,7 +188,7 @@ TEST(ViewManifold, ACircleOfCamerasIsOneFan) {
 }
 
 TEST(ViewManifold, DirectionsAndDistancesAreKept) {
-  const auto directions = spread_directions(8, {0, -1, 0}, kPi);
+  const auto directions = spread_directions(8, {0, -1, 0}, kHalfTurn);
   const Placement placement = manifold_of(directions, 321);
   EXPECT_EQ(placement.manifold.center_world_mm, kCenter);
   for (std::size_t c = 0; c < directions.size(); ++c) {

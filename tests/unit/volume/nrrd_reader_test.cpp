@@ -16,7 +16,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr double kRounding_hu = 0.5 + 1e-6;
+constexpr double kNrrdRounding_hu = 0.5 + 1e-6;
 
 std::string vector_text(const Eigen::Vector3d& v) {
   return "(" + to_text(v.x()) + "," + to_text(v.y()) + "," + to_text(v.z()) + ")";
@@ -31,7 +31,7 @@ std::string place_in(const std::string& space, const Eigen::Vector3d& from_lps, 
   return text + "\nspace origin: " + vector_text(from_lps.cwiseProduct(v.origin_mm)) + "\n";
 }
 
-std::string header(const std::string& place, const std::string& more = "encoding: raw\n") {
+std::string nrrd_text(const std::string& place, const std::string& more = "encoding: raw\n") {
   return "NRRD0004\n# a comment\ntype: short\ndimension: 3\nsizes: 5 4 3\nendian: little\n" +
          place + more;
 }
@@ -68,20 +68,20 @@ TEST_F(Nrrd, EverySpacePutsEveryVoxelInItsPlaceInTheWorld) {
         {"right-anterior-superior", {-1, -1, 1}},
         {"RAS", {-1, -1, 1}},
         {"left-anterior-superior", {1, -1, 1}}}) {
-    const Volume volume = read(header(place_in(space, from_lps, truth_)) + "\n" + raw_);
-    EXPECT_LT(largest_ramp_error(volume), kRounding_hu) << space;
+    const Volume volume = read(nrrd_text(place_in(space, from_lps, truth_)) + "\n" + raw_);
+    EXPECT_LT(largest_ramp_error(volume), kNrrdRounding_hu) << space;
     EXPECT_THAT(volume.warnings, IsEmpty());
   }
 }
 
 TEST_F(Nrrd, AnUnknownSpaceIsTakenAsLpsWithAWarning) {
-  const Volume volume = read(header(place_in("scanner-xyz", {1, 1, 1}, truth_)) + "\n" + raw_);
+  const Volume volume = read(nrrd_text(place_in("scanner-xyz", {1, 1, 1}, truth_)) + "\n" + raw_);
   EXPECT_THAT(volume.warnings, Contains(HasSubstr("LPS was assumed")));
 }
 
 TEST_F(Nrrd, ReadsEveryEncoding) {
   const auto voxels = [&](const std::string& more, const std::string& data) {
-    return read(header(place_, more) + "\n" + data).voxels;
+    return read(nrrd_text(place_, more) + "\n" + data).voxels;
   };
   EXPECT_EQ(voxels("encoding: gzip\n", gzipped(raw_)), truth_.voxels);
   EXPECT_EQ(voxels("encoding: bz2\n", bzipped(raw_)), truth_.voxels);
@@ -96,15 +96,15 @@ TEST_F(Nrrd, ReadsEveryEncoding) {
 
 TEST_F(Nrrd, ReadsADetachedHeader) {
   write_bytes(folder_.path() / "scan.raw", raw_);
-  write_bytes(folder_.path() / "scan.nhdr", header(place_) + "data file: scan.raw\n");
+  write_bytes(folder_.path() / "scan.nhdr", nrrd_text(place_) + "data file: scan.raw\n");
   EXPECT_EQ(read_volume(folder_.path() / "scan.nhdr").voxels, truth_.voxels);
-  write_bytes(folder_.path() / "scan.nhdr", header(place_) + "data file: gone.raw\n");
+  write_bytes(folder_.path() / "scan.nhdr", nrrd_text(place_) + "data file: gone.raw\n");
   EXPECT_THAT(message_of(ExitCode::no_input, [&] { read_volume(folder_.path() / "scan.nhdr"); }),
               HasSubstr("gone.raw"));
 }
 
 TEST_F(Nrrd, AFourthAxisOfOneIsDropped) {
-  std::string text = header("space: LPS\nspace directions: none (0.8,0,0) (0,1.25,0) (0,0,3)\n");
+  std::string text = nrrd_text("space: LPS\nspace directions: none (0.8,0,0) (0,1.25,0) (0,0,3)\n");
   text.replace(text.find("dimension: 3"), 12, "dimension: 4");
   text.replace(text.find("sizes: 5"), 8, "sizes: 1 5");
   EXPECT_EQ(read(text + "\n" + raw_).size, (std::array<int, 3>{5, 4, 3}));
@@ -114,7 +114,7 @@ TEST_F(Nrrd, AFourthAxisOfOneIsDropped) {
 
 TEST_F(Nrrd, RefusesBadHeaders) {
   const auto with = [&](const std::string& what, const std::string& instead) {
-    std::string text = header(place_) + "\n" + raw_;
+    std::string text = nrrd_text(place_) + "\n" + raw_;
     text.replace(text.find(what), what.size(), instead);
     return error(text);
   };

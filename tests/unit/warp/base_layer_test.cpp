@@ -10,6 +10,7 @@
 #include "image/difference.h"
 #include "image/srgb.h"
 #include "synthetic_bundle.h"
+#include "views_round.h"
 #include "warp/warper.h"
 
 namespace organbake {
@@ -26,18 +27,6 @@ SyntheticOptions lumpy_options() {
 const Bundle& lumpy_bundle() {
   static const Bundle bundle = make_synthetic_bundle(lumpy_options());
   return bundle;
-}
-
-View view_from(const Bundle& bundle, const Eigen::Vector3d& direction, int size) {
-  const PosedCamera& first = bundle.cameras.cameras[0];
-  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
-  const double distance = (first.center_world_mm() - center).norm();
-  const double focal = first.intrinsics.fx * size / first.intrinsics.width;
-  View view;
-  view.camera.intrinsics = {size, size, focal, focal, 0.5 * size, 0.5 * size};
-  view.camera.camera_from_world =
-      look_at(center + distance * direction.normalized(), center, Eigen::Vector3d::UnitZ());
-  return view;
 }
 
 // The organ by its formula, 3×3 rays a pixel; covered where all of them hit.

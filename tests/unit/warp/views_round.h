@@ -29,4 +29,17 @@ inline View view_round(const CameraSet& cameras, double azimuth_rad, double elev
   return view;
 }
 
+// The organ seen from a direction at the cameras' distance, in a square picture.
+inline View view_from(const Bundle& bundle, const Eigen::Vector3d& direction, int size) {
+  const PosedCamera& first = bundle.cameras.cameras[0];
+  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
+  const double distance = (first.center_world_mm() - center).norm();
+  const double focal = first.intrinsics.fx * size / first.intrinsics.width;
+  View view;
+  view.camera.intrinsics = {size, size, focal, focal, 0.5 * size, 0.5 * size};
+  view.camera.camera_from_world =
+      look_at(center + distance * direction.normalized(), center, Eigen::Vector3d::UnitZ());
+  return view;
+}
+
 }  // namespace organbake

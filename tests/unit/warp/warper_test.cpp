@@ -13,6 +13,7 @@
 #include "image/difference.h"
 #include "image/srgb.h"
 #include "synthetic_bundle.h"
+#include "views_round.h"
 
 namespace organbake {
 namespace {
@@ -23,22 +24,9 @@ SyntheticOptions lumpy_options() {
   return options;
 }
 
-const Bundle& organ() {
+const Bundle& lumpy_organ() {
   static const Bundle bundle = make_synthetic_bundle(lumpy_options());
   return bundle;
-}
-
-// The organ seen from a direction at the cameras' distance.
-View view_from(const Bundle& bundle, const Eigen::Vector3d& direction, int size) {
-  const PosedCamera& first = bundle.cameras.cameras[0];
-  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
-  const double distance = (first.center_world_mm() - center).norm();
-  View view;
-  const double focal = first.intrinsics.fx * size / first.intrinsics.width;
-  view.camera.intrinsics = {size, size, focal, focal, 0.5 * size, 0.5 * size};
-  view.camera.camera_from_world =
-      look_at(center + distance * direction.normalized(), center, Eigen::Vector3d::UnitZ());
-  return view;
 }
 
 DrawOptions on_black() {
@@ -56,9 +44,9 @@ Frame drawn(const Bundle& bundle, const View& view, int threads = 2) {
 }
 
 TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
-  const View view{organ().cameras.cameras[0], 1};
-  const Frame frame = drawn(organ(), view);
-  const CameraMaps& maps = organ().maps[0];
+  const View view{lumpy_organ().cameras.cameras[0], 1};
+  const Frame frame = drawn(lumpy_organ(), view);
+  const CameraMaps& maps = lumpy_organ().maps[0];
   Rgb8Image expected(maps.width, maps.height);
   std::vector<std::uint8_t> inside(maps.face.size(), 0);
   for (std::size_t i = 0; i < maps.face.size(); ++i) {
@@ -71,40 +59,41 @@ TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
 }
 
 TEST(Warper, GivesTheSameBytesForAnyNumberOfThreads) {
-  const View view = view_from(organ(), {0.4, -1, 0.3}, 300);
-  const Frame one = drawn(organ(), view, 1), two = drawn(organ(), view, 2),
-              three = drawn(organ(), view, 3);
+  const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 300);
+  const Frame one = drawn(lumpy_organ(), view, 1), two = drawn(lumpy_organ(), view, 2),
+              three = drawn(lumpy_organ(), view, 3);
   EXPECT_EQ(one.color.pixels, two.color.pixels);
   EXPECT_EQ(one.color.pixels, three.color.pixels);
   EXPECT_EQ(one.cover, two.cover);
 }
 
 TEST(Warper, LeavesNoHolesAtRestOrDented) {
-  Warper warper(organ());
+  Warper warper(lumpy_organ());
   Frame frame;
   for (const Eigen::Vector3d& d :
        {Eigen::Vector3d(0.4, -1, 0.3), Eigen::Vector3d(-1, 0.2, -0.5), Eigen::Vector3d(1, 1, 1)}) {
-    const View view = view_from(organ(), d, 256);
-    EXPECT_EQ(warper.draw(organ().proxy.vertices, view, on_black(), frame).holes_after, 0u);
-    EXPECT_EQ(warper.draw(dented(organ().proxy, d, 15), view, on_black(), frame).holes_after, 0u);
+    const View view = view_from(lumpy_organ(), d, 256);
+    EXPECT_EQ(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).holes_after, 0u);
+    EXPECT_EQ(warper.draw(dented(lumpy_organ().proxy, d, 15), view, on_black(), frame).holes_after,
+              0u);
   }
 }
 
 TEST(Warper, AnUnchangedFrameIsLeftAlone) {
-  Warper warper(organ());
+  Warper warper(lumpy_organ());
   Frame frame;
-  const View view = view_from(organ(), {0.4, -1, 0.3}, 100);
-  EXPECT_FALSE(warper.draw(organ().proxy.vertices, view, on_black(), frame).unchanged);
-  EXPECT_TRUE(warper.draw(organ().proxy.vertices, view, on_black(), frame).unchanged);
+  const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 100);
+  EXPECT_FALSE(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).unchanged);
+  EXPECT_TRUE(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame).unchanged);
   EXPECT_FALSE(
-      warper.draw(dented(organ().proxy, {0, -1, 0}, 5), view, on_black(), frame).unchanged);
+      warper.draw(dented(lumpy_organ().proxy, {0, -1, 0}, 5), view, on_black(), frame).unchanged);
 }
 
 TEST(Warper, AMirroredOrganGivesAMirroredFrame) {
   SyntheticOptions options = lumpy_options();
   options.organ.mirrored = true;
   const Bundle mirrored = make_synthetic_bundle(options);
-  const Frame right = drawn(organ(), view_from(organ(), {0.3, -1, 0.2}, 160));
+  const Frame right = drawn(lumpy_organ(), view_from(lumpy_organ(), {0.3, -1, 0.2}, 160));
   const Frame left = drawn(mirrored, view_from(mirrored, {-0.3, -1, 0.2}, 160));
   Rgb8Image flipped(160, 160);
   std::vector<std::uint8_t> both(160 * 160, 0);
@@ -121,16 +110,19 @@ TEST(Warper, AMirroredOrganGivesAMirroredFrame) {
 }
 
 TEST(Warper, ATinyTurnIsATinyChange) {
-  Warper warper(organ());
+  Warper warper(lumpy_organ());
   Frame last, now;
   constexpr double kStep = 0.0017;  // 0.1°
-  warper.draw(organ().proxy.vertices, view_from(organ(), {0, -1, 0.1}, 128), on_black(), last);
+  warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), {0, -1, 0.1}, 128), on_black(),
+              last);
   for (int i = 1; i <= 120; ++i) {
     const double angle = 10 * i * kStep;
     const Eigen::Vector3d before(std::sin(angle), -std::cos(angle), 0.1),
         after(std::sin(angle + kStep), -std::cos(angle + kStep), 0.1);
-    warper.draw(organ().proxy.vertices, view_from(organ(), before, 128), on_black(), last);
-    warper.draw(organ().proxy.vertices, view_from(organ(), after, 128), on_black(), now);
+    warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), before, 128), on_black(),
+                last);
+    warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), after, 128), on_black(),
+                now);
     std::vector<std::uint8_t> both(128 * 128);
     for (std::size_t p = 0; p < both.size(); ++p) {
       both[p] = last.cover[p] != Cover::background && now.cover[p] != Cover::background;
@@ -142,34 +134,35 @@ TEST(Warper, ATinyTurnIsATinyChange) {
 }
 
 TEST(Warper, RefusesWhatItCannotDraw) {
-  Warper warper(organ());
+  Warper warper(lumpy_organ());
   Frame frame;
-  View view = view_from(organ(), {0, -1, 0}, 64);
-  auto positions = organ().proxy.vertices;
+  View view = view_from(lumpy_organ(), {0, -1, 0}, 64);
+  auto positions = lumpy_organ().proxy.vertices;
   positions[3].x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(warper.draw(positions, view, on_black(), frame), BadDataError);
   positions.pop_back();
   EXPECT_THROW(warper.draw(positions, view, on_black(), frame), BadDataError);
   view.camera.intrinsics.k1 = 0.1;
-  EXPECT_THROW(warper.draw(organ().proxy.vertices, view, on_black(), frame), UsageError);
+  EXPECT_THROW(warper.draw(lumpy_organ().proxy.vertices, view, on_black(), frame), UsageError);
 }
 
 TEST(Warper, SurvivesOddViews) {
-  Warper warper(organ());
+  Warper warper(lumpy_organ());
   Frame frame;
-  warper.draw(organ().proxy.vertices, view_from(organ(), {0, -1, 0}, 1), on_black(), frame);
-  View inside = view_from(organ(), {0, -1, 0}, 80);
+  warper.draw(lumpy_organ().proxy.vertices, view_from(lumpy_organ(), {0, -1, 0}, 1), on_black(),
+              frame);
+  View inside = view_from(lumpy_organ(), {0, -1, 0}, 80);
   inside.camera.camera_from_world =
-      look_at(organ().cameras.manifold.center_world_mm,
-              organ().cameras.manifold.center_world_mm + Eigen::Vector3d(1, 0, 0),
+      look_at(lumpy_organ().cameras.manifold.center_world_mm,
+              lumpy_organ().cameras.manifold.center_world_mm + Eigen::Vector3d(1, 0, 0),
               Eigen::Vector3d::UnitZ());
-  warper.draw(organ().proxy.vertices, inside, on_black(), frame);
+  warper.draw(lumpy_organ().proxy.vertices, inside, on_black(), frame);
   inside.camera.camera_from_world.translation += Eigen::Vector3d(0, 0, 55);  // in the skin itself
-  warper.draw(organ().proxy.vertices, inside, on_black(), frame);
-  View wide = view_from(organ(), {1, 0.5, 0}, 64);
+  warper.draw(lumpy_organ().proxy.vertices, inside, on_black(), frame);
+  View wide = view_from(lumpy_organ(), {1, 0.5, 0}, 64);
   wide.camera.intrinsics.width = 3840;
   wide.camera.intrinsics.height = 2160;
-  warper.draw(organ().proxy.vertices, wide, on_black(), frame);
+  warper.draw(lumpy_organ().proxy.vertices, wide, on_black(), frame);
   EXPECT_EQ(frame.color.width, 3840);
 }
 
