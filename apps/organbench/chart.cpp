@@ -9,8 +9,8 @@
 namespace organbake {
 namespace {
 
-constexpr int kWidth = 620, kHeight = 340;
-constexpr int kLeft = 70, kRight = 190, kTop = 16, kBottom = 46;
+constexpr int kWidth = 680, kHeight = 340;
+constexpr int kLeft = 70, kRight = 250, kTop = 16, kBottom = 46;
 // Told apart by people who don't see all colours (Okabe, Ito 2008).
 constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                    "#56b4e9", "#e69f00", "#000000", "#8c6d31"};
