@@ -14,6 +14,7 @@
 #include "player/play.h"
 #include "player/player.h"
 #include "video_pipe.h"
+#include "window_module.h"
 
 namespace organbake {
 namespace {
@@ -110,6 +111,7 @@ void compare(const Command& command, Player& player, const RunContext& context) 
 }  // namespace
 
 void run_command(const Command& command, const RunContext& context) {
+  if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;

@@ -18,12 +18,7 @@ void read_size(const std::string& text, Command& command) {
 }
 
 void check(const Command& c) {
-  const bool anything = !c.script.empty() || !c.frame_file.empty() || !c.sheet.empty() ||
-                        c.compare || c.bench_frames > 0;
-  if (!anything) {
-    throw UsageError(
-        "nothing to do; give --script with --out, --view with -o, --sheet, --compare or --bench");
-  }
+  if (!c.wants_window() && c.bundle.empty()) throw UsageError("BUNDLE is missing: what to play");
   const bool shows = !c.out_folder.empty() || !c.video.empty() || !c.report.empty();
   if (!c.script.empty() && !shows)
     throw UsageError("--script needs --out DIR, --video FILE or --report FILE");
@@ -32,11 +27,18 @@ void check(const Command& c) {
 
 }  // namespace
 
+bool Command::wants_window() const {
+  return script.empty() && frame_file.empty() && sheet.empty() && !compare && bench_frames == 0 &&
+         out_folder.empty() && video.empty() && report.empty();
+}
+
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
   std::string size;
-  CLI::App app("organplay: pokes a baked organ and draws it, without a display");
-  app.add_option("BUNDLE", c.bundle, "folder made by 'organbake bake'")->required();
+  CLI::App app(
+      "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
+      "--script, -o, --sheet, --compare, --bench");
+  app.add_option("BUNDLE", c.bundle, "folder made by 'organbake bake'");
   app.add_option("--script", c.script,
                  "interaction to play (JSON, see 'organbake schema interaction')");
   app.add_option("--out", c.out_folder, "folder for the script's frames, frame_0000.png …");
@@ -48,7 +50,8 @@ std::optional<Command> read_command(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
-  app.add_option("--size", size, "of a frame, WIDTHxHEIGHT pixels (default 1280x720)");
+  app.add_option("--size", size,
+                 "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720)");
   app.add_flag("!--no-instruments", c.instruments, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")

@@ -20,6 +20,9 @@ struct Command {
   int bench_frames = 0;
   int threads = 0;  // 0 = all
   bool json = false, quiet = false;
+
+  // Nothing that can be done without a display was asked for.
+  bool wants_window() const;
 };
 
 // Throws UsageError. When help or the version was asked for, prints it and returns nothing.

@@ -7,11 +7,12 @@
 
 namespace organbake {
 
-InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) {
+InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) : bundle_(&bundle) {
   for (const InstrumentPath& instrument : script.instruments) {
     Path path{
         instrument.radius_mm > 0 ? instrument.radius_mm : bundle.mechanics.instrument_radius_mm,
         instrument.mode,
+        instrument.shaft,
         {},
         {}};
     for (const Waypoint& waypoint : instrument.path) {
@@ -46,20 +47,25 @@ std::vector<InstrumentTip> InstrumentMotion::tips_at(double time_s) const {
   return tips;
 }
 
-std::vector<Solid> tool_solids(const std::vector<InstrumentTip>& tips, const Bundle& bundle) {
-  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
-  const double shaft_mm = bounds(bundle.proxy).diagonal();
+std::vector<Solid> InstrumentMotion::solids(const std::vector<InstrumentTip>& tips) const {
   std::vector<Solid> solids;
-  for (const InstrumentTip& tip : tips) {
-    if (!tip.active) continue;
-    const Eigen::Vector3d away = (tip.position_mm - center).normalized();
-    const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
-                          dark_steel = Eigen::Vector3f::Constant(0.2f);
-    solids.push_back({tip.position_mm, tip.position_mm, tip.radius_mm, steel});
-    solids.push_back(
-        {tip.position_mm, tip.position_mm + shaft_mm * away, 0.4 * tip.radius_mm, dark_steel});
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    if (!tips[i].active) continue;
+    const std::vector<Solid> tool = tool_solids(tips[i], paths_[i].shaft, *bundle_);
+    solids.insert(solids.end(), tool.begin(), tool.end());
   }
   return solids;
+}
+
+std::vector<Solid> tool_solids(const InstrumentTip& tip,
+                               const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle) {
+  const Eigen::Vector3d outward = tip.position_mm - bundle.cameras.manifold.center_world_mm;
+  const Eigen::Vector3d along = shaft.value_or(outward).normalized();
+  const double length_mm = bounds(bundle.proxy).diagonal();
+  const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
+                        dark_steel = Eigen::Vector3f::Constant(0.2f);
+  return {{tip.position_mm, tip.position_mm, tip.radius_mm, steel},
+          {tip.position_mm, tip.position_mm + length_mm * along, 0.4 * tip.radius_mm, dark_steel}};
 }
 
 }  // namespace organbake

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "bundle/bundle.h"
@@ -16,18 +17,24 @@ class InstrumentMotion {
 
   // The tips at a time: linear between waypoints, inactive before the first and after the last.
   std::vector<InstrumentTip> tips_at(double time_s) const;
+  // What a viewer sees of the active ones.
+  std::vector<Solid> solids(const std::vector<InstrumentTip>& tips) const;
 
  private:
   struct Path {
     double radius_mm;
     InstrumentMode mode;
+    std::optional<Eigen::Vector3d> shaft;
     std::vector<double> times;
     std::vector<Eigen::Vector3d> positions;
   };
+  const Bundle* bundle_;
   std::vector<Path> paths_;
 };
 
-// What a viewer sees of the active tips: a ball and a thin shaft that leads away from the organ.
-std::vector<Solid> tool_solids(const std::vector<InstrumentTip>& tips, const Bundle& bundle);
+// A tip as a viewer sees it: a ball and a thin shaft; without a direction it leads away from the
+// organ.
+std::vector<Solid> tool_solids(const InstrumentTip& tip,
+                               const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle);
 
 }  // namespace organbake

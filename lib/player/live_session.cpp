@@ -68,8 +68,13 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
   pushed_mm_ = 0;
   holding_ = true;
   tips_.push_back({touched_mm_, tool_radius_mm_, mode, true});
-  tool_record_.push_back(
-      {mode == InstrumentMode::poke ? "poke" : "grab", tool_radius_mm_, mode, {}});
+  // A tool reaches into the picture from below, so that it does not hide what it touches.
+  const Eigen::Vector3d from_eye(0.3, 0.6, -0.74);
+  tool_record_.push_back({mode == InstrumentMode::poke ? "poke" : "grab",
+                          tool_radius_mm_,
+                          mode,
+                          {},
+                          world_from_camera.rotation * from_eye});
   return true;
 }
 
@@ -140,7 +145,10 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   const auto stepped = now();
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   options.keep_depth = true;
-  options.solids = tool_solids(tips_, player_->bundle());
+  options.solids.clear();
+  if (holding_) {
+    options.solids = tool_solids(tips_.back(), tool_record_.back().shaft, player_->bundle());
+  }
   played.draw = player_->draw(view_, options, frame);
   picture_depth_ = frame.depth_mm;
   played.deform_ms = ms(start, stepped);

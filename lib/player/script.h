@@ -30,8 +30,10 @@ struct InstrumentPath {
   std::string name;
   double radius_mm = 0;  // 0 = the bundle's default tool
   InstrumentMode mode = InstrumentMode::poke;
-  std::vector<Waypoint>
-      path;  // strictly later each; the tip is away before the first and after the last
+  // Strictly later each; the tip is away before the first and after the last.
+  std::vector<Waypoint> path;
+  // Where the shaft leads from the tip, any length; nothing = away from the organ's centre.
+  std::optional<Eigen::Vector3d> shaft = {};
 };
 
 // What happens in front of the player's eye, frame by frame. Schema: interaction.schema.json.

@@ -64,7 +64,8 @@ Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& 
   return (solid.color * lamp + Eigen::Vector3f::Constant(highlight)).cwiseMin(1.0f);
 }
 
-// Pixels around a sphere in camera space; the whole picture when it reaches the near plane.
+// Pixels around a sphere in camera space, also beside the picture; the whole picture when it
+// reaches the near plane.
 PixelBox sphere_box(const Vector3d& center, double radius, const View& view) {
   const Intrinsics& k = view.camera.intrinsics;
   const double z = center.z() - radius;
@@ -77,10 +78,9 @@ PixelBox sphere_box(const Vector3d& center, double radius, const View& view) {
   const double x1 = -k.fx * low(-center.x(), radius, z, far) + k.cx;
   const double y0 = k.fy * low(center.y(), radius, z, far) + k.cy;
   const double y1 = -k.fy * low(-center.y(), radius, z, far) + k.cy;
-  const auto cut = [](double v, int size) {
-    return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(size)));
-  };
-  return {cut(x0 - 1, k.width), cut(y0 - 1, k.height), cut(x1 + 2, k.width), cut(y1 + 2, k.height)};
+  static constexpr double kFar = 1e6;  // pixels: keeps what becomes an int in range
+  const auto whole = [](double v) { return static_cast<int>(std::clamp(v, -kFar, kFar)); };
+  return {whole(x0 - 1), whole(y0 - 1), whole(x1 + 2), whole(y1 + 2)};
 }
 
 struct PixelHit {
@@ -126,6 +126,8 @@ std::size_t draw_solids(const std::vector<Solid>& solids, const View& view, Fram
     const PlacedSolid& p = placed.back();
     box = united(box, united(sphere_box(p.from, p.radius, view), sphere_box(p.to, p.radius, view)));
   }
+  // Cut only now: a shaft that leads out of the picture ends beside it.
+  box = intersected(box, {0, 0, frame.color.width, frame.color.height});
   if (box.empty()) return 0;
   std::atomic<std::size_t> touched = 0;
   tbb::parallel_for(box.y0, box.y1, [&](int y) {

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "window/display.h"
+
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl2.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+std::string glfw_reason() {
+  const char* reason = nullptr;
+  ::glfwGetError(&reason);
+  return reason ? std::string(" (") + reason + ")" : "";
+}
+
+// Started and ended with the window: a program has one.
+struct Glfw {
+  Glfw() {
+    if (::glfwInit()) return;
+    throw UsageError("no display to open a window on" + glfw_reason() +
+                     "; without one, give --script with --out, --view with -o, --sheet, "
+                     "--compare or --bench");
+  }
+  ~Glfw() { ::glfwTerminate(); }
+};
+
+}  // namespace
+
+struct Display::Impl {
+  Glfw glfw;
+  GLFWwindow* window = nullptr;
+  GLuint texture = 0;
+  Eigen::Vector2i picture_size = Eigen::Vector2i::Zero();
+  std::function<void(const Rgb8Image&)> take;
+  std::vector<int> pressed;  // GLFW's names of keys since the last frame
+};
+
+Display::Display(const std::string& title, int width, int height)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->window = ::glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+  if (!impl_->window) throw UsageError("no window can be opened" + glfw_reason());
+  ::glfwMakeContextCurrent(impl_->window);
+  ::glfwSwapInterval(1);
+  ::glfwSetWindowUserPointer(impl_->window, impl_.get());
+  // ImGui calls it on when it puts its own in its place.
+  ::glfwSetKeyCallback(impl_->window, [](GLFWwindow* window, int key, int, int action, int) {
+    if (action != GLFW_PRESS) return;
+    static_cast<Impl*>(::glfwGetWindowUserPointer(window))->pressed.push_back(key);
+  });
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;  // leaves nothing in the user's folder
+  ImGui::StyleColorsDark();
+  ImGui_ImplGlfw_InitForOpenGL(impl_->window, true);
+  ImGui_ImplOpenGL2_Init();
+  ::glGenTextures(1, &impl_->texture);
+  ::glBindTexture(GL_TEXTURE_2D, impl_->texture);
+  ::glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  ::glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+}
+
+Display::~Display() {
+  if (!impl_->window) return;
+  ImGui_ImplOpenGL2_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+  ::glfwDestroyWindow(impl_->window);
+}
+
+bool Display::begin_frame() {
+  impl_->pressed.clear();
+  ::glfwPollEvents();
+  if (::glfwWindowShouldClose(impl_->window)) return false;
+  ImGui_ImplOpenGL2_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+  if (impl_->picture_size.x() > 0) {
+    const ImVec2 size(float(impl_->picture_size.x()), float(impl_->picture_size.y()));
+    ImGui::GetBackgroundDrawList()->AddImage(
+        reinterpret_cast<ImTextureID>(std::uintptr_t(impl_->texture)), {0, 0}, size);
+  }
+  return true;
+}
+
+void Display::end_frame() {
+  ImGui::Render();
+  const Eigen::Vector2i size = size_px();
+  ::glViewport(0, 0, size.x(), size.y());
+  ::glClearColor(0.09f, 0.09f, 0.1f, 1);
+  ::glClear(GL_COLOR_BUFFER_BIT);
+  ImGui_ImplOpenGL2_RenderDrawData(ImGui::GetDrawData());
+  if (impl_->take) impl_->take(drawn_window());
+  impl_->take = nullptr;
+  ::glfwSwapBuffers(impl_->window);
+}
+
+bool Display::pressed(char key) const {
+  if (ImGui::GetIO().WantTextInput) return false;
+  const int wanted = key == kEscape ? GLFW_KEY_ESCAPE : key;  // the others are their own names
+  return std::count(impl_->pressed.begin(), impl_->pressed.end(), wanted) > 0;
+}
+
+void Display::ask_to_close() { ::glfwSetWindowShouldClose(impl_->window, GLFW_TRUE); }
+
+Eigen::Vector2i Display::size_px() const {
+  int width = 0, height = 0;
+  ::glfwGetFramebufferSize(impl_->window, &width, &height);
+  return {std::max(1, width), std::max(1, height)};
+}
+
+void Display::set_picture(const Rgb8Image& picture) {
+  ::glBindTexture(GL_TEXTURE_2D, impl_->texture);
+  ::glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  const Eigen::Vector2i size(picture.width, picture.height);
+  if (size == impl_->picture_size) {
+    ::glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size.x(), size.y(), GL_RGB, GL_UNSIGNED_BYTE,
+                      picture.pixels.data());
+  } else {
+    ::glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, size.x(), size.y(), 0, GL_RGB, GL_UNSIGNED_BYTE,
+                   picture.pixels.data());
+  }
+  impl_->picture_size = size;
+}
+
+void Display::read_back(std::function<void(const Rgb8Image&)> take) {
+  impl_->take = std::move(take);
+}
+
+Rgb8Image Display::drawn_window() const {
+  const Eigen::Vector2i size = size_px();
+  Rgb8Image upside_down(size.x(), size.y()), result(size.x(), size.y());
+  ::glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  ::glReadPixels(0, 0, size.x(), size.y(), GL_RGB, GL_UNSIGNED_BYTE, upside_down.pixels.data());
+  const std::size_t row = std::size_t(3) * size.x();
+  for (int y = 0; y < size.y(); ++y) {
+    std::copy_n(upside_down.at(0, size.y() - 1 - y), row, result.at(0, y));
+  }
+  return result;
+}
+
+}  // namespace organbake

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "window/run_window.h"
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "core/error.h"
+#include "window/display.h"
+#include "window/organ_view.h"
+#include "window/start_page.h"
+
+namespace organbake {
+namespace {
+
+// Pictures no faster than time goes; where the display does not wait, we do.
+class Pace {
+ public:
+  void wait() {
+    constexpr auto kPicture = std::chrono::microseconds(1'000'000 / 60);
+    next_ = std::max(next_ + kPicture, std::chrono::steady_clock::now());
+    std::this_thread::sleep_until(next_);
+  }
+
+ private:
+  std::chrono::steady_clock::time_point next_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+void run_window(const WindowCommand& command, const RunContext& context) {
+  // A bundle named on the command line that can't be read is an error like any other.
+  std::unique_ptr<OrganView> view;
+  if (!command.bundle.empty()) {
+    view = std::make_unique<OrganView>(command.bundle, command.save_folder);
+  }
+  Display display("organplay", command.width, command.height);
+  StartPage start;
+  std::string problem;
+  Pace pace;
+  while (!context.cancelled() && display.begin_frame()) {
+    if (view) {
+      view->show(display);
+    } else if (const std::string folder = start.show(problem); !folder.empty()) {
+      try {
+        view = std::make_unique<OrganView>(folder, command.save_folder);
+      } catch (const Error& error) {
+        problem = error.what();
+      }
+    }
+    display.end_frame();
+    pace.wait();
+  }
+}
+
+}  // namespace organbake
+
+extern "C" void organplay_run_window(const organbake::WindowCommand& command,
+                                     const organbake::RunContext& context) {
+  organbake::run_window(command, context);
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "core/run_context.h"
+
+namespace organbake {
+
+struct WindowCommand {
+  std::filesystem::path bundle;  // empty: the start page
+  std::filesystem::path save_folder = ".";
+  int width = 1280, height = 720;
+};
+
+// Opens the window and stays until it is closed or the context is cancelled. Throws UsageError
+// where there is no display, NoInputError or BadDataError for the bundle.
+void run_window(const WindowCommand& command, const RunContext& context);
+
+}  // namespace organbake
+
+// The door of the module: the program loads OpenGL only when it opens a window.
+extern "C" void organplay_run_window(const organbake::WindowCommand& command,
+                                     const organbake::RunContext& context);

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "window/truth_pictures.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "bundle/bundle.h"
+
+namespace organbake {
+
+TruthPictures::TruthPictures(const std::filesystem::path& bundle_folder, const TriangleMesh& proxy)
+    : proxy_(proxy) {
+  const BundleReader reader(bundle_folder);
+  if (!reader.has("surface.ply")) return;
+  surface_ = std::make_unique<CarriedSurface>(reader.read_surface(), proxy);
+}
+
+// Every point of the surface at its foot on the proxy: a polygon's texture.
+std::vector<Eigen::Vector3d> TruthPictures::flattened(
+    const std::vector<Eigen::Vector3d>& positions) const {
+  std::vector<Eigen::Vector3d> flat;
+  flat.reserve(surface_->bindings().size());
+  for (const ShellBinding& binding : surface_->bindings()) {
+    const auto& [a, b, c] = proxy_.faces[binding.face];
+    flat.push_back((1 - binding.b1 - binding.b2) * positions[a] + binding.b1 * positions[b] +
+                   binding.b2 * positions[c]);
+  }
+  return flat;
+}
+
+const Rgb8Image& TruthPictures::picture(Against against,
+                                        const std::vector<Eigen::Vector3d>& positions,
+                                        const View& view, const Frame& frame,
+                                        const DrawOptions& options) {
+  if (against == kept_against_ && view == kept_view_ && positions == kept_positions_) return kept_;
+  const std::vector<Eigen::Vector3d> vertices =
+      against == Against::polygons ? flattened(positions) : surface_->carry(positions);
+  kept_ = surface_->draw(vertices, view, options.background).color;
+  if (against == Against::difference) {
+    constexpr int kGain = 4;
+    for (std::size_t i = 0; i < kept_.pixels.size(); ++i) {
+      const int off = std::abs(int(kept_.pixels[i]) - int(frame.color.pixels[i]));
+      kept_.pixels[i] = static_cast<std::uint8_t>(std::min(255, kGain * off));
+    }
+  }
+  kept_against_ = against;
+  kept_view_ = view;
+  kept_positions_ = positions;
+  return kept_;
+}
+
+}  // namespace organbake

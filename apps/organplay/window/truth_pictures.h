@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "player/carried_surface.h"
+#include "player/player.h"
+
+namespace organbake {
+
+// What the frame is held against.
+enum class Against { nothing, truth, polygons, difference };
+
+// Pictures of the bundle's true surface for the view and the deformation of a frame. They take a
+// second or so, and are kept until either changes.
+class TruthPictures {
+ public:
+  // Nothing can be shown when the bundle carries no surface; that is no error.
+  TruthPictures(const std::filesystem::path& bundle_folder, const TriangleMesh& proxy);
+
+  bool available() const { return surface_ != nullptr; }
+  // truth: the carried surface. polygons: the same picture painted flat onto the proxy's faces.
+  // difference: |frame − truth| times four.
+  const Rgb8Image& picture(Against against, const std::vector<Eigen::Vector3d>& positions,
+                           const View& view, const Frame& frame, const DrawOptions& options);
+
+ private:
+  std::vector<Eigen::Vector3d> flattened(const std::vector<Eigen::Vector3d>& positions) const;
+
+  std::unique_ptr<CarriedSurface> surface_;
+  TriangleMesh proxy_;
+  Against kept_against_ = Against::nothing;
+  View kept_view_;
+  std::vector<Eigen::Vector3d> kept_positions_;
+  Rgb8Image kept_;
+};
+
+}  // namespace organbake

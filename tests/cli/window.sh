@@ -1,0 +1,79 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The window, used by a mouse and a keyboard: a poke, overlays, pictures, a saved interaction that
+# plays back to the same picture; the start page; no display, no window.
+source "$(dirname "$0")/assert.sh"
+if [ ! -e "$BIN/../lib/organbake/organplay_window.so" ]; then
+  echo "SKIPPED: organplay was built without its window"
+  exit 0
+fi
+small_phantom p
+small_recipe >r.yaml
+expect 0 organbake bake r.yaml -o b
+
+unset DISPLAY WAYLAND_DISPLAY
+expect 2 "$BIN/organplay" b
+expect_err "no display"
+expect_err "--script"
+expect_sentence
+
+for tool in Xvfb xdotool; do
+  command -v $tool >/dev/null || { echo "SKIPPED: $tool is not installed"; exit 0; }
+done
+# Xvfb takes the first free display and tells it.
+Xvfb -displayfd 3 -screen 0 800x600x24 3>display 2>/dev/null &
+server=$!
+trap 'kill $server $player 2>/dev/null; finish' EXIT
+for _ in $(seq 100); do [ -s display ] && break; sleep 0.1; done
+export DISPLAY=:$(cat display)
+
+open_window() { # ARGUMENTS…
+  "$BIN/organplay" "$@" --size 800x600 >said 2>err &
+  player=$!
+  window=
+  for _ in $(seq 100); do
+    window=$(xdotool search --onlyvisible --name '^organplay$' 2>/dev/null | head -n 1)
+    [ -n "$window" ] && break
+    sleep 0.1
+  done
+  [ -n "$window" ] || fail "no window: $(cat err)"
+  sleep 1
+  xdotool windowfocus "$window"
+}
+press() { xdotool key "$1"; sleep 0.4; }
+appears() { for _ in $(seq 50); do [ -s "$1" ] && return; sleep 0.1; done; fail "no $1"; }
+quits() {
+  press q
+  for _ in $(seq 50); do kill -0 $player 2>/dev/null || break; sleep 0.1; done
+  wait $player || fail "organplay ended with $?: $(cat err)"
+}
+
+open_window b
+press p
+appears frame_001.png
+xdotool mousemove 400 330 mousedown 1
+for _ in 1 2 3 4 5 6 7 8; do xdotool mousemove_relative -- 3 4; sleep 0.05; done
+sleep 0.3
+press space # time stands still, the tool is held
+press p
+appears frame_002.png
+cmp -s frame_001.png frame_002.png && fail "the poke changed nothing"
+press s
+appears interaction_001.json
+xdotool mouseup 1
+for key in 1 2 3 w; do press $key; done
+appears window_001.png
+press r
+quits
+expect_equal "$(sort said | tr '\n' ' ')" \
+  "./frame_001.png ./frame_002.png ./interaction_001.json ./window_001.png "
+
+expect 0 organbake verify interaction_001.json
+expect 0 "$BIN/organplay" b --script interaction_001.json --out frames
+cmp "$(ls frames/*.png | tail -n 1)" frame_002.png || fail "the interaction plays back differently"
+
+open_window # the start page
+xdotool type nowhere
+xdotool mousemove 400 250
+quits 2>/dev/null
+expect 66 "$BIN/organplay" nowhere
