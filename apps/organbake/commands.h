@@ -9,6 +9,7 @@ namespace organbake {
 // Each reads its arguments, does its work and returns the exit code; errors are thrown.
 int run_stage_command(const Stage& stage, const Arguments& arguments, Session& session);
 int run_bake(const Arguments& arguments, Session& session);
+int run_batch(const Arguments& arguments, Session& session);
 int run_inspect(const Arguments& arguments, Session& session);
 int run_verify(const Arguments& arguments, Session& session);
 int run_schema(const Arguments& arguments, Session& session);

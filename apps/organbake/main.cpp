@@ -17,6 +17,7 @@ struct Verb {
 
 constexpr Verb kVerbs[] = {
     {"bake", "run a recipe from its inputs to a bundle", run_bake},
+    {"batch", "run a recipe over many cases, each in a process of its own", run_batch},
     {"inspect", "tell what a file or folder holds", run_inspect},
     {"verify", "check a bundle, a document or a recipe", run_verify},
     {"schema", "print the JSON Schema of a document", run_schema},

@@ -22,6 +22,7 @@ class Session {
 
   Terminal& terminal() { return terminal_; }
   bool json() const { return json_; }
+  int threads() const { return threads_; }  // 0 = all
 
   // The flags before the command's name; the first word left is the command.
   void read_leading_flags(Arguments& arguments);

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/batch_report.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "core/text.h"
+
+namespace organbake {
+namespace {
+
+using Json = nlohmann::json;
+
+struct KeyFigure {
+  const char *stage, *figure, *unit;
+};
+constexpr std::array<KeyFigure, 5> kKeyFigures = {{{"isosurface", "volume_ml", "ml"},
+                                                   {"decimate", "faces", ""},
+                                                   {"decimate", "rms_mm", "mm"},
+                                                   {"decimate", "max_mm", "mm"},
+                                                   {"decimate", "volume_change", ""}}};
+
+std::string key_of(const KeyFigure& figure) {
+  return std::string(figure.stage) + "." + figure.figure;
+}
+
+std::string quoted(const std::string& field) {
+  if (field.find_first_of(",\"\n") == std::string::npos) return field;
+  std::string result = "\"";
+  for (const char c : field) result += c == '"' ? "\"\"" : c == '\n' ? " " : std::string(1, c);
+  return result + "\"";
+}
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+// A file's name as part of a link.
+std::string url_of(const std::string& path) {
+  constexpr const char* kHex = "0123456789ABCDEF";
+  std::string result;
+  for (const unsigned char c : path) {
+    if (std::isalnum(c) || std::string_view("/._-~").find(char(c)) != std::string_view::npos) {
+      result += char(c);
+    } else {
+      result += {'%', kHex[c >> 4], kHex[c & 15]};
+    }
+  }
+  return result;
+}
+
+bool bad(const BatchRow& row) { return row.exit_code != 0; }
+
+double rms_of(const BatchRow& row) {
+  const auto found = row.figures.find("decimate.rms_mm");
+  return found == row.figures.end() ? 0 : found->second;
+}
+
+std::string figure_text(const BatchRow& row, const std::string& key) {
+  const auto found = row.figures.find(key);
+  return found == row.figures.end() ? "" : to_text(found->second, 3);
+}
+
+}  // namespace
+
+std::map<std::string, double> key_figures(const Json& bake_report) {
+  std::map<std::string, double> figures;
+  for (const Json& stage : bake_report.at("stages")) {
+    for (const KeyFigure& wanted : kKeyFigures) {
+      if (stage.at("stage") != wanted.stage) continue;
+      const auto found = stage.at("figures").find(wanted.figure);
+      if (found == stage.at("figures").end() || !found->is_number()) continue;
+      figures[key_of(wanted)] = found->get<double>();
+    }
+  }
+  return figures;
+}
+
+Json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows) {
+  Json cases = Json::array();
+  for (const BatchRow& row : rows) {
+    cases.push_back({{"case", row.name},
+                     {"status", row.status},
+                     {"exit_code", row.exit_code},
+                     {"seconds", row.seconds},
+                     {"peak_mb", row.peak_mb},
+                     {"figures", row.figures},
+                     {"error", row.error},
+                     {"picture", row.picture}});
+  }
+  return {{"schema", "organbake/batch/1"}, {"recipe", recipe}, {"cases", cases}};
+}
+
+std::string batch_csv(const std::vector<BatchRow>& rows) {
+  std::string csv = "case,status,exit_code,seconds,peak_mb";
+  for (const KeyFigure& figure : kKeyFigures) csv += "," + key_of(figure);
+  csv += ",error\n";
+  for (const BatchRow& row : rows) {
+    csv += quoted(row.name) + "," + row.status + "," + std::to_string(row.exit_code) + "," +
+           to_text(row.seconds, 3) + "," + to_text(row.peak_mb, 1);
+    for (const KeyFigure& figure : kKeyFigures) {
+      const auto found = row.figures.find(key_of(figure));
+      csv += ",";
+      if (found != row.figures.end()) csv += to_text(found->second);
+    }
+    csv += "," + quoted(row.error) + "\n";
+  }
+  return csv;
+}
+
+std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
+  std::stable_sort(rows.begin(), rows.end(), [](const BatchRow& a, const BatchRow& b) {
+    return bad(a) != bad(b) ? bad(a) : rms_of(a) > rms_of(b);
+  });
+  const auto failed = std::count_if(rows.begin(), rows.end(), bad);
+  std::string html =
+      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>organbake batch</title>"
+      "<style>body{font:15px/1.4 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 "
+      "1rem}table{border-collapse:collapse}th,td{padding:.25rem .7rem;text-align:right;"
+      "border-bottom:1px solid #ddd}th:first-child,td:first-child,td.error{text-align:left}"
+      "tr.failed{background:#fdecec}img{display:block;height:96px}</style><h1>" +
+      escaped(recipe) + ": " + std::to_string(rows.size()) + " cases, " + std::to_string(failed) +
+      " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th><th>MB</th>";
+  for (const KeyFigure& figure : kKeyFigures) {
+    html += "<th>" + key_of(figure) + "</th>";
+  }
+  html += "<th>error</th></tr>\n";
+  for (const BatchRow& row : rows) {
+    html += std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + "><td>" +
+            escaped(row.name) + "</td><td>";
+    if (!row.picture.empty()) html += "<img alt=\"\" src=\"" + url_of(row.picture) + "\">";
+    html += "</td><td>" + row.status +
+            (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "") + "</td><td>" +
+            to_text(row.seconds, 2) + "</td><td>" + to_text(row.peak_mb, 0) + "</td>";
+    for (const KeyFigure& figure : kKeyFigures) {
+      html += "<td>" + figure_text(row, key_of(figure)) + "</td>";
+    }
+    html += "<td class=\"error\">" + escaped(row.error) + "</td></tr>\n";
+  }
+  return html + "</table></html>\n";
+}
+
+}  // namespace organbake

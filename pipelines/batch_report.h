@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace organbake {
+
+// What became of one case.
+struct BatchRow {
+  std::string name;
+  std::string status;  // "written", "unchanged", "failed", "not started"
+  int exit_code = 0;
+  double seconds = 0;
+  double peak_mb = 0;
+  std::map<std::string, double> figures;  // "decimate.rms_mm" …: what tells a good bake from a bad
+  std::string error;                      // the worker's last words, when it failed
+  std::string picture;  // of the organ, relative to the batch's folder; may be empty
+};
+
+// The figures of a bundle's report.json that the batch shows.
+std::map<std::string, double> key_figures(const nlohmann::json& bake_report);
+
+nlohmann::json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows);
+std::string batch_csv(const std::vector<BatchRow>& rows);
+// One page, pictures beside it, the worst first: failures, then the farthest proxies.
+std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows);
+
+}  // namespace organbake

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace organbake {
+
+// How a worker ended.
+struct WorkerEnd {
+  pid_t process = 0;
+  int exit_code = 0;   // 128 + the signal's number when one killed it
+  int signal = 0;      // 0: none
+  double peak_mb = 0;  // most resident memory
+};
+
+// Starts a program with stdout and stderr sent to files, its stdin empty. It ends with this
+// process, however that ends, so that nothing writes on behind a batch that was killed. Throws
+// IoError.
+pid_t start_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
+                   const std::filesystem::path& error_file);
+
+// Wait until any worker ends, or a certain one.
+WorkerEnd wait_for_any_worker();
+WorkerEnd wait_for_worker(pid_t process);
+
+}  // namespace organbake
