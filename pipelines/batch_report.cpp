@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "core/text.h"
 
@@ -78,7 +81,7 @@ double rms_of(const BatchRow& row) {
 
 std::string figure_text(const BatchRow& row, const std::string& key) {
   const auto found = row.figures.find(key);
-  return found == row.figures.end() ? "" : to_text(found->second, 3);
+  return found == row.figures.end() ? "" : to_text(std::round(1000 * found->second) / 1000 + 0.0);
 }
 
 }  // namespace
@@ -144,7 +147,7 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
   for (const KeyFigure& figure : kKeyFigures) {
     html += "<th>" + key_of(figure) + "</th>";
   }
-  html += "<th>error</th></tr>\n";
+  html += "</tr>\n";
   for (const BatchRow& row : rows) {
     html += std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + "><td>" +
             escaped(row.name) + "</td><td>";
@@ -152,10 +155,16 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
     html += "</td><td>" + row.status +
             (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "") + "</td><td>" +
             to_text(row.seconds, 2) + "</td><td>" + to_text(row.peak_mb, 0) + "</td>";
+    // A failed case has no figures: its error stands in their place.
+    if (bad(row)) {
+      html += "<td class=\"error\" colspan=\"" + std::to_string(kKeyFigures.size()) + "\">" +
+              escaped(row.error) + "</td></tr>\n";
+      continue;
+    }
     for (const KeyFigure& figure : kKeyFigures) {
       html += "<td>" + figure_text(row, key_of(figure)) + "</td>";
     }
-    html += "<td class=\"error\">" + escaped(row.error) + "</td></tr>\n";
+    html += "</tr>\n";
   }
   return html + "</table></html>\n";
 }
