@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "shading/instruments.h"
+
+#include <algorithm>
+
+#include "shading/box_mean.h"
+#include "shading/field_of_view.h"
+
+namespace organbake {
+namespace {
+
+// Of the smoothed frame: tissue reflects red; steel and plastic all colours alike.
+constexpr float kGreySaturation = 0.20F;
+constexpr float kLeastValue = 25;
+
+Plane channel(const Rgb8Image& frame, int c) {
+  Plane plane(frame.width, frame.height);
+  for (std::size_t k = 0; k < plane.size(); ++k) plane.values[k] = frame.pixels[3 * k + c];
+  return plane;
+}
+
+}  // namespace
+
+Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
+  const int side = std::max(frame.width, frame.height);
+  const int radius = std::max(1, side / 200);
+  const Plane red = box_mean(channel(frame, 0), inside, radius);
+  const Plane green = box_mean(channel(frame, 1), inside, radius);
+  const Plane blue = box_mean(channel(frame, 2), inside, radius);
+  Mask grey(frame.width, frame.height);
+  for (std::size_t k = 0; k < grey.size(); ++k) {
+    const float most = std::max({red.values[k], green.values[k], blue.values[k]});
+    const bool metal =
+        most > kLeastValue &&
+        red.values[k] - std::max(green.values[k], blue.values[k]) < kGreySaturation * most &&
+        red.values[k] - blue.values[k] < kGreySaturation * most;
+    grey.values[k] = inside.values[k] && metal;
+  }
+  // Opening and closing: what is left is large, whole, and a little larger than it was.
+  const int opening = std::max(2, side / 100);
+  Mask whole = dilated(eroded(grey, opening), opening + radius + 1);
+  for (std::size_t k = 0; k < whole.size(); ++k)
+    whole.values[k] = whole.values[k] && inside.values[k];
+  return whole;
+}
+
+}  // namespace organbake
