@@ -63,7 +63,6 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
                         const RunContext& context) {
   const Bundle& bundle = player.bundle();
   const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
-  const InstrumentMotion no_instruments({}, bundle);
   std::vector<Rgb8Image> pictures;
   const auto add = [&](const OrbitPose& pose, const std::vector<Solid>& solids) {
     context.throw_if_cancelled();
@@ -76,12 +75,12 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
   for (const double share : {0.08, 0.16, 0.3}) {
     player.reset();
     const auto tip = hold_poke(player, front, share, radius);
-    add({kAside, 0.25}, no_instruments.solids({tip}));
+    add({kAside, 0.25}, tool_solids({tip}, bundle));
   }
   player.reset();
   for (const double azimuth : {-1.3, 1.3, 3.1416}) add({azimuth, 0.1}, {});
   const auto tip = hold_poke(player, front, 0.3, radius);
-  add({0, 0.35}, no_instruments.solids({tip}));
+  add({0, 0.35}, tool_solids({tip}, bundle));
   player.reset();
   return tile_pictures(pictures, 4, 6);
 }

@@ -7,8 +7,7 @@
 
 namespace organbake {
 
-InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle)
-    : center_(bundle.cameras.manifold.center_world_mm), shaft_mm_(bounds(bundle.proxy).diagonal()) {
+InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) {
   for (const InstrumentPath& instrument : script.instruments) {
     Path path{
         instrument.radius_mm > 0 ? instrument.radius_mm : bundle.mechanics.instrument_radius_mm,
@@ -47,16 +46,18 @@ std::vector<InstrumentTip> InstrumentMotion::tips_at(double time_s) const {
   return tips;
 }
 
-std::vector<Solid> InstrumentMotion::solids(const std::vector<InstrumentTip>& tips) const {
+std::vector<Solid> tool_solids(const std::vector<InstrumentTip>& tips, const Bundle& bundle) {
+  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
+  const double shaft_mm = bounds(bundle.proxy).diagonal();
   std::vector<Solid> solids;
   for (const InstrumentTip& tip : tips) {
     if (!tip.active) continue;
-    const Eigen::Vector3d away = (tip.position_mm - center_).normalized();
+    const Eigen::Vector3d away = (tip.position_mm - center).normalized();
     const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
                           dark_steel = Eigen::Vector3f::Constant(0.2f);
     solids.push_back({tip.position_mm, tip.position_mm, tip.radius_mm, steel});
     solids.push_back(
-        {tip.position_mm, tip.position_mm + shaft_mm_ * away, 0.4 * tip.radius_mm, dark_steel});
+        {tip.position_mm, tip.position_mm + shaft_mm * away, 0.4 * tip.radius_mm, dark_steel});
   }
   return solids;
 }

@@ -16,8 +16,6 @@ class InstrumentMotion {
 
   // The tips at a time: linear between waypoints, inactive before the first and after the last.
   std::vector<InstrumentTip> tips_at(double time_s) const;
-  // What a viewer sees of the active ones: a ball and a thin shaft that leads away from the organ.
-  std::vector<Solid> solids(const std::vector<InstrumentTip>& tips) const;
 
  private:
   struct Path {
@@ -27,8 +25,9 @@ class InstrumentMotion {
     std::vector<Eigen::Vector3d> positions;
   };
   std::vector<Path> paths_;
-  Eigen::Vector3d center_;
-  double shaft_mm_;
 };
+
+// What a viewer sees of the active tips: a ball and a thin shaft that leads away from the organ.
+std::vector<Solid> tool_solids(const std::vector<InstrumentTip>& tips, const Bundle& bundle);
 
 }  // namespace organbake

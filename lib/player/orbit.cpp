@@ -18,8 +18,9 @@ void check(const OrbitPose& pose, int width, int height) {
     throw UsageError("a picture of " + std::to_string(width) + "×" + std::to_string(height) +
                      " has no pixels");
   }
-  for (const double value : {pose.azimuth_rad, pose.elevation_rad, pose.roll_rad}) {
-    if (!std::isfinite(value)) throw UsageError("a view's angles must be finite");
+  for (const double value :
+       {pose.azimuth_rad, pose.elevation_rad, pose.roll_rad, pose.right, pose.up}) {
+    if (!std::isfinite(value)) throw UsageError("a view's angles and shifts must be finite");
   }
   if (!(pose.distance > 0 && pose.distance < 1e6)) {
     throw UsageError("a view's distance is " + to_text(pose.distance) +
@@ -53,6 +54,8 @@ View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int 
       Eigen::AngleAxisd(pose.roll_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
       Eigen::Vector3d::Zero()};
   view.camera.camera_from_world = roll * view.camera.camera_from_world;
+  view.camera.camera_from_world.translation +=
+      to_eye.norm() * Eigen::Vector3d(-pose.right, pose.up, 0);
   return view;
 }
 

@@ -14,6 +14,9 @@ struct OrbitPose {
   double elevation_rad = 0;  // towards +z
   double distance = 1;       // multiples of the virtual cameras' distance
   double roll_rad = 0;       // about the view axis
+  // The whole picture moved: the eye and what it looks at shift across the view, in multiples of
+  // the virtual cameras' distance.
+  double right = 0, up = 0;
 };
 
 // The view of a pose, with virtual camera 0's angle of view across the picture's smaller side.

@@ -49,7 +49,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     const std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
     const View view = orbit_view(player.bundle().cameras, camera_at(script, frame), width, height);
     DrawOptions draw = options.draw;
-    if (options.instruments) draw.solids = motion.solids(tips);
+    if (options.instruments) draw.solids = tool_solids(tips, player.bundle());
     PlayedFrame& entry = played.emplace_back();
     Stopwatch watch;
     entry.step = player.step(tips);

@@ -24,6 +24,8 @@ CameraKeyframe keyframe_from(const JsonField& field) {
   if (const auto distance = field.find("distance"))
     key.pose.distance = distance->number(kNearest, kFarthest);
   if (const auto roll = field.find("roll_rad")) key.pose.roll_rad = roll->number(-1e3, 1e3);
+  if (const auto right = field.find("right")) key.pose.right = right->number(-1e3, 1e3);
+  if (const auto up = field.find("up")) key.pose.up = up->number(-1e3, 1e3);
   return key;
 }
 
@@ -92,8 +94,8 @@ Script script_from_json(const std::string& text, const std::string& name) {
     }
   }
   const JsonField instruments = document["instruments"];
-  constexpr std::size_t kMostInstruments = 16;
-  if (instruments.size() > kMostInstruments) instruments.fail("may hold 16 instruments at most");
+  constexpr std::size_t kMostInstruments = 1024;
+  if (instruments.size() > kMostInstruments) instruments.fail("may hold 1024 instruments at most");
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     script.instruments.push_back(instrument_from(instruments.at(i)));
   }
@@ -120,7 +122,8 @@ OrbitPose camera_at(const Script& script, int frame) {
     return catmull_rom(before.*member, a.*member, b.*member, after.*member, t);
   };
   OrbitPose pose{between(&OrbitPose::azimuth_rad), between(&OrbitPose::elevation_rad),
-                 between(&OrbitPose::distance), between(&OrbitPose::roll_rad)};
+                 between(&OrbitPose::distance),    between(&OrbitPose::roll_rad),
+                 between(&OrbitPose::right),       between(&OrbitPose::up)};
   // A spline may overshoot; a viewer must not come closer than any keyframe asks.
   pose.distance = std::max(pose.distance, std::min(a.distance, b.distance));
   return pose;

@@ -47,6 +47,8 @@ struct Script {
 // Throws BadDataError naming `name` and the key; NoInputError.
 Script script_from_json(const std::string& text, const std::string& name);
 Script read_script(const std::filesystem::path& path);
+// The document that script_from_json() reads back to the last bit.
+std::string script_to_json(const Script& script);
 
 // The camera at a frame: Catmull–Rom between keyframes, so that it never jerks; held at the ends.
 OrbitPose camera_at(const Script& script, int frame);

@@ -38,8 +38,8 @@ TEST(InstrumentMotion, PutsTheTipsSurfaceAtTheDepth) {
   const Eigen::Vector3d skin = skin_point(organ_to_play(), front);
   EXPECT_NEAR((tip.position_mm - skin).dot(front), 6 - 6,
               1e-9);  // centre: radius − depth above skin
-  EXPECT_EQ(motion.solids({tip}).size(), 2u);
-  EXPECT_EQ(motion.solids(motion.tips_at(0)).size(), 0u);
+  EXPECT_EQ(tool_solids({tip}, organ_to_play()).size(), 2u);
+  EXPECT_EQ(tool_solids(motion.tips_at(0), organ_to_play()).size(), 0u);
 }
 
 TEST(InstrumentMotion, TakesTheBundlesToolWhenTheScriptNamesNoSize) {

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/json_fields.h"
+#include "player/script.h"
+
+namespace organbake {
+namespace {
+
+Json keyframe_json(const CameraKeyframe& key) {
+  return {{"frame", key.frame},
+          {"azimuth_rad", key.pose.azimuth_rad},
+          {"elevation_rad", key.pose.elevation_rad},
+          {"distance", key.pose.distance},
+          {"roll_rad", key.pose.roll_rad},
+          {"right", key.pose.right},
+          {"up", key.pose.up}};
+}
+
+Json waypoint_json(const Waypoint& waypoint) {
+  if (waypoint.position_mm) {
+    return {{"time_s", waypoint.time_s}, {"position_mm", to_json(*waypoint.position_mm)}};
+  }
+  return {{"time_s", waypoint.time_s},
+          {"direction", to_json(waypoint.direction)},
+          {"depth_mm", waypoint.depth_mm}};
+}
+
+Json instrument_json(const InstrumentPath& instrument) {
+  Json json = {{"name", instrument.name},
+               {"mode", instrument.mode == InstrumentMode::grab ? "grab" : "poke"},
+               {"path", Json::array()}};
+  if (instrument.radius_mm > 0) json["radius_mm"] = instrument.radius_mm;
+  for (const Waypoint& waypoint : instrument.path) json["path"].push_back(waypoint_json(waypoint));
+  return json;
+}
+
+}  // namespace
+
+std::string script_to_json(const Script& script) {
+  Json keyframes = Json::array(), instruments = Json::array();
+  for (const CameraKeyframe& key : script.camera) keyframes.push_back(keyframe_json(key));
+  for (const InstrumentPath& i : script.instruments) instruments.push_back(instrument_json(i));
+  Json json = {{"schema", "organbake/interaction/1"},  {"name", script.name},
+               {"time_step_s", script.time_step_s},    {"frames", script.frames},
+               {"camera", {{"keyframes", keyframes}}}, {"instruments", instruments}};
+  if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
+  return json_text(json);
+}
+
+}  // namespace organbake

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/live_session.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "organ_to_play.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kStep_s = 1.0 / 60;
+constexpr int kWidth = 160, kHeight = 120;
+const Eigen::Vector2d kMiddle(kWidth / 2.0, kHeight / 2.0);
+
+// A session that has drawn its first picture, so that the pointer has something to meet.
+struct Seen {
+  Player player{organ_to_play()};
+  LiveSession session{player, kStep_s};
+  Frame frame;
+
+  Seen() { advance(false); }
+  PlayedFrame advance(bool step = true) {
+    return session.advance(step, kWidth, kHeight, {}, frame);
+  }
+  Eigen::Vector2d place_of(const Eigen::Vector3d& world_mm) const {
+    return project(session.view().camera, world_mm);
+  }
+};
+
+TEST(LiveSession, TheOrganFollowsThePointer) {
+  Seen s;
+  const Eigen::Vector3d center = organ_to_play().cameras.manifold.center_world_mm;
+  s.session.shift({12, -7});
+  s.advance();
+  EXPECT_LT((s.place_of(center) - kMiddle - Eigen::Vector2d(12, -7)).norm(), 1e-6);
+
+  Seen t;
+  const Eigen::Vector3d toward_eye =
+      (t.session.view().camera.center_world_mm() - center).normalized();
+  const Eigen::Vector3d front = center + 40 * toward_eye;
+  t.session.turn({10, 0});
+  t.advance();
+  EXPECT_GT(t.place_of(front).x(), kMiddle.x() + 1);
+  EXPECT_NEAR(t.place_of(front).y(), kMiddle.y(), 0.5);
+
+  Seen u;
+  u.session.turn({0, 10});
+  u.advance();
+  EXPECT_GT(u.place_of(front).y(), kMiddle.y() + 1);
+}
+
+TEST(LiveSession, ZoomStopsBeforeTheOrganAndBeforeItVanishes) {
+  Seen s;
+  const double before = s.session.view().camera.camera_from_world.translation.norm();
+  s.session.zoom(1);
+  s.advance();
+  EXPECT_LT(s.session.view().camera.camera_from_world.translation.norm(), before);
+  for (const double steps : {1e4, -1e4}) {
+    s.session.zoom(steps);
+    EXPECT_NO_THROW(s.advance());
+  }
+}
+
+TEST(LiveSession, TheToolMeetsTheTissueUnderThePointer) {
+  Seen s;
+  EXPECT_FALSE(s.session.touch({2, 2}, InstrumentMode::poke));  // the background
+  EXPECT_FALSE(s.session.touch({-5, 1e9}, InstrumentMode::poke));
+  ASSERT_TRUE(s.session.touch(kMiddle, InstrumentMode::poke));
+  EXPECT_NEAR(s.advance().step.penetration_mm, 0, 0.5);
+  EXPECT_NEAR(s.session.depth_mm(), 0, 1e-9);
+  s.session.drag(kMiddle + Eigen::Vector2d(0, 20));
+  const PlayedFrame pressed = s.advance();
+  EXPECT_GT(s.session.depth_mm(), 5);
+  EXPECT_GT(pressed.step.contacts, 0u);
+  // The tissue pushes back towards the eye.
+  const Eigen::Vector3d sight = s.session.view().camera.view_direction_world();
+  EXPECT_LT(pressed.step.tip_force_n.back().dot(sight), 0);
+  s.session.let_go();
+  EXPECT_EQ(s.advance().step.contacts, 0u);
+}
+
+TEST(LiveSession, AGrabCarriesTissueTheWayThePointerGoes) {
+  Seen s;
+  ASSERT_TRUE(s.session.touch(kMiddle, InstrumentMode::grab));
+  s.advance();
+  const auto before = s.player.proxy_positions();
+  for (int i = 1; i <= 20; ++i) {
+    s.session.drag(kMiddle + Eigen::Vector2d(i, 0));
+    s.advance();
+  }
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const Eigen::Vector3d by = s.player.proxy_positions()[v] - before[v];
+    if (by.norm() > moved.norm()) moved = by;
+  }
+  EXPECT_GT(moved.dot(s.session.view().camera.camera_from_world.rotation.row(0)), 2);
+}
+
+TEST(LiveSession, WhatWasDonePlaysBackBitForBit) {
+  Seen s;
+  std::vector<std::vector<Eigen::Vector3d>> positions;
+  std::vector<Rgb8Image> pictures;
+  for (int i = 0; i < 50; ++i) {
+    if (i % 17 == 3) {
+      const auto mode = i > 30 ? InstrumentMode::grab : InstrumentMode::poke;
+      ASSERT_TRUE(s.session.touch(kMiddle + Eigen::Vector2d(i % 5, 3), mode));
+    }
+    s.session.drag(kMiddle + Eigen::Vector2d(10 * std::sin(0.3 * i), 0.4 * i));
+    if (i % 17 == 14) s.session.let_go();
+    if (i % 4 == 0) s.session.turn({1.7, -0.6});
+    if (i == 20) s.session.shift({3, 4}), s.session.zoom(0.5);
+    s.advance(false);  // time that stands still leaves no trace
+    s.advance();
+    positions.push_back(s.player.proxy_positions());
+    pictures.push_back(s.frame.color);
+  }
+  const std::string text = script_to_json(s.session.record("test"));
+  const Script script = script_from_json(text, "record");
+  ASSERT_EQ(script.frames, 50);
+  EXPECT_EQ(script.instruments.size(), 3u);
+  Player again(organ_to_play());
+  play(again, script, {}, [&](int i, const Frame& frame) {
+    EXPECT_EQ(again.proxy_positions(), positions[i]) << "step " << i;
+    EXPECT_EQ(frame.color.pixels, pictures[i].pixels) << "step " << i;
+  });
+}
+
+TEST(LiveSession, ResetForgetsWhatWasDone) {
+  Seen s;
+  const auto rest = s.player.proxy_positions();
+  ASSERT_TRUE(s.session.touch(kMiddle, InstrumentMode::poke));
+  s.session.drag(kMiddle + Eigen::Vector2d(0, 30));
+  s.advance();
+  s.session.reset();
+  EXPECT_EQ(s.player.proxy_positions(), rest);
+  EXPECT_FALSE(s.session.holds());
+  EXPECT_EQ(s.session.recorded_steps(), 0u);
+  EXPECT_TRUE(s.session.record("empty").instruments.empty());
+}
+
+}  // namespace
+}  // namespace organbake
