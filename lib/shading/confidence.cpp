@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shading/depth_maps.h"
-
 namespace organbake {
 
-Plane confidence_map(const Frame& frame, const Plane& log_range, const RayGrid& rays,
+Plane confidence_map(const Frame& frame, const Plane& log_range,
+                     const std::vector<Eigen::Vector3f>& normals, const RayGrid& rays,
                      double intensity_unit, double noise) {
   constexpr double kFilled = 0.25, kMisfit = 0.15;
   Plane confidence(rays.width, rays.height);
@@ -18,7 +17,7 @@ Plane confidence_map(const Frame& frame, const Plane& log_range, const RayGrid& 
       const std::size_t k = confidence.index(x, y);
       if (!frame.tissue.values[k]) continue;
       const Eigen::Vector3d ray = Eigen::Vector3d(rays.x(x), rays.y(y), 1).normalized();
-      const double cosine = std::max(0.0, -normal_at(log_range, rays, x, y).dot(ray));
+      const double cosine = std::max(0.0, -normals[k].cast<double>().dot(ray));
       double value = cosine;
       if (!frame.counts.values[k]) {
         value *= kFilled;

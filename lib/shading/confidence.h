@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
 #include "shading/frame.h"
 #include "shading/ray_grid.h"
 
@@ -10,7 +13,8 @@ namespace organbake {
 // the signal over signal and noise, times how well the model explains the pixel. Filled pixels
 // (highlights) have a quarter at most; instruments and the border 0.
 //   log_range: relative ln r of albedo 1 for intensity / intensity_unit; noise: share of the unit.
-Plane confidence_map(const Frame& frame, const Plane& log_range, const RayGrid& rays,
+Plane confidence_map(const Frame& frame, const Plane& log_range,
+                     const std::vector<Eigen::Vector3f>& normals, const RayGrid& rays,
                      double intensity_unit, double noise);
 
 }  // namespace organbake

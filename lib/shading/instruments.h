@@ -6,8 +6,9 @@
 
 namespace organbake {
 
-// Metal and plastic: grey or bluish where tissue is red or yellow. Regions smaller than a five-
-// hundredth of the frame are left (fat, film, highlights). Non-zero = instrument.
+// Metal and plastic: grey or bluish where tissue is red or yellow, in regions that reach the rim of
+// what is inside, since instruments come in from there. Slivers are left out. Non-zero =
+// instrument.
 Mask find_instruments(const Rgb8Image& frame, const Mask& inside);
 
 }  // namespace organbake
