@@ -21,7 +21,7 @@ PlacementOptions PlaceStageOptions::resolved() const {
 }
 
 void bind(OptionList& list, PhantomStageOptions& o) {
-  list.add("kind", &o.kind, {.help = "what is made", .choices = {"organ"}})
+  list.add("kind", &o.kind, {.help = "what is made", .choices = {"organ", "laparoscopy"}})
       .add("seed", &o.organ.seed,
            {.help = "of the shape and the noise", .min = 0, .max = kLargestSeed})
       .add("size", &o.organ.ct_size, {.help = "of the CT", .unit = "voxels", .min = 8, .max = 1024})
@@ -34,7 +34,25 @@ void bind(OptionList& list, PhantomStageOptions& o) {
       .add("photo_size", &o.organ.photo_size,
            {.help = "of a photograph, square", .unit = "px", .min = 16, .max = 8192})
       .add("truth_subdivisions", &o.truth_subdivisions,
-           {.help = "of the true mesh: 20·4ⁿ faces", .min = 1, .max = 9});
+           {.help = "of the true mesh: 20·4ⁿ faces", .min = 1, .max = 9})
+      .add("frames", &o.laparoscopy.frames, {.help = "of a laparoscopy", .min = 1, .max = 100000})
+      .add("frame_width", &o.laparoscopy.width,
+           {.help = "of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
+      .add("frame_height", &o.laparoscopy.height,
+           {.help = "of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
+      .add("frame_noise", &o.laparoscopy.noise,
+           {.help = "of a laparoscopy, share of full scale", .min = 0, .max = 0.5})
+      .add("texture", &o.laparoscopy.texture,
+           {.help = "of the albedo of a laparoscopy's tissue", .min = 0, .max = 0.9})
+      .add("highlights", &o.laparoscopy.highlights,
+           {.help = "strength of a laparoscopy's mirror reflections", .min = 0, .max = 10})
+      .add("instrument", &o.laparoscopy.instrument,
+           {.help = "a steel instrument comes into a laparoscopy's view"})
+      .add("light_beside", &o.laparoscopy.light_offset_x_mm,
+           {.help = "of a laparoscopy's light, right of the lens",
+            .unit = "mm",
+            .min = -20,
+            .max = 20});
 }
 
 void bind(OptionList& list, ReadStageOptions& o) {

@@ -7,6 +7,7 @@
 #include "decimate/decimate.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
+#include "phantom/laparoscopy.h"
 #include "phantom/phantom.h"
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
@@ -23,6 +24,7 @@ struct PhantomStageOptions {
   std::string kind = "organ";
   OrganPhantomOptions organ;
   int truth_subdivisions = 7;
+  LaparoscopyOptions laparoscopy;
 };
 
 // How a volume is read, as flags and recipe keys have it.
