@@ -120,6 +120,7 @@ void FirstOrderEquations::add_bending(const Plane& v, float factor, Plane& out) 
   add_bending_columns(v, factor * bend_yy_, out);
   add_bending_twist(v, factor * bend_xy_, out);
   if (pull_x_ > 0) add_membrane(v, factor, out);
+  if (!anchored_) return;
   for (std::size_t k = 0; k < v.size(); ++k)
     out.values[k] += factor * anchor.values[k] * v.values[k];
 }
@@ -207,6 +208,7 @@ void FirstOrderEquations::fill_diagonal() {
 
 int FirstOrderEquations::solve(const Plane& v, int most_steps, Plane& delta) {
   const std::size_t n = v.size();
+  anchored_ = std::any_of(anchor.values.begin(), anchor.values.end(), [](float a) { return a > 0; });
   data_adjoint(residual_);
   add_bending(v, -1, residual_);
   fill_diagonal();

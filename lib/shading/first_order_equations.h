@@ -44,6 +44,7 @@ class FirstOrderEquations {
   int width_, height_;
   double step_x_, step_y_;
   float zero_order_;
+  bool anchored_ = false;
   float bend_xx_ = 0, bend_yy_ = 0, bend_xy_ = 0, pull_x_ = 0, pull_y_ = 0;
   Plane diagonal_, residual_, scaled_, direction_, image_;
   std::vector<float> row_;
