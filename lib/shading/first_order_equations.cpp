@@ -208,7 +208,8 @@ void FirstOrderEquations::fill_diagonal() {
 
 int FirstOrderEquations::solve(const Plane& v, int most_steps, Plane& delta) {
   const std::size_t n = v.size();
-  anchored_ = std::any_of(anchor.values.begin(), anchor.values.end(), [](float a) { return a > 0; });
+  anchored_ =
+      std::any_of(anchor.values.begin(), anchor.values.end(), [](float a) { return a > 0; });
   data_adjoint(residual_);
   add_bending(v, -1, residual_);
   fill_diagonal();

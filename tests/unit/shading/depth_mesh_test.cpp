@@ -26,7 +26,7 @@ TEST(DepthMesh, AFlatWallIsOneSheetFacingTheCamera) {
 TEST(DepthMesh, TornAtJumpsAndHolesStayHoles) {
   Plane depth(40, 30, 50);
   for (int y = 0; y < 30; ++y)
-    for (int x = 25; x < 40; ++x) depth.at(x, y) = 90;
+    for (int x = 34; x < 40; ++x) depth.at(x, y) = 90;
   depth.at(10, 10) = std::numeric_limits<float>::infinity();
   DepthMeshOptions options{.step_px = 1, .tear = 0.06, .largest_only = false};
   const TriangleMesh both = mesh_from_depth(depth, Rgb8Image(40, 30), kCamera, options);

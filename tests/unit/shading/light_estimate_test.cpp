@@ -10,10 +10,10 @@
 namespace organbake {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kOneDegree = std::numbers::pi / 180;
 
 double angle_degrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::acos(std::clamp(a.dot(b), -1.0, 1.0)) / kDegree;
+  return std::acos(std::clamp(a.dot(b), -1.0, 1.0)) / kOneDegree;
 }
 
 // Up to the convex/concave flip, which turns the tilt by π.
@@ -28,7 +28,7 @@ TEST(LightEstimate, ThirtyTwoLightsOnThreeSurfaces) {
     double sum = 0, worst = 0;
     for (int tilt = 0; tilt < 8; ++tilt)
       for (double slant : {15., 30., 45., 60.}) {
-        const DistantLight light{tilt * 45 * kDegree + 0.1, slant * kDegree};
+        const DistantLight light{tilt * 45 * kOneDegree + 0.1, slant * kOneDegree};
         const DistantScene scene = distant_scene(name, 96, light);
         const double error =
             error_degrees(estimate_light(scene.intensity, Mask(96, 96, 1)).light, light);
@@ -58,7 +58,7 @@ TEST(LightEstimate, SaysWhenNothingCanBeTold) {
 
 TEST(LightEstimate, UncertaintyGrowsTowardsFrontalLight) {
   const auto uncertainty = [](double slant) {
-    const DistantScene scene = distant_scene("sphere", 96, {0.3, slant * kDegree});
+    const DistantScene scene = distant_scene("sphere", 96, {0.3, slant * kOneDegree});
     return estimate_light(scene.intensity, Mask(96, 96, 1)).tilt_error_rad;
   };
   EXPECT_GT(uncertainty(8), uncertainty(45));
