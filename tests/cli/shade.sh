@@ -88,10 +88,10 @@ if command -v ffmpeg >/dev/null; then
   expect_err "frame "
   ffmpeg -v error -f lavfi -i testsrc=s=64x48:d=1:r=5 -frames:v 0 -c:v mpeg4 empty.avi 2>/dev/null || true
   [ -e empty.avi ] && { expect 65 organbake shade empty.avi -o x; }
-  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -c:v mpeg2video -q:v 3 -f mpegts a.ts
-  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -vf scale=160:120 -c:v mpeg2video -q:v 3 -f mpegts b.ts
-  cat a.ts b.ts >grown.ts
-  expect 65 organbake shade grown.ts --halvings 1 -o g
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -c:v mpeg2video -q:v 3 -f mpeg2video a.m2v
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -vf scale=160:120 -c:v mpeg2video -q:v 3 -f mpeg2video b.m2v
+  cat a.m2v b.m2v >grown.m2v
+  expect 65 organbake shade grown.m2v --halvings 1 -o g
   expect_err "160x120"
   [ "$(figure frames_shaded g/report.json)" -ge 2 ] || fail "the frames before the change are not kept"
 else
