@@ -12,8 +12,8 @@
 namespace organbake {
 namespace {
 
-// The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees it,
-// has no far side: a quarter of its extent stands for how deep it may be pressed.
+// The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees
+// it, has no far side: a quarter of its extent stands for how deep it may be pressed.
 double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
   const Eigen::Vector3d skin = skin_point(bundle, direction);
   try {

@@ -7,6 +7,7 @@
 
 #include "image/srgb.h"
 #include "shading/box_mean.h"
+#include "shading/every_second.h"
 
 namespace organbake {
 namespace {
@@ -107,6 +108,14 @@ bool border_ratio(const AlbedoRegions& regions, const Plane& intensity, const Ma
 
 AlbedoRegions find_albedo_regions(const Rgb8Image& frame, const Plane& intensity,
                                   const Mask& inside, int most) {
+  // Tissues are large: half the resolution tells them apart as well, in a quarter of the time.
+  constexpr int kEnough = 400;
+  if (frame.width > kEnough) {
+    AlbedoRegions half = find_albedo_regions(every_second(frame), every_second(intensity),
+                                             every_second(inside), most);
+    half.region = expanded(half.region, inside);
+    return half;
+  }
   AlbedoRegions regions;
   regions.region = Mask(frame.width, frame.height);
   const Chromaticity colour(frame, inside);

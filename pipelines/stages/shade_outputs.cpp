@@ -24,11 +24,14 @@ double share(const Mask& mask) {
          static_cast<double>(std::max<std::size_t>(1, mask.size()));
 }
 
-// Rounded to one part in 32,768, far below what shading can tell: that halves files and writing.
+// Rounded to whole steps of 1/n, for the same reason as depth.
+float in_steps(float value, float n) { return std::round(value * n) / n; }
+
+// Rounded to one part in 16,384, far below what shading can tell: that halves files and writing.
 std::vector<float> rounded(std::vector<float> values) {
   for (float& value : values) {
     auto bits = std::bit_cast<std::uint32_t>(value);
-    if (std::isfinite(value)) bits = (bits + 0x80U) & ~0xFFU;
+    if (std::isfinite(value)) bits = (bits + 0x100U) & ~0x1FFU;
     value = std::bit_cast<float>(bits);
   }
   return values;
@@ -44,7 +47,7 @@ ChannelImage normal_channels(const FrameDepth& depth) {
   for (int c = 0; c < 3; ++c) {
     std::vector<float> values(depth.normals.size());
     for (std::size_t k = 0; k < values.size(); ++k)
-      values[k] = std::isfinite(depth.depth.values[k]) ? depth.normals[k][c] : 0;
+      values[k] = std::isfinite(depth.depth.values[k]) ? in_steps(depth.normals[k][c], 256) : 0;
     image.channels.push_back({std::string(1, "XYZ"[c]), std::move(values), true});
   }
   return image;
@@ -93,7 +96,9 @@ void write_frame(const fs::path& folder, std::size_t index, const Frame& frame,
   write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);
   write_exr(folder / "normals" / (name + ".exr"), normal_channels(depth), options);
   write_png(folder / "mask" / (name + ".png"), mask_picture(frame), 1);
-  write_png(folder / "confidence" / (name + ".png"), grey_picture(depth.confidence), 1);
+  Plane confidence = depth.confidence;
+  for (float& value : confidence.values) value = in_steps(value, 51);
+  write_png(folder / "confidence" / (name + ".png"), grey_picture(confidence), 1);
 }
 
 void report_frames(const std::vector<FrameRecord>& records, StageReport& report) {
