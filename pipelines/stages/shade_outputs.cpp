@@ -47,7 +47,7 @@ ChannelImage normal_channels(const FrameDepth& depth) {
   for (int c = 0; c < 3; ++c) {
     std::vector<float> values(depth.normals.size());
     for (std::size_t k = 0; k < values.size(); ++k)
-      values[k] = std::isfinite(depth.depth.values[k]) ? in_steps(depth.normals[k][c], 256) : 0;
+      values[k] = std::isfinite(depth.depth.values[k]) ? in_steps(depth.normals[k][c], 128) : 0;
     image.channels.push_back({std::string(1, "XYZ"[c]), std::move(values), true});
   }
   return image;

@@ -77,7 +77,9 @@ TEST(LaparoscopyClip, ConfidenceIsZeroOutsideAndHigherInFront) {
   const LaparoscopyPhantom phantom({.width = 240, .height = 180, .frames = 1});
   const LaparoscopyFrame truth = phantom.frame(0);
   const Frame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
-  const FrameDepth depth = shade_frame(frame, {.range_mm = 55});
+  ShadingOptions metric;
+  metric.range_mm = 55;
+  const FrameDepth depth = shade_frame(frame, metric);
   EXPECT_TRUE(depth.metric);
   EXPECT_EQ(depth.confidence.at(2, 2), 0);
   EXPECT_GT(depth.confidence.at(100, 60), 0.2);
