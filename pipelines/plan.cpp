@@ -23,6 +23,25 @@ bool makes_any_of(const Stage& stage, const std::set<std::string>& wanted) {
                      [&](const StageOutput& output) { return wanted.contains(output.artifact); });
 }
 
+// Several stages can make a surface: the one that the recipe has a section or an input for is
+// meant.
+bool asked_for(const Recipe& recipe, const Stage& stage) {
+  return recipe.sections.contains(stage.name) ||
+         std::any_of(stage.inputs.begin(), stage.inputs.end(),
+                     [&](const StageInput& input) { return recipe.inputs.contains(input.name); });
+}
+
+bool prefers_another(const Recipe& recipe, const Stage& stage,
+                     const std::set<std::string>& wanted) {
+  if (asked_for(recipe, stage)) return false;
+  return std::any_of(all_stages().begin(), all_stages().end(), [&](const Stage& other) {
+    return other.name != stage.name && !other.inputs.empty() && asked_for(recipe, other) &&
+           std::any_of(other.outputs.begin(), other.outputs.end(), [&](const StageOutput& output) {
+             return wanted.contains(output.artifact) && stage.output(output.artifact);
+           });
+  });
+}
+
 // Goes back from what is wanted to what the user gives. A stage without inputs (the phantom) stands
 // in for a user's data only when the recipe asks for it.
 std::set<std::string> stages_needed(const Recipe& recipe, std::set<std::string> wanted) {
@@ -32,7 +51,9 @@ std::set<std::string> stages_needed(const Recipe& recipe, std::set<std::string> 
   for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
     if (!makes_any_of(*stage, wanted)) continue;
     if (stage->inputs.empty() && !recipe.sections.contains(stage->name)) continue;
+    if (prefers_another(recipe, *stage, wanted)) continue;
     running.insert(stage->name);
+    for (const StageOutput& output : stage->outputs) wanted.erase(output.artifact);
     for (const StageInput& input : stage->inputs) {
       if (needed(input, recipe.inputs) && !recipe.inputs.contains(input.name)) {
         wanted.insert(input.name);
@@ -89,7 +110,9 @@ std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
                                    const std::set<std::string>& running) {
   std::vector<LeftOut> list;
   for (const Stage& stage : all_stages()) {
-    const bool offered = !stage.inputs.empty() || recipe.sections.contains(stage.name);
+    // Video is no part of a CT's bake: it goes without saying that it is left out.
+    const bool offered =
+        recipe.sections.contains(stage.name) || (!stage.inputs.empty() && stage.name != "shade");
     if (offered && !running.contains(stage.name)) {
       list.push_back({stage.name, why_left_out(stage, recipe)});
     }

@@ -139,6 +139,8 @@ const std::vector<RecipeInput>& recipe_inputs() {
       {"ct", InputKind::volume, "CT: a file or a folder of DICOM slices"},
       {"mask", InputKind::volume, "label mask; the organ is one label of it"},
       {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
+      {"frames", InputKind::frames, "laparoscopy: a frame, a folder of frames, or a video"},
+      {"intrinsics", InputKind::cameras, "of the laparoscope: a cameras.json of one camera"},
       {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
   return inputs;
 }

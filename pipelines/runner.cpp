@@ -156,12 +156,13 @@ std::string stage_report_json(const Stage& stage, const StageReport& report) {
   for (const auto& item : report.skipped) {
     skipped.push_back({{"what", item.what}, {"why", item.why}});
   }
-  const Json json = {{"schema", "organbake/stage-report/1"},
-                     {"stage", stage.name},
-                     {"version", stage.version},
-                     {"figures", figures},
-                     {"skipped", skipped}};
-  return json.dump();
+  Json json = {{"schema", "organbake/stage-report/1"},
+               {"stage", stage.name},
+               {"version", stage.version},
+               {"figures", figures},
+               {"skipped", skipped}};
+  if (!report.bad_data.empty()) json["bad_data"] = report.bad_data;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace organbake

@@ -20,6 +20,7 @@ enum class InputKind {
   volume,   // one file, a header with its data file, or a folder of DICOM slices
   cameras,  // cameras.json
   photos,   // cameras.json with the photographs that it names
+  frames,   // a frame, a folder of frames, or a video
 };
 
 struct StageInput {
@@ -43,6 +44,9 @@ struct StageReport {
     std::string what, why;
   };
   std::vector<Skipped> skipped;
+  // Damage in an input that ended the stage early, with results that are good as far as they go:
+  // they are kept, and the command then fails with exit code 65 and this message.
+  std::string bad_data = {};
 
   // Counts, measures, texts, lists: whatever an OptionValue can hold.
   template <class T>

@@ -7,9 +7,13 @@
 #include "decimate/decimate.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
+#include "phantom/laparoscopy.h"
 #include "phantom/phantom.h"
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
+#include "shading/depth_mesh.h"
+#include "shading/frame_depth.h"
+#include "shading/frame_source.h"
 #include "viewpoints/placement.h"
 #include "volume/read_options.h"
 
@@ -20,6 +24,7 @@ struct PhantomStageOptions {
   std::string kind = "organ";
   OrganPhantomOptions organ;
   int truth_subdivisions = 7;
+  LaparoscopyOptions laparoscopy;
 };
 
 // How a volume is read, as flags and recipe keys have it.
@@ -39,6 +44,22 @@ struct ReadStageOptions {
 struct IsosurfaceStageOptions {
   IsosurfaceOptions surface;
   ReadStageOptions reading;
+};
+
+struct ShadeStageOptions {
+  ShadingOptions shading;
+  SelectionOptions selection;
+  FrameOptions frame{.halvings = 1};
+  DepthMeshOptions mesh;
+  Eigen::Vector3d light_offset_mm = Eigen::Vector3d::Zero();
+  std::string light = "auto";                     // or "tilt,slant" in rad
+  double field_of_view_rad = 1.2217304763960306;  // 70°
+  int mesh_frame = -1;                            // −1 = the one with the most confidence
+  int sharpest = 1;
+  bool from_previous = true;
+
+  // Throws UsageError.
+  void resolve();
 };
 
 struct PlaceStageOptions {
@@ -64,6 +85,7 @@ void bind(OptionList& list, ReadStageOptions& options);
 void bind(OptionList& list, IsosurfaceStageOptions& options);
 void bind(OptionList& list, DecimateOptions& options);
 void bind(OptionList& list, MechanicsOptions& options);
+void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
 void bind(OptionList& list, CaptureStageOptions& options);
 void bind(OptionList& list, BundleOptions& options);

@@ -89,6 +89,9 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
                          {"state", result.ran ? "ran" : "cached"},
                          {"report", nlohmann::json::parse(result.entry.report_json)}};
   session.print_result(flags.output.string(), json);
+  if (json["report"].contains("bad_data")) {
+    throw BadDataError(json["report"]["bad_data"].get<std::string>());
+  }
   return 0;
 }
 

@@ -12,9 +12,16 @@
 namespace organbake {
 namespace {
 
-// The organ's thickness along a line through its centre.
+// The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees
+// it, has no far side: a quarter of its extent stands for how deep it may be pressed.
 double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
-  return (skin_point(bundle, direction) - skin_point(bundle, -direction)).norm();
+  const Eigen::Vector3d skin = skin_point(bundle, direction);
+  try {
+    return (skin - skin_point(bundle, -direction)).norm();
+  } catch (const BadDataError&) {
+    constexpr double kShareOfExtent = 0.25;
+    return kShareOfExtent * bounds(bundle.proxy).diagonal();
+  }
 }
 
 Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,

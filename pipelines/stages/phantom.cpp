@@ -6,6 +6,7 @@
 #include "bundle/cameras_json.h"
 #include "core/files.h"
 #include "geometry/ply.h"
+#include "image/exr.h"
 #include "image/png.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
@@ -39,8 +40,50 @@ std::string phantom_json(const std::string& options_json) {
   return "{\"schema\": \"organbake/phantom/1\", \"options\": " + options_json + "}\n";
 }
 
+std::string frame_name(int index, const std::string& ending) {
+  const std::string digits = std::to_string(index);
+  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ending;
+}
+
+// frames/ is what `shade` reads; truth/ what it should find.
+StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall& call) {
+  LaparoscopyOptions asked = options.laparoscopy;
+  asked.seed = options.organ.seed;
+  const LaparoscopyPhantom phantom(asked);
+  const fs::path frames = call.output_folder / "frames", truth = call.output_folder / "truth";
+  fs::create_directory(frames);
+  fs::create_directory(truth);
+  CameraSet set;
+  for (int i = 0; i < asked.frames; ++i) {
+    call.context.throw_if_cancelled();
+    const LaparoscopyFrame frame = phantom.frame(i);
+    write_png(frames / frame_name(i, ".png"), frame.image, 1);
+    ChannelImage image{
+        asked.width, asked.height, {{"Y", frame.depth_mm.values}, {"Z", frame.depth_mm.values}}};
+    for (int c = 0; c < 3; ++c) {
+      std::vector<float> values;
+      for (const Eigen::Vector3f& normal : frame.normals) values.push_back(normal[c]);
+      image.channels.push_back({std::string("normal.") + "XYZ"[c], std::move(values), true});
+    }
+    for (const auto& [name, mask] :
+         {std::pair{"highlight", &frame.highlights}, std::pair{"instrument", &frame.instrument}})
+      image.channels.push_back(
+          {name, std::vector<float>(mask->values.begin(), mask->values.end()), true});
+    write_exr(truth / frame_name(i, ".exr"), image, {.camera = frame.camera});
+    set.cameras.push_back(frame.camera);
+    call.context.progress((i + 1.0) / asked.frames);
+  }
+  write_file_atomically(call.output_folder / "cameras.json", cameras_to_json(set));
+  write_file_atomically(call.output_folder / "phantom.json", phantom_json(call.options_json));
+  StageReport report;
+  report.add("frames", asked.frames);
+  report.add("light_offset_mm", asked.light_offset_x_mm);
+  return report;
+}
+
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<PhantomStageOptions>(call.options_json);
+  if (options.kind == "laparoscopy") return run_laparoscopy(options, call);
   options.organ.check();
   const OrganPhantom phantom(options.organ);
   const Volume ct = phantom.scan(call.context);

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/text.h"
+#include "organbench/bench.h"
+#include "organbench/suites.h"
+#include "phantom/laparoscopy.h"
+#include "phantom/shading_surfaces.h"
+#include "shading/distant.h"
+#include "shading/fast_sweeping.h"
+#include "shading/frame_depth.h"
+#include "shading/light_estimate.h"
+#include "shading/offset_light.h"
+#include "shading/tsai_shah.h"
+#include "shading/video_reader.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+const std::string kRangeError = "relative depth error, mean, one scale fitted";
+
+double mean_of(const Plane& plane) {
+  double sum = 0;
+  for (float value : plane.values) sum += value;
+  return sum / static_cast<double>(plane.size());
+}
+
+double range_error_percent(const Plane& log_range, const Plane& truth) {
+  const double shift = mean_of(truth) - mean_of(log_range);
+  double sum = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    sum += std::abs(std::exp(log_range.values[k] + shift - truth.values[k]) - 1);
+  return 100 * sum / static_cast<double>(truth.size());
+}
+
+double depth_error_px(const Plane& depth, const Plane& truth) {
+  const double shift = mean_of(truth) - mean_of(depth);
+  double sum = 0;
+  for (std::size_t k = 0; k < truth.size(); ++k)
+    sum += std::abs(depth.values[k] + shift - truth.values[k]);
+  return sum / static_cast<double>(truth.size());
+}
+
+Plane flat_log_range(const Intrinsics& camera) {
+  const RayGrid rays = ray_grid(camera);
+  Plane v(camera.width, camera.height);
+  for (int y = 0; y < v.height; ++y)
+    for (int x = 0; x < v.width; ++x)
+      v.at(x, y) =
+          static_cast<float>(0.5 * std::log1p(std::pow(rays.x(x), 2) + std::pow(rays.y(y), 2)));
+  return v;
+}
+
+// r ∝ 1/√I: what is dark is far.
+Plane brightness_log_range(const Plane& intensity) {
+  Plane logs = intensity;
+  for (float& value : logs.values) value = std::log(std::max(value, 2e-3F));
+  return farthest_log_range(logs);
+}
+
+NearScene noisy_scene(double amplitude, int size, double noise, std::uint64_t seed) {
+  NearScene scene = near_scene(amplitude, size);
+  if (noise > 0) add_noise(scene.intensity, noise, true, seed);
+  return scene;
+}
+
+Plane shaded(const NearScene& scene, const LaparoscopeOptions& options = {},
+             const Plane* previous = nullptr, double range_mm = 0) {
+  const Mask inside(scene.camera.width, scene.camera.height, 1);
+  return shade_laparoscope(scene.intensity, inside, scene.camera, options, previous, range_mm)
+      .log_range;
+}
+
+// The same surface seen by every method; the error of ours.
+double near_case(Bench& bench, double amplitude, int size, double noise) {
+  const NearScene scene = noisy_scene(amplitude, size, noise, 1);
+  const std::string task =
+      "laparoscope light, A = " + to_text(amplitude) +
+      (noise > 0 ? ", 8 bit + " + to_text(100 * noise) + " % noise" : ", clean");
+  const std::vector<Timing> timings = bench.time(std::vector<std::function<void()>>{
+      [&] { shaded(scene); }, [&] { shaded(scene, {.refine = false}); }});
+  const std::vector<Quantity> knobs = {{"side", "px", double(size)}};
+  const auto add = [&](const char* subject, bool peer, const Timing& timing, const Plane& v) {
+    const double error = range_error_percent(v, scene.log_range);
+    bench.add(Point{task, subject, peer, knobs, timing, {{kRangeError, "%", error}}});
+    return error;
+  };
+  add("fast sweeping alone", false, timings[1], shaded(scene, {.refine = false}));
+  add("flat plane", true, {}, flat_log_range(scene.camera));
+  add("brightness as range", true, {}, brightness_log_range(scene.intensity));
+  return add("organbake", false, timings[0], shaded(scene));
+}
+
+void near_light(Bench& bench) {
+  const std::vector<int> sizes = bench.quick() ? std::vector{128} : std::vector{128, 256, 512};
+  for (const auto& [noise, target] :
+       {std::pair{0.0, 0.25}, std::pair{0.01, 0.5}, std::pair{0.03, 1.0}}) {
+    double sum = 0, worst = 0;
+    int count = 0;
+    for (double amplitude : {0.25, 0.5, 1.0})
+      for (int size : sizes) {
+        bench.now("laparoscope light, noise " + to_text(noise));
+        const double error = near_case(bench, amplitude, size, noise);
+        sum += error;
+        worst = std::max(worst, error);
+        ++count;
+      }
+    const std::string what = noise > 0 ? "8 bit + " + to_text(100 * noise) + " % noise" : "clean";
+    bench.add(Figure{"laparoscope light, " + what + ": mean over surfaces and sizes", "%",
+                     sum / count, target});
+    bench.add(Figure{"laparoscope light, " + what + ": the worst case", "%", worst, target});
+  }
+}
+
+void near_light_times(Bench& bench) {
+  if (bench.quick()) return;
+  bench.now("one frame of 512×512");
+  const NearScene first = noisy_scene(0.5, 512, 0.01, 1), second = noisy_scene(0.5, 512, 0.01, 2);
+  const Plane previous = shaded(first);
+  const auto timings = bench.time(std::vector<std::function<void()>>{
+      [&] { shaded(second); }, [&] { shaded(second, {}, &previous); }});
+  bench.add(Figure{"512² frame, one thread, cold: CPU", "ms", timings[0].cpu_ms.median, 250});
+  bench.add(Figure{"512² frame, one thread, from the previous frame: CPU", "ms",
+                   timings[1].cpu_ms.median, 80});
+}
+
+void light_beside(Bench& bench) {
+  const NearScene scene = near_scene(0.5, 128);
+  const double median_mm = 60;
+  for (double offset : {0.0, 2.0, 4.0, 6.0, 8.0, 10.0}) {
+    const LaparoscopeOptions options{.light_offset_x_mm = offset};
+    NearScene lit = scene;
+    const Plane ratio = light_ratio(scene.log_range, ray_grid(scene.camera), options);
+    for (std::size_t k = 0; k < ratio.size(); ++k) lit.intensity.values[k] *= ratio.values[k];
+    const auto add = [&](const char* subject, const Plane& v) {
+      bench.add(Point{"light beside the lens",
+                      subject,
+                      false,
+                      {{"offset", "mm", offset}},
+                      {},
+                      {{kRangeError, "%", range_error_percent(v, scene.log_range)}}});
+    };
+    add("taken for central", shaded(lit));
+    add("offset given", shaded(lit, options, nullptr, median_mm));
+  }
+}
+
+DistantLight oblique(int i) {
+  return {(20 + 90 * i) * kDegree, (30 + 10 * (i % 2) + 10 * (i / 2)) * kDegree};
+}
+
+void distant_light(Bench& bench) {
+  const int size = bench.quick() ? 64 : 128;
+  const double px = size / 128.0;  // errors count in pixels of 128²
+  int within = 0, within_one = 0, worse_than_flat = 0;
+  for (const std::string& name : distant_scene_names())
+    for (int i = 0; i < 4; ++i) {
+      bench.now("distant light, " + name);
+      DistantOptions options;
+      options.light = oblique(i);
+      const DistantScene scene = distant_scene(name, size, options.light);
+      DistantEstimate estimate;
+      const Timing timing = bench.time(
+          [&] { estimate = shade_distant(scene.intensity, Mask(size, size, 1), options); });
+      const TsaiShahEstimate paper =
+          shade_tsai_shah(scene.intensity, {.light = options.light, .iterations = 20});
+      Plane paper_depth(size, size), bright(size, size);
+      for (std::size_t k = 0; k < bright.size(); ++k) {
+        paper_depth.values[k] = static_cast<float>(paper.depth.values[k]);
+        bright.values[k] = -0.25F * size * scene.intensity.values[k];
+      }
+      const auto add = [&](const char* subject, bool peer, const Timing& t, const Plane& z) {
+        const double error = depth_error_px(z, scene.depth) / px;
+        bench.add(Point{"distant light, " + name,
+                        subject,
+                        peer,
+                        {{"light", "", double(i)}},
+                        t,
+                        {{"depth error, mean, mean removed", "px of 128", error}}});
+        return error;
+      };
+      const double flat = add("flat plane", true, {}, Plane(size, size));
+      add("brightness as height", true, {}, bright);
+      add("Tsai-Shah (the paper)", true, {}, paper_depth);
+      const double error = add("organbake", false, timing, estimate.depth);
+      within += error <= 1.5;
+      within_one += error <= 1.0;
+      worse_than_flat += error > flat;
+    }
+  using enum Figure::Goal;
+  bench.add(Figure{"distant light: cases within 1.5 px, of 20", "", double(within), 12, at_least});
+  bench.add(Figure{"distant light: cases within 1.0 px (best effort)", "", double(within_one), 15,
+                   at_least});
+  bench.add(
+      Figure{"distant light: cases worse than the flat plane", "", double(worse_than_flat), 0});
+}
+
+void light_direction(Bench& bench) {
+  for (const std::string& name : distant_scene_names()) {
+    double sum = 0, worst = 0;
+    for (int tilt = 0; tilt < 8; ++tilt)
+      for (double slant : {15., 30., 45., 60.}) {
+        const DistantLight light{tilt * 45 * kDegree + 0.1, slant * kDegree};
+        const DistantScene scene = distant_scene(name, 128, light);
+        DistantLight found = estimate_light(scene.intensity, Mask(128, 128, 1)).light;
+        const auto angle = [&] {
+          return std::acos(std::clamp(found.toward().dot(light.toward()), -1.0, 1.0)) / kDegree;
+        };
+        double error = angle();
+        found.tilt_rad += std::numbers::pi;  // the flip, which no picture tells
+        error = std::min(error, angle());
+        sum += error;
+        worst = std::max(worst, error);
+      }
+    const bool promised = name == "vase" || name == "sphere" || name == "gauss";
+    const std::string what = "light direction, " + name + (promised ? "" : " (reported)");
+    bench.add(Figure{what + ": mean of 32", "°", sum / 32, promised ? 5. : 50.});
+    bench.add(Figure{what + ": worst", "°", worst, promised ? 15. : 90.});
+  }
+}
+
+struct ClipShares {
+  double error = 0, recall = 0, false_alarm = 0;
+};
+
+ClipShares measure_clip(const LaparoscopyPhantom& phantom, int frames, bool piecewise_albedo) {
+  ClipShares mean;
+  FrameDepth previous;
+  for (int i = 0; i < frames; ++i) {
+    const LaparoscopyFrame truth = phantom.frame(i);
+    const Frame frame =
+        prepare_frame(truth.image, truth.camera.intrinsics, {.piecewise_albedo = piecewise_albedo});
+    FrameDepth depth = shade_frame(frame, {}, i > 0 ? &previous : nullptr);
+    double shift = 0, count = 0, sum = 0, lights = 0, hit = 0, clean = 0, taken = 0;
+    for (int pass = 0; pass < 2; ++pass)
+      for (std::size_t k = 0; k < depth.depth.size(); ++k) {
+        if (!frame.counts.values[k] || !std::isfinite(truth.depth_mm.values[k])) continue;
+        const double ratio = std::log(depth.depth.values[k] / truth.depth_mm.values[k]);
+        shift += pass == 0 ? ratio : 0;
+        count += pass == 0;
+        sum += pass == 1 ? std::abs(std::exp(ratio - shift / count) - 1) : 0;
+      }
+    for (std::size_t k = 0; k < depth.depth.size(); ++k) {
+      if (!frame.field.values[k] || truth.instrument.values[k]) continue;
+      const bool masked = !frame.counts.values[k];
+      (truth.highlights.values[k] ? lights : clean) += 1;
+      (truth.highlights.values[k] ? hit : taken) += masked;
+    }
+    mean.error += 100 * sum / count / frames;
+    mean.recall += 100 * hit / std::max(1.0, lights) / frames;
+    mean.false_alarm += 100 * taken / std::max(1.0, clean) / frames;
+    previous = std::move(depth);
+  }
+  return mean;
+}
+
+void phantom_clip(Bench& bench) {
+  bench.now("phantom laparoscopy");
+  const int frames = bench.quick() ? 2 : 8;
+  const LaparoscopyPhantom phantom({.frames = frames});
+  const ClipShares shares = measure_clip(phantom, frames, true);
+  bench.add(Figure{"phantom clip: relative error on unmasked tissue", "%", shares.error, 3});
+  bench.add(
+      Figure{"phantom clip: highlights masked", "%", shares.recall, 90, Figure::Goal::at_least});
+  bench.add(Figure{"phantom clip: clean tissue masked", "%", shares.false_alarm, 5});
+}
+
+// Decoding, masks and shading; what the stage writes is measured by running the stage.
+void real_clip(Bench& bench) {
+  const std::filesystem::path path = bench.data("video/laparoscopy_720p_25fps.mp4");
+  if (path.empty()) return;
+  bench.now("real clip");
+  const int most = bench.quick() ? 8 : 50;
+  int frames = 0;
+  const Timing timing = bench.time([&] {
+    VideoReader reader(path);
+    Rgb8Image image;
+    FrameDepth previous;
+    for (frames = 0; frames < most && reader.next(image); ++frames) {
+      const Frame frame =
+          prepare_frame(image, assumed_camera(image.width, image.height, 1.22), {.halvings = 1});
+      previous = shade_frame(frame, {}, frames > 0 ? &previous : nullptr);
+    }
+  });
+  bench.add(Figure{"real clip at half size, one thread, without writing: rate", "frames/s",
+                   1000.0 * frames / timing.wall_ms.median, 5, Figure::Goal::at_least});
+  bench.add(Figure{"real clip: memory", "MB", timing.peak_mb, 400});
+}
+
+}  // namespace
+
+void run_shading_suite(Bench& bench) {
+  near_light(bench);
+  near_light_times(bench);
+  light_beside(bench);
+  distant_light(bench);
+  light_direction(bench);
+  phantom_clip(bench);
+  real_clip(bench);
+}
+
+}  // namespace organbake

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "phantom/laparoscopy.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "core/text.h"
+#include "image/srgb.h"
+#include "shading/frame.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kBed_mm = 60;    // of the bed from the first camera
+constexpr double kReach_mm = 40;  // bumps lie within this of the axis
+const Vector3d kTissue(0.55, 0.20, 0.16), kSteel(0.34, 0.35, 0.36);
+constexpr double kGlint = 2.2, kGlintExponent = 200;
+
+// Where a ray from `eye` first meets z = h(x, y), by small steps and bisection.
+template <class Height>
+double first_hit(const Vector3d& eye, const Vector3d& ray, const Height& height) {
+  constexpr double kStep = 1.0, kFarthest = 400;
+  double before = 10;
+  const auto below = [&](double t) {
+    const Vector3d p = eye + t * ray;
+    return p.z() - height(p.x(), p.y());
+  };
+  double t = before;
+  while (below(t) < 0 && t < kFarthest) {
+    before = t;
+    t += kStep;
+  }
+  if (t >= kFarthest) return std::numeric_limits<double>::infinity();
+  double after = t;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (before + after);
+    (below(middle) < 0 ? before : after) = middle;
+  }
+  return 0.5 * (before + after);
+}
+
+// In the frame's own units: a shaft from the right edge to beyond the middle.
+bool under_instrument(double u, double v) {
+  const double axis = 0.62 - 0.25 * (u - 0.6);
+  return u > 0.62 && std::abs(v - axis) < 0.045 + (u < 0.7 ? -0.2 * (0.7 - u) : 0);
+}
+
+}  // namespace
+
+void LaparoscopyOptions::check() const {
+  if (!(width >= 16 && width <= 4096 && height >= 16 && height <= 4096))
+    throw UsageError("a frame of " + std::to_string(width) + "x" + std::to_string(height) +
+                     " px; its sides must be in 16…4096");
+  if (!(frames >= 1 && frames <= 100000))
+    throw UsageError("frames is " + std::to_string(frames) + "; it must be in 1…100000");
+  if (!(noise >= 0 && noise <= 0.5))
+    throw UsageError("noise is " + to_text(noise) + "; it must be in 0…0.5");
+  if (!(texture >= 0 && texture <= 0.9))
+    throw UsageError("texture is " + to_text(texture) + "; it must be in 0…0.9");
+}
+
+LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : options_(options) {
+  options_.check();
+  RandomStream random(options_.seed);
+  for (int i = 0; i < 7; ++i) {
+    const double radius = random.uniform(9, 20);
+    bumps_.push_back({random.uniform(-kReach_mm, kReach_mm), random.uniform(-kReach_mm, kReach_mm),
+                      radius, radius * random.uniform(0.25, 0.6) * (i % 3 == 2 ? -0.6 : 1)});
+  }
+}
+
+double LaparoscopyPhantom::height_mm(double x_mm, double y_mm) const {
+  double z = kBed_mm + 0.0012 * (x_mm * x_mm + y_mm * y_mm);
+  for (const Bump& bump : bumps_) {
+    const double dx = x_mm - bump.x, dy = y_mm - bump.y;
+    z -= bump.height * std::exp(-(dx * dx + dy * dy) / (bump.radius * bump.radius));
+  }
+  return z;
+}
+
+Vector3d LaparoscopyPhantom::normal_world(double x_mm, double y_mm) const {
+  constexpr double kStep = 1e-4;
+  const double p = (height_mm(x_mm + kStep, y_mm) - height_mm(x_mm - kStep, y_mm)) / (2 * kStep);
+  const double q = (height_mm(x_mm, y_mm + kStep) - height_mm(x_mm, y_mm - kStep)) / (2 * kStep);
+  return Vector3d(p, q, -1).normalized();
+}
+
+// Fine streaks and spots, a sum of waves: smooth, and the same from wherever it is seen.
+double LaparoscopyPhantom::albedo_factor(const Vector3d& point) const {
+  RandomStream random(options_.seed, 77);
+  double sum = 0;
+  constexpr int kWaves = 12;
+  for (int i = 0; i < kWaves; ++i) {
+    const double angle = random.uniform(0, 6.283185307179586);
+    const double length_mm = random.uniform(1.0, 4.0), phase = random.uniform(0, 6.283185307179586);
+    sum += std::sin(6.283185307179586 / length_mm *
+                        (std::cos(angle) * point.x() + std::sin(angle) * point.y()) +
+                    phase);
+  }
+  return 1 + options_.texture * sum / std::sqrt(kWaves / 2.0) / 1.5;
+}
+
+PosedCamera LaparoscopyPhantom::camera(int frame) const {
+  PosedCamera camera;
+  camera.name = "frame_" + std::to_string(frame);
+  camera.intrinsics = assumed_camera(options_.width, options_.height, options_.field_of_view_rad);
+  const double t = 0.25 * frame;
+  const Vector3d eye(4 * std::sin(t), 3 * std::sin(0.7 * t), 4 * std::sin(0.4 * t));
+  camera.camera_from_world = look_at(eye, Vector3d(0, 0, kBed_mm), Vector3d(0, -1, 0));
+  return camera;
+}
+
+LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
+  const int width = options_.width, height = options_.height;
+  LaparoscopyFrame result{
+      Rgb8Image(width, height),
+      camera(index),
+      Plane(width, height, INFINITY),
+      std::vector<Eigen::Vector3f>(std::size_t(width) * height, Eigen::Vector3f(0, 0, -1)),
+      Mask(width, height),
+      Mask(width, height)};
+  const PosedCamera& view = result.camera;
+  const Eigen::Matrix3d world_from_camera = view.camera_from_world.rotation.transpose();
+  const Vector3d eye = view.center_world_mm();
+  const Vector3d light = eye + world_from_camera * Vector3d(options_.light_offset_x_mm, 0, 0);
+  const double nearest_mm = kBed_mm - 12;
+  tbb::parallel_for(0, height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      const std::size_t k = result.depth_mm.index(x, y);
+      RandomStream random(options_.seed + 1000 * (index + 1), k);
+      const double u = (x + 0.5) / width, v = (y + 0.5) / height;
+      const double stop = std::hypot((u - 0.5) * width, (v - 0.5) * height) / (0.48 * height);
+      if (options_.round_view && stop > 1) continue;
+      const double vignette = 1 - 0.05 * std::min(1.0, stop * stop);
+      Vector3d color;
+      if (options_.instrument && under_instrument(u, v)) {
+        result.instrument.values[k] = 1;
+        color = kSteel * (0.7 + 0.5 * std::sin(60 * v));
+      } else {
+        const Vector3d ray_camera = unproject(view.intrinsics, {x + 0.5, y + 0.5});
+        const Vector3d ray = world_from_camera * ray_camera;
+        const double z = first_hit(eye, ray, [&](double a, double b) { return height_mm(a, b); });
+        if (!std::isfinite(z)) continue;
+        const Vector3d point = eye + z * ray, normal = normal_world(point.x(), point.y());
+        const Vector3d toward = light - point;
+        const double falloff = nearest_mm * nearest_mm / toward.squaredNorm();
+        const double lit = std::max(0.0, normal.dot(toward.normalized())) * falloff;
+        const Vector3d half = (toward.normalized() - ray.normalized()).normalized();
+        const double mirror = options_.highlights * kGlint * falloff *
+                              std::pow(std::max(0.0, normal.dot(half)), kGlintExponent);
+        // Moist tissue is rough on a small scale: it mirrors in spots, not in one large disc.
+        const double spots = std::pow(
+            0.5 + 0.25 * (albedo_factor(2.3 * point) - 1) / std::max(options_.texture, 1e-9), 4);
+        const double glint = options_.texture > 0 ? 4 * mirror * spots : mirror;
+        color = kTissue * (lit * albedo_factor(point)) + Vector3d::Constant(glint);
+        result.depth_mm.values[k] = static_cast<float>(z);
+        result.normals[k] = (view.camera_from_world.rotation * normal).cast<float>();
+        result.highlights.values[k] = glint > 0.5 * kTissue.x() * lit;
+      }
+      for (int c = 0; c < 3; ++c) {
+        const double value = vignette * color[c];
+        const double encoded = srgb_from_linear(static_cast<float>(std::clamp(value, 0.0, 1.0)));
+        result.image.at(x, y)[c] = static_cast<std::uint8_t>(
+            std::lround(255 * std::clamp(encoded + options_.noise * random.normal(), 0.0, 1.0)));
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace organbake

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/run_context.h"
+#include "geometry/camera.h"
+#include "image/channel_image.h"
+#include "shading/grid.h"
+
+namespace organbake {
+
+struct LaparoscopyOptions {
+  std::uint64_t seed = 1;
+  int width = 640, height = 480;
+  int frames = 8;
+  double field_of_view_rad = 1.2217304763960306;
+  double noise = 0.005;   // share of full scale
+  double texture = 0.1;   // of the albedo
+  double highlights = 1;  // strength of the mirror reflection
+  bool instrument = true;
+  bool round_view = true;        // black outside the endoscope's stop
+  double light_offset_x_mm = 0;  // of the light from the lens
+
+  void check() const;  // throws UsageError
+};
+
+// What a frame shows, exactly.
+struct LaparoscopyFrame {
+  Rgb8Image image;
+  PosedCamera camera;
+  Plane depth_mm;  // planar z of the tissue; +inf outside the view and under the instrument
+  std::vector<Eigen::Vector3f> normals;  // camera axes, towards the camera
+  Mask highlights;                       // mirror reflection as bright as half the diffuse light
+  Mask instrument;
+};
+
+// A camera with its light moves over a bumpy bed of tissue of known height field, z = h(x, y) in
+// world mm. Brightness ρ cosθ / r² with a mild vignette, texture of the albedo, mirror reflections
+// of a moist surface, sRGB, noise; a steel instrument comes in from the right.
+class LaparoscopyPhantom {
+ public:
+  explicit LaparoscopyPhantom(const LaparoscopyOptions& options);
+
+  PosedCamera camera(int frame) const;
+  LaparoscopyFrame frame(int index) const;
+  // The height field and its slopes at world x, y (mm).
+  double height_mm(double x_mm, double y_mm) const;
+
+ private:
+  struct Bump {
+    double x, y, radius, height;
+  };
+  Eigen::Vector3d normal_world(double x_mm, double y_mm) const;
+  double albedo_factor(const Eigen::Vector3d& point) const;
+
+  LaparoscopyOptions options_;
+  std::vector<Bump> bumps_;
+};
+
+}  // namespace organbake

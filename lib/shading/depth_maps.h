@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "shading/grid.h"
+#include "shading/ray_grid.h"
+
+namespace organbake {
+
+// Unit normal towards the camera (camera axes) of the surface r = e^v at one pixel, by central
+// differences.
+Eigen::Vector3d normal_at(const Plane& log_range, const RayGrid& rays, int column, int row);
+
+// Planar depth z = r / √(1+x²+y²); +inf where the mask is zero.
+Plane depth_from_log_range(const Plane& log_range, const RayGrid& rays, const Mask& inside);
+
+// Normals of all pixels, row-major.
+std::vector<Eigen::Vector3f> normals_from_log_range(const Plane& log_range, const RayGrid& rays);
+
+}  // namespace organbake

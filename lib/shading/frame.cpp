@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "shading/frame.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "image/srgb.h"
+#include "shading/albedo_regions.h"
+#include "shading/deinterlace.h"
+#include "shading/field_of_view.h"
+#include "shading/highlights.h"
+#include "shading/instruments.h"
+
+namespace organbake {
+namespace {
+
+// Means of 2×2; an odd last row or column falls away.
+Rgb8Image half_size(const Rgb8Image& frame) {
+  Rgb8Image half(std::max(1, frame.width / 2), std::max(1, frame.height / 2));
+  for (int y = 0; y < half.height; ++y)
+    for (int x = 0; x < half.width; ++x) {
+      const int x1 = std::min(2 * x + 1, frame.width - 1);
+      const int y1 = std::min(2 * y + 1, frame.height - 1);
+      const std::uint8_t* p[4] = {frame.at(std::min(2 * x, x1), std::min(2 * y, y1)),
+                                  frame.at(x1, std::min(2 * y, y1)),
+                                  frame.at(std::min(2 * x, x1), y1), frame.at(x1, y1)};
+      for (int c = 0; c < 3; ++c)
+        half.at(x, y)[c] =
+            static_cast<std::uint8_t>((p[0][c] + p[1][c] + p[2][c] + p[3][c] + 2) / 4);
+    }
+  return half;
+}
+
+Intrinsics half_size(Intrinsics camera) {
+  camera.width = std::max(1, camera.width / 2);
+  camera.height = std::max(1, camera.height / 2);
+  camera.fx /= 2;
+  camera.fy /= 2;
+  camera.cx /= 2;
+  camera.cy /= 2;
+  return camera;
+}
+
+// What a camera without distortion would have seen; what was outside the frame is black.
+Rgb8Image undistorted(const Rgb8Image& frame, const Intrinsics& camera) {
+  Rgb8Image straight(frame.width, frame.height);
+  for (int y = 0; y < frame.height; ++y)
+    for (int x = 0; x < frame.width; ++x) {
+      const Eigen::Vector3d ray((x + 0.5 - camera.cx) / camera.fx,
+                                (y + 0.5 - camera.cy) / camera.fy, 1);
+      const Eigen::Vector2d at = project(camera, ray) - Eigen::Vector2d(0.5, 0.5);
+      const int x0 = static_cast<int>(std::floor(at.x())),
+                y0 = static_cast<int>(std::floor(at.y()));
+      if (!(x0 >= 0 && y0 >= 0 && x0 + 1 < frame.width && y0 + 1 < frame.height)) continue;
+      const double u = at.x() - x0, v = at.y() - y0;
+      for (int c = 0; c < 3; ++c)
+        straight.at(x, y)[c] = static_cast<std::uint8_t>(
+            (1 - v) * ((1 - u) * frame.at(x0, y0)[c] + u * frame.at(x0 + 1, y0)[c]) +
+            v * ((1 - u) * frame.at(x0, y0 + 1)[c] + u * frame.at(x0 + 1, y0 + 1)[c]) + 0.5);
+    }
+  return straight;
+}
+
+// Blood takes the blue and leaves the red to saturate first: the mean of red and green carries the
+// shading.
+Plane linear_intensity(const Rgb8Image& color) {
+  Plane intensity(color.width, color.height);
+  const auto& linear = linear_from_srgb8();
+  for (std::size_t k = 0; k < intensity.size(); ++k)
+    intensity.values[k] = 0.5F * (linear[color.pixels[3 * k]] + linear[color.pixels[3 * k + 1]]);
+  return intensity;
+}
+
+Mask reduced(Mask mask, int halvings) {
+  for (int i = 0; i < halvings; ++i) {
+    Mask half(std::max(1, mask.width / 2), std::max(1, mask.height / 2));
+    for (int y = 0; y < half.height; ++y)
+      for (int x = 0; x < half.width; ++x)
+        half.at(x, y) = mask.at(std::min(2 * x, mask.width - 1), std::min(2 * y, mask.height - 1));
+    mask = std::move(half);
+  }
+  return mask;
+}
+
+void find_masks(const Mask* given_instruments, const FrameOptions& options, Frame& frame) {
+  const int width = frame.color.width, height = frame.color.height;
+  frame.field = Mask(width, height, 1);
+  frame.highlights = frame.instruments = Mask(width, height);
+  if (options.masks) {
+    frame.field = field_of_view(frame.color, std::max(1, width / 150));
+    if (!given_instruments) frame.instruments = find_instruments(frame.color, frame.field);
+  }
+  if (given_instruments) frame.instruments = reduced(*given_instruments, options.halvings);
+  frame.tissue = frame.field;
+  for (std::size_t k = 0; k < frame.tissue.size(); ++k)
+    if (frame.instruments.values[k]) frame.tissue.values[k] = 0;
+  if (options.masks) frame.highlights = find_highlights(frame.color, frame.tissue);
+  frame.counts = frame.tissue;
+  for (std::size_t k = 0; k < frame.counts.size(); ++k)
+    if (frame.highlights.values[k]) frame.counts.values[k] = 0;
+}
+
+}  // namespace
+
+void FrameOptions::check() const {
+  if (!(halvings >= 0 && halvings <= 4))
+    throw UsageError("halvings is " + std::to_string(halvings) + "; it must be in 0…4");
+}
+
+Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
+  Intrinsics camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = 0.5 * width / std::tan(0.5 * field_of_view_rad);
+  camera.cx = 0.5 * width;
+  camera.cy = 0.5 * height;
+  return camera;
+}
+
+Frame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera, const FrameOptions& options,
+                    const Mask* given_instruments) {
+  options.check();
+  if (frame.width != camera.width || frame.height != camera.height)
+    throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
+                       std::to_string(frame.height) + ", its camera " +
+                       std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  Frame ready;
+  ready.color = frame;
+  ready.was_combed = is_combed(frame);
+  if (ready.was_combed) deinterlace(ready.color);
+  Intrinsics lens = camera;
+  for (int i = 0; i < options.halvings; ++i) {
+    ready.color = half_size(ready.color);
+    lens = half_size(lens);
+  }
+  if (lens.has_distortion()) ready.color = undistorted(ready.color, lens);
+  lens.k1 = lens.k2 = lens.p1 = lens.p2 = lens.k3 = 0;
+  ready.camera = lens;
+  find_masks(given_instruments, options, ready);
+  ready.intensity = linear_intensity(ready.color);
+  if (options.piecewise_albedo) {
+    const AlbedoRegions regions = find_albedo_regions(ready.color, ready.intensity, ready.counts);
+    ready.albedo_regions = static_cast<int>(regions.albedo.size());
+    normalise_albedo(regions, ready.intensity);
+  }
+  return ready;
+}
+
+}  // namespace organbake

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "shading/laparoscope.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "shading/fast_sweeping.h"
+#include "shading/noise_level.h"
+#include "shading/offset_light.h"
+#include "shading/pyramid.h"
+
+namespace organbake {
+namespace {
+
+// The coarsest level: fine enough for the shape of an organ, coarse enough to be solved almost
+// exactly. Noise makes one source pixel of the upwind solution pull all that lies behind it, so a
+// noisy image starts from larger pixels.
+constexpr int kBaseSide = 64, kNoisyBaseSide = 32;
+constexpr double kNoisy = 0.004;  // noise / mean brightness
+
+// Only what counts, on a scale on which it is about 1.
+ShadedImage prepared(const Plane& intensity, const Mask& inside, const RayGrid& rays,
+                     RangeEstimate& estimate) {
+  ShadedImage image{intensity, Plane(rays.width, rays.height, 1), inside, rays};
+  double sum = 0, count = 0;
+  for (std::size_t k = 0; k < intensity.size(); ++k) {
+    const float value = intensity.values[k];
+    if (!(std::isfinite(value) && value >= 0)) image.inside.values[k] = 0;
+    if (!image.inside.values[k]) continue;
+    sum += value;
+    ++count;
+  }
+  estimate.usable = sum > 0 && count > 0;
+  estimate.intensity_unit = estimate.usable ? sum / count : 1;
+  const float unit = static_cast<float>(1 / estimate.intensity_unit);
+  for (std::size_t k = 0; k < intensity.size(); ++k)
+    image.intensity.values[k] = image.inside.values[k] ? intensity.values[k] * unit : 0;
+  estimate.noise = noise_level(image.intensity, image.inside);
+  // The smallest noise that counts stands for rounding in single precision.
+  const double variance = estimate.noise * estimate.noise + 1e-8;
+  std::fill(image.variance.values.begin(), image.variance.values.end(),
+            static_cast<float>(variance));
+  return image;
+}
+
+std::vector<ShadedImage> pyramid_of(ShadedImage finest, int base_side) {
+  std::vector<ShadedImage> levels = {std::move(finest)};
+  while (std::max(levels.back().rays.width, levels.back().rays.height) > base_side)
+    levels.push_back(halved(levels.back()));
+  for (std::size_t i = 1; i < levels.size(); ++i)
+    levels[i].intensity = centre_values(levels[i].intensity, levels[i].inside, static_cast<int>(i));
+  return levels;
+}
+
+// Far below what noise can tell from black, the logarithm would make depth of nothing.
+Plane log_image(const ShadedImage& image) {
+  Plane logs = image.intensity;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const float floor = std::max(0.5F * std::sqrt(image.variance.values[k]), 2e-3F);
+    logs.values[k] = std::log(std::max(logs.values[k], floor));
+  }
+  return logs;
+}
+
+Plane swept(const ShadedImage& image, const Plane* start, RangeEstimate& estimate,
+            double tolerance) {
+  const Plane logs = log_image(image);
+  Plane v = start ? *start : farthest_log_range(logs);
+  constexpr int kMostSweeps = 32;
+  const SweepSummary summary =
+      sweep_log_range(logs, image.inside, image.rays, v, kMostSweeps, tolerance);
+  estimate.sweeps += summary.sweeps;
+  estimate.converged = summary.converged;
+  fill_outside(v, image.inside);
+  return v;
+}
+
+// Upwind differences err by O(h); with the next finer level's solution the leading term goes
+// (Richardson).
+Plane coarse_solution(const std::vector<ShadedImage>& levels, RangeEstimate& estimate) {
+  constexpr double kTolerance = 1e-4;
+  Plane v = swept(levels.back(), nullptr, estimate, kTolerance);
+  if (levels.size() < 2) return v;
+  const ShadedImage& finer = levels[levels.size() - 2];
+  const Plane start = doubled(v, finer.rays.width, finer.rays.height);
+  const Plane second = halved(swept(finer, &start, estimate, kTolerance));
+  for (std::size_t k = 0; k < v.size(); ++k) v.values[k] = 2 * second.values[k] - v.values[k];
+  return v;
+}
+
+void fit_level(const ShadedImage& image, const FitOptions& options, Plane& v,
+               RangeEstimate& estimate) {
+  const FitSummary summary = fit_log_range(image, options, v);
+  estimate.refinements += summary.inner_steps;
+  estimate.misfit = summary.misfit;
+}
+
+Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
+                 RangeEstimate& estimate) {
+  if (!options.refine) return swept(levels.front(), nullptr, estimate, 1e-5);
+  Plane v = coarse_solution(levels, estimate);
+  FitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
+  fit_level(levels.back(), fit, v, estimate);
+  fit.outer_steps = 2;
+  fit.inner_steps = 15;
+  for (std::size_t i = levels.size() - 1; i-- > 0;) {
+    v = doubled(v, levels[i].rays.width, levels[i].rays.height);
+    if (i == 0) fit.outer_steps = 1;
+    fit_level(levels[i], fit, v, estimate);
+  }
+  return v;
+}
+
+// What changed since the previous frame is found on the coarse levels and added to its detail.
+Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
+                 const Plane& previous, RangeEstimate& estimate) {
+  std::vector<Plane> before = {previous};
+  for (std::size_t i = 1; i < levels.size(); ++i) before.push_back(halved(before.back()));
+  FitOptions fit{.outer_steps = 2, .inner_steps = 60, .model_error = options.texture};
+  Plane v = before.back();
+  fit_level(levels.back(), fit, v, estimate);
+  fit.outer_steps = 1;
+  fit.inner_steps = 10;
+  for (std::size_t i = levels.size() - 1; i-- > 0;) {
+    Plane change = v;
+    for (std::size_t k = 0; k < v.size(); ++k) change.values[k] -= before[i + 1].values[k];
+    v = doubled(change, levels[i].rays.width, levels[i].rays.height);
+    for (std::size_t k = 0; k < v.size(); ++k) v.values[k] += before[i].values[k];
+    if (i == 0) fit.inner_steps = 5;
+    fit_level(levels[i], fit, v, estimate);
+  }
+  estimate.warm = estimate.converged = true;
+  return v;
+}
+
+bool beside_or_beamed(const LaparoscopeOptions& o) {
+  return o.light_offset_x_mm != 0 || o.light_offset_y_mm != 0 || o.beam_exponent != 0;
+}
+
+double median_inside(const Plane& plane, const Mask& inside) {
+  std::vector<float> values;
+  for (std::size_t k = 0; k < plane.size(); ++k)
+    if (inside.values[k]) values.push_back(plane.values[k]);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The image as a light at the optical centre would have made it, given a range.
+void relight(const ShadedImage& seen, const LaparoscopeOptions& options, double range_mm,
+             const Plane& log_range, ShadedImage& central) {
+  Plane metric = log_range;
+  const float shift = static_cast<float>(std::log(range_mm) - median_inside(metric, seen.inside));
+  for (float& value : metric.values) value += shift;
+  const Plane ratio = light_ratio(metric, seen.rays, options);
+  for (std::size_t k = 0; k < ratio.size(); ++k) {
+    central.intensity.values[k] = seen.intensity.values[k] / ratio.values[k];
+    central.variance.values[k] = seen.variance.values[k] / (ratio.values[k] * ratio.values[k]);
+  }
+}
+
+}  // namespace
+
+void LaparoscopeOptions::check() const {
+  const double offset = std::hypot(light_offset_x_mm, light_offset_y_mm);
+  if (!(offset <= 50))
+    throw UsageError("light_offset is " + to_text(offset) +
+                     " mm; a laparoscope's light lies within 50 mm of its camera");
+  if (!(beam_exponent >= 0 && beam_exponent <= 20))
+    throw UsageError("beam is " + to_text(beam_exponent) + "; it must be in 0…20");
+  if (!(texture >= 1e-4 && texture <= 1))
+    throw UsageError("texture is " + to_text(texture) + "; it must be in 0.0001…1");
+}
+
+RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
+                                const Intrinsics& camera, const LaparoscopeOptions& options,
+                                const Plane* previous, double range_mm) {
+  options.check();
+  camera.check();
+  if (intensity.width != camera.width || intensity.height != camera.height ||
+      inside.width != camera.width || inside.height != camera.height)
+    throw BadDataError("shading: image, mask and camera are of different sizes");
+  RangeEstimate estimate;
+  const ShadedImage image = prepared(intensity, inside, ray_grid(camera), estimate);
+  if (!estimate.usable) {
+    estimate.log_range = Plane(camera.width, camera.height);
+    return estimate;
+  }
+  const int base = estimate.noise > kNoisy ? kNoisyBaseSide : kBaseSide;
+  std::vector<ShadedImage> levels = pyramid_of(image, base);
+  const bool warm = previous && previous->width == camera.width &&
+                    previous->height == camera.height && options.refine;
+  estimate.log_range = warm ? solve_warm(levels, options, *previous, estimate)
+                            : solve_cold(levels, options, estimate);
+  if (!beside_or_beamed(options)) return estimate;
+  if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))
+    throw UsageError("a light beside the camera needs a range in mm: give --range-mm");
+  // A fixed point: each range gives the image of a central light, and that image a better range.
+  constexpr int kRelightings = 6;
+  for (int i = 0; i < kRelightings; ++i) {
+    ShadedImage central = image;
+    relight(image, options, std::max(range_mm, 1.0), estimate.log_range, central);
+    levels = pyramid_of(std::move(central), base);
+    estimate.log_range = i == 0 ? solve_cold(levels, options, estimate)
+                                : solve_warm(levels, options, estimate.log_range, estimate);
+  }
+  estimate.warm = warm;
+  return estimate;
+}
+
+}  // namespace organbake

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "geometry/camera.h"
+#include "shading/grid.h"
+
+namespace organbake {
+
+// A laparoscope: perspective camera, its light at the optical centre or a little beside it,
+// 1/r² falloff (Prados & Faugeras 2005; Tankus, Sochen & Yeshurun 2005).
+struct LaparoscopeOptions {
+  // Of the light's exit from the optical centre, right and down, in mm. It needs a metric range.
+  double light_offset_x_mm = 0;
+  double light_offset_y_mm = 0;
+  // The beam falls off as cosⁿ of the angle to the optical axis; 0 = the same in all directions.
+  double beam_exponent = 0;
+  // Share of the brightness that texture and interreflection may change without being taken for
+  // shape. 0.004 suits clean renderings, 0.03 living tissue.
+  double texture = 0.004;
+  // Refine the upwind solution by regularised least squares. Off = fast sweeping alone.
+  bool refine = true;
+
+  void check() const;  // throws UsageError
+};
+
+struct RangeEstimate {
+  Plane log_range;  // ln r along each pixel's ray; no gaps, outside pixels are bridged
+  // The intensity was divided by this before ln r was solved with albedo 1: for a known albedo ρ
+  // (intensity = ρ cosθ / r²) ln r = log_range + ½ ln(ρ / intensity_unit).
+  double intensity_unit = 1;
+  bool usable = false;  // false: no lit pixel; log_range is then a flat plane's
+  bool warm = false;    // started from `previous`
+  bool converged = false;
+  int sweeps = 0;
+  int refinements = 0;  // conjugate-gradient steps, all levels
+  double misfit = 0;    // root mean square of image/model − 1; proves nothing about the depth
+  double noise = 0;     // estimated, share of the mean brightness
+};
+
+// ln r of every pixel, up to one constant (the albedo is unknown). `intensity` is linear, any gain;
+// what is not inside, not finite or negative does not count. A `previous` estimate of the same size
+// is taken as start when the image agrees with it, and ends the work early. `range_mm` is the
+// median range, for a light beside the camera. Deterministic, one thread.
+// Throws BadDataError when sizes differ.
+RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
+                                const Intrinsics& camera, const LaparoscopeOptions& options,
+                                const Plane* previous = nullptr, double range_mm = 0);
+
+}  // namespace organbake

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "shading/grid.h"
+#include "shading/ray_grid.h"
+
+namespace organbake {
+
+// What a fit is told about an image, all of one size.
+struct ShadedImage {
+  Plane intensity;  // linear, any scale, ≥ 0
+  Plane variance;   // of the intensity's noise; > 0
+  Mask inside;      // pixels whose intensity counts
+  RayGrid rays;
+};
+
+struct FitOptions {
+  int outer_steps = 2;   // linearisations
+  int inner_steps = 15;  // conjugate gradients in each
+  // Root of the surface's curvature power, (1/normalised coordinate)²·length: how rough ln r may be
+  // where the image is silent. Larger follows noise, smaller flattens ridges.
+  double roughness = 0.25;
+  // Share of the model that it can never explain: differences, texture. Bounds what a pixel counts.
+  double model_error = 0.004;
+  double tolerance = 2e-5;  // an outer step that moves v less (mean) ends the fit
+};
+
+struct FitSummary {
+  int outer_steps = 0;
+  int inner_steps = 0;     // of all outer steps
+  double last_change = 0;  // mean |Δv|
+  double misfit = 0;       // root mean square of (image / model − 1) over the inside
+  bool converged = false;
+};
+
+// Refines v = ln r (Plane of rays.width × rays.height, no gaps) by penalised least squares
+//   Σ (I − M(v))²/σ²  +  μ Σ (v_xx² + 2 v_xy² + v_yy²),   ln M = −2v − ½ ln(1+G)
+// with second-order differences. The upwind solution that it starts from has the right branch and
+// O(h) errors; at borders where the surface comes nearer it knows nothing from outside, and noise
+// pulls it to the camera: all three are mended here. μ follows from σ, so the smoothing width is
+// the data's own and does not change with resolution. Pixels outside are bridged by the penalty.
+FitSummary fit_log_range(const ShadedImage& image, const FitOptions& options, Plane& v);
+
+}  // namespace organbake

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "shading/noise_level.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace organbake {
+
+double noise_level(const Plane& intensity, const Mask& inside) {
+  std::vector<float> responses;
+  // Of a large image a sample is enough.
+  const int step = std::max(intensity.width, intensity.height) > 256 ? 3 : 1;
+  for (int y = 1; y + 1 < intensity.height; y += step)
+    for (int x = 1; x + 1 < intensity.width; x += step) {
+      static constexpr int kWeights[3] = {1, -2, 1};
+      float sum = 0;
+      bool whole = true;
+      for (int dy = 0; dy < 3; ++dy)
+        for (int dx = 0; dx < 3; ++dx) {
+          whole = whole && inside.at(x + dx - 1, y + dy - 1);
+          sum += static_cast<float>(kWeights[dx] * kWeights[dy]) *
+                 intensity.at(x + dx - 1, y + dy - 1);
+        }
+      if (whole) responses.push_back(std::abs(sum));
+    }
+  if (responses.empty()) return 0;
+  const auto middle = responses.begin() + static_cast<std::ptrdiff_t>(responses.size() / 2);
+  std::nth_element(responses.begin(), middle, responses.end());
+  // The mask's weights have a root of squares of 6; 1.4826 makes a median a standard deviation.
+  return 1.4826 * *middle / 6;
+}
+
+}  // namespace organbake

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stages/shade_outputs.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "image/exr.h"
+#include "image/png.h"
+#include "shading/pictures.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string name_of(std::size_t index) {
+  const std::string digits = std::to_string(index);
+  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
+}
+
+double share(const Mask& mask) {
+  return static_cast<double>(mask.size() - std::count(mask.values.begin(), mask.values.end(), 0)) /
+         static_cast<double>(std::max<std::size_t>(1, mask.size()));
+}
+
+// Rounded to whole steps of 1/n, for the same reason as depth.
+float in_steps(float value, float n) { return std::round(value * n) / n; }
+
+// Rounded to one part in 16,384, far below what shading can tell: that halves files and writing.
+std::vector<float> rounded(std::vector<float> values) {
+  for (float& value : values) {
+    auto bits = std::bit_cast<std::uint32_t>(value);
+    if (std::isfinite(value)) bits = (bits + 0x100U) & ~0x1FFU;
+    value = std::bit_cast<float>(bits);
+  }
+  return values;
+}
+
+ChannelImage depth_channels(const Plane& depth) {
+  const std::vector<float> values = rounded(depth.values);
+  return {depth.width, depth.height, {{"Y", values}, {"Z", values}}};
+}
+
+ChannelImage normal_channels(const FrameDepth& depth) {
+  ChannelImage image{depth.depth.width, depth.depth.height, {}};
+  for (int c = 0; c < 3; ++c) {
+    std::vector<float> values(depth.normals.size());
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] = std::isfinite(depth.depth.values[k]) ? in_steps(depth.normals[k][c], 128) : 0;
+    image.channels.push_back({std::string(1, "XYZ"[c]), std::move(values), true});
+  }
+  return image;
+}
+
+}  // namespace
+
+FrameRecord record_of(std::size_t index, double sharpness, const Frame& frame,
+                      const FrameDepth& depth) {
+  FrameRecord record;
+  record.index = index;
+  record.sharpness = sharpness;
+  record.warm = depth.warm;
+  record.combed = frame.was_combed;
+  record.metric = depth.metric;
+  record.ambiguous = depth.ambiguous;
+  record.sweeps = depth.sweeps;
+  record.refinements = depth.refinements;
+  record.albedo_regions = frame.albedo_regions;
+  record.residual = depth.residual;
+  record.noise = depth.noise;
+  record.branch = depth.branch;
+  record.outside_share = 1 - share(frame.field);
+  record.highlight_share = share(frame.highlights);
+  record.instrument_share = share(frame.instruments);
+  std::vector<float> finite;
+  double confidence = 0;
+  for (std::size_t k = 0; k < depth.depth.size(); ++k)
+    if (std::isfinite(depth.depth.values[k])) {
+      finite.push_back(depth.depth.values[k]);
+      confidence += depth.confidence.values[k];
+    }
+  if (finite.empty()) return record;
+  record.mean_confidence = confidence / static_cast<double>(finite.size());
+  const auto middle = finite.begin() + static_cast<std::ptrdiff_t>(finite.size() / 2);
+  std::nth_element(finite.begin(), middle, finite.end());
+  record.median_depth = *middle;
+  return record;
+}
+
+void write_frame(const fs::path& folder, std::size_t index, const Frame& frame,
+                 const FrameDepth& depth) {
+  const std::string name = name_of(index);
+  const PosedCamera camera{"laparoscope", frame.camera, {}};
+  const ExrWriteOptions options{.zip_level = 1, .camera = camera};
+  write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);
+  write_exr(folder / "normals" / (name + ".exr"), normal_channels(depth), options);
+  write_png(folder / "mask" / (name + ".png"), mask_picture(frame), 1);
+  Plane confidence = depth.confidence;
+  for (float& value : confidence.values) value = in_steps(value, 51);
+  write_png(folder / "confidence" / (name + ".png"), grey_picture(confidence), 1);
+}
+
+void report_frames(const std::vector<FrameRecord>& records, StageReport& report) {
+  const auto list = [&](const char* name, auto&& value) {
+    std::vector<double> values;
+    for (const FrameRecord& record : records) values.push_back(static_cast<double>(value(record)));
+    report.add(name, values);
+  };
+  list("frame", [](const FrameRecord& r) { return r.index; });
+  list("frame_warm", [](const FrameRecord& r) { return r.warm; });
+  list("frame_sweeps", [](const FrameRecord& r) { return r.sweeps; });
+  list("frame_refinements", [](const FrameRecord& r) { return r.refinements; });
+  list("frame_residual", [](const FrameRecord& r) { return r.residual; });
+  list("frame_noise", [](const FrameRecord& r) { return r.noise; });
+  list("frame_median_depth", [](const FrameRecord& r) { return r.median_depth; });
+  list("frame_mean_confidence", [](const FrameRecord& r) { return r.mean_confidence; });
+  list("frame_outside_share", [](const FrameRecord& r) { return r.outside_share; });
+  list("frame_highlight_share", [](const FrameRecord& r) { return r.highlight_share; });
+  list("frame_instrument_share", [](const FrameRecord& r) { return r.instrument_share; });
+  list("frame_albedo_regions", [](const FrameRecord& r) { return r.albedo_regions; });
+  list("frame_combed", [](const FrameRecord& r) { return r.combed; });
+  // A warm frame needs no sweeps: what the last cold one before it took is saved.
+  long cold = 0, saved = 0, warm = 0;
+  for (const FrameRecord& record : records) {
+    if (!record.warm) cold = record.sweeps;
+    if (record.warm) saved += cold - std::min<long>(cold, record.sweeps);
+    warm += record.warm;
+  }
+  report.add("frames_warm", warm);
+  report.add("sweeps_saved", saved);
+  std::vector<std::string> branches;
+  for (const FrameRecord& record : records)
+    if (!record.branch.empty()) branches.push_back(record.branch);
+  if (!branches.empty()) report.add("frame_branch", branches);
+}
+
+std::string plot_of(const std::vector<FrameRecord>& records) {
+  std::vector<Curve> curves = {{"median depth", {}},       {"mean confidence", {}},
+                               {"image residual", {}},     {"highlights, share", {}},
+                               {"instruments, share", {}}, {"sharpness", {}}};
+  for (const FrameRecord& r : records) {
+    const double values[] = {r.median_depth,    r.mean_confidence,  r.residual,
+                             r.highlight_share, r.instrument_share, r.sharpness};
+    for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
+  }
+  return plot_svg("shading over the frames of the clip", curves);
+}
+
+}  // namespace organbake

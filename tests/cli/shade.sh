@@ -1,0 +1,110 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Frames, folders and videos as users have them: depth, masks and a surface; damaged clips keep what
+# was read.
+source "$(dirname "$0")/assert.sh"
+DATA=${ORGANBAKE_SHARED_DATA:-$SOURCE/../shared/data}
+
+figure() { python3 -c 'import json, sys; print(json.load(open(sys.argv[2]))["figures"][sys.argv[1]])' "$1" "$2"; }
+
+# A phantom clip with truth, as a folder of frames with its camera.
+expect 0 organbake phantom --kind laparoscopy --frames 4 --frame-width 320 --frame-height 240 -o p
+expect 0 organbake shade p/frames p/cameras.json --halvings 0 --range-mm 55 -o s
+for file in depth/000003.exr normals/000003.exr mask/000003.png confidence/000003.png strip.png \
+  plot.svg surface.ply report.json; do
+  [ -s "s/$file" ] || fail "s/$file is missing"
+done
+expect_equal "$(figure frames_shaded s/report.json)" 4
+expect_equal "$(figure frames_warm s/report.json)" 3
+expect_equal "$(figure depth_unit s/report.json)" mm
+expect 0 organbake verify s/report.json
+expect 0 organbake inspect s/surface.ply --json
+python3 -c 'import json; f = json.load(open("out"))["report"]["figures"] if "report" in json.load(open("out")) else json.load(open("out")); assert 30 < f["lowest_corner_mm"][2] < 70, f' \
+  || fail "the surface does not lie where the range says"
+
+# The same bytes for any number of threads.
+expect 0 organbake shade p/frames p/cameras.json --halvings 0 --range-mm 55 --threads 1 --force -o t
+expect_same s t
+
+# One frame, no intrinsics: a stated field of view and a relative depth.
+expect 0 organbake shade p/frames/000000.png -o one
+expect_err "70 degrees"
+expect_err "relative"
+expect_equal "$(figure depth_unit one/report.json)" "relative, median 1"
+
+# The other models; which frames; options that contradict or make no sense.
+expect 0 organbake shade p/frames --model tsai-shah --every 2 --iterations 5 -o ts
+expect_equal "$(figure frames_shaded ts/report.json)" 2
+expect 0 organbake shade p/frames/000000.png --model distant --light 0.5,0.7 --halvings 2 -o d
+expect 0 organbake shade p/frames --sharpest 4 --halvings 1 -o sharp
+expect_equal "$(figure frames_blurred sharp/report.json)" 3
+expect 2 organbake shade p/frames --sharpest 2 --every 2 -o x
+expect_err "either every or sharpest"
+expect 2 organbake shade p/frames --light 1 -o x
+expect_err "tilt,slant"
+expect 2 organbake shade p/frames --light-offset 3,0,0 -o x
+expect_err "--range-mm"
+
+# Damaged clips: what was read is kept, 65 names the frame.
+mkdir changed none
+cp p/frames/000000.png changed/0.png
+cp one/strip.png changed/1.png
+expect 65 organbake shade changed -o kept
+expect_err "frame 1"
+expect_equal "$(figure frames_shaded kept/report.json)" 1
+head -c 2000 p/frames/000001.png >changed/1.png
+expect 65 organbake shade changed -o cut
+expect_err "frame 1"
+echo words >none/a.txt
+expect 65 organbake shade none -o x
+expect_err "no PNG or JPEG"
+expect 66 organbake shade missing.mp4 -o x
+echo "just words" >text.mp4
+expect 65 organbake shade text.mp4 -o x
+expect_err "text.mp4"
+expect_gone x
+
+# A clip to a bundle.
+cat >r.yaml <<END
+schema: organbake/recipe/1
+name: small clip
+inputs: {frames: p/frames, intrinsics: p/cameras.json}
+shade: {range_mm: 55, every: 4, halvings: 1, mesh_step: 4}
+decimate: {faces: 80}
+mechanics: {anchor_direction: [0, 0, 1]}
+place: {count: 3, size: 64, cone_axis: [0, 0, -1], cone_angle: 0.3}
+END
+expect 0 organbake bake r.yaml -o bundle
+expect 0 organbake verify bundle
+expect 0 "$BIN/organplay" bundle --view 0,0 --size 96x96 -o view.png
+
+# Videos that ffmpeg makes: whole, cut, empty, of changing size.
+if command -v ffmpeg >/dev/null; then
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -c:v mpeg4 -q:v 2 clip.avi
+  expect 0 organbake shade clip.avi --halvings 1 -o v
+  expect_equal "$(figure frames_read v/report.json)" 4
+  head -c $(($(stat -c %s clip.avi) * 6 / 10)) clip.avi >half.avi
+  expect 65 organbake shade half.avi --halvings 1 -o h
+  expect_err "frame "
+  ffmpeg -v error -f lavfi -i testsrc=s=64x48:d=1:r=5 -frames:v 0 -c:v mpeg4 empty.avi 2>/dev/null || true
+  [ -e empty.avi ] && { expect 65 organbake shade empty.avi -o x; }
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -c:v mpeg2video -q:v 3 -f mpeg2video a.m2v
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -vf scale=160:120 -c:v mpeg2video -q:v 3 -f mpeg2video b.m2v
+  cat a.m2v b.m2v >grown.m2v
+  expect 65 organbake shade grown.m2v --halvings 1 -o g
+  expect_err "160x120"
+  [ "$(figure frames_shaded g/report.json)" -ge 2 ] || fail "the frames before the change are not kept"
+else
+  echo "SKIPPED: no ffmpeg to make videos with"
+fi
+
+# The real clip.
+clip=$DATA/video/laparoscopy_720p_25fps.mp4
+if [ -e "$clip" ]; then
+  expect 0 organbake shade "$clip" --every 50 --halvings 2 --range-mm 60 -o real
+  expect_equal "$(figure frames_read real/report.json)" 250
+  expect_equal "$(figure frames_shaded real/report.json)" 5
+else
+  echo "SKIPPED: $clip is missing"
+fi
+expect_equal "$(leftovers "$WORK")" ""

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "shading/laparoscope.h"
+
+#include <gmock/gmock.h>
+
+#include "core/error.h"
+#include "known_depth.h"
+#include "shading/ray_grid.h"
+
+namespace organbake {
+namespace {
+
+RangeEstimate shade(const NearScene& scene, const LaparoscopeOptions& options = {},
+                    const Plane* previous = nullptr) {
+  const Mask inside(scene.camera.width, scene.camera.height, 1);
+  return shade_laparoscope(scene.intensity, inside, scene.camera, options, previous);
+}
+
+Plane flat_plane(const NearScene& scene) {
+  Plane v(scene.camera.width, scene.camera.height);
+  const RayGrid rays = ray_grid(scene.camera);
+  for (int y = 0; y < v.height; ++y)
+    for (int x = 0; x < v.width; ++x)
+      v.at(x, y) =
+          static_cast<float>(0.5 * std::log1p(rays.x(x) * rays.x(x) + rays.y(y) * rays.y(y)));
+  return v;
+}
+
+TEST(Laparoscope, DefaultsAreValidAndBoundsAreChecked) {
+  EXPECT_NO_THROW(LaparoscopeOptions().check());
+  EXPECT_THROW((LaparoscopeOptions{.light_offset_x_mm = 60}.check()), UsageError);
+  EXPECT_THROW((LaparoscopeOptions{.beam_exponent = -1}.check()), UsageError);
+  EXPECT_THROW((LaparoscopeOptions{.texture = 0}.check()), UsageError);
+}
+
+// The figure promised: 0.25 % on clean images, the same at any resolution.
+TEST(Laparoscope, CleanSurfacesWithinAQuarterPercent) {
+  for (double amplitude : {0.25, 0.5, 1.0})
+    for (int size : {128, 256}) {
+      const NearScene scene = near_scene(amplitude, size);
+      const RangeEstimate estimate = shade(scene);
+      EXPECT_LT(relative_error_percent(estimate.log_range, scene.log_range), 0.25)
+          << "A = " << amplitude << ", " << size;
+    }
+}
+
+// 0.5 % and 1.0 % are promised as means over the surfaces and sizes (the bench has them all); the
+// steepest surface at 128², where a tenth of the image is darker than the noise, is the worst.
+TEST(Laparoscope, NoisySurfacesWithinTheirFigures) {
+  for (const auto& [noise, figure] : {std::pair{0.01, 0.5}, std::pair{0.03, 1.0}}) {
+    double sum = 0;
+    for (double amplitude : {0.25, 0.5, 1.0}) {
+      NearScene scene = near_scene(amplitude, 256);
+      add_noise(scene.intensity, noise, true, 5);
+      sum += relative_error_percent(shade(scene).log_range, scene.log_range);
+    }
+    EXPECT_LT(sum / 3, figure) << noise;
+  }
+}
+
+TEST(Laparoscope, AccuracyDoesNotFallWithResolution) {
+  double last = 1e9;
+  for (int size : {64, 128, 256}) {
+    NearScene scene = near_scene(0.5, size);
+    add_noise(scene.intensity, 0.03, true, 9);
+    const double error = relative_error_percent(shade(scene).log_range, scene.log_range);
+    EXPECT_LT(error, last) << size;
+    last = error;
+  }
+}
+
+TEST(Laparoscope, BeatsFlatPlaneAndBareSweeping) {
+  NearScene scene = near_scene(1, 128);
+  add_noise(scene.intensity, 0.01, true, 3);
+  const double error = relative_error_percent(shade(scene).log_range, scene.log_range);
+  const RangeEstimate swept = shade(scene, {.refine = false});
+  EXPECT_GT(swept.sweeps, 0);
+  EXPECT_LT(error, relative_error_percent(swept.log_range, scene.log_range));
+  EXPECT_LT(error, 0.1 * relative_error_percent(flat_plane(scene), scene.log_range));
+}
+
+TEST(Laparoscope, PreviousFrameSavesAllSweeps) {
+  NearScene first = near_scene(0.5, 128), second = first;
+  add_noise(first.intensity, 0.01, true, 1);
+  add_noise(second.intensity, 0.01, true, 2);
+  const RangeEstimate cold = shade(first);
+  const RangeEstimate warm = shade(second, {}, &cold.log_range);
+  EXPECT_TRUE(warm.warm);
+  EXPECT_EQ(warm.sweeps, 0);
+  EXPECT_LT(warm.refinements, cold.refinements / 2);
+  EXPECT_LT(relative_error_percent(warm.log_range, second.log_range), 0.5);
+}
+
+TEST(Laparoscope, AlbedoMakesItMetric) {
+  NearScene scene = near_scene(0.5, 128);
+  // Brightest pixel 1 = ρ cosθ / r²: ρ from one pixel of the truth at the nearest, frontal point.
+  const auto nearest =
+      std::min_element(scene.log_range.values.begin(), scene.log_range.values.end());
+  const std::size_t k = static_cast<std::size_t>(nearest - scene.log_range.values.begin());
+  const double albedo = scene.intensity.values[k] * std::exp(2.0 * *nearest);
+  const RangeEstimate estimate = shade(scene);
+  const double shift = 0.5 * std::log(albedo / estimate.intensity_unit);
+  EXPECT_NEAR(mean_of(estimate.log_range) + shift, mean_of(scene.log_range), 0.005);
+}
+
+TEST(Laparoscope, MirroredAndTransposedImagesGiveTheSameDepth) {
+  NearScene scene = near_scene(0.5, 96);
+  const Plane depth = shade(scene).log_range;
+  NearScene other = scene;
+  other.intensity = transposed(scene.intensity);
+  // The order of summation differs; a thousandth of a percent of the range does not matter.
+  EXPECT_LT(largest_difference(shade(other).log_range, transposed(depth)), 2e-3);
+  other.intensity = mirrored(scene.intensity);
+  EXPECT_LT(largest_difference(shade(other).log_range, mirrored(depth)), 2e-3);
+}
+
+TEST(Laparoscope, MaskedPixelsAreBridged) {
+  NearScene scene = near_scene(0.5, 128);
+  Mask inside(128, 128, 1);
+  for (int y = 40; y < 52; ++y)
+    for (int x = 60; x < 74; ++x) {
+      inside.at(x, y) = 0;
+      scene.intensity.at(x, y) = 5;  // a highlight
+    }
+  const RangeEstimate estimate = shade_laparoscope(scene.intensity, inside, scene.camera, {});
+  EXPECT_LT(relative_error_percent(estimate.log_range, scene.log_range), 0.35);
+  const double shift = mean_of(scene.log_range) - mean_of(estimate.log_range);
+  for (int y = 40; y < 52; ++y)
+    for (int x = 60; x < 74; ++x)
+      EXPECT_NEAR(estimate.log_range.at(x, y) + shift, scene.log_range.at(x, y), 0.03);
+}
+
+TEST(Laparoscope, RefusesPlanesOfAnotherSize) {
+  const NearScene scene = near_scene(0.5, 32);
+  EXPECT_THROW(shade_laparoscope(Plane(31, 32), Mask(32, 32, 1), scene.camera, {}), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The phantom's frames, with texture, highlights, noise, vignette and an instrument, against truth.
+#include <gmock/gmock.h>
+
+#include "known_depth.h"
+#include "phantom/laparoscopy.h"
+#include "shading/frame_depth.h"
+
+namespace organbake {
+namespace {
+
+struct Shares {
+  double recall = 0, false_alarm = 0, instrument = 0;
+};
+
+Shares mask_shares(const Frame& frame, const LaparoscopyFrame& truth) {
+  double highlights = 0, hit = 0, clean = 0, taken = 0, steel = 0, found = 0;
+  for (std::size_t k = 0; k < frame.field.size(); ++k) {
+    if (!frame.field.values[k]) continue;
+    const bool masked = !frame.counts.values[k];
+    if (truth.instrument.values[k]) {
+      ++steel;
+      found += frame.instruments.values[k] != 0;
+    } else if (truth.highlights.values[k]) {
+      ++highlights;
+      hit += masked;
+    } else {
+      ++clean;
+      taken += masked;
+    }
+  }
+  return {hit / std::max(1.0, highlights), taken / std::max(1.0, clean),
+          found / std::max(1.0, steel)};
+}
+
+double error_percent(const FrameDepth& depth, const Frame& frame, const LaparoscopyFrame& truth) {
+  double shift = 0, count = 0, sum = 0;
+  for (int pass = 0; pass < 2; ++pass)
+    for (std::size_t k = 0; k < depth.depth.size(); ++k) {
+      if (!frame.counts.values[k] || !std::isfinite(truth.depth_mm.values[k])) continue;
+      const double ratio = std::log(depth.depth.values[k] / truth.depth_mm.values[k]);
+      if (pass == 0) {
+        shift += ratio;
+        ++count;
+      } else {
+        sum += std::abs(std::exp(ratio - shift / count) - 1);
+      }
+    }
+  return 100 * sum / count;
+}
+
+TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
+  const LaparoscopyPhantom phantom({.width = 480, .height = 360, .frames = 3});
+  double error = 0;
+  Shares mean;
+  FrameDepth previous;
+  for (int i = 0; i < 3; ++i) {
+    const LaparoscopyFrame truth = phantom.frame(i);
+    const Frame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
+    FrameDepth depth = shade_frame(frame, {}, i > 0 ? &previous : nullptr);
+    error += error_percent(depth, frame, truth) / 3;
+    const Shares shares = mask_shares(frame, truth);
+    mean.recall += shares.recall / 3;
+    mean.false_alarm += shares.false_alarm / 3;
+    mean.instrument += shares.instrument / 3;
+    EXPECT_EQ(depth.warm, i > 0);
+    EXPECT_FALSE(depth.metric);
+    previous = std::move(depth);
+  }
+  EXPECT_LT(error, 3.0);
+  EXPECT_GT(mean.recall, 0.90);
+  EXPECT_LT(mean.false_alarm, 0.05);
+  EXPECT_GT(mean.instrument, 0.80);
+}
+
+TEST(LaparoscopyClip, ConfidenceIsZeroOutsideAndHigherInFront) {
+  const LaparoscopyPhantom phantom({.width = 240, .height = 180, .frames = 1});
+  const LaparoscopyFrame truth = phantom.frame(0);
+  const Frame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
+  ShadingOptions metric;
+  metric.range_mm = 55;
+  const FrameDepth depth = shade_frame(frame, metric);
+  EXPECT_TRUE(depth.metric);
+  EXPECT_EQ(depth.confidence.at(2, 2), 0);
+  EXPECT_GT(depth.confidence.at(100, 60), 0.2);
+  EXPECT_TRUE(std::isinf(depth.depth.at(2, 2)));
+}
+
+TEST(LaparoscopyPhantom, DepthAndNormalsAgreeWithTheHeightField) {
+  const LaparoscopyPhantom phantom({.width = 96, .height = 72, .frames = 2});
+  const LaparoscopyFrame frame = phantom.frame(1);
+  const RigidTransform world_from_camera = frame.camera.camera_from_world.inverse();
+  int looked = 0;
+  for (int y = 0; y < 72; y += 3)
+    for (int x = 0; x < 96; x += 3) {
+      const float depth = frame.depth_mm.at(x, y);
+      if (!std::isfinite(depth)) continue;
+      const Eigen::Vector3d world =
+          world_from_camera *
+          Eigen::Vector3d(double(depth) * unproject(frame.camera.intrinsics, {x + 0.5, y + 0.5}));
+      EXPECT_NEAR(world.z(), phantom.height_mm(world.x(), world.y()), 1e-3);
+      EXPECT_LT(frame.normals[frame.depth_mm.index(x, y)].z(), 0);
+      ++looked;
+    }
+  EXPECT_GT(looked, 200);
+}
+
+}  // namespace
+}  // namespace organbake

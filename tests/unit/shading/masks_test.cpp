@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
+
+#include "shading/deinterlace.h"
+#include "shading/field_of_view.h"
+#include "shading/frame.h"
+#include "shading/highlights.h"
+#include "shading/instruments.h"
+
+namespace organbake {
+namespace {
+
+Rgb8Image tissue(int width, int height) {
+  Rgb8Image image(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      std::uint8_t* p = image.at(x, y);
+      p[0] = static_cast<std::uint8_t>(150 + (x * 7 + y * 3) % 11);
+      p[1] = 60;
+      p[2] = 50;
+    }
+  return image;
+}
+
+void paint(Rgb8Image& image, int left, int top, int right, int bottom, int r, int g, int b) {
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x) {
+      image.at(x, y)[0] = static_cast<std::uint8_t>(r);
+      image.at(x, y)[1] = static_cast<std::uint8_t>(g);
+      image.at(x, y)[2] = static_cast<std::uint8_t>(b);
+    }
+}
+
+std::size_t count(const Mask& mask) {
+  std::size_t n = 0;
+  for (auto value : mask.values) n += value != 0;
+  return n;
+}
+
+TEST(FieldOfView, DropsTheBorderAndLettersOnIt) {
+  Rgb8Image image(120, 80);
+  const Rgb8Image organ = tissue(120, 80);
+  for (int y = 0; y < 80; ++y)
+    for (int x = 0; x < 120; ++x)
+      if (std::hypot(x - 60, y - 40) < 36) std::copy_n(organ.at(x, y), 3, image.at(x, y));
+  paint(image, 2, 2, 12, 8, 255, 255, 255);  // a logo
+  paint(image, 55, 35, 62, 42, 0, 0, 0);     // a shadow
+  const Mask field = field_of_view(image, 2);
+  EXPECT_FALSE(field.at(5, 5));
+  EXPECT_TRUE(field.at(58, 38)) << "a shadow is tissue";
+  EXPECT_FALSE(field.at(60, 5)) << "shrunk by the margin";
+  EXPECT_NEAR(static_cast<double>(count(field)), 3.14159 * 34 * 34, 250);
+}
+
+TEST(FieldOfView, WithoutABorderEverythingCounts) {
+  EXPECT_EQ(count(field_of_view(tissue(40, 30), 3)), 1200u);
+  EXPECT_EQ(count(field_of_view(Rgb8Image(40, 30), 3)), 0u);
+}
+
+TEST(Highlights, SpotsAreFoundAndTissueIsLeft) {
+  Rgb8Image image = tissue(200, 150);
+  paint(image, 50, 40, 56, 46, 255, 250, 248);
+  paint(image, 120, 90, 124, 93, 215, 190, 185);  // not saturated
+  const Mask found = find_highlights(image, Mask(200, 150, 1));
+  EXPECT_TRUE(found.at(52, 42));
+  EXPECT_TRUE(found.at(121, 91));
+  EXPECT_LT(count(found), 200u);
+}
+
+TEST(Instruments, GreyRegionsFromTheRimOnly) {
+  Rgb8Image image = tissue(300, 200);
+  paint(image, 200, 80, 300, 110, 120, 122, 125);  // a shaft from the right
+  paint(image, 80, 80, 120, 120, 200, 190, 185);   // a blown highlight in the middle
+  const Mask found = find_instruments(image, Mask(300, 200, 1));
+  EXPECT_TRUE(found.at(250, 95));
+  EXPECT_FALSE(found.at(100, 100));
+  EXPECT_FALSE(found.at(30, 30));
+}
+
+TEST(Deinterlace, CombsAreSeenAndRemoved) {
+  Rgb8Image image = tissue(160, 120);
+  EXPECT_FALSE(is_combed(image));
+  for (int y = 1; y < 120; y += 2) paint(image, 60, y, 110, y + 1, 220, 200, 190);
+  EXPECT_TRUE(is_combed(image));
+  deinterlace(image);
+  EXPECT_FALSE(is_combed(image));
+  EXPECT_EQ(image.at(80, 51)[1], 60);
+}
+
+TEST(Frame, HalvingMovesTheCameraAlong) {
+  Intrinsics camera = assumed_camera(81, 60, 1.2);
+  camera.k1 = 0.1;
+  const Frame frame = prepare_frame(tissue(81, 60), camera, {.halvings = 1});
+  EXPECT_EQ(frame.color.width, 40);
+  EXPECT_EQ(frame.camera.width, 40);
+  EXPECT_DOUBLE_EQ(frame.camera.fx, camera.fx / 2);
+  EXPECT_FALSE(frame.camera.has_distortion());
+}
+
+}  // namespace
+}  // namespace organbake
