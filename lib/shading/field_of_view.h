@@ -12,8 +12,4 @@ namespace organbake {
 // border is all inside. A black frame gives an empty mask.
 Mask field_of_view(const Rgb8Image& frame, int margin_px);
 
-// Shrinks (grows) what is non-zero by a square of 2·radius + 1 pixels.
-Mask eroded(const Mask& mask, int radius);
-Mask dilated(const Mask& mask, int radius);
-
 }  // namespace organbake

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "shading/box_mean.h"
-#include "shading/field_of_view.h"
+#include "shading/masks.h"
 
 namespace organbake {
 namespace {

@@ -2,12 +2,10 @@
 #include "shading/instruments.h"
 
 #include <algorithm>
-#include <utility>
-#include <vector>
 
 #include "shading/box_mean.h"
 #include "shading/every_second.h"
-#include "shading/field_of_view.h"
+#include "shading/masks.h"
 
 namespace organbake {
 namespace {
@@ -25,29 +23,15 @@ Plane channel(const Rgb8Image& frame, int c) {
 // The regions that reach the rim: instruments come in from outside, fat, film and blown highlights
 // lie in the middle.
 Mask entering(const Mask& regions, const Mask& middle) {
-  Mask kept(regions.width, regions.height);
-  std::vector<std::pair<int, int>> open;
-  const auto keep = [&](int x, int y) {
-    if (x < 0 || y < 0 || x >= kept.width || y >= kept.height) return;
-    if (!regions.at(x, y) || kept.at(x, y)) return;
-    kept.at(x, y) = 1;
-    open.emplace_back(x, y);
-  };
-  for (int y = 0; y < kept.height; ++y)
-    for (int x = 0; x < kept.width; ++x) {
-      const int rim = 2;
-      const bool edge = x < rim || y < rim || x >= kept.width - rim || y >= kept.height - rim;
-      if (edge || !middle.at(x, y)) keep(x, y);
+  constexpr int kRim = 2;
+  Mask rim(regions.width, regions.height);
+  for (int y = 0; y < rim.height; ++y) {
+    for (int x = 0; x < rim.width; ++x) {
+      const bool edge = x < kRim || y < kRim || x >= rim.width - kRim || y >= rim.height - kRim;
+      rim.at(x, y) = edge || !middle.at(x, y);
     }
-  while (!open.empty()) {
-    const auto [x, y] = open.back();
-    open.pop_back();
-    keep(x - 1, y);
-    keep(x + 1, y);
-    keep(x, y - 1);
-    keep(x, y + 1);
   }
-  return kept;
+  return regions_touching(regions, rim);
 }
 
 }  // namespace

@@ -93,7 +93,6 @@ void promise_time_and_memory(Bench& bench) {
   OrganPhantomOptions options;
   options.ct_size = bench.quick() ? std::array{192, 192, 112} : std::array{512, 512, 300};
   options.spacing_mm = {0.7, 0.7, 1};
-  options.noise_hu = 0;
   const OrganPhantom phantom(options);
   bench.now("scanning the phantom");
   const Volume ct = phantom.scan(bench.context());
