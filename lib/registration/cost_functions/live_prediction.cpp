@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "registration/cost_functions/live_prediction.h"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+
+namespace organbake {
+
+void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
+  if (new_evaluation_point || !drawn_) {
+    prediction_ = predict(surface_, level_, state_.object_pose(), std::exp(state_.log_focal),
+                          basis_, state_.light, settings_);
+    drawn_ = true;
+    derived_ = false;
+  }
+  if (evaluate_jacobians && !derived_) derive();
+}
+
+void LivePrediction::derive() {
+  Intrinsics lens = level_.intrinsics;
+  lens.fx *= std::exp(state_.log_focal);
+  lens.fy *= std::exp(state_.log_focal);
+  const Eigen::Vector3d center = state_.object_pose().center_camera_mm;
+  derivatives_.resize(prediction_.radiance.size());
+  tbb::parallel_for(0, prediction_.height, [&](int row) {
+    const int y = prediction_.top + row;
+    for (int x = prediction_.left; x < prediction_.left + prediction_.width; ++x) {
+      const PixelDerivative d = pixel_derivative(prediction_, lens, center, x, y);
+      for (int j = 0; j < 7; ++j)
+        derivatives_[prediction_.index(x, y)][j] = static_cast<float>(d[j]);
+    }
+  });
+  derived_ = true;
+}
+
+double LivePrediction::radiance(int x, int y) const {
+  if (prediction_.contains(x, y)) return prediction_.radiance[prediction_.index(x, y)];
+  return state_.light[basis_.size() - 1];
+}
+
+double LivePrediction::phi(int x, int y, int j) const {
+  if (prediction_.contains(x, y)) return prediction_.phi[prediction_.index(x, y)][j];
+  return j == basis_.size() - 1 ? 1 : 0;
+}
+
+PixelDerivative LivePrediction::derivative(int x, int y) const {
+  PixelDerivative d = PixelDerivative::Zero();
+  if (!prediction_.contains(x, y)) return d;
+  const auto& stored = derivatives_[prediction_.index(x, y)];
+  for (int j = 0; j < 7; ++j) d[j] = stored[j];
+  return d;
+}
+
+}  // namespace organbake

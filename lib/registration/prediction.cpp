@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "registration/prediction.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kRaysPerSide = 4;   // of an outline pixel
+constexpr float kDepthJump = 6;   // depth over width between neighbours: 80° from facing
+
+class Painter {
+ public:
+  Painter(const RegisteredSurface& surface, const PhotoLevel& level, const ObjectPose& pose,
+          double focal_scale, const ShadingBasis& basis, const ShadingBasis::Weights& weights)
+      : surface_(surface),
+        level_(level),
+        basis_(basis),
+        weights_(weights),
+        center_(pose.center_camera_mm),
+        ray_scale_(1 / focal_scale),
+        camera_from_world_(rigid_transform(pose, surface.center())),
+        world_from_camera_(camera_from_world_.inverse()),
+        pixel_slope_(static_cast<float>(1 / (level.intrinsics.fx * focal_scale))) {}
+
+  void set_window(Prediction& p, int margin) const;
+  void trace_centers(const Prediction& p, int row, std::vector<RayHit>& hits) const;
+  void paint_row(Prediction& p, int row, const std::vector<RayHit>& hits, bool smooth) const;
+
+ private:
+  Vector3d camera_ray(int x, int y) const {
+    const Vector3f& ray = level_.rays[level_.index(x, y)];
+    return {ray.x() * ray_scale_, ray.y() * ray_scale_, 1};
+  }
+  Ray world_ray(const Vector3d& direction) const {
+    Ray ray;
+    ray.origin = world_from_camera_.translation;
+    ray.direction = world_from_camera_.rotation * direction;
+    return ray;
+  }
+  bool at_outline(const Prediction& p, int x, int y, const std::vector<RayHit>& hits) const;
+  void split_pixel(Prediction& p, int x, int y) const;
+  void add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit,
+           float share) const;
+  void finish(Prediction& p, std::size_t i) const;
+
+  const RegisteredSurface& surface_;
+  const PhotoLevel& level_;
+  const ShadingBasis& basis_;
+  const ShadingBasis::Weights& weights_;
+  Vector3d center_;
+  double ray_scale_;
+  RigidTransform camera_from_world_, world_from_camera_;
+  float pixel_slope_;
+};
+
+// The picture of the box round the mesh; all of the level when part of it lies behind the camera.
+void Painter::set_window(Prediction& p, int margin) const {
+  const Intrinsics& k = level_.intrinsics;
+  const Bounds box = bounds(surface_.mesh());
+  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
+  int behind = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d at(corner & 1 ? box.max.x() : box.min.x(), corner & 2 ? box.max.y() : box.min.y(),
+                      corner & 4 ? box.max.z() : box.min.z());
+    const Vector3d x = camera_from_world_ * at;
+    if (!(x.z() > 1e-3 * surface_.radius_mm())) {
+      ++behind;
+      continue;
+    }
+    Intrinsics lens = k;
+    lens.fx /= ray_scale_;
+    lens.fy /= ray_scale_;
+    const Eigen::Vector2d pixel = project(lens, x);
+    left = std::min(left, pixel.x());
+    right = std::max(right, pixel.x());
+    top = std::min(top, pixel.y());
+    bottom = std::max(bottom, pixel.y());
+  }
+  if (behind == 8) return;
+  if (behind > 0 || k.has_distortion()) {
+    left = top = 0;
+    right = k.width;
+    bottom = k.height;
+  }
+  const auto clipped = [margin](double value, int size) {
+    return static_cast<int>(std::clamp(value + margin, 0.0, static_cast<double>(size)));
+  };
+  p.left = clipped(left - 2 * margin, k.width);
+  p.top = clipped(top - 2 * margin, k.height);
+  p.width = clipped(right + 1, k.width) - p.left;
+  p.height = clipped(bottom + 1, k.height) - p.top;
+}
+
+void Painter::trace_centers(const Prediction& p, int row, std::vector<RayHit>& hits) const {
+  std::vector<Ray> rays;
+  rays.reserve(p.width);
+  for (int x = p.left; x < p.left + p.width; ++x)
+    rays.push_back(world_ray(camera_ray(x, p.top + row)));
+  surface_.scene().first_hits(rays, {&hits[std::size_t(row) * p.width], std::size_t(p.width)});
+}
+
+bool Painter::at_outline(const Prediction& p, int x, int y, const std::vector<RayHit>& hits) const {
+  const RayHit& here = hits[p.index(x, y)];
+  for (int v = y - 1; v <= y + 1; ++v)
+    for (int u = x - 1; u <= x + 1; ++u) {
+      if (!p.contains(u, v)) continue;
+      const RayHit& there = hits[p.index(u, v)];
+      if ((here.face == kNoHit) != (there.face == kNoHit)) return true;
+      if (here.face == kNoHit) continue;
+      const double nearer = std::min(here.t, there.t);
+      if (std::abs(here.t - there.t) > kDepthJump * nearer * pixel_slope_) return true;
+    }
+  return false;
+}
+
+void Painter::add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit,
+                  float share) const {
+  const Vector3d x = hit.t * ray;
+  const auto skin = surface_.skin(hit, world_from_camera_.rotation * ray);
+  const Vector3d n = camera_from_world_.rotation * skin.normal;
+  double phi[ShadingBasis::kMost];
+  basis_.values(x, n, phi);
+  for (int j = 0; j + 1 < basis_.size(); ++j)
+    p.phi[i][j] += share * skin.albedo * static_cast<float>(phi[j]);
+  const auto g = basis_.gradient(x, n, weights_);
+  const Vector3d turn = (x - center_).cross(g.by_point) + n.cross(g.by_normal);
+  for (int j = 0; j < 3; ++j) {
+    p.shading[i][j] += share * skin.albedo * static_cast<float>(turn[j]);
+    p.shading[i][3 + j] += share * skin.albedo * static_cast<float>(g.by_point[j]);
+  }
+  p.point[i] += share * x.cast<float>();
+  p.coverage[i] += share;
+}
+
+void Painter::finish(Prediction& p, std::size_t i) const {
+  p.phi[i][basis_.size() - 1] = 1 - p.coverage[i];
+  double sum = 0;
+  for (int j = 0; j < basis_.size(); ++j) sum += weights_[j] * p.phi[i][j];
+  p.radiance[i] = static_cast<float>(sum);
+  if (p.coverage[i] > 0) p.point[i] /= p.coverage[i];
+}
+
+// Rays between pixel centres: the lens is straight over a pixel.
+void Painter::split_pixel(Prediction& p, int x, int y) const {
+  const Intrinsics& k = level_.intrinsics;
+  const int x0 = std::clamp(x, 1, k.width - 2), y0 = std::clamp(y, 1, k.height - 2);
+  const Vector3d by_x = (camera_ray(x0 + 1, y) - camera_ray(x0 - 1, y)) / 2;
+  const Vector3d by_y = (camera_ray(x, y0 + 1) - camera_ray(x, y0 - 1)) / 2;
+  constexpr int kRays = kRaysPerSide * kRaysPerSide;
+  std::array<Vector3d, kRays> directions;
+  std::array<Ray, kRays> rays;
+  std::array<RayHit, kRays> hits;
+  for (int s = 0; s < kRays; ++s) {
+    const double u = (s % kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
+    const double v = (s / kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
+    directions[s] = camera_ray(x, y) + u * by_x + v * by_y;
+    rays[s] = world_ray(directions[s]);
+  }
+  surface_.scene().first_hits(rays, hits);
+  for (int s = 0; s < kRays; ++s)
+    if (hits[s].face != kNoHit) add(p, p.index(x, y), directions[s], hits[s], 1.0f / kRays);
+}
+
+void Painter::paint_row(Prediction& p, int row, const std::vector<RayHit>& hits,
+                        bool smooth) const {
+  const int y = p.top + row;
+  for (int x = p.left; x < p.left + p.width; ++x) {
+    const std::size_t i = p.index(x, y);
+    if (smooth && at_outline(p, x, y, hits)) {
+      split_pixel(p, x, y);
+    } else if (hits[i].face != kNoHit) {
+      add(p, i, camera_ray(x, y), hits[i], 1);
+    }
+    finish(p, i);
+  }
+}
+
+// Beside the organ a pixel moves with the part of it that lies nearest.
+Vector3d point_near(const Prediction& p, int x, int y) {
+  const std::size_t i = p.index(x, y);
+  if (p.coverage[i] > 0) return p.point[i].cast<double>();
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (int v = y - 1; v <= y + 1; ++v)
+    for (int u = x - 1; u <= x + 1; ++u) {
+      if (!p.contains(u, v) || !(p.coverage[p.index(u, v)] > 0)) continue;
+      sum += p.point[p.index(u, v)].cast<double>();
+      ++count;
+    }
+  return count > 0 ? Vector3d(sum / count) : sum;
+}
+
+}  // namespace
+
+Prediction predict(const RegisteredSurface& surface, const PhotoLevel& level,
+                   const ObjectPose& pose, double focal_scale, const ShadingBasis& basis,
+                   const ShadingBasis::Weights& weights, const PredictionSettings& settings) {
+  Prediction p;
+  const Painter painter(surface, level, pose, focal_scale, basis, weights);
+  painter.set_window(p, settings.margin);
+  if (p.empty()) return {};
+  const std::size_t pixels = std::size_t(p.width) * p.height;
+  p.radiance.assign(pixels, 0);
+  p.coverage.assign(pixels, 0);
+  p.point.assign(pixels, Vector3f::Zero());
+  p.shading.assign(pixels, {});
+  p.phi.assign(pixels, {});
+  std::vector<RayHit> hits(pixels);
+  tbb::parallel_for(0, p.height, [&](int row) { painter.trace_centers(p, row, hits); });
+  tbb::parallel_for(0, p.height, [&](int row) {
+    painter.paint_row(p, row, hits, settings.smooth_outlines);
+  });
+  return p;
+}
+
+PixelDerivative pixel_derivative(const Prediction& p, const Intrinsics& k,
+                                 const Vector3d& center_camera_mm, int x, int y) {
+  PixelDerivative derivative = PixelDerivative::Zero();
+  if (!p.contains(x, y)) return derivative;
+  const std::size_t i = p.index(x, y);
+  for (int j = 0; j < 6; ++j) derivative[j] = p.shading[i][j];
+  const Vector3d point = point_near(p, x, y);
+  if (!(point.z() > 0)) return derivative;
+  const auto slope = [&p](int u0, int v0, int u1, int v1) {
+    return p.contains(u0, v0) && p.contains(u1, v1)
+               ? 0.5 * (p.radiance[p.index(u1, v1)] - p.radiance[p.index(u0, v0)])
+               : 0.0;
+  };
+  const Eigen::RowVector2d gradient(slope(x - 1, y, x + 1, y), slope(x, y - 1, x, y + 1));
+  derivative.head<6>() -= (gradient * pixel_motion(k, point, center_camera_mm)).transpose();
+  derivative[6] = -gradient.dot(Eigen::Vector2d(x + 0.5 - k.cx, y + 0.5 - k.cy));
+  return derivative;
+}
+
+}  // namespace organbake
