@@ -68,7 +68,7 @@ class Fit {
 
  private:
   void fill(const WeightedPixel& pixel, VectorXd& row) const {
-    const auto& phi = p_.phi[p_.index(pixel.x, pixel.y)];
+    const float* phi = p_.phi_at(p_.index(pixel.x, pixel.y));
     for (int j = 0; j < basis_; ++j) row[j] = phi[j];
     row[basis_] = 1;
   }

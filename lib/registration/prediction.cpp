@@ -19,20 +19,18 @@ constexpr float kDepthJump = 6;   // depth over width between neighbours: 80° f
 class Painter {
  public:
   Painter(const RegisteredSurface& surface, const PhotoLevel& level, const ObjectPose& pose,
-          double focal_scale, const ShadingBasis& basis, const ShadingBasis::Weights& weights)
+          double focal_scale, const ShadingBasis& basis)
       : surface_(surface),
         level_(level),
         basis_(basis),
-        weights_(weights),
-        center_(pose.center_camera_mm),
         ray_scale_(1 / focal_scale),
         camera_from_world_(rigid_transform(pose, surface.center())),
         world_from_camera_(camera_from_world_.inverse()),
         pixel_slope_(static_cast<float>(1 / (level.intrinsics.fx * focal_scale))) {}
 
   void set_window(Prediction& p, int margin) const;
-  void trace_centers(const Prediction& p, int row, std::vector<RayHit>& hits) const;
-  void paint_row(Prediction& p, int row, const std::vector<RayHit>& hits, bool smooth) const;
+  void trace_centers(Prediction& p, int row) const;
+  void paint_row(Prediction& p, int row, bool smooth) const;
 
  private:
   Vector3d camera_ray(int x, int y) const {
@@ -45,7 +43,7 @@ class Painter {
     ray.direction = world_from_camera_.rotation * direction;
     return ray;
   }
-  bool at_outline(const Prediction& p, int x, int y, const std::vector<RayHit>& hits) const;
+  bool at_outline(const Prediction& p, int x, int y) const;
   void split_pixel(Prediction& p, int x, int y) const;
   void add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit,
            float share) const;
@@ -54,8 +52,6 @@ class Painter {
   const RegisteredSurface& surface_;
   const PhotoLevel& level_;
   const ShadingBasis& basis_;
-  const ShadingBasis::Weights& weights_;
-  Vector3d center_;
   double ray_scale_;
   RigidTransform camera_from_world_, world_from_camera_;
   float pixel_slope_;
@@ -64,7 +60,7 @@ class Painter {
 // The picture of the box round the mesh; all of the level when part of it lies behind the camera.
 void Painter::set_window(Prediction& p, int margin) const {
   const Intrinsics& k = level_.intrinsics;
-  const Bounds box = bounds(surface_.mesh());
+  const Bounds& box = surface_.box();
   double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
   int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -99,20 +95,20 @@ void Painter::set_window(Prediction& p, int margin) const {
   p.height = clipped(bottom + 1, k.height) - p.top;
 }
 
-void Painter::trace_centers(const Prediction& p, int row, std::vector<RayHit>& hits) const {
+void Painter::trace_centers(Prediction& p, int row) const {
   std::vector<Ray> rays;
   rays.reserve(p.width);
   for (int x = p.left; x < p.left + p.width; ++x)
     rays.push_back(world_ray(camera_ray(x, p.top + row)));
-  surface_.scene().first_hits(rays, {&hits[std::size_t(row) * p.width], std::size_t(p.width)});
+  surface_.scene().first_hits(rays, {&p.hits[std::size_t(row) * p.width], std::size_t(p.width)});
 }
 
-bool Painter::at_outline(const Prediction& p, int x, int y, const std::vector<RayHit>& hits) const {
-  const RayHit& here = hits[p.index(x, y)];
+bool Painter::at_outline(const Prediction& p, int x, int y) const {
+  const RayHit& here = p.hits[p.index(x, y)];
   for (int v = y - 1; v <= y + 1; ++v)
     for (int u = x - 1; u <= x + 1; ++u) {
       if (!p.contains(u, v)) continue;
-      const RayHit& there = hits[p.index(u, v)];
+      const RayHit& there = p.hits[p.index(u, v)];
       if ((here.face == kNoHit) != (there.face == kNoHit)) return true;
       if (here.face == kNoHit) continue;
       const double nearer = std::min(here.t, there.t);
@@ -128,24 +124,19 @@ void Painter::add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHi
   const Vector3d n = camera_from_world_.rotation * skin.normal;
   double phi[ShadingBasis::kMost];
   basis_.values(x, n, phi);
-  for (int j = 0; j + 1 < basis_.size(); ++j)
-    p.phi[i][j] += share * skin.albedo * static_cast<float>(phi[j]);
-  const auto g = basis_.gradient(x, n, weights_);
-  const Vector3d turn = (x - center_).cross(g.by_point) + n.cross(g.by_normal);
-  for (int j = 0; j < 3; ++j) {
-    p.shading[i][j] += share * skin.albedo * static_cast<float>(turn[j]);
-    p.shading[i][3 + j] += share * skin.albedo * static_cast<float>(g.by_point[j]);
-  }
+  for (int j = 0; j + 1 < p.basis; ++j)
+    p.phi[i * p.basis + j] += share * skin.albedo * static_cast<float>(phi[j]);
+  p.normal[i] += share * n.cast<float>();
+  p.albedo[i] += share * skin.albedo;
   p.point[i] += share * x.cast<float>();
   p.coverage[i] += share;
 }
 
 void Painter::finish(Prediction& p, std::size_t i) const {
-  p.phi[i][basis_.size() - 1] = 1 - p.coverage[i];
-  double sum = 0;
-  for (int j = 0; j < basis_.size(); ++j) sum += weights_[j] * p.phi[i][j];
-  p.radiance[i] = static_cast<float>(sum);
-  if (p.coverage[i] > 0) p.point[i] /= p.coverage[i];
+  p.phi[(i + 1) * p.basis - 1] = 1 - p.coverage[i];
+  if (!(p.coverage[i] > 0)) return;
+  p.point[i] /= p.coverage[i];
+  p.normal[i].normalize();
 }
 
 // Rays between pixel centres: the lens is straight over a pixel.
@@ -169,15 +160,14 @@ void Painter::split_pixel(Prediction& p, int x, int y) const {
     if (hits[s].face != kNoHit) add(p, p.index(x, y), directions[s], hits[s], 1.0f / kRays);
 }
 
-void Painter::paint_row(Prediction& p, int row, const std::vector<RayHit>& hits,
-                        bool smooth) const {
+void Painter::paint_row(Prediction& p, int row, bool smooth) const {
   const int y = p.top + row;
   for (int x = p.left; x < p.left + p.width; ++x) {
     const std::size_t i = p.index(x, y);
-    if (smooth && at_outline(p, x, y, hits)) {
+    if (smooth && at_outline(p, x, y)) {
       split_pixel(p, x, y);
-    } else if (hits[i].face != kNoHit) {
-      add(p, i, camera_ray(x, y), hits[i], 1);
+    } else if (p.hits[i].face != kNoHit) {
+      add(p, i, camera_ray(x, y), p.hits[i], 1);
     }
     finish(p, i);
   }
@@ -200,42 +190,59 @@ Vector3d point_near(const Prediction& p, int x, int y) {
 
 }  // namespace
 
-Prediction predict(const RegisteredSurface& surface, const PhotoLevel& level,
-                   const ObjectPose& pose, double focal_scale, const ShadingBasis& basis,
-                   const ShadingBasis::Weights& weights, const PredictionSettings& settings) {
-  Prediction p;
-  const Painter painter(surface, level, pose, focal_scale, basis, weights);
+void predict(const RegisteredSurface& surface, const PhotoLevel& level, const ObjectPose& pose,
+             double focal_scale, const ShadingBasis& basis, const ShadingBasis::Weights& weights,
+             const PredictionSettings& settings, Prediction& p) {
+  p.basis = basis.size();
+  p.left = p.top = p.width = p.height = 0;
+  const Painter painter(surface, level, pose, focal_scale, basis);
   painter.set_window(p, settings.margin);
-  if (p.empty()) return {};
+  if (p.empty()) p.width = p.height = 0;
   const std::size_t pixels = std::size_t(p.width) * p.height;
   p.radiance.assign(pixels, 0);
   p.coverage.assign(pixels, 0);
   p.point.assign(pixels, Vector3f::Zero());
-  p.shading.assign(pixels, {});
-  p.phi.assign(pixels, {});
-  std::vector<RayHit> hits(pixels);
-  tbb::parallel_for(0, p.height, [&](int row) { painter.trace_centers(p, row, hits); });
+  p.normal.assign(pixels, Vector3f::Zero());
+  p.albedo.assign(pixels, 0);
+  p.phi.assign(pixels * p.basis, 0);
+  p.hits.resize(pixels);
+  tbb::parallel_for(0, p.height, [&](int row) { painter.trace_centers(p, row); });
   tbb::parallel_for(0, p.height, [&](int row) {
-    painter.paint_row(p, row, hits, settings.smooth_outlines);
+    painter.paint_row(p, row, settings.smooth_outlines);
   });
-  return p;
+  relight(p, weights);
 }
 
-PixelDerivative pixel_derivative(const Prediction& p, const Intrinsics& k,
-                                 const Vector3d& center_camera_mm, int x, int y) {
+void relight(Prediction& p, const ShadingBasis::Weights& weights) {
+  for (std::size_t i = 0; i < p.radiance.size(); ++i) {
+    double sum = 0;
+    for (int j = 0; j < p.basis; ++j) sum += weights[j] * p.phi_at(i)[j];
+    p.radiance[i] = static_cast<float>(sum);
+  }
+}
+
+PixelDerivative pixel_derivative(const Prediction& p, const Intrinsics& k, const Vector3d& center,
+                                 const ShadingBasis& basis, const ShadingBasis::Weights& weights,
+                                 int x, int y) {
   PixelDerivative derivative = PixelDerivative::Zero();
   if (!p.contains(x, y)) return derivative;
-  const std::size_t i = p.index(x, y);
-  for (int j = 0; j < 6; ++j) derivative[j] = p.shading[i][j];
   const Vector3d point = point_near(p, x, y);
   if (!(point.z() > 0)) return derivative;
+  const std::size_t i = p.index(x, y);
+  if (p.coverage[i] > 0) {
+    const Vector3d normal = p.normal[i].cast<double>();
+    const auto g = basis.gradient(point, normal, weights);
+    derivative.head<3>() = (point - center).cross(g.by_point) + normal.cross(g.by_normal);
+    derivative.segment<3>(3) = g.by_point;
+    derivative *= p.albedo[i];
+  }
   const auto slope = [&p](int u0, int v0, int u1, int v1) {
     return p.contains(u0, v0) && p.contains(u1, v1)
                ? 0.5 * (p.radiance[p.index(u1, v1)] - p.radiance[p.index(u0, v0)])
                : 0.0;
   };
   const Eigen::RowVector2d gradient(slope(x - 1, y, x + 1, y), slope(x, y - 1, x, y + 1));
-  derivative.head<6>() -= (gradient * pixel_motion(k, point, center_camera_mm)).transpose();
+  derivative.head<6>() -= (gradient * pixel_motion(k, point, center)).transpose();
   derivative[6] = -gradient.dot(Eigen::Vector2d(x + 0.5 - k.cx, y + 0.5 - k.cy));
   return derivative;
 }

@@ -21,11 +21,16 @@ struct Prediction {
   std::vector<float> radiance;                   // Σ weight · φ
   std::vector<float> coverage;                   // share of the pixel that the organ fills, 0…1
   std::vector<Eigen::Vector3f> point;            // camera mm; mean over the hits, zero without
-  std::vector<std::array<float, 6>> shading;     // d radiance / d motion of the point itself
-  std::vector<std::array<float, ShadingBasis::kMost>> phi;
+  std::vector<Eigen::Vector3f> normal;           // camera axes, unit; zero without a hit
+  std::vector<float> albedo;                     // mean over the hits × coverage
+  std::vector<float> phi;                        // `basis` numbers a pixel
+  int basis = 0;
+
+  std::vector<RayHit> hits;  // of the rays through pixel centres
 
   bool empty() const { return width <= 0 || height <= 0; }
   std::size_t index(int x, int y) const { return std::size_t(y - top) * width + (x - left); }
+  const float* phi_at(std::size_t i) const { return &phi[i * basis]; }
   bool contains(int x, int y) const {
     return x >= left && x < left + width && y >= top && y < top + height;
   }
@@ -36,15 +41,21 @@ struct PredictionSettings {
   int margin = 4;               // pixels of the window beyond the organ
 };
 
+// The same geometry under another light.
+void relight(Prediction& prediction, const ShadingBasis::Weights& weights);
+
 // focal_scale multiplies fx and fy. Threaded inside; the same result for any number of threads.
-Prediction predict(const RegisteredSurface& surface, const PhotoLevel& level,
-                   const ObjectPose& pose, double focal_scale, const ShadingBasis& basis,
-                   const ShadingBasis::Weights& weights, const PredictionSettings& settings = {});
+// `prediction` is overwritten; its memory serves again.
+void predict(const RegisteredSurface& surface, const PhotoLevel& level, const ObjectPose& pose,
+             double focal_scale, const ShadingBasis& basis, const ShadingBasis::Weights& weights,
+             const PredictionSettings& settings, Prediction& prediction);
 
 // d radiance of a pixel that stays where it is / d (ω, τ, ln f): what the surface point does by
 // itself, minus what slides past: the picture's gradient times the motion of its points.
 using PixelDerivative = Eigen::Matrix<double, 7, 1>;
 PixelDerivative pixel_derivative(const Prediction& prediction, const Intrinsics& intrinsics,
-                                 const Eigen::Vector3d& center_camera_mm, int x, int y);
+                                 const Eigen::Vector3d& center_camera_mm,
+                                 const ShadingBasis& basis, const ShadingBasis::Weights& weights,
+                                 int x, int y);
 
 }  // namespace organbake

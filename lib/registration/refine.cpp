@@ -75,14 +75,14 @@ class LevelProblem {
     }
     return any;
   }
-  int solve(int iterations) {
+  // A step that gains less than noise alone does to 1 − R is not worth another drawing.
+  int solve(int iterations, std::size_t pixels) {
     ceres::Solver::Options options;
     options.max_num_iterations = iterations;
     options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
     options.num_threads = 1;  // threads are in the prediction: repeatable sums
     options.logging_type = ceres::SILENT;
-    options.function_tolerance = 1e-9;
-    options.parameter_tolerance = 1e-9;
+    options.function_tolerance = 0.5 / static_cast<double>(pixels);
     options.gradient_tolerance = 1e-14;
     options.initial_trust_region_radius = 1e3;
     ceres::Solver::Summary summary;
@@ -145,8 +145,12 @@ RefineState start_at(const RegisteredSurface& surface, const RigidTransform& cam
 
 void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, int band,
                      const RefineOptions& options, RefineState& state, const RunContext& context) {
-  constexpr double kSettled = 0.02;  // pixels: less motion between outer iterations is none
-  for (int outer = 0; outer < options.outer_iterations; ++outer) {
+  const double settled = 0.2;  // pixels: less motion is none
+  // The finest level's drawings are the dearest, and its start is the best.
+  const bool finest = level.factor == 1;
+  const int rounds = finest ? std::min(1, options.outer_iterations) : options.outer_iterations;
+  const int steps = finest ? std::min(3, options.solver_iterations) : options.solver_iterations;
+  for (int outer = 0; outer < rounds; ++outer) {
     context.throw_if_cancelled();
     if (!in_front(surface, state.solver.object_pose())) {
       state.usable = false;
@@ -168,10 +172,10 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     const bool whole = options.form == Form::whole || level.factor > 2;
     state.usable = whole ? problem.add_whole(pixels) : problem.add_patches(pixels);
     if (!state.usable) return;
-    state.iterations += problem.solve(options.solver_iterations);
+    state.iterations += problem.solve(steps, pixels.size());
     live.PrepareForEvaluation(false, true);
     state.correlation = NccCost(live, pixels, options.similarity).correlation();
-    if (pixels_moved(level, surface, before, state.solver) < kSettled) break;
+    if (pixels_moved(level, surface, before, state.solver) < settled) break;
   }
 }
 

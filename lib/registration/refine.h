@@ -9,12 +9,10 @@
 
 namespace organbake {
 
-enum class Form { whole, patches };
-
 struct RefineOptions {
   Light light;
   Similarity similarity = Similarity::radiance;
-  Form form = Form::whole;  // on the two finest levels; coarser ones always take the whole picture
+  Form form = Form::patches;  // on the two finest levels; coarser ones always take the whole picture
   int patch_px = 24;
   bool free_focal = false;
   int outer_iterations = 4;   // overlap, light and weights anew, per level

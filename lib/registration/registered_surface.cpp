@@ -27,7 +27,8 @@ RegisteredSurface::RegisteredSurface(TriangleMesh mesh)
     : mesh_(checked(std::move(mesh))),
       scene_(mesh_),
       normals_(vertex_normals(mesh_)),
-      center_(bounds(mesh_).center()) {
+      box_(bounds(mesh_)),
+      center_(box_.center()) {
   face_normals_.reserve(mesh_.faces.size());
   for (const auto& [a, b, c] : mesh_.faces) {
     const Vector3d& corner = mesh_.vertices[a];

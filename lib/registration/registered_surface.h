@@ -23,6 +23,7 @@ class RegisteredSurface {
 
   const TriangleMesh& mesh() const { return mesh_; }
   const RayScene& scene() const { return scene_; }
+  const Bounds& box() const { return box_; }
   const Eigen::Vector3d& center() const { return center_; }  // of the bounds; rotations turn there
   double radius_mm() const { return radius_; }               // farthest vertex from the centre
   // The same places whatever the pose: about evenly spread over the area, seeded.
@@ -42,6 +43,7 @@ class RegisteredSurface {
   RayScene scene_;
   std::vector<Eigen::Vector3d> normals_;       // of vertices
   std::vector<Eigen::Vector3d> face_normals_;  // not normalised
+  Bounds box_;
   Eigen::Vector3d center_;
   double radius_ = 0;
   std::vector<SurfaceSample> samples_;

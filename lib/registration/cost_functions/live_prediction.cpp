@@ -7,13 +7,20 @@
 
 namespace organbake {
 
-void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) {
-  if (new_evaluation_point || !drawn_) {
-    prediction_ = predict(surface_, level_, state_.object_pose(), std::exp(state_.log_focal),
-                          basis_, state_.light, settings_);
-    drawn_ = true;
-    derived_ = false;
+// Tracing is what costs: a state that only differs in its light is lit anew, one that was drawn
+// last is not drawn again.
+void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool) {
+  const bool placed = drawn_ && drawn_state_.pose == state_.pose &&
+                      drawn_state_.log_focal == state_.log_focal;
+  if (!placed) {
+    predict(surface_, level_, state_.object_pose(), std::exp(state_.log_focal), basis_,
+            state_.light, settings_, prediction_);
+  } else if (drawn_state_.light != state_.light) {
+    relight(prediction_, state_.light);
   }
+  if (!placed || drawn_state_.light != state_.light) derived_ = false;
+  drawn_state_ = state_;
+  drawn_ = true;
   if (evaluate_jacobians && !derived_) derive();
 }
 
@@ -26,7 +33,7 @@ void LivePrediction::derive() {
   tbb::parallel_for(0, prediction_.height, [&](int row) {
     const int y = prediction_.top + row;
     for (int x = prediction_.left; x < prediction_.left + prediction_.width; ++x) {
-      const PixelDerivative d = pixel_derivative(prediction_, lens, center, x, y);
+      const PixelDerivative d = pixel_derivative(prediction_, lens, center, basis_, state_.light, x, y);
       for (int j = 0; j < 7; ++j)
         derivatives_[prediction_.index(x, y)][j] = static_cast<float>(d[j]);
     }
@@ -40,7 +47,7 @@ double LivePrediction::radiance(int x, int y) const {
 }
 
 double LivePrediction::phi(int x, int y, int j) const {
-  if (prediction_.contains(x, y)) return prediction_.phi[prediction_.index(x, y)][j];
+  if (prediction_.contains(x, y)) return prediction_.phi_at(prediction_.index(x, y))[j];
   return j == basis_.size() - 1 ? 1 : 0;
 }
 

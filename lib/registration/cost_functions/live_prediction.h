@@ -49,6 +49,7 @@ class LivePrediction : public ceres::EvaluationCallback {
   PredictionSettings settings_;
   const SolverState& state_;
   Prediction prediction_;
+  SolverState drawn_state_;
   bool drawn_ = false, derived_ = false;
   std::vector<std::array<float, 7>> derivatives_;
 };

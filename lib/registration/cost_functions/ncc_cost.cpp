@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "registration/cost_functions/ncc_cost.h"
 
+#include <algorithm>
+
 #include "registration/cost_functions/pose_manifold.h"
 
 namespace organbake {

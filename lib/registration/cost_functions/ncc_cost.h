@@ -7,18 +7,13 @@
 
 #include "registration/cost_functions/live_prediction.h"
 #include "registration/ncc.h"
+#include "registration/similarity.h"
 
 namespace organbake {
 
 struct WeightedPixel {
   int x = 0, y = 0;
   double weight = 1;
-};
-
-// What of the pictures is correlated.
-enum class Similarity {
-  radiance,  // the paper's NCC
-  gradient,  // of their slopes by x and y: blind to what varies slowly, such as vignetting
 };
 
 // 1 − R over some pixels of one level: the whole picture, or one patch of it with a robust loss

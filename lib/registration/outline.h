@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "registration/photo_pyramid.h"
+#include "registration/prediction.h"
+
+namespace organbake {
+
+struct OutlineCheck {
+  int asked = 0;            // places along the outline where the photograph has an edge at all
+  double share = 0;         // of those, its strongest edge across lies within two pixels
+  double rms_px = 0;        // of all offsets asked
+};
+
+// Looks across the predicted outline for the photograph's own edge, up to 12 pixels either way
+// (Harris & Stennett 1990). NCC can be high for a wrong organ of the right size: this cannot.
+OutlineCheck check_outline(const PhotoLevel& level, const Prediction& prediction);
+
+}  // namespace organbake
