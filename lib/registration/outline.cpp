@@ -13,7 +13,8 @@ using Eigen::Vector2d;
 
 constexpr int kReach = 12;         // pixels across the outline, either way
 constexpr int kSide = 3;           // pixels averaged on each side of a supposed edge
-constexpr double kConfirmed = 2;   // pixels
+constexpr int kConfirmed = 2;      // pixels
+constexpr double kAsGood = 0.6;    // of the strongest edge: shading and spots have edges, too
 constexpr double kLeastStep = 0.01;  // of the luminance range: below, there is no edge to find
 
 // Outwards across the outline; zero where the pixel is not on it.
@@ -52,23 +53,29 @@ std::optional<Profile> profile(const PhotoLevel& level, const Vector2d& at, cons
   return values;
 }
 
-struct Edge {
-  double offset = 0, step = 0;
+// How much brighter one side is than the other, at an offset along the profile.
+double step_at(const Profile& values, int offset) {
+  const int middle = offset + kReach + kSide;
+  double inside = 0, outside = 0;
+  for (int s = 1; s <= kSide; ++s) {
+    inside += values[middle - s] / kSide;
+    outside += values[middle + s] / kSide;
+  }
+  return std::abs(inside - outside);
+}
+
+struct Steps {
+  double here = 0, anywhere = 0;  // within kConfirmed pixels of the outline, and of all
 };
 
-Edge strongest_edge(const Profile& values) {
-  Edge best;
+Steps find_steps(const Profile& values) {
+  Steps steps;
   for (int offset = -kReach; offset <= kReach; ++offset) {
-    const int middle = offset + kReach + kSide;
-    double inside = 0, outside = 0;
-    for (int s = 1; s <= kSide; ++s) {
-      inside += values[middle - s] / kSide;
-      outside += values[middle + s] / kSide;
-    }
-    const double step = std::abs(inside - outside);
-    if (step > best.step) best = {static_cast<double>(offset), step};
+    const double step = step_at(values, offset);
+    steps.anywhere = std::max(steps.anywhere, step);
+    if (std::abs(offset) <= kConfirmed) steps.here = std::max(steps.here, step);
   }
-  return best;
+  return steps;
 }
 
 }  // namespace
@@ -76,23 +83,18 @@ Edge strongest_edge(const Profile& values) {
 OutlineCheck check_outline(const PhotoLevel& level, const Prediction& p) {
   OutlineCheck check;
   int confirmed = 0;
-  double squares = 0;
   for (int y = p.top; y < p.top + p.height; ++y)
     for (int x = p.left; x < p.left + p.width; ++x) {
       const Vector2d normal = outward(p, x, y);
       if (normal.isZero()) continue;
       const auto values = profile(level, Vector2d(x + 0.5, y + 0.5), normal);
       if (!values) continue;
-      const Edge edge = strongest_edge(*values);
-      if (edge.step < kLeastStep) continue;
+      const Steps steps = find_steps(*values);
+      if (steps.anywhere < kLeastStep) continue;
       ++check.asked;
-      confirmed += std::abs(edge.offset) <= kConfirmed;
-      squares += edge.offset * edge.offset;
+      confirmed += steps.here > kAsGood * steps.anywhere;
     }
-  if (check.asked > 0) {
-    check.share = static_cast<double>(confirmed) / check.asked;
-    check.rms_px = std::sqrt(squares / check.asked);
-  }
+  if (check.asked > 0) check.share = static_cast<double>(confirmed) / check.asked;
   return check;
 }
 

@@ -7,9 +7,8 @@
 namespace organbake {
 
 struct OutlineCheck {
-  int asked = 0;            // places along the outline where the photograph has an edge at all
-  double share = 0;         // of those, its strongest edge across lies within two pixels
-  double rms_px = 0;        // of all offsets asked
+  int asked = 0;     // places along the outline where the photograph has an edge at all
+  double share = 0;  // of those, one of about the strongest lies within two pixels
 };
 
 // Looks across the predicted outline for the photograph's own edge, up to 12 pixels either way

@@ -66,7 +66,8 @@ void measure_spread(const RegisteredSurface& surface, const Curvature& curvature
 double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                           RefineOptions options, RefineState state, const RunContext& context) {
   options.free_focal = true;
-  options.outer_iterations = 2;
+  options.outer_iterations = 1;
+  options.form = Form::whole;
   const int level = std::min<int>(2, static_cast<int>(pyramid.size()) - 1);
   refine(surface, pyramid, level, level, options, state, context);
   return state.usable ? std::exp(state.solver.log_focal) : 1;

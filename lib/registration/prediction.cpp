@@ -13,8 +13,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr int kRaysPerSide = 4;   // of an outline pixel
-constexpr float kDepthJump = 6;   // depth over width between neighbours: 80° from facing
+constexpr float kDepthJump = 8;  // depth over width between neighbours: 83° from facing
 
 class Painter {
  public:
@@ -145,13 +144,14 @@ void Painter::split_pixel(Prediction& p, int x, int y) const {
   const int x0 = std::clamp(x, 1, k.width - 2), y0 = std::clamp(y, 1, k.height - 2);
   const Vector3d by_x = (camera_ray(x0 + 1, y) - camera_ray(x0 - 1, y)) / 2;
   const Vector3d by_y = (camera_ray(x, y0 + 1) - camera_ray(x, y0 - 1)) / 2;
-  constexpr int kRays = kRaysPerSide * kRaysPerSide;
+  // Eight queens: no two rays share a row, a column or a diagonal; one packet of the ray caster.
+  constexpr int kRays = 8;
+  constexpr int kRow[kRays] = {3, 6, 2, 7, 1, 4, 0, 5};
   std::array<Vector3d, kRays> directions;
   std::array<Ray, kRays> rays;
   std::array<RayHit, kRays> hits;
   for (int s = 0; s < kRays; ++s) {
-    const double u = (s % kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
-    const double v = (s / kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
+    const double u = (s + 0.5) / kRays - 0.5, v = (kRow[s] + 0.5) / kRays - 0.5;
     directions[s] = camera_ray(x, y) + u * by_x + v * by_y;
     rays[s] = world_ray(directions[s]);
   }
