@@ -18,6 +18,13 @@ ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vec
   return m;
 }
 
+std::vector<ShellMatrix> shell_matrices(const TriangleMesh& proxy) {
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
+  std::vector<ShellMatrix> matrices(proxy.faces.size());
+  for (std::uint32_t f = 0; f < matrices.size(); ++f) matrices[f] = shell_matrix(proxy, normals, f);
+  return matrices;
+}
+
 Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h,
                                       const Eigen::Vector3d& point) {
   const Eigen::Vector3d e1 = m.col(1) + h * m.col(4);

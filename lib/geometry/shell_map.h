@@ -24,6 +24,7 @@ struct ShellBinding {
 using ShellMatrix = Eigen::Matrix<double, 3, 6>;
 ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vector3d>& normals,
                          std::uint32_t face);
+std::vector<ShellMatrix> shell_matrices(const TriangleMesh& proxy);  // of every face
 inline Eigen::Vector3d shell_point(const ShellMatrix& m, double b1, double b2, double h) {
   return m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
 }

@@ -19,26 +19,22 @@ namespace {
 constexpr int kRaysPerSide = TruthFrame::kRaysPerSide;
 constexpr int kBandRows = 16;  // output rows that one task draws: their 4×4 rays stay in cache
 
-// Corners of every face in the picture, in units of a pixel over `scale`; faces that reach before
-// the near plane are dropped (inverse_depth 0).
-std::vector<std::array<RasterCorner, 3>> project_faces(
-    const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& positions, const View& view,
-    double scale) {
-  std::vector<RasterCorner> corners(positions.size());
+// Every face in the picture, in units of a pixel over `scale`; one that reaches before the near
+// plane has no area.
+std::vector<SnappedTriangle> project_faces(const TriangleMesh& mesh,
+                                           const std::vector<Eigen::Vector3d>& positions,
+                                           const View& view, double scale) {
+  std::vector<SnappedCorner> corners(positions.size());
   for (std::size_t v = 0; v < positions.size(); ++v) {
     const Eigen::Vector3d p = view.camera.camera_from_world * positions[v];
     if (p.z() < view.near_mm) continue;
     const Eigen::Vector2d pixel = project(view.camera.intrinsics, p);
-    corners[v] = {scale * pixel.x(), scale * pixel.y(), 1 / p.z()};
+    corners[v] = SnappedCorner({scale * pixel.x(), scale * pixel.y(), 1 / p.z()});
   }
-  std::vector<std::array<RasterCorner, 3>> faces;
+  std::vector<SnappedTriangle> faces;
   faces.reserve(mesh.faces.size());
-  for (const Face& f : mesh.faces) faces.push_back({corners[f[0]], corners[f[1]], corners[f[2]]});
+  for (const auto& [a, b, c] : mesh.faces) faces.emplace_back(corners[a], corners[b], corners[c]);
   return faces;
-}
-
-bool before_near_plane(const std::array<RasterCorner, 3>& t) {
-  return t[0].inverse_depth == 0 || t[1].inverse_depth == 0 || t[2].inverse_depth == 0;
 }
 
 // The nearest face of each pixel of a window, with its weights.
@@ -55,15 +51,11 @@ struct Hits {
 // The ray that stands for a pixel's centre.
 constexpr int kCentralRay = (kRaysPerSide / 2) * (kRaysPerSide + 1);
 
-void draw_faces(const std::vector<std::array<RasterCorner, 3>>& faces, const PixelBox& window,
-                Hits& hits) {
+void draw_faces(const std::vector<SnappedTriangle>& faces, const PixelBox& window, Hits& hits) {
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    const auto& t = faces[f];
     // Only what turns to the eye: a closed surface hides its own inside.
-    if (before_near_plane(t)) continue;
-    const SnappedTriangle snapped(t);
-    if (snapped.doubled_area >= 0) continue;
-    rasterise(snapped, window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+    if (faces[f].doubled_area >= 0) continue;
+    rasterise(faces[f], window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
       const std::size_t i = std::size_t(y - window.y0) * window.width() + (x - window.x0);
       if (!(depth < hits.depth[i])) return;
       hits.depth[i] = static_cast<float>(depth);
@@ -91,11 +83,7 @@ std::vector<Eigen::Vector3d> CarriedSurface::carry(
     const std::vector<Eigen::Vector3d>& proxy_positions) const {
   TriangleMesh deformed = proxy_;
   deformed.vertices = proxy_positions;
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
-  std::vector<ShellMatrix> matrices;
-  for (std::uint32_t f = 0; f < deformed.faces.size(); ++f) {
-    matrices.push_back(shell_matrix(deformed, normals, f));
-  }
+  const std::vector<ShellMatrix> matrices = shell_matrices(deformed);
   std::vector<Eigen::Vector3d> positions;
   positions.reserve(bindings_.size());
   for (const ShellBinding& b : bindings_) {

@@ -132,19 +132,8 @@ Volume read_metaimage(const fs::path& path, const VolumeReadOptions& options) {
   const std::size_t count = place(header, volume);
   const VoxelEncoding encoding = encoding_of(header);
   ByteStream stream = open_data(header, count * bytes_of(encoding.type));
-  const IndexBox box = options.region ? voxels_of_region(volume, *options.region, path.string())
-                                      : IndexBox::whole(volume);
-  if (lower_case(header.get("binarydata", "True")) == "false") {
-    decode_text_voxels(stream, encoding, volume);
-    return cropped(std::move(volume), box);
-  }
-  if (options.region) {
-    decode_box(stream, encoding, box, volume);
-    return volume;
-  }
-  decode_voxels(stream, encoding, volume);
-  expect_end(stream);
-  return volume;
+  const bool is_text = lower_case(header.get("binarydata", "True")) == "false";
+  return decode_region(stream, encoding, is_text, options.region, path.string(), std::move(volume));
 }
 
 }  // namespace organbake

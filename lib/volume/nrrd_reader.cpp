@@ -123,19 +123,8 @@ Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& opt
       checked_voxel_count({volume.size[0], volume.size[1], volume.size[2]}, path.string()) *
       bytes_of(encoding.type);
   ByteStream stream = header.open_data(bytes);
-  const IndexBox box = options.region ? voxels_of_region(volume, *options.region, path.string())
-                                      : IndexBox::whole(volume);
-  if (header.is_text()) {
-    decode_text_voxels(stream, encoding, volume);
-    return cropped(std::move(volume), box);
-  }
-  if (options.region) {
-    decode_box(stream, encoding, box, volume);
-    return volume;
-  }
-  decode_voxels(stream, encoding, volume);
-  expect_end(stream);
-  return volume;
+  return decode_region(stream, encoding, header.is_text(), options.region, path.string(),
+                       std::move(volume));
 }
 
 }  // namespace organbake

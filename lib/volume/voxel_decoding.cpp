@@ -256,4 +256,20 @@ void expect_end(ByteStream& stream) {
   }
 }
 
+Volume decode_region(ByteStream& stream, const VoxelEncoding& encoding, bool is_text,
+                     const std::optional<Region>& region, const std::string& name, Volume grid) {
+  const IndexBox box = region ? voxels_of_region(grid, *region, name) : IndexBox::whole(grid);
+  if (is_text) {
+    decode_text_voxels(stream, encoding, grid);
+    return cropped(std::move(grid), box);
+  }
+  if (region) {
+    decode_box(stream, encoding, box, grid);
+    return grid;
+  }
+  decode_voxels(stream, encoding, grid);
+  expect_end(stream);
+  return grid;
+}
+
 }  // namespace organbake

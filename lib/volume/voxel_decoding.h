@@ -61,4 +61,9 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
 // end also makes a decompressor check its sum.
 void expect_end(ByteStream& stream);
 
+// The whole of what a header announced, text or binary, or the part of it that a region wants, and
+// nothing behind it. `grid` has its place already; `name` is for errors.
+Volume decode_region(ByteStream& stream, const VoxelEncoding& encoding, bool is_text,
+                     const std::optional<Region>& region, const std::string& name, Volume grid);
+
 }  // namespace organbake

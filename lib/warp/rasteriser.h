@@ -127,9 +127,5 @@ void rasterise(const SnappedTriangle& triangle, const PixelBox& window, Pixel&& 
     walk(std::int64_t{});
   }
 }
-template <class Pixel>
-void rasterise(const std::array<RasterCorner, 3>& t, const PixelBox& window, Pixel&& pixel) {
-  rasterise(SnappedTriangle(t), window, pixel);
-}
 
 }  // namespace organbake

@@ -24,20 +24,31 @@
 namespace organbake {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+// Adds what has passed since the last lap to a phase, when asked to measure at all.
+class PhaseClock {
+ public:
+  explicit PhaseClock(bool measure) : measure_(measure) { restart(); }
+  void restart() {
+    if (measure_) start_ = Clock::now();
+  }
+  void lap(double& phase_ms) {
+    if (!measure_) return;
+    const Clock::time_point now = Clock::now();
+    phase_ms += std::chrono::duration<double, std::milli>(now - start_).count();
+    start_ = now;
+  }
 
-double since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool measure_;
+  Clock::time_point start_;
+};
 
-// The shell matrix of every face at rest, in a frame.
-std::vector<ShellMatrix> shell_in(const TriangleMesh& proxy,
+std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
                                   const RigidTransform& frame_from_world) {
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
-  std::vector<ShellMatrix> matrices(proxy.faces.size());
-  for (std::uint32_t f = 0; f < matrices.size(); ++f) {
-    matrices[f] = frame_from_world.rotation * shell_matrix(proxy, normals, f);
-    matrices[f].col(0) += frame_from_world.translation;
+  for (ShellMatrix& matrix : matrices) {
+    matrix = frame_from_world.rotation * matrix;
+    matrix.col(0) += frame_from_world.translation;
   }
   return matrices;
 }
@@ -105,14 +116,14 @@ struct Warper::Impl {
 Warper::Impl::Impl(const Bundle& bundle)
     : deformed(bundle.proxy),
       manifold(bundle.cameras.manifold),
-      base(bundle.base, shell_in(bundle.proxy, RigidTransform{})) {
+      base(bundle.base, shell_matrices(bundle.proxy)) {
   deformed.colors.clear();
   at_rest = deformed;
+  const std::vector<ShellMatrix> rest = shell_matrices(bundle.proxy);
   sets.resize(bundle.maps.size());
   tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t c) {
     const PosedCamera& camera = bundle.cameras.cameras[c];
-    sets[c] =
-        build_sample_set(bundle.maps[c], camera, shell_in(bundle.proxy, camera.camera_from_world));
+    sets[c] = build_sample_set(bundle.maps[c], camera, in_frame(rest, camera.camera_from_world));
   });
   double sum = 0, samples = 0;
   for (const SampleSet& set : sets) {
@@ -170,12 +181,7 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
   for (const ActiveCamera& camera : active.all()) anything |= !camera.tiles[tile].empty();
   if (!anything) return background.fill(box, frame);
 
-  auto start = options.measure ? Clock::now() : Clock::time_point{};
-  const auto lap = [&](double& phase) {
-    if (!options.measure) return;
-    phase += since(start);
-    start = Clock::now();
-  };
+  PhaseClock clock(options.measure);
   own.spans.clear(box);
   TileLayers layers;
   layers.tie_mm = kTieTexels * texel_mm;
@@ -197,13 +203,13 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
     own.spans.add(spans);
     layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
   }
-  lap(own.times.splat);
+  clock.lap(own.times.splat);
   layers.base = draw_base(blocks, box, std::span(drawn).first(layers.count), view, own);
-  lap(own.times.base);
+  clock.lap(own.times.base);
   const ResolveCounts counts = resolve_tile(layers, own.spans, box, background, depth_mm, frame);
   own.counts.sample_pixels += counts.sample_pixels;
   own.counts.base_pixels += counts.base_pixels;
-  lap(own.times.resolve);
+  clock.lap(own.times.resolve);
 }
 
 Warper::Warper(const Bundle& bundle) {
@@ -245,17 +251,12 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.depth_mm.resize(pixels);
 
   const TileGrid grid(width, height);
-  auto start = options.measure ? Clock::now() : Clock::time_point{};
-  const auto lap = [&](double& phase) {
-    if (!options.measure) return;
-    phase += since(start);
-    start = Clock::now();
-  };
+  PhaseClock clock(options.measure);
   s.choose_cameras(view, report);
   s.place_samples(view, grid, report);
-  lap(report.times.transform);
+  clock.lap(report.times.transform);
   s.place_base(view, grid, report);
-  lap(report.times.base);
+  clock.lap(report.times.base);
   for (TileScratch& one : s.scratch) one.times = {}, one.counts = {}, one.base_triangles = 0;
   const Background background(options.background);
   tbb::parallel_for(0, grid.count(),
@@ -268,7 +269,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     report.base_pixels += one.counts.base_pixels;
     report.base_triangles += one.base_triangles;
   }
-  if (options.measure) start = Clock::now();
+  clock.restart();
   if (options.fill_holes) {
     open_see_through(s.drawn_box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame);
   }
@@ -277,7 +278,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
   if (!options.solids.empty()) draw_solids(options.solids, view, frame);
-  lap(report.times.fill);
+  clock.lap(report.times.fill);
 
   s.last_view = view;
   s.last_options = options;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "capture/capture.h"
-#include "capture/colored_surface.h"
 
 #include <tbb/parallel_for.h>
 
 #include <filesystem>
 
 #include "bundle/cameras_json.h"
+#include "capture/colored_surface.h"
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "geometry/ply.h"

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/run_context.h"
+#include "organbench/measurement.h"
+
+namespace organbake {
+
+struct BenchOptions {
+  bool quick = false;  // smaller inputs, fewer rounds: all suites together under two minutes
+  int rounds = 0;      // of every timing; 0 = 9, or 2 when quick
+  int threads = 0;     // 0 = all
+  std::filesystem::path data = {};  // the folder of real data; suites do without what it lacks
+};
+
+// What one suite found out.
+struct SuiteResult {
+  struct Skipped {
+    std::string what, why;
+  };
+
+  std::vector<Point> points;
+  std::vector<Figure> figures;
+  std::vector<Skipped> skipped;
+  std::string failure;  // why the suite ended early; empty when it did not
+};
+
+// What a suite measures with, and where it leaves what it found.
+class Bench {
+ public:
+  // `found` hears of the result after every addition.
+  Bench(const BenchOptions& options, const RunContext& context,
+        std::function<void(const SuiteResult&)> found)
+      : options_(options), context_(context), found_(std::move(found)) {}
+
+  bool quick() const { return options_.quick; }
+  const RunContext& context() const { return context_; }
+
+  // A file or folder of the real data; empty, and said in the result, when it is not there.
+  std::filesystem::path data(const std::string& relative_path);
+
+  // For the line that tells a waiting person what is being measured.
+  void now(const std::string& what) const { context_.info(what); }
+
+  std::vector<Timing> time(const std::vector<std::function<void()>>& competitors) const;
+  Timing time(const std::function<void()>& work) const { return time(std::vector{work}).front(); }
+
+  void add(Point point);
+  void add(Figure figure);
+  void skip(const std::string& what, const std::string& why);
+  void fail(const std::string& why);
+
+ private:
+  const BenchOptions& options_;
+  const RunContext& context_;
+  std::function<void(const SuiteResult&)> found_;
+  SuiteResult result_;
+};
+
+// A suite is one file of suites/, listed in suites.cpp. It sweeps a knob that trades time for
+// error, with peers on the same input in the same run, and adds a figure for every promise.
+struct Suite {
+  const char* name;
+  const char* summary;
+  void (*run)(Bench&);
+};
+const std::vector<Suite>& all_suites();
+
+}  // namespace organbake

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "organbench/measurement.h"
+
+namespace organbake {
+
+// Points that no other is both faster and more accurate than; in order of time. Points of one
+// task are given; the first error of each counts.
+std::vector<std::size_t> pareto_front(const std::vector<Point>& points);
+
+// Time against error of one task, both axes logarithmic, as inline SVG: a line for each subject,
+// peers dashed, a ring round the points of the Pareto front.
+std::string time_error_chart(const std::vector<Point>& points);
+
+std::string escape_html(const std::string& text);
+
+}  // namespace organbake

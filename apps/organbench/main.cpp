@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <signal.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "organbench/compare_runs.h"
+#include "organbench/machine.h"
+#include "organbench/run_report.h"
+#include "organbench/run_suite.h"
+#include "pipelines/nearest_name.h"
+#include "pipelines/schemas.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Command {
+  BenchOptions options;
+  std::vector<std::string> suites;
+  std::string out;
+  std::vector<std::string> runs;  // of diff
+  bool quiet = false;
+};
+
+std::atomic<bool> stop_asked{false};
+
+// The running suite is a process of the same group and ends by its own default action.
+void on_signal(int number) {
+  if (stop_asked.exchange(true)) ::_exit(128 + number);
+}
+
+RunContext context_for(const Command& command, const std::string& suite) {
+  const auto log = [quiet = command.quiet, suite](LogLevel level, std::string_view message) {
+    if (level == LogLevel::debug || (quiet && level != LogLevel::warning)) return;
+    std::fprintf(stderr, "organbench: %s: %.*s\n", suite.c_str(), static_cast<int>(message.size()),
+                 message.data());
+  };
+  return {log, {}, &stop_asked};
+}
+
+std::vector<Suite> chosen_suites(const std::vector<std::string>& names) {
+  if (names.empty()) return all_suites();
+  std::vector<Suite> chosen;
+  for (const std::string& name : names) {
+    const auto& all = all_suites();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Suite& s) { return s.name == name; });
+    if (found == all.end()) {
+      std::vector<std::string> known;
+      for (const Suite& s : all) known.emplace_back(s.name);
+      throw UsageError("unknown suite '" + name + "'" + suggestion(name, known) +
+                       " (--help lists all)");
+    }
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+std::size_t missed(const SuiteResult& result) {
+  return std::count_if(result.figures.begin(), result.figures.end(),
+                       [](const Figure& f) { return !f.met(); });
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!fs::is_directory(folder)) {
+    throw IoError::writing(folder, error ? error.message() : "it is no folder; choose another");
+  }
+}
+
+int run_suites(const Command& command) {
+  if (command.out.empty()) throw UsageError("-o DIR is missing: where the page goes");
+  const fs::path out = command.out;
+  make_folder(out);  // before the work, not after it
+  RunReport report{command.options.quick, describe_machine(), {}};
+  bool failed = false;
+  for (const Suite& suite : chosen_suites(command.suites)) {
+    const auto start = std::chrono::steady_clock::now();
+    const RunContext context = context_for(command, suite.name);
+    SuiteResult result = run_suite(suite, command.options, context);
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+    if (!result.failure.empty()) {
+      context.warn("ended early: " + result.failure);
+      failed = true;
+    }
+    context.info(std::to_string(result.points.size()) + " points, " +
+                 std::to_string(result.figures.size() - missed(result)) + " of " +
+                 std::to_string(result.figures.size()) + " figures reached, " +
+                 to_text(passed.count(), 1) + " s");
+    report.suites.push_back({suite.name, suite.summary, passed.count(), std::move(result)});
+  }
+  write_file_atomically(out / "organbench.json", to_json(report).dump(1) + "\n");
+  write_file_atomically(out / "organbench.html", report_page(report));
+  std::printf("%s\n", (out / "organbench.html").c_str());
+  return static_cast<int>(failed ? ExitCode::batch_partial : ExitCode::ok);
+}
+
+RunReport read_run(const std::string& path) {
+  const fs::path file =
+      fs::is_directory(path) ? fs::path(path) / "organbench.json" : fs::path(path);
+  check_json_file(file, "bench");
+  return run_report_from_json(nlohmann::ordered_json::parse(read_text_file(file)));
+}
+
+int run_diff(const Command& command) {
+  const Comparison comparison =
+      compare_runs(read_run(command.runs.at(0)), read_run(command.runs.at(1)));
+  const char* words[] = {"same  ", "better", "WORSE "};
+  for (const Change& c : comparison.changes) {
+    std::printf("%s  %6.3f×  %10.4g → %10.4g  %s\n", words[static_cast<int>(c.kind)],
+                c.before != 0 ? c.after / c.before : 1.0, c.before, c.after, c.what.c_str());
+  }
+  for (const std::string& what : comparison.only_one)
+    std::printf("only in one: %s\n", what.c_str());
+  return static_cast<int>(comparison.regressed() ? ExitCode::quality_gate : ExitCode::ok);
+}
+
+std::string suite_list() {
+  std::string text = "\nSuites:\n";
+  for (const Suite& suite : all_suites()) {
+    text += "  " + std::string(suite.name) + std::string(14 - std::string(suite.name).size(), ' ') +
+            suite.summary + "\n";
+  }
+  return text;
+}
+
+int dispatch(int argc, char** argv) {
+  Command c;
+  CLI::App app("organbench: run time against error, beside what others reach");
+  app.add_option("SUITE", c.suites, "suites to run (default: all)");
+  app.add_option("-o,--out", c.out, "folder for organbench.html and organbench.json");
+  app.add_flag("--quick", c.options.quick, "small inputs, few rounds: two minutes for all");
+  app.add_option("--rounds", c.options.rounds, "of every timing (default 9, quick 2)")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--threads", c.options.threads, "threads to use, 0 = all")
+      ->check(CLI::Range(0, 1024));
+  app.add_option("--data", c.options.data, "folder of real data (CT, meshes, video)");
+  app.add_flag("--quiet", c.quiet, "no log");
+  app.footer(suite_list());
+  app.set_version_flag("--version", "organbench " ORGANBAKE_VERSION);
+  CLI::App* diff = app.add_subcommand("diff", "compare two runs; exit code 3 on a regression");
+  diff->add_option("RUN", c.runs, "the earlier and the later run: folders, or their JSON files")
+      ->required()
+      ->expected(2);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    app.exit(asked, std::cout, std::cerr);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(std::string(error.what()) + " (--help lists all)");
+  }
+  return diff->parsed() ? run_diff(c) : run_suites(c);
+}
+
+int run(int argc, char** argv) {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  try {
+    return dispatch(argc, argv);
+  } catch (const std::exception& error) {
+    const ExitCode code = exit_code_for(error);
+    std::fprintf(stderr, "organbench: error: %s\n", error.what());
+    return static_cast<int>(code);
+  }
+}
+
+}  // namespace
+}  // namespace organbake
+
+int main(int argc, char** argv) { return organbake::run(argc, argv); }

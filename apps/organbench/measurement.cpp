@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/measurement.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+namespace organbake {
+namespace {
+
+double cpu_now_ms() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto ms = [](const timeval& t) { return 1e3 * t.tv_sec + 1e-3 * t.tv_usec; };
+  return ms(usage.ru_utime) + ms(usage.ru_stime);
+}
+
+// A line of /proc/self/status in MB: "VmRSS", or "VmHWM", the most since the mark was last reset.
+double status_mb(const std::string& key) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind(key + ":", 0) == 0) return std::stod(line.substr(key.size() + 1)) / 1024;
+  }
+  return 0;
+}
+
+void reset_high_water_mark() {
+  // Where the kernel forbids it, the mark only ever grows and the peak is an upper bound.
+  if (std::FILE* file = std::fopen("/proc/self/clear_refs", "w")) {
+    std::fputs("5", file);
+    std::fclose(file);
+  }
+}
+
+struct Run {
+  double wall_ms, cpu_ms;
+};
+
+Run run_once(const std::function<void()>& work) {
+  const double cpu = cpu_now_ms();
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+  return {wall.count(), cpu_now_ms() - cpu};
+}
+
+double peak_mb_of(const std::function<void()>& work) {
+  reset_high_water_mark();
+  const double before = status_mb("VmRSS");
+  work();
+  return std::max(0.0, status_mb("VmHWM") - before);
+}
+
+}  // namespace
+
+Spread spread_of(std::vector<double> values) {
+  if (values.empty()) throw std::logic_error("spread_of: no values");
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  return {0.5 * (values[(n - 1) / 2] + values[n / 2]), values.front(), values.back()};
+}
+
+std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& competitors,
+                                 int rounds) {
+  const std::size_t count = competitors.size();
+  std::vector<Timing> timings(count);
+  std::vector<std::vector<double>> wall(count), cpu(count);
+  for (std::size_t c = 0; c < count; ++c) timings[c].peak_mb = peak_mb_of(competitors[c]);
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t c = 0; c < count; ++c) {
+      const Run run = run_once(competitors[c]);
+      wall[c].push_back(run.wall_ms);
+      cpu[c].push_back(run.cpu_ms);
+    }
+  }
+  for (std::size_t c = 0; c < count; ++c) {
+    timings[c].runs = rounds;
+    timings[c].wall_ms = spread_of(wall[c]);
+    timings[c].cpu_ms = spread_of(cpu[c]);
+  }
+  return timings;
+}
+
+}  // namespace organbake

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cstdio>
+
+#include "organbench/chart.h"
+#include "organbench/run_report.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kStyle =
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
+    "color:#222}h1{font-size:1.5rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}"
+    "h3{font-size:1rem;margin:1.5rem 0 .3rem}table{border-collapse:collapse;margin:.5rem 0 1rem}"
+    "th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e4e4e4}"
+    "th{font-weight:600}th:first-child,td:first-child{text-align:left}"
+    ".met{color:#00702f}.missed{color:#b00020;font-weight:600}.quiet{color:#666}"
+    "svg{display:block;max-width:100%;font:11px system-ui,sans-serif}.grid{stroke:#e6e6e6}"
+    ".front{fill:none;stroke:#444}";
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+std::string cell(const std::string& text) { return "<td>" + escape_html(text) + "</td>"; }
+
+std::string figures_table(const std::vector<Figure>& figures) {
+  if (figures.empty()) return {};
+  std::string html = "<table><tr><th>figure</th><th>target</th><th>measured</th></tr>";
+  for (const Figure& f : figures) {
+    const std::string goal = f.goal == Figure::Goal::at_most ? "≤ " : "≥ ";
+    html += "<tr>" + cell(f.what) + cell(goal + number(f.target) + " " + f.unit) + "<td class='" +
+            (f.met() ? "met" : "missed") + "'>" + number(f.value) + " " + escape_html(f.unit) +
+            (f.met() ? "" : " – missed") + "</td></tr>";
+  }
+  return html + "</table>";
+}
+
+std::string points_table(const std::vector<Point>& points) {
+  std::string html = "<table><tr><th>who</th>";
+  for (const Quantity& q : points.front().knobs) {
+    html += "<th>" + escape_html(q.name + (q.unit.empty() ? "" : ", " + q.unit)) + "</th>";
+  }
+  html += "<th>ms (least–most)</th><th>CPU ms</th><th>peak MB</th>";
+  for (const Quantity& q : points.front().errors) {
+    html += "<th>" + escape_html(q.name + (q.unit.empty() ? "" : ", " + q.unit)) + "</th>";
+  }
+  html += "</tr>";
+  for (const Point& p : points) {
+    html += "<tr>" + cell(p.subject + (p.peer ? " (peer)" : ""));
+    for (const Quantity& q : p.knobs) html += cell(number(q.value));
+    const Spread& wall = p.timing.wall_ms;
+    html += cell(number(wall.median) + " (" + number(wall.least) + "–" + number(wall.most) + ")") +
+            cell(number(p.timing.cpu_ms.median)) + cell(number(p.timing.peak_mb));
+    for (const Quantity& q : p.errors) html += cell(number(q.value));
+    html += "</tr>";
+  }
+  return html + "</table>";
+}
+
+// Points of one task belong together, wherever they stand in the list; tasks in order of their
+// first point.
+std::vector<std::vector<Point>> by_task(const std::vector<Point>& points) {
+  std::vector<std::vector<Point>> tasks;
+  for (const Point& p : points) {
+    auto found = std::find_if(tasks.begin(), tasks.end(),
+                              [&](const auto& task) { return task.front().task == p.task; });
+    if (found == tasks.end()) found = tasks.insert(tasks.end(), std::vector<Point>{});
+    found->push_back(p);
+  }
+  return tasks;
+}
+
+std::string suite_section(const RunReport::SuiteReport& suite) {
+  std::string html = "<h2 id='" + suite.name + "'>" + escape_html(suite.name) + "</h2><p>" +
+                     escape_html(suite.summary) + " <span class='quiet'>(" + number(suite.seconds) +
+                     " s)</span></p>";
+  if (!suite.result.failure.empty()) {
+    html += "<p class='missed'>ended early: " + escape_html(suite.result.failure) + "</p>";
+  }
+  html += figures_table(suite.result.figures);
+  for (const std::vector<Point>& task : by_task(suite.result.points)) {
+    html += "<h3>" + escape_html(task.front().task) + "</h3>";
+    if (!task.front().errors.empty()) html += time_error_chart(task);
+    html += points_table(task);
+  }
+  for (const auto& skipped : suite.result.skipped) {
+    html += "<p class='quiet'>left out: " + escape_html(skipped.what) + " – " +
+            escape_html(skipped.why) + "</p>";
+  }
+  return html;
+}
+
+}  // namespace
+
+std::string report_page(const RunReport& report) {
+  std::string html =
+      "<!doctype html><html lang='en'><meta charset='utf-8'>"
+      "<meta name='viewport' content='width=device-width'><title>organbench</title><style>" +
+      std::string(kStyle) + "</style><h1>organbench: run time against error</h1><p>" +
+      (report.quick ? "Quick run: small inputs, few rounds. " : "") +
+      "Rings mark points that nothing beats in both time and error; peers are dashed.</p>"
+      "<p class='quiet'>";
+  for (const auto& [key, value] : report.machine) html += escape_html(key + ": " + value) + " · ";
+  html += "</p>";
+  for (const RunReport::SuiteReport& suite : report.suites) html += suite_section(suite);
+  return html + "</html>\n";
+}
+
+}  // namespace organbake

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/suites.h"
+
+#include "organbench/bench.h"
+
+namespace organbake {
+
+const std::vector<Suite>& all_suites() {
+  static const std::vector<Suite> suites = {
+      {"isosurface", "CT to surface: voxel size against radial error", run_isosurface_suite},
+      {"decimate", "surface to proxy: faces and method against distance", run_decimate_suite},
+  };
+  return suites;
+}
+
+}  // namespace organbake

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace organbake {
+
+class Bench;
+
+void run_isosurface_suite(Bench& bench);
+void run_decimate_suite(Bench& bench);
+
+}  // namespace organbake

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/decimate.h"
+
+#include <algorithm>
+
+#include "core/text.h"
+#include "decimate/edge_collapse.h"
+#include "decimate/mesh_distance.h"
+#include "formats/mesh_files.h"
+#include "geometry/mesh_checks.h"
+#include "organbench/bench.h"
+#include "organbench/peers/decimators.h"
+#include "organbench/suites.h"
+#include "phantom/icosphere.h"
+#include "phantom/phantom.h"
+
+namespace organbake {
+namespace {
+
+using Reduce = std::function<TriangleMesh(const TriangleMesh&, std::size_t faces)>;
+
+struct Competitor {
+  std::string subject;
+  bool peer;
+  Reduce reduce;
+};
+
+Reduce ours(DecimateMethod method, DecimateObjective objective = DecimateObjective::rms,
+            bool flips = true) {
+  return [=](const TriangleMesh& surface, std::size_t faces) {
+    return decimate(surface, {method, faces, 0, objective, flips}).proxy;
+  };
+}
+
+const Competitor kFitted{"organbake fitted", false, ours(DecimateMethod::fitted)};
+const Competitor kNoFlips{"organbake fitted, no flips", false,
+                          ours(DecimateMethod::fitted, DecimateObjective::rms, false)};
+const Competitor kLargest{"organbake fitted, --objective max", false,
+                          ours(DecimateMethod::fitted, DecimateObjective::max)};
+// The collapse alone: none of our checks, no measuring.
+const Competitor kLindstromTurk{
+    "CGAL Lindstrom–Turk", true,
+    [](const TriangleMesh& s, std::size_t faces) { return collapse_edges(s, faces, {}); }};
+const Competitor kOpenMesh{"OpenMesh quadric", true, ours(DecimateMethod::quadric)};
+const Competitor kVtk{"vtkQuadricDecimation", true, vtk_quadric_decimation};
+const Competitor kMeshoptimizer{"meshoptimizer", true, meshoptimizer_simplify};
+const Competitor kCluster{"vertex clustering (the paper's)", true, ours(DecimateMethod::cluster)};
+
+// Both ways, over even samples of many more than the fit itself looks at.
+struct Distances {
+  MeshDistance there, back;
+  double volume_change = 0;
+
+  double rms_mm() const { return std::max(there.rms_mm, back.rms_mm); }
+  double max_mm() const { return std::max(there.max_mm, back.max_mm); }
+};
+
+Distances distances(const TriangleMesh& surface, const TriangleMesh& proxy) {
+  constexpr std::size_t kSamples = 200'000;
+  constexpr std::uint64_t kSeed = 20'26;
+  return {mesh_distance(surface, proxy, kSamples, kSeed),
+          mesh_distance(proxy, surface, kSamples, kSeed + 1),
+          signed_volume(proxy) / signed_volume(surface) - 1};
+}
+
+struct Outcome {
+  Timing timing;
+  Distances distances;
+};
+
+// All competitors reduce one surface; a point for each.
+std::vector<Outcome> compete(Bench& bench, const std::string& name, const TriangleMesh& surface,
+                             std::size_t faces, const std::vector<Competitor>& competitors) {
+  const std::string task =
+      name + ", " + std::to_string(surface.faces.size()) + " faces → " + std::to_string(faces);
+  bench.now(task);
+  std::vector<TriangleMesh> proxies(competitors.size());
+  std::vector<std::function<void()>> work;
+  for (std::size_t c = 0; c < competitors.size(); ++c) {
+    work.push_back([&, c] { proxies[c] = competitors[c].reduce(surface, faces); });
+  }
+  const std::vector<Timing> timings = bench.time(work);
+  const double diagonal = bounds(surface).diagonal();
+  std::vector<Outcome> outcomes;
+  for (std::size_t c = 0; c < competitors.size(); ++c) {
+    const Distances d = distances(surface, proxies[c]);
+    const auto share = [&](double mm) { return 100 * mm / diagonal; };
+    bench.add(
+        Point{task,
+              competitors[c].subject,
+              competitors[c].peer,
+              {{"faces", "", double(proxies[c].faces.size())}},
+              timings[c],
+              {{"distance, RMS, worse way", "% of the diagonal", share(d.rms_mm())},
+               {"distance, largest", "% of the diagonal", share(d.max_mm())},
+               {"volume change", "%", 100 * d.volume_change},
+               {"closed manifold", "", double(analyse_topology(proxies[c]).closed_manifold())}}});
+    outcomes.push_back({timings[c], d});
+  }
+  return outcomes;
+}
+
+void promise(Bench& bench, const std::string& what, const Outcome& ours, const Outcome& peer,
+             double rms_ratio, double max_ratio) {
+  const Distances &a = ours.distances, &b = peer.distances;
+  bench.add(Figure{what + ": RMS / Lindstrom–Turk's, surface to proxy", "×",
+                   a.there.rms_mm / b.there.rms_mm, rms_ratio});
+  bench.add(Figure{what + ": RMS / Lindstrom–Turk's, proxy to surface", "×",
+                   a.back.rms_mm / b.back.rms_mm, rms_ratio});
+  if (max_ratio > 0) {
+    bench.add(Figure{what + ": largest / Lindstrom–Turk's, both ways", "×", a.max_mm() / b.max_mm(),
+                     max_ratio});
+  }
+  bench.add(Figure{what + ": volume change", "%", 100 * std::abs(a.volume_change), 0.5});
+}
+
+double cpu_ratio(const Outcome& a, const Outcome& b) {
+  return a.timing.cpu_ms.median / b.timing.cpu_ms.median;
+}
+
+void eighty_faces(Bench& bench, const std::string& name, const TriangleMesh& surface) {
+  const auto out = compete(
+      bench, name, surface, 80,
+      {kNoFlips, kFitted, kLargest, kLindstromTurk, kOpenMesh, kVtk, kMeshoptimizer, kCluster});
+  if (bench.quick()) return;  // what is promised is promised of the whole organs
+  const std::string what = name + " → 80";
+  promise(bench, what + ", no flips", out[0], out[3], 0.80, 1.0);
+  bench.add(
+      Figure{what + ", no flips: CPU / Lindstrom–Turk's", "×", cpu_ratio(out[0], out[3]), 0.37});
+  promise(bench, what, out[1], out[3], 0.68, 0.9);
+  bench.add(Figure{what + ": CPU", "s", out[1].timing.cpu_ms.median / 1e3, 1.5});
+  bench.add(Figure{what + ", --objective max: largest / Lindstrom–Turk's", "×",
+                   out[2].distances.max_mm() / out[3].distances.max_mm(), 0.65});
+}
+
+void million_faces(Bench& bench, const TriangleMesh& surface) {
+  struct Budget {
+    std::size_t faces;
+    double rms_ratio, cpu_s;
+  };
+  for (const Budget& b : {Budget{80, 0.70, 2.5}, Budget{1000, 0.88, 2}}) {
+    const auto out = compete(bench, "phantom", surface, b.faces,
+                             {kFitted, kLindstromTurk, kVtk, kMeshoptimizer});
+    const std::string what = "phantom of 1.3 million faces → " + std::to_string(b.faces);
+    promise(bench, what, out[0], out[1], b.rms_ratio, 0);
+    bench.add(Figure{what + ": CPU", "s", out[0].timing.cpu_ms.median / 1e3, b.cpu_s});
+  }
+}
+
+void sphere(Bench& bench) {
+  constexpr double kRadius_mm = 100;
+  TriangleMesh surface = make_icosphere(5);
+  for (Eigen::Vector3d& v : surface.vertices) v *= kRadius_mm;
+  const auto out = compete(bench, "sphere", surface, 80, {kFitted, kLargest, kLindstromTurk});
+  bench.add(Figure{"sphere → 80: RMS", "% of R", out[0].distances.rms_mm(), 1.27});
+  bench.add(
+      Figure{"sphere → 80, --objective max: largest", "% of R", out[1].distances.max_mm(), 4.2});
+}
+
+void sweep_faces(Bench& bench, const TriangleMesh& surface) {
+  for (const std::size_t faces : {40, 160, 320, 640, 1280, 5000}) {
+    if (bench.quick() && faces != 320) continue;
+    compete(bench, "phantom", surface, faces, {kFitted, kLindstromTurk, kVtk, kMeshoptimizer});
+  }
+}
+
+}  // namespace
+
+void run_decimate_suite(Bench& bench) {
+  const OrganPhantom phantom{OrganPhantomOptions{}};
+  const TriangleMesh organ = phantom.surface(bench.quick() ? 5 : 6);
+  eighty_faces(bench, "phantom", organ);
+  sweep_faces(bench, organ);
+  if (bench.quick()) return;
+  for (const char* name : {"liver", "liver_tumours"}) {
+    const auto file = bench.data(std::string("mesh/liver/") + name + ".vtk");
+    if (!file.empty()) eighty_faces(bench, name, read_mesh(file));
+  }
+  sphere(bench);
+  million_faces(bench, phantom.surface(8));
+}
+
+}  // namespace organbake

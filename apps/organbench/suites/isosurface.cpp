@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "isosurface/isosurface.h"
+
+#include <cmath>
+
+#include "core/text.h"
+#include "organbench/bench.h"
+#include "organbench/peers/contours.h"
+#include "organbench/suites.h"
+#include "phantom/ball_scan.h"
+#include "phantom/phantom.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kRadius_mm = 40;
+constexpr double kOrganIso_hu = -470;  // half-way between the phantom's tissue and air
+
+double radial_rms_mm(const TriangleMesh& mesh, double radius_mm) {
+  double squares = 0;
+  for (const Eigen::Vector3d& v : mesh.vertices) squares += std::pow(v.norm() - radius_mm, 2);
+  return std::sqrt(squares / double(mesh.vertices.size()));
+}
+
+// RMS over the vertices of their height above the phantom's formula.
+double formula_rms_mm(const TriangleMesh& mesh, const OrganPhantom& phantom) {
+  double squares = 0;
+  for (const Eigen::Vector3d& v : mesh.vertices) squares += std::pow(phantom.inside(v), 2);
+  return std::sqrt(squares / double(mesh.vertices.size()));
+}
+
+IsosurfaceOptions at_level(double iso_hu, bool refine = false) {
+  IsosurfaceOptions options;
+  options.iso_hu = iso_hu;
+  options.refine = refine;
+  return options;
+}
+
+struct Competitor {
+  std::string subject;
+  bool peer;
+  std::function<TriangleMesh()> surface;
+};
+
+// All of them on one CT; `error` tells how far a mesh is from the truth.
+void compete(Bench& bench, const std::string& task, const std::vector<Quantity>& knobs,
+             const std::vector<Competitor>& competitors,
+             const std::function<double(const TriangleMesh&)>& error) {
+  bench.now(task);
+  std::vector<std::function<void()>> work;
+  for (const Competitor& c : competitors) work.push_back([&c] { c.surface(); });
+  const std::vector<Timing> timings = bench.time(work);
+  for (std::size_t c = 0; c < competitors.size(); ++c) {
+    bench.add(Point{task,
+                    competitors[c].subject,
+                    competitors[c].peer,
+                    knobs,
+                    timings[c],
+                    {{"radial error, RMS", "mm", error(competitors[c].surface())}}});
+  }
+}
+
+void sweep_voxels(Bench& bench) {
+  const std::vector<double> sizes =
+      bench.quick() ? std::vector{2.0, 1.0} : std::vector{3.0, 2.0, 1.4, 1.0, 0.7, 0.5};
+  for (const double size : sizes) {
+    const Volume ct = scan_ball(kRadius_mm, Eigen::Vector3d::Constant(size));
+    const double level = std::ceil(kBallHalfWay_hu) - 0.5;
+    compete(bench, "ball of 40 mm radius, cubic voxels", {{"voxel", "mm", size}},
+            {{"organbake", false,
+              [&] { return extract_isosurface(ct, at_level(kBallHalfWay_hu)).mesh; }},
+             {"organbake --refine", false,
+              [&] { return extract_isosurface(ct, at_level(kBallHalfWay_hu, true)).mesh; }},
+             {"vtkMarchingCubes", true, [&] { return vtk_marching_cubes(ct, level); }}},
+            [](const TriangleMesh& mesh) { return radial_rms_mm(mesh, kRadius_mm); });
+  }
+}
+
+void promise_thick_slices(Bench& bench) {
+  bench.now("ball in slices of 3 mm");
+  const Volume ct = scan_ball(kRadius_mm, {0.7, 0.7, 3});
+  const double linear = linear_crossing_rms_mm(ct, kRadius_mm);
+  const auto error = [&](bool refine) {
+    return radial_rms_mm(extract_isosurface(ct, at_level(kBallHalfWay_hu, refine)).mesh,
+                         kRadius_mm);
+  };
+  bench.add(Figure{"ball, 0.7×0.7×3 mm: radial RMS / exact linear crossings'", "×",
+                   error(false) / linear, 1.02});
+  bench.add(Figure{"the same with --refine: radial RMS", "mm", error(true), 0.05});
+}
+
+void promise_time_and_memory(Bench& bench) {
+  OrganPhantomOptions options;
+  options.ct_size = bench.quick() ? std::array{192, 192, 112} : std::array{512, 512, 300};
+  options.spacing_mm = {0.7, 0.7, 1};
+  options.noise_hu = 0;
+  const OrganPhantom phantom(options);
+  bench.now("scanning the phantom");
+  const Volume ct = phantom.scan(bench.context());
+  const auto& [nx, ny, nz] = options.ct_size;
+  const std::string task = "phantom, " + std::to_string(nx) + "×" + std::to_string(ny) + "×" +
+                           std::to_string(nz) + " int16";
+  bench.now(task);
+  const double level = std::ceil(kOrganIso_hu) - 0.5;
+  TriangleMesh mesh;
+  const std::vector<Timing> timings = bench.time(std::vector<std::function<void()>>{
+      [&] { mesh = extract_isosurface(ct, at_level(kOrganIso_hu)).mesh; },
+      [&] { vtk_flying_edges_faces(ct, level); }, [&] { vtk_marching_cubes_faces(ct, level); }});
+  const double error = formula_rms_mm(mesh, phantom);
+  const std::vector<Quantity> faces = {{"faces", "", double(mesh.faces.size())}};
+  const std::string height = "height above the formula, RMS";
+  bench.add(Point{task, "organbake", false, faces, timings[0], {{height, "mm", error}}});
+  bench.add(
+      Point{task, "vtkFlyingEdges3D alone", true, faces, timings[1], {{height, "mm", error}}});
+  bench.add(
+      Point{task, "vtkMarchingCubes alone", true, faces, timings[2], {{height, "mm", error}}});
+  if (bench.quick()) return;  // what is promised is promised of the whole scan
+  bench.add(Figure{task + ": time / vtkFlyingEdges3D alone", "×",
+                   timings[0].wall_ms.median / timings[1].wall_ms.median, 1.25});
+
+  constexpr double kMb = double(1 << 20);
+  const double mesh_mb =
+      (mesh.vertices.size() * sizeof(Eigen::Vector3d) + mesh.faces.size() * sizeof(Face)) / kMb;
+  const double volume_mb = ct.voxels.size() * sizeof(std::int16_t) / kMb;
+  bench.add(Figure{task + ": memory beside the volume", "MB", timings[0].peak_mb,
+                   mesh_mb + 0.25 * (volume_mb + mesh_mb)});
+}
+
+}  // namespace
+
+void run_isosurface_suite(Bench& bench) {
+  sweep_voxels(bench);
+  promise_thick_slices(bench);
+  promise_time_and_memory(bench);
+}
+
+}  // namespace organbake

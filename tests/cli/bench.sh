@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# organbench: a quick run is a valid document and a page without a network; diff; wrong calls.
+source "$(dirname "$0")/assert.sh"
+organbench() { "$BIN/organbench" "$@"; }
+
+expect 0 organbench --help
+expect_out "decimate"
+expect 2 organbench
+expect_err "-o DIR"
+expect 2 organbench decimat -o run
+expect_err "did you mean 'decimate'"
+expect 73 organbench -o /dev/null/x
+
+expect 0 organbench --quick --rounds 1 isosurface -o run
+expect_equal "$(cat out)" run/organbench.html
+expect 0 organbake verify run/organbench.json
+grep -q '<svg' run/organbench.html || fail "the page has no chart"
+grep -qE '(src|href)=.?(https?:)?//' run/organbench.html && fail "the page asks the network"
+grep -q '"failure": ""' run/organbench.json || fail "the suite ended early"
+
+expect 0 organbench diff run run
+expect_out "same"
+sed 's/"median": \([0-9.]*\)/"median": 9\1/; s/"least": \([0-9.]*\)/"least": 9\1/; s/"most": \([0-9.]*\)/"most": 9\1/' \
+  run/organbench.json >slow.json
+expect 3 organbench diff run slow.json
+expect_out "WORSE"
+expect 66 organbench diff run nowhere
+echo '{"schema": "organbake/bench/1"}' >bad.json
+expect 65 organbench diff run bad.json
+expect_err "bad.json"

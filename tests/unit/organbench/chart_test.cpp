@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/chart.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace organbake {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Point point(const std::string& subject, double ms, double error) {
+  return {"task", subject, false, {}, {1, {ms, ms, ms}, {ms, ms, ms}, 0}, {{"error", "mm", error}}};
+}
+
+TEST(ParetoFront, HoldsWhatNothingBeatsInBoth) {
+  const std::vector<Point> points = {point("a", 10, 1), point("b", 5, 2), point("c", 20, 1.5),
+                                     point("d", 40, 0.1), point("e", 5, 3)};
+  EXPECT_THAT(pareto_front(points), ElementsAre(1, 0, 3));
+}
+
+TEST(ParetoFront, OfEqualPointsHoldsOne) {
+  EXPECT_EQ(pareto_front({point("a", 1, 1), point("b", 1, 1)}).size(), 1u);
+}
+
+TEST(TimeErrorChart, SurvivesZeroErrorsAndOddNames) {
+  const std::string svg = time_error_chart({point("a<b & 'c'", 1, 0)});
+  EXPECT_THAT(svg, HasSubstr("a&lt;b &amp; &#39;c&#39;"));
+  EXPECT_THAT(svg, testing::Not(HasSubstr("nan")));
+  EXPECT_THAT(svg, testing::Not(HasSubstr("inf")));
+}
+
+}  // namespace
+}  // namespace organbake
