@@ -105,7 +105,7 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(status)) {
-    if (kind == InputKind::volume) return files_of_folder(path);
+    if (kind == InputKind::volume || kind == InputKind::lenses) return files_of_folder(path);
     throw NoInputError(path, "is a folder, a file is needed");
   }
   if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");

@@ -139,6 +139,8 @@ const std::vector<RecipeInput>& recipe_inputs() {
       {"ct", InputKind::volume, "CT: a file or a folder of DICOM slices"},
       {"mask", InputKind::volume, "label mask; the organ is one label of it"},
       {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
+      {"unposed", InputKind::photos,
+       "photographs whose poses register shall find: a cameras.json with images and lenses"},
       {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
   return inputs;
 }

@@ -8,6 +8,7 @@
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
 #include "phantom/phantom.h"
+#include "registration/register_photo.h"
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
 #include "viewpoints/placement.h"
@@ -49,6 +50,16 @@ struct PlaceStageOptions {
   PlacementOptions resolved() const;
 };
 
+// Which files a pose is written to besides our own.
+enum class CameraExport { none, colmap, transforms };
+
+struct RegisterStageOptions {
+  RegistrationOptions registration;
+  bool vertex_albedo = false;  // the surface's colours are its albedo
+  bool from_poses = false;     // start from the poses that the document of unposed photos has
+  CameraExport also = CameraExport::none;
+};
+
 struct CaptureStageOptions {
   CaptureOptions capture;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
@@ -65,6 +76,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options);
 void bind(OptionList& list, DecimateOptions& options);
 void bind(OptionList& list, MechanicsOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
+void bind(OptionList& list, RegisterStageOptions& options);
 void bind(OptionList& list, CaptureStageOptions& options);
 void bind(OptionList& list, BundleOptions& options);
 
