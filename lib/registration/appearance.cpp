@@ -51,16 +51,18 @@ class Fit {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       if (!(weights[i] > 0)) continue;
       fill(pixels_[i], row);
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(row, weights[i]);
+      for (int j = 0; j < n; ++j)
+        for (int k = 0; k <= j; ++k) normal(j, k) += weights[i] * row[j] * row[k];
       right += weights[i] * photo(pixels_[i]) * row;
     }
     normal.diagonal() += kRidge * normal.diagonal() + VectorXd::Constant(n, 1e-12);
     return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
   }
   double residual(const WeightedPixel& pixel, const VectorXd& solution) const {
-    VectorXd row(basis_ + 1);
-    fill(pixel, row);
-    return photo(pixel) - row.dot(solution);
+    const float* phi = p_.phi_at(p_.index(pixel.x, pixel.y));
+    double predicted = solution[basis_];
+    for (int j = 0; j < basis_; ++j) predicted += solution[j] * phi[j];
+    return photo(pixel) - predicted;
   }
   bool on_organ(const WeightedPixel& pixel) const {
     return p_.coverage[p_.index(pixel.x, pixel.y)] > 0;

@@ -68,7 +68,9 @@ double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<Ph
   options.free_focal = true;
   options.outer_iterations = 1;
   options.form = Form::whole;
-  const int level = std::min<int>(2, static_cast<int>(pyramid.size()) - 1);
+  int level = static_cast<int>(pyramid.size()) - 1;
+  constexpr int kEnough = 160;  // pixels: a wrong lens shows here, too
+  while (level > 0 && pyramid[level].intrinsics.width < kEnough) --level;
   refine(surface, pyramid, level, level, options, state, context);
   return state.usable ? std::exp(state.solver.log_focal) : 1;
 }

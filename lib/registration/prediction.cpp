@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "raycast/face_queries.h"
+
 namespace organbake {
 namespace {
 
@@ -29,6 +31,7 @@ class Painter {
 
   void set_window(Prediction& p, int margin) const;
   void trace_centers(Prediction& p, int row) const;
+  void slide_centers(Prediction& p, int row) const;
   void paint_row(Prediction& p, int row, bool smooth) const;
 
  private:
@@ -100,6 +103,28 @@ void Painter::trace_centers(Prediction& p, int row) const {
   for (int x = p.left; x < p.left + p.width; ++x)
     rays.push_back(world_ray(camera_ray(x, p.top + row)));
   surface_.scene().first_hits(rays, {&p.hits[std::size_t(row) * p.width], std::size_t(p.width)});
+}
+
+// Where the rays meet the planes of the faces that they met before. What slid off its face by more
+// than a little is traced.
+void Painter::slide_centers(Prediction& p, int row) const {
+  constexpr double kSlack = 0.2;  // corner weight: beyond the face, normals still go on straight
+  for (int x = p.left; x < p.left + p.width; ++x) {
+    RayHit& hit = p.hits[p.index(x, p.top + row)];
+    if (hit.face == kNoHit) continue;
+    const Ray ray = world_ray(camera_ray(x, p.top + row));
+    const auto& [a, b, c] = surface_.mesh().faces[hit.face];
+    const auto& vertices = surface_.mesh().vertices;
+    const PlaneCrossing at =
+        cross_plane({vertices[a], vertices[b], vertices[c]}, ray.origin, ray.direction);
+    if (at.inside_by(-kSlack) && at.t > 0) {
+      hit.t = at.t;
+      hit.u = static_cast<float>(at.u);
+      hit.v = static_cast<float>(at.v);
+    } else {
+      surface_.scene().first_hits({&ray, 1}, {&hit, 1});
+    }
+  }
 }
 
 bool Painter::at_outline(const Prediction& p, int x, int y) const {
@@ -194,9 +219,11 @@ void predict(const RegisteredSurface& surface, const PhotoLevel& level, const Ob
              double focal_scale, const ShadingBasis& basis, const ShadingBasis::Weights& weights,
              const PredictionSettings& settings, Prediction& p) {
   p.basis = basis.size();
-  p.left = p.top = p.width = p.height = 0;
   const Painter painter(surface, level, pose, focal_scale, basis);
-  painter.set_window(p, settings.margin);
+  if (!settings.keep_faces) {
+    p.left = p.top = p.width = p.height = 0;
+    painter.set_window(p, settings.margin);
+  }
   if (p.empty()) p.width = p.height = 0;
   const std::size_t pixels = std::size_t(p.width) * p.height;
   p.radiance.assign(pixels, 0);
@@ -206,7 +233,13 @@ void predict(const RegisteredSurface& surface, const PhotoLevel& level, const Ob
   p.albedo.assign(pixels, 0);
   p.phi.assign(pixels * p.basis, 0);
   p.hits.resize(pixels);
-  tbb::parallel_for(0, p.height, [&](int row) { painter.trace_centers(p, row); });
+  tbb::parallel_for(0, p.height, [&](int row) {
+    if (settings.keep_faces) {
+      painter.slide_centers(p, row);
+    } else {
+      painter.trace_centers(p, row);
+    }
+  });
   tbb::parallel_for(0, p.height, [&](int row) {
     painter.paint_row(p, row, settings.smooth_outlines);
   });

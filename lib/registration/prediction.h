@@ -39,6 +39,9 @@ struct Prediction {
 struct PredictionSettings {
   bool smooth_outlines = true;  // several rays where depth jumps
   int margin = 4;               // pixels of the window beyond the organ
+  // The prediction holds the same level at a pose less than a pixel away: window and faces stand,
+  // only the outlines are traced again.
+  bool keep_faces = false;
 };
 
 // The same geometry under another light.

@@ -115,17 +115,6 @@ class LevelProblem {
   ceres::Problem problem_;
 };
 
-// How far the surface moves in the picture, in pixels of the level.
-double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
-                    const SolverState& from, const SolverState& to) {
-  const ObjectPose pose = from.object_pose();
-  const Motion motion = motion_between(pose, to.object_pose());
-  const double depth = std::max(1e-9, pose.center_camera_mm.z());
-  const double mm = motion.head<3>().norm() * surface.radius_mm() + motion.tail<3>().norm();
-  return level.intrinsics.fx * mm / depth +
-         std::abs(to.log_focal - from.log_focal) * level.intrinsics.width;
-}
-
 bool in_front(const RegisteredSurface& surface, const ObjectPose& pose) {
   return pose.center_camera_mm.allFinite() && pose.camera_from_world.coeffs().allFinite() &&
          pose.center_camera_mm.z() > 0.05 * surface.radius_mm();

@@ -3,9 +3,22 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace organbake {
+
+double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
+                    const SolverState& from, const SolverState& to) {
+  const ObjectPose pose = from.object_pose();
+  const Motion motion = motion_between(pose, to.object_pose());
+  const double depth = std::max(1e-9, pose.center_camera_mm.z());
+  const double mm = motion.head<3>().norm() * surface.radius_mm() +
+                    motion.segment<2>(3).norm() +
+                    std::abs(motion[5]) * surface.radius_mm() / depth;
+  return level.intrinsics.fx * mm / depth +
+         std::abs(to.log_focal - from.log_focal) * level.intrinsics.width / 2;
+}
 
 // Tracing is what costs: a state that only differs in its light is lit anew, one that was drawn
 // last is not drawn again.
@@ -13,6 +26,9 @@ void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool) {
   const bool placed = drawn_ && drawn_state_.pose == state_.pose &&
                       drawn_state_.log_focal == state_.log_focal;
   if (!placed) {
+    constexpr double kClose = 0.7;  // pixels: an outline stays within the pixels next to it
+    settings_.keep_faces = drawn_ && pixels_moved(level_, surface_, traced_state_, state_) < kClose;
+    if (!settings_.keep_faces) traced_state_ = state_;
     predict(surface_, level_, state_.object_pose(), std::exp(state_.log_focal), basis_,
             state_.light, settings_, prediction_);
   } else if (drawn_state_.light != state_.light) {

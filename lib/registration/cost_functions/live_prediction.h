@@ -19,6 +19,10 @@ struct SolverState {
   ObjectPose object_pose() const { return ObjectPose::from_array(pose.data()); }
 };
 
+// At most how far the surface moves in the picture between two states, in pixels of the level.
+double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
+                    const SolverState& from, const SolverState& to);
+
 // Draws the prediction once for every state that the solver visits; all cost functions of a problem
 // read from it. What is seen and what is hidden is thereby always that of the very pose.
 class LivePrediction : public ceres::EvaluationCallback {
@@ -49,7 +53,7 @@ class LivePrediction : public ceres::EvaluationCallback {
   PredictionSettings settings_;
   const SolverState& state_;
   Prediction prediction_;
-  SolverState drawn_state_;
+  SolverState drawn_state_, traced_state_;
   bool drawn_ = false, derived_ = false;
   std::vector<std::array<float, 7>> derivatives_;
 };
