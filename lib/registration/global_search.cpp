@@ -236,6 +236,9 @@ SearchResult search_all_round(const RegisteredSurface& surface,
                               const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
                               const RunContext& context) {
   SearchResult result;
+  RefineOptions quick = options;  // to tell candidates apart
+  quick.outer_iterations = std::min(2, options.outer_iterations);
+  quick.solver_iterations = std::min(6, options.solver_iterations);
   int level = static_cast<int>(pyramid.size()) - 1;
   const Candidates candidates(surface, pyramid[level], options, context);
   const auto seen = find_foreground(pyramid[level]);
@@ -245,14 +248,14 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   for (const std::size_t kept : {12, 4}) {
     if (states.empty()) return result;
     const std::vector<double> scores =
-        refine_all(surface, pyramid, level, options, states, context);
+        refine_all(surface, pyramid, level, quick, states, context);
     result.runner_up_margin = margin(poses_of(states), scores);
     states = best_distinct(poses_of(states), scores, level > 0 ? kept : 1);
     if (level == 0) break;
     --level;
   }
   if (states.empty()) return result;
-  const std::vector<double> scores = refine_all(surface, pyramid, level, options, states, context);
+  const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
   result.runner_up_margin = margin(poses_of(states), scores);
   result.best = states[std::max_element(scores.begin(), scores.end()) - scores.begin()];
   result.level = level;

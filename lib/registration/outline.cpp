@@ -11,11 +11,11 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kReach = 12;         // pixels across the outline, either way
-constexpr int kSide = 3;           // pixels averaged on each side of a supposed edge
-constexpr int kConfirmed = 2;      // pixels
-constexpr double kAsGood = 0.6;    // of the strongest edge: shading and spots have edges, too
-constexpr double kLeastStep = 0.01;  // of the luminance range: below, there is no edge to find
+constexpr int kReach = 10;            // pixels across the outline, either way
+constexpr int kHalf = 6;              // pixels: half the length of what is compared
+constexpr int kAlong = 2;             // pixels averaged along the outline, either way
+constexpr int kConfirmed = 1;         // pixels
+constexpr double kLeastContrast = 0.004;  // of the luminance range, RMS: below, nothing is there
 
 // Outwards across the outline; zero where the pixel is not on it.
 Vector2d outward(const Prediction& p, int x, int y) {
@@ -33,66 +33,84 @@ Vector2d outward(const Prediction& p, int x, int y) {
   return slope.norm() > 0 ? Vector2d(slope.normalized()) : slope;
 }
 
-using Profile = std::array<double, 2 * (kReach + kSide) + 1>;
+template <int Reach>
+using Profile = std::array<double, 2 * Reach + 1>;
 
-// Luminance along the normal, inside first; averaged over three pixels along the outline. Nothing
-// when part of it does not count.
-std::optional<Profile> profile(const PhotoLevel& level, const Vector2d& at, const Vector2d& normal) {
-  Profile values{};
+// Values along the normal, inside first, averaged along the outline. Nothing when any of them is.
+template <int Reach, class Value>
+std::optional<Profile<Reach>> profile(const Vector2d& at, const Vector2d& normal,
+                                      const Value& value) {
+  Profile<Reach> values{};
   const Vector2d along(-normal.y(), normal.x());
-  for (int i = 0; i < static_cast<int>(values.size()); ++i) {
-    for (int s = -1; s <= 1; ++s) {
-      const Vector2d q = at + (i - kReach - kSide) * normal + s * along;
-      const int x = static_cast<int>(std::floor(q.x())), y = static_cast<int>(std::floor(q.y()));
-      const Intrinsics& k = level.intrinsics;
-      if (x < 0 || y < 0 || x >= k.width || y >= k.height || !level.valid[level.index(x, y)])
-        return std::nullopt;
-      values[i] += level.luminance[level.index(x, y)] / 3;
+  for (int i = -Reach; i <= Reach; ++i)
+    for (int s = -kAlong; s <= kAlong; ++s) {
+      const Vector2d q = at + i * normal + s * along;
+      const std::optional<double> here =
+          value(static_cast<int>(std::floor(q.x())), static_cast<int>(std::floor(q.y())));
+      if (!here) return std::nullopt;
+      values[i + Reach] += *here / (2 * kAlong + 1);
     }
-  }
   return values;
 }
 
-// How much brighter one side is than the other, at an offset along the profile.
-double step_at(const Profile& values, int offset) {
-  const int middle = offset + kReach + kSide;
-  double inside = 0, outside = 0;
-  for (int s = 1; s <= kSide; ++s) {
-    inside += values[middle - s] / kSide;
-    outside += values[middle + s] / kSide;
+// Correlation of the predicted profile with the photograph's, `shift` pixels farther out.
+double correlation(const Profile<kHalf>& predicted, const Profile<kHalf + kReach>& seen, int shift) {
+  constexpr int kCount = 2 * kHalf + 1;
+  double mp = 0, ms = 0, ps = 0, pp = 0, ss = 0;
+  for (int i = 0; i < kCount; ++i) {
+    mp += predicted[i] / kCount;
+    ms += seen[i + kReach + shift] / kCount;
   }
-  return std::abs(inside - outside);
+  for (int i = 0; i < kCount; ++i) {
+    const double p = predicted[i] - mp, s = seen[i + kReach + shift] - ms;
+    ps += p * s;
+    pp += p * p;
+    ss += s * s;
+  }
+  const double least = kCount * kLeastContrast * kLeastContrast;
+  return pp > least && ss > least ? ps / std::sqrt(pp * ss) : -2;
 }
 
-struct Steps {
-  double here = 0, anywhere = 0;  // within kConfirmed pixels of the outline, and of all
+struct Match {
+  int shift = 0;
+  double correlation = -2;
 };
 
-Steps find_steps(const Profile& values) {
-  Steps steps;
-  for (int offset = -kReach; offset <= kReach; ++offset) {
-    const double step = step_at(values, offset);
-    steps.anywhere = std::max(steps.anywhere, step);
-    if (std::abs(offset) <= kConfirmed) steps.here = std::max(steps.here, step);
-  }
-  return steps;
+Match best_match(const Profile<kHalf>& predicted, const Profile<kHalf + kReach>& seen) {
+  Match best;
+  for (int distance = 0; distance <= kReach; ++distance)
+    for (const int shift : {-distance, distance}) {
+      const double value = correlation(predicted, seen, shift);
+      if (value > best.correlation) best = {shift, value};
+    }
+  return best;
 }
 
 }  // namespace
 
-OutlineCheck check_outline(const PhotoLevel& level, const Prediction& p) {
+OutlineCheck check_outline(const PhotoLevel& level, const Prediction& p, double background) {
+  const auto predicted = [&](int x, int y) -> std::optional<double> {
+    return p.contains(x, y) ? p.radiance[p.index(x, y)] : background;
+  };
+  const auto seen = [&](int x, int y) -> std::optional<double> {
+    const bool inside = x >= 0 && y >= 0 && x < level.intrinsics.width && y < level.intrinsics.height;
+    if (!inside || !level.valid[level.index(x, y)]) return std::nullopt;
+    return level.luminance[level.index(x, y)];
+  };
   OutlineCheck check;
   int confirmed = 0;
   for (int y = p.top; y < p.top + p.height; ++y)
     for (int x = p.left; x < p.left + p.width; ++x) {
       const Vector2d normal = outward(p, x, y);
       if (normal.isZero()) continue;
-      const auto values = profile(level, Vector2d(x + 0.5, y + 0.5), normal);
-      if (!values) continue;
-      const Steps steps = find_steps(*values);
-      if (steps.anywhere < kLeastStep) continue;
+      const Vector2d at(x + 0.5, y + 0.5);
+      const auto ours = profile<kHalf>(at, normal, predicted);
+      const auto theirs = profile<kHalf + kReach>(at, normal, seen);
+      if (!ours || !theirs) continue;
+      const Match match = best_match(*ours, *theirs);
+      if (match.correlation < -1) continue;
       ++check.asked;
-      confirmed += steps.here > kAsGood * steps.anywhere;
+      confirmed += std::abs(match.shift) <= kConfirmed;
     }
   if (check.asked > 0) check.share = static_cast<double>(confirmed) / check.asked;
   return check;

@@ -7,12 +7,15 @@
 namespace organbake {
 
 struct OutlineCheck {
-  int asked = 0;     // places along the outline where the photograph has an edge at all
-  double share = 0;  // of those, one of about the strongest lies within two pixels
+  int asked = 0;     // places along the outline where photograph and prediction vary at all
+  double share = 0;  // of those, the prediction fits best within a pixel of where it is
 };
 
-// Looks across the predicted outline for the photograph's own edge, up to 12 pixels either way
-// (Harris & Stennett 1990). NCC can be high for a wrong organ of the right size: this cannot.
-OutlineCheck check_outline(const PhotoLevel& level, const Prediction& prediction);
+// Shifts the predicted picture across its outline, place by place, up to 10 pixels either way, and
+// looks where the photograph agrees best. R can be high for a wrong organ of about the right shape;
+// that its outline lies right all round is another matter. `background` is the radiance beyond the
+// prediction's window.
+OutlineCheck check_outline(const PhotoLevel& level, const Prediction& prediction,
+                           double background);
 
 }  // namespace organbake

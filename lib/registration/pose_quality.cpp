@@ -62,17 +62,23 @@ void measure_spread(const RegisteredSurface& surface, const Curvature& curvature
   quality.surface_sd_mm = std::sqrt(std::max(0.0, sum / surface.samples().size()));
 }
 
-// What a free focal length would want, on a level of moderate size.
+// What a free focal length would want, on a level of moderate size; 1 unless that is well outside
+// what texture and noise do to it.
 double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                           RefineOptions options, RefineState state, const RunContext& context) {
+  constexpr int kEnough = 160;  // pixels: a wrong lens shows here, too
+  constexpr double kSignificant = 4;  // standard deviations
   options.free_focal = true;
   options.outer_iterations = 1;
   options.form = Form::whole;
+  options.patch_px = 8;
   int level = static_cast<int>(pyramid.size()) - 1;
-  constexpr int kEnough = 160;  // pixels: a wrong lens shows here, too
   while (level > 0 && pyramid[level].intrinsics.width < kEnough) --level;
   refine(surface, pyramid, level, level, options, state, context);
-  return state.usable ? std::exp(state.solver.log_focal) : 1;
+  if (!state.usable) return 1;
+  const MatrixXd spread = covariance(curvature(surface, pyramid[level], options, state));
+  const double sd = spread.rows() == 7 ? std::sqrt(std::max(0.0, spread(6, 6))) : 0;
+  return std::abs(state.solver.log_focal) > kSignificant * sd ? std::exp(state.solver.log_focal) : 1;
 }
 
 std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
@@ -157,7 +163,12 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
     quality.reason = "the organ is out of the picture, or the photograph is constant there";
     return quality;
   }
-  const int level = std::min<int>(1, static_cast<int>(pyramid.size()) - 1);
+  // Where an outline that is wrong by a hundredth of the organ shows, and noise is averaged.
+  constexpr int kEnough = 640;
+  int level = 0;
+  while (level + 1 < static_cast<int>(pyramid.size()) &&
+         pyramid[level].intrinsics.width > kEnough)
+    ++level;
   quality.correlation = state.correlation;
   quality.inlier_share = state.appearance.inlier_share;
   quality.runner_up_margin = runner_up_margin;
@@ -170,7 +181,8 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   Prediction prediction;
   predict(surface, pyramid[level], state.solver.object_pose(), found, basis, state.solver.light, {},
           prediction);
-  quality.outline_share = check_outline(pyramid[level], prediction).share;
+  quality.outline_share = 
+      check_outline(pyramid[level], prediction, state.solver.light[basis.size() - 1]).share;
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
   quality.focal_scale = options.free_focal
                             ? 1

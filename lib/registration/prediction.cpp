@@ -198,6 +198,17 @@ void Painter::paint_row(Prediction& p, int row, bool smooth) const {
   }
 }
 
+// Small pictures come in numbers, and the threads are then busy with those.
+template <class Row>
+void for_rows(const Prediction& p, const Row& row) {
+  constexpr int kWorthThreads = 12'000;  // pixels
+  if (p.width * p.height > kWorthThreads) {
+    tbb::parallel_for(0, p.height, row);
+  } else {
+    for (int y = 0; y < p.height; ++y) row(y);
+  }
+}
+
 // Beside the organ a pixel moves with the part of it that lies nearest.
 Vector3d point_near(const Prediction& p, int x, int y) {
   const std::size_t i = p.index(x, y);
@@ -233,16 +244,14 @@ void predict(const RegisteredSurface& surface, const PhotoLevel& level, const Ob
   p.albedo.assign(pixels, 0);
   p.phi.assign(pixels * p.basis, 0);
   p.hits.resize(pixels);
-  tbb::parallel_for(0, p.height, [&](int row) {
+  for_rows(p, [&](int row) {
     if (settings.keep_faces) {
       painter.slide_centers(p, row);
     } else {
       painter.trace_centers(p, row);
     }
   });
-  tbb::parallel_for(0, p.height, [&](int row) {
-    painter.paint_row(p, row, settings.smooth_outlines);
-  });
+  for_rows(p, [&](int row) { painter.paint_row(p, row, settings.smooth_outlines); });
   relight(p, weights);
 }
 
