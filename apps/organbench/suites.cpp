@@ -9,6 +9,8 @@ const std::vector<Suite>& all_suites() {
   static const std::vector<Suite> suites = {
       {"isosurface", "CT to surface: voxel size against radial error", run_isosurface_suite},
       {"decimate", "surface to proxy: faces and method against distance", run_decimate_suite},
+      {"registration", "photo to pose: pyramid and iterations against mTRE",
+       run_registration_suite},
   };
   return suites;
 }

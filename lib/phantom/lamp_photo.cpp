@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "core/random.h"
 #include "image/srgb.h"
@@ -20,16 +21,47 @@ using Eigen::Vector3f;
 constexpr int kInside = 2, kOutline = 5;  // rays per pixel side
 constexpr double kGlint = 0.9, kGlintExponent = 180;
 
+// What a ray meets.
+struct Skin {
+  Vector3d point, normal;
+  Vector3d albedo = Vector3d::Ones();
+};
+using SkinAt = std::function<Skin(const Ray&, const RayHit&)>;
+
+// The mesh brings the ray near, one short Newton step puts it on the formula's surface.
+Skin skin_of_formula(const OrganPhantom& phantom, bool textured, const Ray& ray,
+                     const RayHit& hit) {
+  constexpr double kLongestStepMm = 0.3, kLeastSlope = 0.05;
+  Skin skin{ray.origin + hit.t * ray.direction, {}};
+  skin.normal = phantom.normal(skin.point);
+  const double slope = -skin.normal.dot(ray.direction);
+  if (slope > kLeastSlope) {
+    const double step = phantom.inside(skin.point) / slope;
+    skin.point -= std::clamp(step, -kLongestStepMm, kLongestStepMm) * ray.direction;
+    skin.normal = phantom.normal(skin.point);
+  }
+  if (textured) skin.albedo = phantom.albedo(skin.point).cast<double>();
+  return skin;
+}
+
+Skin skin_of_mesh(const TriangleMesh& mesh, const std::vector<Vector3d>& normals, const Ray& ray,
+                  const RayHit& hit) {
+  const auto& [a, b, c] = mesh.faces[hit.face];
+  const Vector3d normal =
+      (1 - hit.u - hit.v) * normals[a] + hit.u * normals[b] + hit.v * normals[c];
+  return {ray.origin + hit.t * ray.direction, normal.normalized()};
+}
+
 class Lamp {
  public:
-  Lamp(const OrganPhantom& phantom, const RayScene& near_surface, const PosedCamera& camera,
-       const LampScene& scene, double reference_mm)
-      : phantom_(phantom),
+  Lamp(SkinAt skin_at, const RayScene& near_surface, const PosedCamera& camera, bool highlights,
+       double reference_mm)
+      : skin_at_(std::move(skin_at)),
         near_surface_(near_surface),
         lens_(camera.intrinsics),
         eye_(camera.center_world_mm()),
         world_from_camera_(camera.camera_from_world.rotation.transpose()),
-        scene_(scene),
+        highlights_(highlights),
         reference2_(reference_mm * reference_mm) {}
 
   void expose_row(int y, LampPicture& picture) const {
@@ -55,7 +87,7 @@ class Lamp {
     Vector3d sum = Vector3d::Zero();
     for (std::size_t s = 0; s < count; ++s) {
       missed += hits[s].face == kNoHit;
-      if (hits[s].face != kNoHit) sum += radiance(rays[s], hits[s].t);
+      if (hits[s].face != kNoHit) sum += radiance(rays[s], hits[s]);
     }
     return sum / static_cast<double>(count);
   }
@@ -72,34 +104,37 @@ class Lamp {
     ray.direction = (world_from_camera_ * unproject(lens_, {x_px, y_px})).normalized();
     return ray;
   }
-  // The mesh brings the ray near, one short Newton step puts it on the formula's surface.
-  Vector3d radiance(const Ray& ray, double t) const {
-    constexpr double kLongestStepMm = 0.3, kLeastSlope = 0.05;
-    Vector3d at = eye_ + t * ray.direction;
-    Vector3d normal = phantom_.normal(at);
-    const double slope = -normal.dot(ray.direction);
-    if (slope > kLeastSlope) {
-      at += std::clamp(phantom_.inside(at) / slope, -kLongestStepMm, kLongestStepMm) *
-            -ray.direction;
-      normal = phantom_.normal(at);
-    }
-    const double r2 = (at - eye_).squaredNorm();
-    const double cosine = std::max(0.0, -normal.dot(ray.direction));
-    const double light = reference2_ / r2;
-    Vector3d color = Vector3d::Constant(cosine * light);
-    if (scene_.textured) color = color.cwiseProduct(phantom_.albedo(at).cast<double>());
-    if (scene_.highlights) color.array() += kGlint * light * std::pow(cosine, kGlintExponent);
+  Vector3d radiance(const Ray& ray, const RayHit& hit) const {
+    const Skin skin = skin_at_(ray, hit);
+    const double light = reference2_ / (skin.point - eye_).squaredNorm();
+    const double cosine = std::max(0.0, -skin.normal.dot(ray.direction));
+    Vector3d color = cosine * light * skin.albedo;
+    if (highlights_) color.array() += kGlint * light * std::pow(cosine, kGlintExponent);
     return color;
   }
 
-  const OrganPhantom& phantom_;
+  SkinAt skin_at_;
   const RayScene& near_surface_;
   Intrinsics lens_;
   Vector3d eye_;
   Eigen::Matrix3d world_from_camera_;
-  LampScene scene_;
+  bool highlights_;
   double reference2_;
 };
+
+LampPicture expose(const Lamp& lamp, const Intrinsics& lens, const RunContext& context) {
+  LampPicture picture{lens.width, lens.height, {}};
+  picture.radiance.assign(std::size_t(picture.width) * picture.height, Vector3f::Zero());
+  tbb::parallel_for(0, picture.height, [&](int y) {
+    context.throw_if_cancelled();
+    lamp.expose_row(y, picture);
+  });
+  return picture;
+}
+
+double distance_mm(const PosedCamera& camera, const TriangleMesh& mesh) {
+  return (camera.center_world_mm() - bounds(mesh).center()).norm();
+}
 
 }  // namespace
 
@@ -107,16 +142,24 @@ LampPicture picture_by_lamp(const OrganPhantom& phantom, const TriangleMesh& nea
                             const PosedCamera& camera, const LampScene& scene,
                             const RunContext& context) {
   camera.intrinsics.check();
-  LampPicture picture{camera.intrinsics.width, camera.intrinsics.height, {}};
-  picture.radiance.assign(std::size_t(picture.width) * picture.height, Vector3f::Zero());
-  const RayScene scene_of_rays(near_surface);
-  const double reference = (camera.center_world_mm() - bounds(near_surface).center()).norm();
-  const Lamp lamp(phantom, scene_of_rays, camera, scene, reference);
-  tbb::parallel_for(0, picture.height, [&](int y) {
-    context.throw_if_cancelled();
-    lamp.expose_row(y, picture);
-  });
-  return picture;
+  const RayScene rays(near_surface);
+  const auto skin = [&](const Ray& ray, const RayHit& hit) {
+    return skin_of_formula(phantom, scene.textured, ray, hit);
+  };
+  return expose(Lamp(skin, rays, camera, scene.highlights, distance_mm(camera, near_surface)),
+                camera.intrinsics, context);
+}
+
+LampPicture picture_of_mesh_by_lamp(const TriangleMesh& mesh, const PosedCamera& camera,
+                                    const RunContext& context) {
+  camera.intrinsics.check();
+  const RayScene rays(mesh);
+  const std::vector<Vector3d> normals = vertex_normals(mesh);
+  const auto skin = [&](const Ray& ray, const RayHit& hit) {
+    return skin_of_mesh(mesh, normals, ray, hit);
+  };
+  return expose(Lamp(skin, rays, camera, false, distance_mm(camera, mesh)), camera.intrinsics,
+                context);
 }
 
 Rgb8Image develop(const LampPicture& picture, const Sensor& sensor) {

@@ -29,6 +29,11 @@ LampPicture picture_by_lamp(const OrganPhantom& phantom, const TriangleMesh& nea
                             const PosedCamera& camera, const LampScene& scene,
                             const RunContext& context = {});
 
+// The same of a mesh with smooth normals, white: for questions in which the error that a mesh makes
+// of the formula has no place.
+LampPicture picture_of_mesh_by_lamp(const TriangleMesh& mesh, const PosedCamera& camera,
+                                    const RunContext& context = {});
+
 // How a sensor turns radiance into 8-bit sRGB. All in shares of its linear range.
 struct Sensor {
   double gain = 0.6;

