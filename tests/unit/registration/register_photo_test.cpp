@@ -92,7 +92,7 @@ TEST(RegisterPhoto, AnInstrumentInFrontDoesLittleHarm) {
 }
 
 TEST(RegisterPhoto, SameResultForAnyNumberOfThreads) {
-  const PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+  const PhotoToRegister photo = started(lamp_studio().plain, {}, 10, 10, 7);
   const auto many = register_photo(lamp_studio().surface, photo, {});
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   const auto alone = register_photo(lamp_studio().surface, photo, {});
