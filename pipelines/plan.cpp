@@ -57,7 +57,8 @@ bool connect(Step& step, const StageInput& input, const Inputs& given,
              const std::vector<Step>& earlier) {
   if (input.many) {
     for (const auto& [name, path] : given) {
-      if (name.starts_with(input.name + " ")) step.inputs.push_back({name, input.kind, path, 0, {}});
+      if (name.starts_with(input.name + " "))
+        step.inputs.push_back({name, input.kind, path, 0, {}});
     }
     const bool any = !step.inputs.empty() && step.inputs.back().name.starts_with(input.name + " ");
     return any || !needed(input, given);

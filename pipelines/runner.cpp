@@ -157,10 +157,10 @@ std::string stage_report_json(const Stage& stage, const StageReport& report) {
     skipped.push_back({{"what", item.what}, {"why", item.why}});
   }
   Json json = {{"schema", "organbake/stage-report/1"},
-                     {"stage", stage.name},
-                     {"version", stage.version},
-                     {"figures", figures},
-                     {"skipped", skipped}};
+               {"stage", stage.name},
+               {"version", stage.version},
+               {"figures", figures},
+               {"skipped", skipped}};
   if (!report.quality_gate.empty()) json["quality_gate"] = report.quality_gate;
   return json.dump();
 }

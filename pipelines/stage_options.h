@@ -8,9 +8,9 @@
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
 #include "phantom/phantom.h"
-#include "registration/register_photo.h"
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
+#include "registration/register_photo.h"
 #include "viewpoints/placement.h"
 #include "volume/read_options.h"
 

@@ -23,8 +23,8 @@ void write_beside(const CacheEntry& entry, const fs::path& target) {
   const std::string prefix = std::string(Stage::kBeside) + "/";
   for (const CachedFile& file : entry.files) {
     if (!file.path.starts_with(prefix)) continue;
-    const fs::path beside = target.parent_path() /
-                            (target.stem().string() + "_" + file.path.substr(prefix.size()));
+    const fs::path beside =
+        target.parent_path() / (target.stem().string() + "_" + file.path.substr(prefix.size()));
     make_folder_of(beside);
     write_file_atomically(beside, read_file(entry.folder / file.path));
   }

@@ -58,7 +58,8 @@ Intrinsics plain_lens(const Json& json, const fs::path& path) {
 }
 
 // A matrix as FileStorage writes it, row by row; empty when none of the names is there.
-std::vector<double> opencv_matrix(const YAML::Node& root, std::initializer_list<const char*> names) {
+std::vector<double> opencv_matrix(const YAML::Node& root,
+                                  std::initializer_list<const char*> names) {
   for (const char* name : names) {
     const YAML::Node node = root[name];
     if (node && node["data"]) return node["data"].as<std::vector<double>>();
@@ -120,7 +121,8 @@ CameraSet read_camera_file(const fs::path& path) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (is_colmap(path)) return read_colmap_text(fs::is_directory(path) ? path : path.parent_path());
   if (!is_json(path)) {
-    throw BadDataError(path, "is neither a cameras.json, a transforms.json nor a COLMAP text model");
+    throw BadDataError(path,
+                       "is neither a cameras.json, a transforms.json nor a COLMAP text model");
   }
   return parse(path).contains("frames") ? read_transforms_json(path) : read_cameras(path);
 }

@@ -22,8 +22,7 @@ const std::map<std::string, std::vector<std::string>>& models() {
       {"SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
       {"RADIAL", {"f", "cx", "cy", "k1", "k2"}},
       {"OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
-      {"FULL_OPENCV",
-       {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}}};
+      {"FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}}};
   return models;
 }
 

@@ -93,9 +93,18 @@ std::string transforms_json(const CameraSet& set) {
                         world_from_camera.translation[row]});
     matrix.push_back({0, 0, 0, 1});
     frames.push_back({{"file_path", set.images.empty() ? set.cameras[i].name : set.images[i]},
-                      {"w", k.width}, {"h", k.height}, {"fl_x", k.fx}, {"fl_y", k.fy},
-                      {"cx", k.cx}, {"cy", k.cy}, {"k1", k.k1}, {"k2", k.k2}, {"p1", k.p1},
-                      {"p2", k.p2}, {"k3", k.k3}, {"transform_matrix", matrix}});
+                      {"w", k.width},
+                      {"h", k.height},
+                      {"fl_x", k.fx},
+                      {"fl_y", k.fy},
+                      {"cx", k.cx},
+                      {"cy", k.cy},
+                      {"k1", k.k1},
+                      {"k2", k.k2},
+                      {"p1", k.p1},
+                      {"p2", k.p2},
+                      {"k3", k.k3},
+                      {"transform_matrix", matrix}});
   }
   const Json json = {{"camera_model", "OPENCV"}, {"frames", frames}};
   return json.dump(2) + "\n";

@@ -168,8 +168,8 @@ Rgb8Image develop(const LampPicture& picture, const Sensor& sensor) {
   tbb::parallel_for(0, picture.height, [&](int y) {
     RandomStream random(sensor.seed, static_cast<std::uint64_t>(y));
     for (int x = 0; x < picture.width; ++x) {
-      const double r2 = std::pow(x + 0.5 - picture.width / 2.0, 2) +
-                        std::pow(y + 0.5 - picture.height / 2.0, 2);
+      const double r2 =
+          std::pow(x + 0.5 - picture.width / 2.0, 2) + std::pow(y + 0.5 - picture.height / 2.0, 2);
       const double gain = sensor.gain * (1 - sensor.vignette * r2 / half2);
       const double rest = sensor.offset + sensor.noise * random.normal();
       const Vector3f& radiance = picture.radiance[std::size_t(y) * picture.width + x];

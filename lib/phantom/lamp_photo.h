@@ -37,9 +37,9 @@ LampPicture picture_of_mesh_by_lamp(const TriangleMesh& mesh, const PosedCamera&
 // How a sensor turns radiance into 8-bit sRGB. All in shares of its linear range.
 struct Sensor {
   double gain = 0.6;
-  double offset = 0.1;    // far enough from black that the noise is not clipped there
-  double noise = 0.02;    // standard deviation, the same in all three channels of a pixel
-  double vignette = 0;    // light lost in the picture's corners, falling with the radius squared
+  double offset = 0.1;  // far enough from black that the noise is not clipped there
+  double noise = 0.02;  // standard deviation, the same in all three channels of a pixel
+  double vignette = 0;  // light lost in the picture's corners, falling with the radius squared
   std::uint64_t seed = 1;
 };
 Rgb8Image develop(const LampPicture& picture, const Sensor& sensor);

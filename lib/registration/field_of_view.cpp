@@ -15,12 +15,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kDirections = 180;
-constexpr int kBlack = 12;            // 8-bit: no channel brighter
-constexpr double kLeastRadius = 0.4;  // of the shorter side: fields of view are large
-constexpr double kOffCircle = 0.01;   // of the radius
-constexpr double kLeastShare = 0.7;   // of the border's directions lie on the circle
+constexpr int kBlack = 12;                     // 8-bit: no channel brighter
+constexpr double kLeastRadius = 0.4;           // of the shorter side: fields of view are large
+constexpr double kOffCircle = 0.01;            // of the radius
+constexpr double kLeastShare = 0.7;            // of the border's directions lie on the circle
 constexpr int kLeastBorder = kDirections / 6;  // directions in which a border is seen at all
-constexpr double kInset = 3;          // pixels: the border's blur
+constexpr double kInset = 3;                   // pixels: the border's blur
 
 struct Circle {
   Vector2d center;
@@ -37,8 +37,9 @@ bool is_black(const Rgb8Image& photo, int x, int y) {
 std::optional<Vector2d> border_end(const Rgb8Image& photo, double angle) {
   const Vector2d middle(photo.width / 2.0, photo.height / 2.0);
   const Vector2d direction(std::cos(angle), std::sin(angle));
-  const double to_edge = std::min((photo.width / 2.0 - 1) / std::max(1e-9, std::abs(direction.x())),
-                                  (photo.height / 2.0 - 1) / std::max(1e-9, std::abs(direction.y())));
+  const double to_edge =
+      std::min((photo.width / 2.0 - 1) / std::max(1e-9, std::abs(direction.x())),
+               (photo.height / 2.0 - 1) / std::max(1e-9, std::abs(direction.y())));
   for (double r = to_edge; r > 0; --r) {
     const Vector2d at = middle + r * direction;
     if (is_black(photo, static_cast<int>(at.x()), static_cast<int>(at.y()))) continue;

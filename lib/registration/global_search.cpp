@@ -128,8 +128,9 @@ class Candidates {
       for (int x = p.left; x < p.left + p.width; ++x) {
         const float coverage = p.coverage[p.index(x, y)];
         view.area_px += coverage;
-        view.offset += coverage * Vector2d((x + 0.5 - centered.intrinsics.cx) / level_.intrinsics.fx,
-                                           (y + 0.5 - centered.intrinsics.cy) / level_.intrinsics.fy);
+        view.offset +=
+            coverage * Vector2d((x + 0.5 - centered.intrinsics.cx) / level_.intrinsics.fx,
+                                (y + 0.5 - centered.intrinsics.cy) / level_.intrinsics.fy);
       }
     if (view.area_px > 0) view.offset /= view.area_px;
     return view;
@@ -138,7 +139,8 @@ class Candidates {
                                  const std::vector<Foreground>& places) const {
     const std::vector<Vector3d> ways = directions(direction_count);
     std::vector<View> views(ways.size());
-    tbb::parallel_for(std::size_t{0}, ways.size(), [&](std::size_t i) { views[i] = view(ways[i]); });
+    tbb::parallel_for(std::size_t{0}, ways.size(),
+                      [&](std::size_t i) { views[i] = view(ways[i]); });
     std::vector<ObjectPose> poses;
     for (const View& view : views) {
       if (!(view.area_px > 0)) continue;
@@ -155,8 +157,8 @@ class Candidates {
     const Vector3d ray((place.center_px.x() - k.cx) / k.fx, (place.center_px.y() - k.cy) / k.fy, 1);
     const Quaterniond turn = Quaterniond::FromTwoVectors(Vector3d::UnitZ(), ray) *
                              Quaterniond(Eigen::AngleAxisd(roll, Vector3d::UnitZ()));
-    const Vector2d offset = (turn * Vector3d(view.offset.x(), view.offset.y(), 0)).head<2>() *
-                            usual_distance();
+    const Vector2d offset =
+        (turn * Vector3d(view.offset.x(), view.offset.y(), 0)).head<2>() * usual_distance();
     ObjectPose pose;
     pose.camera_from_world = turn * view.rotation;
     pose.center_camera_mm = distance * ray - Vector3d(offset.x(), offset.y(), 0);
@@ -247,8 +249,7 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   std::vector<RefineState> states = best_distinct(poses, candidates.scores(poses), 32);
   for (const std::size_t kept : {12, 4}) {
     if (states.empty()) return result;
-    const std::vector<double> scores =
-        refine_all(surface, pyramid, level, quick, states, context);
+    const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
     result.runner_up_margin = margin(poses_of(states), scores);
     states = best_distinct(poses_of(states), scores, level > 0 ? kept : 1);
     if (level == 0) break;

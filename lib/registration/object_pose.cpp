@@ -35,14 +35,12 @@ std::array<double, 7> ObjectPose::to_array() const {
 
 ObjectPose ObjectPose::from_array(const double* values) {
   ObjectPose pose;
-  pose.camera_from_world =
-      Quaterniond(values[3], values[0], values[1], values[2]).normalized();
+  pose.camera_from_world = Quaterniond(values[3], values[0], values[1], values[2]).normalized();
   pose.center_camera_mm = Vector3d(values[4], values[5], values[6]);
   return pose;
 }
 
-ObjectPose object_pose(const RigidTransform& camera_from_world,
-                       const Vector3d& center_world_mm) {
+ObjectPose object_pose(const RigidTransform& camera_from_world, const Vector3d& center_world_mm) {
   return {Quaterniond(camera_from_world.rotation).normalized(),
           camera_from_world * center_world_mm};
 }

@@ -11,10 +11,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kReach = 10;            // pixels across the outline, either way
-constexpr int kHalf = 6;              // pixels: half the length of what is compared
-constexpr int kAlong = 2;             // pixels averaged along the outline, either way
-constexpr int kConfirmed = 1;         // pixels
+constexpr int kReach = 10;                // pixels across the outline, either way
+constexpr int kHalf = 6;                  // pixels: half the length of what is compared
+constexpr int kAlong = 2;                 // pixels averaged along the outline, either way
+constexpr int kConfirmed = 1;             // pixels
 constexpr double kLeastContrast = 0.004;  // of the luminance range, RMS: below, nothing is there
 
 // Outwards across the outline; zero where the pixel is not on it.
@@ -54,7 +54,8 @@ std::optional<Profile<Reach>> profile(const Vector2d& at, const Vector2d& normal
 }
 
 // Correlation of the predicted profile with the photograph's, `shift` pixels farther out.
-double correlation(const Profile<kHalf>& predicted, const Profile<kHalf + kReach>& seen, int shift) {
+double correlation(const Profile<kHalf>& predicted, const Profile<kHalf + kReach>& seen,
+                   int shift) {
   constexpr int kCount = 2 * kHalf + 1;
   double mp = 0, ms = 0, ps = 0, pp = 0, ss = 0;
   for (int i = 0; i < kCount; ++i) {
@@ -93,7 +94,8 @@ OutlineCheck check_outline(const PhotoLevel& level, const Prediction& p, double 
     return p.contains(x, y) ? p.radiance[p.index(x, y)] : background;
   };
   const auto seen = [&](int x, int y) -> std::optional<double> {
-    const bool inside = x >= 0 && y >= 0 && x < level.intrinsics.width && y < level.intrinsics.height;
+    const bool inside =
+        x >= 0 && y >= 0 && x < level.intrinsics.width && y < level.intrinsics.height;
     if (!inside || !level.valid[level.index(x, y)]) return std::nullopt;
     return level.luminance[level.index(x, y)];
   };

@@ -19,7 +19,8 @@ Rgb8Image halved(const Rgb8Image& photo) {
       for (int c = 0; c < 3; ++c)
         half.at(x, y)[c] = static_cast<std::uint8_t>(
             (photo.at(2 * x, 2 * y)[c] + photo.at(2 * x + 1, 2 * y)[c] +
-             photo.at(2 * x, 2 * y + 1)[c] + photo.at(2 * x + 1, 2 * y + 1)[c] + 2) / 4);
+             photo.at(2 * x, 2 * y + 1)[c] + photo.at(2 * x + 1, 2 * y + 1)[c] + 2) /
+            4);
   return half;
 }
 
@@ -65,11 +66,10 @@ Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
     image = halved(image);
     factor *= 2;
   }
-  const ObjectPose pose =
-      object_pose(registered.camera.camera_from_world, surface.center());
+  const ObjectPose pose = object_pose(registered.camera.camera_from_world, surface.center());
   if (!(pose.center_camera_mm.z() > 0)) return image;
-  const std::vector<PhotoLevel> pyramid = photo_pyramid(
-      image, {}, reduced(registered.camera.intrinsics, factor), kMostSide, kMostSide);
+  const std::vector<PhotoLevel> pyramid =
+      photo_pyramid(image, {}, reduced(registered.camera.intrinsics, factor), kMostSide, kMostSide);
   if (pyramid.empty()) return image;
   double offset = 0;
   const Prediction p = lit_prediction(surface, pyramid.front(), pose, options, offset);
@@ -79,8 +79,7 @@ Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
     for (int x = p.left; x < p.left + p.width; ++x) {
       const std::size_t i = p.index(x, y);
       const bool predicted = p.coverage[i] >= 0.5f && (x / field + y / field) % 2 == 0;
-      const std::uint8_t grey =
-          srgb8_from_linear(static_cast<float>(p.radiance[i] + offset));
+      const std::uint8_t grey = srgb8_from_linear(static_cast<float>(p.radiance[i] + offset));
       for (int c = 0; c < 3; ++c) {
         if (predicted) image.at(x, y)[c] = grey;
         if (on_outline(p, x, y)) image.at(x, y)[c] = color[c];

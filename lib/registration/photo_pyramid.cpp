@@ -12,12 +12,10 @@
 namespace organbake {
 namespace {
 
-constexpr int kBlown = 250;      // 8-bit: what a clipped highlight still has after compression
-constexpr int kLeastSide = 8;    // pixels: below, nothing can be told
+constexpr int kBlown = 250;    // 8-bit: what a clipped highlight still has after compression
+constexpr int kLeastSide = 8;  // pixels: below, nothing can be told
 
-bool is_blown(const std::uint8_t* rgb) {
-  return std::max({rgb[0], rgb[1], rgb[2]}) >= kBlown;
-}
+bool is_blown(const std::uint8_t* rgb) { return std::max({rgb[0], rgb[1], rgb[2]}) >= kBlown; }
 
 // Lens and compression spread a blown pixel over its neighbours.
 void drop_blown(const Rgb8Image& photo, std::vector<std::uint8_t>& valid) {

@@ -77,8 +77,7 @@ RigidTransform pose_from_pairs(const std::vector<PointPair>& pairs, const Intrin
   Vector3d center = Vector3d::Zero();
   for (const PointPair& pair : pairs) center += pair.point_world_mm / pairs.size();
   double size = 0;
-  for (const PointPair& pair : pairs)
-    size = std::max(size, (pair.point_world_mm - center).norm());
+  for (const PointPair& pair : pairs) size = std::max(size, (pair.point_world_mm - center).norm());
   if (!(size > 0)) refuse_degenerate();
   Projection p = direct_linear_transform(pairs, lens, center, size);
   if (p.leftCols<3>().determinant() < 0) p = -p;
@@ -97,8 +96,8 @@ RigidTransform pose_from_pairs(const std::vector<PointPair>& pairs, const Intrin
   problem.AddParameterBlock(values.data(), 7, &manifold);
   constexpr double kClickingPx = 3;
   for (const PointPair& pair : pairs)
-    problem.AddResidualBlock(new PixelError(pair, lens, center),
-                             new ceres::CauchyLoss(kClickingPx), values.data());
+    problem.AddResidualBlock(new PixelError(pair, lens, center), new ceres::CauchyLoss(kClickingPx),
+                             values.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;

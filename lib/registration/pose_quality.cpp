@@ -66,7 +66,7 @@ void measure_spread(const RegisteredSurface& surface, const Curvature& curvature
 // what texture and noise do to it.
 double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                           RefineOptions options, RefineState state, const RunContext& context) {
-  constexpr int kEnough = 160;  // pixels: a wrong lens shows here, too
+  constexpr int kEnough = 160;        // pixels: a wrong lens shows here, too
   constexpr double kSignificant = 4;  // standard deviations
   options.free_focal = true;
   options.outer_iterations = 1;
@@ -78,7 +78,8 @@ double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<Ph
   if (!state.usable) return 1;
   const MatrixXd spread = covariance(curvature(surface, pyramid[level], options, state));
   const double sd = spread.rows() == 7 ? std::sqrt(std::max(0.0, spread(6, 6))) : 0;
-  return std::abs(state.solver.log_focal) > kSignificant * sd ? std::exp(state.solver.log_focal) : 1;
+  return std::abs(state.solver.log_focal) > kSignificant * sd ? std::exp(state.solver.log_focal)
+                                                              : 1;
 }
 
 std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
@@ -149,15 +150,16 @@ double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
     if (!(x.z() > 0)) continue;
     const Eigen::Vector2d pixel = project(level.intrinsics, x);
     const Intrinsics& k = level.intrinsics;
-    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < k.width && pixel.y() < k.height)) continue;
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < k.width && pixel.y() < k.height))
+      continue;
     seen += level.valid[level.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))];
   }
   return open > 0 ? static_cast<double>(seen) / open : 0;
 }
 
 PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                   const RefineOptions& options, const RefineState& state,
-                   double runner_up_margin, const RunContext& context) {
+                   const RefineOptions& options, const RefineState& state, double runner_up_margin,
+                   const RunContext& context) {
   PoseQuality quality;
   if (!state.usable || !std::isfinite(state.correlation)) {
     quality.reason = "the organ is out of the picture, or the photograph is constant there";
@@ -166,8 +168,7 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   // Where an outline that is wrong by a hundredth of the organ shows, and noise is averaged.
   constexpr int kEnough = 640;
   int level = 0;
-  while (level + 1 < static_cast<int>(pyramid.size()) &&
-         pyramid[level].intrinsics.width > kEnough)
+  while (level + 1 < static_cast<int>(pyramid.size()) && pyramid[level].intrinsics.width > kEnough)
     ++level;
   quality.correlation = state.correlation;
   quality.inlier_share = state.appearance.inlier_share;
@@ -181,12 +182,11 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   Prediction prediction;
   predict(surface, pyramid[level], state.solver.object_pose(), found, basis, state.solver.light, {},
           prediction);
-  quality.outline_share = 
+  quality.outline_share =
       check_outline(pyramid[level], prediction, state.solver.light[basis.size() - 1]).share;
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
-  quality.focal_scale = options.free_focal
-                            ? 1
-                            : wanted_focal_scale(surface, pyramid, options, state, context);
+  quality.focal_scale =
+      options.free_focal ? 1 : wanted_focal_scale(surface, pyramid, options, state, context);
   judge(quality);
   if (options.free_focal) quality.focal_scale = found;
   return quality;

@@ -8,8 +8,8 @@ namespace organbake {
 
 // Everything that is asked of a finished pose, and the verdict over it.
 PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                   const RefineOptions& options, const RefineState& state,
-                   double runner_up_margin, const RunContext& context);
+                   const RefineOptions& options, const RefineState& state, double runner_up_margin,
+                   const RunContext& context);
 
 // The share of the surface that faces the camera, and nothing of it hides, which lies inside the
 // picture on pixels that count.

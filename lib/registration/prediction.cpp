@@ -47,8 +47,7 @@ class Painter {
   }
   bool at_outline(const Prediction& p, int x, int y) const;
   void split_pixel(Prediction& p, int x, int y) const;
-  void add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit,
-           float share) const;
+  void add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit, float share) const;
   void finish(Prediction& p, std::size_t i) const;
 
   const RegisteredSurface& surface_;
@@ -66,7 +65,8 @@ void Painter::set_window(Prediction& p, int margin) const {
   double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
   int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vector3d at(corner & 1 ? box.max.x() : box.min.x(), corner & 2 ? box.max.y() : box.min.y(),
+    const Vector3d at(corner & 1 ? box.max.x() : box.min.x(),
+                      corner & 2 ? box.max.y() : box.min.y(),
                       corner & 4 ? box.max.z() : box.min.z());
     const Vector3d x = camera_from_world_ * at;
     if (!(x.z() > 1e-3 * surface_.radius_mm())) {

@@ -57,8 +57,7 @@ void predict(const RegisteredSurface& surface, const PhotoLevel& level, const Ob
 // itself, minus what slides past: the picture's gradient times the motion of its points.
 using PixelDerivative = Eigen::Matrix<double, 7, 1>;
 PixelDerivative pixel_derivative(const Prediction& prediction, const Intrinsics& intrinsics,
-                                 const Eigen::Vector3d& center_camera_mm,
-                                 const ShadingBasis& basis, const ShadingBasis::Weights& weights,
-                                 int x, int y);
+                                 const Eigen::Vector3d& center_camera_mm, const ShadingBasis& basis,
+                                 const ShadingBasis::Weights& weights, int x, int y);
 
 }  // namespace organbake

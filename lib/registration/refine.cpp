@@ -55,9 +55,7 @@ class LevelProblem {
     problem_.SetParameterUpperBound(&state.log_focal, 0, 0.7);
   }
 
-  bool add_whole(const std::vector<WeightedPixel>& pixels) {
-    return add(pixels, nullptr);
-  }
+  bool add_whole(const std::vector<WeightedPixel>& pixels) { return add(pixels, nullptr); }
   // Each patch counts by its contrast, so that the sum is 1 − R's again when all fit.
   bool add_patches(const std::vector<WeightedPixel>& pixels) {
     bool any = false;
@@ -70,8 +68,8 @@ class LevelProblem {
       const double share = contrast(live_, patch) / all;
       if (!(share > 0)) continue;
       // On s = 2 (1 − R_k): R_k below about 0.7 counts less and less.
-      any |= add(patch, new ceres::ScaledLoss(new ceres::CauchyLoss(0.75), share,
-                                              ceres::TAKE_OWNERSHIP));
+      any |= add(patch,
+                 new ceres::ScaledLoss(new ceres::CauchyLoss(0.75), share, ceres::TAKE_OWNERSHIP));
     }
     return any;
   }
@@ -173,10 +171,10 @@ void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyr
   for (int i = first; i >= last; --i) {
     // A coarse level looks farther beyond the outline: up to a third of the organ's radius.
     const PhotoLevel& level = pyramid[i];
-    const double radius_px = level.intrinsics.fx * surface.radius_mm() /
-                             std::max(1e-9, state.solver.pose[6]);
-    const int band = i == 0 ? kFinestBand
-                            : std::clamp(static_cast<int>(radius_px / 3), kFinestBand, 8);
+    const double radius_px =
+        level.intrinsics.fx * surface.radius_mm() / std::max(1e-9, state.solver.pose[6]);
+    const int band =
+        i == 0 ? kFinestBand : std::clamp(static_cast<int>(radius_px / 3), kFinestBand, 8);
     refine_on_level(surface, level, band, options, state, context);
     if (!state.usable) return;
   }
@@ -192,25 +190,18 @@ Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
   if (pixels.size() < kFewestPixels) return result;
   fit_appearance(level, live.prediction(), basis, pixels);
   const int motion = options.free_focal ? 7 : 6, light = basis.size(), all = motion + light;
-  const NccCost cost(live, pixels, Similarity::radiance);
-  const int n = cost.num_residuals();
-  Eigen::VectorXd r(n), by_focal(n);
-  NccBlock::RowMajor by_pose(n, 7), by_light(n, light), j(n, all);
-  const double* parameters[] = {state.solver.pose.data(), state.solver.light.data(),
-                                &state.solver.log_focal};
-  double* jacobians[] = {by_pose.data(), by_light.data(), by_focal.data()};
-  cost.Evaluate(parameters, r.data(), jacobians);
-  j.leftCols<6>() = by_pose * PoseManifold::plus_jacobian(state.solver.pose.data());
-  if (options.free_focal) j.col(6) = by_focal;
-  j.rightCols(light) = by_light;
+  const NccCost::Rows rows = NccCost(live, pixels, Similarity::radiance).rows();
+  const Eigen::VectorXd& r = rows.residual;
+  NccBlock::RowMajor j(r.size(), all);
+  j << rows.derivative.leftCols(motion), rows.derivative.rightCols(light);
 
   // Marginalised: the motion's columns less what the light's explain of them.
   Eigen::MatrixXd normal = j.transpose() * j;
   Eigen::MatrixXd ll = normal.bottomRightCorner(light, light);
   ll.diagonal().array() += 1e-9 * ll.diagonal().maxCoeff() + 1e-300;
   const Eigen::MatrixXd explained = ll.ldlt().solve(normal.bottomLeftCorner(light, motion));
-  result.information = normal.topLeftCorner(motion, motion) -
-                       normal.topRightCorner(motion, light) * explained;
+  result.information =
+      normal.topLeftCorner(motion, motion) - normal.topRightCorner(motion, light) * explained;
   const NccBlock::RowMajor own = j.leftCols(motion) - j.rightCols(light) * explained;
   std::map<std::pair<int, int>, Eigen::VectorXd> slopes;
   for (std::size_t i = 0; i < pixels.size(); ++i) {

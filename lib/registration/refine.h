@@ -12,7 +12,8 @@ namespace organbake {
 struct RefineOptions {
   Light light;
   Similarity similarity = Similarity::radiance;
-  Form form = Form::patches;  // on the two finest levels; coarser ones always take the whole picture
+  Form form =
+      Form::patches;  // on the two finest levels; coarser ones always take the whole picture
   int patch_px = 24;
   bool free_focal = false;
   int outer_iterations = 4;   // overlap, light and weights anew, per level
@@ -45,9 +46,9 @@ RefineState start_at(const RegisteredSurface& surface, const RigidTransform& cam
 // (JᵀJ) of r by the motion (and ln f last when asked) and its parts by patch, of the state's R on a
 // level: what the covariance is made of.
 struct Curvature {
-  Eigen::MatrixXd information;                 // 6 × 6 or 7 × 7, light marginalised
-  std::vector<Eigen::VectorXd> patch_slopes;   // Jᵀr of each patch
-  double squared_residual = 0;                 // ‖r‖²
+  Eigen::MatrixXd information;                // 6 × 6 or 7 × 7, light marginalised
+  std::vector<Eigen::VectorXd> patch_slopes;  // Jᵀr of each patch
+  double squared_residual = 0;                // ‖r‖²
   std::size_t pixels = 0;
 };
 Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,

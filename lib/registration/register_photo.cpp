@@ -105,8 +105,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   context.progress(0.9);
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
   if (!state.usable) return result;
-  result.camera.camera_from_world =
-      rigid_transform(state.solver.object_pose(), surface.center());
+  result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
   result.camera.intrinsics.fx *= std::exp(state.solver.log_focal);
   result.camera.intrinsics.fy *= std::exp(state.solver.log_focal);
   return result;

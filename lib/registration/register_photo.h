@@ -20,10 +20,10 @@ struct RegistrationOptions {
   Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
   Similarity similarity = Similarity::radiance;
   Form form = Form::patches;
-  bool free_focal = false;      // one scale for both focal lengths is sought with the pose
-  int finest_side_px = 1440;    // the photograph is halved until no side is longer; 64…8192
-  int outer_iterations = 4;     // per pyramid level: overlap, light and weights anew; 1…50
-  int solver_iterations = 8;    // within each; 1…100
+  bool free_focal = false;    // one scale for both focal lengths is sought with the pose
+  int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
+  int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
+  int solver_iterations = 8;  // within each; 1…100
 
   // Throws UsageError.
   void check() const;
@@ -50,16 +50,16 @@ const char* name_of(Verdict verdict);
 // photograph, so that what the model leaves unexplained counts with its real correlation.
 struct PoseQuality {
   Verdict verdict = Verdict::failed;
-  std::string reason;         // why not ok; empty when ok
-  double correlation = 0;     // R over the overlap
-  double inlier_share = 0;    // of the organ's pixels, within 3 robust standard deviations
-  double visible_share = 0;   // of the surface that faces the camera: inside the picture and counted
-  double outline_share = 0;   // of the outline that the photograph confirms within two pixels
+  std::string reason;        // why not ok; empty when ok
+  double correlation = 0;    // R over the overlap
+  double inlier_share = 0;   // of the organ's pixels, within 3 robust standard deviations
+  double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
+  double outline_share = 0;  // of the outline that the photograph confirms within two pixels
   double position_sd_mm = 0;  // of the organ's centre
   double rotation_sd_deg = 0;
-  double surface_sd_mm = 0;      // RMS over the surface: the expected mTRE
-  double runner_up_margin = 1;   // R above the best other pose of the search; 1 without one
-  double focal_scale = 1;        // found, or what a free focal length would want
+  double surface_sd_mm = 0;     // RMS over the surface: the expected mTRE
+  double runner_up_margin = 1;  // R above the best other pose of the search; 1 without one
+  double focal_scale = 1;       // found, or what a free focal length would want
 };
 
 struct RegisteredPhoto {

@@ -51,10 +51,9 @@ void RegisteredSurface::spread_samples() {
   RandomStream random(kSampleSeed);
   for (std::size_t i = 0; i < kSamples; ++i) {
     const double at = (i + random.uniform()) / kSamples * total;
-    const auto face = static_cast<std::uint32_t>(
-        std::min<std::size_t>(std::lower_bound(area_up_to.begin(), area_up_to.end(), at) -
-                                  area_up_to.begin(),
-                              mesh_.faces.size() - 1));
+    const auto face = static_cast<std::uint32_t>(std::min<std::size_t>(
+        std::lower_bound(area_up_to.begin(), area_up_to.end(), at) - area_up_to.begin(),
+        mesh_.faces.size() - 1));
     const double root = std::sqrt(random.uniform()), share = random.uniform();
     const double u = root * (1 - share), v = root * share;
     const auto& [a, b, c] = mesh_.faces[face];

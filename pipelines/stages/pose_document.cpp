@@ -12,10 +12,10 @@ Json verdict_json(const PoseQuality& q) {
   Json json = {{"verdict", name_of(q.verdict)}};
   if (!q.reason.empty()) json["reason"] = q.reason;
   const std::pair<const char*, double> figures[] = {
-      {"correlation", q.correlation},         {"inlier_share", q.inlier_share},
-      {"visible_share", q.visible_share},     {"outline_share", q.outline_share},
-      {"position_sd_mm", q.position_sd_mm},   {"rotation_sd_deg", q.rotation_sd_deg},
-      {"surface_sd_mm", q.surface_sd_mm},     {"runner_up_margin", q.runner_up_margin},
+      {"correlation", q.correlation},       {"inlier_share", q.inlier_share},
+      {"visible_share", q.visible_share},   {"outline_share", q.outline_share},
+      {"position_sd_mm", q.position_sd_mm}, {"rotation_sd_deg", q.rotation_sd_deg},
+      {"surface_sd_mm", q.surface_sd_mm},   {"runner_up_margin", q.runner_up_margin},
       {"focal_scale", q.focal_scale}};
   for (const auto& [name, value] : figures) json[name] = value;
   return json;

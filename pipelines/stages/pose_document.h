@@ -15,8 +15,8 @@ struct NamedPose {
   RegisteredPhoto registered;
 };
 
-// cameras.json with a verdict at every camera. Cameras whose verdict is not ok stand under left_out,
-// with their reason, so that nothing that reads cameras takes them for posed.
+// cameras.json with a verdict at every camera. Cameras whose verdict is not ok stand under
+// left_out, with their reason, so that nothing that reads cameras takes them for posed.
 std::string pose_document(const std::vector<NamedPose>& poses);
 
 // The cameras that are ok, or all of them.

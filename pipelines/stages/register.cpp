@@ -150,12 +150,12 @@ StageReport run(const StageCall& call) {
   std::vector<NamedPose> poses;
   for (const NamedPhoto& named : photos) {
     call.context.info("photo " + named.name);
-    poses.push_back({named.name,
-                     register_named(surface, named, options.registration, call.context)});
+    poses.push_back(
+        {named.name, register_named(surface, named, options.registration, call.context)});
     const std::string stem = fs::path(named.name).stem().string();
-    write_png(beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
-              draw_overlay(surface, named.photo.image, poses.back().registered,
-                           options.registration), 1);
+    write_png(
+        beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
+        draw_overlay(surface, named.photo.image, poses.back().registered, options.registration), 1);
     // Those that register for a bake need the pictures beside the cameras.
     if (call.input("unposed")) {
       fs::create_directories((call.output_folder / named.name).parent_path());

@@ -53,8 +53,8 @@ Errors run(Bench& bench, const LampScenes& scenes, const Starts& starts, bool ha
     PhotoToRegister photo = scenes.photo(camera, static_cast<std::uint64_t>(i), hard);
     if (instrument) scenes.put_instrument(photo.image, static_cast<std::uint64_t>(i));
     if (starts.shift_mm > 0)
-      photo.start = scenes.start(camera, starts.shift_mm, starts.turn_deg,
-                                 static_cast<std::uint64_t>(i));
+      photo.start =
+          scenes.start(camera, starts.shift_mm, starts.turn_deg, static_cast<std::uint64_t>(i));
     errors.add(scenes, camera, register_photo(scenes.surface(), photo, options, bench.context()));
   }
   return errors;
@@ -69,8 +69,8 @@ void promise_accuracy(Bench& bench, const LampScenes& scenes) {
   const std::string what = "phantom, 2 % noise, gain and offset" + cases(starts.count);
   const double mtre = spread_of(clean.mtre_mm).median;
   bench.add(Figure{what + ": mTRE, median", "mm", mtre, 0.05});
-  bench.add(Figure{what + ": reprojection, median", "px",
-                   spread_of(clean.reprojection_px).median, 0.1});
+  bench.add(
+      Figure{what + ": reprojection, median", "px", spread_of(clean.reprojection_px).median, 0.1});
   bench.add(Figure{what + ": verdict ok", "%", clean.share_ok(), 95, Figure::Goal::at_least});
 
   bench.now("phantom photographs with vignette, texture, highlights");
@@ -83,7 +83,8 @@ void promise_accuracy(Bench& bench, const LampScenes& scenes) {
 // Photographs of the very mesh, so that the surface's own error is not in it.
 void promise_efficiency(Bench& bench) {
   bench.now("photographs of the mesh itself");
-  const LampScenes scenes(bench.quick() ? 256 : 1024, bench.quick() ? 1 : 4, PhotographedSurface::mesh);
+  const LampScenes scenes(bench.quick() ? 256 : 1024, bench.quick() ? 1 : 4,
+                          PhotographedSurface::mesh);
   const Starts starts{bench.quick() ? 4 : 40, 3, 3};
   const Errors errors = run(bench, scenes, starts, false);
   std::vector<double> ratios;
@@ -92,9 +93,9 @@ void promise_efficiency(Bench& bench) {
                      std::pow(scenes.floor_mm(i % scenes.cameras().size()), 2));
   double mean = 0;
   for (const double ratio : ratios) mean += ratio / static_cast<double>(ratios.size());
-  bench.add(Figure{"photographs of the mesh" + cases(starts.count) +
-                       ": RMS mTRE / Cramér–Rao floor",
-                   "×", std::sqrt(mean), 1.2});
+  bench.add(
+      Figure{"photographs of the mesh" + cases(starts.count) + ": RMS mTRE / Cramér–Rao floor", "×",
+             std::sqrt(mean), 1.2});
 }
 
 void promise_reach(Bench& bench, const LampScenes& scenes) {
@@ -111,9 +112,9 @@ void promise_reach(Bench& bench, const LampScenes& scenes) {
   bench.now("an instrument in front");
   const Starts near{bench.quick() ? 2 : 24, 10, 10};
   const Errors covered = run(bench, scenes, near, false, {}, true);
-  bench.add(Figure{"instrument over 20 % of the organ, unmasked" + cases(near.count) +
-                       ": mTRE, median",
-                   "mm", spread_of(covered.mtre_mm).median, 0.5});
+  bench.add(
+      Figure{"instrument over 20 % of the organ, unmasked" + cases(near.count) + ": mTRE, median",
+             "mm", spread_of(covered.mtre_mm).median, 0.5});
 }
 
 // Run time against error: how fine the pyramid's last level is, and how often it iterates.
@@ -152,8 +153,8 @@ void promise_time(Bench& bench, const LampScenes& scenes) {
   bench.add(Figure{size + ", no start: time", "s", global.wall_ms.median / 1000, 10});
 }
 
-// Another organ, the mirrored mesh, a start out of reach, a wrong lens: each from a start and, where
-// that is another question, without.
+// Another organ, the mirrored mesh, a start out of reach, a wrong lens: each from a start and,
+// where that is another question, without.
 void promise_verdicts(Bench& bench, const LampScenes& scenes) {
   bench.now("wrong organs, mirrored meshes, wrong lenses, starts out of reach");
   const int count = bench.quick() ? 8 : 100;
@@ -173,8 +174,9 @@ void promise_verdicts(Bench& bench, const LampScenes& scenes) {
       photo.intrinsics.fx *= factor;
       photo.intrinsics.fy *= factor;
     }
-    const RegisteredSurface& surface =
-        i % 4 == 0 ? scenes.other_organ(2 + i % 3) : i % 4 == 1 ? mirrored : scenes.surface();
+    const RegisteredSurface& surface = i % 4 == 0   ? scenes.other_organ(2 + i % 3)
+                                       : i % 4 == 1 ? mirrored
+                                                    : scenes.surface();
     const auto found = register_photo(surface, photo, {}, bench.context());
     const bool right = out_of_reach && scenes.mtre_mm(camera, found.camera.camera_from_world) < 1;
     false_ok += found.quality.verdict == Verdict::ok && !right;

@@ -13,8 +13,7 @@ double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
   const ObjectPose pose = from.object_pose();
   const Motion motion = motion_between(pose, to.object_pose());
   const double depth = std::max(1e-9, pose.center_camera_mm.z());
-  const double mm = motion.head<3>().norm() * surface.radius_mm() +
-                    motion.segment<2>(3).norm() +
+  const double mm = motion.head<3>().norm() * surface.radius_mm() + motion.segment<2>(3).norm() +
                     std::abs(motion[5]) * surface.radius_mm() / depth;
   return level.intrinsics.fx * mm / depth +
          std::abs(to.log_focal - from.log_focal) * level.intrinsics.width / 2;
@@ -23,8 +22,8 @@ double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
 // Tracing is what costs: a state that only differs in its light is lit anew, one that was drawn
 // last is not drawn again.
 void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool) {
-  const bool placed = drawn_ && drawn_state_.pose == state_.pose &&
-                      drawn_state_.log_focal == state_.log_focal;
+  const bool placed =
+      drawn_ && drawn_state_.pose == state_.pose && drawn_state_.log_focal == state_.log_focal;
   if (!placed) {
     constexpr double kClose = 0.7;  // pixels: an outline stays within the pixels next to it
     settings_.keep_faces = drawn_ && pixels_moved(level_, surface_, traced_state_, state_) < kClose;
@@ -49,7 +48,8 @@ void LivePrediction::derive() {
   tbb::parallel_for(0, prediction_.height, [&](int row) {
     const int y = prediction_.top + row;
     for (int x = prediction_.left; x < prediction_.left + prediction_.width; ++x) {
-      const PixelDerivative d = pixel_derivative(prediction_, lens, center, basis_, state_.light, x, y);
+      const PixelDerivative d =
+          pixel_derivative(prediction_, lens, center, basis_, state_.light, x, y);
       for (int j = 0; j < 7; ++j)
         derivatives_[prediction_.index(x, y)][j] = static_cast<float>(d[j]);
     }

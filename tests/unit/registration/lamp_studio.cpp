@@ -37,10 +37,9 @@ const LampStudio& lamp_studio() {
     const OrganPhantom phantom(options());
     const TriangleMesh mesh = colorless(phantom.surface(6));
     const auto cameras = phantom.photo_cameras();
-    return std::make_unique<const LampStudio>(
-        LampStudio{phantom, RegisteredSurface(mesh), cameras,
-                   picture_by_lamp(phantom, mesh, cameras[0], {}),
-                   picture_by_lamp(phantom, mesh, cameras[0], {true, true})});
+    return std::make_unique<const LampStudio>(LampStudio{
+        phantom, RegisteredSurface(mesh), cameras, picture_by_lamp(phantom, mesh, cameras[0], {}),
+        picture_by_lamp(phantom, mesh, cameras[0], {true, true})});
   }();
   return *studio;
 }
@@ -55,8 +54,7 @@ RigidTransform disturbed(const RegisteredSurface& surface, const RigidTransform&
                          surface.center());
 }
 
-double mtre_mm(const RegisteredSurface& surface, const RigidTransform& a,
-               const RigidTransform& b) {
+double mtre_mm(const RegisteredSurface& surface, const RigidTransform& a, const RigidTransform& b) {
   double sum = 0;
   for (const SurfaceSample& sample : surface.samples())
     sum += (a * sample.point - b * sample.point).norm();

@@ -68,10 +68,10 @@ TEST(PoseManifold, FollowsCeresRules) {
   const auto x = some_pose().to_array();
   const PoseManifold manifold;
   const auto plus = PoseManifold::plus_jacobian(x.data());
-  EXPECT_LT((PoseManifold::minus_jacobian(x.data()) * plus -
-             Eigen::Matrix<double, 6, 6>::Identity())
-                .norm(),
-            1e-12);
+  EXPECT_LT(
+      (PoseManifold::minus_jacobian(x.data()) * plus - Eigen::Matrix<double, 6, 6>::Identity())
+          .norm(),
+      1e-12);
   Motion delta;
   delta << 0.1, 0.2, -0.3, 1, 2, 3;
   std::array<double, 7> y{};
@@ -85,8 +85,7 @@ TEST(PoseManifold, FollowsCeresRules) {
     const Motion step = kStep * Motion::Unit(j), other = -step;
     manifold.Plus(x.data(), step.data(), more.data());
     manifold.Plus(x.data(), other.data(), less.data());
-    for (int i = 0; i < 7; ++i)
-      EXPECT_NEAR((more[i] - less[i]) / (2 * kStep), plus(i, j), 1e-8);
+    for (int i = 0; i < 7; ++i) EXPECT_NEAR((more[i] - less[i]) / (2 * kStep), plus(i, j), 1e-8);
   }
 }
 

@@ -11,9 +11,7 @@ namespace {
 
 const Intrinsics kLens{800, 600, 900, 910, 405, 296, -0.1, 0.02};
 
-RigidTransform truth() {
-  return look_at({150, -220, 90}, {5, 3, -4}, {0, 0, 1});
-}
+RigidTransform truth() { return look_at({150, -220, 90}, {5, 3, -4}, {0, 0, 1}); }
 
 std::vector<PointPair> pairs(int count, double noise_px) {
   RandomStream random(11);

@@ -35,8 +35,8 @@ struct Scene {
 
   Prediction at(const Motion& motion, double log_focal = 0) const {
     Prediction p;
-    predict(surface, level, moved(pose, motion), std::exp(log_focal), basis, weights,
-            {.margin = 8}, p);
+    predict(surface, level, moved(pose, motion), std::exp(log_focal), basis, weights, {.margin = 8},
+            p);
     return p;
   }
 };
@@ -46,8 +46,7 @@ TEST(Prediction, CoversWhatTheSurfaceCovers) {
   const Prediction p = scene.at(Motion::Zero());
   const RigidTransform camera_from_world = rigid_transform(scene.pose, scene.surface.center());
   for (const SurfaceSample& sample : scene.surface.samples()) {
-    const Eigen::Vector2d pixel =
-        project(scene.level.intrinsics, camera_from_world * sample.point);
+    const Eigen::Vector2d pixel = project(scene.level.intrinsics, camera_from_world * sample.point);
     const int x = static_cast<int>(pixel.x()), y = static_cast<int>(pixel.y());
     ASSERT_TRUE(p.contains(x, y));
     // The outline crosses some pixels between the eight rays that ask about them.

@@ -8,8 +8,8 @@ namespace {
 
 PhotoToRegister near_start(std::uint64_t seed) {
   PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
-  photo.start = disturbed(lamp_studio().surface,
-                          lamp_studio().cameras[0].camera_from_world, 5, 5, seed);
+  photo.start =
+      disturbed(lamp_studio().surface, lamp_studio().cameras[0].camera_from_world, 5, 5, seed);
   return photo;
 }
 
@@ -38,8 +38,8 @@ TEST(Verdict, AnotherOrganIsNotOk) {
   other.colors.clear();
   const RegisteredSurface surface(other);
   PhotoToRegister photo;
-  photo.image = develop(
-      picture_by_lamp(lamp_studio().phantom, lamp_studio().surface.mesh(), camera, {}), {});
+  photo.image =
+      develop(picture_by_lamp(lamp_studio().phantom, lamp_studio().surface.mesh(), camera, {}), {});
   photo.intrinsics = camera.intrinsics;
   photo.start = camera.camera_from_world;
   const auto found = register_photo(surface, photo, {});
@@ -64,8 +64,7 @@ TEST(Verdict, AStartBeyondReachIsOkOnlyWhenThePoseIsFoundAllTheSame) {
     PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
     photo.start = disturbed(lamp_studio().surface, truth, 40, 150, seed);
     const auto found = register_photo(lamp_studio().surface, photo, {});
-    const double error_mm =
-        mtre_mm(lamp_studio().surface, truth, found.camera.camera_from_world);
+    const double error_mm = mtre_mm(lamp_studio().surface, truth, found.camera.camera_from_world);
     EXPECT_EQ(found.quality.verdict == Verdict::ok, error_mm < 1) << "seed " << seed;
   }
 }
