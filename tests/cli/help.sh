@@ -4,13 +4,13 @@
 source "$(dirname "$0")/assert.sh"
 
 expect 0 organbake --help
-for command in phantom isosurface decimate mechanics place capture bake inspect verify schema doctor; do
+for command in phantom isosurface decimate mechanics place register capture bake inspect verify schema doctor; do
   expect_out "  $command "
 done
-for command in register shade report batch; do
+for command in shade report batch; do
   grep -q "^  $command " out && fail "$command is listed but does not exist"
 done
-for command in phantom isosurface decimate mechanics place capture bake inspect verify schema doctor; do
+for command in phantom isosurface decimate mechanics place register capture bake inspect verify schema doctor; do
   expect 0 organbake $command --help
   expect_out "organbake $command"
   expect_out "--threads N"
