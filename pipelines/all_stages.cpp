@@ -2,6 +2,8 @@
 #include "pipelines/stage.h"
 #include "pipelines/stage_options.h"
 
+#include <algorithm>
+
 namespace organbake {
 namespace {
 
@@ -60,19 +62,65 @@ std::vector<Stage> describe() {
        .inputs = {surface},
        .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},
        .make_options = make_options<PlaceStageOptions>},
+      {.name = "register",
+       .summary = "find a photograph's pose on the surface, with a verdict",
+       .inputs = {surface,
+                  {.name = "photo",
+                   .kind = InputKind::file,
+                   .help = "photographs, PNG or JPEG",
+                   .unless = "unposed",
+                   .many = true},
+                  {.name = "intrinsics",
+                   .kind = InputKind::lenses,
+                   .help =
+                       "the lens: OpenCV calibration YAML, JSON, cameras.json, COLMAP folder or "
+                       "transforms.json",
+                   .unless = "unposed"},
+                  {.name = "init",
+                   .kind = InputKind::lenses,
+                   .help = "poses to start from: pose.json, COLMAP folder or transforms.json; else "
+                           "a search all round",
+                   .required = false},
+                  {.name = "photo_mask",
+                   .kind = InputKind::file,
+                   .help = "picture of the photos' size, black where they don't count",
+                   .required = false,
+                   .flag = "mask"},
+                  {.name = "pairs",
+                   .kind = InputKind::file,
+                   .help = "text with lines 'x y z u v': surface points in mm and their pixels",
+                   .required = false},
+                  {.name = "unposed",
+                   .kind = InputKind::photos,
+                   .help = "instead of photos and intrinsics: a cameras.json with images",
+                   .required = false}},
+       .outputs = {{"photos", "pose.json"}},
+       .make_options = make_options<RegisterStageOptions>,
+       .single_file = true},
       {.name = "capture",
        .summary = "bake depth, colour and microstructure for each virtual camera",
        .inputs = {surface,
                   {"proxy", InputKind::mesh, "the proxy"},
                   {"cameras", InputKind::cameras, "virtual cameras, as place writes them"},
-                  {"photos", InputKind::photos, "posed photographs: a cameras.json with images",
-                   false}},
+                  {.name = "photos",
+                   .kind = InputKind::photos,
+                   .help = "posed photographs: a cameras.json with images",
+                   .required = false,
+                   .made_from = "unposed"}},
        .outputs = {{"maps", "."}},
        .make_options = make_options<CaptureStageOptions>},
   };
 }
 
 }  // namespace
+
+std::string input_of_many(const StageInput& input, std::size_t index,
+                          const std::filesystem::path& path) {
+  constexpr std::size_t kDigits = 4;  // names sort as they were given
+  const std::string number = std::to_string(index);
+  return input.name + " " + std::string(kDigits - std::min(kDigits, number.size()), '0') + number +
+         " " + path.filename().string();
+}
 
 const std::vector<Stage>& all_stages() {
   static const std::vector<Stage> stages = describe();

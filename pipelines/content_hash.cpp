@@ -105,7 +105,9 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(status)) {
-    if (kind == InputKind::volume || kind == InputKind::frames) return files_of_folder(path);
+    const bool may_be_folder =
+        kind == InputKind::volume || kind == InputKind::frames || kind == InputKind::lenses;
+    if (may_be_folder) return files_of_folder(path);
     throw NoInputError(path, "is a folder, a file is needed");
   }
   if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");

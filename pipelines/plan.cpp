@@ -55,7 +55,8 @@ std::set<std::string> stages_needed(const Recipe& recipe, std::set<std::string> 
     running.insert(stage->name);
     for (const StageOutput& output : stage->outputs) wanted.erase(output.artifact);
     for (const StageInput& input : stage->inputs) {
-      if (needed(input, recipe.inputs) && !recipe.inputs.contains(input.name)) {
+      const bool asked = needed(input, recipe.inputs) || recipe.inputs.contains(input.made_from);
+      if (asked && !recipe.inputs.contains(input.name)) {
         wanted.insert(input.name);
       }
     }
@@ -65,7 +66,8 @@ std::set<std::string> stages_needed(const Recipe& recipe, std::set<std::string> 
 
 const StageOutput* find_output(const std::vector<Step>& steps, const std::string& artifact,
                                std::size_t& step) {
-  for (step = 0; step < steps.size(); ++step) {
+  // The latest that makes it: photographs that were registered stand before those that came posed.
+  for (step = steps.size(); step-- > 0;) {
     if (const StageOutput* output = steps[step].stage->output(artifact)) return output;
   }
   return nullptr;
@@ -74,6 +76,14 @@ const StageOutput* find_output(const std::vector<Step>& steps, const std::string
 // False when the input is needed and neither given nor made by an earlier step.
 bool connect(Step& step, const StageInput& input, const Inputs& given,
              const std::vector<Step>& earlier) {
+  if (input.many) {
+    for (const auto& [name, path] : given) {
+      if (name.starts_with(input.name + " "))
+        step.inputs.push_back({name, input.kind, path, 0, {}});
+    }
+    const bool any = !step.inputs.empty() && step.inputs.back().name.starts_with(input.name + " ");
+    return any || !needed(input, given);
+  }
   InputSource source{input.name, input.kind, {}, 0, {}};
   const auto path = given.find(input.name);
   if (path != given.end()) {

@@ -141,6 +141,8 @@ const std::vector<RecipeInput>& recipe_inputs() {
       {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
       {"frames", InputKind::frames, "laparoscopy: a frame, a folder of frames, or a video"},
       {"intrinsics", InputKind::cameras, "of the laparoscope: a cameras.json of one camera"},
+      {"unposed", InputKind::photos,
+       "photographs whose poses register shall find: a cameras.json with images and lenses"},
       {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
   return inputs;
 }

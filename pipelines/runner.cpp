@@ -162,6 +162,7 @@ std::string stage_report_json(const Stage& stage, const StageReport& report) {
                {"figures", figures},
                {"skipped", skipped}};
   if (!report.bad_data.empty()) json["bad_data"] = report.bad_data;
+  if (!report.quality_gate.empty()) json["quality_gate"] = report.quality_gate;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

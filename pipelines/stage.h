@@ -21,6 +21,8 @@ enum class InputKind {
   cameras,  // cameras.json
   photos,   // cameras.json with the photographs that it names
   frames,   // a frame, a folder of frames, or a video
+  file,     // one file of any kind
+  lenses,   // a file, or the folder of a COLMAP text model
 };
 
 struct StageInput {
@@ -29,7 +31,16 @@ struct StageInput {
   std::string help;
   bool required = true;
   std::string unless = {};  // not needed when this other input is given
+  // Though not required, a bake makes it when the user gives this other input.
+  std::string made_from = {};
+  // May come several times; each is then an input of its own, called as input_of_many() says.
+  bool many = false;
+  std::string flag = {};  // of the command line; empty = the name
 };
+
+// The name of the index-th of many inputs. It holds the file's own name, because results name it.
+std::string input_of_many(const StageInput& input, std::size_t index,
+                          const std::filesystem::path& path);
 
 struct StageOutput {
   std::string artifact;  // what later stages ask for
@@ -47,6 +58,8 @@ struct StageReport {
   // Damage in an input that ended the stage early, with results that are good as far as they go:
   // they are kept, and the command then fails with exit code 65 and this message.
   std::string bad_data = {};
+  // Why the result, though written, is not good enough (exit code 3); empty when it is.
+  std::string quality_gate;
 
   // Counts, measures, texts, lists: whatever an OptionValue can hold.
   template <class T>
@@ -76,8 +89,10 @@ struct Stage {
   std::vector<StageInput> inputs = {};
   std::vector<StageOutput> outputs = {};
   std::function<StageOptions()> make_options = {};
-  // Written as one file (-o FILE) or as a folder (-o DIR).
+  // Written as one file (-o FILE) or as a folder (-o DIR). What a single file's stage puts below
+  // kBeside in its folder lands beside FILE: for "pose.json", overlay.png as pose_overlay.png.
   bool single_file = false;
+  static constexpr const char* kBeside = "beside";
 
   const StageOutput* output(const std::string& artifact) const {
     for (const StageOutput& output : outputs) {
@@ -94,6 +109,15 @@ struct StageCall {
   std::filesystem::path output_folder;  // exists and is empty
   const RunContext& context;
 
+  // All of a StageInput with `many`, in the order given; the file name that the user knows first.
+  std::vector<std::pair<std::string, std::filesystem::path>> inputs_of(
+      const std::string& name) const {
+    std::vector<std::pair<std::string, std::filesystem::path>> found;
+    for (const auto& [key, path] : inputs) {
+      if (key.starts_with(name + " ")) found.emplace_back(path.filename().string(), path);
+    }
+    return found;
+  }
   const std::filesystem::path* input(const std::string& name) const {
     const auto found = inputs.find(name);
     return found == inputs.end() ? nullptr : &found->second;

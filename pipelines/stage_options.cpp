@@ -242,6 +242,42 @@ void bind(OptionList& list, PlaceStageOptions& o) {
             .max = 1.5});
 }
 
+void bind(OptionList& list, RegisterStageOptions& o) {
+  RegistrationOptions& r = o.registration;
+  list.add("light", &r.light,
+           {.help = "where the light is: at the camera (an endoscope), in light_direction, or "
+                    "anywhere: estimated with the pose"},
+           {{"camera", LightModel::camera},
+            {"direction", LightModel::direction},
+            {"estimated", LightModel::estimated}})
+      .add("light_direction", &r.light_direction,
+           {.help = "surface to light in the camera's axes: x right, y down, z forward"})
+      .add("similarity", &r.similarity,
+           {.help = "what is correlated: radiance, as in the paper, or its gradient"},
+           {{"radiance", Similarity::radiance}, {"gradient", Similarity::gradient}})
+      .add("form", &r.form,
+           {.help = "one correlation per patch with a robust loss, or one for the whole picture"},
+           {{"patches", Form::patches}, {"whole", Form::whole}})
+      .add("free_focal", &r.free_focal, {.help = "seek one scale of the focal lengths, too"})
+      .add("vertex_albedo", &o.vertex_albedo,
+           {.help = "take the surface's vertex colours for its albedo"})
+      .add("from_poses", &o.from_poses,
+           {.help = "of unposed photos: start from the poses in their document"})
+      .add("finest_side", &r.finest_side_px,
+           {.help = "a photo is halved until no side is longer",
+            .unit = "px",
+            .min = 64,
+            .max = 8192})
+      .add("outer_iterations", &r.outer_iterations,
+           {.help = "per pyramid level: overlap, light and weights anew", .min = 1, .max = 50})
+      .add("solver_iterations", &r.solver_iterations,
+           {.help = "of the solver within each", .min = 1, .max = 100})
+      .add("also", &o.also, {.help = "write the cameras for other programs as well"},
+           {{"none", CameraExport::none},
+            {"colmap", CameraExport::colmap},
+            {"transforms", CameraExport::transforms}});
+}
+
 void bind(OptionList& list, CaptureStageOptions& o) {
   list.add("rays_per_texel_side", &o.capture.rays_per_texel_side,
            {.help = "n×n rays are averaged for a texel's colour", .min = 1, .max = 8})

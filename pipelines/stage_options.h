@@ -11,6 +11,7 @@
 #include "phantom/phantom.h"
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
+#include "registration/register_photo.h"
 #include "shading/depth_mesh.h"
 #include "shading/frame_depth.h"
 #include "shading/frame_source.h"
@@ -70,6 +71,16 @@ struct PlaceStageOptions {
   PlacementOptions resolved() const;
 };
 
+// Which files a pose is written to besides our own.
+enum class CameraExport { none, colmap, transforms };
+
+struct RegisterStageOptions {
+  RegistrationOptions registration;
+  bool vertex_albedo = false;  // the surface's colours are its albedo
+  bool from_poses = false;     // start from the poses that the document of unposed photos has
+  CameraExport also = CameraExport::none;
+};
+
 struct CaptureStageOptions {
   CaptureOptions capture;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
@@ -87,6 +98,7 @@ void bind(OptionList& list, DecimateOptions& options);
 void bind(OptionList& list, MechanicsOptions& options);
 void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
+void bind(OptionList& list, RegisterStageOptions& options);
 void bind(OptionList& list, CaptureStageOptions& options);
 void bind(OptionList& list, BundleOptions& options);
 

@@ -18,6 +18,18 @@ std::string folder_report(const CacheEntry& entry) {
   return report.dump(2) + "\n";
 }
 
+// "beside/overlay.png" of a result pose.json goes to pose_overlay.png.
+void write_beside(const CacheEntry& entry, const fs::path& target) {
+  const std::string prefix = std::string(Stage::kBeside) + "/";
+  for (const CachedFile& file : entry.files) {
+    if (!file.path.starts_with(prefix)) continue;
+    const fs::path beside =
+        target.parent_path() / (target.stem().string() + "_" + file.path.substr(prefix.size()));
+    make_folder_of(beside);
+    write_file_atomically(beside, read_file(entry.folder / file.path));
+  }
+}
+
 }  // namespace
 
 void check_stage_target(const Stage& stage, const fs::path& target) {
@@ -34,6 +46,7 @@ void write_stage_outputs(const StepResult& result, const fs::path& target) {
   if (stage.single_file) {
     make_folder_of(target);
     write_file_atomically(target, read_file(result.entry.folder / stage.outputs.front().file));
+    write_beside(result.entry, target);
     return;
   }
   AtomicFolder folder(target);

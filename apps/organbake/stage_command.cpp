@@ -24,7 +24,8 @@ OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags
       "output", &flags.output,
       {.help = std::string("-o: the ") + (stage.single_file ? "file" : "folder") + " to write"});
   for (const StageInput& input : stage.inputs) {
-    list.add(input.name, &flags.inputs[input.name], {.help = input.help});
+    list.add(input.flag.empty() ? input.name : input.flag, &flags.inputs[input.name],
+             {.help = input.help});
   }
   list.append(options.list);
   list.add("force", &flags.force, {.help = "run, whatever the cache holds"})
@@ -32,13 +33,23 @@ OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags
   return list;
 }
 
+// Of many inputs of one name all words are taken; what comes after them has a flag only.
+bool is_word(const Stage& stage, const StageInput& asked) {
+  for (const StageInput& input : stage.inputs) {
+    if (input.name == asked.name) return true;
+    if (input.many) return false;
+  }
+  return false;
+}
+
 std::string usage_of(const Stage& stage) {
   std::string usage = stage.name;
   for (const StageInput& input : stage.inputs) {
     std::string name = input.name;
     std::transform(name.begin(), name.end(), name.begin(), ::toupper);
-    const bool optional = !input.required || !input.unless.empty();
-    usage += optional ? " [" + name + "]" : " " + name;
+    const bool optional = !input.required || (!input.unless.empty() && !input.many);
+    if (is_word(stage, input)) usage += optional ? " [" + name + "]" : " " + name;
+    if (input.many) usage += " [" + name + "…]";
   }
   return usage + (stage.single_file ? " -o FILE" : " -o DIR") + " [OPTIONS]";
 }
@@ -51,7 +62,11 @@ std::map<std::string, fs::path> inputs_from(const Stage& stage,
   auto word = words.begin();
   for (const StageInput& input : stage.inputs) {
     const fs::path& named = flags.inputs.at(input.name);
-    if (!named.empty()) {
+    if (input.many) {
+      if (!named.empty()) inputs[input_of_many(input, 0, named)] = named;
+      for (std::size_t i = 1; word != words.end(); ++i, ++word)
+        inputs[input_of_many(input, i, *word)] = *word;
+    } else if (!named.empty()) {
       inputs[input.name] = named;
     } else if (word != words.end()) {
       inputs[input.name] = *word++;
@@ -63,6 +78,22 @@ std::map<std::string, fs::path> inputs_from(const Stage& stage,
   return inputs;
 }
 
+std::size_t most_words(const Stage& stage) {
+  constexpr std::size_t kMany = 4096;
+  for (const StageInput& input : stage.inputs) {
+    if (input.many) return kMany;
+  }
+  return stage.inputs.size();
+}
+
+// The result is there, but the stage says that it is not good enough.
+int exit_code_of(const nlohmann::json& report, Session& session, const Stage& stage) {
+  const auto gate = report.find("quality_gate");
+  if (gate == report.end()) return 0;
+  session.terminal().log(LogLevel::warning, stage.name + ": " + gate->get<std::string>());
+  return static_cast<int>(ExitCode::quality_gate);
+}
+
 }  // namespace
 
 int run_stage_command(const Stage& stage, const Arguments& arguments, Session& session) {
@@ -70,7 +101,7 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
   StageFlags flags;
   const auto words =
       session.read_command(arguments, usage_of(stage), "Stage " + stage.name + ": " + stage.summary,
-                           flag_list(stage, options, flags), stage.inputs.size());
+                           flag_list(stage, options, flags), most_words(stage));
   if (!words) return 0;
   if (flags.output.empty()) throw UsageError("-o is missing: where shall the result go?");
   const Plan plan = plan_stage(stage, options.list, inputs_from(stage, *words, flags));
@@ -85,14 +116,15 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
   session.terminal().log(
       LogLevel::info,
       stage.name + ": " + (result.ran ? "ran in " + to_text(result.seconds, 2) + " s" : "cached"));
+  const nlohmann::json report = nlohmann::json::parse(result.entry.report_json);
   nlohmann::json json = {{"output", flags.output.string()},
                          {"state", result.ran ? "ran" : "cached"},
-                         {"report", nlohmann::json::parse(result.entry.report_json)}};
+                         {"report", report}};
   session.print_result(flags.output.string(), json);
   if (json["report"].contains("bad_data")) {
     throw BadDataError(json["report"]["bad_data"].get<std::string>());
   }
-  return 0;
+  return exit_code_of(report, session, stage);
 }
 
 }  // namespace organbake

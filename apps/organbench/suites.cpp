@@ -11,6 +11,8 @@ const std::vector<Suite>& all_suites() {
       {"decimate", "surface to proxy: faces and method against distance", run_decimate_suite},
       {"shading", "frames to depth: surfaces, noise, lights and clips against truth",
        run_shading_suite},
+      {"registration", "photo to pose: pyramid and iterations against mTRE",
+       run_registration_suite},
   };
   return suites;
 }

@@ -8,5 +8,6 @@ class Bench;
 void run_isosurface_suite(Bench& bench);
 void run_decimate_suite(Bench& bench);
 void run_shading_suite(Bench& bench);
+void run_registration_suite(Bench& bench);
 
 }  // namespace organbake

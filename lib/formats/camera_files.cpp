@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/camera_files.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "formats/colmap_text.h"
+#include "formats/transforms_json.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::json;
+
+bool is_colmap(const fs::path& path) {
+  return fs::is_directory(path) || path.filename() == "cameras.txt" ||
+         path.filename() == "images.txt";
+}
+
+Json parse(const fs::path& path) {
+  try {
+    return Json::parse(read_text_file(path));
+  } catch (const Json::exception&) {
+    throw BadDataError(path, "is no JSON document");
+  }
+}
+
+double number(const Json& json, const char* key, const fs::path& path) {
+  if (!json.contains(key) || !json[key].is_number()) {
+    throw BadDataError(path, std::string("lacks the number '") + key + "' of a lens");
+  }
+  return json[key].get<double>();
+}
+
+Intrinsics plain_lens(const Json& json, const fs::path& path) {
+  Intrinsics k;
+  k.width = static_cast<int>(number(json, "width", path));
+  k.height = static_cast<int>(number(json, "height", path));
+  k.fx = number(json, "fx", path);
+  k.fy = number(json, "fy", path);
+  k.cx = number(json, "cx", path);
+  k.cy = number(json, "cy", path);
+  const auto distortion = json.find("distortion_k1_k2_p1_p2_k3");
+  if (distortion == json.end()) return k;
+  double* const target[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};
+  if (!distortion->is_array() || distortion->size() != 5) {
+    throw BadDataError(path, "distortion_k1_k2_p1_p2_k3 must hold five numbers");
+  }
+  for (int i = 0; i < 5; ++i) {
+    if (!(*distortion)[i].is_number()) throw BadDataError(path, "the distortion is no number");
+    *target[i] = (*distortion)[i].get<double>();
+  }
+  return k;
+}
+
+// A matrix as FileStorage writes it, row by row; empty when none of the names is there.
+std::vector<double> opencv_matrix(const YAML::Node& root,
+                                  std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    const YAML::Node node = root[name];
+    if (node && node["data"]) return node["data"].as<std::vector<double>>();
+  }
+  return {};
+}
+
+Intrinsics opencv_lens(const fs::path& path, int width, int height) {
+  std::string text = read_text_file(path);
+  // yaml-cpp refuses OpenCV's "%YAML:1.0".
+  if (text.starts_with("%YAML")) text.erase(0, text.find('\n'));
+  try {
+    const YAML::Node root = YAML::Load(text);
+    const auto m = opencv_matrix(root, {"camera_matrix", "cameraMatrix", "K", "M1"});
+    if (m.size() != 9) {
+      throw BadDataError(path, "lacks the 3×3 matrix 'camera_matrix' of an OpenCV calibration");
+    }
+    auto d = opencv_matrix(root, {"distortion_coefficients", "distCoeffs", "D", "D1"});
+    for (std::size_t i = 5; i < d.size(); ++i) {
+      if (d[i] != 0) throw BadDataError(path, "only k1 k2 p1 p2 k3 of a distortion are supported");
+    }
+    d.resize(5, 0);
+    Intrinsics k;
+    k.width = root["image_width"] ? root["image_width"].as<int>() : width;
+    k.height = root["image_height"] ? root["image_height"].as<int>() : height;
+    k.fx = m[0];
+    k.fy = m[4];
+    k.cx = m[2] + 0.5;
+    k.cy = m[5] + 0.5;
+    k.k1 = d[0];
+    k.k2 = d[1];
+    k.p1 = d[2];
+    k.p2 = d[3];
+    k.k3 = d[4];
+    return k;
+  } catch (const YAML::Exception& error) {
+    throw BadDataError(path, "is no OpenCV calibration: " + error.msg);
+  }
+}
+
+bool is_json(const fs::path& path) {
+  const std::string text = read_text_file(path);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string::npos && text[first] == '{';
+}
+
+Intrinsics lens_of(const CameraSet& set, const std::string& image, const fs::path& path) {
+  if (set.cameras.empty()) throw BadDataError(path, "holds no camera");
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    if (fs::path(set.images[i]).filename() == fs::path(image).filename())
+      return set.cameras[i].intrinsics;
+  }
+  return set.cameras.front().intrinsics;
+}
+
+}  // namespace
+
+CameraSet read_camera_file(const fs::path& path) {
+  if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
+  if (is_colmap(path)) return read_colmap_text(fs::is_directory(path) ? path : path.parent_path());
+  if (!is_json(path)) {
+    throw BadDataError(path,
+                       "is neither a cameras.json, a transforms.json nor a COLMAP text model");
+  }
+  return parse(path).contains("frames") ? read_transforms_json(path) : read_cameras(path);
+}
+
+Intrinsics read_intrinsics(const fs::path& path, const std::string& image, int width, int height) {
+  if (!fs::exists(path)) throw NoInputError(path, "there is no such file");
+  Intrinsics lens;
+  if (is_colmap(path)) {
+    lens = lens_of(read_camera_file(path), image, path);
+  } else if (!is_json(path)) {
+    lens = opencv_lens(path, width, height);
+  } else {
+    const Json json = parse(path);
+    lens = json.contains("cameras") || json.contains("frames")
+               ? lens_of(read_camera_file(path), image, path)
+               : plain_lens(json, path);
+  }
+  try {
+    lens.check();
+  } catch (const BadDataError& error) {
+    throw BadDataError(path, error.what());
+  }
+  return lens;
+}
+
+std::string colmap_points_text() { return "# 3D point list: empty\n"; }
+
+}  // namespace organbake

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/colmap_text.h"
+
+#include <Eigen/Geometry>
+#include <map>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/camera_files.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+// Which intrinsic each parameter of a model is, in COLMAP's order; 'f' is both focal lengths.
+const std::map<std::string, std::vector<std::string>>& models() {
+  static const std::map<std::string, std::vector<std::string>> models = {
+      {"SIMPLE_PINHOLE", {"f", "cx", "cy"}},
+      {"PINHOLE", {"fx", "fy", "cx", "cy"}},
+      {"SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
+      {"RADIAL", {"f", "cx", "cy", "k1", "k2"}},
+      {"OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
+      {"FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}}};
+  return models;
+}
+
+void set(Intrinsics& k, const std::string& name, double value, const fs::path& path) {
+  const std::map<std::string, double*> places = {{"fx", &k.fx}, {"fy", &k.fy}, {"cx", &k.cx},
+                                                 {"cy", &k.cy}, {"k1", &k.k1}, {"k2", &k.k2},
+                                                 {"p1", &k.p1}, {"p2", &k.p2}, {"k3", &k.k3}};
+  if (name == "f") {
+    k.fx = k.fy = value;
+  } else if (places.contains(name)) {
+    *places.at(name) = value;
+  } else if (value != 0) {
+    throw BadDataError(path, "its distortion " + name + " is not supported");
+  }
+}
+
+std::vector<std::string> lines_of(const fs::path& path) {
+  std::istringstream text(read_text_file(path));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line.front() != '#') lines.push_back(line);
+  }
+  return lines;
+}
+
+std::map<long, Intrinsics> read_lenses(const fs::path& path) {
+  std::map<long, Intrinsics> lenses;
+  for (const std::string& line : lines_of(path)) {
+    if (line.empty()) continue;
+    std::istringstream words(line);
+    long id = 0;
+    std::string model;
+    Intrinsics k;
+    words >> id >> model >> k.width >> k.height;
+    const auto known = models().find(model);
+    if (!words || known == models().end()) {
+      throw BadDataError(path, "'" + line + "' is no camera of a supported model");
+    }
+    for (const std::string& name : known->second) {
+      double value = 0;
+      if (!(words >> value)) throw BadDataError(path, "'" + line + "' lacks its " + name);
+      set(k, name, value, path);
+    }
+    lenses[id] = k;
+  }
+  return lenses;
+}
+
+}  // namespace
+
+CameraSet read_colmap_text(const fs::path& folder) {
+  const std::map<long, Intrinsics> lenses = read_lenses(folder / "cameras.txt");
+  const fs::path path = folder / "images.txt";
+  const std::vector<std::string> lines = lines_of(path);
+  CameraSet set;
+  // Every second line holds points; an image without any has an empty one.
+  for (std::size_t i = 0; i < lines.size(); i += 2) {
+    if (lines[i].empty()) continue;
+    std::istringstream words(lines[i]);
+    long id = 0, lens = 0;
+    double w = 0, x = 0, y = 0, z = 0;
+    PosedCamera camera;
+    Eigen::Vector3d& t = camera.camera_from_world.translation;
+    words >> id >> w >> x >> y >> z >> t.x() >> t.y() >> t.z() >> lens >> camera.name;
+    const Eigen::Quaterniond q(w, x, y, z);
+    if (!words || !lenses.contains(lens) || !(q.norm() > 0)) {
+      throw BadDataError(path, "'" + lines[i] + "' is no image with a pose and a known camera");
+    }
+    camera.camera_from_world.rotation = q.normalized().toRotationMatrix();
+    camera.intrinsics = lenses.at(lens);
+    set.images.push_back(camera.name);
+    set.cameras.push_back(camera);
+  }
+  return set;
+}
+
+std::string colmap_cameras_text(const CameraSet& set) {
+  std::string text = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
+    const Intrinsics& k = set.cameras[i].intrinsics;
+    std::vector<double> values = {k.fx, k.fy, k.cx, k.cy};
+    if (k.has_distortion()) values.insert(values.end(), {k.k1, k.k2, k.p1, k.p2, k.k3, 0, 0, 0});
+    text += std::to_string(i + 1) + (k.has_distortion() ? " FULL_OPENCV " : " PINHOLE ") +
+            std::to_string(k.width) + " " + std::to_string(k.height);
+    for (const double value : values) text += " " + to_text(value);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string colmap_images_text(const CameraSet& set) {
+  std::string text = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME, then its points\n";
+  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
+    const RigidTransform& pose = set.cameras[i].camera_from_world;
+    const Eigen::Quaterniond q(pose.rotation);
+    text += std::to_string(i + 1);
+    for (const double value : {q.w(), q.x(), q.y(), q.z(), pose.translation.x(),
+                               pose.translation.y(), pose.translation.z()})
+      text += " " + to_text(value);
+    const std::string& name = set.images.empty() ? set.cameras[i].name : set.images[i];
+    text += " " + std::to_string(i + 1) + " " + name + "\n\n";
+  }
+  return text;
+}
+
+}  // namespace organbake

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/transforms_json.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "formats/camera_files.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// OpenGL's camera looks along −z with y up, ours along +z with y down.
+const Eigen::DiagonalMatrix<double, 3> kAxes(1, -1, -1);
+
+double value(const Json& frame, const Json& top, const char* key, double otherwise) {
+  const Json& where = frame.contains(key) ? frame : top;
+  return where.contains(key) && where[key].is_number() ? where[key].get<double>() : otherwise;
+}
+
+Intrinsics lens_from(const Json& frame, const Json& top) {
+  Intrinsics k;
+  k.width = static_cast<int>(value(frame, top, "w", 0));
+  k.height = static_cast<int>(value(frame, top, "h", 0));
+  const double angle = value(frame, top, "camera_angle_x", 0);
+  const double from_angle = angle > 0 ? k.width / (2 * std::tan(angle / 2)) : 0;
+  k.fx = value(frame, top, "fl_x", from_angle);
+  k.fy = value(frame, top, "fl_y", k.fx);
+  k.cx = value(frame, top, "cx", k.width / 2.0);
+  k.cy = value(frame, top, "cy", k.height / 2.0);
+  k.k1 = value(frame, top, "k1", 0);
+  k.k2 = value(frame, top, "k2", 0);
+  k.p1 = value(frame, top, "p1", 0);
+  k.p2 = value(frame, top, "p2", 0);
+  k.k3 = value(frame, top, "k3", 0);
+  return k;
+}
+
+RigidTransform pose_from(const Json& matrix) {
+  RigidTransform world_from_camera;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      world_from_camera.rotation(row, column) = matrix.at(row).at(column).get<double>();
+    world_from_camera.translation[row] = matrix.at(row).at(3).get<double>();
+  }
+  world_from_camera.rotation = world_from_camera.rotation * kAxes;
+  return world_from_camera.inverse();
+}
+
+bool is_rotation(const Eigen::Matrix3d& r) {
+  constexpr double kTolerance = 1e-5;  // files carry about six digits
+  return (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
+         r.row(0).cross(r.row(1)).dot(r.row(2)) > 0;
+}
+
+}  // namespace
+
+CameraSet read_transforms_json(const fs::path& path) {
+  CameraSet set;
+  try {
+    const Json json = Json::parse(read_text_file(path));
+    for (const Json& frame : json.at("frames")) {
+      PosedCamera camera;
+      camera.name = frame.at("file_path").get<std::string>();
+      camera.intrinsics = lens_from(frame, json);
+      camera.camera_from_world = pose_from(frame.at("transform_matrix"));
+      if (!is_rotation(camera.camera_from_world.rotation)) {
+        throw BadDataError(path, camera.name + ": its transform_matrix is no rigid motion");
+      }
+      camera.intrinsics.check();
+      set.images.push_back(camera.name);
+      set.cameras.push_back(camera);
+    }
+  } catch (const Json::exception& error) {
+    throw BadDataError(path, std::string("is no transforms.json: ") + error.what());
+  }
+  return set;
+}
+
+std::string transforms_json(const CameraSet& set) {
+  Json frames = Json::array();
+  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
+    const Intrinsics& k = set.cameras[i].intrinsics;
+    const RigidTransform world_from_camera = set.cameras[i].camera_from_world.inverse();
+    const Eigen::Matrix3d rotation = world_from_camera.rotation * kAxes;
+    Json matrix = Json::array();
+    for (int row = 0; row < 3; ++row)
+      matrix.push_back({rotation(row, 0), rotation(row, 1), rotation(row, 2),
+                        world_from_camera.translation[row]});
+    matrix.push_back({0, 0, 0, 1});
+    frames.push_back({{"file_path", set.images.empty() ? set.cameras[i].name : set.images[i]},
+                      {"w", k.width},
+                      {"h", k.height},
+                      {"fl_x", k.fx},
+                      {"fl_y", k.fy},
+                      {"cx", k.cx},
+                      {"cy", k.cy},
+                      {"k1", k.k1},
+                      {"k2", k.k2},
+                      {"p1", k.p1},
+                      {"p2", k.p2},
+                      {"k3", k.k3},
+                      {"transform_matrix", matrix}});
+  }
+  const Json json = {{"camera_model", "OPENCV"}, {"frames", frames}};
+  return json.dump(2) + "\n";
+}
+
+}  // namespace organbake

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/camera.h"
+#include "image/channel_image.h"
+#include "phantom/phantom.h"
+
+namespace organbake {
+
+// The phantom as an endoscope sees it: the only lamp sits at the camera's centre,
+//   L = albedo · cos θ / r² + highlights,
+// r the distance to the camera, θ the angle between the normal and the way there.
+struct LampScene {
+  bool textured = false;    // the organ's albedo; else white
+  bool highlights = false;  // Blinn (1977), exponent 180: the wet film's glints
+};
+
+// Linear radiance, 1 for white skin that faces the lamp at the organ's centre's distance; several
+// rays to a pixel, each refined to the formula's surface.
+struct LampPicture {
+  int width = 0, height = 0;
+  std::vector<Eigen::Vector3f> radiance;
+};
+LampPicture picture_by_lamp(const OrganPhantom& phantom, const TriangleMesh& near_surface,
+                            const PosedCamera& camera, const LampScene& scene,
+                            const RunContext& context = {});
+
+// The same of a mesh with smooth normals, white: for questions in which the error that a mesh makes
+// of the formula has no place.
+LampPicture picture_of_mesh_by_lamp(const TriangleMesh& mesh, const PosedCamera& camera,
+                                    const RunContext& context = {});
+
+// How a sensor turns radiance into 8-bit sRGB. All in shares of its linear range.
+struct Sensor {
+  double gain = 0.6;
+  double offset = 0.1;  // far enough from black that the noise is not clipped there
+  double noise = 0.02;  // standard deviation, the same in all three channels of a pixel
+  double vignette = 0;  // light lost in the picture's corners, falling with the radius squared
+  std::uint64_t seed = 1;
+};
+Rgb8Image develop(const LampPicture& picture, const Sensor& sensor);
+
+}  // namespace organbake

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "registration/appearance.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// The mask of the organ grown by `band` pixels, rows and columns apart.
+std::vector<std::uint8_t> grown(const Prediction& p, int band) {
+  std::vector<std::uint8_t> along(p.coverage.size(), 0), both(p.coverage.size(), 0);
+  for (int y = 0; y < p.height; ++y)
+    for (int x = 0, last = -band - 1; x < p.width + band; ++x) {
+      if (x < p.width && p.coverage[std::size_t(y) * p.width + x] > 0) last = x;
+      const int u = x - band;
+      if (u >= 0 && x - last <= 2 * band) along[std::size_t(y) * p.width + u] = 1;
+    }
+  for (int x = 0; x < p.width; ++x)
+    for (int y = 0, last = -band - 1; y < p.height + band; ++y) {
+      if (y < p.height && along[std::size_t(y) * p.width + x]) last = y;
+      const int v = y - band;
+      if (v >= 0 && y - last <= 2 * band) both[std::size_t(v) * p.width + x] = 1;
+    }
+  return both;
+}
+
+double median_of(std::vector<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+class Fit {
+ public:
+  Fit(const PhotoLevel& level, const Prediction& p, int basis,
+      const std::vector<WeightedPixel>& pixels)
+      : level_(level), p_(p), basis_(basis), pixels_(pixels) {}
+
+  // Weighted normal equations; a touch of ridge where the basis cannot be told apart.
+  VectorXd solve(const std::vector<double>& weights) const {
+    constexpr double kRidge = 1e-7;
+    const int n = basis_ + 1;
+    MatrixXd normal = MatrixXd::Zero(n, n);
+    VectorXd right = VectorXd::Zero(n), row(n);
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      if (!(weights[i] > 0)) continue;
+      fill(pixels_[i], row);
+      for (int j = 0; j < n; ++j)
+        for (int k = 0; k <= j; ++k) normal(j, k) += weights[i] * row[j] * row[k];
+      right += weights[i] * photo(pixels_[i]) * row;
+    }
+    normal.diagonal() += kRidge * normal.diagonal() + VectorXd::Constant(n, 1e-12);
+    return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  }
+  double residual(const WeightedPixel& pixel, const VectorXd& solution) const {
+    const float* phi = p_.phi_at(p_.index(pixel.x, pixel.y));
+    double predicted = solution[basis_];
+    for (int j = 0; j < basis_; ++j) predicted += solution[j] * phi[j];
+    return photo(pixel) - predicted;
+  }
+  bool on_organ(const WeightedPixel& pixel) const {
+    return p_.coverage[p_.index(pixel.x, pixel.y)] > 0;
+  }
+
+ private:
+  void fill(const WeightedPixel& pixel, VectorXd& row) const {
+    const float* phi = p_.phi_at(p_.index(pixel.x, pixel.y));
+    for (int j = 0; j < basis_; ++j) row[j] = phi[j];
+    row[basis_] = 1;
+  }
+  double photo(const WeightedPixel& pixel) const {
+    return level_.luminance[level_.index(pixel.x, pixel.y)];
+  }
+
+  const PhotoLevel& level_;
+  const Prediction& p_;
+  int basis_;
+  const std::vector<WeightedPixel>& pixels_;
+};
+
+}  // namespace
+
+std::vector<WeightedPixel> overlap(const PhotoLevel& level, const Prediction& p, int band) {
+  std::vector<WeightedPixel> pixels;
+  if (p.empty()) return pixels;
+  const std::vector<std::uint8_t> mask = grown(p, band);
+  for (int y = p.top; y < p.top + p.height; ++y)
+    for (int x = p.left; x < p.left + p.width; ++x)
+      if (mask[p.index(x, y)] && level.valid[level.index(x, y)]) pixels.push_back({x, y, 1});
+  return pixels;
+}
+
+Appearance fit_appearance(const PhotoLevel& level, const Prediction& p, const ShadingBasis& basis,
+                          std::vector<WeightedPixel>& pixels) {
+  constexpr int kRounds = 4;
+  constexpr double kMadToSigma = 1.4826;
+  constexpr double kCutoff = 4;         // standard deviations at which a pixel counts a quarter
+  constexpr double kLeastNoise = 2e-3;  // of the luminance range: 8 bits
+  constexpr double kInlier = 3;         // standard deviations
+  const Fit fit(level, p, basis.size(), pixels);
+  std::vector<double> weights(pixels.size(), 1.0), sizes;
+  Appearance appearance;
+  VectorXd solution;
+  for (int round = 0; round < kRounds; ++round) {
+    solution = fit.solve(weights);
+    sizes.clear();
+    for (const WeightedPixel& pixel : pixels)
+      if (fit.on_organ(pixel)) sizes.push_back(std::abs(fit.residual(pixel, solution)));
+    appearance.noise = std::max(kLeastNoise, kMadToSigma * median_of(sizes));
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      // Geman & McClure 1987.
+      const double off = fit.residual(pixels[i], solution) / (kCutoff * appearance.noise);
+      weights[i] = 1 / ((1 + off * off) * (1 + off * off));
+    }
+  }
+  std::size_t inliers = 0, organ = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    pixels[i].weight = weights[i];
+    if (!fit.on_organ(pixels[i])) continue;
+    ++organ;
+    inliers += std::abs(fit.residual(pixels[i], solution)) < kInlier * appearance.noise;
+  }
+  appearance.inlier_share = organ > 0 ? static_cast<double>(inliers) / organ : 0;
+  const bool lit = basis.size() > 2 || solution[0] > 0;
+  appearance.light = lit ? ShadingBasis::Weights::Zero().eval() : basis.first_weights();
+  if (lit) appearance.light.head(basis.size()) = solution.head(basis.size());
+  appearance.offset = solution[basis.size()];
+  return appearance;
+}
+
+}  // namespace organbake

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "registration/cost_functions/ncc_cost.h"
+#include "registration/prediction.h"
+
+namespace organbake {
+
+// The overlap T of one prediction with a photograph: pixels of the organ and of a band beside it,
+// fixed while the solver runs, so that it cannot raise R by showing less.
+// band: pixels beyond the outline. Nothing for an organ outside the picture.
+std::vector<WeightedPixel> overlap(const PhotoLevel& level, const Prediction& prediction, int band);
+
+struct Appearance {
+  ShadingBasis::Weights light = ShadingBasis::Weights::Zero();  // in the photograph's luminance
+  double offset = 0;
+  double noise = 0;         // robust standard deviation of what is left
+  double inlier_share = 0;  // of T's pixels on the organ
+};
+
+// Least squares of the photograph over T by the basis and an offset; pixels far off (instruments,
+// highlights, a cluttered background) get less weight, which is also written into T. A light that
+// would turn bright into dark is refused: the basis' first weights then stand.
+Appearance fit_appearance(const PhotoLevel& level, const Prediction& prediction,
+                          const ShadingBasis& basis, std::vector<WeightedPixel>& pixels);
+
+}  // namespace organbake

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <ceres/evaluation_callback.h>
+
+#include <array>
+#include <vector>
+
+#include "registration/prediction.h"
+
+namespace organbake {
+
+// The numbers that the solver moves.
+struct SolverState {
+  std::array<double, 7> pose{};
+  ShadingBasis::Weights light = ShadingBasis::Weights::Zero();
+  double log_focal = 0;  // of the scale of the given focal lengths
+
+  ObjectPose object_pose() const { return ObjectPose::from_array(pose.data()); }
+};
+
+// At most how far the surface moves in the picture between two states, in pixels of the level.
+double pixels_moved(const PhotoLevel& level, const RegisteredSurface& surface,
+                    const SolverState& from, const SolverState& to);
+
+// Draws the prediction once for every state that the solver visits; all cost functions of a problem
+// read from it. What is seen and what is hidden is thereby always that of the very pose.
+class LivePrediction : public ceres::EvaluationCallback {
+ public:
+  LivePrediction(const RegisteredSurface& surface, const PhotoLevel& level,
+                 const ShadingBasis& basis, const PredictionSettings& settings,
+                 const SolverState& state)
+      : surface_(surface), level_(level), basis_(basis), settings_(settings), state_(state) {}
+
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+
+  const PhotoLevel& level() const { return level_; }
+  const ShadingBasis& basis() const { return basis_; }
+  const SolverState& state() const { return state_; }
+  const Prediction& prediction() const { return prediction_; }
+
+  // Of a pixel of the level, inside the prediction's window or not.
+  double radiance(int x, int y) const;
+  PixelDerivative derivative(int x, int y) const;  // after evaluate_jacobians
+  double phi(int x, int y, int j) const;
+
+ private:
+  void derive();
+
+  const RegisteredSurface& surface_;
+  const PhotoLevel& level_;
+  const ShadingBasis& basis_;
+  PredictionSettings settings_;
+  const SolverState& state_;
+  Prediction prediction_;
+  SolverState drawn_state_, traced_state_;
+  bool drawn_ = false, derived_ = false;
+  std::vector<std::array<float, 7>> derivatives_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "registration/refine.h"
+
+namespace organbake {
+
+struct SearchResult {
+  RefineState best;
+  int level = 0;                // of the pyramid that the best was refined to
+  double runner_up_margin = 1;  // R above the best pose that is turned by more than 15°
+};
+
+// Finds the pose without any start: small renderings from directions all round, in all rolls,
+// correlated with the coarsest level; the best distinct ones are refined level by level and thinned
+// out. Where the organ stands out from a plain background, its area and centre say distance and
+// place; else a grid of both is tried as well. Threads across candidates; ordered, so repeatable.
+SearchResult search_all_round(const RegisteredSurface& surface,
+                              const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
+                              const RunContext& context);
+
+// Refines a given start on the coarsest level, together with starts turned a little about each axis
+// and put where the photograph is brightest against its background: a wider capture range.
+RefineState search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                        const RigidTransform& start, const RefineOptions& options,
+                        const RunContext& context);
+
+}  // namespace organbake

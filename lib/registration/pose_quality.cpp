@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "registration/pose_quality.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/text.h"
+#include "registration/outline.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+// Bounds of the verdict. They were set on photographs of the phantom with known poses, right and
+// wrong ones, so that no wrong one passes (organbench, suite registration).
+constexpr double kLeastVisible = 0.6;
+constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
+constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
+constexpr double kLeastInliers = 0.6;
+constexpr double kLargestSurfaceSdMm = 1.0;
+constexpr double kLeastMargin = 0.01;
+constexpr double kLargestFocalError = 0.13;
+
+// Motion of a surface point by the pose: (ω, τ) ↦ ω × (x − c) + τ.
+Eigen::Matrix<double, 3, 6> point_motion(const Vector3d& d) {
+  Eigen::Matrix<double, 3, 6> j;
+  j << 0, d.z(), -d.y(), 1, 0, 0, -d.z(), 0, d.x(), 0, 1, 0, d.y(), -d.x(), 0, 0, 0, 1;
+  return j;
+}
+
+// Sandwich over patches: H⁻¹ (Σ g gᵀ) H⁻¹ (White 1980; clustered, Liang & Zeger 1986).
+MatrixXd covariance(const Curvature& curvature) {
+  const Eigen::Index n = curvature.information.rows();
+  MatrixXd information = curvature.information;
+  information.diagonal() *= 1 + 1e-12;
+  const MatrixXd inverse = information.ldlt().solve(MatrixXd::Identity(n, n));
+  MatrixXd meat = MatrixXd::Zero(n, n);
+  for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
+  return inverse * meat * inverse;
+}
+
+void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
+                    const RefineState& state, PoseQuality& quality) {
+  quality.surface_sd_mm = quality.position_sd_mm = quality.rotation_sd_deg = 1e9;
+  if (curvature.pixels == 0) return;
+  const MatrixXd all = covariance(curvature);
+  if (!all.allFinite()) return;
+  const Eigen::Matrix<double, 6, 6> cov = all.topLeftCorner<6, 6>();
+  quality.rotation_sd_deg =
+      std::sqrt(std::max(0.0, cov.topLeftCorner<3, 3>().trace())) * 180 / std::numbers::pi;
+  quality.position_sd_mm = std::sqrt(std::max(0.0, cov.bottomRightCorner<3, 3>().trace()));
+  const Eigen::Matrix3d turn = state.solver.object_pose().camera_from_world.toRotationMatrix();
+  double sum = 0;
+  for (const SurfaceSample& sample : surface.samples()) {
+    const auto j = point_motion(turn * (sample.point - surface.center()));
+    sum += (j * cov * j.transpose()).trace();
+  }
+  quality.surface_sd_mm = std::sqrt(std::max(0.0, sum / surface.samples().size()));
+}
+
+// What a free focal length would want, on a level of moderate size; 1 unless that is well outside
+// what texture and noise do to it.
+double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                          RefineOptions options, RefineState state, const RunContext& context) {
+  constexpr int kEnough = 160;        // pixels: a wrong lens shows here, too
+  constexpr double kSignificant = 4;  // standard deviations
+  options.free_focal = true;
+  options.outer_iterations = 1;
+  options.form = Form::whole;
+  options.patch_px = 8;
+  int level = static_cast<int>(pyramid.size()) - 1;
+  while (level > 0 && pyramid[level].intrinsics.width < kEnough) --level;
+  refine(surface, pyramid, level, level, options, state, context);
+  if (!state.usable) return 1;
+  const MatrixXd spread = covariance(curvature(surface, pyramid[level], options, state));
+  const double sd = spread.rows() == 7 ? std::sqrt(std::max(0.0, spread(6, 6))) : 0;
+  return std::abs(state.solver.log_focal) > kSignificant * sd ? std::exp(state.solver.log_focal)
+                                                              : 1;
+}
+
+std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
+
+void judge(PoseQuality& q) {
+  struct Rule {
+    bool broken;
+    Verdict verdict;
+    std::string reason;
+  };
+  const Rule rules[] = {
+      {!(q.visible_share >= kLeastVisible), Verdict::failed,
+       "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
+           percent(kLeastVisible) + " are needed"},
+      {!(q.correlation >= kLeastCorrelation), Verdict::failed,
+       "the photograph does not look like the surface: R = " + to_text(q.correlation, 3)},
+      {!(q.outline_share >= kLeastOutline), Verdict::failed,
+       "the photograph has the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
+      {!(q.outline_share >= kSureOutline), Verdict::doubtful,
+       "only " + percent(q.outline_share) + " of the outline fits"},
+      {!(q.correlation >= kSureCorrelation), Verdict::doubtful,
+       "the photograph looks little like the surface: R = " + to_text(q.correlation, 3)},
+      {!(q.inlier_share >= kLeastInliers), Verdict::doubtful,
+       "only " + percent(q.inlier_share) + " of the organ's pixels fit"},
+      {!(q.surface_sd_mm <= kLargestSurfaceSdMm), Verdict::doubtful,
+       "the pose is uncertain by " + to_text(q.surface_sd_mm, 2) + " mm on the surface"},
+      {!(q.runner_up_margin >= kLeastMargin), Verdict::doubtful,
+       "another pose fits almost as well: R is only " + to_text(q.runner_up_margin, 3) + " lower"},
+      {std::abs(std::log(q.focal_scale)) > kLargestFocalError, Verdict::doubtful,
+       "the focal length seems wrong: " + to_text(q.focal_scale, 2) + " times the given one fits"},
+  };
+  q.verdict = Verdict::ok;
+  q.reason.clear();
+  for (const Rule& rule : rules) {
+    if (!rule.broken) continue;
+    q.verdict = rule.verdict;
+    q.reason = rule.reason;
+    return;
+  }
+}
+
+}  // namespace
+
+double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
+                     const ObjectPose& pose) {
+  const RigidTransform camera_from_world = rigid_transform(pose, surface.center());
+  const Vector3d eye = camera_from_world.inverse().translation;
+  std::vector<const SurfaceSample*> facing;
+  std::vector<Ray> rays;
+  for (const SurfaceSample& sample : surface.samples()) {
+    const Vector3d way = eye - sample.point;
+    if (!(sample.normal.dot(way) > 0)) continue;
+    facing.push_back(&sample);
+    Ray ray;
+    ray.origin = sample.point;
+    ray.direction = way;
+    ray.t_min = 1e-3 * surface.radius_mm() / way.norm();
+    ray.t_max = 1;
+    rays.push_back(ray);
+  }
+  std::vector<std::uint8_t> hidden(rays.size());
+  surface.scene().occluded(rays, hidden);
+  int open = 0, seen = 0;
+  for (std::size_t i = 0; i < facing.size(); ++i) {
+    if (hidden[i]) continue;
+    ++open;
+    const Vector3d x = camera_from_world * facing[i]->point;
+    if (!(x.z() > 0)) continue;
+    const Eigen::Vector2d pixel = project(level.intrinsics, x);
+    const Intrinsics& k = level.intrinsics;
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < k.width && pixel.y() < k.height))
+      continue;
+    seen += level.valid[level.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))];
+  }
+  return open > 0 ? static_cast<double>(seen) / open : 0;
+}
+
+PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                   const RefineOptions& options, const RefineState& state, double runner_up_margin,
+                   const RunContext& context) {
+  PoseQuality quality;
+  if (!state.usable || !std::isfinite(state.correlation)) {
+    quality.reason = "the organ is out of the picture, or the photograph is constant there";
+    return quality;
+  }
+  // Where an outline that is wrong by a hundredth of the organ shows, and noise is averaged.
+  constexpr int kEnough = 640;
+  int level = 0;
+  while (level + 1 < static_cast<int>(pyramid.size()) && pyramid[level].intrinsics.width > kEnough)
+    ++level;
+  quality.correlation = state.correlation;
+  quality.inlier_share = state.appearance.inlier_share;
+  quality.runner_up_margin = runner_up_margin;
+  const double found = std::exp(state.solver.log_focal);
+  PhotoLevel seen = pyramid[level];
+  seen.intrinsics.fx *= found;
+  seen.intrinsics.fy *= found;
+  quality.visible_share = visible_share(surface, seen, state.solver.object_pose());
+  const ShadingBasis basis = basis_for(options, state.solver.object_pose());
+  Prediction prediction;
+  predict(surface, pyramid[level], state.solver.object_pose(), found, basis, state.solver.light, {},
+          prediction);
+  quality.outline_share =
+      check_outline(pyramid[level], prediction, state.solver.light[basis.size() - 1]).share;
+  measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
+  quality.focal_scale =
+      options.free_focal ? 1 : wanted_focal_scale(surface, pyramid, options, state, context);
+  judge(quality);
+  if (options.free_focal) quality.focal_scale = found;
+  return quality;
+}
+
+}  // namespace organbake

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "core/run_context.h"
+#include "registration/appearance.h"
+#include "registration/cost_functions/live_prediction.h"
+
+namespace organbake {
+
+struct RefineOptions {
+  Light light;
+  Similarity similarity = Similarity::radiance;
+  Form form =
+      Form::patches;  // on the two finest levels; coarser ones always take the whole picture
+  int patch_px = 24;
+  bool free_focal = false;
+  int outer_iterations = 4;   // overlap, light and weights anew, per level
+  int solver_iterations = 8;  // within each
+};
+
+// Where the solver stands: pose, light, focal scale, and what the last overlap said of them.
+struct RefineState {
+  SolverState solver;
+  Appearance appearance;
+  double correlation = -1;  // R over the last overlap, weighted
+  int iterations = 0;
+  bool usable = false;  // the organ is in the picture, and the photograph is not constant there
+};
+
+// The basis for a surface's pose: falloff 1 at the organ's centre.
+ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose);
+
+// Climbs R on one level from the state's pose; the state is left where it was when the organ is
+// out of the picture.
+void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, int band,
+                     const RefineOptions& options, RefineState& state, const RunContext& context);
+
+// Coarse to fine over levels first … last of a pyramid (finest first in memory, so first ≥ last).
+void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid, int first,
+            int last, const RefineOptions& options, RefineState& state, const RunContext& context);
+
+RefineState start_at(const RegisteredSurface& surface, const RigidTransform& camera_from_world);
+
+// (JᵀJ) of r by the motion (and ln f last when asked) and its parts by patch, of the state's R on a
+// level: what the covariance is made of.
+struct Curvature {
+  Eigen::MatrixXd information;                // 6 × 6 or 7 × 7, light marginalised
+  std::vector<Eigen::VectorXd> patch_slopes;  // Jᵀr of each patch
+  double squared_residual = 0;                // ‖r‖²
+  std::size_t pixels = 0;
+};
+Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
+                    const RefineOptions& options, const RefineState& state);
+
+}  // namespace organbake

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "registration/register_photo.h"
+
+#include <cmath>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "registration/global_search.h"
+#include "registration/point_pairs.h"
+#include "registration/pose_quality.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kCoarsestSide = 64;        // pixels: the level that starts are refined on
+constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
+
+void require(bool holds, const std::string& name, double value, const char* advice) {
+  if (!holds) throw UsageError(name + " = " + to_text(value) + ": " + advice);
+}
+
+void check_photo(const PhotoToRegister& photo) {
+  photo.intrinsics.check();
+  const auto size = [](int width, int height) {
+    return std::to_string(width) + "×" + std::to_string(height);
+  };
+  const Intrinsics& k = photo.intrinsics;
+  if (photo.image.width != k.width || photo.image.height != k.height) {
+    throw BadDataError("the photograph has " + size(photo.image.width, photo.image.height) +
+                       " pixels, its intrinsics are for " + size(k.width, k.height));
+  }
+  const bool masked = !photo.mask.pixels.empty();
+  if (masked && (photo.mask.width != k.width || photo.mask.height != k.height)) {
+    throw BadDataError("the mask has " + size(photo.mask.width, photo.mask.height) +
+                       " pixels, the photograph " + size(k.width, k.height));
+  }
+}
+
+RefineOptions refine_options(const RegistrationOptions& o) {
+  RefineOptions options;
+  options.light.model = o.light;
+  options.light.toward = o.light_direction;
+  options.similarity = o.similarity;
+  options.form = o.form;
+  options.free_focal = o.free_focal;
+  options.outer_iterations = o.outer_iterations;
+  options.solver_iterations = o.solver_iterations;
+  return options;
+}
+
+}  // namespace
+
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::ok:
+      return "ok";
+    case Verdict::doubtful:
+      return "doubtful";
+    default:
+      return "failed";
+  }
+}
+
+void RegistrationOptions::check() const {
+  require(finest_side_px >= 64 && finest_side_px <= 8192, "finest_side", finest_side_px,
+          "take 64…8192 pixels");
+  require(outer_iterations >= 1 && outer_iterations <= 50, "outer_iterations", outer_iterations,
+          "take 1…50");
+  require(solver_iterations >= 1 && solver_iterations <= 100, "solver_iterations",
+          solver_iterations, "take 1…100");
+  require(light_direction.norm() > 0 && light_direction.allFinite(), "light_direction",
+          light_direction.norm(), "take a direction of some length");
+}
+
+RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                               const RegistrationOptions& options, const RunContext& context) {
+  options.check();
+  check_photo(photo);
+  RegisteredPhoto result;
+  result.camera.intrinsics = photo.intrinsics;
+  std::optional<RigidTransform> start = photo.start;
+  if (!photo.pairs.empty()) start = pose_from_pairs(photo.pairs, photo.intrinsics);
+  if (start) result.camera.camera_from_world = *start;
+  const std::vector<PhotoLevel> pyramid =
+      photo_pyramid(photo.image, photo.mask, photo.intrinsics, options.finest_side_px,
+                    start ? kCoarsestSide : kSearchCoarsestSide);
+  if (pyramid.empty()) {
+    result.quality.reason = "the photograph is too small: at least 8 pixels a side are needed";
+    return result;
+  }
+
+  const RefineOptions refining = refine_options(options);
+  RefineOptions searching = refining;  // the rough pose first, then the lens
+  searching.free_focal = false;
+  SearchResult found;
+  if (start) {
+    found.best = search_near(surface, pyramid, *start, searching, context);
+    found.level = static_cast<int>(pyramid.size()) - 1;
+  } else {
+    found = search_all_round(surface, pyramid, searching, context);
+  }
+  context.progress(0.4);
+  RefineState& state = found.best;
+  if (state.usable) refine(surface, pyramid, found.level, 0, refining, state, context);
+  context.progress(0.9);
+  result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
+  if (!state.usable) return result;
+  result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
+  result.camera.intrinsics.fx *= std::exp(state.solver.log_focal);
+  result.camera.intrinsics.fy *= std::exp(state.solver.log_focal);
+  return result;
+}
+
+}  // namespace organbake

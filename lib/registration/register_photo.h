@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/run_context.h"
+#include "geometry/camera.h"
+#include "image/channel_image.h"
+#include "registration/registered_surface.h"
+#include "registration/shading.h"
+#include "registration/similarity.h"
+
+namespace organbake {
+
+struct RegistrationOptions {
+  LightModel light = LightModel::camera;
+  Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
+  Similarity similarity = Similarity::radiance;
+  Form form = Form::patches;
+  bool free_focal = false;    // one scale for both focal lengths is sought with the pose
+  int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
+  int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
+  int solver_iterations = 8;  // within each; 1…100
+
+  // Throws UsageError.
+  void check() const;
+};
+
+// A point of the surface (world mm) and where the photograph shows it (pixels).
+struct PointPair {
+  Eigen::Vector3d point_world_mm;
+  Eigen::Vector2d pixel;
+};
+
+struct PhotoToRegister {
+  Rgb8Image image;
+  Rgb8Image mask;  // black: does not count; empty = all counts
+  Intrinsics intrinsics;
+  std::optional<RigidTransform> start;  // camera_from_world; none: searched for all round
+  std::vector<PointPair> pairs;         // at least 6 make a start
+};
+
+enum class Verdict { ok, doubtful, failed };
+const char* name_of(Verdict verdict);
+
+// What a pose is worth. Standard deviations are of the sandwich estimator over patches of the
+// photograph, so that what the model leaves unexplained counts with its real correlation.
+struct PoseQuality {
+  Verdict verdict = Verdict::failed;
+  std::string reason;        // why not ok; empty when ok
+  double correlation = 0;    // R over the overlap
+  double inlier_share = 0;   // of the organ's pixels, within 3 robust standard deviations
+  double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
+  double outline_share = 0;  // of the outline that the photograph confirms within two pixels
+  double position_sd_mm = 0;  // of the organ's centre
+  double rotation_sd_deg = 0;
+  double surface_sd_mm = 0;     // RMS over the surface: the expected mTRE
+  double runner_up_margin = 1;  // R above the best other pose of the search; 1 without one
+  double focal_scale = 1;       // found, or what a free focal length would want
+};
+
+struct RegisteredPhoto {
+  PosedCamera camera;  // intrinsics as found when the focal length was free
+  PoseQuality quality;
+};
+
+// Aligns the photograph with the surface by maximising the normalised cross-correlation of photo
+// and predicted shading (the paper, 2.1.1). Never throws for not finding the pose: that is what the
+// verdict says. Throws BadDataError when intrinsics, image and mask do not fit together, UsageError
+// for too few point pairs. The same result for any number of threads.
+RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                               const RegistrationOptions& options, const RunContext& context = {});
+
+}  // namespace organbake

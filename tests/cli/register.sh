@@ -1,0 +1,104 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# A photograph's pose as users ask for it: files in, documents and pictures out, exit codes.
+source "$(dirname "$0")/assert.sh"
+expect 0 organbake phantom -o p --size 64,64,24 --spacing 4,4,12 --photos 3 --photo-size 256 \
+  --truth-subdivisions 5
+photo=p/photos/photo_00.png
+# Truth and how far a pose document is from it, in mm at the organ's centre.
+off() {
+  python3 - "$1" "$2" <<'END'
+import json, sys
+def camera(path, image):
+    document = json.load(open(path))
+    all = document["cameras"] + document.get("left_out", [])
+    return [c for c in all if c["image"].endswith(image)][0]["camera_from_world"]
+truth, found = camera("p/photos/cameras.json", sys.argv[2]), camera(sys.argv[1], sys.argv[2])
+d = [sum((a - b) * c for a, b, c in zip(r, s, (17, -21, 33))) for r, s in zip(truth["rotation"], found["rotation"])]
+print(sum((x + a - b) ** 2 for x, a, b in zip(d, truth["translation_mm"], found["translation_mm"])) ** 0.5)
+END
+}
+at_most() { python3 -c "assert $1 <= $2" || fail "$3: $1 > $2"; }
+lens() { python3 -c 'import json
+c = json.load(open("p/photos/cameras.json"))["cameras"][0]
+print(json.dumps({k: c[k] for k in ("width", "height", "fx", "fy", "cx", "cy")}))'; }
+lens >K.json
+
+# From a start, lit from somewhere: the studio's lamps are estimated.
+code=0
+organbake register p/truth.ply $photo --intrinsics K.json --init p/photos/cameras.json \
+  --light estimated --vertex-albedo -o found/pose.json --json >out 2>err || code=$?
+[ $code -eq 0 ] || [ $code -eq 3 ] || fail "exit code $code: $(cat err)"
+at_most "$(off found/pose.json photo_00.png)" 2 "pose from the true start"
+[ -s found/pose_overlay.png ] || fail "no overlay beside the pose"
+expect 0 organbake verify found/pose.json
+
+# The same bytes for any number of threads, and for other documents of the same start.
+organbake register p/truth.ply $photo --intrinsics K.json --init p/photos/cameras.json \
+  --light estimated --vertex-albedo -o alone/pose.json --threads 1 --force >out 2>err
+expect_same found alone
+
+# Cameras for and from other programs.
+organbake register p/truth.ply $photo p/photos/photo_01.png --intrinsics K.json \
+  --init p/photos/cameras.json --light estimated --also colmap -o both/pose.json >out 2>err
+[ -e both/pose_overlay_photo_00.png ] && [ -e both/pose_overlay_photo_01.png ] ||
+  fail "one overlay a photograph"
+[ -s both/pose_colmap/cameras.txt ] && [ -e both/pose_colmap/images.txt ] || fail "no COLMAP model"
+
+# A photograph that tells nothing: the result is written, the gate is not passed.
+python3 - <<'END'
+import struct, zlib
+w = h = 64
+rows = b"".join(b"\0" + bytes([90]) * (3 * w) for _ in range(h))
+chunk = lambda t, d: struct.pack(">I", len(d)) + t + d + struct.pack(">I", zlib.crc32(t + d))
+open("grey.png", "wb").write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", w, h, 8, 2, 0, 0, 0))
+    + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+END
+echo '{"width": 64, "height": 64, "fx": 100, "fy": 100, "cx": 32, "cy": 32}' >small.json
+python3 -c 'import json
+c = json.load(open("p/photos/cameras.json"))
+c["cameras"] = c["cameras"][:1]
+json.dump(c, open("start.json", "w"))'
+expect 3 organbake register p/truth.ply grey.png --intrinsics small.json \
+  --init start.json -o grey.json
+expect_err "is failed"
+expect 0 organbake verify grey.json
+python3 -c 'import json
+d = json.load(open("grey.json"))
+assert not d["cameras"] and d["left_out"][0]["registration"]["verdict"] == "failed"' || fail "left_out"
+
+# What is wrong is named.
+expect 65 organbake register p/truth.ply $photo --intrinsics small.json -o x.json
+expect_err "photo_00.png"
+expect 2 organbake register p/truth.ply --intrinsics K.json -o x.json
+expect_err "needs a photo"
+expect 2 organbake register p/truth.ply $photo -o x.json
+expect_err "needs a intrinsics"
+echo '{"width": 256, "height": 256, "fx": NaN}' >nan.json
+expect 65 organbake register p/truth.ply $photo --intrinsics nan.json -o x.json
+expect 66 organbake register p/truth.ply none.png --intrinsics K.json -o x.json
+echo "1 2 3 4" >pairs.txt
+expect 65 organbake register p/truth.ply $photo --intrinsics K.json --pairs pairs.txt -o x.json
+expect_err "five numbers"
+expect_gone x.json
+
+# An OpenCV calibration counts from the first pixel's centre.
+cat >K.yml <<'END'
+%YAML:1.0
+---
+image_width: 64
+image_height: 64
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 100., 0., 31.5, 0., 100., 31.5, 0., 0., 1. ]
+distortion_coefficients: !!opencv-matrix
+   rows: 1
+   cols: 5
+   dt: d
+   data: [ 0., 0., 0., 0., 0. ]
+END
+expect 3 organbake register p/truth.ply grey.png --intrinsics K.yml \
+  --init start.json -o yml.json
+expect_equal "$(python3 -c 'import json; print(json.load(open("yml.json"))["left_out"][0]["cx"])')" 32.0

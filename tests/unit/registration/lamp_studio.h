@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+
+#include "core/random.h"
+#include "phantom/lamp_photo.h"
+#include "registration/object_pose.h"
+#include "registration/register_photo.h"
+
+namespace organbake {
+
+// The phantom, photographed small enough for a test: made once a program, since its formula is
+// slow.
+struct LampStudio {
+  OrganPhantom phantom;
+  RegisteredSurface surface;  // without the phantom's colours
+  std::vector<PosedCamera> cameras;
+  LampPicture plain;     // of camera 0: shading alone
+  LampPicture textured;  // with albedo and highlights
+
+  PhotoToRegister photo(const LampPicture& picture, const Sensor& sensor = {}) const;
+};
+const LampStudio& lamp_studio();
+
+// A pose off by exactly so much, in directions drawn from the seed.
+RigidTransform disturbed(const RegisteredSurface& surface, const RigidTransform& camera_from_world,
+                         double shift_mm, double turn_deg, std::uint64_t seed);
+
+// Mean distance between the surface's points under both poses: mTRE.
+double mtre_mm(const RegisteredSurface& surface, const RigidTransform& a, const RigidTransform& b);
+
+}  // namespace organbake

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include "lamp_studio.h"
+
+namespace organbake {
+namespace {
+
+PhotoToRegister near_start(std::uint64_t seed) {
+  PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+  photo.start =
+      disturbed(lamp_studio().surface, lamp_studio().cameras[0].camera_from_world, 5, 5, seed);
+  return photo;
+}
+
+TriangleMesh mirrored(TriangleMesh mesh) {
+  const double middle = bounds(mesh).center().x();
+  for (Eigen::Vector3d& v : mesh.vertices) v.x() = 2 * middle - v.x();
+  for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+  return mesh;
+}
+
+TEST(Verdict, AMirroredMeshIsNotOk) {
+  const RegisteredSurface surface(mirrored(lamp_studio().surface.mesh()));
+  PhotoToRegister photo = near_start(1);
+  EXPECT_NE(register_photo(surface, photo, {}).quality.verdict, Verdict::ok);
+}
+
+TEST(Verdict, AnotherOrganIsNotOk) {
+  // The same lobes in other proportions: within 5 mm of each other, so it takes a photograph in
+  // which that shows.
+  OrganPhantomOptions options;
+  options.photo_count = 8;
+  options.photo_size = 512;
+  const PosedCamera camera = OrganPhantom(options).photo_cameras().front();
+  options.seed = 2;
+  TriangleMesh other = OrganPhantom(options).surface(6);
+  other.colors.clear();
+  const RegisteredSurface surface(other);
+  PhotoToRegister photo;
+  photo.image =
+      develop(picture_by_lamp(lamp_studio().phantom, lamp_studio().surface.mesh(), camera, {}), {});
+  photo.intrinsics = camera.intrinsics;
+  photo.start = camera.camera_from_world;
+  const auto found = register_photo(surface, photo, {});
+  EXPECT_NE(found.quality.verdict, Verdict::ok);
+  EXPECT_GT(found.quality.correlation, 0.9) << "R alone would have been taken in";
+}
+
+TEST(Verdict, AWrongFocalLengthIsNotOk) {
+  for (const double factor : {0.8, 1.2}) {
+    PhotoToRegister photo = near_start(3);
+    photo.intrinsics.fx *= factor;
+    photo.intrinsics.fy *= factor;
+    const auto found = register_photo(lamp_studio().surface, photo, {});
+    EXPECT_NE(found.quality.verdict, Verdict::ok) << factor;
+    EXPECT_FALSE(found.quality.reason.empty());
+  }
+}
+
+TEST(Verdict, AStartBeyondReachIsOkOnlyWhenThePoseIsFoundAllTheSame) {
+  const RigidTransform truth = lamp_studio().cameras[0].camera_from_world;
+  for (const std::uint64_t seed : {4, 5, 6}) {
+    PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
+    photo.start = disturbed(lamp_studio().surface, truth, 40, 150, seed);
+    const auto found = register_photo(lamp_studio().surface, photo, {});
+    const double error_mm = mtre_mm(lamp_studio().surface, truth, found.camera.camera_from_world);
+    EXPECT_EQ(found.quality.verdict == Verdict::ok, error_mm < 1) << "seed " << seed;
+  }
+}
+
+TEST(Verdict, AnOrganMostlyOutOfThePictureFails) {
+  PhotoToRegister photo = near_start(5);
+  photo.mask = Rgb8Image(photo.image.width, photo.image.height);
+  for (int y = 0; y < photo.image.height; ++y)
+    for (int x = 0; x < 110; ++x) std::fill_n(photo.mask.at(x, y), 3, 255);
+  const auto found = register_photo(lamp_studio().surface, photo, {});
+  EXPECT_EQ(found.quality.verdict, Verdict::failed);
+}
+
+}  // namespace
+}  // namespace organbake
