@@ -40,11 +40,12 @@ open_window() { # ARGUMENTS…
   sleep 1
   xdotool windowfocus "$window"
 }
-press() { xdotool key "$1"; sleep 0.4; }
+press() { xdotool keydown "$1"; sleep 0.15; xdotool keyup "$1"; sleep 0.3; } # as long as a finger does
 appears() { for _ in $(seq 50); do [ -s "$1" ] && return; sleep 0.1; done; fail "no $1"; }
-quits() {
-  press q
+quits() { # KEY…
+  for key in "$@"; do press "$key"; done
   for _ in $(seq 50); do kill -0 $player 2>/dev/null || break; sleep 0.1; done
+  kill $player 2>/dev/null && fail "organplay does not end"
   wait $player || fail "organplay ended with $?: $(cat err)"
 }
 
@@ -64,7 +65,7 @@ xdotool mouseup 1
 for key in 1 2 3 w; do press $key; done
 appears window_001.png
 press r
-quits
+quits q
 expect_equal "$(sort said | tr '\n' ' ')" \
   "./frame_001.png ./frame_002.png ./interaction_001.json ./window_001.png "
 
@@ -74,6 +75,7 @@ cmp "$(ls frames/*.png | tail -n 1)" frame_002.png || fail "the interaction play
 
 open_window # the start page
 xdotool type nowhere
-xdotool mousemove 400 250
-quits 2>/dev/null
+press Return # there is no such folder: it says so, and stays
+kill -0 $player || fail "the start page is gone: $(cat err)"
+quits Escape Escape
 expect 66 "$BIN/organplay" nowhere

@@ -86,7 +86,6 @@ void OrganView::follow_keys(Display& display) {
   if (display.pressed('P')) screenshot_asked_ = true;
   if (display.pressed('W')) save_window(display);
   if (display.pressed('S')) save_interaction();
-  if (display.pressed('Q') || display.pressed(Display::kEscape)) display.ask_to_close();
 }
 
 void OrganView::advance(Display& display) {

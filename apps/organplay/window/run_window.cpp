@@ -40,6 +40,7 @@ void run_window(const WindowCommand& command, const RunContext& context) {
   std::string problem;
   Pace pace;
   while (!context.cancelled() && display.begin_frame()) {
+    if (display.pressed('Q') || display.pressed(Display::kEscape)) display.ask_to_close();
     if (view) {
       view->show(display);
     } else if (const std::string folder = start.show(problem); !folder.empty()) {

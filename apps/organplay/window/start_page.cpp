@@ -19,6 +19,7 @@ std::string StartPage::show(const std::string& problem) {
   ImGui::Spacing();
   ImGui::TextUnformatted("Folder of a bundle:");
   ImGui::SetNextItemWidth(420);
+  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   const bool entered =
       ImGui::InputText("##folder", folder_, sizeof folder_, ImGuiInputTextFlags_EnterReturnsTrue);
   ImGui::SameLine();
