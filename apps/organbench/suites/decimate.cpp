@@ -125,10 +125,15 @@ void eighty_faces(Bench& bench, const std::string& name, const TriangleMesh& sur
   if (bench.quick()) return;  // what is promised is promised of the whole organs
   const std::string what = name + " → 80";
   promise(bench, what + ", no flips", out[0], out[3], 0.80, 1.0);
-  bench.add(
-      Figure{what + ", no flips: CPU / Lindstrom–Turk's", "×", cpu_ratio(out[0], out[3]), 0.37});
+  // Small surfaces leave Lindstrom–Turk little to do: the time is promised for large ones.
+  constexpr std::size_t kLarge = 80'000;
+  const bool large = surface.faces.size() >= kLarge;
+  if (large) {
+    bench.add(
+        Figure{what + ", no flips: CPU / Lindstrom–Turk's", "×", cpu_ratio(out[0], out[3]), 0.37});
+  }
   promise(bench, what, out[1], out[3], 0.68, 0.9);
-  bench.add(Figure{what + ": CPU", "s", out[1].timing.cpu_ms.median / 1e3, 1.5});
+  if (large) bench.add(Figure{what + ": CPU", "s", out[1].timing.cpu_ms.median / 1e3, 1.5});
   bench.add(Figure{what + ", --objective max: largest / Lindstrom–Turk's", "×",
                    out[2].distances.max_mm() / out[3].distances.max_mm(), 0.65});
 }
