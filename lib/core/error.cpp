@@ -4,7 +4,13 @@
 #include <filesystem>
 #include <new>
 
+#include "core/text.h"
+
 namespace organbake {
+
+void require(bool holds, const std::string& name, double value, const char* advice) {
+  if (!holds) throw UsageError(name + " = " + to_text(value) + ": " + advice);
+}
 
 ExitCode exit_code_for(const std::exception& error) {
   if (const auto* known = dynamic_cast<const Error*>(&error)) return known->code();

@@ -76,6 +76,9 @@ class CancelledError : public Error {
   CancelledError() : Error(ExitCode::interrupted, "interrupted") {}
 };
 
+// For options: throws UsageError "name = value: advice" unless it holds.
+void require(bool holds, const std::string& name, double value, const char* advice);
+
 // The one place where an exception becomes an exit code. Unknown exceptions are defects (70);
 // std::bad_alloc asks to try again with more memory (75).
 ExitCode exit_code_for(const std::exception& error);

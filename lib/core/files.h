@@ -44,6 +44,9 @@ class AtomicFolder {
   bool committed_ = false;
 };
 
+// Where the running program lies. Throws Error (internal).
+std::filesystem::path program_folder();
+
 // All regular files below `folder`, relative, in byte order of their generic names.
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
 

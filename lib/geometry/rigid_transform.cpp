@@ -5,6 +5,11 @@
 
 namespace organbake {
 
+bool is_rotation(const Eigen::Matrix3d& r, double tolerance) {
+  const double off = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  return off <= tolerance && r.row(0).cross(r.row(1)).dot(r.row(2)) > 0;
+}
+
 RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                        const Eigen::Vector3d& up) {
   const Eigen::Vector3d forward = (target - eye).normalized();

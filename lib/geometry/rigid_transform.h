@@ -22,6 +22,9 @@ struct RigidTransform {
   }
 };
 
+// Whether RᵀR is the identity, to `tolerance` in every entry, and R does not mirror.
+bool is_rotation(const Eigen::Matrix3d& r, double tolerance);
+
 // camera_from_world of a camera at `eye` that looks at `target` with image-up along `up`
 // (mm, world). When `up` is parallel to the view, the world axis least aligned with it is taken.
 RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -16,6 +17,8 @@
 
 namespace organbake {
 namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
 
 using Eigen::Vector3d;
 
@@ -75,6 +78,15 @@ LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : opti
     bumps_.push_back({random.uniform(-kReach_mm, kReach_mm), random.uniform(-kReach_mm, kReach_mm),
                       radius, radius * random.uniform(0.25, 0.6) * (i % 3 == 2 ? -0.6 : 1)});
   }
+  RandomStream waves(options_.seed, 77);
+  constexpr int kWaves = 12;
+  for (int i = 0; i < kWaves; ++i) {
+    Wave wave{};
+    wave.angle_rad = waves.uniform(0, kTurn);
+    wave.length_mm = waves.uniform(1.0, 4.0);
+    wave.phase_rad = waves.uniform(0, kTurn);
+    waves_.push_back(wave);
+  }
 }
 
 double LaparoscopyPhantom::height_mm(double x_mm, double y_mm) const {
@@ -95,17 +107,14 @@ Vector3d LaparoscopyPhantom::normal_world(double x_mm, double y_mm) const {
 
 // Fine streaks and spots, a sum of waves: smooth, and the same from wherever it is seen.
 double LaparoscopyPhantom::albedo_factor(const Vector3d& point) const {
-  RandomStream random(options_.seed, 77);
   double sum = 0;
-  constexpr int kWaves = 12;
-  for (int i = 0; i < kWaves; ++i) {
-    const double angle = random.uniform(0, 6.283185307179586);
-    const double length_mm = random.uniform(1.0, 4.0), phase = random.uniform(0, 6.283185307179586);
-    sum += std::sin(6.283185307179586 / length_mm *
-                        (std::cos(angle) * point.x() + std::sin(angle) * point.y()) +
-                    phase);
+  for (const Wave& wave : waves_) {
+    sum +=
+        std::sin(kTurn / wave.length_mm *
+                     (std::cos(wave.angle_rad) * point.x() + std::sin(wave.angle_rad) * point.y()) +
+                 wave.phase_rad);
   }
-  return 1 + options_.texture * sum / std::sqrt(kWaves / 2.0) / 1.5;
+  return 1 + options_.texture * sum / std::sqrt(waves_.size() / 2.0) / 1.5;
 }
 
 PosedCamera LaparoscopyPhantom::camera(int frame) const {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/run_context.h"
 #include "geometry/camera.h"
 #include "image/channel_image.h"
 #include "shading/grid.h"
@@ -53,11 +52,15 @@ class LaparoscopyPhantom {
   struct Bump {
     double x, y, radius, height;
   };
+  struct Wave {
+    double angle_rad, length_mm, phase_rad;
+  };
   Eigen::Vector3d normal_world(double x_mm, double y_mm) const;
   double albedo_factor(const Eigen::Vector3d& point) const;
 
   LaparoscopyOptions options_;
   std::vector<Bump> bumps_;
+  std::vector<Wave> waves_;  // of the albedo
 };
 
 }  // namespace organbake

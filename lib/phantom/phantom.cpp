@@ -19,10 +19,6 @@ const Vector3d kOrganOffsetMm{3.7, -4.4, 2.9};     // from the scan's centre, at
 constexpr int kTracedSubdivisions = 6;  // for photographs: chords within 0.1 mm of the formula
 constexpr int kFramedSubdivisions = 4;  // for framing the photographs
 
-void require(bool holds, const std::string& name, double value, const char* advice) {
-  if (!holds) throw UsageError(name + " = " + to_text(value) + ": " + advice);
-}
-
 Organ make_organ(const OrganPhantomOptions& options) {
   options.check();
   const Vector3d size(options.ct_size[0], options.ct_size[1], options.ct_size[2]);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
+
 namespace organbake {
 namespace {
 
@@ -27,13 +29,6 @@ std::vector<std::uint8_t> grown(const Prediction& p, int band) {
       if (v >= 0 && y - last <= 2 * band) both[std::size_t(v) * p.width + x] = 1;
     }
   return both;
-}
-
-double median_of(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 class Fit {
@@ -104,15 +99,15 @@ Appearance fit_appearance(const PhotoLevel& level, const Prediction& p, const Sh
   constexpr double kLeastNoise = 2e-3;  // of the luminance range: 8 bits
   constexpr double kInlier = 3;         // standard deviations
   const Fit fit(level, p, basis.size(), pixels);
-  std::vector<double> weights(pixels.size(), 1.0), sizes;
+  std::vector<double> weights(pixels.size(), 1.0);
   Appearance appearance;
   VectorXd solution;
   for (int round = 0; round < kRounds; ++round) {
     solution = fit.solve(weights);
-    sizes.clear();
+    std::vector<double> sizes;
     for (const WeightedPixel& pixel : pixels)
       if (fit.on_organ(pixel)) sizes.push_back(std::abs(fit.residual(pixel, solution)));
-    appearance.noise = std::max(kLeastNoise, kMadToSigma * median_of(sizes));
+    appearance.noise = std::max(kLeastNoise, kMadToSigma * median(std::move(sizes)));
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       // Geman & McClure 1987.
       const double off = fit.residual(pixels[i], solution) / (kCutoff * appearance.noise);

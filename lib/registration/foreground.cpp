@@ -5,14 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include "core/median.h"
+
 namespace organbake {
 namespace {
-
-float median_of(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<float> border_values(const PhotoLevel& level) {
   std::vector<float> values;
@@ -34,9 +30,9 @@ std::optional<Foreground> find_foreground(const PhotoLevel& level) {
   constexpr double kFewest = 0.01, kMost = 0.85;  // of the picture
   std::vector<float> border = border_values(level);
   if (border.size() < 16) return std::nullopt;
-  const float background = median_of(border);
+  const float background = median(border);
   for (float& value : border) value = std::abs(value - background);
-  const float spread = kMadToSigma * median_of(border);
+  const float spread = kMadToSigma * median(border);
   if (spread > kPlain) return std::nullopt;
   const float threshold = std::max(kLeast, kOutstanding * spread);
   Foreground found;

@@ -14,7 +14,6 @@
 namespace organbake {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -69,7 +68,12 @@ class Candidates {
  public:
   Candidates(const RegisteredSurface& surface, const PhotoLevel& level,
              const RefineOptions& options, const RunContext& context)
-      : surface_(surface), level_(level), options_(options), context_(context) {}
+      : surface_(surface), level_(level), options_(options), context_(context) {
+    centered_.intrinsics = level.intrinsics;
+    centered_.intrinsics.cx = level.intrinsics.width / 2.0;
+    centered_.intrinsics.cy = level.intrinsics.height / 2.0;
+    centered_.rays = pixel_rays(centered_.intrinsics);
+  }
 
   std::vector<ObjectPose> from_foreground(const Foreground& seen) const {
     constexpr int kDirections = 162, kRolls = 24;
@@ -90,16 +94,16 @@ class Candidates {
     std::vector<double> scores(poses.size());
     tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
       context_.throw_if_cancelled();
-      scores[i] = explained(level_, picture(poses[i]));
+      scores[i] = explained(level_, picture(level_, poses[i]));
     });
     return scores;
   }
 
  private:
-  Prediction picture(const ObjectPose& pose) const {
+  Prediction picture(const PhotoLevel& level, const ObjectPose& pose) const {
     const ShadingBasis basis = basis_for(options_, pose);
     Prediction p;
-    predict(surface_, level_, pose, 1, basis, basis.first_weights(), {.smooth_outlines = false}, p);
+    predict(surface_, level, pose, 1, basis, basis.first_weights(), {.smooth_outlines = false}, p);
     return p;
   }
   // A rotation, and the area and centre that its picture has at the usual distance.
@@ -115,22 +119,14 @@ class Candidates {
   }
   View view(const Vector3d& direction) const {
     View view{facing(direction)};
-    PhotoLevel centered = level_;
-    centered.intrinsics.cx = level_.intrinsics.width / 2.0;
-    centered.intrinsics.cy = level_.intrinsics.height / 2.0;
-    centered.rays = pixel_rays(centered.intrinsics);
-    const ObjectPose pose{view.rotation, {0, 0, usual_distance()}};
-    const ShadingBasis basis = basis_for(options_, pose);
-    Prediction p;
-    predict(surface_, centered, pose, 1, basis, basis.first_weights(), {.smooth_outlines = false},
-            p);
+    const Prediction p = picture(centered_, {view.rotation, {0, 0, usual_distance()}});
     for (int y = p.top; y < p.top + p.height; ++y)
       for (int x = p.left; x < p.left + p.width; ++x) {
         const float coverage = p.coverage[p.index(x, y)];
         view.area_px += coverage;
         view.offset +=
-            coverage * Vector2d((x + 0.5 - centered.intrinsics.cx) / level_.intrinsics.fx,
-                                (y + 0.5 - centered.intrinsics.cy) / level_.intrinsics.fy);
+            coverage * Vector2d((x + 0.5 - centered_.intrinsics.cx) / level_.intrinsics.fx,
+                                (y + 0.5 - centered_.intrinsics.cy) / level_.intrinsics.fy);
       }
     if (view.area_px > 0) view.offset /= view.area_px;
     return view;
@@ -167,6 +163,7 @@ class Candidates {
 
   const RegisteredSurface& surface_;
   const PhotoLevel& level_;
+  PhotoLevel centered_;  // its lens and rays with the axis in the middle; no photograph
   const RefineOptions& options_;
   const RunContext& context_;
 };
@@ -250,7 +247,6 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   for (const std::size_t kept : {12, 4}) {
     if (states.empty()) return result;
     const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
-    result.runner_up_margin = margin(poses_of(states), scores);
     states = best_distinct(poses_of(states), scores, level > 0 ? kept : 1);
     if (level == 0) break;
     --level;

@@ -21,8 +21,8 @@ SearchResult search_all_round(const RegisteredSurface& surface,
                               const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
                               const RunContext& context);
 
-// Refines a given start on the coarsest level, together with starts turned a little about each axis
-// and put where the photograph is brightest against its background: a wider capture range.
+// Refines a given start on the coarsest level, together with starts turned a little about each
+// axis: a wider capture range.
 RefineState search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                         const RigidTransform& start, const RefineOptions& options,
                         const RunContext& context);

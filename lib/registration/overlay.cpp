@@ -80,9 +80,10 @@ Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
       const std::size_t i = p.index(x, y);
       const bool predicted = p.coverage[i] >= 0.5f && (x / field + y / field) % 2 == 0;
       const std::uint8_t grey = srgb8_from_linear(static_cast<float>(p.radiance[i] + offset));
+      const bool edge = on_outline(p, x, y);
       for (int c = 0; c < 3; ++c) {
         if (predicted) image.at(x, y)[c] = grey;
-        if (on_outline(p, x, y)) image.at(x, y)[c] = color[c];
+        if (edge) image.at(x, y)[c] = color[c];
       }
     }
   return image;

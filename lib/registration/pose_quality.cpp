@@ -121,10 +121,10 @@ void judge(PoseQuality& q) {
   }
 }
 
-}  // namespace
-
+// The share of the surface that faces the camera, and nothing of it hides, which lies inside the
+// picture on pixels that count; `lens` is the level's, with the focal length that was found.
 double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
-                     const ObjectPose& pose) {
+                     const Intrinsics& lens, const ObjectPose& pose) {
   const RigidTransform camera_from_world = rigid_transform(pose, surface.center());
   const Vector3d eye = camera_from_world.inverse().translation;
   std::vector<const SurfaceSample*> facing;
@@ -148,14 +148,15 @@ double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
     ++open;
     const Vector3d x = camera_from_world * facing[i]->point;
     if (!(x.z() > 0)) continue;
-    const Eigen::Vector2d pixel = project(level.intrinsics, x);
-    const Intrinsics& k = level.intrinsics;
-    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < k.width && pixel.y() < k.height))
+    const Eigen::Vector2d pixel = project(lens, x);
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < lens.width && pixel.y() < lens.height))
       continue;
     seen += level.valid[level.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))];
   }
   return open > 0 ? static_cast<double>(seen) / open : 0;
 }
+
+}  // namespace
 
 PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                    const RefineOptions& options, const RefineState& state, double runner_up_margin,
@@ -174,10 +175,10 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   quality.inlier_share = state.appearance.inlier_share;
   quality.runner_up_margin = runner_up_margin;
   const double found = std::exp(state.solver.log_focal);
-  PhotoLevel seen = pyramid[level];
-  seen.intrinsics.fx *= found;
-  seen.intrinsics.fy *= found;
-  quality.visible_share = visible_share(surface, seen, state.solver.object_pose());
+  Intrinsics lens = pyramid[level].intrinsics;
+  lens.fx *= found;
+  lens.fy *= found;
+  quality.visible_share = visible_share(surface, pyramid[level], lens, state.solver.object_pose());
   const ShadingBasis basis = basis_for(options, state.solver.object_pose());
   Prediction prediction;
   predict(surface, pyramid[level], state.solver.object_pose(), found, basis, state.solver.light, {},

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numeric>
 
 #include "registration/cost_functions/pose_manifold.h"
 
@@ -60,12 +61,14 @@ class LevelProblem {
   bool add_patches(const std::vector<WeightedPixel>& pixels) {
     bool any = false;
     const Patches patches = split(pixels, options_.patch_px);
-    double all = 0;
-    for (const auto& [cell, patch] : patches) all += contrast(live_, patch);
+    std::vector<double> contrasts;
+    for (const auto& [cell, patch] : patches) contrasts.push_back(contrast(live_, patch));
+    const double all = std::accumulate(contrasts.begin(), contrasts.end(), 0.0);
     if (!(all > 0)) return false;
+    auto own = contrasts.begin();
     for (const auto& [cell, patch] : patches) {
+      const double share = *own++ / all;
       if (total_weight(patch) < kFewestPixels) continue;
-      const double share = contrast(live_, patch) / all;
       if (!(share > 0)) continue;
       // On s = 2 (1 − R_k): R_k below about 0.7 counts less and less.
       any |= add(patch,
@@ -74,7 +77,7 @@ class LevelProblem {
     return any;
   }
   // A step that gains less than noise alone does to 1 − R is not worth another drawing.
-  int solve(int iterations, std::size_t pixels) {
+  void solve(int iterations, std::size_t pixels) {
     ceres::Solver::Options options;
     options.max_num_iterations = iterations;
     options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
@@ -85,7 +88,6 @@ class LevelProblem {
     options.initial_trust_region_radius = 1e3;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
-    return static_cast<int>(summary.iterations.size());
   }
 
  private:
@@ -124,11 +126,7 @@ ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose) {
   return ShadingBasis(options.light, pose.center_camera_mm.norm());
 }
 
-RefineState start_at(const RegisteredSurface& surface, const RigidTransform& camera_from_world) {
-  RefineState state;
-  state.solver.pose = object_pose(camera_from_world, surface.center()).to_array();
-  return state;
-}
+namespace {
 
 void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, int band,
                      const RefineOptions& options, RefineState& state, const RunContext& context) {
@@ -159,12 +157,17 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     const bool whole = options.form == Form::whole || level.factor > 2;
     state.usable = whole ? problem.add_whole(pixels) : problem.add_patches(pixels);
     if (!state.usable) return;
-    state.iterations += problem.solve(steps, pixels.size());
+    problem.solve(steps, pixels.size());
+    const bool done =
+        outer + 1 == rounds || pixels_moved(level, surface, before, state.solver) < settled;
+    if (!done) continue;
     live.PrepareForEvaluation(false, true);
     state.correlation = NccCost(live, pixels, options.similarity).correlation();
-    if (pixels_moved(level, surface, before, state.solver) < settled) break;
+    break;
   }
 }
+
+}  // namespace
 
 void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid, int first,
             int last, const RefineOptions& options, RefineState& state, const RunContext& context) {
@@ -210,7 +213,6 @@ Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
     slope += r[static_cast<Eigen::Index>(i)] * own.row(static_cast<Eigen::Index>(i)).transpose();
   }
   for (const auto& [cell, slope] : slopes) result.patch_slopes.push_back(slope);
-  result.squared_residual = r.squaredNorm();
   result.pixels = pixels.size();
   return result;
 }

@@ -25,30 +25,23 @@ struct RefineState {
   SolverState solver;
   Appearance appearance;
   double correlation = -1;  // R over the last overlap, weighted
-  int iterations = 0;
-  bool usable = false;  // the organ is in the picture, and the photograph is not constant there
+  bool usable = false;      // the organ is in the picture, and the photograph is not constant there
 };
 
 // The basis for a surface's pose: falloff 1 at the organ's centre.
 ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose);
 
-// Climbs R on one level from the state's pose; the state is left where it was when the organ is
-// out of the picture.
-void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, int band,
-                     const RefineOptions& options, RefineState& state, const RunContext& context);
-
-// Coarse to fine over levels first … last of a pyramid (finest first in memory, so first ≥ last).
+// Climbs R coarse to fine, over levels first … last of a pyramid (finest first in memory, so
+// first ≥ last), from the state's pose; the state is left where it was when the organ is out of the
+// picture.
 void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid, int first,
             int last, const RefineOptions& options, RefineState& state, const RunContext& context);
-
-RefineState start_at(const RegisteredSurface& surface, const RigidTransform& camera_from_world);
 
 // (JᵀJ) of r by the motion (and ln f last when asked) and its parts by patch, of the state's R on a
 // level: what the covariance is made of.
 struct Curvature {
   Eigen::MatrixXd information;                // 6 × 6 or 7 × 7, light marginalised
   std::vector<Eigen::VectorXd> patch_slopes;  // Jᵀr of each patch
-  double squared_residual = 0;                // ‖r‖²
   std::size_t pixels = 0;
 };
 Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,

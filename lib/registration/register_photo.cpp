@@ -15,10 +15,6 @@ namespace {
 constexpr int kCoarsestSide = 64;        // pixels: the level that starts are refined on
 constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
 
-void require(bool holds, const std::string& name, double value, const char* advice) {
-  if (!holds) throw UsageError(name + " = " + to_text(value) + ": " + advice);
-}
-
 void check_photo(const PhotoToRegister& photo) {
   photo.intrinsics.check();
   const auto size = [](int width, int height) {

@@ -54,7 +54,7 @@ struct PoseQuality {
   double correlation = 0;    // R over the overlap
   double inlier_share = 0;   // of the organ's pixels, within 3 robust standard deviations
   double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
-  double outline_share = 0;  // of the outline that the photograph confirms within two pixels
+  double outline_share = 0;  // of the outline that the photograph confirms within a pixel
   double position_sd_mm = 0;  // of the organ's centre
   double rotation_sd_deg = 0;
   double surface_sd_mm = 0;     // RMS over the surface: the expected mTRE

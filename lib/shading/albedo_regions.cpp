@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
 #include "image/srgb.h"
 #include "shading/box_mean.h"
 #include "shading/every_second.h"
@@ -98,9 +99,7 @@ bool border_ratio(const AlbedoRegions& regions, const Plane& intensity, const Ma
     }
   constexpr std::size_t kFewest = 50;
   if (logs.size() < kFewest) return false;
-  const auto middle = logs.begin() + static_cast<std::ptrdiff_t>(logs.size() / 2);
-  std::nth_element(logs.begin(), middle, logs.end());
-  log_ratio = *middle;
+  log_ratio = median(std::move(logs));
   return true;
 }
 

@@ -97,19 +97,19 @@ Plane farthest_log_range(const Plane& log_image) {
   return v;
 }
 
-SweepSummary sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays,
-                             Plane& v, int most_sweeps, double tolerance) {
+int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
+                    int most_sweeps, double tolerance) {
   Sweeper sweeper(log_image, inside, rays, v);
-  SweepSummary summary;
-  double round = kNone;
-  while (summary.sweeps < most_sweeps && !summary.converged) {
-    summary.last_change = sweeper.sweep(summary.sweeps % 4);
+  int sweeps = 0;
+  double round = kNone;  // largest |Δv| since the first of the four orders
+  while (sweeps < most_sweeps) {
+    const int order = sweeps++ % 4;
+    const double change = sweeper.sweep(order);
+    round = order == 0 ? change : std::max(round, change);
     // All four orders must leave it alone, not just the one that ran last.
-    round = summary.sweeps % 4 == 0 ? summary.last_change : std::max(round, summary.last_change);
-    ++summary.sweeps;
-    summary.converged = summary.sweeps % 4 == 0 && round < tolerance;
+    if (order == 3 && round < tolerance) break;
   }
-  return summary;
+  return sweeps;
 }
 
 }  // namespace organbake

@@ -11,6 +11,7 @@
 #include "shading/field_of_view.h"
 #include "shading/highlights.h"
 #include "shading/instruments.h"
+#include "shading/masks.h"
 
 namespace organbake {
 namespace {
@@ -92,13 +93,9 @@ void find_masks(const Mask* given_instruments, const FrameOptions& options, Fram
     if (!given_instruments) frame.instruments = find_instruments(frame.color, frame.field);
   }
   if (given_instruments) frame.instruments = reduced(*given_instruments, options.halvings);
-  frame.tissue = frame.field;
-  for (std::size_t k = 0; k < frame.tissue.size(); ++k)
-    if (frame.instruments.values[k]) frame.tissue.values[k] = 0;
+  frame.tissue = without(frame.field, frame.instruments);
   if (options.masks) frame.highlights = find_highlights(frame.color, frame.tissue);
-  frame.counts = frame.tissue;
-  for (std::size_t k = 0; k < frame.counts.size(); ++k)
-    if (frame.highlights.values[k]) frame.counts.values[k] = 0;
+  frame.counts = without(frame.tissue, frame.highlights);
 }
 
 }  // namespace
@@ -125,6 +122,12 @@ Frame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera, const Fram
     throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
                        std::to_string(frame.height) + ", its camera " +
                        std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  if (given_instruments &&
+      (given_instruments->width != frame.width || given_instruments->height != frame.height))
+    throw BadDataError(
+        "the frame is " + std::to_string(frame.width) + "x" + std::to_string(frame.height) +
+        ", the mask of instruments " + std::to_string(given_instruments->width) + "x" +
+        std::to_string(given_instruments->height) + "; it must have the frame's size");
   Frame ready;
   ready.color = frame;
   ready.was_combed = is_combed(frame);

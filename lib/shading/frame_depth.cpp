@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "core/text.h"
 #include "shading/confidence.h"
 #include "shading/depth_maps.h"
@@ -19,10 +20,7 @@ double median_where(const Plane& plane, const Mask& inside) {
   std::vector<float> values;
   for (std::size_t k = 0; k < plane.size(); ++k)
     if (inside.values[k] && std::isfinite(plane.values[k])) values.push_back(plane.values[k]);
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 void shade_near(const Frame& frame, const ShadingOptions& options, const FrameDepth* previous,

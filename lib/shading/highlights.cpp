@@ -41,10 +41,7 @@ Mask find_highlights(const Rgb8Image& frame, const Mask& inside) {
       usual.values[k] = inside.values[k] && !found.values[k];
     }
   }
-  Mask grown = dilated(found, std::max(1, side / 400));
-  for (std::size_t k = 0; k < grown.size(); ++k)
-    grown.values[k] = grown.values[k] && inside.values[k];
-  return grown;
+  return common(dilated(found, std::max(1, side / 400)), inside);
 }
 
 }  // namespace organbake

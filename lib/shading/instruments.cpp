@@ -58,10 +58,7 @@ Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
   // Opening and closing: what is left is large, whole, and a little larger than it was.
   const int opening = std::max(2, side / 100);
   const Mask core = entering(eroded(grey, opening), eroded(inside, 2 * opening));
-  Mask whole = dilated(core, opening + radius + 1);
-  for (std::size_t k = 0; k < whole.size(); ++k)
-    whole.values[k] = whole.values[k] && inside.values[k];
-  return whole;
+  return common(dilated(core, opening + radius + 1), inside);
 }
 
 }  // namespace organbake

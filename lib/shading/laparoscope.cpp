@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "core/text.h"
 #include "shading/fast_sweeping.h"
 #include "shading/noise_level.h"
@@ -70,10 +71,7 @@ Plane swept(const ShadedImage& image, const Plane* start, RangeEstimate& estimat
   const Plane logs = log_image(image);
   Plane v = start ? *start : farthest_log_range(logs);
   constexpr int kMostSweeps = 32;
-  const SweepSummary summary =
-      sweep_log_range(logs, image.inside, image.rays, v, kMostSweeps, tolerance);
-  estimate.sweeps += summary.sweeps;
-  estimate.converged = summary.converged;
+  estimate.sweeps += sweep_log_range(logs, image.inside, image.rays, v, kMostSweeps, tolerance);
   fill_outside(v, image.inside);
   return v;
 }
@@ -132,7 +130,7 @@ Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOption
     if (i == 0) fit.inner_steps = 5;
     fit_level(levels[i], fit, v, estimate);
   }
-  estimate.warm = estimate.converged = true;
+  estimate.warm = true;
   return v;
 }
 
@@ -144,9 +142,7 @@ double median_inside(const Plane& plane, const Mask& inside) {
   std::vector<float> values;
   for (std::size_t k = 0; k < plane.size(); ++k)
     if (inside.values[k]) values.push_back(plane.values[k]);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 // The image as a light at the optical centre would have made it, given a range.
@@ -184,13 +180,13 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
       inside.width != camera.width || inside.height != camera.height)
     throw BadDataError("shading: image, mask and camera are of different sizes");
   RangeEstimate estimate;
-  const ShadedImage image = prepared(intensity, inside, ray_grid(camera), estimate);
+  ShadedImage image = prepared(intensity, inside, ray_grid(camera), estimate);
   if (!estimate.usable) {
     estimate.log_range = Plane(camera.width, camera.height);
     return estimate;
   }
   const int base = estimate.noise > kNoisy ? kNoisyBaseSide : kBaseSide;
-  std::vector<ShadedImage> levels = pyramid_of(image, base);
+  std::vector<ShadedImage> levels = pyramid_of(std::move(image), base);
   const bool warm = previous && previous->width == camera.width &&
                     previous->height == camera.height && options.refine;
   estimate.log_range = warm ? solve_warm(levels, options, *previous, estimate)
@@ -198,11 +194,12 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
   if (!beside_or_beamed(options)) return estimate;
   if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))
     throw UsageError("a light beside the camera needs a range in mm: give --range-mm");
+  const ShadedImage seen = levels.front();
   // A fixed point: each range gives the image of a central light, and that image a better range.
   constexpr int kRelightings = 6;
   for (int i = 0; i < kRelightings; ++i) {
-    ShadedImage central = image;
-    relight(image, options, std::max(range_mm, 1.0), estimate.log_range, central);
+    ShadedImage central = seen;
+    relight(seen, options, std::max(range_mm, 1.0), estimate.log_range, central);
     levels = pyramid_of(std::move(central), base);
     estimate.log_range = i == 0 ? solve_cold(levels, options, estimate)
                                 : solve_warm(levels, options, estimate.log_range, estimate);

@@ -32,7 +32,6 @@ struct RangeEstimate {
   double intensity_unit = 1;
   bool usable = false;  // false: no lit pixel; log_range is then a flat plane's
   bool warm = false;    // started from `previous`
-  bool converged = false;
   int sweeps = 0;
   int refinements = 0;  // conjugate-gradient steps, all levels
   double misfit = 0;    // root mean square of image/model − 1; proves nothing about the depth

@@ -17,20 +17,13 @@ struct ShadedImage {
 struct FitOptions {
   int outer_steps = 2;   // linearisations
   int inner_steps = 15;  // conjugate gradients in each
-  // Root of the surface's curvature power, (1/normalised coordinate)²·length: how rough ln r may be
-  // where the image is silent. Larger follows noise, smaller flattens ridges.
-  double roughness = 0.25;
   // Share of the model that it can never explain: differences, texture. Bounds what a pixel counts.
   double model_error = 0.004;
-  double tolerance = 2e-5;  // an outer step that moves v less (mean) ends the fit
 };
 
 struct FitSummary {
-  int outer_steps = 0;
-  int inner_steps = 0;     // of all outer steps
-  double last_change = 0;  // mean |Δv|
-  double misfit = 0;       // root mean square of (image / model − 1) over the inside
-  bool converged = false;
+  int inner_steps = 0;  // of all outer steps
+  double misfit = 0;    // root mean square of (image / model − 1) over the inside
 };
 
 // Refines v = ln r (Plane of rays.width × rays.height, no gaps) by penalised least squares

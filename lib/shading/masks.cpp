@@ -41,6 +41,18 @@ Mask eroded(const Mask& mask, int radius) {
   return result;
 }
 
+Mask common(Mask a, const Mask& b) {
+  for (std::size_t k = 0; k < a.size(); ++k) a.values[k] = a.values[k] && b.values[k];
+  return a;
+}
+
+Mask without(Mask a, const Mask& b) {
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    if (b.values[k]) a.values[k] = 0;
+  }
+  return a;
+}
+
 Mask largest_region(const Mask& mask) {
   Mask region(mask.width, mask.height);
   if (mask.size() == 0) return region;

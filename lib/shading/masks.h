@@ -9,6 +9,10 @@ namespace organbake {
 Mask eroded(const Mask& mask, int radius);
 Mask dilated(const Mask& mask, int radius);
 
+// Pixels of both; of one and not of the other.
+Mask common(Mask a, const Mask& b);
+Mask without(Mask a, const Mask& b);
+
 // The largest 4-connected region of non-zero pixels, as ones.
 Mask largest_region(const Mask& mask);
 // Zeros that are not 4-connected to the frame's edge become ones.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/median.h"
+
 namespace organbake {
 
 double noise_level(const Plane& intensity, const Mask& inside) {
@@ -24,11 +26,8 @@ double noise_level(const Plane& intensity, const Mask& inside) {
         }
       if (whole) responses.push_back(std::abs(sum));
     }
-  if (responses.empty()) return 0;
-  const auto middle = responses.begin() + static_cast<std::ptrdiff_t>(responses.size() / 2);
-  std::nth_element(responses.begin(), middle, responses.end());
   // The mask's weights have a root of squares of 6; 1.4826 makes a median a standard deviation.
-  return 1.4826 * *middle / 6;
+  return 1.4826 * median(std::move(responses)) / 6;
 }
 
 }  // namespace organbake

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace organbake {
 namespace {
@@ -20,7 +21,7 @@ struct Between {
   }
 };
 
-// The mean over inside pixels of each 2×2, and how many they are.
+// Every fine pixel with the coarse one that it is a part of.
 template <class Visit>
 void visit_quads(int width, int height, const Visit& visit) {
   for (int y = 0; y < (height + 1) / 2; ++y)
@@ -81,11 +82,14 @@ Plane halved(const Plane& fine) {
 
 Plane doubled(const Plane& coarse, int width, int height) {
   Plane fine(width, height);
+  std::vector<Between> columns;
+  columns.reserve(static_cast<std::size_t>(width));
+  for (int x = 0; x < width; ++x) columns.emplace_back(x, coarse.width);
   for (int y = 0; y < height; ++y) {
     const Between v(y, coarse.height);
     const int next_row = std::min(v.low + 1, coarse.height - 1);
     for (int x = 0; x < width; ++x) {
-      const Between u(x, coarse.width);
+      const Between& u = columns[static_cast<std::size_t>(x)];
       const int next = std::min(u.low + 1, coarse.width - 1);
       const float top = (1 - u.share) * coarse.at(u.low, v.low) + u.share * coarse.at(next, v.low);
       const float bottom =
@@ -96,10 +100,10 @@ Plane doubled(const Plane& coarse, int width, int height) {
   return fine;
 }
 
-void fill_outside(Plane& plane, const Mask& inside, float fallback) {
+void fill_outside(Plane& plane, const Mask& inside) {
   if (std::find(inside.values.begin(), inside.values.end(), 0) == inside.values.end()) return;
   if (plane.size() <= 1) {
-    std::fill(plane.values.begin(), plane.values.end(), fallback);
+    std::fill(plane.values.begin(), plane.values.end(), 0.F);
     return;
   }
   Plane coarse((plane.width + 1) / 2, (plane.height + 1) / 2), count = coarse;
@@ -113,7 +117,7 @@ void fill_outside(Plane& plane, const Mask& inside, float fallback) {
     known.values[k] = count.values[k] > 0;
     if (known.values[k]) coarse.values[k] /= count.values[k];
   }
-  fill_outside(coarse, known, fallback);
+  fill_outside(coarse, known);
   const Plane smooth = doubled(coarse, plane.width, plane.height);
   for (std::size_t k = 0; k < plane.size(); ++k)
     if (!inside.values[k]) plane.values[k] = smooth.values[k];

@@ -16,7 +16,7 @@ Plane halved(const Plane& fine);
 Plane doubled(const Plane& coarse, int width, int height);
 
 // Gives the pixels outside the mask a smooth continuation of those inside (push–pull; Gortler et
-// al. 1996). Without any inside pixel all become `fallback`.
-void fill_outside(Plane& plane, const Mask& inside, float fallback = 0);
+// al. 1996). Without any inside pixel all become 0.
+void fill_outside(Plane& plane, const Mask& inside);
 
 }  // namespace organbake

@@ -91,11 +91,6 @@ Intrinsics fitted_intrinsics(const Eigen::Matrix3d& rotation, const CenteredPoin
   return intrinsics;
 }
 
-std::string camera_name(std::size_t index) {
-  const std::string digits = std::to_string(index);
-  return "cam_" + std::string(digits.size() < 3 ? 3 - digits.size() : 0, '0') + digits;
-}
-
 std::vector<Eigen::Vector3d> directions_for(const PlacementOptions& options) {
   constexpr double kHalfTurn = std::numbers::pi;
   const ViewingCone all_round{.axis = {0, -1, 0}, .half_angle_rad = kHalfTurn};
@@ -140,7 +135,7 @@ Placement place_cameras(const TriangleMesh& surface, const PlacementOptions& opt
     context.throw_if_cancelled();
     eyes.push_back(organ.center + distance * direction);
     PosedCamera camera;
-    camera.name = camera_name(placement.cameras.size());
+    camera.name = "cam_" + padded(placement.cameras.size(), 3);
     // Not look_at(eye, …) again: near the vertical its roll hangs on the eye's last digits.
     const Eigen::Matrix3d rotation = view_rotation(direction);
     camera.camera_from_world = {rotation, -(rotation * eyes.back())};

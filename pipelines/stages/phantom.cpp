@@ -5,6 +5,7 @@
 
 #include "bundle/cameras_json.h"
 #include "core/files.h"
+#include "core/text.h"
 #include "geometry/ply.h"
 #include "image/exr.h"
 #include "image/png.h"
@@ -40,11 +41,6 @@ std::string phantom_json(const std::string& options_json) {
   return "{\"schema\": \"organbake/phantom/1\", \"options\": " + options_json + "}\n";
 }
 
-std::string frame_name(int index, const std::string& ending) {
-  const std::string digits = std::to_string(index);
-  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits + ending;
-}
-
 // frames/ is what `shade` reads; truth/ what it should find.
 StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall& call) {
   LaparoscopyOptions asked = options.laparoscopy;
@@ -53,11 +49,13 @@ StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall&
   const fs::path frames = call.output_folder / "frames", truth = call.output_folder / "truth";
   fs::create_directory(frames);
   fs::create_directory(truth);
+  constexpr std::size_t kDigits = 6;
   CameraSet set;
   for (int i = 0; i < asked.frames; ++i) {
     call.context.throw_if_cancelled();
     const LaparoscopyFrame frame = phantom.frame(i);
-    write_png(frames / frame_name(i, ".png"), frame.image, 1);
+    const std::string name = padded(static_cast<std::size_t>(i), kDigits);
+    write_png(frames / (name + ".png"), frame.image, 1);
     ChannelImage image{
         asked.width, asked.height, {{"Y", frame.depth_mm.values}, {"Z", frame.depth_mm.values}}};
     for (int c = 0; c < 3; ++c) {
@@ -69,7 +67,7 @@ StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall&
          {std::pair{"highlight", &frame.highlights}, std::pair{"instrument", &frame.instrument}})
       image.channels.push_back(
           {name, std::vector<float>(mask->values.begin(), mask->values.end()), true});
-    write_exr(truth / frame_name(i, ".exr"), image, {.camera = frame.camera});
+    write_exr(truth / (name + ".exr"), image, {.camera = frame.camera});
     set.cameras.push_back(frame.camera);
     call.context.progress((i + 1.0) / asked.frames);
   }

@@ -43,9 +43,8 @@ std::vector<PointPair> read_pairs(const fs::path& path) {
 
 // The start for an image: the camera of its name, else the only one there is.
 RigidTransform start_for(const CameraSet& set, const std::string& image, const fs::path& path) {
-  for (std::size_t i = 0; i < set.images.size(); ++i) {
-    if (fs::path(set.images[i]).filename() == fs::path(image).filename())
-      return set.cameras[i].camera_from_world;
+  if (const auto named = camera_with_image(set, image)) {
+    return set.cameras[*named].camera_from_world;
   }
   if (set.cameras.size() == 1) return set.cameras.front().camera_from_world;
   throw BadDataError(path, "has no camera with the image '" + image + "'");
@@ -86,8 +85,9 @@ void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
   const auto* pairs = call.input("pairs");
   if (pairs && photos.size() > 1) throw UsageError("--pairs belongs to one photo");
   const CameraSet starts = init ? read_camera_file(*init) : CameraSet{};
+  const Rgb8Image counts = mask ? read_photo(*mask) : Rgb8Image{};
   for (NamedPhoto& named : photos) {
-    if (mask) named.photo.mask = read_photo(*mask);
+    named.photo.mask = counts;
     if (init) named.photo.start = start_for(starts, named.name, *init);
     if (pairs) named.photo.pairs = read_pairs(*pairs);
   }

@@ -94,8 +94,8 @@ void warn_of_what_is_assumed(const ShadeStageOptions& options, const Clip& clip,
 void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const StageCall& call,
                    StageReport& report) {
   constexpr double kAssumedRange_mm = 60;
-  Plane depth = key.depth.depth;
-  if (!key.depth.metric) {
+  Plane depth = key.depth->depth;
+  if (!key.depth->metric) {
     for (float& z : depth.values) z *= static_cast<float>(kAssumedRange_mm);
     call.context.warn(
         "the depth is relative; surface.ply has its median at an assumed 60 mm "
@@ -105,7 +105,7 @@ void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const 
   write_ply(call.output_folder / "surface.ply", mesh);
   report.add("surface_frame", key.record.index);
   report.add("surface_faces", mesh.faces.size());
-  report.add("surface_scale", key.depth.metric ? "mm" : "assumed: median depth 60 mm");
+  report.add("surface_scale", key.depth->metric ? "mm" : "assumed: median depth 60 mm");
   report.skipped.push_back({"what the frame cannot have seen",
                             "one viewpoint shows one side: "
                             "masked and occluded parts are left open"});

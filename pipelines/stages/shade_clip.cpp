@@ -103,7 +103,7 @@ class Pipeline {
     const bool wanted = options_.mesh_frame >= 0
                             ? index == static_cast<std::size_t>(options_.mesh_frame)
                             : !result_.key || score(record) > score(result_.key->record);
-    if (wanted) result_.key = KeyFrame{record, item->frame, *item->depth};
+    if (wanted) result_.key = KeyFrame{record, std::move(item->frame), item->depth};
     result_.records.push_back(std::move(record));
     context_.debug("frame " + std::to_string(index));
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -22,7 +23,7 @@ struct Clip {
 struct KeyFrame {
   FrameRecord record;
   Frame frame;
-  FrameDepth depth;
+  std::shared_ptr<const FrameDepth> depth;
 };
 
 struct ClipResult {

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/median.h"
+#include "core/text.h"
 #include "image/exr.h"
 #include "image/png.h"
 #include "shading/pictures.h"
@@ -13,11 +15,6 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string name_of(std::size_t index) {
-  const std::string digits = std::to_string(index);
-  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
 
 double share(const Mask& mask) {
   return static_cast<double>(mask.size() - std::count(mask.values.begin(), mask.values.end(), 0)) /
@@ -82,15 +79,14 @@ FrameRecord record_of(std::size_t index, double sharpness, const Frame& frame,
     }
   if (finite.empty()) return record;
   record.mean_confidence = confidence / static_cast<double>(finite.size());
-  const auto middle = finite.begin() + static_cast<std::ptrdiff_t>(finite.size() / 2);
-  std::nth_element(finite.begin(), middle, finite.end());
-  record.median_depth = *middle;
+  record.median_depth = median(std::move(finite));
   return record;
 }
 
 void write_frame(const fs::path& folder, std::size_t index, const Frame& frame,
                  const FrameDepth& depth) {
-  const std::string name = name_of(index);
+  constexpr std::size_t kDigits = 6;
+  const std::string name = padded(index, kDigits);
   const PosedCamera camera{"laparoscope", frame.camera, {}};
   const ExrWriteOptions options{.zip_level = 1, .camera = camera};
   write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);

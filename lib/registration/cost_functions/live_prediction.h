@@ -36,7 +36,6 @@ class LivePrediction : public ceres::EvaluationCallback {
 
   const PhotoLevel& level() const { return level_; }
   const ShadingBasis& basis() const { return basis_; }
-  const SolverState& state() const { return state_; }
   const Prediction& prediction() const { return prediction_; }
 
   // Of a pixel of the level, inside the prediction's window or not.

@@ -21,5 +21,15 @@ TEST(ToText, RoundsToTheDigitsAskedFor) {
   EXPECT_EQ(to_text(-1e300, 0).size(), 302u);  // the longest there is
 }
 
+TEST(Padded, FillsUpWithZerosAndCutsNothing) {
+  EXPECT_EQ(padded(7, 3), "007");
+  EXPECT_EQ(padded(0, 1), "0");
+  EXPECT_EQ(padded(12345, 3), "12345");
+}
+
+TEST(EscapeHtml, LeavesNothingThatMarkupWouldRead) {
+  EXPECT_EQ(escape_html("a<b & 'c' > \"d\""), "a&lt;b &amp; &#39;c&#39; &gt; &quot;d&quot;");
+}
+
 }  // namespace
 }  // namespace organbake
