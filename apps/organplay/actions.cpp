@@ -33,9 +33,8 @@ OrbitPose pose_from(const std::string& text) {
 }
 
 std::string frame_name(int frame) {
-  std::string number = std::to_string(frame);
-  number.insert(0, std::max<std::size_t>(number.size(), 4) - number.size(), '0');
-  return "frame_" + number + ".png";
+  constexpr std::size_t kDigits = 4;
+  return "frame_" + padded(static_cast<std::size_t>(frame), kDigits) + ".png";
 }
 
 // A folder of frames may be replaced by new frames; anything else is the user's.

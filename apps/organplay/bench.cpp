@@ -4,6 +4,7 @@
 
 #include "actions.h"
 #include "bundle/json_fields.h"
+#include "core/median.h"
 #include "core/text.h"
 #include "player/play.h"
 #include "player/skin_point.h"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <signal.h>
 #include <tbb/global_control.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <exception>
@@ -10,17 +8,12 @@
 #include "actions.h"
 #include "command.h"
 #include "core/error.h"
+#include "stop_signal.h"
 
 namespace organbake {
 namespace {
 
-std::atomic<bool> stop_asked{false};
-
-void on_signal(int number) {
-  if (stop_asked.exchange(true)) ::_exit(128 + number);  // the second Ctrl-C does not wait
-}
-
-RunContext context_for(const Command& command) {
+RunContext context_for(const Command& command, const std::atomic<bool>& stop_asked) {
   const auto log = [quiet = command.quiet](LogLevel level, std::string_view message) {
     if (quiet && level != LogLevel::warning) return;
     std::fprintf(stderr, "organplay: %s%.*s\n", level == LogLevel::warning ? "warning: " : "",
@@ -30,10 +23,7 @@ RunContext context_for(const Command& command) {
 }
 
 int run(int argc, char** argv) {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  const std::atomic<bool>& stop_asked = catch_stop_signals();
   try {
     const std::optional<Command> command = read_command(argc, argv);
     if (!command) return 0;
@@ -41,7 +31,7 @@ int run(int argc, char** argv) {
     if (command->threads > 0) {
       threads.emplace(tbb::global_control::max_allowed_parallelism, command->threads);
     }
-    run_command(*command, context_for(*command));
+    run_command(*command, context_for(*command, stop_asked));
     return 0;
   } catch (const std::exception& error) {
     const ExitCode code = exit_code_for(error);

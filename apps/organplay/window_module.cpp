@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "window/run_window.h"
 
 namespace organbake {
@@ -14,11 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path module_file() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw Error(ExitCode::internal, "/proc/self/exe cannot be read: " + error.message());
-  return (program.parent_path() / ".." / "lib" / "organbake" / "organplay_window.so")
-      .lexically_normal();
+  return (program_folder() / ".." / "lib" / "organbake" / "organplay_window.so").lexically_normal();
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 #include "player/live_session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 
 #include "player/instrument_motion.h"
+#include "player/stopwatch.h"
 
 namespace organbake {
 namespace {
@@ -57,10 +57,10 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
     return false;
   }
   const std::size_t index = std::size_t(pixel.y()) * picture.width + pixel.x();
-  if (index >= picture_depth_.size() || !std::isfinite(picture_depth_[index])) return false;
+  if (index >= frame_.depth_mm.size() || !std::isfinite(frame_.depth_mm[index])) return false;
   const RigidTransform world_from_camera = view_.camera.camera_from_world.inverse();
   const Eigen::Vector3d ray = unproject(picture, at_px);
-  touched_mm_ = world_from_camera * Eigen::Vector3d(double(picture_depth_[index]) * ray);
+  touched_mm_ = world_from_camera * Eigen::Vector3d(double(frame_.depth_mm[index]) * ray);
   sight_ = (world_from_camera.rotation * ray).normalized();
   touched_px_ = pointer_px_ = at_px;
   touch_view_ = view_;
@@ -126,33 +126,26 @@ void LiveSession::record_step() {
   ++steps_;
 }
 
-PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions options,
-                                 Frame& frame) {
+PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions options) {
   PlayedFrame played;
   if (holding_) {
     tips_.back().position_mm = tip_position_mm();
     depth_mm_ = (tips_.back().position_mm - touched_mm_).dot(sight_) + tips_.back().radius_mm;
   }
-  const auto now = [] { return std::chrono::steady_clock::now(); };
-  const auto ms = [](auto from, auto to) {
-    return std::chrono::duration<double, std::milli>(to - from).count();
-  };
-  const auto start = now();
+  Stopwatch watch;
   if (step) {
     record_step();
     played.step = player_->step(tips_);
   }
-  const auto stepped = now();
+  played.deform_ms = watch.lap();
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   options.keep_depth = true;
   options.solids.clear();
   if (holding_) {
     options.solids = tool_solids(tips_.back(), tool_record_.back().shaft, player_->bundle());
   }
-  played.draw = player_->draw(view_, options, frame);
-  picture_depth_ = frame.depth_mm;
-  played.deform_ms = ms(start, stepped);
-  played.draw_ms = ms(stepped, now());
+  played.draw = player_->draw(view_, options, frame_);
+  played.draw_ms = watch.lap();
   return played;
 }
 

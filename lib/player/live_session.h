@@ -34,9 +34,10 @@ class LiveSession {
   double tool_radius_mm() const { return tool_radius_mm_; }
   void set_tool_radius_mm(double radius_mm) { tool_radius_mm_ = radius_mm; }  // of the next touch
 
-  // One time step, and what it looks like. Without `step` time stands still and only the picture is
-  // made. `frame` always keeps its depth, for the pointer's sake.
-  PlayedFrame advance(bool step, int width, int height, DrawOptions options, Frame& frame);
+  // One time step, and what it looks like: frame(), with its depth. Without `step` time stands
+  // still and only the picture is made.
+  PlayedFrame advance(bool step, int width, int height, DrawOptions options);
+  const Frame& frame() const { return frame_; }
 
   void reset();  // the organ at rest, a new record
   // All steps since the start or the last reset, as a script that play() repeats to the last bit.
@@ -56,9 +57,9 @@ class LiveSession {
   double time_step_s_;
   double tool_radius_mm_;
   OrbitPose pose_;
-  View view_;                         // of the last picture
-  std::vector<float> picture_depth_;  // and its depth, mm
-  std::vector<InstrumentTip> tips_;   // one for each touch so far; the last may be active
+  View view_;  // of the last picture
+  Frame frame_;
+  std::vector<InstrumentTip> tips_;  // one for each touch so far; the last may be active
   bool holding_ = false;
   InstrumentMode mode_ = InstrumentMode::poke;
   Eigen::Vector2d touched_px_ = Eigen::Vector2d::Zero(), pointer_px_ = Eigen::Vector2d::Zero();

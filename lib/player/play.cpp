@@ -2,30 +2,12 @@
 #include "player/play.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "core/error.h"
 #include "player/instrument_motion.h"
+#include "player/stopwatch.h"
 
 namespace organbake {
-namespace {
-
-class Stopwatch {
- public:
-  // Milliseconds since the last call.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-}  // namespace
-
 void PlayOptions::check() const {
   constexpr int kLargestSide = 16384;
   if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
@@ -64,13 +46,6 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     context.progress(double(frame + 1) / script.frames);
   }
   return played;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace organbake

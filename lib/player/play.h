@@ -37,7 +37,4 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
 // to run.
 std::string play_report(const Script& script, const std::vector<PlayedFrame>& frames);
 
-// Median of values; 0 when empty.
-double median(std::vector<double> values);
-
 }  // namespace organbake

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "bundle/json_fields.h"
+#include "core/median.h"
 #include "player/play.h"
 
 namespace organbake {

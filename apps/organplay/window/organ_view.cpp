@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "core/files.h"
+#include "core/text.h"
 #include "image/png.h"
 #include "window/overlays.h"
 
@@ -42,7 +43,7 @@ void OrganView::show(Display& display) {
   controls(display);
   readings();
   if (screenshot_asked_) {
-    save_picture(frame_.color, "frame");
+    save_picture(session_.frame().color, "frame");
     screenshot_asked_ = false;
   }
 }
@@ -92,7 +93,7 @@ void OrganView::advance(Display& display) {
   // Against the truth time stands still: the truth takes longer than a frame.
   const bool runs = !paused_ && against_ == Against::nothing && ++tick_ % slowness_ == 0;
   const Eigen::Vector2i size = display.size_px();
-  last_ = session_.advance(runs || step_once_, size.x(), size.y(), options_, frame_);
+  last_ = session_.advance(runs || step_once_, size.x(), size.y(), options_);
   if (runs || step_once_) {
     force_n_ = 0;
     for (const Eigen::Vector3d& force : last_.step.tip_force_n) force_n_ += force.norm();
@@ -100,33 +101,31 @@ void OrganView::advance(Display& display) {
   }
   step_once_ = false;
   if (against_ == Against::nothing) {
-    if (!last_.draw.unchanged || shown_.width != size.x()) display.set_picture(frame_.color);
-    shown_.width = size.x();
+    if (!last_.draw.unchanged || !frame_shown_) display.set_picture(session_.frame().color);
   } else {
-    swipe(size);
-    display.set_picture(shown_);
+    display.set_picture(swiped(size));
   }
+  frame_shown_ = against_ == Against::nothing;
 }
 
 // Left of the handle the frame, right of it what it is held against.
-void OrganView::swipe(const Eigen::Vector2i& size) {
-  const Rgb8Image& other =
-      truth_.picture(against_, player_.proxy_positions(), session_.view(), frame_, options_);
-  shown_ = frame_.color;
+Rgb8Image OrganView::swiped(const Eigen::Vector2i& size) {
+  const Rgb8Image& other = truth_.picture(against_, player_.proxy_positions(), session_.view(),
+                                          session_.frame(), options_);
+  Rgb8Image shown = session_.frame().color;
   const int x = std::clamp(int(swipe_share_ * float(size.x())), 0, size.x());
   for (int y = 0; y < size.y(); ++y) {
-    std::copy_n(other.at(0, y) + 3 * x, 3 * (size.x() - x), shown_.at(0, y) + 3 * x);
+    std::copy_n(other.at(0, y) + 3 * x, 3 * (size.x() - x), shown.at(0, y) + 3 * x);
   }
   ImGui::GetBackgroundDrawList()->AddLine({float(x), 0}, {float(x), float(size.y())},
                                           IM_COL32(255, 255, 255, 150));
+  return shown;
 }
 
 void OrganView::draw_overlays() const {
   const Bundle& bundle = player_.bundle();
   const View& view = session_.view();
-  const ViewWeights weights =
-      view_weights(bundle.cameras.manifold,
-                   view.camera.center_world_mm() - bundle.cameras.manifold.center_world_mm);
+  const ViewWeights& weights = last_.draw.weights;
   if (proxy_lines_) draw_proxy(bundle.proxy, player_.proxy_positions(), view);
   if (camera_lines_) draw_cameras(bundle.cameras, weights, view);
   if (manifold_lines_) draw_manifold(bundle.cameras, weights, view);
@@ -210,10 +209,9 @@ void OrganView::readings() const {
 
 std::filesystem::path OrganView::free_name(const std::string& stem,
                                            const std::string& ending) const {
-  for (int i = 1;; ++i) {
-    char number[16];
-    std::snprintf(number, sizeof number, "_%03d", i);
-    const auto path = save_folder_ / (stem + number + ending);
+  for (std::size_t i = 1;; ++i) {
+    constexpr std::size_t kDigits = 3;
+    const auto path = save_folder_ / (stem + "_" + padded(i, kDigits) + ending);
     if (!std::filesystem::exists(path)) return path;
   }
 }

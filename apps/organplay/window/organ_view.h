@@ -23,7 +23,7 @@ class OrganView {
   void follow_mouse();
   void follow_keys(Display& display);
   void advance(Display& display);
-  void swipe(const Eigen::Vector2i& size);
+  Rgb8Image swiped(const Eigen::Vector2i& size);
   void draw_overlays() const;
   void controls(Display& display);
   void readings() const;
@@ -36,9 +36,8 @@ class OrganView {
   Player player_;
   LiveSession session_;
   TruthPictures truth_;
-  Frame frame_;
   PlayedFrame last_;
-  Rgb8Image shown_;  // frame_, or a part of what it is held against
+  bool frame_shown_ = false;  // the display has the session's frame, and nothing else
   DrawOptions options_;
   std::string message_;
 

@@ -9,18 +9,24 @@
 namespace organbake {
 
 TruthPictures::TruthPictures(const std::filesystem::path& bundle_folder, const TriangleMesh& proxy)
-    : proxy_(proxy) {
-  const BundleReader reader(bundle_folder);
-  if (!reader.has("surface.ply")) return;
-  surface_ = std::make_unique<CarriedSurface>(reader.read_surface(), proxy);
+    : bundle_folder_(bundle_folder),
+      proxy_(proxy),
+      available_(BundleReader(bundle_folder).has("surface.ply")) {}
+
+const CarriedSurface& TruthPictures::surface() {
+  if (!surface_) {
+    surface_ =
+        std::make_unique<CarriedSurface>(BundleReader(bundle_folder_).read_surface(), proxy_);
+  }
+  return *surface_;
 }
 
 // Every point of the surface at its foot on the proxy: a polygon's texture.
 std::vector<Eigen::Vector3d> TruthPictures::flattened(
-    const std::vector<Eigen::Vector3d>& positions) const {
+    const std::vector<Eigen::Vector3d>& positions) {
   std::vector<Eigen::Vector3d> flat;
-  flat.reserve(surface_->bindings().size());
-  for (const ShellBinding& binding : surface_->bindings()) {
+  flat.reserve(surface().bindings().size());
+  for (const ShellBinding& binding : surface().bindings()) {
     const auto& [a, b, c] = proxy_.faces[binding.face];
     flat.push_back((1 - binding.b1 - binding.b2) * positions[a] + binding.b1 * positions[b] +
                    binding.b2 * positions[c]);
@@ -34,8 +40,8 @@ const Rgb8Image& TruthPictures::picture(Against against,
                                         const DrawOptions& options) {
   if (against == kept_against_ && view == kept_view_ && positions == kept_positions_) return kept_;
   const std::vector<Eigen::Vector3d> vertices =
-      against == Against::polygons ? flattened(positions) : surface_->carry(positions);
-  kept_ = surface_->draw(vertices, view, options.background).color;
+      against == Against::polygons ? flattened(positions) : surface().carry(positions);
+  kept_ = surface().draw(vertices, view, options.background).color;
   if (against == Against::difference) {
     constexpr int kGain = 4;
     for (std::size_t i = 0; i < kept_.pixels.size(); ++i) {

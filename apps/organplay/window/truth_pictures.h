@@ -19,17 +19,20 @@ class TruthPictures {
   // Nothing can be shown when the bundle carries no surface; that is no error.
   TruthPictures(const std::filesystem::path& bundle_folder, const TriangleMesh& proxy);
 
-  bool available() const { return surface_ != nullptr; }
+  bool available() const { return available_; }
   // truth: the carried surface. polygons: the same picture painted flat onto the proxy's faces.
   // difference: |frame − truth| times four.
   const Rgb8Image& picture(Against against, const std::vector<Eigen::Vector3d>& positions,
                            const View& view, const Frame& frame, const DrawOptions& options);
 
  private:
-  std::vector<Eigen::Vector3d> flattened(const std::vector<Eigen::Vector3d>& positions) const;
+  const CarriedSurface& surface();
+  std::vector<Eigen::Vector3d> flattened(const std::vector<Eigen::Vector3d>& positions);
 
-  std::unique_ptr<CarriedSurface> surface_;
+  std::filesystem::path bundle_folder_;
   TriangleMesh proxy_;
+  bool available_;
+  std::unique_ptr<CarriedSurface> surface_;  // read when it is first asked for
   Against kept_against_ = Against::nothing;
   View kept_view_;
   std::vector<Eigen::Vector3d> kept_positions_;

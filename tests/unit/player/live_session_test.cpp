@@ -18,12 +18,9 @@ const Eigen::Vector2d kMiddle(kWidth / 2.0, kHeight / 2.0);
 struct Seen {
   Player player{organ_to_play()};
   LiveSession session{player, kStep_s};
-  Frame frame;
 
   Seen() { advance(false); }
-  PlayedFrame advance(bool step = true) {
-    return session.advance(step, kWidth, kHeight, {}, frame);
-  }
+  PlayedFrame advance(bool step = true) { return session.advance(step, kWidth, kHeight, {}); }
   Eigen::Vector2d place_of(const Eigen::Vector3d& world_mm) const {
     return project(session.view().camera, world_mm);
   }
@@ -114,7 +111,7 @@ TEST(LiveSession, WhatWasDonePlaysBackBitForBit) {
     s.advance(false);  // time that stands still leaves no trace
     s.advance();
     positions.push_back(s.player.proxy_positions());
-    pictures.push_back(s.frame.color);
+    pictures.push_back(s.session.frame().color);
   }
   const std::string text = script_to_json(s.session.record("test"));
   const Script script = script_from_json(text, "record");

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stop_signal.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+namespace organbake {
+namespace {
+
+std::atomic<bool> stop_asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+
+void on_signal(int number) {
+  if (stop_asked.exchange(true)) ::_exit(128 + number);  // the second Ctrl-C does not wait
+}
+
+}  // namespace
+
+const std::atomic<bool>& catch_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  return stop_asked;
+}
+
+}  // namespace organbake
