@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "core/text.h"
 
@@ -47,11 +48,8 @@ class LogAxis {
 double drawn_error(const Point& p) { return std::max(p.errors.front().value, 1e-7); }
 double drawn_time(const Point& p) { return std::max(p.timing.wall_ms.median, 1e-4); }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+constexpr int kDigits = 3;
+std::string number(double value) { return short_number(value, kDigits); }
 
 std::string text_at(double x, double y, const char* anchor, const std::string& text) {
   return "<text x='" + to_text(x, 1) + "' y='" + to_text(y, 1) + "' text-anchor='" + anchor + "'>" +
@@ -94,30 +92,10 @@ std::string dot(double x, double y, const char* color, const Point& p, bool on_f
 
 }  // namespace
 
-std::string escape_html(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '\'':
-        result += "&#39;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
+std::string short_number(double value, int digits) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  return text;
 }
 
 std::vector<std::size_t> pareto_front(const std::vector<Point>& points) {

@@ -58,10 +58,10 @@ Comparison compare_runs(const RunReport& before, const RunReport& after) {
     const Point& q = *found->second;
     if (p->peer) continue;  // the peers are there to compare with, not to be watched
     comparison.changes.push_back(time_change(key, p->timing.wall_ms, q.timing.wall_ms));
-    for (std::size_t e = 0; e < std::min<std::size_t>(1, p->errors.size()); ++e) {
-      const double a = p->errors[e].value, b = q.errors.at(e).value;
+    if (!p->errors.empty()) {
+      const double a = p->errors.front().value, b = q.errors.at(0).value;
       comparison.changes.push_back(
-          {key + ", " + p->errors[e].name, a, b, kind_of(a, b, kErrorNoise)});
+          {key + ", " + p->errors.front().name, a, b, kind_of(a, b, kErrorNoise)});
     }
   }
   for (const auto& [key, p] : new_points) {

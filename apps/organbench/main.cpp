@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <signal.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -18,6 +15,7 @@
 #include "organbench/run_suite.h"
 #include "pipelines/nearest_name.h"
 #include "pipelines/schemas.h"
+#include "stop_signal.h"
 
 namespace organbake {
 namespace {
@@ -32,14 +30,8 @@ struct Command {
   bool quiet = false;
 };
 
-std::atomic<bool> stop_asked{false};
-
-// The running suite is a process of the same group and ends by its own default action.
-void on_signal(int number) {
-  if (stop_asked.exchange(true)) ::_exit(128 + number);
-}
-
-RunContext context_for(const Command& command, const std::string& suite) {
+RunContext context_for(const Command& command, const std::string& suite,
+                       const std::atomic<bool>& stop_asked) {
   const auto log = [quiet = command.quiet, suite](LogLevel level, std::string_view message) {
     if (level == LogLevel::debug || (quiet && level != LogLevel::warning)) return;
     std::fprintf(stderr, "organbench: %s: %.*s\n", suite.c_str(), static_cast<int>(message.size()),
@@ -79,7 +71,7 @@ void make_folder(const fs::path& folder) {
   }
 }
 
-int run_suites(const Command& command) {
+int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
   if (command.out.empty()) throw UsageError("-o DIR is missing: where the page goes");
   const fs::path out = command.out;
   make_folder(out);  // before the work, not after it
@@ -87,7 +79,7 @@ int run_suites(const Command& command) {
   bool failed = false;
   for (const Suite& suite : chosen_suites(command.suites)) {
     const auto start = std::chrono::steady_clock::now();
-    const RunContext context = context_for(command, suite.name);
+    const RunContext context = context_for(command, suite.name, stop_asked);
     SuiteResult result = run_suite(suite, command.options, context);
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
     if (!result.failure.empty()) {
@@ -135,7 +127,7 @@ std::string suite_list() {
   return text;
 }
 
-int dispatch(int argc, char** argv) {
+int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   Command c;
   CLI::App app("organbench: run time against error, beside what others reach");
   app.add_option("SUITE", c.suites, "suites to run (default: all)");
@@ -161,16 +153,12 @@ int dispatch(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
-  return diff->parsed() ? run_diff(c) : run_suites(c);
+  return diff->parsed() ? run_diff(c) : run_suites(c, stop_asked);
 }
 
 int run(int argc, char** argv) {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
   try {
-    return dispatch(argc, argv);
+    return dispatch(argc, argv, catch_stop_signals());
   } catch (const std::exception& error) {
     const ExitCode code = exit_code_for(error);
     std::fprintf(stderr, "organbench: error: %s\n", error.what());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
-#include <cstdio>
 
+#include "core/text.h"
 #include "organbench/chart.h"
 #include "organbench/run_report.h"
 
@@ -18,13 +18,14 @@ constexpr const char* kStyle =
     "svg{display:block;max-width:100%;font:11px system-ui,sans-serif}.grid{stroke:#e6e6e6}"
     ".front{fill:none;stroke:#444}";
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
+constexpr int kDigits = 4;
+std::string number(double value) { return short_number(value, kDigits); }
 
 std::string cell(const std::string& text) { return "<td>" + escape_html(text) + "</td>"; }
+
+std::string heading(const Quantity& q) {
+  return "<th>" + escape_html(q.name + (q.unit.empty() ? "" : ", " + q.unit)) + "</th>";
+}
 
 std::string figures_table(const std::vector<Figure>& figures) {
   if (figures.empty()) return {};
@@ -40,13 +41,9 @@ std::string figures_table(const std::vector<Figure>& figures) {
 
 std::string points_table(const std::vector<Point>& points) {
   std::string html = "<table><tr><th>who</th>";
-  for (const Quantity& q : points.front().knobs) {
-    html += "<th>" + escape_html(q.name + (q.unit.empty() ? "" : ", " + q.unit)) + "</th>";
-  }
+  for (const Quantity& q : points.front().knobs) html += heading(q);
   html += "<th>ms (least–most)</th><th>CPU ms</th><th>peak MB</th>";
-  for (const Quantity& q : points.front().errors) {
-    html += "<th>" + escape_html(q.name + (q.unit.empty() ? "" : ", " + q.unit)) + "</th>";
-  }
+  for (const Quantity& q : points.front().errors) html += heading(q);
   html += "</tr>";
   for (const Point& p : points) {
     html += "<tr>" + cell(p.subject + (p.peer ? " (peer)" : ""));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbench/run_suite.h"
 
+#include <signal.h>
 #include <sys/wait.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
@@ -41,11 +42,13 @@ void run_here(const Suite& suite, const BenchOptions& options, const RunContext&
   }
 }
 
-std::string read_to_end(int fd) {
+// Ends the child when it is asked to stop: a signal need not have reached the child, too.
+std::string read_to_end(int fd, pid_t child, const RunContext& context) {
   std::string text;
   char buffer[1 << 16];
   for (;;) {
     const ssize_t n = ::read(fd, buffer, sizeof buffer);
+    if (context.cancelled()) ::kill(child, SIGKILL);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return text;
     text.append(buffer, n);
@@ -74,7 +77,7 @@ SuiteResult run_suite(const Suite& suite, const BenchOptions& options, const Run
     ::_exit(0);
   }
   ::close(ends[1]);
-  SuiteResult result = last_result(read_to_end(ends[0]));
+  SuiteResult result = last_result(read_to_end(ends[0], child, context));
   ::close(ends[0]);
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {

@@ -47,8 +47,11 @@ void compete(Bench& bench, const std::string& task, const std::vector<Quantity>&
              const std::vector<Competitor>& competitors,
              const std::function<double(const TriangleMesh&)>& error) {
   bench.now(task);
+  std::vector<TriangleMesh> surfaces(competitors.size());
   std::vector<std::function<void()>> work;
-  for (const Competitor& c : competitors) work.push_back([&c] { c.surface(); });
+  for (std::size_t c = 0; c < competitors.size(); ++c) {
+    work.push_back([&, c] { surfaces[c] = competitors[c].surface(); });
+  }
   const std::vector<Timing> timings = bench.time(work);
   for (std::size_t c = 0; c < competitors.size(); ++c) {
     bench.add(Point{task,
@@ -56,7 +59,7 @@ void compete(Bench& bench, const std::string& task, const std::vector<Quantity>&
                     competitors[c].peer,
                     knobs,
                     timings[c],
-                    {{"radial error, RMS", "mm", error(competitors[c].surface())}}});
+                    {{"radial error, RMS", "mm", error(surfaces[c])}}});
   }
 }
 

@@ -6,8 +6,6 @@
 #include <fstream>
 #include <numbers>
 
-#include "core/random.h"
-#include "core/text.h"
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "organbench/bench.h"
@@ -18,8 +16,6 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-using Eigen::Vector3d;
 
 // Errors of some runs against the truth.
 struct Errors {
@@ -45,7 +41,7 @@ struct Starts {
 };
 
 Errors run(Bench& bench, const LampScenes& scenes, const Starts& starts, bool hard,
-           const RegistrationOptions& options = {}, bool instrument = false) {
+           bool instrument = false) {
   Errors errors;
   for (int i = 0; i < starts.count; ++i) {
     bench.context().throw_if_cancelled();
@@ -55,7 +51,7 @@ Errors run(Bench& bench, const LampScenes& scenes, const Starts& starts, bool ha
     if (starts.shift_mm > 0)
       photo.start =
           scenes.start(camera, starts.shift_mm, starts.turn_deg, static_cast<std::uint64_t>(i));
-    errors.add(scenes, camera, register_photo(scenes.surface(), photo, options, bench.context()));
+    errors.add(scenes, camera, register_photo(scenes.surface(), photo, {}, bench.context()));
   }
   return errors;
 }
@@ -111,7 +107,7 @@ void promise_reach(Bench& bench, const LampScenes& scenes) {
                    Figure::Goal::at_least});
   bench.now("an instrument in front");
   const Starts near{bench.quick() ? 2 : 24, 10, 10};
-  const Errors covered = run(bench, scenes, near, false, {}, true);
+  const Errors covered = run(bench, scenes, near, false, true);
   bench.add(
       Figure{"instrument over 20 % of the organ, unmasked" + cases(near.count) + ": mTRE, median",
              "mm", spread_of(covered.mtre_mm).median, 0.5});
@@ -129,8 +125,8 @@ void sweep(Bench& bench, const LampScenes& scenes) {
       options.finest_side_px = side;
       options.solver_iterations = iterations;
       RegisteredPhoto found;
-      const Timing timing = bench.time(
-          [&] { found = register_photo(scenes.surface(), photo, options, bench.context()); });
+      const Timing timing =
+          bench.time([&] { found = register_photo(scenes.surface(), photo, {}, bench.context()); });
       bench.add(Point{task,
                       "organbake register, " + std::to_string(iterations) + " iterations",
                       false,
