@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/text.h"
 #include "pipelines/stage.h"
 #include "pipelines/stage_options.h"
-
-#include <algorithm>
 
 namespace organbake {
 namespace {
@@ -29,11 +28,12 @@ std::vector<Stage> describe() {
                    "a frame (PNG, JPEG), a folder of frames, or a video"},
                   {"intrinsics", InputKind::cameras,
                    "the laparoscope: a cameras.json of one camera; else --field-of-view", false},
-                  {"instruments", InputKind::mesh,
+                  {"instruments", InputKind::file,
                    "mask of the frames' size (PNG), not black = instrument; else found by colour",
                    false}},
        .outputs = {{"surface", "surface.ply"}, {"shading", "."}},
-       .make_options = make_options<ShadeStageOptions>},
+       .make_options = make_options<ShadeStageOptions>,
+       .on_request = true},
       {.name = "isosurface",
        .version = 2,
        .summary = "turn a CT, or one label of a mask, into a closed surface",
@@ -117,9 +117,7 @@ std::vector<Stage> describe() {
 std::string input_of_many(const StageInput& input, std::size_t index,
                           const std::filesystem::path& path) {
   constexpr std::size_t kDigits = 4;  // names sort as they were given
-  const std::string number = std::to_string(index);
-  return input.name + " " + std::string(kDigits - std::min(kDigits, number.size()), '0') + number +
-         " " + path.filename().string();
+  return input.name + " " + padded(index, kDigits) + " " + path.filename().string();
 }
 
 const std::vector<Stage>& all_stages() {

@@ -35,29 +35,6 @@ std::string quoted(const std::string& field) {
   return result + "\"";
 }
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
 // A file's name as part of a link.
 std::string url_of(const std::string& path) {
   constexpr const char* kHex = "0123456789ABCDEF";
@@ -142,7 +119,8 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
       "1rem}table{border-collapse:collapse}th,td{padding:.25rem .7rem;text-align:right;"
       "border-bottom:1px solid #ddd}th:first-child,td:first-child,td.error{text-align:left}"
       "tr.failed{background:#fdecec}img{display:block;height:96px}</style><h1>" +
-      escaped(recipe) + ": " + std::to_string(rows.size()) + " cases, " + std::to_string(failed) +
+      escape_html(recipe) + ": " + std::to_string(rows.size()) + " cases, " +
+      std::to_string(failed) +
       " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th><th>MB</th>";
   for (const KeyFigure& figure : kKeyFigures) {
     html += "<th>" + key_of(figure) + "</th>";
@@ -150,7 +128,7 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
   html += "</tr>\n";
   for (const BatchRow& row : rows) {
     html += std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + "><td>" +
-            escaped(row.name) + "</td><td>";
+            escape_html(row.name) + "</td><td>";
     if (!row.picture.empty()) html += "<img alt=\"\" src=\"" + url_of(row.picture) + "\">";
     html += "</td><td>" + row.status +
             (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "") + "</td><td>" +
@@ -158,7 +136,7 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
     // A failed case has no figures: its error stands in their place.
     if (bad(row)) {
       html += "<td class=\"error\" colspan=\"" + std::to_string(kKeyFigures.size()) + "\">" +
-              escaped(row.error) + "</td></tr>\n";
+              escape_html(row.error) + "</td></tr>\n";
       continue;
     }
     for (const KeyFigure& figure : kKeyFigures) {

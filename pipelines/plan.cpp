@@ -120,9 +120,8 @@ std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
                                    const std::set<std::string>& running) {
   std::vector<LeftOut> list;
   for (const Stage& stage : all_stages()) {
-    // Video is no part of a CT's bake: it goes without saying that it is left out.
     const bool offered =
-        recipe.sections.contains(stage.name) || (!stage.inputs.empty() && stage.name != "shade");
+        recipe.sections.contains(stage.name) || !(stage.inputs.empty() || stage.on_request);
     if (offered && !running.contains(stage.name)) {
       list.push_back({stage.name, why_left_out(stage, recipe)});
     }

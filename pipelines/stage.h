@@ -92,6 +92,9 @@ struct Stage {
   // Written as one file (-o FILE) or as a folder (-o DIR). What a single file's stage puts below
   // kBeside in its folder lands beside FILE: for "pose.json", overlay.png as pose_overlay.png.
   bool single_file = false;
+  // What most bakes have nothing for: a bake that does without it doesn't say so, unless its recipe
+  // has a section for it.
+  bool on_request = false;
   static constexpr const char* kBeside = "beside";
 
   const StageOutput* output(const std::string& artifact) const {

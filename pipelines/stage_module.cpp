@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "core/files.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -25,10 +26,7 @@ Function symbol(void* module, const char* name, const fs::path& file) {
 }  // namespace
 
 fs::path module_folder() {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw Error(ExitCode::internal, "/proc/self/exe cannot be read: " + error.message());
-  return (program.parent_path() / ".." / "lib" / "organbake").lexically_normal();
+  return (program_folder() / ".." / "lib" / "organbake").lexically_normal();
 }
 
 fs::path module_file(const std::string& stage) {

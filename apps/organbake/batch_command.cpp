@@ -51,8 +51,6 @@ OptionList batch_flag_list(BatchFlags& flags) {
   return list;
 }
 
-fs::path program_folder() { return fs::read_symlink("/proc/self/exe").parent_path(); }
-
 // One table, or files by name: the shell has expanded a pattern already.
 std::vector<BatchCase> cases_from(const std::vector<std::string>& words, const BatchFlags& flags) {
   const bool table = words.size() == 1 && fs::path(words[0]).extension() == ".csv";

@@ -86,8 +86,11 @@ std::size_t most_words(const Stage& stage) {
   return stage.inputs.size();
 }
 
-// The result is there, but the stage says that it is not good enough.
+// The result is there, but the stage may say that its input was damaged or that it is not good
+// enough. Throws BadDataError.
 int exit_code_of(const nlohmann::json& report, Session& session, const Stage& stage) {
+  const auto damage = report.find("bad_data");
+  if (damage != report.end()) throw BadDataError(damage->get<std::string>());
   const auto gate = report.find("quality_gate");
   if (gate == report.end()) return 0;
   session.terminal().log(LogLevel::warning, stage.name + ": " + gate->get<std::string>());
@@ -117,13 +120,10 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
       LogLevel::info,
       stage.name + ": " + (result.ran ? "ran in " + to_text(result.seconds, 2) + " s" : "cached"));
   const nlohmann::json report = nlohmann::json::parse(result.entry.report_json);
-  nlohmann::json json = {{"output", flags.output.string()},
-                         {"state", result.ran ? "ran" : "cached"},
-                         {"report", report}};
+  const nlohmann::json json = {{"output", flags.output.string()},
+                               {"state", result.ran ? "ran" : "cached"},
+                               {"report", report}};
   session.print_result(flags.output.string(), json);
-  if (json["report"].contains("bad_data")) {
-    throw BadDataError(json["report"]["bad_data"].get<std::string>());
-  }
   return exit_code_of(report, session, stage);
 }
 

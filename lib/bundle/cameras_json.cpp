@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bundle/cameras_json.h"
 
-#include <Eigen/LU>
-
 #include "bundle/json_fields.h"
 #include "core/error.h"
 #include "core/files.h"
@@ -32,8 +30,7 @@ Eigen::Matrix3d rotation_from(const JsonField& field) {
   if (field.size() != 3) field.fail("must hold three rows");
   Eigen::Matrix3d r;
   for (int row = 0; row < 3; ++row) r.row(row) = field.at(row).vector3().transpose();
-  const double off = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (off > kRotationTolerance || r.determinant() < 0) {
+  if (!is_rotation(r, kRotationTolerance)) {
     field.fail("is not a proper rotation (RᵀR must be I and det R = +1)");
   }
   return r;

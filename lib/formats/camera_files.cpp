@@ -14,16 +14,16 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 bool is_colmap(const fs::path& path) {
   return fs::is_directory(path) || path.filename() == "cameras.txt" ||
          path.filename() == "images.txt";
 }
 
-Json parse(const fs::path& path) {
+Json parse(const std::string& text, const fs::path& path) {
   try {
-    return Json::parse(read_text_file(path));
+    return Json::parse(text);
   } catch (const Json::exception&) {
     throw BadDataError(path, "is no JSON document");
   }
@@ -67,8 +67,7 @@ std::vector<double> opencv_matrix(const YAML::Node& root,
   return {};
 }
 
-Intrinsics opencv_lens(const fs::path& path, int width, int height) {
-  std::string text = read_text_file(path);
+Intrinsics opencv_lens(std::string text, const fs::path& path, int width, int height) {
   // yaml-cpp refuses OpenCV's "%YAML:1.0".
   if (text.starts_with("%YAML")) text.erase(0, text.find('\n'));
   try {
@@ -100,46 +99,58 @@ Intrinsics opencv_lens(const fs::path& path, int width, int height) {
   }
 }
 
-bool is_json(const fs::path& path) {
-  const std::string text = read_text_file(path);
+bool is_json(const std::string& text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string::npos && text[first] == '{';
 }
 
+CameraSet colmap_model(const fs::path& path) {
+  return read_colmap_text(fs::is_directory(path) ? path : path.parent_path());
+}
+
+CameraSet cameras_of(const Json& json, const std::string& text, const fs::path& path) {
+  return json.contains("frames") ? transforms_from_json(text, path)
+                                 : cameras_from_json(text, path.string());
+}
+
 Intrinsics lens_of(const CameraSet& set, const std::string& image, const fs::path& path) {
   if (set.cameras.empty()) throw BadDataError(path, "holds no camera");
-  for (std::size_t i = 0; i < set.images.size(); ++i) {
-    if (fs::path(set.images[i]).filename() == fs::path(image).filename())
-      return set.cameras[i].intrinsics;
-  }
-  return set.cameras.front().intrinsics;
+  return set.cameras[camera_with_image(set, image).value_or(0)].intrinsics;
+}
+
+Intrinsics lens_in(const fs::path& path, const std::string& image, int width, int height) {
+  if (is_colmap(path)) return lens_of(colmap_model(path), image, path);
+  const std::string text = read_text_file(path);
+  if (!is_json(text)) return opencv_lens(text, path, width, height);
+  const Json json = parse(text, path);
+  return json.contains("cameras") || json.contains("frames")
+             ? lens_of(cameras_of(json, text, path), image, path)
+             : plain_lens(json, path);
 }
 
 }  // namespace
 
 CameraSet read_camera_file(const fs::path& path) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
-  if (is_colmap(path)) return read_colmap_text(fs::is_directory(path) ? path : path.parent_path());
-  if (!is_json(path)) {
+  if (is_colmap(path)) return colmap_model(path);
+  const std::string text = read_text_file(path);
+  if (!is_json(text)) {
     throw BadDataError(path,
                        "is neither a cameras.json, a transforms.json nor a COLMAP text model");
   }
-  return parse(path).contains("frames") ? read_transforms_json(path) : read_cameras(path);
+  return cameras_of(parse(text, path), text, path);
+}
+
+std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image) {
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    if (fs::path(set.images[i]).filename() == fs::path(image).filename()) return i;
+  }
+  return std::nullopt;
 }
 
 Intrinsics read_intrinsics(const fs::path& path, const std::string& image, int width, int height) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file");
-  Intrinsics lens;
-  if (is_colmap(path)) {
-    lens = lens_of(read_camera_file(path), image, path);
-  } else if (!is_json(path)) {
-    lens = opencv_lens(path, width, height);
-  } else {
-    const Json json = parse(path);
-    lens = json.contains("cameras") || json.contains("frames")
-               ? lens_of(read_camera_file(path), image, path)
-               : plain_lens(json, path);
-  }
+  const Intrinsics lens = lens_in(path, image, width, height);
   try {
     lens.check();
   } catch (const BadDataError& error) {
@@ -147,7 +158,5 @@ Intrinsics read_intrinsics(const fs::path& path, const std::string& image, int w
   }
   return lens;
 }
-
-std::string colmap_points_text() { return "# 3D point list: empty\n"; }
 
 }  // namespace organbake

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "bundle/cameras_json.h"
@@ -14,6 +15,9 @@ namespace organbake {
 // cameras.txt or images.txt in it; models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV,
 // FULL_OPENCV without k4…k6). Lengths are taken as millimetres. Throws NoInputError, BadDataError.
 CameraSet read_camera_file(const std::filesystem::path& path);
+
+// The camera whose image has this file name, wherever it lies.
+std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image);
 
 // The lens alone: an OpenCV calibration (YAML: camera_matrix, distortion_coefficients, and
 // image_width and image_height unless width and height below say them), a JSON object with width,

@@ -129,4 +129,6 @@ std::string colmap_images_text(const CameraSet& set) {
   return text;
 }
 
+std::string colmap_points_text() { return "# 3D point list: empty\n"; }
+
 }  // namespace organbake

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/files.h"
 #include "formats/camera_files.h"
 
 namespace organbake {
@@ -51,24 +50,19 @@ RigidTransform pose_from(const Json& matrix) {
   return world_from_camera.inverse();
 }
 
-bool is_rotation(const Eigen::Matrix3d& r) {
-  constexpr double kTolerance = 1e-5;  // files carry about six digits
-  return (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance &&
-         r.row(0).cross(r.row(1)).dot(r.row(2)) > 0;
-}
-
 }  // namespace
 
-CameraSet read_transforms_json(const fs::path& path) {
+CameraSet transforms_from_json(const std::string& text, const fs::path& path) {
   CameraSet set;
   try {
-    const Json json = Json::parse(read_text_file(path));
+    const Json json = Json::parse(text);
     for (const Json& frame : json.at("frames")) {
       PosedCamera camera;
       camera.name = frame.at("file_path").get<std::string>();
       camera.intrinsics = lens_from(frame, json);
       camera.camera_from_world = pose_from(frame.at("transform_matrix"));
-      if (!is_rotation(camera.camera_from_world.rotation)) {
+      constexpr double kTolerance = 1e-5;  // files carry about six digits
+      if (!is_rotation(camera.camera_from_world.rotation, kTolerance)) {
         throw BadDataError(path, camera.name + ": its transform_matrix is no rigid motion");
       }
       camera.intrinsics.check();

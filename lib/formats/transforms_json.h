@@ -2,12 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "bundle/cameras_json.h"
 
 namespace organbake {
 
-// A NeRF's transforms.json (camera_files.h): lens keys at the top or per frame.
-CameraSet read_transforms_json(const std::filesystem::path& path);
+// A NeRF's transforms.json (camera_files.h): lens keys at the top or per frame. Throws BadDataError
+// naming `path`.
+CameraSet transforms_from_json(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace organbake
