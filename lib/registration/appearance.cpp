@@ -33,22 +33,21 @@ std::vector<std::uint8_t> grown(const Prediction& p, int band) {
 
 class Fit {
  public:
-  Fit(const PhotoLevel& level, const Prediction& p, int basis,
-      const std::vector<WeightedPixel>& pixels)
-      : level_(level), p_(p), basis_(basis), pixels_(pixels) {}
+  Fit(const PhotoLevel& level, const Prediction& p, int basis)
+      : level_(level), p_(p), basis_(basis) {}
 
   // Weighted normal equations; a touch of ridge where the basis cannot be told apart.
-  VectorXd solve(const std::vector<double>& weights) const {
+  VectorXd solve(const std::vector<WeightedPixel>& pixels) const {
     constexpr double kRidge = 1e-7;
     const int n = basis_ + 1;
     MatrixXd normal = MatrixXd::Zero(n, n);
     VectorXd right = VectorXd::Zero(n), row(n);
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      if (!(weights[i] > 0)) continue;
-      fill(pixels_[i], row);
+    for (const WeightedPixel& pixel : pixels) {
+      if (!(pixel.weight > 0)) continue;
+      fill(pixel, row);
       for (int j = 0; j < n; ++j)
-        for (int k = 0; k <= j; ++k) normal(j, k) += weights[i] * row[j] * row[k];
-      right += weights[i] * photo(pixels_[i]) * row;
+        for (int k = 0; k <= j; ++k) normal(j, k) += pixel.weight * row[j] * row[k];
+      right += pixel.weight * photo(pixel) * row;
     }
     normal.diagonal() += kRidge * normal.diagonal() + VectorXd::Constant(n, 1e-12);
     return normal.selfadjointView<Eigen::Lower>().ldlt().solve(right);
@@ -76,8 +75,28 @@ class Fit {
   const PhotoLevel& level_;
   const Prediction& p_;
   int basis_;
-  const std::vector<WeightedPixel>& pixels_;
 };
+
+// Geman & McClure 1987: pixels far off count little.
+void weigh(const Fit& fit, const VectorXd& solution, double noise,
+           std::vector<WeightedPixel>& pixels) {
+  constexpr double kCutoff = 4;  // standard deviations at which a pixel counts a quarter
+  for (WeightedPixel& pixel : pixels) {
+    const double off = fit.residual(pixel, solution) / (kCutoff * noise);
+    pixel.weight = 1 / ((1 + off * off) * (1 + off * off));
+  }
+}
+
+// Every n-th pixel: a light has a dozen numbers, a photograph half a million pixels.
+std::vector<WeightedPixel> thinned(const std::vector<WeightedPixel>& pixels) {
+  constexpr std::size_t kEnough = 20'000;
+  // Odd, so that a round number of pixels a row does not make columns of it.
+  const std::size_t step = pixels.size() / kEnough | 1;
+  std::vector<WeightedPixel> some;
+  for (std::size_t i = 0; i < pixels.size(); i += step)
+    some.push_back({pixels[i].x, pixels[i].y, 1});
+  return some;
+}
 
 }  // namespace
 
@@ -95,31 +114,26 @@ Appearance fit_appearance(const PhotoLevel& level, const Prediction& p, const Sh
                           std::vector<WeightedPixel>& pixels) {
   constexpr int kRounds = 4;
   constexpr double kMadToSigma = 1.4826;
-  constexpr double kCutoff = 4;         // standard deviations at which a pixel counts a quarter
   constexpr double kLeastNoise = 2e-3;  // of the luminance range: 8 bits
   constexpr double kInlier = 3;         // standard deviations
-  const Fit fit(level, p, basis.size(), pixels);
-  std::vector<double> weights(pixels.size(), 1.0);
+  const Fit fit(level, p, basis.size());
+  std::vector<WeightedPixel> some = thinned(pixels);
   Appearance appearance;
   VectorXd solution;
   for (int round = 0; round < kRounds; ++round) {
-    solution = fit.solve(weights);
+    solution = fit.solve(some);
     std::vector<double> sizes;
-    for (const WeightedPixel& pixel : pixels)
+    for (const WeightedPixel& pixel : some)
       if (fit.on_organ(pixel)) sizes.push_back(std::abs(fit.residual(pixel, solution)));
     appearance.noise = std::max(kLeastNoise, kMadToSigma * median(std::move(sizes)));
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      // Geman & McClure 1987.
-      const double off = fit.residual(pixels[i], solution) / (kCutoff * appearance.noise);
-      weights[i] = 1 / ((1 + off * off) * (1 + off * off));
-    }
+    weigh(fit, solution, appearance.noise, some);
   }
+  weigh(fit, solution, appearance.noise, pixels);
   std::size_t inliers = 0, organ = 0;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    pixels[i].weight = weights[i];
-    if (!fit.on_organ(pixels[i])) continue;
+  for (const WeightedPixel& pixel : some) {
+    if (!fit.on_organ(pixel)) continue;
     ++organ;
-    inliers += std::abs(fit.residual(pixels[i], solution)) < kInlier * appearance.noise;
+    inliers += std::abs(fit.residual(pixel, solution)) < kInlier * appearance.noise;
   }
   appearance.inlier_share = organ > 0 ? static_cast<double>(inliers) / organ : 0;
   const bool lit = basis.size() > 2 || solution[0] > 0;

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -18,7 +19,8 @@ using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kApart = 0.26;  // rad: poses turned by less are one
+constexpr double kApart = 0.26;     // rad: poses turned by less are one
+constexpr double kApartNear = 0.1;  // and near a start
 
 // Directions spread evenly over the sphere (a golden-angle spiral).
 std::vector<Vector3d> directions(int count) {
@@ -36,31 +38,59 @@ Quaterniond facing(const Vector3d& direction) {
   return Quaterniond(look_at(direction, Vector3d::Zero(), Vector3d::UnitZ()).rotation);
 }
 
+// A little to either side of each axis.
+std::vector<ObjectPose> turned_about_axes(const ObjectPose& pose) {
+  constexpr double kTurn = 0.2;  // rad
+  std::vector<ObjectPose> turned;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1.0, 1.0})
+      turned.push_back(moved(pose, sign * kTurn * Motion::Unit(axis)));
+  return turned;
+}
+
 double angle_between(const ObjectPose& a, const ObjectPose& b) {
   return a.camera_from_world.angularDistance(b.camera_from_world);
 }
 
-// The share of the photograph's variance that lamp and background explain over all that counts:
-// R² at the best gain, offset and background level. Negative when the lamp would have to darken.
+// The share of the photograph's variance that lamp and background explain over all that counts: R²
+// at the best gain, offset and background level. What is far off costs no more than kFar, so that
+// an instrument draws no pose its way. Negative when the lamp would have to darken.
 double explained(const PhotoLevel& level, const Prediction& p) {
-  Eigen::Matrix4d m = Eigen::Matrix4d::Zero();  // of (lamp, background, 1, photograph)
-  for (int y = 0; y < level.intrinsics.height; ++y)
-    for (int x = 0; x < level.intrinsics.width; ++x) {
-      const std::size_t i = level.index(x, y);
-      if (!level.valid[i]) continue;
-      const bool inside = p.contains(x, y);
-      const float* phi = inside ? p.phi_at(p.index(x, y)) : nullptr;
-      const Eigen::Vector4d row(inside ? phi[0] : 0, inside ? phi[p.basis - 1] : 1, 1,
-                                level.luminance[i]);
-      m.selfadjointView<Eigen::Lower>().rankUpdate(row);
-    }
-  m = m.selfadjointView<Eigen::Lower>();
-  Eigen::Matrix3d normal = m.topLeftCorner<3, 3>();
-  normal.diagonal() *= 1 + 1e-9;
-  const Vector3d weights = normal.ldlt().solve(m.topRightCorner<3, 1>());
-  const double variance = m(3, 3) - m(2, 3) * m(2, 3) / std::max(1.0, m(2, 2));
-  const double left = m(3, 3) - weights.dot(m.topRightCorner<3, 1>());
-  if (!(variance > 0) || !(weights[0] > 0)) return -1;
+  constexpr double kFar = 0.7;  // standard deviations of the photograph
+  constexpr int kRounds = 3;
+  const auto row = [&](int x, int y) -> Eigen::Vector4d {  // lamp, background, 1, photograph
+    const bool inside = p.contains(x, y);
+    const float* phi = inside ? p.phi_at(p.index(x, y)) : nullptr;
+    return {inside ? phi[0] : 0, inside ? phi[p.basis - 1] : 1, 1,
+            level.luminance[level.index(x, y)]};
+  };
+  const auto for_pixels = [&](const auto& use) {
+    for (int y = 0; y < level.intrinsics.height; ++y)
+      for (int x = 0; x < level.intrinsics.width; ++x)
+        if (level.valid[level.index(x, y)]) use(row(x, y));
+  };
+  double variance = 0, far2 = std::numeric_limits<double>::infinity(), left = 0;
+  Vector3d weights = Vector3d::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
+    for_pixels([&](const Eigen::Vector4d& r) {
+      const double off = r[3] - weights.dot(r.head<3>());
+      const double near = 1 / (1 + off * off / far2);  // Geman & McClure 1987
+      m.selfadjointView<Eigen::Lower>().rankUpdate(r, near * near);
+    });
+    m = m.selfadjointView<Eigen::Lower>();
+    Eigen::Matrix3d normal = m.topLeftCorner<3, 3>();
+    normal.diagonal() *= 1 + 1e-9;
+    weights = normal.ldlt().solve(m.topRightCorner<3, 1>());
+    if (round > 0) continue;
+    variance = m(3, 3) - m(2, 3) * m(2, 3) / std::max(1.0, m(2, 2));
+    far2 = kFar * kFar * variance / std::max(1.0, m(2, 2));
+    if (!(variance > 0)) return -1;
+  }
+  if (!(weights[0] > 0)) return -1;
+  for_pixels([&](const Eigen::Vector4d& r) {
+    left += std::min(far2, std::pow(r[3] - weights.dot(r.head<3>()), 2));
+  });
   return 1 - left / variance;
 }
 
@@ -88,6 +118,25 @@ class Candidates {
         for (const double y : {0.33, 0.5, 0.67})
           supposed.push_back({share * w * h, Vector2d(x * w, y * h)});
     return around(kDirections, kRolls, supposed);
+  }
+  // Turned from a start by up to 0.5 rad about axes all round; where the start puts the organ, and
+  // where it stands out when it does.
+  std::vector<ObjectPose> near(const ObjectPose& start,
+                               const std::optional<Foreground>& seen) const {
+    constexpr int kAxes = 14;
+    std::vector<Quaterniond> rotations = {start.camera_from_world};
+    for (const double angle : {0.25, 0.5})
+      for (const Vector3d& axis : directions(kAxes))
+        rotations.push_back(Quaterniond(Eigen::AngleAxisd(angle, axis)) * start.camera_from_world);
+    std::vector<ObjectPose> poses;
+    for (const Quaterniond& rotation : rotations)
+      poses.push_back({rotation, start.center_camera_mm});
+    if (!seen) return poses;
+    for (const Quaterniond& rotation : rotations) {
+      const View turned = view(rotation);
+      if (turned.area_px > 0) poses.push_back(placed(turned, 0, *seen));
+    }
+    return poses;
   }
   // Scores in the candidates' order.
   std::vector<double> scores(const std::vector<ObjectPose>& poses) const {
@@ -117,8 +166,8 @@ class Candidates {
     const Intrinsics& k = level_.intrinsics;
     return k.fx * surface_.radius_mm() / (kFill * std::min(k.width, k.height));
   }
-  View view(const Vector3d& direction) const {
-    View view{facing(direction)};
+  View view(const Quaterniond& rotation) const {
+    View view{rotation};
     const Prediction p = picture(centered_, {view.rotation, {0, 0, usual_distance()}});
     for (int y = p.top; y < p.top + p.height; ++y)
       for (int x = p.left; x < p.left + p.width; ++x) {
@@ -136,7 +185,7 @@ class Candidates {
     const std::vector<Vector3d> ways = directions(direction_count);
     std::vector<View> views(ways.size());
     tbb::parallel_for(std::size_t{0}, ways.size(),
-                      [&](std::size_t i) { views[i] = view(ways[i]); });
+                      [&](std::size_t i) { views[i] = view(facing(ways[i])); });
     std::vector<ObjectPose> poses;
     for (const View& view : views) {
       if (!(view.area_px > 0)) continue;
@@ -176,7 +225,8 @@ RefineState state_of(const ObjectPose& pose) {
 
 // The best by score of poses that are apart, best first.
 std::vector<RefineState> best_distinct(const std::vector<ObjectPose>& poses,
-                                       const std::vector<double>& scores, std::size_t count) {
+                                       const std::vector<double>& scores, std::size_t count,
+                                       double least_angle = kApart) {
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),
@@ -186,7 +236,7 @@ std::vector<RefineState> best_distinct(const std::vector<ObjectPose>& poses,
   for (const std::size_t i : order) {
     if (best.size() == count) break;
     const bool apart = std::all_of(kept.begin(), kept.end(), [&](const ObjectPose& pose) {
-      return angle_between(pose, poses[i]) > kApart;
+      return angle_between(pose, poses[i]) > least_angle;
     });
     if (!apart || scores[i] < 0) continue;
     kept.push_back(poses[i]);
@@ -220,13 +270,18 @@ std::vector<ObjectPose> poses_of(const std::vector<RefineState>& states) {
   return poses;
 }
 
-double margin(const std::vector<ObjectPose>& poses, const std::vector<double>& scores) {
+// How much less the best leaves unexplained than the best pose apart from it, as a share; nothing
+// when there is no other.
+std::optional<double> margin(const std::vector<RefineState>& states,
+                             const std::vector<double>& scores) {
   const auto best = std::max_element(scores.begin(), scores.end()) - scores.begin();
+  const ObjectPose pose = states[best].solver.object_pose();
   double second = -1;
-  for (std::size_t i = 0; i < poses.size(); ++i)
-    if (angle_between(poses[i], poses[best]) > kApart) second = std::max(second, scores[i]);
-  const auto correlation = [](double r2) { return std::sqrt(std::max(0.0, r2)); };
-  return second < 0 ? 1 : correlation(scores[best]) - correlation(second);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (angle_between(states[i].solver.object_pose(), pose) > kApart)
+      second = std::max(second, scores[i]);
+  if (second < 0) return std::nullopt;
+  return 1 - (1 - scores[best]) / std::max(1e-12, 1 - second);
 }
 
 }  // namespace
@@ -247,13 +302,14 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   for (const std::size_t kept : {12, 4}) {
     if (states.empty()) return result;
     const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
+    result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
     states = best_distinct(poses_of(states), scores, level > 0 ? kept : 1);
     if (level == 0) break;
     --level;
   }
   if (states.empty()) return result;
   const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
-  result.runner_up_margin = margin(poses_of(states), scores);
+  result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
   result.best = states[std::max_element(scores.begin(), scores.end()) - scores.begin()];
   result.level = level;
   return result;
@@ -262,17 +318,22 @@ SearchResult search_all_round(const RegisteredSurface& surface,
 RefineState search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                         const RigidTransform& start, const RefineOptions& options,
                         const RunContext& context) {
-  constexpr double kTurn = 0.2;  // rad
+  constexpr double kAtHome = 0.998;  // R² that only the right place reaches
+  constexpr std::size_t kTried = 6;
   const int level = static_cast<int>(pyramid.size()) - 1;
   const ObjectPose given = object_pose(start, surface.center());
   std::vector<RefineState> states = {state_of(given)};
-  for (int axis = 0; axis < 3; ++axis)
-    for (const double sign : {-1.0, 1.0}) {
-      Motion turn = Motion::Zero();
-      turn[axis] = sign * kTurn;
-      states.push_back(state_of(moved(given, turn)));
-    }
-  const std::vector<double> scores = refine_all(surface, pyramid, level, options, states, context);
+  std::vector<double> scores = refine_all(surface, pyramid, level, options, states, context);
+  if (scores[0] > kAtHome) return states[0];
+  const Candidates candidates(surface, pyramid[level], options, context);
+  const std::vector<ObjectPose> poses = candidates.near(given, find_foreground(pyramid[level]));
+  std::vector<RefineState> others =
+      best_distinct(poses, candidates.scores(poses), kTried, kApartNear);
+  // On a cluttered ground a pose's score says little before it is refined.
+  for (const ObjectPose& turned : turned_about_axes(given)) others.push_back(state_of(turned));
+  const std::vector<double> more = refine_all(surface, pyramid, level, options, others, context);
+  states.insert(states.end(), others.begin(), others.end());
+  scores.insert(scores.end(), more.begin(), more.end());
   return states[std::max_element(scores.begin(), scores.end()) - scores.begin()];
 }
 

@@ -10,7 +10,7 @@ namespace organbake {
 struct SearchResult {
   RefineState best;
   int level = 0;                // of the pyramid that the best was refined to
-  double runner_up_margin = 1;  // R above the best pose that is turned by more than 15°
+  double runner_up_margin = 1;  // of PoseQuality
 };
 
 // Finds the pose without any start: small renderings from directions all round, in all rolls,
@@ -21,8 +21,8 @@ SearchResult search_all_round(const RegisteredSurface& surface,
                               const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
                               const RunContext& context);
 
-// Refines a given start on the coarsest level, together with starts turned a little about each
-// axis: a wider capture range.
+// Refines a given start on the coarsest level; when that does not explain the photograph, together
+// with the best of starts turned about it: a wider capture range.
 RefineState search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                         const RigidTransform& start, const RefineOptions& options,
                         const RunContext& context);

@@ -22,7 +22,7 @@ constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
 constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
 constexpr double kLeastInliers = 0.6;
 constexpr double kLargestSurfaceSdMm = 1.0;
-constexpr double kLeastMargin = 0.01;
+constexpr double kLeastMargin = 0.1;
 constexpr double kLargestFocalError = 0.13;
 
 // Motion of a surface point by the pose: (ω, τ) ↦ ω × (x − c) + τ.
@@ -107,7 +107,8 @@ void judge(PoseQuality& q) {
       {!(q.surface_sd_mm <= kLargestSurfaceSdMm), Verdict::doubtful,
        "the pose is uncertain by " + to_text(q.surface_sd_mm, 2) + " mm on the surface"},
       {!(q.runner_up_margin >= kLeastMargin), Verdict::doubtful,
-       "another pose fits almost as well: R is only " + to_text(q.runner_up_margin, 3) + " lower"},
+       "another pose fits almost as well: it leaves only " + percent(q.runner_up_margin) +
+           " more unexplained"},
       {std::abs(std::log(q.focal_scale)) > kLargestFocalError, Verdict::doubtful,
        "the focal length seems wrong: " + to_text(q.focal_scale, 2) + " times the given one fits"},
   };

@@ -1,132 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "registration/refine.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <memory>
-#include <numeric>
 
-#include "registration/cost_functions/pose_manifold.h"
+#include "registration/cost_functions/level_problem.h"
 
 namespace organbake {
 namespace {
 
 constexpr std::size_t kFewestPixels = 40;  // of an overlap, and of a patch
 constexpr int kFinestBand = 5;             // pixels beyond the outline
-
-using Patches = std::map<std::pair<int, int>, std::vector<WeightedPixel>>;
-
-Patches split(const std::vector<WeightedPixel>& pixels, int side) {
-  Patches patches;
-  for (const WeightedPixel& p : pixels) patches[{p.y / side, p.x / side}].push_back(p);
-  return patches;
-}
-
-double total_weight(const std::vector<WeightedPixel>& pixels) {
-  double sum = 0;
-  for (const WeightedPixel& p : pixels) sum += p.weight;
-  return sum;
-}
-
-// How much the prediction varies in a patch: what it can tell of the pose.
-double contrast(const LivePrediction& live, const std::vector<WeightedPixel>& pixels) {
-  double sum = 0, sum_w = 0, sum2 = 0;
-  for (const WeightedPixel& p : pixels) {
-    const double b = live.radiance(p.x, p.y);
-    sum_w += p.weight;
-    sum += p.weight * b;
-    sum2 += p.weight * b * b;
-  }
-  return sum_w > 0 ? sum2 - sum * sum / sum_w : 0;
-}
-
-class LevelProblem {
- public:
-  LevelProblem(LivePrediction& live, SolverState& state, const RefineOptions& options)
-      : live_(live), state_(state), options_(options), problem_(problem_options(live)) {
-    problem_.AddParameterBlock(state.pose.data(), 7, &manifold_);
-    problem_.AddParameterBlock(state.light.data(), live.basis().size());
-    problem_.AddParameterBlock(&state.log_focal, 1);
-    if (!options.free_focal) problem_.SetParameterBlockConstant(&state.log_focal);
-    // Focal lengths beyond half or double are another lens.
-    problem_.SetParameterLowerBound(&state.log_focal, 0, -0.7);
-    problem_.SetParameterUpperBound(&state.log_focal, 0, 0.7);
-  }
-
-  bool add_whole(const std::vector<WeightedPixel>& pixels) { return add(pixels, nullptr); }
-  // Each patch counts by its contrast, so that the sum is 1 − R's again when all fit.
-  bool add_patches(const std::vector<WeightedPixel>& pixels) {
-    bool any = false;
-    const Patches patches = split(pixels, options_.patch_px);
-    std::vector<double> contrasts;
-    for (const auto& [cell, patch] : patches) contrasts.push_back(contrast(live_, patch));
-    const double all = std::accumulate(contrasts.begin(), contrasts.end(), 0.0);
-    if (!(all > 0)) return false;
-    auto own = contrasts.begin();
-    for (const auto& [cell, patch] : patches) {
-      const double share = *own++ / all;
-      if (total_weight(patch) < kFewestPixels) continue;
-      if (!(share > 0)) continue;
-      // On s = 2 (1 − R_k): R_k below about 0.7 counts less and less.
-      any |= add(patch,
-                 new ceres::ScaledLoss(new ceres::CauchyLoss(0.75), share, ceres::TAKE_OWNERSHIP));
-    }
-    return any;
-  }
-  // A step that gains less than noise alone does to 1 − R is not worth another drawing.
-  void solve(int iterations, std::size_t pixels) {
-    ceres::Solver::Options options;
-    options.max_num_iterations = iterations;
-    options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-    options.num_threads = 1;  // threads are in the prediction: repeatable sums
-    options.logging_type = ceres::SILENT;
-    options.function_tolerance = 0.5 / static_cast<double>(pixels);
-    options.gradient_tolerance = 1e-14;
-    options.initial_trust_region_radius = 1e3;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem_, &summary);
-  }
-
- private:
-  static ceres::Problem::Options problem_options(LivePrediction& live) {
-    ceres::Problem::Options options;
-    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    options.evaluation_callback = &live;
-    return options;
-  }
-  bool add(const std::vector<WeightedPixel>& pixels, ceres::LossFunction* loss) {
-    auto cost = std::make_unique<NccCost>(live_, pixels, options_.similarity);
-    if (!cost->usable()) {
-      delete loss;
-      return false;
-    }
-    problem_.AddResidualBlock(cost.release(), loss, state_.pose.data(), state_.light.data(),
-                              &state_.log_focal);
-    return true;
-  }
-
-  LivePrediction& live_;
-  SolverState& state_;
-  const RefineOptions& options_;
-  PoseManifold manifold_;
-  ceres::Problem problem_;
-};
+constexpr double kOtherLens = 0.7;         // |ln f| of a focal length beyond half or double
 
 bool in_front(const RegisteredSurface& surface, const ObjectPose& pose) {
   return pose.center_camera_mm.allFinite() && pose.camera_from_world.coeffs().allFinite() &&
          pose.center_camera_mm.z() > 0.05 * surface.radius_mm();
 }
-
-}  // namespace
-
-ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose) {
-  return ShadingBasis(options.light, pose.center_camera_mm.norm());
-}
-
-namespace {
 
 void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, int band,
                      const RefineOptions& options, RefineState& state, const RunContext& context) {
@@ -153,11 +44,16 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     live.PrepareForEvaluation(false, true);
 
     const SolverState before = state.solver;
-    LevelProblem problem(live, state.solver, options);
+    LevelProblem problem(live, state.solver, options.similarity, options.free_focal);
     const bool whole = options.form == Form::whole || level.factor > 2;
-    state.usable = whole ? problem.add_whole(pixels) : problem.add_patches(pixels);
+    state.usable = whole ? problem.add_whole(pixels)
+                         : problem.add_patches(pixels, options.patch_px, kFewestPixels);
     if (!state.usable) return;
-    problem.solve(steps, pixels.size());
+    problem.solve(steps);
+    if (std::abs(state.solver.log_focal) > kOtherLens) {
+      state.usable = false;
+      return;
+    }
     const bool done =
         outer + 1 == rounds || pixels_moved(level, surface, before, state.solver) < settled;
     if (!done) continue;
@@ -169,9 +65,17 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
 
 }  // namespace
 
+ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose) {
+  return ShadingBasis(options.light, pose.center_camera_mm.norm());
+}
+
 void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid, int first,
             int last, const RefineOptions& options, RefineState& state, const RunContext& context) {
-  for (int i = first; i >= last; --i) {
+  // Coarse levels by fours: what one leaves open is well below a pixel of it, and so within reach
+  // of one four times as fine. The finer of them take the picture by patches, and each has its
+  // turn.
+  const auto next = [](int level) { return level >= 4 ? level - 2 : level - 1; };
+  for (int i = first; i >= last; i = i > last ? std::max(last, next(i)) : i - 1) {
     // A coarse level looks farther beyond the outline: up to a third of the organ's radius.
     const PhotoLevel& level = pyramid[i];
     const double radius_px =

@@ -57,9 +57,11 @@ struct PoseQuality {
   double outline_share = 0;  // of the outline that the photograph confirms within a pixel
   double position_sd_mm = 0;  // of the organ's centre
   double rotation_sd_deg = 0;
-  double surface_sd_mm = 0;     // RMS over the surface: the expected mTRE
-  double runner_up_margin = 1;  // R above the best other pose of the search; 1 without one
-  double focal_scale = 1;       // found, or what a free focal length would want
+  double surface_sd_mm = 0;  // RMS over the surface: the expected mTRE
+  // By what share the pose leaves less of the photograph unexplained than the best one of the
+  // search that is turned by more than 15°; 1 without one.
+  double runner_up_margin = 1;
+  double focal_scale = 1;  // found, or what a free focal length would want
 };
 
 struct RegisteredPhoto {

@@ -125,8 +125,8 @@ void sweep(Bench& bench, const LampScenes& scenes) {
       options.finest_side_px = side;
       options.solver_iterations = iterations;
       RegisteredPhoto found;
-      const Timing timing =
-          bench.time([&] { found = register_photo(scenes.surface(), photo, {}, bench.context()); });
+      const Timing timing = bench.time(
+          [&] { found = register_photo(scenes.surface(), photo, options, bench.context()); });
       bench.add(Point{task,
                       "organbake register, " + std::to_string(iterations) + " iterations",
                       false,

@@ -36,7 +36,15 @@ void LivePrediction::PrepareForEvaluation(bool evaluate_jacobians, bool) {
   if (!placed || drawn_state_.light != state_.light) derived_ = false;
   drawn_state_ = state_;
   drawn_ = true;
-  if (evaluate_jacobians && !derived_) derive();
+  if (!evaluate_jacobians || derived_) return;
+  settled_ = settles();
+  if (!settled_) derive();
+}
+
+bool LivePrediction::settles() const {
+  if (derivations_ == 0) return false;
+  return derivations_ >= most_derivations_ ||
+         pixels_moved(level_, surface_, derived_state_, state_) < settled_px_;
 }
 
 void LivePrediction::derive() {
@@ -55,6 +63,8 @@ void LivePrediction::derive() {
     }
   });
   derived_ = true;
+  derived_state_ = state_;
+  ++derivations_;
 }
 
 double LivePrediction::radiance(int x, int y) const {

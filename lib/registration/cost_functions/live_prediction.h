@@ -4,6 +4,7 @@
 #include <ceres/evaluation_callback.h>
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "registration/prediction.h"
@@ -32,7 +33,18 @@ class LivePrediction : public ceres::EvaluationCallback {
                  const SolverState& state)
       : surface_(surface), level_(level), basis_(basis), settings_(settings), state_(state) {}
 
+  // At most so many linearisations, and none within this many pixels of the last.
+  void stop_after(int linearisations, double motion_px) {
+    most_derivations_ = linearisations;
+    settled_px_ = motion_px;
+  }
+
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+
+  // The last linearisation led to a state so near that another would gain nothing. Cost functions
+  // then answer with slopes of zero, and Ceres stops where it stands: its own tolerances would drop
+  // the last step, or ask for the slopes of a whole photograph to find that they are small.
+  bool settled() const { return settled_; }
 
   const PhotoLevel& level() const { return level_; }
   const ShadingBasis& basis() const { return basis_; }
@@ -45,6 +57,7 @@ class LivePrediction : public ceres::EvaluationCallback {
 
  private:
   void derive();
+  bool settles() const;
 
   const RegisteredSurface& surface_;
   const PhotoLevel& level_;
@@ -52,8 +65,10 @@ class LivePrediction : public ceres::EvaluationCallback {
   PredictionSettings settings_;
   const SolverState& state_;
   Prediction prediction_;
-  SolverState drawn_state_, traced_state_;
-  bool drawn_ = false, derived_ = false;
+  SolverState drawn_state_, traced_state_, derived_state_;
+  bool drawn_ = false, derived_ = false, settled_ = false;
+  int derivations_ = 0, most_derivations_ = std::numeric_limits<int>::max();
+  double settled_px_ = 0;
   std::vector<std::array<float, 7>> derivatives_;
 };
 

@@ -108,9 +108,12 @@ NccCost::Rows NccCost::rows() const {
 bool NccCost::Evaluate(double const* const* parameters, double* residuals,
                        double** jacobians) const {
   std::fill_n(residuals, num_residuals(), 0.0);
-  if (!jacobians) {
+  if (!jacobians || live_.settled()) {
     const double correlation = this->correlation();
     residuals[0] = std::sqrt(std::max(0.0, block_.usable() ? 2 * (1 - correlation) : 0.0));
+    for (std::size_t block = 0; jacobians && block < parameter_block_sizes().size(); ++block)
+      if (jacobians[block])
+        std::fill_n(jacobians[block], num_residuals() * parameter_block_sizes()[block], 0.0);
     return true;
   }
   const Rows all = rows();

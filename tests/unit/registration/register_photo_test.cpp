@@ -52,6 +52,16 @@ TEST(RegisterPhoto, NeedsNoStart) {
   EXPECT_LT(error_mm(found), kClean_mm);
   EXPECT_EQ(found.quality.verdict, Verdict::ok) << found.quality.reason;
   EXPECT_LT(found.quality.runner_up_margin, 1) << "there were other candidates";
+  EXPECT_GT(found.quality.runner_up_margin, 0.5) << "and none of them nearly as good";
+}
+
+TEST(RegisterPhoto, NeedsNoStartUnderALightThatIsEstimated) {
+  RegistrationOptions options;
+  options.light = LightModel::estimated;
+  const auto found =
+      register_photo(lamp_studio().surface, lamp_studio().photo(lamp_studio().plain), options);
+  EXPECT_LT(error_mm(found), 2 * kClean_mm);
+  EXPECT_EQ(found.quality.verdict, Verdict::ok) << found.quality.reason;
 }
 
 TEST(RegisterPhoto, FindsTheFocalLength) {
@@ -89,6 +99,21 @@ TEST(RegisterPhoto, AnInstrumentInFrontDoesLittleHarm) {
   masked.image = photo.image;
   EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, {})), 0.5);
   EXPECT_LT(error_mm(register_photo(lamp_studio().surface, masked, {})), 2 * kClean_mm);
+}
+
+// A bright shaft across the organ, which fits no pose: the search has to look past it.
+TEST(RegisterPhoto, AnUnmaskedShaftDrawsNoPoseItsWay) {
+  for (const std::uint64_t seed : {8, 9}) {
+    PhotoToRegister photo = started(lamp_studio().plain, {}, 8, 8, seed);
+    for (int y = 0; y < photo.image.height; ++y)
+      for (int x = 0; x < photo.image.width; ++x) {
+        const double across = (x + 0.6 * y - 200) / 18;
+        if (std::abs(across) > 1 || y < 70) continue;
+        const double round = std::sqrt(1 - across * across);
+        std::fill_n(photo.image.at(x, y), 3, static_cast<std::uint8_t>(40 + 170 * round));
+      }
+    EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, {})), 0.5) << "seed " << seed;
+  }
 }
 
 TEST(RegisterPhoto, SameResultForAnyNumberOfThreads) {

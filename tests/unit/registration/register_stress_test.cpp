@@ -43,19 +43,31 @@ TEST(RegisterStress, TinyPhotographsFail) {
   }
 }
 
-TEST(RegisterStress, AMeshBehindTheCameraFails) {
+// A start that is no start: the search may find the organ all the same, but may not take another
+// place for it.
+void expect_right_or_not_ok(const PhotoToRegister& photo) {
+  const auto found = register_photo(lamp_studio().surface, photo, {});
+  const double error_mm =
+      mtre_mm(lamp_studio().surface, in_front(), found.camera.camera_from_world);
+  EXPECT_EQ(found.quality.verdict == Verdict::ok, error_mm < 1) << error_mm << " mm";
+}
+
+TEST(RegisterStress, AMeshBehindTheCameraIsFoundOrFails) {
   PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
   photo.start = in_front();
   photo.start->translation.z() -= 2000;
-  const auto found = register_photo(lamp_studio().surface, photo, {});
-  EXPECT_EQ(found.quality.verdict, Verdict::failed);
+  expect_right_or_not_ok(photo);
+  // Where the organ does not stand out from its ground there is nothing to go by.
+  for (std::size_t i = 0; i < photo.image.pixels.size(); ++i)
+    photo.image.pixels[i] = static_cast<std::uint8_t>(40 + (i * 2654435761u >> 7) % 120);
+  EXPECT_EQ(register_photo(lamp_studio().surface, photo, {}).quality.verdict, Verdict::failed);
 }
 
-TEST(RegisterStress, ACameraInsideTheMeshEnds) {
+TEST(RegisterStress, ACameraInsideTheMeshIsFoundOrNotOk) {
   PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
   photo.start = in_front();
   photo.start->translation -= *photo.start * lamp_studio().surface.center();
-  EXPECT_NE(register_photo(lamp_studio().surface, photo, {}).quality.verdict, Verdict::ok);
+  expect_right_or_not_ok(photo);
 }
 
 TEST(RegisterStress, OneTriangleEnds) {
