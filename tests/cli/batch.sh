@@ -35,7 +35,7 @@ row() { grep "^$1," baked/batch.csv; }
 # A rerun does nothing for what is there; what is mended is baked.
 before=$(checksums baked/one)
 sed -i 's/minus three/30/' cases.csv
-expect 4 organbake batch cases.csv --recipe r.yaml -o baked --progress-json --quiet
+expect 4 organbake batch cases.csv --recipe r.yaml -o baked --progress json --quiet
 expect_equal "$(checksums baked/one)" "$before"
 [[ $(row one) == one,unchanged,0,* ]] || fail "one: $(row one)"
 [[ $(row typo) == typo,written,0,* ]] || fail "typo: $(row typo)"
@@ -52,7 +52,7 @@ expect_equal "$(ls shards/*.json | xargs -n 1 basename | tr '\n' ' ')" "batch-1-
 # Files by name.
 mkdir scans && cp "$(ls p/ct.* | head -n 1)" scans/patient.7"$(ls p/ct.* | head -n 1 | sed 's/.*\/ct//')"
 expect 0 organbake batch scans/* --recipe scan.yaml --set photos=p/photos/cameras.json -o byname
-expect 0 organbake verify byname/patient
+expect 0 organbake verify byname/patient.7
 
 # Killed at any time, together with its workers, it leaves nothing half-made.
 for i in 1 2 3 4 5; do
