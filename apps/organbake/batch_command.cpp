@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -58,13 +59,18 @@ std::string report_stem(const Shard& shard) {
   return "batch-" + std::to_string(shard.index) + "-of-" + std::to_string(shard.count);
 }
 
-// Held as long as the process lives: two that bake the same cases would mix up their logs.
+// Two that bake the same cases would mix up their logs. The workers inherit the lock: after a batch
+// was killed the next one waits until they are gone, too, for they die a moment later.
 void lock_batch(const fs::path& folder, const std::string& stem) {
   const fs::path file = folder / "logs" / (stem + ".lock");
   constexpr mode_t kMode = 0666;
-  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, kMode);
+  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT, kMode);
   if (fd < 0) throw IoError::writing(file, std::strerror(errno));
-  if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return;
+  constexpr int kTries = 30;
+  for (int i = 0; i < kTries; ++i) {
+    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
   throw Error(ExitCode::try_again,
               folder.string() + ": another batch is at work here; wait for it, or name another -o");
 }
