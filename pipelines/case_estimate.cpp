@@ -26,6 +26,7 @@ constexpr double kFacesOfVoxels = 6;  // of a surface, for (voxels of the scan)^
 constexpr double kDecimate_s = 2.5;   // the fit, whatever the surface's size
 constexpr double kFace_s = 12e-6, kFace_bytes = 250;
 constexpr double kFaceInFile_bytes = 19;  // of a binary PLY, with its share of vertices
+constexpr double kColorPixel_bytes = 10;  // of a photograph that colours the surface
 constexpr double kTexel_s = 1.6e-6, kTexel_bytes = 45;           // of the cameras' maps
 constexpr double kFramePixel_s = 12e-9, kFramePixel_bytes = 25;  // decoded, at full size
 constexpr double kShadedPixel_s = 1.4e-6, kShadedPixel_bytes = 110;
@@ -105,9 +106,17 @@ class Estimator {
     spend(cost::kDecimate_s + faces_ * cost::kFace_s, faces_ * cost::kFace_bytes);
   }
 
+  // Photographs that colour the surface are all in memory at once.
+  double photo_pixels() const {
+    if (const fs::path* photos = input("photos")) return pixels_beside(*photos);
+    if (!recipe_.sections.contains("phantom")) return 0;
+    return number("phantom", "photos") * std::pow(number("phantom", "photo_size"), 2);
+  }
+
   void capture() {
     const double texels = number("place", "count") * std::pow(number("place", "size"), 2);
-    spend(texels * cost::kTexel_s, texels * cost::kTexel_bytes + faces_ * cost::kFace_bytes);
+    spend(texels * cost::kTexel_s, texels * cost::kTexel_bytes + faces_ * cost::kFace_bytes +
+                                       photo_pixels() * cost::kColorPixel_bytes);
   }
 
   const Recipe& recipe_;

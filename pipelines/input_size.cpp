@@ -49,6 +49,12 @@ double unpacked_bytes(const fs::path& file) {
   return std::max(size, bytes_of(file));
 }
 
+bool is_picture(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
+  return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
+}
+
 }  // namespace
 
 double bytes_of(const fs::path& path) {
@@ -72,15 +78,25 @@ double voxels_in(const fs::path& volume) {
   return voxels > 0 ? voxels : bytes / kBytesPerVoxel;
 }
 
+double pixels_beside(const fs::path& cameras) {
+  constexpr double kBytesPerPixel = 1;  // of a photograph as PNG; of JPEG far less
+  double bytes = 0;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::absolute(cameras).parent_path())) {
+    if (entry.is_regular_file() && is_picture(entry.path())) {
+      bytes += static_cast<double>(entry.file_size());
+    }
+  }
+  return bytes / kBytesPerPixel;
+}
+
 double frames_in(const fs::path& clip) {
   const double bytes = bytes_of(clip);
   if (fs::is_directory(clip)) {
     return static_cast<double>(
         std::distance(fs::directory_iterator(clip), fs::directory_iterator()));
   }
-  std::string ending = clip.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
-  if (ending == ".png" || ending == ".jpg" || ending == ".jpeg") return 1;
+  if (is_picture(clip)) return 1;
   constexpr double kBytesPerFrame = 10e3;  // 2 Mbit/s at 25 a second: as small as clips come
   return std::max(1.0, bytes / kBytesPerFrame);
 }

@@ -127,6 +127,7 @@ std::size_t number_of_tasks(const std::vector<CaseEstimate>& estimates, const Pl
 JobPlan job_plan(const std::vector<CaseEstimate>& estimates, const PlanFlags& flags, int threads) {
   // What a cluster's engine grants, kills: its nodes may be half as fast, its files slow.
   constexpr double kMoreTime = 4, kStart_min = 5, kMoreMemory = 1.5;
+  constexpr double kBatch_mb = 100;  // the batch itself, a shell, files being written
   const std::size_t tasks = number_of_tasks(estimates, flags, threads);
   const auto largest = std::max_element(
       estimates.begin(), estimates.end(),
@@ -137,7 +138,7 @@ JobPlan job_plan(const std::vector<CaseEstimate>& estimates, const PlanFlags& fl
       arguments_of(flags.cases),
       tasks,
       threads,
-      kMoreMemory * largest->memory_mb,
+      kMoreMemory * largest->memory_mb + kBatch_mb,
       kMoreTime * longest_task_seconds(estimates, tasks, threads) / kSecondsPerMinute + kStart_min};
 }
 
