@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 // 512×512×20 voxels with its mask; 8 × 512² and 16 × 1024² maps; a clip of 1280×720, a frame of
 // 1920×1080.
 namespace cost {
-constexpr double kProgram_s = 0.3, kProgram_mb = 40;  // starting programs, writing, a picture
+constexpr double kProgram_s = 0.3, kProgram_mb = 70;  // starting programs, writing, a picture
 constexpr double kPhantomVoxel_s = 0.25e-6, kPhantomVoxel_bytes = 4.5;
 constexpr double kPhotoPixel_s = 1.4e-6, kPhotoPixel_bytes = 14;
 constexpr double kVoxel_s = 0.3e-6, kVoxel_bytes = 10;  // decoded, smoothed, contoured
