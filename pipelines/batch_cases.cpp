@@ -6,7 +6,8 @@
 #include <set>
 
 #include "core/error.h"
-#include "core/files.h"
+#include "pipelines/case_table.h"
+#include "pipelines/file_pattern.h"
 #include "pipelines/recipe.h"
 
 namespace organbake {
@@ -14,8 +15,57 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Why a text can't name a case's folder; empty when it can.
-std::string flaw_of_name(const std::string& name) {
+// "scan.nii.gz" → "scan"; a folder's name has no ending, though it may hold points (a DICOM UID).
+fs::path without_ending(const fs::path& path) {
+  if (fs::is_directory(path)) return path;
+  const fs::path bare = path.extension() == ".gz" || path.extension() == ".bz2"
+                            ? path.parent_path() / path.stem()
+                            : path;
+  return bare.parent_path() / bare.stem();
+}
+
+std::string name_of_file(const fs::path& file) {
+  const fs::path normal = file.lexically_normal();
+  const fs::path named = normal.has_filename() ? normal : normal.parent_path();
+  return without_ending(named).filename().string();
+}
+
+std::string name_of_match(const fs::path& file, const fs::path& folder) {
+  std::string name = without_ending(file).lexically_relative(folder).generic_string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
+}
+
+struct NamedFile {
+  std::string name;
+  fs::path path;
+};
+
+std::vector<NamedFile> named_files(const std::vector<std::string>& words) {
+  std::vector<NamedFile> files;
+  for (const std::string& word : words) {
+    if (!is_file_pattern(word)) {
+      files.push_back({name_of_file(word), word});
+      continue;
+    }
+    const fs::path folder = folder_of_pattern(word);
+    for (const fs::path& file : files_matching(word)) {
+      files.push_back({name_of_match(file, folder), file});
+    }
+  }
+  return files;
+}
+
+void check_input_name(const std::string& input) {
+  if (is_recipe_input(input)) return;
+  std::string known;
+  for (const RecipeInput& one : recipe_inputs()) known += (known.empty() ? "" : ", ") + one.name;
+  throw UsageError("--as " + input + " is no input of a recipe; the inputs are " + known);
+}
+
+}  // namespace
+
+std::string flaw_of_case_name(const std::string& name) {
   if (name.empty()) return "is empty";
   if (name.front() == '.' || name.front() == '-') return "begins with '.' or '-'";
   constexpr std::size_t kLongest = 200;
@@ -24,120 +74,33 @@ std::string flaw_of_name(const std::string& name) {
     if (c == '/') return "holds a '/'";
     if (c < 0x20 || c == 0x7F) return "holds a control character";
   }
+  // What the batch itself writes beside its cases.
+  for (const char* own :
+       {"logs", "pictures", "cases.csv", "batch.json", "batch.csv", "batch.html"}) {
+    if (name == own) return "is a name that the batch needs for itself";
+  }
   return {};
 }
 
-// One record; fields may be quoted, but not span lines: no path of ours does.
-std::vector<std::string> fields_of(const std::string& line, const std::string& where) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (quoted) {
-      if (c != '"') {
-        fields.back() += c;
-      } else if (i + 1 < line.size() && line[i + 1] == '"') {
-        fields.back() += line[++i];
-      } else {
-        quoted = false;
-      }
-    } else if (c == '"' && fields.back().empty()) {
-      quoted = true;
-    } else if (c == ',') {
-      fields.emplace_back();
-    } else {
-      fields.back() += c;
-    }
-  }
-  if (quoted) throw BadDataError(where + ": a quoted field is not closed on its line");
-  return fields;
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines(1);
-  for (const char c : text) {
-    if (c == '\n') {
-      lines.emplace_back();
-    } else if (c != '\r') {
-      lines.back() += c;
-    }
-  }
-  return lines;
-}
-
-bool is_input(const std::string& key) {
-  const auto& inputs = recipe_inputs();
-  return std::any_of(inputs.begin(), inputs.end(),
-                     [&](const RecipeInput& input) { return input.name == key; });
-}
-
-// A relative path of an input, seen from the table's folder.
-std::string resolved(const std::string& key, const std::string& value, const fs::path& folder) {
-  if (!is_input(key) || fs::path(value).is_absolute()) return value;
-  return (folder / value).lexically_normal().string();
-}
-
-}  // namespace
-
-std::vector<BatchCase> read_case_table(const fs::path& table) {
-  const std::vector<std::string> lines = lines_of(read_text_file(table));
-  const auto where = [&](std::size_t i) { return table.string() + ":" + std::to_string(i + 1); };
-  const std::vector<std::string> keys = fields_of(lines.front(), where(0));
-  const auto name_column = std::find(keys.begin(), keys.end(), "case") - keys.begin();
-  if (name_column == static_cast<std::ptrdiff_t>(keys.size())) {
-    throw BadDataError(where(0) +
-                       ": the header has no column 'case'; write for example: "
-                       "case,ct,mask,label");
-  }
-  std::vector<BatchCase> cases;
-  std::set<std::string> names;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    if (lines[i].empty()) continue;
-    const std::vector<std::string> fields = fields_of(lines[i], where(i));
-    if (fields.size() != keys.size()) {
-      throw BadDataError(where(i) + ": " + std::to_string(fields.size()) +
-                         " fields, but the header has " + std::to_string(keys.size()) +
-                         "; put a field with a comma in quotes");
-    }
-    BatchCase one{fields[name_column], {}};
-    const std::string flaw = flaw_of_name(one.name);
-    if (!flaw.empty())
-      throw BadDataError(where(i) + ": the case's name '" + one.name + "' " + flaw);
-    if (!names.insert(one.name).second) {
-      throw BadDataError(where(i) + ": case '" + one.name + "' is there twice");
-    }
-    for (std::size_t k = 0; k < keys.size(); ++k) {
-      if (static_cast<std::ptrdiff_t>(k) == name_column || fields[k].empty()) continue;
-      one.settings.push_back(keys[k] + "=" + resolved(keys[k], fields[k], table.parent_path()));
-    }
-    cases.push_back(std::move(one));
-  }
-  if (cases.empty()) throw BadDataError(table, "the table holds no case below its header");
-  return cases;
-}
-
-std::vector<BatchCase> cases_of_files(const std::vector<std::string>& files,
+std::vector<BatchCase> cases_of_words(const std::vector<std::string>& words,
                                       const std::string& input) {
-  if (!is_input(input)) {
-    std::string known;
-    for (const RecipeInput& one : recipe_inputs()) known += (known.empty() ? "" : ", ") + one.name;
-    throw UsageError("--as " + input + " is no input of a recipe; the inputs are " + known);
+  if (words.size() == 1 && fs::path(words[0]).extension() == ".csv") {
+    return read_case_table(words[0]);
   }
+  check_input_name(input);
   std::vector<BatchCase> cases;
   std::set<std::string> names;
-  for (const std::string& file : files) {
-    std::string name = fs::path(file).lexically_normal().filename().string();
-    if (name.empty()) name = fs::path(file).lexically_normal().parent_path().filename().string();
-    name = name.substr(0, name.find('.', 1));  // also of scan.nii.gz
-    const std::string flaw = flaw_of_name(name);
+  for (const NamedFile& file : named_files(words)) {
+    const std::string flaw = flaw_of_case_name(file.name);
     if (!flaw.empty()) {
-      throw UsageError(file + ": its name '" + name + "' " + flaw + "; use a table of cases");
+      throw UsageError(file.path.string() + ": its name '" + file.name + "' " + flaw +
+                       "; use a table of cases");
     }
-    if (!names.insert(name).second) {
-      throw UsageError(file + ": another file is called '" + name +
+    if (!names.insert(file.name).second) {
+      throw UsageError(file.path.string() + ": another file is called '" + file.name +
                        "', too; use a table that names the cases");
     }
-    cases.push_back({name, {input + "=" + file}});
+    cases.push_back({file.name, {input + "=" + file.path.string()}});
   }
   return cases;
 }

@@ -14,16 +14,15 @@ struct BatchCase {
   std::vector<std::string> settings;  // "key=value", as bake's --set takes them
 };
 
-// A table with a header, one case a line (CSV, RFC 4180): column `case` names it, every other
-// column is a key of the recipe ("ct", "label", "decimate.faces"); an empty field sets nothing.
-// Paths of inputs are relative to the table's folder. Throws NoInputError, or BadDataError that
-// names the line: no column `case`, a name that is no folder's name or comes twice, a row of
-// another length.
-std::vector<BatchCase> read_case_table(const std::filesystem::path& table);
+// Empty when the text can name a case's folder, else what is wrong with it.
+std::string flaw_of_case_name(const std::string& name);
 
-// A case for each file or folder, set as the recipe's input `input` and named after it, without its
-// ending. Throws UsageError when two would have the same name.
-std::vector<BatchCase> cases_of_files(const std::vector<std::string>& files,
+// The cases of a command's words: one table (a .csv), or files, folders and patterns of them
+// (file_pattern.h), each set as the recipe's input `input`. Such a case is called after its file
+// without the ending, or of a pattern after the path below the pattern's fixed folder
+// ("2021_july_clip3"), so that its name doesn't depend on what else is there. Throws UsageError
+// for two of one name; NoInputError; BadDataError for a bad table.
+std::vector<BatchCase> cases_of_words(const std::vector<std::string>& words,
                                       const std::string& input);
 
 // The cases of shard `index` of `count` (from 1): every count-th one. Throws UsageError.

@@ -2,13 +2,14 @@
 #include "pipelines/batch_report.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "core/error.h"
 #include "core/text.h"
+#include "pipelines/case_table.h"
 
 namespace organbake {
 namespace {
@@ -16,23 +17,21 @@ namespace {
 using Json = nlohmann::json;
 
 struct KeyFigure {
-  const char *stage, *figure, *unit;
+  const char *stage, *figure;
 };
-constexpr std::array<KeyFigure, 5> kKeyFigures = {{{"isosurface", "volume_ml", "ml"},
-                                                   {"decimate", "faces", ""},
-                                                   {"decimate", "rms_mm", "mm"},
-                                                   {"decimate", "max_mm", "mm"},
-                                                   {"decimate", "volume_change", ""}}};
+constexpr KeyFigure kKeyFigures[] = {{"isosurface", "volume_ml"},  {"shade", "frames_shaded"},
+                                     {"shade", "surface_frame"},   {"decimate", "faces"},
+                                     {"decimate", "rms_mm"},       {"decimate", "max_mm"},
+                                     {"decimate", "volume_change"}};
 
 std::string key_of(const KeyFigure& figure) {
   return std::string(figure.stage) + "." + figure.figure;
 }
 
-std::string quoted(const std::string& field) {
-  if (field.find_first_of(",\"\n") == std::string::npos) return field;
-  std::string result = "\"";
-  for (const char c : field) result += c == '"' ? "\"\"" : c == '\n' ? " " : std::string(1, c);
-  return result + "\"";
+// A row is a line, whatever a program said.
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
 }
 
 // A file's name as part of a link.
@@ -60,6 +59,47 @@ std::string figure_text(const BatchRow& row, const std::string& key) {
   const auto found = row.figures.find(key);
   return found == row.figures.end() ? "" : to_text(std::round(1000 * found->second) / 1000 + 0.0);
 }
+
+// Of those figures, what any of these cases has: volumes have no frames, clips no HU.
+std::vector<std::string> columns_of(const std::vector<BatchRow>& rows) {
+  std::vector<std::string> columns;
+  for (const KeyFigure& figure : kKeyFigures) {
+    const std::string key = key_of(figure);
+    if (std::any_of(rows.begin(), rows.end(),
+                    [&](const BatchRow& row) { return row.figures.contains(key); })) {
+      columns.push_back(key);
+    }
+  }
+  return columns;
+}
+
+std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
+
+std::string page_row(const BatchRow& row, const std::vector<std::string>& columns) {
+  const std::string picture =
+      row.picture.empty() ? "" : "<img alt=\"\" src=\"" + url_of(row.picture) + "\">";
+  std::string html =
+      std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + ">" +
+      cell(escape_html(row.name)) + cell(picture) +
+      cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
+      cell(to_text(row.seconds, 2)) + cell(to_text(row.peak_mb, 0));
+  // A failed case has no figures: its error stands in their place.
+  if (bad(row)) {
+    html += "<td class=\"error\" colspan=\"" +
+            std::to_string(std::max<std::size_t>(1, columns.size())) + "\">" +
+            escape_html(row.error) + "</td>";
+  } else {
+    for (const std::string& column : columns) html += cell(figure_text(row, column));
+  }
+  return html + "</tr>\n";
+}
+
+constexpr const char* kPageHead =
+    "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>organbake batch</title>"
+    "<style>body{font:15px/1.4 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 "
+    "1rem}table{border-collapse:collapse}th,td{padding:.25rem .7rem;text-align:right;"
+    "border-bottom:1px solid #ddd}th:first-child,td:first-child,td.error{text-align:left}"
+    "tr.failed{background:#fdecec}img{display:block;height:96px}</style>";
 
 }  // namespace
 
@@ -91,19 +131,39 @@ Json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows) {
   return {{"schema", "organbake/batch/1"}, {"recipe", recipe}, {"cases", cases}};
 }
 
+std::vector<BatchRow> rows_of(const Json& batch) {
+  std::vector<BatchRow> rows;
+  for (const Json& one : batch.at("cases")) {
+    rows.push_back({one.at("case"), one.at("status"), one.at("exit_code"), one.at("seconds"),
+                    one.at("peak_mb"), one.at("figures"), one.at("error"), one.at("picture")});
+  }
+  return rows;
+}
+
+std::vector<BatchRow> interleaved(const std::vector<std::vector<BatchRow>>& shards) {
+  std::vector<BatchRow> rows;
+  for (std::size_t i = 0;; ++i) {
+    const std::size_t before = rows.size();
+    for (const auto& shard : shards) {
+      if (i < shard.size()) rows.push_back(shard[i]);
+    }
+    if (rows.size() == before) return rows;
+  }
+}
+
 std::string batch_csv(const std::vector<BatchRow>& rows) {
   std::string csv = "case,status,exit_code,seconds,peak_mb";
   for (const KeyFigure& figure : kKeyFigures) csv += "," + key_of(figure);
   csv += ",error\n";
   for (const BatchRow& row : rows) {
-    csv += quoted(row.name) + "," + row.status + "," + std::to_string(row.exit_code) + "," +
+    csv += csv_field(row.name) + "," + row.status + "," + std::to_string(row.exit_code) + "," +
            to_text(row.seconds, 3) + "," + to_text(row.peak_mb, 1);
     for (const KeyFigure& figure : kKeyFigures) {
       const auto found = row.figures.find(key_of(figure));
       csv += ",";
       if (found != row.figures.end()) csv += to_text(found->second);
     }
-    csv += "," + quoted(row.error) + "\n";
+    csv += "," + csv_field(one_line(row.error)) + "\n";
   }
   return csv;
 }
@@ -113,37 +173,14 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
     return bad(a) != bad(b) ? bad(a) : rms_of(a) > rms_of(b);
   });
   const auto failed = std::count_if(rows.begin(), rows.end(), bad);
-  std::string html =
-      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>organbake batch</title>"
-      "<style>body{font:15px/1.4 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 "
-      "1rem}table{border-collapse:collapse}th,td{padding:.25rem .7rem;text-align:right;"
-      "border-bottom:1px solid #ddd}th:first-child,td:first-child,td.error{text-align:left}"
-      "tr.failed{background:#fdecec}img{display:block;height:96px}</style><h1>" +
-      escape_html(recipe) + ": " + std::to_string(rows.size()) + " cases, " +
-      std::to_string(failed) +
-      " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th><th>MB</th>";
-  for (const KeyFigure& figure : kKeyFigures) {
-    html += "<th>" + key_of(figure) + "</th>";
-  }
+  const std::vector<std::string> columns = columns_of(rows);
+  std::string html = kPageHead + ("<h1>" + escape_html(recipe)) + ": " +
+                     std::to_string(rows.size()) + " cases, " + std::to_string(failed) +
+                     " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th>"
+                     "<th>MB</th>";
+  for (const std::string& column : columns) html += "<th>" + column + "</th>";
   html += "</tr>\n";
-  for (const BatchRow& row : rows) {
-    html += std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + "><td>" +
-            escape_html(row.name) + "</td><td>";
-    if (!row.picture.empty()) html += "<img alt=\"\" src=\"" + url_of(row.picture) + "\">";
-    html += "</td><td>" + row.status +
-            (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "") + "</td><td>" +
-            to_text(row.seconds, 2) + "</td><td>" + to_text(row.peak_mb, 0) + "</td>";
-    // A failed case has no figures: its error stands in their place.
-    if (bad(row)) {
-      html += "<td class=\"error\" colspan=\"" + std::to_string(kKeyFigures.size()) + "\">" +
-              escape_html(row.error) + "</td></tr>\n";
-      continue;
-    }
-    for (const KeyFigure& figure : kKeyFigures) {
-      html += "<td>" + figure_text(row, key_of(figure)) + "</td>";
-    }
-    html += "</tr>\n";
-  }
+  for (const BatchRow& row : rows) html += page_row(row, columns);
   return html + "</table></html>\n";
 }
 

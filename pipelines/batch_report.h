@@ -24,6 +24,10 @@ struct BatchRow {
 std::map<std::string, double> key_figures(const nlohmann::json& bake_report);
 
 nlohmann::json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows);
+// The rows of a batch.json that has been checked.
+std::vector<BatchRow> rows_of(const nlohmann::json& batch);
+// The rows of all shards of a batch in the order of its cases: every shard holds every n-th.
+std::vector<BatchRow> interleaved(const std::vector<std::vector<BatchRow>>& shards);
 std::string batch_csv(const std::vector<BatchRow>& rows);
 // One page, pictures beside it, the worst first: failures, then the farthest proxies.
 std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows);

@@ -103,7 +103,8 @@ std::string quick_hash_of_file(const fs::path& path) {
 std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw NoInputError(path, "there is no such file or folder");
+  if (!fs::exists(status))
+    throw NoInputError(path, "there is no such file or folder; correct the path");
   if (fs::is_directory(status)) {
     const bool may_be_folder =
         kind == InputKind::volume || kind == InputKind::frames || kind == InputKind::lenses;

@@ -48,11 +48,7 @@ Setting parse_setting(const std::string& text) {
           text.substr(equals + 1), "--set " + text};
 }
 
-bool is_input(const std::string& key) {
-  const auto& inputs = recipe_inputs();
-  return key == "label" || std::any_of(inputs.begin(), inputs.end(),
-                                       [&](const RecipeInput& i) { return i.name == key; });
-}
+bool is_input(const std::string& key) { return key == "label" || is_recipe_input(key); }
 
 // Keys come from a command line: "/" and "~" mean something else in a JSON pointer.
 std::string pointer_to(const std::string& section, const std::string& key) {
@@ -145,6 +141,12 @@ const std::vector<RecipeInput>& recipe_inputs() {
        "photographs whose poses register shall find: a cameras.json with images and lenses"},
       {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
   return inputs;
+}
+
+bool is_recipe_input(const std::string& name) {
+  const auto& inputs = recipe_inputs();
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [&](const RecipeInput& input) { return input.name == name; });
 }
 
 Json recipe_schema() {

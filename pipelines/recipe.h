@@ -20,6 +20,7 @@ struct RecipeInput {
   std::string help;
 };
 const std::vector<RecipeInput>& recipe_inputs();
+bool is_recipe_input(const std::string& name);
 
 // A recipe, checked and with every option resolved.
 struct Recipe {

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "pipelines/embedded_schemas.h"
+#include "pipelines/embedded_files.h"
 #include "pipelines/nearest_name.h"
 #include "pipelines/recipe.h"
 #include "pipelines/schema_check.h"
@@ -14,20 +14,24 @@ namespace organbake {
 namespace {
 
 constexpr const char* kRecipe = "recipe";  // made from the option lists, not written by hand
+constexpr std::string_view kSchemaEnding = ".schema.json";
 
 }  // namespace
 
 std::vector<std::string> schema_names() {
   std::vector<std::string> names = {kRecipe};
-  for (const EmbeddedSchema& schema : embedded_schemas()) names.emplace_back(schema.name);
+  for (const EmbeddedFile& file : embedded_files()) {
+    if (!file.name.ends_with(kSchemaEnding)) continue;
+    names.emplace_back(file.name.substr(0, file.name.size() - kSchemaEnding.size()));
+  }
   std::sort(names.begin(), names.end());
   return names;
 }
 
 std::string schema_text(const std::string& name) {
   if (name == kRecipe) return recipe_schema().dump(2) + "\n";
-  for (const EmbeddedSchema& schema : embedded_schemas()) {
-    if (schema.name == name) return std::string(schema.text);
+  for (const EmbeddedFile& file : embedded_files()) {
+    if (file.name == name + std::string(kSchemaEnding)) return std::string(file.text);
   }
   throw UsageError("there is no schema '" + name + "'" + suggestion(name, schema_names()) +
                    " ('organbake schema' lists them)");

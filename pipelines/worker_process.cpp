@@ -58,15 +58,12 @@ pid_t start_worker(const std::vector<std::string>& command, const std::filesyste
   return process;
 }
 
-WorkerEnd wait_for_any_worker() { return wait_for_worker(-1); }
-
-WorkerEnd wait_for_worker(pid_t wanted) {
+std::optional<WorkerEnd> wait_for_any_worker() {
   int status = 0;
   rusage usage{};
-  pid_t process = 0;
-  while ((process = ::wait4(wanted, &status, 0, &usage)) < 0) {
-    if (errno != EINTR) throw std::logic_error("wait_for_worker: there is none");
-  }
+  const pid_t process = ::wait4(-1, &status, 0, &usage);
+  if (process < 0 && errno == EINTR) return std::nullopt;
+  if (process < 0) throw std::logic_error("wait_for_any_worker: there is none");
   constexpr double kKbPerMb = 1024;
   WorkerEnd end{process, 0, 0, double(usage.ru_maxrss) / kKbPerMb};
   if (WIFSIGNALED(status)) {

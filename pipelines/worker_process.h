@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,7 @@ struct WorkerEnd {
 pid_t start_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
                    const std::filesystem::path& error_file);
 
-// Wait until any worker ends, or a certain one.
-WorkerEnd wait_for_any_worker();
-WorkerEnd wait_for_worker(pid_t process);
+// Waits until any worker ends; nothing when a signal came first.
+std::optional<WorkerEnd> wait_for_any_worker();
 
 }  // namespace organbake

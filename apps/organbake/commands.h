@@ -10,6 +10,7 @@ namespace organbake {
 int run_stage_command(const Stage& stage, const Arguments& arguments, Session& session);
 int run_bake(const Arguments& arguments, Session& session);
 int run_batch(const Arguments& arguments, Session& session);
+int run_plan(const Arguments& arguments, Session& session);
 int run_inspect(const Arguments& arguments, Session& session);
 int run_verify(const Arguments& arguments, Session& session);
 int run_schema(const Arguments& arguments, Session& session);

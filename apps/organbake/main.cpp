@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cstdio>
 #include <exception>
+#include <new>
 
 #include "core/error.h"
 #include "organbake/commands.h"
@@ -18,6 +19,7 @@ struct Verb {
 constexpr Verb kVerbs[] = {
     {"bake", "run a recipe from its inputs to a bundle", run_bake},
     {"batch", "run a recipe over many cases, each in a process of its own", run_batch},
+    {"plan", "write a batch as commands, a Snakefile or a Slurm array", run_plan},
     {"inspect", "tell what a file or folder holds", run_inspect},
     {"verify", "check a bundle, a document or a recipe", run_verify},
     {"schema", "print the JSON Schema of a document", run_schema},
@@ -77,7 +79,8 @@ int run(int argc, char** argv) {
     return dispatch(Arguments(argv + 1, argv + argc), session);
   } catch (const std::exception& error) {
     const ExitCode code = exit_code_for(error);
-    session.terminal().error(code == ExitCode::try_again ? "out of memory" : error.what());
+    const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error);
+    session.terminal().error(no_memory ? "out of memory" : error.what());
     return static_cast<int>(code);
   }
 }

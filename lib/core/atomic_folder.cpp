@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <fstream>
 #include <optional>
 
 #include "core/error.h"
@@ -34,7 +35,17 @@ std::optional<pid_t> owner(const std::string& name, const std::string& prefix) {
   return pid;
 }
 
-bool alive(pid_t pid) { return ::kill(pid, 0) == 0 || errno == EPERM; }
+// A process that nobody has waited for yet (a zombie) keeps its id, but will write no more. Its
+// state stands behind its name, which is in parentheses and may hold some itself.
+bool is_zombie(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  std::getline(file, line);
+  const std::size_t name_end = line.rfind(')');
+  return name_end != std::string::npos && name_end + 2 < line.size() && line[name_end + 2] == 'Z';
+}
+
+bool alive(pid_t pid) { return (::kill(pid, 0) == 0 || errno == EPERM) && !is_zombie(pid); }
 
 // Removes what killed processes left of the same target.
 void sweep(const fs::path& parent, const std::string& prefix) {

@@ -55,9 +55,15 @@ struct VideoReader::Impl {
   }
 
   void open() {
+    std::error_code unknown;
+    if (std::filesystem::file_size(path, unknown) == 0) {
+      throw BadDataError(path, "is empty (0 bytes); copy the video again");
+    }
     AVFormatContext* raw = nullptr;
     int error = avformat_open_input(&raw, path.c_str(), nullptr, nullptr);
-    if (error < 0) throw BadDataError(path, "is no video that can be read: " + reason(error));
+    if (error < 0)
+      throw BadDataError(path, "is no video that can be read: " + reason(error) +
+                                   "; see whether it plays, or copy it again");
     format.reset(raw);
     error = avformat_find_stream_info(format.get(), nullptr);
     const AVCodec* decoder = nullptr;

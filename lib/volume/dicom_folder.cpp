@@ -46,7 +46,7 @@ DicomFolder scan_dicom_folder(const fs::path& folder) {
   if (!found.slices.empty()) return found;
   for (const ScannedFile& file : found.others) {
     if (!file.damaged) continue;
-    throw BadDataError(folder, "none of its DICOM files can be read; " +
+    throw BadDataError(folder, "none of its DICOM files can be read, copy the series again; " +
                                    file.file.filename().string() + ": " + file.reason);
   }
   std::vector<fs::path> no_images;

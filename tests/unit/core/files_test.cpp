@@ -2,6 +2,8 @@
 #include "core/files.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -72,6 +74,18 @@ TEST_F(Files, WhatAKilledProcessLeftIsSwept) {
   fs::create_directories(stale / "cam_000");
   AtomicFolder out(at("out"));
   EXPECT_FALSE(fs::exists(stale));
+}
+
+TEST_F(Files, WhatAnUnburiedProcessLeftIsSweptToo) {
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  siginfo_t end{};  // it has ended, but WNOWAIT leaves it a zombie
+  ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child), &end, WEXITED | WNOWAIT), 0);
+  const fs::path left = folder_.path() / (".out.tmp-" + std::to_string(child) + "-0");
+  fs::create_directory(left);
+  AtomicFolder out(at("out"));
+  EXPECT_FALSE(fs::exists(left));
+  ::waitid(P_PID, static_cast<id_t>(child), &end, WEXITED);
 }
 
 TEST_F(Files, ListsInByteOrder) {

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/batch_flags.h"
+
+#include "core/error.h"
+
+namespace organbake {
+
+namespace fs = std::filesystem;
+
+void add_case_flags(OptionList& list, CaseFlags& flags) {
+  list.add("recipe", &flags.recipe, {.help = "what to bake every case with"})
+      .add("output", &flags.output, {.help = "-o: folder that gets a folder for each case"})
+      .add("as", &flags.input, {.help = "the recipe's input that files given by name are"})
+      .add("set", &flags.settings,
+           {.help = "key=value for all cases, repeatable; a case's own settings go first"})
+      .add("pictures", &flags.pictures, {.help = "a picture of every organ, for the page"})
+      .add("memory", &flags.memory_mb,
+           {.help = "what the cases under way may need; 0 = what this machine has",
+            .unit = "MB",
+            .min = 0,
+            .max = 1e9})
+      .add("cache", &flags.cache, {.help = "folder of the cache"});
+}
+
+std::vector<BatchCase> read_cases(const std::vector<std::string>& words, const CaseFlags& flags,
+                                  const std::string& command) {
+  if (words.empty()) {
+    throw UsageError("'organbake " + command + "' needs a table of cases, files, or a pattern");
+  }
+  if (flags.recipe.empty()) throw UsageError("--recipe is missing: how shall the cases be baked?");
+  if (flags.output.empty()) throw UsageError("-o is missing: where shall the bundles go?");
+  if (!fs::exists(flags.recipe)) throw NoInputError(flags.recipe, "does not exist");
+  return cases_of_words(words, flags.input);
+}
+
+std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases,
+                                       const CaseFlags& flags) {
+  std::vector<CaseEstimate> estimates;
+  for (const BatchCase& one : cases) {
+    std::vector<std::string> settings = flags.settings;
+    settings.insert(settings.end(), one.settings.begin(), one.settings.end());
+    estimates.push_back(estimate_case(flags.recipe, settings));
+  }
+  return estimates;
+}
+
+void make_batch_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder / "logs", error);
+  if (!fs::is_directory(folder / "logs")) {
+    throw IoError::writing(folder, error ? error.message() : "is a file; name a folder");
+  }
+}
+
+}  // namespace organbake

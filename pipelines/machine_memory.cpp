@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/machine_memory.h"
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <string>
+
+namespace organbake {
+namespace {
+
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+
+// "MemTotal:  24683204 kB"; no limit when the line is missing.
+double meminfo_mb(const std::string& key) {
+  constexpr double kKbPerMb = 1024;
+  std::ifstream file("/proc/meminfo");
+  std::string word;
+  double kb = 0;
+  while (file >> word) {
+    if (word == key + ":" && file >> kb) return kb / kKbPerMb;
+  }
+  return kNoLimit;
+}
+
+// A control group's file of one number of bytes, or "max".
+double group_mb(const std::string& path, double otherwise) {
+  constexpr double kBytesPerMb = 1024.0 * 1024.0;
+  std::ifstream file(path);
+  double bytes = 0;
+  return file >> bytes ? bytes / kBytesPerMb : otherwise;
+}
+
+// The folder of this process' group (cgroup v2: a line "0::/path").
+std::string group_folder() {
+  std::ifstream file("/proc/self/cgroup");
+  std::string line;
+  while (std::getline(file, line)) {
+    if (line.starts_with("0::")) return "/sys/fs/cgroup" + line.substr(3);
+  }
+  return {};
+}
+
+}  // namespace
+
+MachineMemory machine_memory() {
+  MachineMemory memory{meminfo_mb("MemTotal"), meminfo_mb("MemAvailable")};
+  // Every group above this one may limit it, too.
+  for (std::string folder = group_folder(); folder.size() > 1;
+       folder.resize(folder.find_last_of('/'))) {
+    const double limit = group_mb(folder + "/memory.max", kNoLimit);
+    memory.total_mb = std::min(memory.total_mb, limit);
+    memory.available_mb =
+        std::min(memory.available_mb, limit - group_mb(folder + "/memory.current", 0));
+  }
+  return memory;
+}
+
+}  // namespace organbake
