@@ -218,15 +218,19 @@ Cover CoverSearch::from_shares(const CoverGoal& goal) const {
 }
 
 Cover CoverSearch::swapped(Cover start, const CoverGoal& goal, int swaps) const {
-  // What was just moved rests for a while, or the search would run in circles.
+  // What was just moved rests for a while, or the search would run in circles; now and then what
+  // stayed longest goes, or it would stay for ever.
+  constexpr int kOldestEvery = 7;
   const int rest = static_cast<int>(start.chosen.size()) / 3 + 1;
   std::vector<int> rests_until(seen_.size(), -1);
   Counts counts(*this, start.chosen);
   Cover best = start, now = std::move(start);
   for (int swap = 0; swap < swaps && best.covered < goal.samples; ++swap) {
     const auto rested = [&](std::uint32_t c) { return rests_until[c] < swap; };
-    const std::uint32_t out =
-        least_of(now.chosen, rested, [&](std::uint32_t c) { return counts.loss(c); });
+    const std::uint32_t out = least_of(now.chosen, rested, [&](std::uint32_t c) -> std::uint64_t {
+      if (swap % kOldestEvery != kOldestEvery - 1) return counts.loss(c);
+      return static_cast<std::uint64_t>(rests_until[c] + 1);
+    });
     if (out == kNone) break;
     counts.remove(out);
     const std::uint32_t in = best_of(

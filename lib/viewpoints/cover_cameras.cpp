@@ -3,6 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -25,8 +26,10 @@ constexpr std::size_t kCheckingSamples = 16384, kViewSamples = 2048, kMostCamera
 constexpr int kDistanceDirections = 64, kCertificateViews = 512;
 // Steps of the relaxation, if all of it takes part in each (for organs with folds little does after
 // the first hundred), and swaps.
-constexpr double kRelaxationSteps = 500;
-constexpr int kSwaps = 400, kRepairSwaps = 100, kPolishRounds = 2;
+constexpr double kRelaxationSteps = 500, kFoldedRelaxationSteps = 3000;
+constexpr int kSwaps = 1000, kPolishRounds = 2;
+// Swaps per repair, of one camera: many cameras are repaired in many steps.
+constexpr int kRepairSwaps = 12'000;
 // Samples that fewer candidates see get more candidates, out of a finer lattice.
 constexpr int kFewCandidates = 6, kFineDirections = 8192;
 // Where these are more than such a share of what the goal lets go, it is them who decide, each in a
@@ -52,9 +55,9 @@ class CameraCover {
                                              options_, context_);
     candidates_ = lattice(goal_.candidates, Lattice::on_rim);
     sample(goal_.samples);
-    if (static_cast<double>(seen_by_fewer_than(kFewCandidates).count()) > kFolded * missable()) {
-      sample(kFinerSamples * static_cast<std::size_t>(goal_.samples));
-    }
+    folded_ =
+        static_cast<double>(seen_by_fewer_than(kFewCandidates).count()) > kFolded * missable();
+    if (folded_) sample(kFinerSamples * static_cast<std::size_t>(goal_.samples));
     sample_for_checking();
     add_candidates_for_the_hidden();
     context_.progress(0.3);
@@ -150,17 +153,30 @@ class CameraCover {
     const auto wanted =
         static_cast<std::size_t>(std::ceil(goal_.share * static_cast<double>(reachable_.count())));
     cover_goal_ = {std::min(wanted, most_samples_), goal_.overlap};
-    relaxation_ = relax_cover(seen_, reachable_, cover_goal_, kRelaxationSteps);
+    relaxation_ = relax_cover(seen_, reachable_, cover_goal_,
+                              folded_ ? kFoldedRelaxationSteps : kRelaxationSteps);
     context_.throw_if_cancelled();
     summary_.lower_bound = relaxation_.lower_bound;
     summary_.candidates = candidates_.size();
     search_.emplace(seen_, reachable_, relaxation_, goal_.overlap);
     cover_ = search_->fewest(cover_goal_, kMostCameras, kSwaps);
+    if (!folded_) try_without_prices();
     double reach_rad = spacing_rad();
     for (int round = 0; round < kPolishRounds; ++round) {
       reach_rad /= 2;
       polish(reach_rad);
     }
+  }
+
+  // Prices lead to deep places first; where there are none, equal samples may lead to fewer.
+  void try_without_prices() {
+    CoverRelaxation unpriced = relaxation_;
+    std::fill(unpriced.prices.begin(), unpriced.prices.end(), 0.0);
+    const CoverSearch search(seen_, reachable_, unpriced, goal_.overlap);
+    const Cover cover = search.fewest(cover_goal_, kMostCameras, kSwaps);
+    if (cover.covered < cover_goal_.samples || cover.chosen.size() >= cover_.chosen.size()) return;
+    cover_ = cover;
+    relaxation_.prices = unpriced.prices;
   }
 
   double spacing_rad() const {
@@ -216,12 +232,13 @@ class CameraCover {
       for (const std::uint32_t c : cover_.chosen) chosen_.push_back(candidates_[c]);
       summary_.coverage = coverage_of_checking();
       summary_.reached = summary_.coverage >= goal_.share;
-      if (summary_.reached || raised.samples >= most_samples_) return;
+      if (summary_.reached || cover_.covered >= most_samples_) return;
       const double lacking =
           (goal_.share - summary_.coverage) * static_cast<double>(reachable_.count());
-      raised.samples =
-          std::min(most_samples_, raised.samples + 1 + static_cast<std::size_t>(lacking));
-      const Cover repaired = search_->repaired(cover_, raised, kMostCameras, kRepairSwaps);
+      raised.samples = std::min(most_samples_, std::max(raised.samples, cover_.covered) + 1 +
+                                                   static_cast<std::size_t>(lacking));
+      const int repair_swaps = kRepairSwaps / static_cast<int>(cover_.chosen.size());
+      const Cover repaired = search_->repaired(cover_, raised, kMostCameras, repair_swaps);
       if (repaired.covered <= cover_.covered) return;
       cover_ = repaired;
     }
@@ -309,6 +326,7 @@ class CameraCover {
   SampleBits reachable_, reachable_checking_;
   Directions candidates_, chosen_;
   std::vector<SampleBits> seen_;
+  bool folded_ = false;           // deep places decide
   std::size_t most_samples_ = 0;  // that enough candidates see at all
   CoverGoal cover_goal_;
   CoverRelaxation relaxation_;

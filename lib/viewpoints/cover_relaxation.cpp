@@ -11,9 +11,12 @@
 namespace organbake {
 namespace {
 
-constexpr int kFirstSteps = 12, kMostSteps = 100, kMostRounds = 200;
+constexpr int kFirstSteps = 12, kMostSteps = 100, kMostRounds = 1000;
 // Of candidates in a step, worked on at the same time; fixed, so that sums don't hang on threads.
 constexpr std::size_t kPieces = 4;
+// Primal against dual steps: at first the candidates have far to go, in the end the prices of deep
+// places do. Measured on organs.
+constexpr float kFirstBalance = 10, kBalanceFades = 0.9f;
 // Within a round only candidates take part that nearly pay, and samples that are nearly short.
 constexpr float kNearlyPays = 0.8f, kNearlyShort = 1.4f;
 
@@ -134,9 +137,9 @@ class Relaxation {
   }
 
   // Returns the work done: entries of the matrix that the steps went over.
-  double run_round(int steps) {
+  double run_round(int steps, float balance) {
     const Indices rows = active_rows(), columns = active_columns();
-    ActivePart part = part_of(rows, columns);
+    ActivePart part = part_of(rows, columns, balance);
     part.run(steps);
     const double work = steps * part.entries();
     for (std::size_t k = 0; k < columns.size(); ++k) x_[columns[k]] = part.x.value[k];
@@ -231,7 +234,7 @@ class Relaxation {
     return columns;
   }
 
-  ActivePart part_of(const Indices& rows, const Indices& columns) const {
+  ActivePart part_of(const Indices& rows, const Indices& columns, float balance) const {
     constexpr std::uint32_t kIdle = ~std::uint32_t{0};
     std::vector<std::uint32_t> place(samples_.size(), kIdle);
     for (std::uint32_t k = 0; k < rows.size(); ++k) place[rows[k]] = k;
@@ -247,16 +250,16 @@ class Relaxation {
                     static_cast<double>(needed_) - static_cast<double>(idle));
     for (const std::uint32_t c : columns) {
       part.x.value.push_back(x_[c]);
-      part.x.step.push_back(1 / std::max(1.0f, static_cast<float>(columns_[c].size())));
+      part.x.step.push_back(balance / std::max(1.0f, static_cast<float>(columns_[c].size())));
     }
     for (const std::uint32_t r : rows) {
       part.z.value.push_back(z_[r]);
       part.y.value.push_back(y_[r]);
-      part.y.step.push_back(y_step_[r]);
+      part.y.step.push_back(y_step_[r] / balance);
     }
-    part.z.step.assign(rows.size(), 1 / (overlap_ + 1));
+    part.z.step.assign(rows.size(), balance / (overlap_ + 1));
     part.lambda = lambda_;
-    part.lambda_step = 1 / static_cast<double>(samples_.size());
+    part.lambda_step = 1 / (balance * static_cast<double>(samples_.size()));
     return part;
   }
 
@@ -280,8 +283,10 @@ CoverRelaxation relax_cover(const std::vector<SampleBits>& seen, const SampleBit
   Relaxation relaxation(seen, among, goal);
   int steps = kFirstSteps;
   double work = 0;
+  float balance = kFirstBalance;
   for (int round = 0; round < kMostRounds && work < most_steps * relaxation.entries(); ++round) {
-    work += relaxation.run_round(steps);
+    work += relaxation.run_round(steps, balance);
+    balance = 1 + kBalanceFades * (balance - 1);
     steps = std::min(2 * steps, kMostSteps);
     const double bound = relaxation.lower_bound();
     if (bound > best.lower_bound || round == 0) {

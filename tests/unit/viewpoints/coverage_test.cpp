@@ -177,7 +177,9 @@ TEST(MeasureCoverage, FewAndManyCameras) {
     for (std::size_t k = static_cast<std::size_t>(count); k < 3; ++k) {
       EXPECT_EQ(report.seen_share[k], 0);
     }
-    if (count == 1) EXPECT_GT(report.at_rest.mean_gap, 0.3);
+    if (count == 1) {
+      EXPECT_GT(report.at_rest.mean_gap, 0.3);
+    }
     if (count == 200) {
       EXPECT_EQ(report.seen_share[2], 1);
       EXPECT_LT(report.at_rest.mean_gap, 1e-4);
