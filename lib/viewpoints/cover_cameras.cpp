@@ -31,6 +31,7 @@ constexpr int kSwaps = 1000, kPolishRounds = 2;
 // Swaps per repair, of one camera: many cameras are repaired in many steps.
 constexpr int kRepairSwaps = 12'000;
 // Samples that fewer candidates see get more candidates, out of a finer lattice.
+constexpr double kSameDirection_rad = 1e-3;
 constexpr int kFewCandidates = 6, kFineDirections = 8192;
 // Where these are more than such a share of what the goal lets go, it is them who decide, each in a
 // place of its own: so many times the samples are taken, or others would tell of much less
@@ -142,7 +143,16 @@ class CameraCover {
     append(added);
   }
 
-  void append(const Directions& directions) {
+  // Those that are candidates already are left out: two cameras in one place have no VPM.
+  void append(const Directions& given) {
+    const double same = std::cos(kSameDirection_rad);
+    Directions directions;
+    for (const Eigen::Vector3d& d : given) {
+      const auto is_same = [&](const Eigen::Vector3d& other) { return d.dot(other) > same; };
+      if (std::any_of(candidates_.begin(), candidates_.end(), is_same)) continue;
+      if (std::any_of(directions.begin(), directions.end(), is_same)) continue;
+      directions.push_back(d);
+    }
     const std::vector<SampleBits> seen = seen_from(directions, samples_, &reachable_);
     candidates_.insert(candidates_.end(), directions.begin(), directions.end());
     seen_.insert(seen_.end(), seen.begin(), seen.end());
