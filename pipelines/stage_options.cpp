@@ -17,6 +17,7 @@ constexpr double kLargestSeed = 9007199254740991.0;
 PlacementOptions PlaceStageOptions::resolved() const {
   PlacementOptions options = placement;
   if (cone_angle_rad > 0) options.cone = ViewingCone{cone_axis, cone_angle_rad};
+  if (goal.share > 0) options.coverage = goal;
   return options;
 }
 
@@ -227,7 +228,32 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 }
 
 void bind(OptionList& list, PlaceStageOptions& o) {
-  list.add("count", &o.placement.count, {.help = "virtual cameras", .min = 1, .max = 256})
+  list.add("count", &o.placement.count,
+           {.help = "virtual cameras, evenly spread", .min = 1, .max = 256})
+      .add("coverage", &o.goal.share,
+           {.help = "instead of a count: the fewest cameras that see this share of the reachable "
+                    "area; 0 = go by count",
+            .min = 0,
+            .max = 1})
+      .add("overlap", &o.goal.overlap,
+           {.help = "cameras that must see it, of a coverage", .min = 1, .max = 4})
+      .add("texel", &o.goal.texel_mm,
+           {.help = "longest side of a texel on what counts as seen; 0 = any",
+            .unit = "mm",
+            .min = 0,
+            .max = 1000})
+      .add("view_gap", &o.goal.view_gap,
+           {.help = "of a coverage: cameras are added until views miss at most this share of what "
+                    "they show; 1 = never",
+            .min = 0,
+            .max = 1})
+      .add("candidates", &o.goal.candidates,
+           {.help = "directions to choose from, of a coverage", .min = 16, .max = 8192})
+      .add("samples", &o.goal.samples,
+           {.help = "of the surface to choose by, of a coverage; four times as many where it is "
+                    "deeply folded",
+            .min = 64,
+            .max = 65536})
       .add("size", &o.placement.map_size,
            {.help = "of their maps, square", .unit = "px", .min = 16, .max = 8192})
       .add("field_of_view", &o.placement.field_of_view_rad,
@@ -236,10 +262,10 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "free border round the organ, share of the map", .min = 0, .max = 0.4})
       .add("cone_axis", &o.cone_axis, {.help = "of the viewing cone, from the organ's centre"})
       .add("cone_angle", &o.cone_angle_rad,
-           {.help = "half angle of the viewing cone; 0 = cameras all round",
+           {.help = "half angle of the viewing cone, 1.571 = a hemisphere; 0 = cameras all round",
             .unit = "rad",
             .min = 0,
-            .max = 1.5});
+            .max = 1.571});
 }
 
 void bind(OptionList& list, RegisterStageOptions& o) {

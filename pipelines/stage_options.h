@@ -66,7 +66,8 @@ struct ShadeStageOptions {
 struct PlaceStageOptions {
   PlacementOptions placement;
   Eigen::Vector3d cone_axis = ViewingCone().axis;
-  double cone_angle_rad = 0;  // half angle; 0 = cameras all round
+  double cone_angle_rad = 0;      // half angle; 0 = cameras all round
+  CoverageGoal goal{.share = 0};  // share 0 = go by count
 
   PlacementOptions resolved() const;
 };

@@ -13,6 +13,8 @@ const std::vector<Suite>& all_suites() {
        run_shading_suite},
       {"registration", "photo to pose: pyramid and iterations against mTRE",
        run_registration_suite},
+      {"place", "surface to cameras: candidates and samples against coverage and count",
+       run_place_suite},
   };
   return suites;
 }

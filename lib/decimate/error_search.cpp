@@ -7,10 +7,10 @@
 #include <cmath>
 #include <string>
 
-#include "decimate/area_sampler.h"
 #include "decimate/edge_collapse.h"
 #include "decimate/fitted_proxy.h"
 #include "decimate/quadric_collapse.h"
+#include "geometry/area_sampler.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {

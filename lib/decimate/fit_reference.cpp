@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "decimate/area_sampler.h"
 #include "decimate/edge_twins.h"
+#include "geometry/area_sampler.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "decimate/area_sampler.h"
+#include "geometry/area_sampler.h"
 #include "geometry/mesh_checks.h"
 #include "raycast/ray_scene.h"
 

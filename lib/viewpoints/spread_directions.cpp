@@ -30,6 +30,18 @@ Directions spiral(int count, double half_angle) {
   return directions;
 }
 
+Directions spiral_off_the_rim(int count, double half_angle) {
+  constexpr double kTurn = 1.0;  // any that is no multiple of the golden angle
+  const double golden_angle = kPi * (3 - std::sqrt(5.0));
+  Directions directions;
+  for (int i = 0; i < count; ++i) {
+    const double height = 1 - (1 - std::cos(half_angle)) * (i + 0.5) / count;
+    directions.push_back(
+        at_angles(std::acos(std::clamp(height, -1.0, 1.0)), kTurn + golden_angle * i));
+  }
+  return directions;
+}
+
 Directions on_the_rim(int count, double half_angle) {
   Directions directions;
   for (int i = 0; i < count; ++i) {
@@ -152,6 +164,24 @@ std::vector<Eigen::Vector3d> spread_directions(int count, const Eigen::Vector3d&
     direction = (direction.array().abs() < kStopped).select(0.0, direction.array()).matrix();
     direction.normalize();
   }
+  return directions;
+}
+
+std::vector<Eigen::Vector3d> lattice_directions(int count, const Eigen::Vector3d& axis,
+                                                double half_angle_rad, Lattice lattice) {
+  Directions directions = lattice == Lattice::on_rim ? spiral(count, half_angle_rad)
+                                                     : spiral_off_the_rim(count, half_angle_rad);
+  if (lattice == Lattice::on_rim && half_angle_rad < kAllRound) {
+    const double spacing = std::sqrt(2 * kPi * (1 - std::cos(half_angle_rad)) / count);
+    const int ring = static_cast<int>(std::ceil(2 * kPi * std::sin(half_angle_rad) / spacing));
+    // The spiral itself ends on the rim, at some azimuth: the ring begins half a step beside it.
+    const double last = std::atan2(directions.back().y(), directions.back().x());
+    for (int i = 0; i < ring; ++i) {
+      directions.push_back(at_angles(half_angle_rad, last + 2 * kPi * (i + 0.5) / ring));
+    }
+  }
+  const Eigen::Matrix3d frame = world_from_cap(axis);
+  for (Eigen::Vector3d& direction : directions) direction = (frame * direction).normalized();
   return directions;
 }
 

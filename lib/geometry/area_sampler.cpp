@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/area_sampler.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/area_sampler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,14 +26,17 @@ AreaSampler::AreaSampler(const TriangleMesh& mesh, std::size_t samples, std::uin
   }
 }
 
-Eigen::Vector3d AreaSampler::operator()(std::size_t i) const {
+AreaSampler::Sample AreaSampler::at(std::size_t i) const {
   RandomStream random(seed_, i);
   const double target = (i + random.uniform()) / samples_ * cumulative_.back();
   const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end() - 1, target);
-  const Face& face = mesh_.faces[found - cumulative_.begin()];
+  const auto index = static_cast<std::uint32_t>(found - cumulative_.begin());
+  const Face& face = mesh_.faces[index];
   const double r = std::sqrt(random.uniform()), s = random.uniform();
-  return (1 - r) * mesh_.vertices[face[0]] + r * (1 - s) * mesh_.vertices[face[1]] +
-         r * s * mesh_.vertices[face[2]];
+  const Eigen::Vector3d weights(1 - r, r * (1 - s), r * s);
+  return {index, weights,
+          weights[0] * mesh_.vertices[face[0]] + weights[1] * mesh_.vertices[face[1]] +
+              weights[2] * mesh_.vertices[face[2]]};
 }
 
 }  // namespace organbake

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,13 @@ namespace organbake {
 class AreaSampler {
  public:
   AreaSampler(const TriangleMesh& mesh, std::size_t samples, std::uint64_t seed);
-  Eigen::Vector3d operator()(std::size_t i) const;
+  struct Sample {
+    std::uint32_t face;
+    Eigen::Vector3d weights;  // of the face's corners, sum 1
+    Eigen::Vector3d point;    // mm
+  };
+  Sample at(std::size_t i) const;
+  Eigen::Vector3d operator()(std::size_t i) const { return at(i).point; }
   double area_mm2() const { return cumulative_.back(); }
 
  private:

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <cmath>
+
+#include "formats/mesh_files.h"
+#include "organbench/bench.h"
+#include "organbench/suites.h"
+#include "phantom/phantom.h"
+#include "viewpoints/coverage.h"
+
+namespace organbake {
+namespace {
+
+const std::string kUnseen = "reachable area seen by fewer than 2 cameras";
+
+struct NamedSurface {
+  std::string name;
+  TriangleMesh mesh;
+};
+
+std::vector<NamedSurface> surfaces(Bench& bench) {
+  std::vector<NamedSurface> all;
+  const int subdivisions = bench.quick() ? 5 : 6;
+  all.push_back({"phantom", OrganPhantom({}).surface(subdivisions)});
+  if (bench.quick()) {
+    bench.skip("the real livers", "--quick");
+    return all;
+  }
+  for (const auto& [name, file] :
+       {std::pair{"liver", "mesh/liver/liver.vtk"},
+        std::pair{"liver H07", "registration/rendered_liver/liver-H07.ply"}}) {
+    const auto path = bench.data(file);
+    if (!path.empty()) all.push_back({name, read_mesh(path)});
+  }
+  return all;
+}
+
+PlacementOptions covering(int candidates, int samples) {
+  PlacementOptions options;
+  options.coverage = CoverageGoal{.candidates = candidates, .samples = samples};
+  return options;
+}
+
+struct Outcome {
+  Placement placement;
+  CoverageReport coverage;
+  Timing timing;
+};
+
+Outcome place(Bench& bench, const NamedSurface& surface, const PlacementOptions& options,
+              const std::string& subject, bool peer) {
+  bench.now(surface.name + ", " + subject);
+  Outcome outcome;
+  outcome.timing = bench.time([&] { outcome.placement = place_cameras(surface.mesh, options); });
+  outcome.coverage = measure_coverage(surface.mesh, outcome.placement, options);
+  const double count = static_cast<double>(outcome.placement.cameras.size());
+  std::vector<Quantity> errors = {
+      {kUnseen, "%", 100 * (1 - outcome.coverage.seen_share[1])},
+      {"views miss, mean", "%", 100 * outcome.coverage.at_rest.mean_gap}};
+  std::vector<Quantity> knobs = {{"cameras", "", count}};
+  if (const auto& cover = outcome.placement.cover) {
+    knobs.push_back({"candidates", "", static_cast<double>(options.coverage->candidates)});
+    knobs.push_back({"samples", "", static_cast<double>(options.coverage->samples)});
+    errors.push_back({"cameras for coverage / lower bound", "×",
+                      static_cast<double>(cover->for_coverage) / std::ceil(cover->lower_bound)});
+  }
+  bench.add(Point{surface.name + ", " + std::to_string(surface.mesh.faces.size()) + " faces",
+                  subject, peer, knobs, outcome.timing, errors});
+  return outcome;
+}
+
+void promise(Bench& bench, const NamedSurface& surface, const Outcome& ours) {
+  using enum Figure::Goal;
+  const CoverSummary& cover = *ours.placement.cover;
+  bench.add(Figure{surface.name + ": reachable area seen by 2 cameras", "%",
+                   100 * ours.coverage.seen_share[1], 99.5, at_least});
+  bench.add(Figure{surface.name + ": cameras for coverage / lower bound", "×",
+                   static_cast<double>(cover.for_coverage) / std::ceil(cover.lower_bound), 1.15});
+  bench.add(Figure{surface.name + ": views miss, mean at rest", "%",
+                   100 * ours.coverage.at_rest.mean_gap, 0.1});
+  constexpr std::size_t kPromised = 80'000;
+  if (surface.mesh.faces.size() < kPromised) return;
+  bench.add(Figure{surface.name + ": placement, wall", "s", ours.timing.wall_ms.median / 1e3, 1});
+}
+
+void sweep(Bench& bench, const NamedSurface& surface) {
+  const PlacementOptions standard = covering(CoverageGoal().candidates, CoverageGoal().samples);
+  const Outcome ours = place(bench, surface, standard, "organbake --coverage 0.995", false);
+  promise(bench, surface, ours);
+  const int found = static_cast<int>(ours.placement.cameras.size());
+  for (const int count : {8, 12, 16, 24, 32, 48, found}) {
+    PlacementOptions even;
+    even.count = count;
+    place(bench, surface, even, "evenly spread", true);
+  }
+  if (bench.quick() || surface.name != "phantom") return;
+  for (const int candidates : {256, 512, 2048}) {
+    place(bench, surface, covering(candidates, CoverageGoal().samples), "organbake, candidates",
+          false);
+  }
+  for (const int samples : {1024, 2048, 4096}) {
+    place(bench, surface, covering(CoverageGoal().candidates, samples), "organbake, samples",
+          false);
+  }
+}
+
+}  // namespace
+
+void run_place_suite(Bench& bench) {
+  for (const NamedSurface& surface : surfaces(bench)) sweep(bench, surface);
+}
+
+}  // namespace organbake

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "viewpoints/organ_frame.h"
+#include "viewpoints/placement.h"
+#include "viewpoints/sight.h"
+
+namespace organbake {
+
+// The fewest cameras found that reach options.coverage, chosen among even directions over the
+// viewing region at one common distance, then moved between them; where views over the VPM would
+// still miss more than `view_gap` of what they show, on average, cameras are added at the worst of
+// them. Reached is what independent samples say. When the goal is out of reach (or of 256 cameras)
+// the best is kept, with a warning. Throws BadDataError when no view of the region shows anything.
+Placement cover_with_cameras(const TriangleMesh& surface, const OrganFrame& organ,
+                             const PlacementOptions& options, const RunContext& context);
+
+// Eyes at the common distance, for lines of sight; focal lengths only when texels are limited.
+std::vector<Eye> eyes_at(const OrganFrame& organ, const std::vector<Eigen::Vector3d>& directions,
+                         double distance_mm, const PlacementOptions& options, double texel_mm);
+
+}  // namespace organbake

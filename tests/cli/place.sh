@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Cameras for a coverage, and what every placement tells.
+source "$(dirname "$0")/assert.sh"
+small_phantom p
+
+expect 0 organbake place p/truth.ply --count 4 --size 32 -o four
+expect 0 organbake place p/truth.ply --coverage 0.98 --candidates 200 --samples 1000 --size 32 -o fewest
+python3 - <<'PY' || fail "a report of place"
+import json
+four, fewest = (json.load(open(f"{d}/report.json"))["figures"] for d in ("four", "fewest"))
+for figures in (four, fewest):
+    assert figures["seen_by_1_share"] >= figures["seen_by_2_share"] >= figures["seen_by_3_share"]
+    assert figures["views"] >= 500 and len(figures["view_gap_mean_poked"]) == 3
+    assert abs(sum(figures["texel_shares"]) - 1) < 1e-9
+assert four["cameras"] == 4 and "camera_count_lower_bound" not in four
+assert fewest["seen_by_2_share"] > 0.97 > four["seen_by_2_share"]
+assert fewest["camera_count_lower_bound"] <= fewest["cameras_for_coverage"] <= fewest["cameras"]
+PY
+[ -s fewest/seen.ply ] || fail "no seen.ply"
+expect 0 organbake inspect fewest/seen.ply
+
+expect 2 organbake place p/truth.ply --coverage 1.5 -o x
+expect_err "coverage"
+expect_gone x
+expect 2 organbake place p/truth.ply --coverage 0.2 -o x
+expect_err "0.5…1"
+expect 65 organbake place p/truth.ply --coverage 0.9 --texel 0.0001 --candidates 50 --samples 200 -o x
+expect_err "allow larger texels"
+expect_gone x
+# A hemisphere, and the same bytes again on one thread.
+region=(--coverage 0.9 --candidates 100 --samples 500 --cone-angle 1.571 --size 32)
+expect 0 organbake place p/truth.ply "${region[@]}" -o half
+ORGANBAKE_CACHE=$PWD/other expect 0 organbake place p/truth.ply "${region[@]}" --threads 1 -o again
+checksums half >half.sums
+checksums again >again.sums
+expect_same half.sums again.sums

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "viewpoints/coverage.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "core/error.h"
+#include "geometry/ply.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+#include "viewpoints/poked_surface.h"
+
+namespace organbake {
+namespace {
+
+// Of 16,384 samples: the reported coverage against that of the choice, both of the same surface.
+constexpr double kSampling = 2e-3;
+
+PlacementOptions covering(double share = 0.99, int overlap = 2) {
+  PlacementOptions options;
+  options.coverage =
+      CoverageGoal{.share = share, .overlap = overlap, .candidates = 300, .samples = 1500};
+  return options;
+}
+
+TriangleMesh inside_out(TriangleMesh mesh) {
+  for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+  return mesh;
+}
+
+TEST(CoverageGoal, BoundsAreChecked) {
+  EXPECT_NO_THROW(covering().check());
+  const auto refused = [](auto change) {
+    PlacementOptions options = covering();
+    change(*options.coverage);
+    EXPECT_THROW(options.check(), UsageError);
+  };
+  refused([](auto& g) { g.share = 0.4; });
+  refused([](auto& g) { g.share = std::numeric_limits<double>::quiet_NaN(); });
+  refused([](auto& g) { g.overlap = 0; });
+  refused([](auto& g) { g.overlap = 5; });
+  refused([](auto& g) { g.texel_mm = -1; });
+  refused([](auto& g) { g.view_gap = 1.1; });
+  refused([](auto& g) { g.candidates = 15; });
+  refused([](auto& g) { g.samples = 63; });
+}
+
+TEST(CoverCameras, ReachTheGoalWithFewerThanEvenOnes) {
+  const TriangleMesh lump = lumpy_mesh(50, 4);
+  const Placement placement = place_cameras(lump, covering());
+  ASSERT_TRUE(placement.cover);
+  EXPECT_TRUE(placement.cover->reached);
+  EXPECT_EQ(placement.cover->for_coverage + placement.cover->for_views, placement.cameras.size());
+  const double bound = std::ceil(placement.cover->lower_bound);
+  EXPECT_GE(static_cast<double>(placement.cover->for_coverage), bound);
+  EXPECT_LE(static_cast<double>(placement.cover->for_coverage), 1.3 * bound);
+  const CoverageReport report = measure_coverage(lump, placement, covering());
+  EXPECT_NEAR(report.reachable_share, 1, 1e-3);
+  EXPECT_GE(report.seen_share[1], 0.99 - kSampling);
+  EXPECT_LE(report.at_rest.mean_gap, 1e-3);
+  PlacementOptions even;
+  even.count = static_cast<int>(placement.cameras.size());
+  EXPECT_LT(measure_coverage(lump, place_cameras(lump, even), even).seen_share[1], 0.99);
+}
+
+TEST(CoverCameras, AreTheSameForAnyNumberOfThreads) {
+  const TriangleMesh lump = lumpy_mesh(50, 3);
+  const auto eyes = [&] {
+    std::vector<Eigen::Vector3d> eyes;
+    for (const auto& camera : place_cameras(lump, covering()).cameras) {
+      eyes.push_back(camera.center_world_mm());
+    }
+    return eyes;
+  };
+  const auto many = eyes();
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(many, eyes());
+}
+
+TEST(CoverCameras, AMirroredOrganIsServedAsWell) {
+  TriangleMesh mirrored = lumpy_mesh(50, 4);
+  for (Eigen::Vector3d& vertex : mirrored.vertices) vertex.x() = -vertex.x();
+  const auto count = [](const TriangleMesh& mesh) {
+    const Placement placement = place_cameras(mesh, covering());
+    EXPECT_TRUE(placement.cover->reached);
+    return static_cast<double>(placement.cameras.size());
+  };
+  // Mirrored faces wind the other way: the surface is inside out, and turned.
+  EXPECT_NEAR(count(mirrored), count(lumpy_mesh(50, 4)), 1);
+  EXPECT_NEAR(count(inside_out(mirrored)), count(lumpy_mesh(50, 4)), 1);
+}
+
+TEST(CoverCameras, StayInTheirRegion) {
+  for (const double half_angle : {0.4, std::numbers::pi / 2}) {
+    PlacementOptions options = covering();
+    options.cone = ViewingCone{{0.2, -1, 0.1}, half_angle};
+    const TriangleMesh lump = lumpy_mesh(50, 4);
+    const Placement placement = place_cameras(lump, options);
+    for (const Eigen::Vector3d& d : placement.manifold.directions) {
+      EXPECT_GE(d.dot(options.cone->axis.normalized()), std::cos(half_angle) - 1e-6);
+    }
+    const CoverageReport report = measure_coverage(lump, placement, options);
+    // The far side is out of the region's sight, and is not asked for.
+    EXPECT_LT(report.reachable_share, half_angle < 1 ? 0.6 : 0.999);
+    EXPECT_GT(report.hidden_share, 0.01);
+    if (placement.cover->reached) {
+      EXPECT_GE(report.seen_share[1], 0.99 - 3 * kSampling);
+    }
+  }
+}
+
+TEST(CoverCameras, SayWhenTheGoalIsOutOfReach) {
+  std::string warning;
+  const RunContext context(
+      [&](LogLevel level, std::string_view message) {
+        if (level == LogLevel::warning) warning += message;
+      },
+      {}, nullptr);
+  PlacementOptions options = covering(1, 4);
+  options.coverage->candidates = 16;
+  const Placement placement = place_cameras(lumpy_mesh(50, 4), options, context);
+  EXPECT_FALSE(placement.cover->reached);
+  EXPECT_NE(warning.find("4 times"), std::string::npos) << warning;
+}
+
+TEST(CoverCameras, OddSurfaces) {
+  TriangleMesh triangle;
+  triangle.vertices = {{0, 0, 0}, {9, 0, 0}, {0, 9, 0}};
+  triangle.faces = {{0, 1, 2}};
+  const Placement placement = place_cameras(triangle, covering());
+  EXPECT_TRUE(placement.cover->reached);
+  EXPECT_GE(placement.cover->for_coverage, 2u);
+  EXPECT_TRUE(place_cameras(scaled(lumpy_mesh(50, 3), 1e-4), covering()).cover->reached);
+  EXPECT_TRUE(place_cameras(scaled(lumpy_mesh(50, 3), 1e5), covering()).cover->reached);
+  EXPECT_THROW(place_cameras({}, covering()), BadDataError);
+  triangle.vertices[1] = {0, 3, 0};  // no area left
+  EXPECT_THROW(place_cameras(triangle, covering()), BadDataError);
+  triangle.vertices[1].x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(place_cameras(triangle, covering()), BadDataError);
+  PlacementOptions fine = covering();
+  fine.coverage->texel_mm = 1e-6;
+  EXPECT_THROW(place_cameras(lumpy_mesh(50, 3), fine), BadDataError);
+}
+
+TEST(MeasureCoverage, AllOfASphereIsSeenAndNothingInsideIt) {
+  const PlacementOptions options;
+  const TriangleMesh sphere = sphere_mesh(50, 4);
+  const CoverageReport report = measure_coverage(sphere, place_cameras(sphere, options), options);
+  EXPECT_EQ(report.reachable_share, 1);
+  EXPECT_EQ(report.hidden_share, 0);
+  EXPECT_GE(report.at_rest.views, 500);
+  EXPECT_GE(report.seen_share[0], report.seen_share[1]);
+  EXPECT_NEAR(std::accumulate(report.texel_share.begin(), report.texel_share.end(), 0.0), 1, 1e-9);
+  // An inner sphere of half the radius has a fifth of all area.
+  const TriangleMesh both = joined(sphere, sphere_mesh(25, 4));
+  const CoverageReport hollow = measure_coverage(both, place_cameras(both, options), options);
+  EXPECT_NEAR(hollow.hidden_share, 0.2, 1e-3);
+  EXPECT_NEAR(hollow.reachable_share, 0.8, 1e-3);
+  EXPECT_NEAR(hollow.seen_share[0], report.seen_share[0], kSampling);
+  // Grey inside; something is seen by two, which is green.
+  EXPECT_EQ(hollow.painted.colors.back(), Eigen::Vector3f(0.2f, 0.2f, 0.2f));
+  EXPECT_EQ(hollow.painted.faces, both.faces);
+}
+
+TEST(MeasureCoverage, FewAndManyCameras) {
+  const TriangleMesh lump = lumpy_mesh(50, 3);
+  for (const int count : {1, 2, 3, 4, 200}) {
+    PlacementOptions options;
+    options.count = count;
+    const CoverageReport report = measure_coverage(lump, place_cameras(lump, options), options);
+    EXPECT_EQ(report.poked.size(), 3u);
+    for (std::size_t k = static_cast<std::size_t>(count); k < 3; ++k) {
+      EXPECT_EQ(report.seen_share[k], 0);
+    }
+    if (count == 1) {
+      EXPECT_GT(report.at_rest.mean_gap, 0.3);
+    }
+    if (count == 200) {
+      EXPECT_EQ(report.seen_share[2], 1);
+      EXPECT_LT(report.at_rest.mean_gap, 1e-4);
+    }
+  }
+}
+
+TEST(CertifyViews, ACameraKeepsWhatItSeesAndNothingOfTheFarSide) {
+  const TriangleMesh sphere = sphere_mesh(50, 4);
+  const SurfaceSamples samples = sample_surface(sphere, 2000, 1);
+  const Sight sight(sphere);
+  ViewManifold manifold;
+  manifold.directions = {{0, 0, 1}};
+  const std::vector<Eigen::Vector3d> views = {{0, 0, 200}, {0, 0, -200}};
+  std::vector<Eye> eyes;
+  for (const Eigen::Vector3d& view : views) eyes.push_back({view, -view.normalized(), 1});
+  const auto seen = sight.seen_from_each(eyes, samples, {});
+  const ViewCertificate certificate = certify_views(manifold, {seen[0]}, views, seen, samples);
+  EXPECT_EQ(certificate.gaps, (std::vector<double>{0, 1}));
+  EXPECT_EQ(certificate.mean_gap, 0.5);
+  EXPECT_EQ(certificate.worst_gap, 1);
+}
+
+TEST(PokedSurface, MovesTheSiteAndLeavesTheFarSide) {
+  const TriangleMesh sphere = sphere_mesh(50, 3);
+  const Poke poke{sphere.vertices[0], -0.6 * sphere.vertices[0], 24};
+  const TriangleMesh poked = poked_surface(sphere, poke);
+  EXPECT_LT((poked.vertices[0] - 0.4 * sphere.vertices[0]).norm(), 1e-12);
+  double least = 1e300;
+  for (std::size_t v = 0; v < sphere.vertices.size(); ++v) {
+    if (sphere.vertices[v].dot(sphere.vertices[0]) > -2400) continue;
+    least = std::min(least, (poked.vertices[v] - sphere.vertices[v]).norm());
+  }
+  EXPECT_LT(least, 0.01);  // 100 mm away: e^(−8.7) of 30 mm
+  EXPECT_GT(signed_volume(poked), 0.5 * signed_volume(sphere));
+  EXPECT_LT(signed_volume(poked), signed_volume(sphere));
+}
+
+}  // namespace
+}  // namespace organbake
