@@ -42,13 +42,17 @@ ContactSearch::ContactSearch(Skin& skin, const SpringNetwork& network)
 
 void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
   near_.resize(sweeps.size());
+  beyond_.resize(x.size());
   const auto& faces = skin_.faces();
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
     near_[s].clear();
     const double reach = (sweeps[s].grabs ? 2 : 1 + kReachMargin) * sweeps[s].radius_mm;
     const Row low = sweeps[s].from.cwiseMin(sweeps[s].to).array() - reach;
     const Row high = sweeps[s].from.cwiseMax(sweeps[s].to).array() + reach;
+    mark_beyond(x, low.array() - skin_.tallest_mm(), high.array() + skin_.tallest_mm());
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      // Most faces lie on one side of the box with all corners, even under the tallest skin.
+      if (beyond_[faces[f][0]] & beyond_[faces[f][1]] & beyond_[faces[f][2]]) continue;
       const Row& a = x[faces[f][0]];
       const Row& b = x[faces[f][1]];
       const Row& c = x[faces[f][2]];
@@ -57,6 +61,17 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweep
                           ((a.cwiseMax(b).cwiseMax(c).array() + tall) < low.array()).any();
       if (!beyond) near_[s].push_back(f);
     }
+  }
+}
+
+// One bit for each side of the box that a vertex lies beyond.
+void ContactSearch::mark_beyond(const Rows& x, const Row& low, const Row& high) {
+  const Lanes* at = as_lanes(x.data());
+  const Lanes lowest = *as_lanes(&low), highest = *as_lanes(&high);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto under = at[i]<lowest, over = at[i]> highest;
+    beyond_[i] = static_cast<std::uint8_t>((under[0] & 1) | (under[1] & 2) | (under[2] & 4) |
+                                           (over[0] & 8) | (over[1] & 16) | (over[2] & 32));
   }
 }
 

@@ -41,6 +41,7 @@ class ContactSearch {
     double depth_mm;
     double free_share;
   };
+  void mark_beyond(const Rows& x, const Row& low, const Row& high);
   bool update(const TipSweep& sweep, const Row& center, Contact& contact);
   double violation(const Contact& contact) const;
   void touch(const TipSweep& sweep, const Row& center, std::uint32_t face);
@@ -51,6 +52,7 @@ class ContactSearch {
   Skin& skin_;
   const SpringNetwork& network_;
   std::vector<std::vector<std::uint32_t>> near_;
+  std::vector<std::uint8_t> beyond_;  // by slot: sides of the box that it lies beyond
   std::vector<Touch> touches_;
   std::vector<std::uint32_t> front_mark_;  // by slot: on a face that the tip holds from the front
   std::uint32_t mark_ = 0;
