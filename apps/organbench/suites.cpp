@@ -13,6 +13,8 @@ const std::vector<Suite>& all_suites() {
        run_shading_suite},
       {"registration", "photo to pose: pyramid and iterations against mTRE",
        run_registration_suite},
+      {"player", "poked frames: maps against image error and time, deformation, start",
+       run_player_suite},
   };
   return suites;
 }

@@ -9,5 +9,6 @@ void run_isosurface_suite(Bench& bench);
 void run_decimate_suite(Bench& bench);
 void run_shading_suite(Bench& bench);
 void run_registration_suite(Bench& bench);
+void run_player_suite(Bench& bench);
 
 }  // namespace organbake

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/suites/player_bundles.h"
+
+#include <unistd.h>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "pipelines/worker_process.h"
+
+namespace organbake {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr const char* kRecipe = R"(schema: organbake/recipe/1
+name: player benchmark
+phantom: {kind: organ, seed: 1, photos: 8}
+isosurface: {iso: -470}
+decimate: {}
+mechanics: {}
+place: {count: 8}
+bundle: {surface: true}
+)";
+
+}  // namespace
+
+PlayerBundles::PlayerBundles(const Bench& bench)
+    : bench_(bench),
+      programs_(fs::read_symlink("/proc/self/exe").parent_path()),
+      scratch_(fs::temp_directory_path() / ("organbench-" + std::to_string(::getpid()))) {
+  if (!fs::exists(program("organbake"))) {
+    throw NoInputError(program("organbake"), "is not there; the suite bakes its bundles with it");
+  }
+  fs::create_directories(scratch_);
+  write_file_atomically(scratch_ / "recipe.yaml", kRecipe);
+}
+
+PlayerBundles::~PlayerBundles() {
+  std::error_code ignored;  // what cannot be removed is the system's to clear
+  fs::remove_all(scratch_, ignored);
+}
+
+fs::path PlayerBundles::program(const std::string& name) const { return programs_ / name; }
+
+fs::path PlayerBundles::folder(const BakeChoice& choice) {
+  const std::string faces = std::to_string(choice.faces), size = std::to_string(choice.map_size);
+  const fs::path folder = scratch_ / (choice.method + "-" + faces + "-" + size);
+  if (fs::exists(folder)) return folder;
+  bench_.now("baking " + faces + " faces (" + choice.method + "), maps of " + size + "²");
+  const fs::path log = scratch_ / "bake.log";
+  const pid_t process =
+      start_worker({program("organbake"), "bake", scratch_ / "recipe.yaml", "-o", folder, "--quiet",
+                    "--set", "decimate.faces=" + faces, "--set", "decimate.method=" + choice.method,
+                    "--set", "place.size=" + size, "--cache", scratch_ / "cache"},
+                   scratch_ / "bake.out", log);
+  if (const WorkerEnd end = wait_for_worker(process); end.exit_code != 0) {
+    throw Error(ExitCode::internal, "organbake bake ended with " + std::to_string(end.exit_code) +
+                                        ": " + read_text_file(log));
+  }
+  return folder;
+}
+
+}  // namespace organbake
