@@ -18,6 +18,7 @@ isosurface: {iso: -470}
 decimate: {}
 mechanics: {}
 place: {count: 8}
+capture: {}
 bundle: {surface: true}
 )";
 
@@ -47,11 +48,18 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
   if (fs::exists(folder)) return folder;
   bench_.now("baking " + faces + " faces (" + choice.method + "), maps of " + size + "²");
   const fs::path log = scratch_ / "bake.log";
-  const pid_t process =
-      start_worker({program("organbake"), "bake", scratch_ / "recipe.yaml", "-o", folder, "--quiet",
-                    "--set", "decimate.faces=" + faces, "--set", "decimate.method=" + choice.method,
-                    "--set", "place.size=" + size, "--cache", scratch_ / "cache"},
-                   scratch_ / "bake.out", log);
+  std::vector<std::string> command = {
+      program("organbake"), "bake", scratch_ / "recipe.yaml", "-o", folder, "--quiet", "--cache",
+      scratch_ / "cache"};
+  // The truth's colours are as fine as the largest maps' texels, or it would be the blurred one.
+  for (const std::string& value :
+       {"decimate.faces=" + faces, "decimate.method=" + choice.method, "place.size=" + size,
+        std::string("phantom.size=") + (bench_.quick() ? "96,96,40" : "256,256,96"),
+        std::string("phantom.photo_size=") + (bench_.quick() ? "256" : "1024"),
+        std::string("capture.surface_edge=") + (bench_.quick() ? "2" : "0.7")}) {
+    command.insert(command.end(), {"--set", value});
+  }
+  const pid_t process = start_worker(command, scratch_ / "bake.out", log);
   if (const WorkerEnd end = wait_for_worker(process); end.exit_code != 0) {
     throw Error(ExitCode::internal, "organbake bake ended with " + std::to_string(end.exit_code) +
                                         ": " + read_text_file(log));
