@@ -9,7 +9,7 @@
 
 namespace organbake::deform {
 
-// Finds where spherical tips press into the skin. Per touched face it is the deepest point; sets of
+// Finds where the tips press into the skin. Per touched face it is the deepest point; sets of
 // points build up over the rounds of a step (cutting planes), so that a few rounds hold off the
 // whole patch under a tip.
 class ContactSearch {
@@ -42,9 +42,10 @@ class ContactSearch {
     double free_share;
   };
   void mark_beyond(const Rows& x, const Row& low, const Row& high);
-  bool update(const TipSweep& sweep, const Row& center, Contact& contact);
+  bool update(const TipPose& tip, Contact& contact);
   double violation(const Contact& contact) const;
-  void touch(const TipSweep& sweep, const Row& center, std::uint32_t face);
+  void touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face);
+  SkinHit deepest(const TipPose& tip, std::uint32_t face, Row& center);
   void admit(const TipSweep& sweep, double fraction, const Touch& touch,
              std::vector<Contact>& contacts);
   bool borders_front(std::uint32_t face) const;

@@ -28,7 +28,8 @@ class EmbeddedPlayer {
   struct Tip {
     std::array<double, 3> position_mm{};
     double radius_mm = 5;
-    bool grabs = false;  // carries the tissue that it touches when it closes
+    std::array<double, 3> axis_mm{};  // to a capsule's other end; zero: a sphere
+    bool grabs = false;               // carries the tissue that it touches when it closes
     bool active = true;
   };
   struct StepResult {
