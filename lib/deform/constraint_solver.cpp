@@ -46,7 +46,11 @@ void ConstraintSolver::begin_step(const Rows& x_start) {
   if (pressure_.empty()) return;
   volume_.gradient(x_start, gradient_);
   response_ = gradient_;
-  network_.factor().solve(response_.data());
+  response_due_ = true;
+}
+
+void ConstraintSolver::response_solved() {
+  response_due_ = false;
   for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
   for (std::uint32_t i = 0; i < network_.free_count(); ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);

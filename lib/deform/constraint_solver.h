@@ -20,8 +20,11 @@ class ConstraintSolver {
  public:
   ConstraintSolver(const SpringNetwork& network, const EnclosedVolume& volume, double friction);
 
-  // ∇V at the shape a step starts from, and the A⁻¹∇V that the step's pressures act along.
+  // Takes ∇V at the shape a step starts from. The A⁻¹∇V that the step's pressures act along is the
+  // caller's to solve, together with right sides of its own, before the first solve().
   void begin_step(const Rows& x_start);
+  Row* unsolved_response() { return response_due_ ? response_.data() : nullptr; }
+  void response_solved();
   // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
   void solve(const Rows& x_start, const Rows& x_free, std::vector<Contact>& contacts, Rows& x);
   // Largest |V + compliance · p − V(rest)| / V(rest) over the bodies.
@@ -57,6 +60,7 @@ class ConstraintSolver {
   std::vector<std::uint32_t> slots_;  // of all contacts, increasing
   std::vector<double> coupling_;      // w_ij, mm/mN, row-major
   Rows gradient_, response_;          // ∇V (mm²) and A⁻¹∇V
+  bool response_due_ = false;         // response_ holds ∇V still
   std::vector<double> pressure_;      // mN/mm², one per body
   std::vector<double> softness_;      // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
   std::vector<double> volume_gap_;    // V(rest) − V(x_free), linearised

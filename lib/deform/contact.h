@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -10,16 +11,36 @@
 
 namespace organbake::deform {
 
+// A tip where it is at one moment (mm): a sphere about `center`, or a capsule along its axis.
+struct TipPose {
+  Row center = Row::Zero(), axis = Row::Zero();
+  double radius_mm = 0;
+
+  // Where along the axis (0…1) a point is nearest to it.
+  double along(const Row& point) const {
+    const double squared = axis.squaredNorm();
+    if (squared == 0) return 0;
+    return std::clamp((point - center).dot(axis) / squared, 0.0, 1.0);
+  }
+  // The sphere of the capsule that is nearest to a point, by its centre.
+  Row center_near(const Row& point) const { return center + along(point) * axis; }
+};
+
 // One tip's way through the current step (mm).
 struct TipSweep {
   std::uint32_t tip = 0;
   Row from = Row::Zero(), to = Row::Zero();
+  Row axis_from = Row::Zero(), axis_to = Row::Zero();
   double radius_mm = 0;
   // No earlier position is known: skin that the tip overlaps counts as entered from outside.
   bool just_placed = false;
   bool grabs = false;
 
-  Row at(double fraction) const { return from + fraction * (to - from); }
+  TipPose at(double fraction) const {
+    return {from + fraction * (to - from), axis_from + fraction * (axis_to - axis_from), radius_mm};
+  }
+  // The step's motion of the place `along` the axis.
+  Row motion(double along) const { return (to - from) + along * (axis_to - axis_from); }
 };
 
 // How a skin point answers to its face's three vertices. A face that is partly anchored gives way

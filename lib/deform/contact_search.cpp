@@ -15,6 +15,9 @@ constexpr double kMergeWithin = 0.1;
 constexpr double kFlankCosine = 0.3;
 // A face is judged to lie behind the tip only when the tip stands squarely behind it.
 constexpr double kSquareCosine = 0.5;
+// Of a capsule's deepest point on a face: how often and how closely, in radii, it is sought.
+constexpr int kMostAlternations = 8;
+constexpr double kAlternationWithin = 1e-3;
 // A smaller free share cannot give way.
 constexpr double kMinFreeShare = 0.05;
 
@@ -42,13 +45,21 @@ ContactSearch::ContactSearch(Skin& skin, const SpringNetwork& network)
 
 void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
   near_.resize(sweeps.size());
+  beyond_.resize(x.size());
   const auto& faces = skin_.faces();
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
     near_[s].clear();
     const double reach = (sweeps[s].grabs ? 2 : 1 + kReachMargin) * sweeps[s].radius_mm;
-    const Row low = sweeps[s].from.cwiseMin(sweeps[s].to).array() - reach;
-    const Row high = sweeps[s].from.cwiseMax(sweeps[s].to).array() + reach;
+    const Row from_end = sweeps[s].from + sweeps[s].axis_from;
+    const Row to_end = sweeps[s].to + sweeps[s].axis_to;
+    const Row low =
+        sweeps[s].from.cwiseMin(sweeps[s].to).cwiseMin(from_end).cwiseMin(to_end).array() - reach;
+    const Row high =
+        sweeps[s].from.cwiseMax(sweeps[s].to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
+    mark_beyond(x, low.array() - skin_.tallest_mm(), high.array() + skin_.tallest_mm());
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      // Most faces lie on one side of the box with all corners, even under the tallest skin.
+      if (beyond_[faces[f][0]] & beyond_[faces[f][1]] & beyond_[faces[f][2]]) continue;
       const Row& a = x[faces[f][0]];
       const Row& b = x[faces[f][1]];
       const Row& c = x[faces[f][2]];
@@ -57,6 +68,17 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweep
                           ((a.cwiseMax(b).cwiseMax(c).array() + tall) < low.array()).any();
       if (!beyond) near_[s].push_back(f);
     }
+  }
+}
+
+// One bit for each side of the box that a vertex lies beyond.
+void ContactSearch::mark_beyond(const Rows& x, const Row& low, const Row& high) {
+  const Lanes* at = as_lanes(x.data());
+  const Lanes lowest = *as_lanes(&low), highest = *as_lanes(&high);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto under = at[i]<lowest, over = at[i]> highest;
+    beyond_[i] = static_cast<std::uint8_t>((under[0] & 1) | (under[1] & 2) | (under[2] & 4) |
+                                           (over[0] & 8) | (over[1] & 16) | (over[2] & 32));
   }
 }
 
@@ -69,23 +91,23 @@ double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fracti
   double deepest = 0;
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
     const TipSweep& sweep = sweeps[s];
-    const Row center = sweep.at(fraction);
+    const TipPose tip = sweep.at(fraction);
     ++mark_;
     std::erase_if(contacts, [&](Contact& c) {
       c.fresh = false;
-      return c.tip == sweep.tip && !update(sweep, center, c);
+      return c.tip == sweep.tip && !update(tip, c);
     });
     touches_.clear();
     if (!sweep.grabs) {
-      for (const std::uint32_t face : near_[s]) touch(sweep, center, face);
+      for (const std::uint32_t face : near_[s]) touch(sweep, tip, face);
     }
     std::stable_sort(touches_.begin(), touches_.end(),
                      [](const Touch& p, const Touch& q) { return p.depth_mm > q.depth_mm; });
     for (const Touch& t : touches_) admit(sweep, fraction, t, contacts);
     for (Contact& c : contacts) {
       if (c.tip != sweep.tip) continue;
-      if (c.fresh) update(sweep, center, c);
-      c.tip_motion = (fraction - c.touched_at) * (sweep.to - sweep.from);
+      if (c.fresh) update(tip, c);
+      c.tip_motion = (fraction - c.touched_at) * sweep.motion(tip.along(c.point));
       deepest = std::max(deepest, violation(c));
     }
     for (const Touch& t : touches_) {
@@ -109,15 +131,17 @@ SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
 
 // False for a point that has slid to the tip's flank: pushing it sideways would only stretch the
 // skin, and if it still matters the search finds its neighbours.
-bool ContactSearch::update(const TipSweep& sweep, const Row& center, Contact& contact) {
-  const SkinHit hit = place(contact, center);
+bool ContactSearch::update(const TipPose& tip, Contact& contact) {
+  SkinHit hit = place(contact, tip.center);
   if (contact.carried) {
-    contact.target = center + contact.grab_offset;
+    contact.target = tip.center + contact.grab_offset;
     return true;
   }
-  const Push push = push_of(hit, center, sweep.radius_mm, contact.from_front);
+  const Row center = tip.center_near(hit.point);
+  hit.distance_mm = (hit.point - center).norm();
+  const Push push = push_of(hit, center, tip.radius_mm, contact.from_front);
   contact.normal = push.normal;
-  contact.target = center + sweep.radius_mm * push.normal;
+  contact.target = center + tip.radius_mm * push.normal;
   if (contact.from_front) {
     for (const std::uint32_t slot : skin_.faces()[contact.at.face]) front_mark_[slot] = mark_;
   }
@@ -156,11 +180,29 @@ double ContactSearch::violation(const Contact& contact) const {
   return contact.carried ? miss.norm() : -contact.normal.dot(miss);
 }
 
-void ContactSearch::touch(const TipSweep& sweep, const Row& center, std::uint32_t face) {
-  const double reach = sweep.radius_mm + skin_.tallest_mm(face);
-  if (skin_.distance_to_proxy_face(face, center) > reach) return;
-  const SkinHit hit = skin_.nearest(face, center);
-  if (hit.distance_mm >= sweep.radius_mm) return;
+// The face's skin point that is nearest to the tip, and the tip's sphere there: nearest points of
+// skin and axis in turn, which closes in on a common pair.
+SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, Row& center) {
+  const auto [i, j, k] = skin_.faces()[face];
+  center = tip.center_near((skin_.shape()[i] + skin_.shape()[j] + skin_.shape()[k]) / 3);
+  SkinHit hit = skin_.nearest(face, center);
+  for (int round = 0; round < kMostAlternations && !tip.axis.isZero(0); ++round) {
+    const Row next = tip.center_near(hit.point);
+    if ((next - center).norm() < kAlternationWithin * tip.radius_mm) break;
+    center = next;
+    hit = skin_.nearest(face, center);
+  }
+  return hit;
+}
+
+void ContactSearch::touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face) {
+  Row center = tip.center;
+  const double reach = tip.radius_mm + skin_.tallest_mm(face);
+  // About the middle of a capsule: its own half length is added to what it can reach.
+  const Row middle = center + 0.5 * tip.axis;
+  if (skin_.distance_to_proxy_face(face, middle) > reach + 0.5 * tip.axis.norm()) return;
+  const SkinHit hit = deepest(tip, face, center);
+  if (hit.distance_mm >= tip.radius_mm) return;
   const double free_share = lever(hit.at).free_share;
   if (free_share == 0) return;
   const double before = (center - hit.point).dot(hit.normal);
@@ -171,7 +213,7 @@ void ContactSearch::touch(const TipSweep& sweep, const Row& center, std::uint32_
     if (entered && !square) return;  // round a corner of skin that is held already
     from_front = entered;
   }
-  const Push push = push_of(hit, center, sweep.radius_mm, from_front);
+  const Push push = push_of(hit, center, tip.radius_mm, from_front);
   if (push.clearance_mm < 0) touches_.push_back({hit, from_front, -push.clearance_mm, free_share});
 }
 

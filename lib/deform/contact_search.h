@@ -9,7 +9,7 @@
 
 namespace organbake::deform {
 
-// Finds where spherical tips press into the skin. Per touched face it is the deepest point; sets of
+// Finds where the tips press into the skin. Per touched face it is the deepest point; sets of
 // points build up over the rounds of a step (cutting planes), so that a few rounds hold off the
 // whole patch under a tip.
 class ContactSearch {
@@ -41,9 +41,11 @@ class ContactSearch {
     double depth_mm;
     double free_share;
   };
-  bool update(const TipSweep& sweep, const Row& center, Contact& contact);
+  void mark_beyond(const Rows& x, const Row& low, const Row& high);
+  bool update(const TipPose& tip, Contact& contact);
   double violation(const Contact& contact) const;
-  void touch(const TipSweep& sweep, const Row& center, std::uint32_t face);
+  void touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face);
+  SkinHit deepest(const TipPose& tip, std::uint32_t face, Row& center);
   void admit(const TipSweep& sweep, double fraction, const Touch& touch,
              std::vector<Contact>& contacts);
   bool borders_front(std::uint32_t face) const;
@@ -51,6 +53,7 @@ class ContactSearch {
   Skin& skin_;
   const SpringNetwork& network_;
   std::vector<std::vector<std::uint32_t>> near_;
+  std::vector<std::uint8_t> beyond_;  // by slot: sides of the box that it lies beyond
   std::vector<Touch> touches_;
   std::vector<std::uint32_t> front_mark_;  // by slot: on a face that the tip holds from the front
   std::uint32_t mark_ = 0;

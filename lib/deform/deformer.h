@@ -13,12 +13,14 @@ namespace organbake {
 
 enum class InstrumentMode { poke, grab };
 
-// A spherical tip (mm, world). A grabbing tip carries the tissue that it touched when it closed.
+// A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
+// at the position. A grabbing tip carries the tissue that its sphere touched when it closed.
 struct InstrumentTip {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   double radius_mm = 5;
   InstrumentMode mode = InstrumentMode::poke;
   bool active = false;
+  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
 };
 
 struct DeformOptions {

@@ -24,7 +24,7 @@ std::string describe(const Eigen::Vector3d& p) {
 bool same_tip(const InstrumentTip& a, const InstrumentTip& b) {
   if (!a.active && !b.active) return true;
   return a.active == b.active && a.mode == b.mode && a.radius_mm == b.radius_mm &&
-         a.position_mm == b.position_mm;
+         a.position_mm == b.position_mm && a.axis_mm == b.axis_mm;
 }
 
 }  // namespace
@@ -37,6 +37,10 @@ void check_tips(const std::vector<InstrumentTip>& tips) {
     if (!tip.position_mm.allFinite() || tip.position_mm.cwiseAbs().maxCoeff() > kFarthest_mm) {
       throw UsageError(name + " is at " + describe(tip.position_mm) +
                        " mm; give a finite position within 1e9 mm");
+    }
+    if (!tip.axis_mm.allFinite() || tip.axis_mm.cwiseAbs().maxCoeff() > kFarthest_mm) {
+      throw UsageError(name + " has the axis " + describe(tip.axis_mm) +
+                       " mm; give a finite one within 1e9 mm, zero for a sphere");
     }
     if (!(tip.radius_mm > 0) || tip.radius_mm > kFarthest_mm) {
       throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be > 0");
@@ -74,6 +78,8 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
     sweep.to = to_row(tips[i].position_mm);
     sweep.just_placed = !goes_on(i);
     sweep.from = sweep.just_placed ? sweep.to : to_row(last_[i].position_mm);
+    sweep.axis_to = to_row(tips[i].axis_mm);
+    sweep.axis_from = sweep.just_placed ? sweep.axis_to : to_row(last_[i].axis_mm);
     sweep.radius_mm = tips[i].radius_mm;
     sweep.grabs = tips[i].mode == InstrumentMode::grab;
     if (sweep.grabs && sweep.just_placed) closing.push_back(sweeps.size());
@@ -86,7 +92,8 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
 int sweep_pieces(const std::vector<TipSweep>& sweeps) {
   double most = 1;
   for (const TipSweep& s : sweeps) {
-    if (!s.grabs) most = std::max(most, (s.to - s.from).norm() / (kPieceOfRadius * s.radius_mm));
+    const double way_mm = std::max(s.motion(0).norm(), s.motion(1).norm());
+    if (!s.grabs) most = std::max(most, way_mm / (kPieceOfRadius * s.radius_mm));
   }
   return static_cast<int>(std::ceil(std::min<double>(most, kMostPieces)));
 }

@@ -47,8 +47,8 @@ ShapeSolver::ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechan
       skin_(network_, checked(proxy, base)),
       search_(skin_, network_),
       constraints_(network_, volume_, options.friction) {
-  displacement_.assign(network_.size(), Row::Zero());
-  load_ = right_side_ = displacement_;
+  force_.assign(network_.size(), Row::Zero());
+  x_coasted_ = network_.rest();
   to_rest();
 }
 
@@ -79,9 +79,8 @@ double ShapeSolver::step(const std::vector<TipSweep>& sweeps,
   for (Contact& c : contacts_) c.touched_at = 0;
   x_start_ = x_;
   for (std::size_t i = 0; i < network_.free_count(); ++i) {
-    displacement_[i] = x_[i] - network_.rest()[i];
+    x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
   }
-  network_.step_load(displacement_, velocity_, load_);
   constraints_.begin_step(x_start_);
   advance(sweeps);
   return close_gaps(sweeps);
@@ -109,11 +108,7 @@ void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight
   for (int iteration = 0; iteration < options_.iterations; ++iteration) {
     const bool first = iteration == 0;
     x_before_ = x_;
-    network_.local_step(first && with_foresight ? foreseen() : x_, x_start_, load_, right_side_);
-    network_.factor().solve(right_side_.data());
-    for (std::size_t i = 0; i < network_.free_count(); ++i) {
-      x_free_[i] = network_.rest()[i] + right_side_[i];
-    }
+    move_freely(first && with_foresight ? foreseen() : x_);
     if (first) {
       follow_sweeps(sweeps);
     } else {
@@ -122,6 +117,19 @@ void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight
     constrain(sweeps, 1);
     if (largest_distance(x_, x_before_) < kConverged_mm) break;
   }
+}
+
+// One local and global step without contacts and volume, from the shape given to x_free_ (which may
+// be the same). The step's first one solves the pressures' right side along.
+void ShapeSolver::move_freely(const Rows& from) {
+  network_.local_step(from, x_start_, x_coasted_, force_);
+  if (Row* gradient = constraints_.unsolved_response()) {
+    network_.factor().solve_points(force_.data(), gradient);
+    constraints_.response_solved();
+  } else {
+    network_.factor().solve_points(force_.data());
+  }
+  for (std::size_t i = 0; i < network_.free_count(); ++i) x_free_[i] = from[i] + force_[i];
 }
 
 // Where the first local step takes its directions from: on along the last step's motion. Far from

@@ -43,6 +43,7 @@ class ShapeSolver {
  private:
   void advance(const std::vector<TipSweep>& sweeps);
   void solve(const std::vector<TipSweep>& sweeps, bool with_foresight);
+  void move_freely(const Rows& from);
   const Rows& foreseen();
   void follow_sweeps(const std::vector<TipSweep>& sweeps);
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
@@ -58,7 +59,8 @@ class ShapeSolver {
 
   Rows x_, x_start_, x_free_, x_before_;  // mm, by slot
   Rows velocity_;                         // mm/s
-  Rows displacement_, load_, right_side_;
+  Rows x_coasted_;                        // where inertia alone would end the step
+  Rows force_;                            // left at a shape, mN; then the way from there, mm
   std::vector<Contact> contacts_;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };

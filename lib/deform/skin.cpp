@@ -42,6 +42,7 @@ Skin::Skin(const SpringNetwork& network, const BaseLayer& base)
     for (std::size_t i = 0; i < heights_.size(); ++i) {
       double& tallest = tallest_mm_[i / nodes_];
       tallest = std::max(tallest, std::abs(double{heights_[i]}));
+      tallest_of_all_mm_ = std::max(tallest_of_all_mm_, tallest);
     }
   }
   face_start_.assign(network.size() + 1, 0);

@@ -44,6 +44,7 @@ class Skin {
 
   const std::vector<Face>& faces() const { return network_->faces(); }
   double tallest_mm(std::uint32_t face) const { return tallest_mm_[face]; }
+  double tallest_mm() const { return tallest_of_all_mm_; }
 
   // Takes x (mm, by slot; kept by reference until the next pose) as the current shape. Vertex
   // normals are made on demand, once per pose: a contact sees a handful of them.
@@ -75,6 +76,7 @@ class Skin {
   std::uint32_t steps_ = 1, nodes_ = 3;
   std::vector<float> heights_;
   std::vector<double> tallest_mm_;
+  double tallest_of_all_mm_ = 0;
   std::vector<std::uint32_t> face_start_, faces_of_slot_;
   const Rows* x_ = nullptr;
   Rows normals_;

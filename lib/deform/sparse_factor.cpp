@@ -4,6 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -14,7 +15,8 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 
 // Panels may hold this share of explicit zeros: a wider panel costs less than the zeros do.
-constexpr double kZeroShare = 0.3;
+constexpr double kZeroShare = 1;
+constexpr int kMostLots = 2;
 constexpr std::uint32_t kMaxWidth = 64;  // keeps a panel's solution in the first-level cache
 
 Matrix lower_half(std::size_t size, const std::vector<Coefficient>& coefficients) {
@@ -48,56 +50,15 @@ std::uint32_t panel_end(std::uint32_t first, std::uint32_t size, const int* star
   return last;
 }
 
-// Forward: the panel's own unknowns, then what they take from the rows below. Four rows at a time
-// share each load of the solution and keep four independent chains of multiply-adds going.
-void eliminate(std::size_t width, std::size_t below, const double* value,
-               const std::uint32_t* index, Lanes* own, Lanes* rows) {
-  for (std::size_t k = 1; k < width; ++k) {
-    Lanes sum = own[k];
-    for (std::size_t q = 0; q < k; ++q) sum -= value[k * width + q] * own[q];
-    own[k] = sum;
-  }
-  value += width * width;
-  std::size_t r = 0;
-  for (; r + 4 <= below; r += 4, value += 4 * width) {
-    Lanes a = rows[index[r]], b = rows[index[r + 1]];
-    Lanes c = rows[index[r + 2]], d = rows[index[r + 3]];
-    for (std::size_t k = 0; k < width; ++k) {
-      const Lanes y = own[k];
-      a -= value[k] * y;
-      b -= value[k + width] * y;
-      c -= value[k + 2 * width] * y;
-      d -= value[k + 3 * width] * y;
+// The strictly lower part of a unit lower triangular block (row-major), replaced by its inverse's.
+void invert_unit_block(std::size_t width, std::vector<double>& block) {
+  for (std::size_t column = 0; column + 1 < width; ++column) {
+    for (std::size_t row = column + 1; row < width; ++row) {
+      double sum = block[row * width + column];
+      for (std::size_t k = column + 1; k < row; ++k)
+        sum += block[row * width + k] * block[k * width + column];
+      block[row * width + column] = -sum;
     }
-    rows[index[r]] = a, rows[index[r + 1]] = b, rows[index[r + 2]] = c, rows[index[r + 3]] = d;
-  }
-  for (; r < below; ++r, value += width) {
-    Lanes a = rows[index[r]];
-    for (std::size_t k = 0; k < width; ++k) a -= value[k] * own[k];
-    rows[index[r]] = a;
-  }
-}
-
-// Backward: the same panel, transposed.
-void substitute(std::size_t width, std::size_t below, const double* block,
-                const std::uint32_t* index, Lanes* own, Lanes* rows) {
-  const double* value = block + width * width;
-  std::size_t r = 0;
-  for (; r + 4 <= below; r += 4, value += 4 * width) {
-    const Lanes a = rows[index[r]], b = rows[index[r + 1]];
-    const Lanes c = rows[index[r + 2]], d = rows[index[r + 3]];
-    for (std::size_t k = 0; k < width; ++k) {
-      own[k] -= (value[k] * a + value[k + width] * b) +
-                (value[k + 2 * width] * c + value[k + 3 * width] * d);
-    }
-  }
-  for (; r < below; ++r, value += width) {
-    const Lanes a = rows[index[r]];
-    for (std::size_t k = 0; k < width; ++k) own[k] -= value[k] * a;
-  }
-  for (std::size_t k = width; k-- > 1;) {
-    const Lanes known = own[k];
-    for (std::size_t q = 0; q < k; ++q) own[q] -= block[k * width + q] * known;
   }
 }
 
@@ -105,61 +66,116 @@ void substitute(std::size_t width, std::size_t below, const double* block,
 
 SparseFactor::SparseFactor(std::size_t size, const std::vector<Coefficient>& coefficients) {
   if (size == 0) return;
-  const Eigen::SimplicialLDLT<Matrix, Eigen::Lower> factor(lower_half(size, coefficients));
+  Matrix matrix = lower_half(size, coefficients);
+  // Scaled to a unit diagonal: what single precision then holds does not hang on the units.
+  const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
+  matrix = scale.asDiagonal() * matrix * scale.asDiagonal();
+  const Eigen::SimplicialLDLT<Matrix, Eigen::Lower> factor(matrix);
   const Eigen::VectorXd diagonal = factor.vectorD();
-  if (factor.info() != Eigen::Success || !(diagonal.array() > 0).all() || !diagonal.allFinite()) {
+  if (!scale.allFinite() || factor.info() != Eigen::Success || !(diagonal.array() > 0).all() ||
+      !diagonal.allFinite()) {
     throw BadDataError(
         "the tissue's masses and springs make a system that is not positive definite; check for "
         "stiffnesses or masses that differ by more than 1e12");
   }
   const auto& order = factor.permutationP().indices();
   position_.assign(order.data(), order.data() + size);
+  scale_.resize(size);
+  for (std::size_t i = 0; i < size; ++i) scale_[position_[i]] = scale[static_cast<int>(i)];
   inverse_diagonal_.resize(size);
-  Eigen::Map<Eigen::VectorXd>(inverse_diagonal_.data(), diagonal.size()) = diagonal.cwiseInverse();
+  for (std::size_t i = 0; i < size; ++i)
+    inverse_diagonal_[i] = static_cast<float>(1 / diagonal[static_cast<int>(i)]);
   const auto& lower = factor.matrixL().nestedExpression();
   const auto n = static_cast<std::uint32_t>(size);
+  std::size_t most_blocks = 0;
   for (std::uint32_t first = 0; first < n;) {
     const std::uint32_t last = panel_end(first, n, lower.outerIndexPtr(), lower.innerIndexPtr());
     add_panel(first, last, lower.outerIndexPtr(), lower.innerIndexPtr(), lower.valuePtr());
+    most_blocks = std::max<std::size_t>(most_blocks, panels_.back().blocks);
     first = last;
   }
+  rows_.assign((size + 1) * 4 * kMostLots, 0.0F);
+  planes_.assign(most_blocks * kBlockRows * 4 * kMostLots, 0.0F);
 }
 
 void SparseFactor::add_panel(std::uint32_t first, std::uint32_t last, const int* starts,
                              const int* row_of, const double* value_of) {
-  Panel panel;
-  panel.first = first;
-  panel.width = last - first;
-  panel.below = starts[last] - starts[last - 1];
-  panel.rows_at = row_index_.size();
-  panel.values_at = values_.size();
+  const std::uint32_t width = last - first;
+  const std::size_t below = starts[last] - starts[last - 1];
   const int* rows = row_of + starts[last - 1];
-  row_index_.insert(row_index_.end(), rows, rows + panel.below);
-  values_.resize(values_.size() + std::size_t{panel.width} * (panel.width + panel.below), 0.0);
-  double* block = values_.data() + panel.values_at;
+  std::vector<double> dense((width + below) * width, 0.0);  // row-major, the block on top
   for (std::uint32_t column = first; column < last; ++column) {
     for (int e = starts[column]; e < starts[column + 1]; ++e) {
       const auto row = static_cast<std::uint32_t>(row_of[e]);
-      const std::size_t at =
-          row < last ? row - first
-                     : panel.width + (std::lower_bound(rows, rows + panel.below, row_of[e]) - rows);
-      block[at * panel.width + (column - first)] = value_of[e];
+      const std::size_t at = row < last
+                                 ? row - first
+                                 : width + (std::lower_bound(rows, rows + below, row_of[e]) - rows);
+      dense[at * width + (column - first)] = value_of[e];
+    }
+  }
+  invert_unit_block(width, dense);
+
+  Panel panel;
+  panel.first = first;
+  panel.width = width;
+  panel.blocks = static_cast<std::uint32_t>((below + kBlockRows - 1) / kBlockRows);
+  panel.rows_at = row_index_.size();
+  panel.values_at = values_.size();
+  row_index_.insert(row_index_.end(), rows, rows + below);
+  // The last block is filled up with a row of zeros that is nobody's.
+  row_index_.resize(panel.rows_at + panel.blocks * kBlockRows, static_cast<std::uint32_t>(size()));
+  values_.insert(values_.end(), dense.begin(), dense.begin() + width * width);
+  for (std::size_t block = 0; block < panel.blocks; ++block) {
+    for (std::size_t column = 0; column < width; ++column) {
+      for (std::size_t i = 0; i < kBlockRows; ++i) {
+        const std::size_t row = block * kBlockRows + i;
+        const double value = row < below ? dense[(width + row) * width + column] : 0;
+        values_.push_back(static_cast<float>(value));
+      }
     }
   }
   panels_.push_back(panel);
 }
 
-void SparseFactor::solve(Row* rows) const {
-  Lanes* lanes = as_lanes(rows);
-  for (const Panel& panel : panels_) {
-    eliminate(panel.width, panel.below, values_.data() + panel.values_at,
-              row_index_.data() + panel.rows_at, lanes + panel.first, lanes);
+PanelView SparseFactor::view(const Panel& panel) const {
+  const float* values = values_.data() + panel.values_at;
+  return {panel.width, panel.blocks, values, values + std::size_t{panel.width} * panel.width,
+          row_index_.data() + panel.rows_at};
+}
+
+template <int kLots, int kLanes>
+void SparseFactor::solve_lots(const std::array<Row*, kLots>& lots) const {
+  if (size() == 0) return;
+  constexpr std::size_t kStride = 4 * kLots;
+  float* rows = rows_.data();
+  for (std::size_t i = 0; i < size(); ++i) {
+    for (int lot = 0; lot < kLots; ++lot) {
+      const Row scaled = scale_[i] * lots[lot][i];
+      Eigen::Map<Eigen::Vector4f>(rows + i * kStride + 4 * lot) = scaled.cast<float>();
+    }
   }
-  for (std::size_t i = 0; i < size(); ++i) lanes[i] *= inverse_diagonal_[i];
+  std::fill_n(rows + size() * kStride, kStride, 0.0F);
+  for (const Panel& panel : panels_)
+    eliminate<kLots, kLanes>(view(panel), rows + panel.first * kStride, rows);
+  for (std::size_t i = 0; i < size(); ++i)
+    for (std::size_t lane = 0; lane < kStride; ++lane)
+      rows[i * kStride + lane] *= inverse_diagonal_[i];
   for (auto panel = panels_.rbegin(); panel != panels_.rend(); ++panel) {
-    substitute(panel->width, panel->below, values_.data() + panel->values_at,
-               row_index_.data() + panel->rows_at, lanes + panel->first, lanes);
+    substitute<kLots, kLanes>(view(*panel), rows + panel->first * kStride, rows,
+                              reinterpret_cast<Floats8*>(planes_.data()));
   }
+  for (std::size_t i = 0; i < size(); ++i) {
+    for (int lot = 0; lot < kLots; ++lot) {
+      lots[lot][i] = scale_[i] *
+                     Eigen::Map<const Eigen::Vector4f>(rows + i * kStride + 4 * lot).cast<double>();
+    }
+  }
+}
+
+void SparseFactor::solve(Row* rows) const { solve_lots<1, 4>({rows}); }
+void SparseFactor::solve_points(Row* rows) const { solve_lots<1, 3>({rows}); }
+void SparseFactor::solve_points(Row* first, Row* second) const {
+  solve_lots<2, 3>({first, second});
 }
 
 }  // namespace organbake::deform

@@ -27,6 +27,16 @@ std::vector<std::uint32_t> number_free(std::size_t vertices,
   return free_of_vertex;
 }
 
+// The sum of the lanes of each of four.
+Lanes sums(const Lanes (&v)[4]) {
+  const auto pairs = [](const Lanes& a, const Lanes& b) {
+    return __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  };
+  const Lanes low = pairs(v[0], v[1]), high = pairs(v[2], v[3]);
+  return __builtin_shufflevector(low, high, 0, 1, 4, 5) +
+         __builtin_shufflevector(low, high, 2, 3, 6, 7);
+}
+
 std::size_t count_free(const std::vector<std::uint32_t>& free_of_vertex) {
   return free_of_vertex.size() -
          std::count(free_of_vertex.begin(), free_of_vertex.end(), kAnchored);
@@ -88,22 +98,33 @@ void SpringNetwork::place_slots(const TriangleMesh& proxy, const MechanicsModel&
 }
 
 void SpringNetwork::place_springs(const MechanicsModel& mechanics, double time_step_s) {
-  rest_load_.assign(size(), Row::Zero());
+  std::vector<const Spring*> in_order;
+  const auto ends_of = [this](const Spring& s) {
+    const auto [a, b] = std::minmax(slot_of_vertex_[s.a], slot_of_vertex_[s.b]);
+    return Ends{a, b};
+  };
   for (const Spring& s : mechanics.springs) {
-    const std::uint32_t a = slot_of_vertex_[s.a], b = slot_of_vertex_[s.b];
-    if (std::min(a, b) >= free_count()) continue;  // between two anchors
-    const double stiffness = kMilliNewtonPerNewton * s.stiffness_n_per_mm;
-    springs_.push_back({a, b, s.rest_length_mm, stiffness,
-                        kMilliNewtonPerNewton * s.damping_n_s_per_mm / time_step_s});
-    const Row edge = rest_[a] - rest_[b];
-    rest_load_[a] -= stiffness * edge;
-    rest_load_[b] += stiffness * edge;
-    if (std::abs(edge.norm() - s.rest_length_mm) > kRelaxedWithin_mm) relaxed_at_rest_ = false;
+    const Ends ends = ends_of(s);
+    if (ends.a >= free_count()) continue;  // between two anchors
+    in_order.push_back(&s);
+    const double length = (rest_[ends.a] - rest_[ends.b]).norm();
+    if (std::abs(length - s.rest_length_mm) > kRelaxedWithin_mm) relaxed_at_rest_ = false;
   }
   // In slot order, neighbours in memory are neighbours in the loop.
-  std::sort(springs_.begin(), springs_.end(), [](const SlotSpring& p, const SlotSpring& q) {
-    return std::minmax(p.a, p.b) < std::minmax(q.a, q.b);
+  std::stable_sort(in_order.begin(), in_order.end(), [&](const Spring* p, const Spring* q) {
+    const Ends m = ends_of(*p), n = ends_of(*q);
+    return m.a != n.a ? m.a < n.a : m.b < n.b;
   });
+  for (const Spring* s : in_order) {
+    ends_.push_back(ends_of(*s));
+    length_.push_back(s->rest_length_mm);
+    stiffness_.push_back(kMilliNewtonPerNewton * s->stiffness_n_per_mm);
+    damper_.push_back(kMilliNewtonPerNewton * s->damping_n_s_per_mm / time_step_s);
+  }
+  if (ends_.empty()) return;
+  const std::size_t whole = (ends_.size() + kBlock - 1) / kBlock * kBlock;
+  ends_.resize(whole, ends_.back());
+  for (auto* values : {&length_, &stiffness_, &damper_}) values->resize(whole, 0.0);
 }
 
 void SpringNetwork::find_parts(const MechanicsModel& mechanics) {
@@ -131,51 +152,85 @@ void SpringNetwork::find_parts(const MechanicsModel& mechanics) {
   }
 }
 
-void SpringNetwork::step_load(const Rows& u, const Rows& velocity, Rows& load) const {
-  for (std::size_t i = 0; i < free_count(); ++i) {
-    load[i] = rest_load_[i] + inertia_[i] * (u[i] + time_step_s_ * velocity[i]);
+// In blocks, so that roots and divisions are taken four at a time.
+struct SpringNetwork::SpringBlock {
+  using Values = Eigen::Array<double, kBlock, 1>;
+  Lanes edge[kBlock];
+  Values squared, along;  // |e|² and e · Δe, mm²
+  Values extended;        // 1, or 0 where e is a stand-in for an edge of no length
+  Values pull;            // on each spring's b, mN per mm of e
+};
+
+// The edge that a spring pulls along, its square and its product with the edge's change.
+void SpringNetwork::measure_block(std::size_t begin, const Lanes* at, const Lanes* from,
+                                  SpringBlock& block) const {
+  for (int i = 0; i < kBlock; i += 4) {
+    Lanes square[4], along[4];
+    for (int k = 0; k < 4; ++k) {
+      const auto [a, b] = ends_[begin + i + k];
+      const Lanes edge = at[a] - at[b];
+      block.edge[i + k] = edge;
+      square[k] = edge * edge;
+      along[k] = edge * (edge - (from[a] - from[b]));
+    }
+    *reinterpret_cast<Lanes*>(block.squared.data() + i) = sums(square);
+    *reinterpret_cast<Lanes*>(block.along.data() + i) = sums(along);
   }
-  for (const SlotSpring& s : springs_) {
-    if (s.damper == 0) continue;
-    const Row pull = s.damper * (u[s.a] - u[s.b]);
-    load[s.a] += pull;
-    load[s.b] -= pull;
+  block.extended.setOnes();
+  if ((block.squared > 0).all()) return;
+  for (int i = 0; i < kBlock; ++i) {
+    if (!(block.squared[i] > 0)) stand_in(begin + i, from, block, i);
   }
 }
 
-void SpringNetwork::local_step(const Rows& x, const Rows& x_start, const Rows& load,
-                               Rows& right_side) const {
-  std::copy(load.begin(), load.end(), right_side.begin());
+// A spring collapsed to a point: only the rest shape knows a direction.
+void SpringNetwork::stand_in(std::size_t spring, const Lanes* from, SpringBlock& block,
+                             int i) const {
+  const auto [a, b] = ends_[spring];
+  const Lanes* at_rest = as_lanes(rest_.data());
+  const Lanes edge = at_rest[a] - at_rest[b];
+  block.edge[i] = edge;
+  block.extended[i] = 0;
+  block.squared[i] = std::max(dot(edge, edge), kNoLength);
+  block.along[i] = -dot(edge, from[a] - from[b]);
+}
+
+void SpringNetwork::pull_block(std::size_t begin, SpringBlock& block) const {
+  const auto of = [begin](const std::vector<double>& values) {
+    return Eigen::Map<const SpringBlock::Values>(values.data() + begin);
+  };
+  const SpringBlock::Values inverse_length = block.squared.sqrt().inverse();
+  block.pull = of(stiffness_) * (block.extended - of(length_) * inverse_length) +
+               of(damper_) * block.along * inverse_length * inverse_length;
+}
+
+void SpringNetwork::local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
+                               Rows& force) const {
   const Lanes* at = as_lanes(x.data());
   const Lanes* from = as_lanes(x_start.data());
-  const Lanes* at_rest = as_lanes(rest_.data());
-  Lanes* sum = as_lanes(right_side.data());
-  // In blocks, so that roots and divisions are taken four at a time.
-  Lanes edge[kBlock];
-  Eigen::Array<double, kBlock, 1> inverse_length = Eigen::Array<double, kBlock, 1>::Ones();
-  for (std::size_t begin = 0; begin < springs_.size(); begin += kBlock) {
-    const SlotSpring* block = springs_.data() + begin;
-    const int count = static_cast<int>(std::min<std::size_t>(kBlock, springs_.size() - begin));
-    for (int i = 0; i < count; ++i) {
-      edge[i] = at[block[i].a] - at[block[i].b];
-      double squared = dot(edge[i], edge[i]);
-      if (!(squared > 0)) {  // collapsed to a point: only the rest shape knows a direction
-        edge[i] = at_rest[block[i].a] - at_rest[block[i].b];
-        squared = std::max(dot(edge[i], edge[i]), kNoLength);
+  const Lanes* coasted = as_lanes(x_coasted.data());
+  Lanes* sum = as_lanes(force.data());
+  for (std::size_t i = 0; i < free_count(); ++i) sum[i] = inertia_[i] * (coasted[i] - at[i]);
+  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Lanes{};
+  SpringBlock block;
+  std::uint32_t slot = 0;
+  Lanes on_slot{};  // springs run in order of a: its sum need not go through memory
+  for (std::size_t begin = 0; begin < ends_.size(); begin += kBlock) {
+    measure_block(begin, at, from, block);
+    pull_block(begin, block);
+    for (int i = 0; i < kBlock; ++i) {
+      const auto [a, b] = ends_[begin + i];
+      const Lanes on_b = block.pull[i] * block.edge[i];
+      if (a != slot) {
+        sum[slot] -= on_slot;
+        on_slot = Lanes{};
+        slot = a;
       }
-      inverse_length[i] = squared;
-    }
-    inverse_length = inverse_length.sqrt().inverse().eval();
-    for (int i = 0; i < count; ++i) {
-      const SlotSpring& s = block[i];
-      const Lanes direction = inverse_length[i] * edge[i];
-      const Lanes move = edge[i] - (from[s.a] - from[s.b]);
-      const double along = dot(move, direction);
-      const Lanes pull = (s.stiffness * s.length - s.damper * along) * direction + s.damper * move;
-      sum[s.a] += pull;
-      sum[s.b] -= pull;
+      on_slot += on_b;
+      sum[b] += on_b;
     }
   }
+  if (!ends_.empty()) sum[slot] -= on_slot;
 }
 
 double SpringNetwork::energy(const Rows& x, const Rows& x_start) const {
@@ -186,10 +241,10 @@ double SpringNetwork::energy(const Rows& x, const Rows& x_start) const {
     const Lanes move = at[i] - from[i];
     twice += inertia_[i] * dot(move, move);
   }
-  for (const SlotSpring& s : springs_) {
-    const Lanes edge = at[s.a] - at[s.b];
-    const double stretch = std::sqrt(dot(edge, edge)) - s.length;
-    twice += s.stiffness * stretch * stretch;
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    const Lanes edge = at[ends_[i].a] - at[ends_[i].b];
+    const double stretch = std::sqrt(dot(edge, edge)) - length_[i];
+    twice += stiffness_[i] * stretch * stretch;
   }
   return twice / 2;
 }

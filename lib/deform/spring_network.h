@@ -42,20 +42,23 @@ class SpringNetwork {
   // False when some spring is not at its rest length at rest: then rest is no equilibrium.
   bool relaxed_at_rest() const { return relaxed_at_rest_; }
 
-  // The right side (mN) that stays the same for a step from u with a velocity (mm/s).
-  void step_load(const Rows& u, const Rows& velocity, Rows& load) const;
-  // The local step: load plus the targets of springs and dampers with the directions of x (mm).
-  void local_step(const Rows& x, const Rows& x_start, const Rows& load, Rows& right_side) const;
+  // The local step at x (mm) of a step from x_start that inertia alone would end at x_coasted: the
+  // forces (mN) of inertia, springs and dampers that are left there, free vertices only. A solves
+  // them for the way to the minimiser with the directions of x: b − A u, so that a factor that is
+  // slightly off costs no accuracy where the steps converge.
+  void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted, Rows& force) const;
   // Kinetic energy of the step from x_start to x, and what the springs hold at x (mN·mm = µJ).
   double energy(const Rows& x, const Rows& x_start) const;
 
  private:
-  struct SlotSpring {
-    std::uint32_t a = 0, b = 0;
-    double length = 0;     // l, mm
-    double stiffness = 0;  // k, kg/s²
-    double damper = 0;     // c/dt, kg/s²
+  struct Ends {
+    std::uint32_t a = 0, b = 0;  // slots, a < b
   };
+  struct SpringBlock;
+  void measure_block(std::size_t begin, const Lanes* at, const Lanes* from,
+                     SpringBlock& block) const;
+  void stand_in(std::size_t spring, const Lanes* from, SpringBlock& block, int i) const;
+  void pull_block(std::size_t begin, SpringBlock& block) const;
   std::vector<Coefficient> matrix_of_free(const MechanicsModel& mechanics, double time_step_s,
                                           const std::vector<std::uint32_t>& free_of_vertex) const;
   void place_slots(const TriangleMesh& proxy, const MechanicsModel& mechanics,
@@ -71,8 +74,9 @@ class SpringNetwork {
   Rows rest_;
   std::vector<Face> faces_;
   std::vector<double> inertia_;  // m/dt², kg/s²
-  std::vector<SlotSpring> springs_;
-  Rows rest_load_;  // −Σ k · rest edge, mN
+  // In order of their slots, filled up to whole blocks with springs that do nothing.
+  std::vector<Ends> ends_;
+  std::vector<double> length_, stiffness_, damper_;  // l, mm; k, kg/s²; c/dt, kg/s²
   bool relaxed_at_rest_ = true;
 };
 

@@ -13,6 +13,7 @@ InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) :
         instrument.radius_mm > 0 ? instrument.radius_mm : bundle.mechanics.instrument_radius_mm,
         instrument.mode,
         instrument.shaft,
+        instrument.axis_mm,
         {},
         {}};
     for (const Waypoint& waypoint : instrument.path) {
@@ -33,7 +34,7 @@ InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) :
 std::vector<InstrumentTip> InstrumentMotion::tips_at(double time_s) const {
   std::vector<InstrumentTip> tips;
   for (const Path& path : paths_) {
-    InstrumentTip tip{path.positions.front(), path.radius_mm, path.mode, false};
+    InstrumentTip tip{path.positions.front(), path.radius_mm, path.mode, false, path.axis_mm};
     const auto next = std::upper_bound(path.times.begin(), path.times.end(), time_s);
     if (next == path.times.end()) tip.position_mm = path.positions.back();
     if (next != path.times.begin() && next != path.times.end()) {
@@ -64,7 +65,7 @@ std::vector<Solid> tool_solids(const InstrumentTip& tip,
   const double length_mm = bounds(bundle.proxy).diagonal();
   const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
                         dark_steel = Eigen::Vector3f::Constant(0.2f);
-  return {{tip.position_mm, tip.position_mm, tip.radius_mm, steel},
+  return {{tip.position_mm, tip.position_mm + tip.axis_mm, tip.radius_mm, steel},
           {tip.position_mm, tip.position_mm + length_mm * along, 0.4 * tip.radius_mm, dark_steel}};
 }
 

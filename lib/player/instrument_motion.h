@@ -25,6 +25,7 @@ class InstrumentMotion {
     double radius_mm;
     InstrumentMode mode;
     std::optional<Eigen::Vector3d> shaft;
+    Eigen::Vector3d axis_mm;
     std::vector<double> times;
     std::vector<Eigen::Vector3d> positions;
   };
@@ -32,8 +33,8 @@ class InstrumentMotion {
   std::vector<Path> paths_;
 };
 
-// A tip as a viewer sees it: a ball and a thin shaft; without a direction it leads away from the
-// organ.
+// A tip as a viewer sees it: a ball or a capsule, and a thin shaft; without a direction it leads
+// away from the organ.
 std::vector<Solid> tool_solids(const InstrumentTip& tip,
                                const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle);
 

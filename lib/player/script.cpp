@@ -53,6 +53,10 @@ InstrumentPath instrument_from(const JsonField& field) {
   const JsonField mode = field["mode"];
   if (mode.text() != "poke" && mode.text() != "grab") mode.fail("must be 'poke' or 'grab'");
   instrument.mode = mode.text() == "grab" ? InstrumentMode::grab : InstrumentMode::poke;
+  if (const auto axis = field.find("axis_mm")) {
+    instrument.axis_mm = axis->vector3();
+    if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
+  }
   if (const auto shaft = field.find("shaft")) {
     instrument.shaft = shaft->vector3();
     if (!(instrument.shaft->norm() > 0)) shaft->fail("must have a length");

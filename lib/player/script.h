@@ -34,6 +34,8 @@ struct InstrumentPath {
   std::vector<Waypoint> path;
   // Where the shaft leads from the tip, any length; nothing = away from the organ's centre.
   std::optional<Eigen::Vector3d> shaft = {};
+  // From the tip to a capsule's other end, mm; zero: a sphere.
+  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();
 };
 
 // What happens in front of the player's eye, frame by frame. Schema: interaction.schema.json.

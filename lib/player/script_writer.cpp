@@ -29,6 +29,7 @@ Json instrument_json(const InstrumentPath& instrument) {
                {"mode", instrument.mode == InstrumentMode::grab ? "grab" : "poke"},
                {"path", Json::array()}};
   if (instrument.radius_mm > 0) json["radius_mm"] = instrument.radius_mm;
+  if (!instrument.axis_mm.isZero(0)) json["axis_mm"] = to_json(instrument.axis_mm);
   if (instrument.shaft) json["shaft"] = to_json(*instrument.shaft);
   for (const Waypoint& waypoint : instrument.path) json["path"].push_back(waypoint_json(waypoint));
   return json;

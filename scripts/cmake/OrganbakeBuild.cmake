@@ -37,7 +37,7 @@ if(ORGANBAKE_SANITIZE)
     -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
   target_link_options(organbake_build_flags INTERFACE -fsanitize=address,undefined)
 endif()
-install(TARGETS organbake_build_flags EXPORT organplay)
+install(TARGETS organbake_build_flags EXPORT organplay COMPONENT organplay)
 
 # Eigen and the standard headers are parsed once, not by every file: that halves a full build. Each
 # file still names all that it uses: the presets dev and player build without.
@@ -84,7 +84,8 @@ function(organbake_module name)
     PRIVATE $<BUILD_INTERFACE:organbake_warnings> ${arg_PRIVATE})
   organbake_precompile(${target} organbake_precompiled)
   if(arg_RUNTIME)
-    install(TARGETS ${target} EXPORT organplay ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake)
-    install(FILES ${arg_HEADERS} DESTINATION include/organbake/${name})
+    install(TARGETS ${target} EXPORT organplay
+            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT organplay)
+    install(FILES ${arg_HEADERS} DESTINATION include/organbake/${name} COMPONENT organplay)
   endif()
 endfunction()

@@ -78,5 +78,20 @@ TEST(CameraAt, PassesThroughKeyframesWithoutAJerk) {
   }
 }
 
+TEST(Script, ACapsulesAxisIsReadAndWrittenBack) {
+  Script script;
+  script.name = "blade";
+  script.camera = {{0, {}}};
+  InstrumentPath blade{"blade", 4, InstrumentMode::poke, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}};
+  blade.axis_mm = {20, -0.1, 5};
+  script.instruments = {blade};
+  const Script read = script_from_json(script_to_json(script), "blade.json");
+  ASSERT_EQ(read.instruments.size(), 1u);
+  EXPECT_EQ(read.instruments[0].axis_mm, blade.axis_mm);
+  blade.axis_mm = {2e9, 0, 0};
+  script.instruments = {blade};
+  EXPECT_THROW(script_from_json(script_to_json(script), "blade.json"), BadDataError);
+}
+
 }  // namespace
 }  // namespace organbake

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/peers/software_gl.h"
+
+#define GL_GLEXT_PROTOTYPES
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <GL/gl.h>
+#include <GL/glext.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kVertexShader = R"(#version 140
+in vec3 position; in vec2 texel; out vec2 at; uniform mat4 clip_from_world;
+void main() { at = texel; gl_Position = clip_from_world * vec4(position, 1.0); })";
+constexpr const char* kPixelShader = R"(#version 140
+in vec2 at; out vec4 color; uniform sampler2D skin;
+void main() { color = vec4(texture(skin, at).rgb, 1.0); })";
+constexpr int kTexture_px = 1024;
+
+void must(bool fine, const char* what) {
+  if (!fine) throw Error(ExitCode::internal, std::string("llvmpipe: ") + what + " failed");
+}
+
+GLuint compiled(GLenum kind, const char* text) {
+  const GLuint shader = glCreateShader(kind);
+  glShaderSource(shader, 1, &text, nullptr);
+  glCompileShader(shader);
+  GLint fine = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &fine);
+  must(fine, "compiling a shader");
+  return shader;
+}
+
+// Longitude and latitude: what a texture costs does not depend on how well it is laid out.
+std::vector<float> texels_of(const TriangleMesh& mesh) {
+  const Eigen::Vector3d center = bounds(mesh).center();
+  std::vector<float> texels;
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    const Eigen::Vector3d d = (v - center).normalized();
+    texels.push_back(static_cast<float>(0.5 + std::atan2(d.y(), d.x()) / (2 * std::numbers::pi)));
+    texels.push_back(
+        static_cast<float>(std::acos(std::clamp(d.z(), -1.0, 1.0)) / std::numbers::pi));
+  }
+  return texels;
+}
+
+std::vector<std::uint8_t> speckled() {
+  std::vector<std::uint8_t> pixels(std::size_t{4} * kTexture_px * kTexture_px);
+  std::uint32_t state = 1;
+  for (std::uint8_t& p : pixels)
+    p = static_cast<std::uint8_t>((state = state * 1664525 + 1013904223) >> 24);
+  return pixels;
+}
+
+Eigen::Matrix4f clip_from_world(const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  constexpr double kFar_mm = 1e5;
+  const double n = view.near_mm;
+  Eigen::Matrix4d clip = Eigen::Matrix4d::Zero();
+  clip(0, 0) = 2 * k.fx / k.width, clip(0, 2) = 2 * k.cx / k.width - 1;
+  clip(1, 1) = -2 * k.fy / k.height, clip(1, 2) = 1 - 2 * k.cy / k.height;
+  clip(2, 2) = (kFar_mm + n) / (kFar_mm - n), clip(2, 3) = -2 * kFar_mm * n / (kFar_mm - n);
+  clip(3, 2) = 1;
+  Eigen::Matrix4d camera = Eigen::Matrix4d::Identity();
+  camera.topLeftCorner<3, 3>() = view.camera.camera_from_world.rotation;
+  camera.topRightCorner<3, 1>() = view.camera.camera_from_world.translation;
+  return (clip * camera).cast<float>();
+}
+
+}  // namespace
+
+struct SoftwareGl::Impl {
+  EGLDisplay display = EGL_NO_DISPLAY;
+  EGLContext context = EGL_NO_CONTEXT;
+  GLuint program = 0, vertices = 0;
+  GLsizei indices = 0;
+  int width = 0, height = 0;
+  std::vector<float> upload;
+
+  void open(int threads);
+  void make_target();
+  void make_mesh(const TriangleMesh& mesh);
+};
+
+void SoftwareGl::Impl::open(int threads) {
+  ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+  ::setenv("GALLIUM_DRIVER", "llvmpipe", 1);
+  ::setenv("LP_NUM_THREADS", std::to_string(threads == 1 ? 0 : threads).c_str(), 1);
+  display = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+  must(display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr), "opening EGL");
+  must(eglBindAPI(EGL_OPENGL_API), "asking for OpenGL");
+  const EGLint config_attributes[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT,
+                                      EGL_NONE};
+  EGLConfig config = nullptr;
+  EGLint count = 0;
+  must(eglChooseConfig(display, config_attributes, &config, 1, &count) && count > 0,
+       "choosing a configuration");
+  const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 1,
+                               EGL_NONE};
+  context = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes);
+  must(context != EGL_NO_CONTEXT, "making a context");
+  must(eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context), "using the context");
+}
+
+void SoftwareGl::Impl::make_target() {
+  GLuint frame = 0, planes[2];
+  glGenFramebuffers(1, &frame);
+  glBindFramebuffer(GL_FRAMEBUFFER, frame);
+  glGenRenderbuffers(2, planes);
+  const GLenum formats[] = {GL_RGBA8, GL_DEPTH_COMPONENT24};
+  const GLenum places[] = {GL_COLOR_ATTACHMENT0, GL_DEPTH_ATTACHMENT};
+  for (int i = 0; i < 2; ++i) {
+    glBindRenderbuffer(GL_RENDERBUFFER, planes[i]);
+    glRenderbufferStorage(GL_RENDERBUFFER, formats[i], width, height);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, places[i], GL_RENDERBUFFER, planes[i]);
+  }
+  must(glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE, "making the picture");
+  glViewport(0, 0, width, height);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_CULL_FACE);
+  glFrontFace(GL_CCW);
+}
+
+void SoftwareGl::Impl::make_mesh(const TriangleMesh& mesh) {
+  program = glCreateProgram();
+  glAttachShader(program, compiled(GL_VERTEX_SHADER, kVertexShader));
+  glAttachShader(program, compiled(GL_FRAGMENT_SHADER, kPixelShader));
+  glBindAttribLocation(program, 0, "position");
+  glBindAttribLocation(program, 1, "texel");
+  glLinkProgram(program);
+  glUseProgram(program);
+  GLuint array = 0, buffers[3], texture = 0;
+  glGenVertexArrays(1, &array);
+  glBindVertexArray(array);
+  glGenBuffers(3, buffers);
+  const std::vector<float> texels = texels_of(mesh);
+  glBindBuffer(GL_ARRAY_BUFFER, buffers[1]);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(texels.size() * sizeof(float)),
+               texels.data(), GL_STATIC_DRAW);
+  glVertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[2]);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.faces.size() * sizeof(Face)),
+               mesh.faces.data(), GL_STATIC_DRAW);
+  indices = static_cast<GLsizei>(3 * mesh.faces.size());
+  vertices = buffers[0];
+  glBindBuffer(GL_ARRAY_BUFFER, vertices);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+  glEnableVertexAttribArray(0);
+  glEnableVertexAttribArray(1);
+  glGenTextures(1, &texture);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, kTexture_px, kTexture_px, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+               speckled().data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+}
+
+SoftwareGl::SoftwareGl(const TriangleMesh& mesh, int width, int height, int threads)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->width = width;
+  impl_->height = height;
+  impl_->upload.resize(3 * mesh.vertices.size());
+  impl_->open(threads);
+  impl_->make_target();
+  impl_->make_mesh(mesh);
+}
+
+SoftwareGl::~SoftwareGl() {
+  eglMakeCurrent(impl_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  eglDestroyContext(impl_->display, impl_->context);
+}
+
+void SoftwareGl::draw(const std::vector<Eigen::Vector3d>& positions, const View& view) {
+  Impl& m = *impl_;
+  must(eglMakeCurrent(m.display, EGL_NO_SURFACE, EGL_NO_SURFACE, m.context), "using the context");
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    for (int k = 0; k < 3; ++k) m.upload[3 * v + k] = static_cast<float>(positions[v][k]);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(m.upload.size() * sizeof(float)),
+               m.upload.data(), GL_STREAM_DRAW);
+  const Eigen::Matrix4f clip = clip_from_world(view);
+  glUniformMatrix4fv(glGetUniformLocation(m.program, "clip_from_world"), 1, GL_FALSE, clip.data());
+  glClearColor(0, 0, 0, 0);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  glDrawElements(GL_TRIANGLES, m.indices, GL_UNSIGNED_INT, nullptr);
+  glFinish();
+}
+
+std::string SoftwareGl::renderer() const {
+  return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+}
+
+double SoftwareGl::coverage() const {
+  std::vector<std::uint8_t> pixels(std::size_t{4} * impl_->width * impl_->height);
+  glReadPixels(0, 0, impl_->width, impl_->height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+  std::size_t covered = 0;
+  for (std::size_t i = 3; i < pixels.size(); i += 4) covered += pixels[i] != 0;
+  return 4.0 * static_cast<double>(covered) / static_cast<double>(pixels.size());
+}
+
+}  // namespace organbake

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// Mesa's llvmpipe through EGL without a display: the textured mesh drawn as a game engine draws it,
+// its vertices uploaded anew each frame. A process keeps the number of threads that its first
+// context was made with.
+class SoftwareGl {
+ public:
+  // Throws Error when no software renderer can be had; says why.
+  SoftwareGl(const TriangleMesh& mesh, int width, int height, int threads);
+  ~SoftwareGl();
+
+  // positions: one per vertex, mm. Returns when the picture is done.
+  void draw(const std::vector<Eigen::Vector3d>& positions, const View& view);
+  std::string renderer() const;  // as the driver names itself
+  // Share of the last picture that the mesh covers.
+  double coverage() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

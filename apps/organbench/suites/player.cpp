@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/suites.h"
+#include "organbench/suites/player_parts.h"
+
+namespace organbake {
+
+void run_player_suite(Bench& bench) {
+  promise_deformation(bench);
+  PlayerBundles bundles(bench);
+  promise_accuracy(bench, bundles);
+  promise_frames(bench, bundles);
+  promise_program(bench, bundles);
+}
+
+}  // namespace organbake

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "decimate/decimate.h"
+#include "deform/deformer.h"
+#include "mechanics/mechanics.h"
+#include "organbench/suites/player_parts.h"
+#include "phantom/phantom.h"
+
+namespace organbake {
+namespace {
+
+// A probe that presses the organ's front now more, now less, and is dragged sideways.
+class Poking {
+ public:
+  explicit Poking(const TriangleMesh& proxy)
+      : front_(Eigen::Vector3d(0.2, -1, 0.3).normalized()),
+        aside_(front_.cross(Eigen::Vector3d::UnitZ()).normalized()) {
+    const Eigen::Vector3d center = bounds(proxy).center();
+    double highest = -1;
+    for (const Eigen::Vector3d& v : proxy.vertices) {
+      const double cosine = (v - center).normalized().dot(front_);
+      if (cosine > highest) highest = cosine, skin_ = v;
+    }
+  }
+
+  InstrumentTip at(double seconds) const {
+    constexpr double kDeep_mm = 15, kAside_mm = 8;
+    const double depth = kDeep_mm * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * seconds)) + 2;
+    InstrumentTip tip;
+    tip.active = true;
+    tip.position_mm =
+        skin_ + (tip.radius_mm - depth) * front_ + kAside_mm * std::sin(1.3 * seconds) * aside_;
+    return tip;
+  }
+
+ private:
+  Eigen::Vector3d front_, aside_, skin_ = Eigen::Vector3d::Zero();
+};
+
+void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, double target_ms) {
+  bench.now("deformation of a proxy of " + std::to_string(faces) + " faces");
+  DecimateOptions options;
+  options.faces = faces;
+  const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
+  const Poking poking(proxy);
+  const int steps = bench.quick() ? 60 : 300;
+  Deformer deformer(proxy, make_mechanics(proxy, {}), {});
+  int step = 0;
+  std::size_t contacts = 0;
+  const Timing timing = bench.time([&] {
+    for (int i = 0; i < steps; ++i, ++step)
+      contacts += deformer.step({poking.at(step / 60.0)}).contacts;
+  });
+  const std::string what = "deformation step, " + std::to_string(proxy.vertices.size()) +
+                           " vertices, a probe pressed in and dragged";
+  bench.add(Figure{what + ": CPU time, mean", "ms", timing.cpu_ms.median / steps, target_ms});
+  bench.add(
+      Figure{what + ": contacts, mean", "", double(contacts) / step, 1, Figure::Goal::at_least});
+}
+
+}  // namespace
+
+void promise_deformation(Bench& bench) {
+  const TriangleMesh organ = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
+  promise_step(bench, organ, 80, 0.02);
+  promise_step(bench, organ, 996, 0.2);
+  if (!bench.quick()) promise_step(bench, organ, 9996, 3);
+}
+
+}  // namespace organbake

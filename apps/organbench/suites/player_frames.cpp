@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "image/difference.h"
+#include "organbench/peers/embree_frames.h"
+#include "organbench/suites/player_parts.h"
+#include "phantom/phantom.h"
+#include "player/carried_surface.h"
+#include "player/orbit.h"
+#include "player/player.h"
+#ifdef ORGANBAKE_HAS_EGL
+#include "organbench/peers/software_gl.h"
+#endif
+
+namespace organbake {
+namespace {
+
+constexpr int kFrames = 10;   // of one timing: an orbit, so that no frame is the last one
+constexpr int kStill = 1000;  // the first of so many frames is drawn anew
+constexpr double kPerFrame_rad = 0.05;
+
+struct Size {
+  int width, height;
+  double target_ms;  // one thread, gradient-corrected, fill included
+  std::string name() const { return std::to_string(width) + "×" + std::to_string(height); }
+};
+
+View view_at(const Bundle& bundle, const Size& size, int frame) {
+  return orbit_view(bundle.cameras, {kPerFrame_rad * frame}, size.width, size.height);
+}
+
+class OneThread {
+ public:
+  OneThread() : limit_(tbb::global_control::max_allowed_parallelism, 1) {}
+
+ private:
+  tbb::global_control limit_;
+};
+
+double ms_of(const Timing& timing) { return timing.cpu_ms.median / kFrames; }
+
+std::function<void()> orbit(Player& player, const Size& size, Frame& frame) {
+  return [&player, &size, &frame] {
+    for (int i = 0; i < kFrames; ++i) player.draw(view_at(player.bundle(), size, i), {}, frame);
+  };
+}
+
+// Per frame.
+Timing of_one_frame(Timing timing) {
+  for (Spread* spread : {&timing.wall_ms, &timing.cpu_ms}) {
+    for (double* value : {&spread->median, &spread->least, &spread->most}) *value /= kFrames;
+  }
+  return timing;
+}
+
+double rms_levels(const Rgb8Image& picture, const TruthFrame& truth) {
+  return 255 * std::pow(10.0, -compare_images(picture, truth.color, truth.covered).psnr_db / 20);
+}
+
+// Run time against error: our maps' size, beside the truth's own mesh traced with one ray a pixel.
+void compete(Bench& bench, PlayerBundles& bundles, const Size& size) {
+  const OneThread one_thread;
+  const std::string task = size.name() + ", one thread, organ at rest";
+  const std::string error = "image error against 16 rays a pixel, RMS";
+  const TriangleMesh surface =
+      BundleReader(bundles.folder({80, "fitted", bench.quick() ? 256 : 1024})).read_surface();
+  EmbreeFrames embree(surface);
+  Rgb8Image traced;
+  const std::vector<int> sizes = bench.quick() ? std::vector{256} : std::vector{512, 1024};
+  for (const int map_size : sizes) {
+    Player player(bundles.folder({80, "fitted", map_size}));
+    bench.now(task + ", maps of " + std::to_string(map_size) + "²");
+    const CarriedSurface carrier(surface, player.bundle().proxy);
+    const TruthFrame truth =
+        carrier.draw(surface.vertices, view_at(player.bundle(), size, 0), {0, 0, 0});
+    Frame frame;
+    const auto timings = bench.time(std::vector<std::function<void()>>{
+        orbit(player, size, frame), [&] {
+          for (int i = 0; i < kFrames; ++i)
+            embree.draw(surface.vertices, view_at(player.bundle(), size, i), traced);
+        }});
+    DrawOptions black;
+    black.background = {0, 0, 0};
+    player.draw(view_at(player.bundle(), size, 0), black, frame);
+    embree.draw(surface.vertices, view_at(player.bundle(), size, 0), traced);
+    bench.add(Point{task,
+                    "organplay",
+                    false,
+                    {{"maps", "px", double(map_size)}},
+                    of_one_frame(timings[0]),
+                    {{error, "levels", rms_levels(frame.color, truth)}}});
+    bench.add(Point{task,
+                    "Embree refit + trace, the truth's mesh",
+                    true,
+                    {{"faces", "", double(surface.faces.size())}},
+                    of_one_frame(timings[1]),
+                    {{error, "levels", rms_levels(traced, truth)}}});
+    if (map_size == 1024)
+      bench.add(Figure{task + ", 3 maps of 1024²: CPU time a frame", "ms", ms_of(timings[0]),
+                       size.target_ms});
+  }
+}
+
+// Against a mesh as engines hold it, in the same run.
+void race_meshes(Bench& bench, PlayerBundles& bundles, const Size& size) {
+  const OneThread one_thread;
+  const std::string task = size.name() + ", one thread, CPU time of a frame";
+  bench.now(task + " beside a mesh of 81,920 faces");
+  const TriangleMesh mesh = OrganPhantom({}).surface(6);
+  const std::vector<int> sizes = bench.quick() ? std::vector{256} : std::vector{512, 1024};
+  for (const int map_size : sizes) {
+    Player player(bundles.folder({80, "fitted", map_size}));
+    Frame frame;
+    EmbreeFrames embree(mesh);
+    Rgb8Image traced;
+    const std::string maps = ", maps of " + std::to_string(map_size) + "²";
+    std::vector<std::function<void()>> work = {
+        orbit(player, size, frame), [&] {
+          for (int i = 0; i < kFrames; ++i)
+            embree.draw(mesh.vertices, view_at(player.bundle(), size, i), traced);
+        }};
+#ifdef ORGANBAKE_HAS_EGL
+    SoftwareGl gl(mesh, size.width, size.height, 1);
+    work.push_back([&] {
+      for (int i = 0; i < kFrames; ++i) gl.draw(mesh.vertices, view_at(player.bundle(), size, i));
+    });
+#endif
+    const auto timings = bench.time(work);
+    bench.add(Figure{task + maps + ": Embree refit + trace / organplay", "×",
+                     ms_of(timings[1]) / ms_of(timings[0]), 5, Figure::Goal::at_least});
+#ifdef ORGANBAKE_HAS_EGL
+    if (!(gl.coverage() > 0.05)) throw std::logic_error("llvmpipe drew nothing");
+    bench.add(Figure{
+        task + maps + ": " + gl.renderer() + ", textured, uploaded each frame / organplay", "×",
+        ms_of(timings[2]) / ms_of(timings[0]), map_size > 512 ? 2.5 : 5, Figure::Goal::at_least});
+#endif
+  }
+#ifndef ORGANBAKE_HAS_EGL
+  bench.skip("Mesa's llvmpipe", "built without libegl-dev");
+#endif
+}
+
+// Work that shares nothing and fits the caches.
+void be_busy() {
+  volatile double sink = 0;
+  double x = 1;
+  for (int i = 0; i < 20'000'000; ++i) x = x * 1.0000001 + 1e-9;
+  sink = x;
+  (void)sink;
+}
+
+// What two threads gain, beside what this machine lets two loops gain that share nothing.
+void promise_threads(Bench& bench, PlayerBundles& bundles, const Size& size) {
+  if (std::thread::hardware_concurrency() < 2)
+    return bench.skip("two threads", "the machine has one core");
+  bench.now("two threads");
+  Player player(bundles.folder({80, "fitted", bench.quick() ? 256 : 1024}));
+  Frame frame;
+  const auto draw = orbit(player, size, frame);
+  const auto with_threads = [&](std::size_t threads) {
+    return [&draw, threads] {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      draw();
+    };
+  };
+  const auto timings = bench.time(std::vector<std::function<void()>>{
+      with_threads(1), with_threads(2), [] { be_busy(), be_busy(); },
+      [] {
+        std::thread other(be_busy);
+        be_busy();
+        other.join();
+      }});
+  const auto gain = [&](int alone) {
+    return timings[alone].wall_ms.median / timings[alone + 1].wall_ms.median;
+  };
+  bench.add(Figure{size.name() + ", two threads: speed-up / that of two independent loops", "×",
+                   gain(0) / gain(2), 0.8, Figure::Goal::at_least});
+}
+
+// The proxy with a dent over the given share of its vertices, those nearest to camera 0's side.
+std::vector<Eigen::Vector3d> dented(const Bundle& bundle, double share, double depth_mm) {
+  auto positions = bundle.proxy.vertices;
+  const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
+  std::vector<double> along;
+  for (const auto& v : positions) along.push_back(v.dot(front));
+  std::vector<double> sorted = along;
+  const auto nth = static_cast<std::ptrdiff_t>((1 - share) * double(sorted.size()));
+  std::nth_element(sorted.begin(), sorted.begin() + nth, sorted.end());
+  const double from = sorted[static_cast<std::size_t>(nth)];
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    if (along[v] >= from) positions[v] -= depth_mm * front;
+  return positions;
+}
+
+// A poke that moves a tenth of the surface, against one that moves all of it; then nothing moves.
+void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const Size& size) {
+  const OneThread one_thread;
+  for (const int faces : {1000, 80}) {
+    bench.now("a poke on a tenth of the surface, " + std::to_string(faces) + " faces");
+    const Bundle bundle =
+        BundleReader(bundles.folder({faces, "fitted", bench.quick() ? 256 : 1024})).read_all();
+    Warper warper(bundle);
+    const View view = view_at(bundle, size, 0);
+    Frame frame;
+    const auto alternate = [&](double share) {
+      return [&warper, &view, &frame,
+              poses = std::array{dented(bundle, share, 1), dented(bundle, share, 2)}] {
+        for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, {}, frame);
+      };
+    };
+    const auto timings =
+        bench.time(std::vector<std::function<void()>>{alternate(0.1), alternate(1.0)});
+    const std::string scene = size.name() + ", " + std::to_string(faces) + " faces: ";
+    bench.add(Figure{scene + "all moves / a tenth moves, CPU time", "×",
+                     ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1,
+                     Figure::Goal::at_least});
+    const Timing still = bench.time([&] {
+      for (int i = 0; i < kStill * kFrames; ++i)
+        warper.draw(bundle.proxy.vertices, view, {}, frame);
+    });
+    bench.add(Figure{scene + "an unchanged frame, CPU time", "ms", ms_of(still) / kStill, 0.05});
+  }
+}
+
+}  // namespace
+
+void promise_frames(Bench& bench, PlayerBundles& bundles) {
+  const Size hd{1280, 720, 7.5}, full_hd{1920, 1080, 14.5};
+  compete(bench, bundles, hd);
+  if (!bench.quick()) compete(bench, bundles, full_hd);
+  race_meshes(bench, bundles, hd);
+  promise_threads(bench, bundles, hd);
+  promise_partial_frames(bench, bundles, hd);
+}
+
+}  // namespace organbake

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "organbench/bench.h"
+#include "organbench/suites/player_bundles.h"
+
+// The player's suite, by what it measures.
+namespace organbake {
+
+// The paper's Table 1, pictures against the truth, a sweep over the VPM.
+void promise_accuracy(Bench& bench, PlayerBundles& bundles);
+// A frame's time against its error, beside Embree and Mesa's llvmpipe; threads; partial frames.
+void promise_frames(Bench& bench, PlayerBundles& bundles);
+// The deformation's step at three sizes of proxy.
+void promise_deformation(Bench& bench);
+// A cold organplay: time to its first frame, memory, size.
+void promise_program(Bench& bench, PlayerBundles& bundles);
+
+}  // namespace organbake

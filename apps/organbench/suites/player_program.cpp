@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/suites/player_parts.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "pipelines/worker_process.h"
+
+namespace organbake {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr double kMb = double(1 << 20);
+
+WorkerEnd run(const std::vector<std::string>& command, const fs::path& scratch) {
+  const fs::path errors = scratch / "program.log";
+  const WorkerEnd end = wait_for_worker(start_worker(command, scratch / "program.out", errors));
+  if (end.exit_code != 0) {
+    throw Error(ExitCode::internal, command.front() + " ended with " +
+                                        std::to_string(end.exit_code) + ": " +
+                                        read_text_file(errors));
+  }
+  return end;
+}
+
+}  // namespace
+
+void promise_program(Bench& bench, PlayerBundles& bundles) {
+  const int map_size = bench.quick() ? 256 : 1024;
+  const fs::path bundle = bundles.folder({80, "fitted", map_size}), scratch = bundles.scratch();
+  const std::string organplay = bundles.program("organplay");
+  if (!fs::exists(organplay)) return bench.skip("organplay's start", organplay + " is not there");
+  bench.now("organplay's start");
+  double peak_mb = 0;
+  std::vector<double> first_frame_ms;
+  for (int round = 0; round < (bench.quick() ? 2 : 9); ++round) {
+    peak_mb =
+        run({organplay, bundle, "--bench", "1", "--json", "--size", "1280x720"}, scratch).peak_mb;
+    const auto report = nlohmann::json::parse(read_text_file(scratch / "program.out"));
+    first_frame_ms.push_back(report.at("load_to_first_frame_ms"));
+  }
+  const std::string maps =
+      std::to_string(PlayerBundles::kCameras) + " maps of " + std::to_string(map_size) + "²";
+  bench.add(Figure{"a new organplay, load to first frame of 720p, checksums included, " + maps, "s",
+                   spread_of(first_frame_ms).median / 1000, 0.4});
+  // A texel: depth as float, colour and height as halves.
+  constexpr double kBytesPerTexel = 4 + 3 * 2 + 2;
+  const double maps_mb = kBytesPerTexel * PlayerBundles::kCameras * map_size * map_size / kMb;
+  if (!bench.quick())
+    bench.add(Figure{"organplay's memory with " + maps + " / the maps", "×", peak_mb / maps_mb, 3});
+
+  const fs::path strip = "/usr/bin/strip";
+  if (!fs::exists(strip)) return bench.skip("organplay's size", "there is no " + strip.string());
+  run({strip, "-o", scratch / "stripped", organplay}, scratch);
+  bench.add(Figure{"organplay with all its own libraries, stripped", "MB",
+                   double(fs::file_size(scratch / "stripped")) / kMb, 5});
+}
+
+}  // namespace organbake

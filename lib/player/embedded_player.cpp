@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/embedded_player.h"
+
+#include <cstring>
+#include <string>
+
+#include "core/error.h"
+#include "player/orbit.h"
+#include "player/player.h"
+
+namespace organbake {
+namespace {
+
+DeformOptions options_for(double time_step_s) {
+  DeformOptions options;
+  options.time_step_s = time_step_s;
+  options.check();  // before a bundle is read
+  return options;
+}
+
+View view_of(const EmbeddedPlayer::Camera& camera) {
+  View view;
+  view.camera.intrinsics = {camera.width, camera.height, camera.fx,
+                            camera.fy,    camera.cx,     camera.cy};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      view.camera.camera_from_world.rotation(row, column) =
+          camera.camera_from_world[4 * row + column];
+    }
+    view.camera.camera_from_world.translation[row] = camera.camera_from_world[4 * row + 3];
+  }
+  return view;
+}
+
+}  // namespace
+
+struct EmbeddedPlayer::Impl {
+  Player player;
+  Frame frame;
+};
+
+EmbeddedPlayer::EmbeddedPlayer(const std::string& bundle_folder, double time_step_s)
+    : impl_(new Impl{Player(bundle_folder, options_for(time_step_s)), {}}) {}
+EmbeddedPlayer::~EmbeddedPlayer() = default;
+EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
+EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
+
+EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
+  std::vector<InstrumentTip> instruments;
+  for (const Tip& tip : tips) {
+    InstrumentTip instrument;
+    instrument.position_mm = Eigen::Vector3d(tip.position_mm.data());
+    instrument.radius_mm = tip.radius_mm;
+    instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
+    instrument.mode = tip.grabs ? InstrumentMode::grab : InstrumentMode::poke;
+    instrument.active = tip.active;
+    instruments.push_back(instrument);
+  }
+  const StepReport report = impl_->player.step(instruments);
+  StepResult result{{}, report.penetration_mm, report.recovered};
+  for (const Eigen::Vector3d& f : report.tip_force_n)
+    result.force_n.push_back({f.x(), f.y(), f.z()});
+  return result;
+}
+
+void EmbeddedPlayer::reset() { impl_->player.reset(); }
+
+EmbeddedPlayer::Camera EmbeddedPlayer::camera_on_orbit(double azimuth_rad, double elevation_rad,
+                                                       int width, int height) const {
+  const View view =
+      orbit_view(impl_->player.bundle().cameras, {azimuth_rad, elevation_rad}, width, height);
+  const Intrinsics& lens = view.camera.intrinsics;
+  Camera camera{width, height, lens.fx, lens.fy, lens.cx, lens.cy, {}};
+  const RigidTransform& pose = view.camera.camera_from_world;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      camera.camera_from_world[4 * row + column] = pose.rotation(row, column);
+    camera.camera_from_world[4 * row + 3] = pose.translation[row];
+  }
+  return camera;
+}
+
+void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes) {
+  if (pixels == nullptr) throw UsageError("a frame needs memory to be drawn into");
+  const View view = view_of(camera);
+  view.check();
+  const std::size_t width_bytes = std::size_t{3} * camera.width;
+  if (row_bytes < width_bytes) {
+    throw UsageError("rows of " + std::to_string(camera.width) + " pixels take " +
+                     std::to_string(width_bytes) + " bytes, the caller's are " +
+                     std::to_string(row_bytes) + " apart");
+  }
+  impl_->player.draw(view, {}, impl_->frame);
+  for (int y = 0; y < camera.height; ++y)
+    std::memcpy(pixels + y * row_bytes, impl_->frame.color.at(0, y), width_bytes);
+}
+
+std::size_t EmbeddedPlayer::vertex_count() const { return impl_->player.proxy_positions().size(); }
+
+std::array<double, 3> EmbeddedPlayer::vertex_mm(std::size_t vertex) const {
+  const Eigen::Vector3d& v = impl_->player.proxy_positions().at(vertex);
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace organbake
