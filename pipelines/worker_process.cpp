@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "core/error.h"
+#include "core/files.h"
 
 namespace organbake {
 namespace {
@@ -73,6 +74,19 @@ std::optional<WorkerEnd> wait_for_any_worker() {
     end.exit_code = WEXITSTATUS(status);
   }
   return end;
+}
+
+WorkerEnd run_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
+                     const std::filesystem::path& error_file, const RunContext& context) {
+  start_worker(command, out_file, error_file);
+  std::optional<WorkerEnd> end;
+  while (!(end = wait_for_any_worker())) context.throw_if_cancelled();
+  if (end->exit_code != 0) {
+    throw Error(ExitCode::internal, command.front() + " ended with " +
+                                        std::to_string(end->exit_code) + ": " +
+                                        read_text_file(error_file));
+  }
+  return *end;
 }
 
 }  // namespace organbake

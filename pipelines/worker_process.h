@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/run_context.h"
+
 namespace organbake {
 
 // How a worker ended.
@@ -26,5 +28,10 @@ pid_t start_worker(const std::vector<std::string>& command, const std::filesyste
 
 // Waits until any worker ends; nothing when a signal came first.
 std::optional<WorkerEnd> wait_for_any_worker();
+
+// Runs a program to its end, as the only worker. Throws Error with what it said when it fails, and
+// as the context does when that is cancelled.
+WorkerEnd run_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
+                     const std::filesystem::path& error_file, const RunContext& context);
 
 }  // namespace organbake

@@ -59,11 +59,7 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
         std::string("capture.surface_edge=") + (bench_.quick() ? "2" : "0.7")}) {
     command.insert(command.end(), {"--set", value});
   }
-  const pid_t process = start_worker(command, scratch_ / "bake.out", log);
-  if (const WorkerEnd end = wait_for_worker(process); end.exit_code != 0) {
-    throw Error(ExitCode::internal, "organbake bake ended with " + std::to_string(end.exit_code) +
-                                        ": " + read_text_file(log));
-  }
+  run_worker(command, scratch_ / "bake.out", log, bench_.context());
   return folder;
 }
 

@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
 #include "core/files.h"
 #include "pipelines/worker_process.h"
 
@@ -12,17 +11,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kMb = double(1 << 20);
-
-WorkerEnd run(const std::vector<std::string>& command, const fs::path& scratch) {
-  const fs::path errors = scratch / "program.log";
-  const WorkerEnd end = wait_for_worker(start_worker(command, scratch / "program.out", errors));
-  if (end.exit_code != 0) {
-    throw Error(ExitCode::internal, command.front() + " ended with " +
-                                        std::to_string(end.exit_code) + ": " +
-                                        read_text_file(errors));
-  }
-  return end;
-}
 
 }  // namespace
 
@@ -35,8 +23,9 @@ void promise_program(Bench& bench, PlayerBundles& bundles) {
   double peak_mb = 0;
   std::vector<double> first_frame_ms;
   for (int round = 0; round < (bench.quick() ? 2 : 9); ++round) {
-    peak_mb =
-        run({organplay, bundle, "--bench", "1", "--json", "--size", "1280x720"}, scratch).peak_mb;
+    peak_mb = run_worker({organplay, bundle, "--bench", "1", "--json", "--size", "1280x720"},
+                         scratch / "program.out", scratch / "program.log", bench.context())
+                  .peak_mb;
     const auto report = nlohmann::json::parse(read_text_file(scratch / "program.out"));
     first_frame_ms.push_back(report.at("load_to_first_frame_ms"));
   }
@@ -52,7 +41,8 @@ void promise_program(Bench& bench, PlayerBundles& bundles) {
 
   const fs::path strip = "/usr/bin/strip";
   if (!fs::exists(strip)) return bench.skip("organplay's size", "there is no " + strip.string());
-  run({strip, "-o", scratch / "stripped", organplay}, scratch);
+  run_worker({strip, "-o", scratch / "stripped", organplay}, scratch / "program.out",
+             scratch / "program.log", bench.context());
   bench.add(Figure{"organplay with all its own libraries, stripped", "MB",
                    double(fs::file_size(scratch / "stripped")) / kMb, 5});
 }
