@@ -4,13 +4,13 @@
 #include "bundle/json_fields.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "geometry/written_rotation.h"
 
 namespace organbake {
 namespace {
 
 constexpr const char* kSchema = "organbake/cameras/1";
 constexpr std::size_t kMostCameras = 4096;
-constexpr double kRotationTolerance = 1e-6;  // of RᵀR − I and det − 1, after a round trip as text
 
 Json camera_to_json(const PosedCamera& camera) {
   const Intrinsics& k = camera.intrinsics;
@@ -30,10 +30,9 @@ Eigen::Matrix3d rotation_from(const JsonField& field) {
   if (field.size() != 3) field.fail("must hold three rows");
   Eigen::Matrix3d r;
   for (int row = 0; row < 3; ++row) r.row(row) = field.at(row).vector3().transpose();
-  if (!is_rotation(r, kRotationTolerance)) {
-    field.fail("is not a proper rotation (RᵀR must be I and det R = +1)");
-  }
-  return r;
+  const auto rotation = written_rotation(r);
+  if (!rotation) field.fail("is not a proper rotation (RᵀR must be I and det R = +1)");
+  return *rotation;
 }
 
 PosedCamera camera_from(const JsonField& field) {

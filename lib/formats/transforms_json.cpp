@@ -3,9 +3,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/error.h"
 #include "formats/camera_files.h"
+#include "geometry/written_rotation.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -39,14 +41,17 @@ Intrinsics lens_from(const Json& frame, const Json& top) {
   return k;
 }
 
-RigidTransform pose_from(const Json& matrix) {
+// Nothing for what is no rigid motion.
+std::optional<RigidTransform> pose_from(const Json& matrix) {
   RigidTransform world_from_camera;
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
       world_from_camera.rotation(row, column) = matrix.at(row).at(column).get<double>();
     world_from_camera.translation[row] = matrix.at(row).at(3).get<double>();
   }
-  world_from_camera.rotation = world_from_camera.rotation * kAxes;
+  const auto rotation = written_rotation(world_from_camera.rotation);
+  if (!rotation) return std::nullopt;
+  world_from_camera.rotation = *rotation * kAxes;
   return world_from_camera.inverse();
 }
 
@@ -60,11 +65,10 @@ CameraSet transforms_from_json(const std::string& text, const fs::path& path) {
       PosedCamera camera;
       camera.name = frame.at("file_path").get<std::string>();
       camera.intrinsics = lens_from(frame, json);
-      camera.camera_from_world = pose_from(frame.at("transform_matrix"));
-      constexpr double kTolerance = 1e-5;  // files carry about six digits
-      if (!is_rotation(camera.camera_from_world.rotation, kTolerance)) {
+      const auto pose = pose_from(frame.at("transform_matrix"));
+      if (!pose)
         throw BadDataError(path, camera.name + ": its transform_matrix is no rigid motion");
-      }
+      camera.camera_from_world = *pose;
       camera.intrinsics.check();
       set.images.push_back(camera.name);
       set.cameras.push_back(camera);

@@ -5,6 +5,7 @@
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 
+#include <algorithm>
 #include <boost/optional.hpp>
 
 namespace organbake {
@@ -30,25 +31,55 @@ std::vector<Kernel::Plane_3> half_spaces(const std::vector<Eigen::Vector3d>& dir
 }
 
 Eigen::Vector3d to_double(const Kernel::Point_3& p) {
-  return {CGAL::to_double(p.x()), CGAL::to_double(p.y()), CGAL::to_double(p.z())};
+  return {CGAL::to_double(p.exact().x()), CGAL::to_double(p.exact().y()),
+          CGAL::to_double(p.exact().z())};
 }
 
-TriangleMesh fanned_surface(const Polyhedron& polyhedron) {
-  TriangleMesh surface;
-  for (const auto vertex : polyhedron.vertices()) {
-    surface.vertices.push_back(to_double(polyhedron.point(vertex)));
+// CGAL hands vertices and facets out in an order that hangs on where they lie in memory: here they
+// are ordered by place.
+class OrderedPolyhedron {
+ public:
+  explicit OrderedPolyhedron(const Polyhedron& polyhedron)
+      : polyhedron_(polyhedron),
+        vertices_(polyhedron.vertices().begin(), polyhedron.vertices().end()) {
+    std::sort(vertices_.begin(), vertices_.end(), [&](auto a, auto b) {
+      return CGAL::lexicographically_xyz_smaller(polyhedron_.point(a), polyhedron_.point(b));
+    });
+    rank_.resize(vertices_.size());
+    for (std::size_t i = 0; i < vertices_.size(); ++i)
+      rank_[vertices_[i]] = static_cast<std::uint32_t>(i);
   }
-  for (const auto facet : polyhedron.faces()) {
-    std::vector<std::uint32_t> corners;
-    for (const auto v : polyhedron.vertices_around_face(polyhedron.halfedge(facet))) {
-      corners.push_back(v);
-    }
-    for (std::size_t i = 2; i < corners.size(); ++i) {
-      surface.faces.push_back({corners[0], corners[i - 1], corners[i]});
-    }
+
+  const std::vector<Polyhedron::Vertex_index>& vertices() const { return vertices_; }
+
+  TriangleMesh fanned_surface() const {
+    TriangleMesh surface;
+    for (const auto vertex : vertices_)
+      surface.vertices.push_back(to_double(polyhedron_.point(vertex)));
+    for (const std::vector<std::uint32_t>& facet : facets())
+      for (std::size_t i = 2; i < facet.size(); ++i)
+        surface.faces.push_back({facet[0], facet[i - 1], facet[i]});
+    return surface;
   }
-  return surface;
-}
+
+ private:
+  // Corners counter-clockwise, lowest first.
+  std::vector<std::vector<std::uint32_t>> facets() const {
+    std::vector<std::vector<std::uint32_t>> facets;
+    for (const auto facet : polyhedron_.faces()) {
+      std::vector<std::uint32_t>& corners = facets.emplace_back();
+      for (const auto v : polyhedron_.vertices_around_face(polyhedron_.halfedge(facet)))
+        corners.push_back(rank_[v]);
+      std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    }
+    std::sort(facets.begin(), facets.end());
+    return facets;
+  }
+
+  const Polyhedron& polyhedron_;
+  std::vector<Polyhedron::Vertex_index> vertices_;
+  std::vector<std::uint32_t> rank_;
+};
 
 }  // namespace
 
@@ -57,8 +88,9 @@ PlanePolyhedron intersect_view_planes(const std::vector<Eigen::Vector3d>& direct
   Polyhedron polyhedron;
   CGAL::halfspace_intersection_3(planes.begin(), planes.end(), polyhedron,
                                  boost::make_optional(Kernel::Point_3(0, 0, 0)));
+  const OrderedPolyhedron ordered(polyhedron);
   PlanePolyhedron result;
-  for (const auto v : polyhedron.vertices()) {
+  for (const auto v : ordered.vertices()) {
     PlanePolyhedron::Vertex vertex{.position = to_double(polyhedron.point(v)), .planes = {}};
     for (std::uint32_t p = 0; p < planes.size(); ++p) {
       if (!planes[p].has_on(polyhedron.point(v))) continue;
@@ -70,7 +102,7 @@ PlanePolyhedron intersect_view_planes(const std::vector<Eigen::Vector3d>& direct
     }
     result.vertices.push_back(std::move(vertex));
   }
-  result.surface = fanned_surface(polyhedron);
+  result.surface = ordered.fanned_surface();
   return result;
 }
 

@@ -59,6 +59,19 @@ TEST(CamerasJson, RefusesAndNamesTheKey) {
   EXPECT_NE(message("[]").find("must be an object"), std::string::npos);
 }
 
+TEST(CamerasJson, ARotationOfSixDigitsIsTakenAndMadeExact) {
+  CameraSet set = small_bundle().cameras;
+  Eigen::Matrix3d& r = set.cameras[0].camera_from_world.rotation;
+  const Eigen::Matrix3d exact = r;
+  r = (r * 1e6).array().round() / 1e6;
+  const Eigen::Matrix3d read =
+      cameras_from_json(cameras_to_json(set), "t").cameras[0].camera_from_world.rotation;
+  EXPECT_LT((read - exact).norm(), 3e-6) << "half a digit in each entry";
+  EXPECT_LT((read.transpose() * read - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+  r *= 1.001;
+  EXPECT_THROW(cameras_from_json(cameras_to_json(set), "t"), BadDataError);
+}
+
 TEST(CamerasJson, AMirroredRotationIsNoRotation) {
   CameraSet set = small_bundle().cameras;
   set.cameras[0].camera_from_world.rotation.row(0) *= -1;
