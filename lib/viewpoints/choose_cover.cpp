@@ -282,11 +282,15 @@ Cover CoverSearch::fewest(const CoverGoal& goal, std::size_t most, int swaps) co
       relaxed.covered >= goal.samples && relaxed.chosen.size() < best.chosen.size()) {
     best = std::move(relaxed);
   }
-  for (Cover fewer = with_one_less(best, goal, swaps); !fewer.chosen.empty();
-       fewer = with_one_less(best, goal, swaps)) {
-    best = std::move(fewer);
+  return thinned(std::move(best), goal, swaps);
+}
+
+Cover CoverSearch::thinned(Cover cover, const CoverGoal& goal, int swaps) const {
+  for (Cover fewer = with_one_less(cover, goal, swaps); !fewer.chosen.empty();
+       fewer = with_one_less(cover, goal, swaps)) {
+    cover = std::move(fewer);
   }
-  return best;
+  return cover;
 }
 
 }  // namespace organbake

@@ -29,6 +29,8 @@ class CoverSearch {
   Cover fewest(const CoverGoal& goal, std::size_t most, int swaps) const;
   // A start made to reach the goal: by swaps, and by adding what gains most where they don't do.
   Cover repaired(const Cover& start, const CoverGoal& goal, std::size_t most, int swaps) const;
+  // One after the other dropped and the rest repaired, as long as that reaches the goal.
+  Cover thinned(Cover start, const CoverGoal& goal, int swaps) const;
   // One dropped and the rest repaired; an empty cover when that misses the goal.
   Cover with_one_less(const Cover& start, const CoverGoal& goal, int swaps) const;
 

@@ -1,29 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewpoints/cover_cameras.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "core/error.h"
 #include "core/text.h"
 #include "viewpoints/choose_cover.h"
+#include "viewpoints/complete_views.h"
 #include "viewpoints/outward.h"
-#include "viewpoints/spread_directions.h"
-#include "viewpoints/view_certificate.h"
 
 namespace organbake {
 namespace {
 
-using Directions = std::vector<Eigen::Vector3d>;
+using Directions = CoverScene::Directions;
 
-constexpr std::uint64_t kChoosingSeed = 1, kCheckingSeed = 2, kViewSeed = 3;
-constexpr std::size_t kCheckingSamples = 16384, kViewSamples = 2048, kMostCameras = 256;
-constexpr int kDistanceDirections = 64, kCertificateViews = 512;
+constexpr std::uint64_t kChoosingSeed = 1, kCheckingSeed = 2;
+constexpr std::size_t kCheckingSamples = 16384;
 // Steps of the relaxation, if all of it takes part in each (for organs with folds little does after
 // the first hundred), and swaps.
 constexpr double kRelaxationSteps = 500, kFoldedRelaxationSteps = 3000;
@@ -44,17 +39,12 @@ class CameraCover {
   CameraCover(const TriangleMesh& surface, const OrganFrame& organ, const PlacementOptions& options,
               const RunContext& context)
       : surface_(outward(surface, context)),
-        organ_(organ),
-        options_(options),
-        goal_(*options.coverage),
-        region_(options.region()),
-        context_(context),
-        sight_(surface_) {}
+        scene_(surface_, organ, options, context),
+        goal_(scene_.goal()),
+        context_(context) {}
 
   Placement run() {
-    distance_mm_ = organ_.common_distance_mm(lattice(kDistanceDirections, Lattice::on_rim),
-                                             options_, context_);
-    candidates_ = lattice(goal_.candidates, Lattice::on_rim);
+    candidates_ = scene_.lattice(goal_.candidates, Lattice::on_rim);
     sample(goal_.samples);
     folded_ =
         static_cast<double>(seen_by_fewer_than(kFewCandidates).count()) > kFolded * missable();
@@ -67,43 +57,23 @@ class CameraCover {
     reach_on_checking_samples();
     summary_.for_coverage = chosen_.size();
     context_.progress(0.9);
-    complete_views();
-    summary_.for_views = chosen_.size() - summary_.for_coverage;
+    Placement placement = complete_views(scene_, chosen_);
+    summary_.for_views = placement.cameras.size() - chosen_.size();
     tell();
-    Placement placement = placed();
     placement.cover = summary_;
     return placement;
   }
 
  private:
-  Directions lattice(int count, Lattice kind) const {
-    return lattice_directions(count, region_.axis, region_.half_angle_rad, kind);
-  }
-  SightLimits limits() const { return {kLeastSeenCosine, goal_.texel_mm}; }
-
-  std::vector<SampleBits> seen_from(const Directions& directions, const SurfaceSamples& samples,
-                                    const SampleBits* among) const {
-    context_.throw_if_cancelled();
-    const auto eyes = eyes_at(organ_, directions, distance_mm_, options_, goal_.texel_mm);
-    return sight_.seen_from_each(eyes, samples, limits(), among);
-  }
-
-  SampleBits reachable(const SurfaceSamples& samples) const {
-    context_.throw_if_cancelled();
-    return sight_.seen_from_any(eyes_at(organ_, lattice(kRegionViews, Lattice::off_rim),
-                                        distance_mm_, options_, goal_.texel_mm),
-                                samples, limits());
-  }
-
   void sample(std::size_t count) {
-    samples_ = sample_surface(surface_, count, kChoosingSeed);
-    reachable_ = reachable(samples_);
-    seen_ = seen_from(candidates_, samples_, &reachable_);
+    samples_ = scene_.samples(count, kChoosingSeed);
+    reachable_ = scene_.reachable(samples_);
+    seen_ = scene_.seen_well(candidates_, samples_, &reachable_);
   }
 
   void sample_for_checking() {
-    checking_ = sample_surface(surface_, kCheckingSamples, kCheckingSeed);
-    reachable_checking_ = reachable(checking_);
+    checking_ = scene_.samples(kCheckingSamples, kCheckingSeed);
+    reachable_checking_ = scene_.reachable(checking_);
     if (reachable_.count() > 0 && reachable_checking_.count() > 0) return;
     throw BadDataError(
         "surface to place cameras round: no view of the region shows any of it at less than 60°" +
@@ -119,10 +89,7 @@ class CameraCover {
   SampleBits seen_by_fewer_than(int limit) const {
     SampleBits few(samples_.size());
     for (std::size_t i = 0; i < samples_.size(); ++i) {
-      if (!reachable_.test(i)) continue;
-      int times = 0;
-      for (std::size_t c = 0; c < seen_.size() && times < limit; ++c) times += seen_[c].test(i);
-      if (times < limit) few.set(i);
+      if (reachable_.test(i) && times_in(seen_, i, limit) < limit) few.set(i);
     }
     return few;
   }
@@ -132,8 +99,8 @@ class CameraCover {
   void add_candidates_for_the_hidden() {
     const SampleBits few = seen_by_fewer_than(kFewCandidates);
     if (few.count() == 0) return;
-    const Directions fine = lattice(kFineDirections, Lattice::on_rim);
-    const std::vector<SampleBits> seen = seen_from(fine, samples_, &few);
+    const Directions fine = scene_.lattice(kFineDirections, Lattice::on_rim);
+    const std::vector<SampleBits> seen = scene_.seen_well(fine, samples_, &few);
     const CoverRelaxation unpriced{0, std::vector<double>(samples_.size(), 0.0),
                                    std::vector<double>(fine.size(), 0.0)};
     const Cover more = CoverSearch(seen, few, unpriced, kFewCandidates)
@@ -153,7 +120,7 @@ class CameraCover {
       if (std::any_of(directions.begin(), directions.end(), is_same)) continue;
       directions.push_back(d);
     }
-    const std::vector<SampleBits> seen = seen_from(directions, samples_, &reachable_);
+    const std::vector<SampleBits> seen = scene_.seen_well(directions, samples_, &reachable_);
     candidates_.insert(candidates_.end(), directions.begin(), directions.end());
     seen_.insert(seen_.end(), seen.begin(), seen.end());
   }
@@ -169,9 +136,9 @@ class CameraCover {
     summary_.lower_bound = relaxation_.lower_bound;
     summary_.candidates = candidates_.size();
     search_.emplace(seen_, reachable_, relaxation_, goal_.overlap);
-    cover_ = search_->fewest(cover_goal_, kMostCameras, kSwaps);
+    cover_ = search_->fewest(cover_goal_, kMostCoverCameras, kSwaps);
     if (!folded_) try_without_prices();
-    double reach_rad = spacing_rad();
+    double reach_rad = scene_.spacing_rad(static_cast<std::size_t>(goal_.candidates));
     for (int round = 0; round < kPolishRounds; ++round) {
       reach_rad /= 2;
       polish(reach_rad);
@@ -183,20 +150,10 @@ class CameraCover {
     CoverRelaxation unpriced = relaxation_;
     std::fill(unpriced.prices.begin(), unpriced.prices.end(), 0.0);
     const CoverSearch search(seen_, reachable_, unpriced, goal_.overlap);
-    const Cover cover = search.fewest(cover_goal_, kMostCameras, kSwaps);
+    const Cover cover = search.fewest(cover_goal_, kMostCoverCameras, kSwaps);
     if (cover.covered < cover_goal_.samples || cover.chosen.size() >= cover_.chosen.size()) return;
     cover_ = cover;
     relaxation_.prices = unpriced.prices;
-  }
-
-  double spacing_rad() const {
-    return std::sqrt(2 * std::numbers::pi * (1 - std::cos(region_.half_angle_rad)) /
-                     goal_.candidates);
-  }
-
-  bool inside_region(const Eigen::Vector3d& direction) const {
-    return region_.half_angle_rad >= std::numbers::pi - 1e-9 ||
-           direction.dot(region_.axis.normalized()) >= std::cos(region_.half_angle_rad) - 1e-9;
   }
 
   // Six more candidates round each camera, and one camera less where they allow it.
@@ -209,25 +166,20 @@ class CameraCover {
         const double turn = k * std::numbers::pi / 3;
         const Eigen::Vector3d to =
             (d + reach_rad * (std::cos(turn) * side + std::sin(turn) * up)).normalized();
-        if (inside_region(to)) moved.push_back(to);
+        if (scene_.in_region(to)) moved.push_back(to);
       }
     }
     append(moved);
     relaxation_.shares.resize(seen_.size(), 0.0);
     search_.emplace(seen_, reachable_, relaxation_, goal_.overlap);
-    for (Cover fewer = search_->with_one_less(cover_, cover_goal_, kSwaps); !fewer.chosen.empty();
-         fewer = search_->with_one_less(cover_, cover_goal_, kSwaps)) {
-      cover_ = std::move(fewer);
-    }
+    cover_ = search_->thinned(std::move(cover_), cover_goal_, kSwaps);
   }
 
   double coverage_of_checking() const {
-    const std::vector<SampleBits> seen = seen_from(chosen_, checking_, &reachable_checking_);
+    const std::vector<SampleBits> seen = scene_.seen_well(chosen_, checking_, &reachable_checking_);
     std::size_t covered = 0;
     for (std::size_t i = 0; i < checking_.size(); ++i) {
-      int times = 0;
-      for (const SampleBits& bits : seen) times += bits.test(i);
-      covered += times >= goal_.overlap;
+      covered += times_in(seen, i, goal_.overlap) >= goal_.overlap;
     }
     return static_cast<double>(covered) / static_cast<double>(reachable_checking_.count());
   }
@@ -248,72 +200,10 @@ class CameraCover {
       raised.samples = std::min(most_samples_, std::max(raised.samples, cover_.covered) + 1 +
                                                    static_cast<std::size_t>(lacking));
       const int repair_swaps = kRepairSwaps / static_cast<int>(cover_.chosen.size());
-      const Cover repaired = search_->repaired(cover_, raised, kMostCameras, repair_swaps);
+      const Cover repaired = search_->repaired(cover_, raised, kMostCoverCameras, repair_swaps);
       if (repaired.covered <= cover_.covered) return;
       cover_ = repaired;
     }
-  }
-
-  // Cameras at the worst views until, on average, views miss no more than they may.
-  void complete_views() {
-    if (goal_.view_gap >= 1) return;
-    const SurfaceSamples samples = sample_surface(surface_, kViewSamples, kViewSeed);
-    const Directions directions = lattice(kCertificateViews, Lattice::off_rim);
-    std::vector<Eigen::Vector3d> views;
-    for (const Eigen::Vector3d& d : directions) {
-      views.push_back(organ_.center_mm() + distance_mm_ * d);
-    }
-    const std::vector<SampleBits> seen = visible_from(directions, samples);
-    std::vector<SampleBits> kept = visible_from(chosen_, samples);
-    while (chosen_.size() < kMostCameras) {
-      context_.throw_if_cancelled();
-      const ViewCertificate certificate =
-          certify_views(placed().manifold, kept, views, seen, samples);
-      // The samples of a report are others: a little to spare.
-      constexpr double kSpare = 0.9;
-      if (certificate.mean_gap <= kSpare * goal_.view_gap) return;
-      const Directions more = worst_views(directions, certificate.gaps);
-      if (more.empty()) return;
-      const std::vector<SampleBits> theirs = visible_from(more, samples);
-      chosen_.insert(chosen_.end(), more.begin(), more.end());
-      kept.insert(kept.end(), theirs.begin(), theirs.end());
-    }
-  }
-
-  std::vector<SampleBits> visible_from(const Directions& directions,
-                                       const SurfaceSamples& samples) const {
-    return sight_.seen_from_each(eyes_at(organ_, directions, distance_mm_, options_, 0), samples,
-                                 {});
-  }
-
-  // A few at a time, apart from each other and from the cameras there are.
-  Directions worst_views(const Directions& views, const std::vector<double>& gaps) const {
-    std::vector<std::size_t> order(views.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return gaps[a] > gaps[b]; });
-    Directions taken = chosen_, more;
-    const double apart_rad =
-        0.7 * std::sqrt(2 * std::numbers::pi * (1 - std::cos(region_.half_angle_rad)) /
-                        static_cast<double>(chosen_.size()));
-    const std::size_t most = std::min(1 + chosen_.size() / 10, kMostCameras - chosen_.size());
-    for (const std::size_t v : order) {
-      if (more.size() >= most || !(gaps[v] > 0)) break;
-      const bool free = std::none_of(taken.begin(), taken.end(), [&](const Eigen::Vector3d& d) {
-        const double near_rad = more.empty() ? 0.3 * apart_rad : apart_rad;
-        return d.dot(views[v]) > std::cos(near_rad);
-      });
-      if (!free) continue;
-      taken.push_back(views[v]);
-      more.push_back(views[v]);
-    }
-    return more;
-  }
-
-  Placement placed() const {
-    const double distance =
-        std::max(distance_mm_, organ_.common_distance_mm(chosen_, options_, context_));
-    return placement_of(organ_, chosen_, distance, options_);
   }
 
   void tell() const {
@@ -325,13 +215,9 @@ class CameraCover {
   }
 
   TriangleMesh surface_;
-  const OrganFrame& organ_;
-  const PlacementOptions& options_;
+  CoverScene scene_;
   const CoverageGoal& goal_;
-  ViewingCone region_;
   const RunContext& context_;
-  Sight sight_;
-  double distance_mm_ = 0;
   SurfaceSamples samples_, checking_;
   SampleBits reachable_, reachable_checking_;
   Directions candidates_, chosen_;
@@ -350,18 +236,6 @@ class CameraCover {
 Placement cover_with_cameras(const TriangleMesh& surface, const OrganFrame& organ,
                              const PlacementOptions& options, const RunContext& context) {
   return CameraCover(surface, organ, options, context).run();
-}
-
-std::vector<Eye> eyes_at(const OrganFrame& organ, const std::vector<Eigen::Vector3d>& directions,
-                         double distance_mm, const PlacementOptions& options, double texel_mm) {
-  std::vector<Eye> eyes(directions.size());
-  tbb::parallel_for(std::size_t{0}, directions.size(), [&](std::size_t k) {
-    eyes[k] = {organ.center_mm() + distance_mm * directions[k], -directions[k], 0};
-    if (texel_mm > 0) {
-      eyes[k].focal_px = organ.camera(directions[k], distance_mm, options).intrinsics.fx;
-    }
-  });
-  return eyes;
 }
 
 }  // namespace organbake

@@ -3,7 +3,6 @@
 
 #include "viewpoints/organ_frame.h"
 #include "viewpoints/placement.h"
-#include "viewpoints/sight.h"
 
 namespace organbake {
 
@@ -14,9 +13,5 @@ namespace organbake {
 // the best is kept, with a warning. Throws BadDataError when no view of the region shows anything.
 Placement cover_with_cameras(const TriangleMesh& surface, const OrganFrame& organ,
                              const PlacementOptions& options, const RunContext& context);
-
-// Eyes at the common distance, for lines of sight; focal lengths only when texels are limited.
-std::vector<Eye> eyes_at(const OrganFrame& organ, const std::vector<Eigen::Vector3d>& directions,
-                         double distance_mm, const PlacementOptions& options, double texel_mm);
 
 }  // namespace organbake

@@ -22,6 +22,12 @@ constexpr float kNearlyPays = 0.8f, kNearlyShort = 1.4f;
 
 using Indices = std::vector<std::uint32_t>;
 
+double entries_of(const std::vector<Indices>& columns) {
+  double sum = 0;
+  for (const Indices& column : columns) sum += static_cast<double>(column.size());
+  return sum;
+}
+
 // Rows = samples, columns = candidates.
 struct Columns {
   std::vector<Indices> rows;
@@ -48,11 +54,7 @@ class ActivePart {
   float lambda = 0;  // price of one covered sample
   double lambda_step = 0, lambda_sum = 0;
 
-  double entries() const {
-    double sum = 0;
-    for (const Indices& column : columns_.rows) sum += static_cast<double>(column.size());
-    return sum;
-  }
+  double entries() const { return entries_of(columns_.rows); }
 
   void run(int steps) {
     for (int i = 0; i < steps; ++i) step();
@@ -185,11 +187,7 @@ class Relaxation {
     return high * sum;
   }
 
-  double entries() const {
-    double sum = 0;
-    for (const Indices& column : columns_) sum += static_cast<double>(column.size());
-    return sum;
-  }
+  double entries() const { return entries_of(columns_); }
 
   std::vector<double> shares() const { return {x_.begin(), x_.end()}; }
   std::vector<double> prices(std::size_t samples) const {

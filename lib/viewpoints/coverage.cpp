@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/median.h"
 #include "viewpoints/organ_frame.h"
 #include "viewpoints/outward.h"
 #include "viewpoints/painted_surface.h"
@@ -56,19 +57,12 @@ std::array<double, 3> seen_shares(const std::vector<SampleBits>& seen, const Sam
   std::array<std::size_t, 3> counts = {};
   for (std::size_t i = 0; i < among.size(); ++i) {
     if (!among.test(i)) continue;
-    std::size_t times = 0;
-    for (const SampleBits& bits : seen) times += bits.test(i);
-    for (std::size_t k = 0; k < std::min<std::size_t>(times, 3); ++k) ++counts[k];
+    const int times = times_in(seen, i, 3);
+    for (int k = 0; k < times; ++k) ++counts[k];
   }
   std::array<double, 3> shares = {};
   for (std::size_t k = 0; k < 3; ++k) shares[k] = share(counts[k], among.count());
   return shares;
-}
-
-double texel_mm(const Eye& eye, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
-  const Eigen::Vector3d arm = eye.position_mm - point;
-  const double depth = -arm.dot(eye.forward), cosine = arm.dot(normal) / arm.norm();
-  return depth / (eye.focal_px * cosine);
 }
 
 void measure_texels(const Eyes& cameras, const std::vector<SampleBits>& seen,
@@ -88,8 +82,7 @@ void measure_texels(const Eyes& cameras, const std::vector<SampleBits>& seen,
     const auto bin = std::upper_bound(edges.begin(), edges.end(), texel) - edges.begin();
     report.texel_share[bin] += 1 / static_cast<double>(finest.size());
   }
-  std::nth_element(finest.begin(), finest.begin() + finest.size() / 2, finest.end());
-  report.median_texel_mm = finest[finest.size() / 2];
+  report.median_texel_mm = median(std::move(finest));
 }
 
 // The same places on the surface after its vertices moved.

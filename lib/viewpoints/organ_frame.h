@@ -19,7 +19,6 @@ class OrganFrame {
   explicit OrganFrame(const TriangleMesh& surface);
 
   const Eigen::Vector3d& center_mm() const { return center_; }
-  double radius_mm() const { return radius_; }
 
   // The least common distance of cameras in these directions at which every vertex lies inside
   // every map.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewpoints/painted_surface.h"
 
-#include <algorithm>
 #include <array>
 
 namespace organbake {
@@ -16,18 +15,13 @@ TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
   SurfaceSamples vertices;
   vertices.points = surface.vertices;
   vertices.normals = vertex_normals(surface);
-  std::vector<std::uint8_t> times(vertices.size(), 0);
-  for (const SampleBits& seen : sight.seen_from_each(cameras, vertices, well)) {
-    for (std::size_t v = 0; v < times.size(); ++v) {
-      times[v] = static_cast<std::uint8_t>(std::min(times[v] + (seen.test(v) ? 1 : 0), 3));
-    }
-  }
+  const std::vector<SampleBits> seen = sight.seen_from_each(cameras, vertices, well);
   const SampleBits reachable = sight.seen_from_any(region, vertices, well);
   TriangleMesh painted = surface;
   painted.colors.clear();
-  for (std::size_t v = 0; v < times.size(); ++v) {
-    painted.colors.push_back(times[v] == 0 && !reachable.test(v) ? kUnreachable
-                                                                 : kByCameras[times[v]]);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const int times = times_in(seen, v, static_cast<int>(kByCameras.size()) - 1);
+    painted.colors.push_back(times == 0 && !reachable.test(v) ? kUnreachable : kByCameras[times]);
   }
   return painted;
 }

@@ -47,4 +47,11 @@ inline std::size_t count_common(const SampleBits& a, const SampleBits& b) {
   return sum;
 }
 
+// How many of the sets hold a sample, counted up to `most`.
+inline int times_in(const std::vector<SampleBits>& sets, std::size_t sample, int most) {
+  int times = 0;
+  for (std::size_t k = 0; k < sets.size() && times < most; ++k) times += sets[k].test(sample);
+  return times;
+}
+
 }  // namespace organbake

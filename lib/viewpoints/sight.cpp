@@ -34,9 +34,8 @@ bool qualifies(const Eye& eye, const Eigen::Vector3d& point, const Eigen::Vector
   if (!(along > 0) || along * along < limits.least_cosine * limits.least_cosine * arm.squaredNorm())
     return false;
   if (limits.texel_mm <= 0) return true;
-  // A texel at planar depth z is z/f wide and longer by the slant.
-  const double depth = -arm.dot(eye.forward), cosine = along / arm.norm();
-  return depth > 0 && depth <= limits.texel_mm * eye.focal_px * cosine;
+  const double texel = texel_mm(eye, point, normal);
+  return texel > 0 && texel <= limits.texel_mm;
 }
 
 // Lines of sight collected and traced together.
@@ -82,6 +81,12 @@ std::vector<std::size_t> scattered_order(std::size_t count) {
 }
 
 }  // namespace
+
+double texel_mm(const Eye& eye, const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d arm = eye.position_mm - point;
+  const double depth = -arm.dot(eye.forward), cosine = arm.dot(normal) / arm.norm();
+  return depth / (eye.focal_px * cosine);
+}
 
 SurfaceSamples sample_surface(const TriangleMesh& surface, std::size_t count, std::uint64_t seed) {
   const AreaSampler sampler(surface, count, seed);

@@ -32,6 +32,11 @@ struct Eye {
   double focal_px = 0;
 };
 
+// The longest side of a texel's footprint on a surface at `point` with a unit normal: at the planar
+// depth z it is z/f wide, and longer by the slant. Not positive behind the eye; `point` is seen
+// from the front.
+double texel_mm(const Eye& eye, const Eigen::Vector3d& point, const Eigen::Vector3d& normal);
+
 // What counts as seen besides a free line of sight.
 struct SightLimits {
   double least_cosine = 0;  // between the normal and the way to the eye, 0…1; always from the front

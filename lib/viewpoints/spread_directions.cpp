@@ -19,25 +19,28 @@ Eigen::Vector3d at_angles(double from_axis, double azimuth) {
           std::cos(from_axis)};
 }
 
+// At heights that go linearly, for equal areas of the cap lie between them.
+Eigen::Vector3d on_spiral(double height, double azimuth) {
+  return at_angles(std::acos(std::clamp(height, -1.0, 1.0)), azimuth);
+}
+
+const double kGoldenAngle = kPi * (3 - std::sqrt(5.0));
+
 Directions spiral(int count, double half_angle) {
-  const double golden_angle = kPi * (3 - std::sqrt(5.0));
   Directions directions;
   for (int i = 0; i < count; ++i) {
-    // Equal areas of the cap: its height goes linearly.
     const double height = 1 - (1 - std::cos(half_angle)) * i / std::max(count - 1, 1);
-    directions.push_back(at_angles(std::acos(std::clamp(height, -1.0, 1.0)), golden_angle * i));
+    directions.push_back(on_spiral(height, kGoldenAngle * i));
   }
   return directions;
 }
 
 Directions spiral_off_the_rim(int count, double half_angle) {
   constexpr double kTurn = 1.0;  // any that is no multiple of the golden angle
-  const double golden_angle = kPi * (3 - std::sqrt(5.0));
   Directions directions;
   for (int i = 0; i < count; ++i) {
     const double height = 1 - (1 - std::cos(half_angle)) * (i + 0.5) / count;
-    directions.push_back(
-        at_angles(std::acos(std::clamp(height, -1.0, 1.0)), kTurn + golden_angle * i));
+    directions.push_back(on_spiral(height, kTurn + kGoldenAngle * i));
   }
   return directions;
 }
@@ -167,12 +170,16 @@ std::vector<Eigen::Vector3d> spread_directions(int count, const Eigen::Vector3d&
   return directions;
 }
 
+double even_spacing_rad(std::size_t count, double half_angle_rad) {
+  return std::sqrt(2 * kPi * (1 - std::cos(half_angle_rad)) / static_cast<double>(count));
+}
+
 std::vector<Eigen::Vector3d> lattice_directions(int count, const Eigen::Vector3d& axis,
                                                 double half_angle_rad, Lattice lattice) {
   Directions directions = lattice == Lattice::on_rim ? spiral(count, half_angle_rad)
                                                      : spiral_off_the_rim(count, half_angle_rad);
   if (lattice == Lattice::on_rim && half_angle_rad < kAllRound) {
-    const double spacing = std::sqrt(2 * kPi * (1 - std::cos(half_angle_rad)) / count);
+    const double spacing = even_spacing_rad(static_cast<std::size_t>(count), half_angle_rad);
     const int ring = static_cast<int>(std::ceil(2 * kPi * std::sin(half_angle_rad) / spacing));
     // The spiral itself ends on the rim, at some azimuth: the ring begins half a step beside it.
     const double last = std::atan2(directions.back().y(), directions.back().x());
