@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/median.h"
+#include "registration/robust_weight.h"
 
 namespace organbake {
 namespace {
@@ -77,13 +78,13 @@ class Fit {
   int basis_;
 };
 
-// Geman & McClure 1987: pixels far off count little.
+// Pixels far off count little.
 void weigh(const Fit& fit, const VectorXd& solution, double noise,
            std::vector<WeightedPixel>& pixels) {
   constexpr double kCutoff = 4;  // standard deviations at which a pixel counts a quarter
   for (WeightedPixel& pixel : pixels) {
     const double off = fit.residual(pixel, solution) / (kCutoff * noise);
-    pixel.weight = 1 / ((1 + off * off) * (1 + off * off));
+    pixel.weight = robust_weight(off * off);
   }
 }
 
