@@ -6,8 +6,11 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
+#include "core/file_ending.h"
+#include "core/files.h"
 
 namespace organbake {
 namespace {
@@ -49,20 +52,14 @@ double unpacked_bytes(const fs::path& file) {
   return std::max(size, bytes_of(file));
 }
 
-bool is_picture(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
-  return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
-}
-
 }  // namespace
 
 double bytes_of(const fs::path& path) {
   if (!fs::exists(path)) throw NoInputError(path, "does not exist");
   if (!fs::is_directory(path)) return static_cast<double>(fs::file_size(path));
   double bytes = 0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path)) {
-    if (entry.is_regular_file()) bytes += static_cast<double>(entry.file_size());
+  for (const fs::path& file : list_files(path)) {
+    bytes += static_cast<double>(fs::file_size(path / file));
   }
   return bytes;
 }
@@ -83,7 +80,7 @@ double pixels_beside(const fs::path& cameras) {
   double bytes = 0;
   for (const fs::directory_entry& entry :
        fs::directory_iterator(fs::absolute(cameras).parent_path())) {
-    if (entry.is_regular_file() && is_picture(entry.path())) {
+    if (entry.is_regular_file() && is_picture_name(entry.path())) {
       bytes += static_cast<double>(entry.file_size());
     }
   }
@@ -93,10 +90,10 @@ double pixels_beside(const fs::path& cameras) {
 double frames_in(const fs::path& clip) {
   const double bytes = bytes_of(clip);
   if (fs::is_directory(clip)) {
-    return static_cast<double>(
-        std::distance(fs::directory_iterator(clip), fs::directory_iterator()));
+    const std::vector<fs::path> files = list_files(clip);
+    return static_cast<double>(std::count_if(files.begin(), files.end(), is_picture_name));
   }
-  if (is_picture(clip)) return 1;
+  if (is_picture_name(clip)) return 1;
   constexpr double kBytesPerFrame = 10e3;  // 2 Mbit/s at 25 a second: as small as clips come
   return std::max(1.0, bytes / kBytesPerFrame);
 }

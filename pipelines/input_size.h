@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 
 namespace organbake {
@@ -13,7 +12,7 @@ namespace organbake {
 // end with, of a DICOM folder or any other file by its bytes (two to a voxel; of compressed ones
 // too few, by what the compression saves).
 double voxels_in(const std::filesystem::path& volume);
-// Frames of a picture (1), a folder (its files), or a video (by its bytes).
+// Frames of a picture (1), a folder (the pictures in it), or a video (by its bytes).
 double frames_in(const std::filesystem::path& clip);
 // Pixels of the pictures that lie beside a cameras.json, by their bytes.
 double pixels_beside(const std::filesystem::path& cameras);

@@ -4,6 +4,7 @@
 
 #include "bundle/bundle.h"
 #include "core/error.h"
+#include "core/file_ending.h"
 #include "core/files.h"
 #include "image/exr.h"
 #include "organbake/commands.h"
@@ -17,12 +18,6 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower_ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
-  return ending;
-}
 
 bool one_of(const std::string& text, std::initializer_list<const char*> choices) {
   return std::find(choices.begin(), choices.end(), text) != choices.end();

@@ -4,6 +4,7 @@
 
 #include "bundle/cameras_json.h"
 #include "core/error.h"
+#include "core/file_ending.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/photo.h"
@@ -17,12 +18,6 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_picture(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
-  return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
-}
 
 // The frames of a folder in the order of their names; the first one's size is the clip's.
 FrameSelection::NextFrame pictures_in(std::vector<fs::path> files) {
@@ -52,11 +47,11 @@ FrameSelection::NextFrame frames_at(const fs::path& path) {
   if (fs::is_directory(path)) {
     std::vector<fs::path> files;
     for (const fs::path& file : list_files(path))
-      if (is_picture(file)) files.push_back(path / file);
+      if (is_picture_name(file)) files.push_back(path / file);
     if (files.empty()) throw BadDataError(path, "holds no PNG or JPEG frames");
     return pictures_in(std::move(files));
   }
-  if (is_picture(path)) return pictures_in({path});
+  if (is_picture_name(path)) return pictures_in({path});
   auto video = std::make_shared<VideoReader>(path);
   return [video](Rgb8Image& image) { return video->next(image); };
 }

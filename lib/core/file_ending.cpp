@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/file_ending.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace organbake {
+
+std::string lower_ending(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
+  return ending;
+}
+
+bool is_picture_name(const std::filesystem::path& file) {
+  const std::string ending = lower_ending(file);
+  return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
+}
+
+}  // namespace organbake

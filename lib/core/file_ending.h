@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace organbake {
+
+// A file's ending in lower case, with its dot: ".png".
+std::string lower_ending(const std::filesystem::path& file);
+
+// PNG or JPEG by its name.
+bool is_picture_name(const std::filesystem::path& file);
+
+}  // namespace organbake
