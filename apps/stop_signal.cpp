@@ -4,14 +4,16 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include "core/error.h"
+
 namespace organbake {
 namespace {
 
 std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
-void on_signal(int number) {
-  if (stop_asked.exchange(true)) ::_exit(128 + number);  // the second Ctrl-C does not wait
+void on_signal(int) {
+  if (stop_asked.exchange(true)) ::_exit(int(ExitCode::interrupted));
 }
 
 }  // namespace

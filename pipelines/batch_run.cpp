@@ -7,6 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -90,7 +91,7 @@ void Batch::start_next() {
   const pid_t process =
       start_worker(bake_command(cases_[index]), log_of(row, ".json"), log_of(row, ".log"));
   running_[process] = {index, Task::bake, Clock::now()};
-  tell(index, true);
+  tell(index, BatchProgress::Event::started);
 }
 
 std::vector<std::string> Batch::bake_command(const BatchCase& one) const {
@@ -111,10 +112,9 @@ std::vector<std::string> Batch::bake_command(const BatchCase& one) const {
 }
 
 void Batch::stop_workers() {
-  if (!stopped_) {
-    for (const auto& [process, worker] : running_) ::kill(process, SIGTERM);
-  }
   stopped_ = true;
+  if (std::exchange(workers_told_, true)) return;
+  for (const auto& [process, worker] : running_) ::kill(process, SIGTERM);
 }
 
 void Batch::collect(const WorkerEnd& end) {
@@ -176,7 +176,7 @@ bool Batch::try_again(std::size_t index) {
   const BatchRow& row = rows_[index];
   if (stopped_ || context_.cancelled() || !is_passing(row.exit_code)) return false;
   if (!tried_again_.insert(index).second) return false;
-  context_.warn(row.name + ": " + row.error + "; it is tried once more at the end, alone");
+  tell(index, BatchProgress::Event::again);
   again_.push_back(index);
   return true;
 }
@@ -185,14 +185,14 @@ void Batch::finish(std::size_t index) {
   ++done_;
   const bool failed = rows_[index].exit_code != 0;
   failed_ += failed;
-  tell(index, false);
+  tell(index, BatchProgress::Event::ended);
   stopped_ |= failed && !options_.keep_going;
 }
 
-void Batch::tell(std::size_t index, bool started) const {
+void Batch::tell(std::size_t index, BatchProgress::Event event) const {
   const double passed = std::chrono::duration<double>(Clock::now() - begun_).count();
   const double left = done_ == 0 ? 0 : passed / double(done_) * double(rows_.size() - done_);
-  listener_({rows_.size(), done_, failed_, running_.size(), left, rows_[index], started});
+  listener_({event, rows_.size(), done_, failed_, running_.size(), left, rows_[index]});
 }
 
 fs::path Batch::log_of(const BatchRow& row, const std::string& ending) const {

@@ -27,12 +27,13 @@ struct BatchOptions {
   bool keep_going = true, pictures = true;
 };
 
-// Told whenever a case starts or ends.
+// Told whenever a case starts, ends, or failed and will be tried again.
 struct BatchProgress {
+  enum class Event { started, again, ended };
+  Event event = Event::started;
   std::size_t cases = 0, done = 0, failed = 0, running = 0;
   double seconds_left = 0;  // by what the cases done so far took
   const BatchRow& row;
-  bool started = false;  // else ended
 };
 
 // Bakes cases, each in a process of its own, so that no crash of one ends the others: first
@@ -70,7 +71,7 @@ class Batch {
   bool start_picture(std::size_t index);
   bool try_again(std::size_t index);
   void finish(std::size_t index);
-  void tell(std::size_t index, bool started) const;
+  void tell(std::size_t index, BatchProgress::Event event) const;
   std::filesystem::path log_of(const BatchRow& row, const std::string& ending) const;
 
   BatchOptions options_;
@@ -84,7 +85,8 @@ class Batch {
   std::map<pid_t, Worker> running_;
   Clock::time_point begun_ = Clock::now();
   std::size_t done_ = 0, failed_ = 0;
-  bool stopped_ = false;  // no more cases are started
+  bool stopped_ = false;       // no more cases are started
+  bool workers_told_ = false;  // to stop
 };
 
 // What a batch ends with: 0; 75 when trying again may help a case that failed; else 4.

@@ -76,9 +76,12 @@ void lock_batch(const fs::path& folder, const std::string& stem) {
 }
 
 void tell_program(const BatchProgress& now) {
-  const Json line = {{"event", now.started ? "started" : "ended"},
+  using Event = BatchProgress::Event;
+  const bool started = now.event == Event::started;
+  const char* const event = started ? "started" : now.event == Event::again ? "again" : "ended";
+  const Json line = {{"event", event},
                      {"case", now.row.name},
-                     {"status", now.started ? "running" : now.row.status},
+                     {"status", started ? "running" : now.row.status},
                      {"cases", now.cases},
                      {"done", now.done},
                      {"failed", now.failed},
@@ -90,8 +93,13 @@ void tell_program(const BatchProgress& now) {
 
 void tell_people(const BatchProgress& now, Terminal& terminal) {
   terminal.progress("batch", double(now.done) / double(now.cases));
-  if (now.started) return;
+  if (now.event == BatchProgress::Event::started) return;
   const BatchRow& row = now.row;
+  if (now.event == BatchProgress::Event::again) {
+    terminal.log(LogLevel::warning, "batch: " + row.name + ": " + row.error +
+                                        "; it is tried once more at the end, alone");
+    return;
+  }
   std::string text = std::to_string(now.done) + " of " + std::to_string(now.cases) + ": " +
                      row.name + ": " + row.status + " in " + to_text(row.seconds, 2) + " s";
   if (!row.error.empty()) text += ": " + row.error;
@@ -109,15 +117,15 @@ BatchOptions options_of(const BatchFlags& flags, const Session& session) {
   const CaseFlags& cases = flags.cases;
   const int available =
       session.threads() > 0 ? session.threads() : int(std::thread::hardware_concurrency());
-  return {cases.recipe,
-          cases.output,
-          cases.cache,
-          cases.settings,
-          flags.jobs,
-          std::max(1, available / flags.jobs),
-          cases.memory_mb > 0 ? cases.memory_mb : machine_memory().available_mb,
-          flags.keep_going,
-          cases.pictures};
+  return {.recipe = cases.recipe,
+          .output = cases.output,
+          .cache = cases.cache,
+          .settings = cases.settings,
+          .jobs = flags.jobs,
+          .threads = std::max(1, available / flags.jobs),
+          .memory_mb = cases.memory_mb > 0 ? cases.memory_mb : machine_memory().available_mb,
+          .keep_going = flags.keep_going,
+          .pictures = cases.pictures};
 }
 
 // Nobody needs an estimate of what has the machine to itself.

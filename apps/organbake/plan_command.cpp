@@ -132,14 +132,14 @@ JobPlan job_plan(const std::vector<CaseEstimate>& estimates, const PlanFlags& fl
   const auto largest = std::max_element(
       estimates.begin(), estimates.end(),
       [](const CaseEstimate& a, const CaseEstimate& b) { return a.memory_mb < b.memory_mb; });
-  return {
-      program_folder() / "organbake",
-      fs::absolute(flags.cases.output).lexically_normal(),
-      arguments_of(flags.cases),
-      tasks,
-      threads,
-      kMoreMemory * largest->memory_mb + kBatch_mb,
-      kMoreTime * longest_task_seconds(estimates, tasks, threads) / kSecondsPerMinute + kStart_min};
+  const double longest_min = longest_task_seconds(estimates, tasks, threads) / kSecondsPerMinute;
+  return {.program = program_folder() / "organbake",
+          .output = fs::absolute(flags.cases.output).lexically_normal(),
+          .arguments = arguments_of(flags.cases),
+          .tasks = tasks,
+          .threads = threads,
+          .memory_mb = kMoreMemory * largest->memory_mb + kBatch_mb,
+          .minutes = kMoreTime * longest_min + kStart_min};
 }
 
 Json estimates_json(const std::vector<BatchCase>& cases,
@@ -191,11 +191,10 @@ int run_plan(const Arguments& arguments, Session& session) {
   const std::vector<BatchCase> cases = read_cases(*words, flags.cases, "plan");
   const std::vector<CaseEstimate> estimates = estimates_of(cases, flags.cases);
   constexpr int kThreadsOfTask = 2;
-  const bool one_machine = flags.emit == "lines";
   const int threads = session.threads() > 0 ? session.threads() : kThreadsOfTask;
   check_that_it_fits(cases, estimates, flags, threads);
   JobPlan plan = job_plan(estimates, flags, threads);
-  if (one_machine) plan.threads = session.threads();
+  if (flags.emit == "lines") plan.threads = session.threads();  // 0: all there are
   const std::string table = case_table_text(cases), script = script_of(plan, flags.emit);
   make_batch_folder(plan.output);
   write_file_atomically(plan.output / "cases.csv", table);

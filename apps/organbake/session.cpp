@@ -3,7 +3,6 @@
 
 #include <signal.h>
 #include <tbb/global_control.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cstdio>
@@ -11,16 +10,12 @@
 
 #include "core/error.h"
 #include "pipelines/stage_module.h"
+#include "stop_signal.h"
 
 namespace organbake {
 namespace {
 
-std::atomic<bool> cancel_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
-
-void on_signal(int) {
-  if (cancel_asked.exchange(true)) ::_exit(static_cast<int>(ExitCode::interrupted));
-}
+const std::atomic<bool>* stop_asked = nullptr;  // since catch_signals()
 
 void print(const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stdout);
@@ -89,7 +84,7 @@ RunContext Session::context(const std::string& stage) {
   return {[this, stage](LogLevel level, std::string_view message) {
             terminal_.log(level, stage + ": " + std::string(message));
           },
-          [this, stage](double fraction) { terminal_.progress(stage, fraction); }, &cancel_asked};
+          [this, stage](double fraction) { terminal_.progress(stage, fraction); }, stop_asked};
 }
 
 Runner Session::runner(const std::filesystem::path& cache_folder) {
@@ -104,10 +99,7 @@ void Session::print_result(const std::string& text, const nlohmann::json& json) 
 }
 
 void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  stop_asked = &catch_stop_signals();
   // A file that may not grow any more is a full disk like any other: an error, not a signal.
   ::signal(SIGXFSZ, SIG_IGN);
 }

@@ -44,6 +44,8 @@ small_phantom() {
   expect 0 organbake phantom -o "$1" --size 40,40,16 --photos 3 --photo-size 96 \
     --truth-subdivisions 3
 }
+milliseconds() { date +%s%3N; }
+sleep_ms() { sleep "$(($1 / 1000)).$(printf %03d $(($1 % 1000)))"; }
 small_recipe() {
   cat <<END
 schema: organbake/recipe/1
@@ -53,3 +55,5 @@ decimate: {faces: 60}
 place: {count: 4, size: 48}
 END
 }
+# The same, where the decimation's quality is not the question.
+quick_recipe() { small_recipe | sed 's/faces: 60/faces: 60, method: quadric/'; }

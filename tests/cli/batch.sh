@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # organbake batch: good and broken cases, a rerun, shards, odd names, memory.
 source "$(dirname "$0")/assert.sh"
-small_recipe | sed 's/faces: 60/faces: 60, method: quadric/' >r.yaml
+quick_recipe >r.yaml
 sed 's/^phantom:.*//' r.yaml >scan.yaml
 small_phantom p
 

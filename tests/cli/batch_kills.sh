@@ -4,22 +4,22 @@
 # rerun ends in the same bytes and redoes only what was not finished. ORGANBAKE_KILLS=20 for the long
 # form.
 source "$(dirname "$0")/assert.sh"
-small_recipe | sed 's/faces: 60/faces: 60, method: quadric/' >r.yaml
+quick_recipe >r.yaml
 printf 'case,phantom.seed\none,1\ntwo,2\nthree,3\nfour,4\n' >cases.csv
 batch=("$BIN/organbake" batch cases.csv --recipe r.yaml --jobs 2 --no-pictures --quiet)
 killed=("${batch[@]}" -o killed --cache cache)
-milliseconds() { date +%s%3N; }
 start=$(milliseconds)
 expect 0 "${batch[@]}" -o whole --cache whole-cache
 total=$(($(milliseconds) - start))
 
+wait_for_worker() { while kill -0 "$1" 2>/dev/null && [ -z "$(pgrep -P "$1")" ]; do sleep 0.02; done; }
 RANDOM=${ORGANBAKE_SEED:-11}
 for i in $(seq "${ORGANBAKE_KILLS:-4}"); do
   rm -rf killed cache
   "${killed[@]}" >/dev/null 2>killed.log &
   pid=$!
   moment=$((RANDOM % total))
-  sleep "$((moment / 1000)).$(printf %03d $((moment % 1000)))"
+  sleep_ms $moment
   if [ $((i % 2)) -eq 0 ]; then
     # One worker: it is tried again, and nothing is missing in the end.
     worker=$(pgrep -P $pid | shuf -n 1 --random-source=<(yes $i))
@@ -41,8 +41,20 @@ done
 rm -rf killed cache
 "${killed[@]}" >/dev/null 2>err &
 pid=$!
-while [ -z "$(pgrep -P $pid)" ]; do sleep 0.02; done
+wait_for_worker $pid
 kill -TERM $pid
 wait $pid
 expect_equal $? 130
 [ -s killed/batch.csv ] || fail "no table of an interrupted batch"
+
+# So it does when a case has failed already and it only waits for the others.
+printf 'case,isosurface.iso,phantom.size\nbroken,3000,\nlong,,"200,200,200"\n' >mixed.csv
+rm -rf killed cache
+"$BIN/organbake" batch mixed.csv --recipe r.yaml --jobs 2 --no-pictures --no-keep-going \
+  --progress json --quiet -o killed --cache cache >/dev/null 2>err &
+pid=$!
+while kill -0 $pid 2>/dev/null && ! grep -q '"failed":1' err; do sleep 0.02; done
+kill -TERM $pid
+wait $pid
+expect_equal $? 130
+grep -q '^long,written' killed/batch.csv && fail "the long case was not stopped"

@@ -4,7 +4,6 @@
 source "$(dirname "$0")/assert.sh"
 small_recipe >r.yaml
 expect 0 organbake bake r.yaml -o whole --cache whole-cache
-milliseconds() { date +%s%3N; }
 start=$(milliseconds)
 expect 0 organbake bake r.yaml -o timed --cache timed-cache
 total=$(($(milliseconds) - start))
@@ -16,7 +15,7 @@ for i in $(seq 20); do
   moment=$((RANDOM % (total + 1)))
   "$BIN/organbake" bake r.yaml -o b --quiet >/dev/null 2>&1 &
   victim=$!
-  sleep "$((moment / 1000)).$(printf %03d $((moment % 1000)))"
+  sleep_ms $moment
   kill -9 $victim 2>/dev/null
   wait $victim 2>/dev/null
   if [ -e b ]; then expect_same whole b; fi
