@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "core/error.h"
 #include "core/text.h"
 #include "pipelines/case_table.h"
 

@@ -73,9 +73,7 @@ fs::path folder_of_pattern(const std::string& pattern) {
 std::vector<fs::path> files_matching(const std::string& pattern) {
   const fs::path folder = folder_of_pattern(pattern);
   if (!fs::is_directory(folder)) throw NoInputError(pattern, folder.string() + " is no folder");
-  const bool below_here = folder == "." && !pattern.starts_with("./");
-  const fs::path rest =
-      below_here ? fs::path(pattern) : fs::path(pattern).lexically_relative(folder);
+  const fs::path rest = fs::path(pattern).lexically_relative(folder);
   const Segments segments(rest.begin(), rest.end());
   std::set<std::string> found;
   collect(folder, segments, 0, found);

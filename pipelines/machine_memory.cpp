@@ -4,31 +4,43 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <string>
 
 namespace organbake {
 namespace {
 
+constexpr double kBytesPerMb = 1024.0 * 1024.0;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-// "MemTotal:  24683204 kB"; no limit when the line is missing.
+// The number behind a word: "MemTotal:  24683204 kB", "inactive_file 4096".
+std::optional<double> number_behind(const std::string& wanted, const std::string& path) {
+  std::ifstream file(path);
+  std::string word;
+  double number = 0;
+  while (file >> word) {
+    if (word == wanted && file >> number) return number;
+  }
+  return std::nullopt;
+}
+
 double meminfo_mb(const std::string& key) {
   constexpr double kKbPerMb = 1024;
-  std::ifstream file("/proc/meminfo");
-  std::string word;
-  double kb = 0;
-  while (file >> word) {
-    if (word == key + ":" && file >> kb) return kb / kKbPerMb;
-  }
-  return kNoLimit;
+  const auto kb = number_behind(key + ":", "/proc/meminfo");
+  return kb ? *kb / kKbPerMb : kNoLimit;
 }
 
 // A control group's file of one number of bytes, or "max".
 double group_mb(const std::string& path, double otherwise) {
-  constexpr double kBytesPerMb = 1024.0 * 1024.0;
   std::ifstream file(path);
   double bytes = 0;
   return file >> bytes ? bytes / kBytesPerMb : otherwise;
+}
+
+// Without what is kept of files that were read: it is given back when asked for.
+double group_used_mb(const std::string& folder) {
+  const double cached = number_behind("inactive_file", folder + "/memory.stat").value_or(0);
+  return group_mb(folder + "/memory.current", 0) - cached / kBytesPerMb;
 }
 
 // The folder of this process' group (cgroup v2: a line "0::/path").
@@ -50,9 +62,10 @@ MachineMemory machine_memory() {
        folder.resize(folder.find_last_of('/'))) {
     const double limit = group_mb(folder + "/memory.max", kNoLimit);
     memory.total_mb = std::min(memory.total_mb, limit);
-    memory.available_mb =
-        std::min(memory.available_mb, limit - group_mb(folder + "/memory.current", 0));
+    memory.available_mb = std::min(memory.available_mb, limit - group_used_mb(folder));
   }
+  constexpr double kLeast_mb = 1;  // none left is not "no limit"
+  memory.available_mb = std::max(memory.available_mb, kLeast_mb);
   return memory;
 }
 

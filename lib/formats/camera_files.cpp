@@ -109,7 +109,7 @@ CameraSet colmap_model(const fs::path& path) {
 }
 
 CameraSet cameras_of(const Json& json, const std::string& text, const fs::path& path) {
-  return json.contains("frames") ? transforms_from_json(text, path)
+  return json.contains("frames") ? transforms_from_json(json, path)
                                  : cameras_from_json(text, path.string());
 }
 

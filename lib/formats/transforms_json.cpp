@@ -57,10 +57,9 @@ std::optional<RigidTransform> pose_from(const Json& matrix) {
 
 }  // namespace
 
-CameraSet transforms_from_json(const std::string& text, const fs::path& path) {
+CameraSet transforms_from_json(const Json& json, const fs::path& path) {
   CameraSet set;
   try {
-    const Json json = Json::parse(text);
     for (const Json& frame : json.at("frames")) {
       PosedCamera camera;
       camera.name = frame.at("file_path").get<std::string>();

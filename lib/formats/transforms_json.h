@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "bundle/cameras_json.h"
@@ -10,6 +11,7 @@ namespace organbake {
 
 // A NeRF's transforms.json (camera_files.h): lens keys at the top or per frame. Throws BadDataError
 // naming `path`.
-CameraSet transforms_from_json(const std::string& text, const std::filesystem::path& path);
+CameraSet transforms_from_json(const nlohmann::ordered_json& json,
+                               const std::filesystem::path& path);
 
 }  // namespace organbake

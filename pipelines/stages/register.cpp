@@ -85,9 +85,9 @@ void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
   const auto* pairs = call.input("pairs");
   if (pairs && photos.size() > 1) throw UsageError("--pairs belongs to one photo");
   const CameraSet starts = init ? read_camera_file(*init) : CameraSet{};
-  const Rgb8Image counts = mask ? read_photo(*mask) : Rgb8Image{};
+  const Rgb8Image photo_mask = mask ? read_photo(*mask) : Rgb8Image{};  // empty: all counts
   for (NamedPhoto& named : photos) {
-    named.photo.mask = counts;
+    named.photo.mask = photo_mask;
     if (init) named.photo.start = start_for(starts, named.name, *init);
     if (pairs) named.photo.pairs = read_pairs(*pairs);
   }
