@@ -4,7 +4,8 @@
 namespace organbake {
 namespace {
 
-constexpr int kRounds = 9, kQuickRounds = 2;
+// A comparison whose rounds take seconds has few of them, or a full run would take hours.
+constexpr Rounds kRounds{.most = 9, .least = 3, .budget_s = 20}, kQuickRounds{2, 2};
 
 }  // namespace
 
@@ -17,8 +18,8 @@ std::filesystem::path Bench::data(const std::string& relative_path) {
 }
 
 std::vector<Timing> Bench::time(const std::vector<std::function<void()>>& competitors) const {
-  const int rounds = options_.rounds > 0 ? options_.rounds : quick() ? kQuickRounds : kRounds;
-  return time_in_turn(competitors, rounds);
+  if (options_.rounds > 0) return time_in_turn(competitors, {options_.rounds, options_.rounds});
+  return time_in_turn(competitors, quick() ? kQuickRounds : kRounds);
 }
 
 void Bench::add(Point point) {

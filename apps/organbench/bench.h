@@ -13,9 +13,10 @@ namespace organbake {
 
 struct BenchOptions {
   bool quick = false;  // smaller inputs, fewer rounds: all suites together under two minutes
-  int rounds = 0;      // of every timing; 0 = 9, or 2 when quick
-  int threads = 0;     // 0 = all
-  std::filesystem::path data = {};  // the folder of real data; suites do without what it lacks
+  int rounds = 0;   // of every timing; 0 = 9, or fewer (3 at least) of what is slow; 2 when quick
+  int threads = 0;  // 0 = all
+  std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
+  std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
 };
 
 // What one suite found out.
@@ -43,6 +44,9 @@ class Bench {
 
   // A file or folder of the real data; empty, and said in the result, when it is not there.
   std::filesystem::path data(const std::string& relative_path);
+
+  // A folder to write into, empty at first; it goes away after the suite, however that ends.
+  const std::filesystem::path& scratch() const { return options_.scratch; }
 
   // For the line that tells a waiting person what is being measured.
   void now(const std::string& what) const { context_.info(what); }

@@ -91,10 +91,12 @@ int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
                  std::to_string(result.figures.size()) + " figures reached, " +
                  to_text(passed.count(), 1) + " s");
     report.suites.push_back({suite.name, suite.summary, passed.count(), std::move(result)});
+    if (stop_asked) break;  // what was found until now is kept
   }
   write_file_atomically(out / "organbench.json", to_json(report).dump(1) + "\n");
   write_file_atomically(out / "organbench.html", report_page(report));
   std::printf("%s\n", (out / "organbench.html").c_str());
+  if (stop_asked) return static_cast<int>(ExitCode::interrupted);
   return static_cast<int>(failed ? ExitCode::batch_partial : ExitCode::ok);
 }
 
@@ -133,7 +135,8 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   app.add_option("SUITE", c.suites, "suites to run (default: all)");
   app.add_option("-o,--out", c.out, "folder for organbench.html and organbench.json");
   app.add_flag("--quick", c.options.quick, "small inputs, few rounds: two minutes for all");
-  app.add_option("--rounds", c.options.rounds, "of every timing (default 9, quick 2)")
+  app.add_option("--rounds", c.options.rounds,
+                 "of every timing (default 9, or as many, 3 at least, as 20 s allow; quick 2)")
       ->check(CLI::Range(1, 1000));
   app.add_option("--threads", c.options.threads, "threads to use, 0 = all")
       ->check(CLI::Range(0, 1024));

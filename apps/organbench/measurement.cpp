@@ -68,12 +68,18 @@ Spread spread_of(std::vector<double> values) {
 }
 
 std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& competitors,
-                                 int rounds) {
+                                 const Rounds& rounds) {
   const std::size_t count = competitors.size();
   std::vector<Timing> timings(count);
   std::vector<std::vector<double>> wall(count), cpu(count);
   for (std::size_t c = 0; c < count; ++c) timings[c].peak_mb = peak_mb_of(competitors[c]);
-  for (int round = 0; round < rounds; ++round) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto go_on = [&](int done) {
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+    return done < rounds.least || (done < rounds.most && passed.count() < rounds.budget_s);
+  };
+  int done = 0;
+  for (; go_on(done); ++done) {
     for (std::size_t c = 0; c < count; ++c) {
       const Run run = run_once(competitors[c]);
       wall[c].push_back(run.wall_ms);
@@ -81,7 +87,7 @@ std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& compe
     }
   }
   for (std::size_t c = 0; c < count; ++c) {
-    timings[c].runs = rounds;
+    timings[c].runs = done;
     timings[c].wall_ms = spread_of(wall[c]);
     timings[c].cpu_ms = spread_of(cpu[c]);
   }

@@ -50,8 +50,15 @@ struct Figure {
   bool met() const { return goal == Goal::at_most ? value <= target : value >= target; }
 };
 
+struct Rounds {
+  int most = 9;
+  int least = 9;        // however long they take
+  double budget_s = 0;  // no further round is begun after it
+};
+
 // Does the work of all competitors in turn, round after round, so that whatever else the machine
 // does falls on each of them alike; one round before the first is not counted.
-std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& competitors, int rounds);
+std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& competitors,
+                                 const Rounds& rounds);
 
 }  // namespace organbake

@@ -39,20 +39,52 @@ std::string figures_table(const std::vector<Figure>& figures) {
   return html + "</table>";
 }
 
+using Quantities = std::vector<Quantity>;
+
+Quantities::const_iterator find_like(const Quantities& all, const Quantity& wanted) {
+  return std::find_if(all.begin(), all.end(), [&](const Quantity& q) {
+    return q.name == wanted.name && q.unit == wanted.unit;
+  });
+}
+
+// Whatever any of the points has, in the order of its first appearance: not all have the same.
+Quantities columns(const std::vector<Point>& points, Quantities Point::*list) {
+  Quantities all;
+  for (const Point& p : points) {
+    for (const Quantity& q : p.*list) {
+      if (find_like(all, q) == all.end()) all.push_back(q);
+    }
+  }
+  return all;
+}
+
+std::string cells(const Quantities& columns, const Quantities& values) {
+  std::string html;
+  for (const Quantity& column : columns) {
+    const auto found = find_like(values, column);
+    html += cell(found == values.end() ? "" : number(found->value));
+  }
+  return html;
+}
+
+std::string timing_cells(const Timing& timing) {
+  if (timing.runs == 0) return cell("") + cell("") + cell("") + cell("");  // not the question here
+  const Spread& wall = timing.wall_ms;
+  return cell(number(wall.median) + " (" + number(wall.least) + "–" + number(wall.most) + ")") +
+         cell(std::to_string(timing.runs)) + cell(number(timing.cpu_ms.median)) +
+         cell(number(timing.peak_mb));
+}
+
 std::string points_table(const std::vector<Point>& points) {
+  const Quantities knobs = columns(points, &Point::knobs), errors = columns(points, &Point::errors);
   std::string html = "<table><tr><th>who</th>";
-  for (const Quantity& q : points.front().knobs) html += heading(q);
-  html += "<th>ms (least–most)</th><th>CPU ms</th><th>peak MB</th>";
-  for (const Quantity& q : points.front().errors) html += heading(q);
+  for (const Quantity& q : knobs) html += heading(q);
+  html += "<th>ms (least–most)</th><th>runs</th><th>CPU ms</th><th>peak MB</th>";
+  for (const Quantity& q : errors) html += heading(q);
   html += "</tr>";
   for (const Point& p : points) {
-    html += "<tr>" + cell(p.subject + (p.peer ? " (peer)" : ""));
-    for (const Quantity& q : p.knobs) html += cell(number(q.value));
-    const Spread& wall = p.timing.wall_ms;
-    html += cell(number(wall.median) + " (" + number(wall.least) + "–" + number(wall.most) + ")") +
-            cell(number(p.timing.cpu_ms.median)) + cell(number(p.timing.peak_mb));
-    for (const Quantity& q : p.errors) html += cell(number(q.value));
-    html += "</tr>";
+    html += "<tr>" + cell(p.subject + (p.peer ? " (peer)" : "")) + cells(knobs, p.knobs) +
+            timing_cells(p.timing) + cells(errors, p.errors) + "</tr>";
   }
   return html + "</table>";
 }

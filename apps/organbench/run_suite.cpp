@@ -12,7 +12,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/error.h"
+#include "core/temporary_folder.h"
 #include "organbench/result_json.h"
 
 namespace organbake {
@@ -66,7 +66,10 @@ SuiteResult last_result(const std::string& lines) {
 
 }  // namespace
 
-SuiteResult run_suite(const Suite& suite, const BenchOptions& options, const RunContext& context) {
+SuiteResult run_suite(const Suite& suite, const BenchOptions& asked, const RunContext& context) {
+  const TemporaryFolder scratch;  // ours, not the child's: it goes away when the child is killed
+  BenchOptions options = asked;
+  options.scratch = scratch.path();
   int ends[2];
   if (::pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
   const pid_t child = ::fork();
@@ -82,8 +85,9 @@ SuiteResult run_suite(const Suite& suite, const BenchOptions& options, const Run
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  context.throw_if_cancelled();
-  if (WIFSIGNALED(status)) {
+  if (context.cancelled()) {
+    result.failure = "stopped";
+  } else if (WIFSIGNALED(status)) {
     result.failure = std::string("the suite crashed: ") + ::strsignal(WTERMSIG(status));
   }
   return result;

@@ -57,4 +57,4 @@ while kill -0 $pid 2>/dev/null && ! grep -q '"failed":1' err; do sleep 0.02; don
 kill -TERM $pid
 wait $pid
 expect_equal $? 130
-grep -q '^long,written' killed/batch.csv && fail "the long case was not stopped"
+if grep -q '^long,written' killed/batch.csv; then fail "the long case was not stopped"; fi

@@ -29,3 +29,14 @@ expect 66 organbench diff run nowhere
 echo '{"schema": "organbake/bench/1"}' >bad.json
 expect 65 organbench diff run bad.json
 expect_err "bad.json"
+
+# Ctrl-C keeps what was found until then.
+set -m
+"$BIN/organbench" isosurface -o stopped >/dev/null 2>err &
+victim=$!
+while kill -0 $victim 2>/dev/null && ! grep -q '^organbench: isosurface: ' err; do sleep 0.02; done
+kill -INT $victim
+wait $victim
+expect_equal $? 130
+expect 0 organbake verify stopped/organbench.json
+grep -q '"failure": "stopped"' stopped/organbench.json || fail "the page does not say that it was stopped"

@@ -15,25 +15,21 @@ struct BakeChoice {
 };
 
 // Bundles of the phantom organ, baked as users bake them: by the organbake that lies beside this
-// program, into a folder that goes away with the object.
+// program, into the suite's folder.
 class PlayerBundles {
  public:
   // Throws NoInputError when there is no organbake.
   explicit PlayerBundles(const Bench& bench);
-  ~PlayerBundles();
-  PlayerBundles(const PlayerBundles&) = delete;
-  PlayerBundles& operator=(const PlayerBundles&) = delete;
 
   static constexpr int kCameras = 8;
   // Baked when first asked for. Throws Error with organbake's own words when it fails.
   std::filesystem::path folder(const BakeChoice& choice);
-  const std::filesystem::path& scratch() const { return scratch_; }
   // A program that lies beside this one.
   std::filesystem::path program(const std::string& name) const;
 
  private:
   const Bench& bench_;
-  std::filesystem::path programs_, scratch_;
+  std::filesystem::path programs_;
 };
 
 }  // namespace organbake

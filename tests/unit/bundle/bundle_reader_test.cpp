@@ -7,8 +7,8 @@
 #include "bundle/bundle.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "small_bundle.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

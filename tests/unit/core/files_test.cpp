@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "support/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace organbake {
 namespace {

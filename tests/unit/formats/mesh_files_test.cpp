@@ -8,12 +8,12 @@
 #include <iterator>
 #include <limits>
 
+#include "core/temporary_folder.h"
 #include "core/text.h"
 #include "file_bytes.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
 #include "support/meshes.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

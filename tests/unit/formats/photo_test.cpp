@@ -6,10 +6,10 @@
 
 #include <cstdlib>
 
+#include "core/temporary_folder.h"
 #include "file_bytes.h"
 #include "formats/jpeg.h"
 #include "image/png.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/random.h"
-#include "support/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <stdexcept>
+
+#include "core/files.h"
 
 namespace organbake {
 namespace {
@@ -23,6 +26,37 @@ TEST(RunSuite, KeepsWhatWasFoundBeforeACrash) {
   });
   EXPECT_EQ(result.figures.size(), 1u);
   EXPECT_THAT(result.failure, HasSubstr("crashed"));
+}
+
+TEST(RunSuite, KeepsWhatWasFoundBeforeItWasStopped) {
+  const std::atomic<bool> stop_asked{true};
+  const Suite slow{"suite", "summary", [](Bench& bench) {
+                     bench.add(Figure{"first", "mm", 1, 2});
+                     for (;;) ::pause();
+                   }};
+  const SuiteResult result = run_suite(slow, {}, {{}, {}, &stop_asked});
+  EXPECT_EQ(result.figures.size(), 1u);
+  EXPECT_EQ(result.failure, "stopped");
+}
+
+TEST(RunSuite, LeavesNoFolderBehindACrash) {
+  const SuiteResult result = run([](Bench& bench) {
+    write_file_atomically(bench.scratch() / "file", "text");
+    bench.skip(bench.scratch(), "the parent wants to know");
+    ::raise(SIGKILL);
+  });
+  ASSERT_EQ(result.skipped.size(), 1u);
+  EXPECT_TRUE(std::filesystem::path(result.skipped[0].what).is_absolute());
+  EXPECT_FALSE(std::filesystem::exists(result.skipped[0].what));
+}
+
+TEST(TimeInTurn, EndsAtItsBudgetButNotBeforeTheLeastRounds) {
+  int calls = 0;
+  const auto work = [&] { ++calls; };
+  const auto timings = time_in_turn({work}, {.most = 9, .least = 3, .budget_s = 0});
+  EXPECT_EQ(timings[0].runs, 3);
+  EXPECT_EQ(calls, 4);  // and the first, which is not counted
+  EXPECT_EQ(time_in_turn({work}, {.most = 5, .least = 3, .budget_s = 1e6})[0].runs, 5);
 }
 
 TEST(RunSuite, TellsWhyASuiteEndedEarly) {

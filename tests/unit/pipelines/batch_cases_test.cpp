@@ -6,8 +6,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "pipelines/case_table.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "pipelines/content_hash.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

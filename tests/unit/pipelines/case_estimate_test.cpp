@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "pipelines/input_size.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/temporary_folder.h"
 #include "fake_stages.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/temporary_folder.h"
 #include "fake_stages.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

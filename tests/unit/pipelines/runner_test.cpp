@@ -10,9 +10,9 @@
 #include "bundle/bundle.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "fake_stages.h"
 #include "pipelines/outputs.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include "core/temporary_folder.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "core/random.h"
+#include "core/temporary_folder.h"
 #include "dicom_bytes.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 #include "volume/dicom_pixels.h"
 #include "volume/dicom_slice.h"
 #include "volume/read_volume.h"

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/temporary_folder.h"
 #include "core/text.h"
 #include "dicom_bytes.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

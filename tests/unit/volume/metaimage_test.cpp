@@ -3,9 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include "core/temporary_folder.h"
 #include "nifti_bytes.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 #include "volume/read_volume.h"
 #include "volume/write_volume.h"
 

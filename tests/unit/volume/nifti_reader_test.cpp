@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
+#include "core/temporary_folder.h"
 #include "nifti_bytes.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

@@ -4,9 +4,9 @@
 #include <bzlib.h>
 #include <gmock/gmock.h>
 
+#include "core/temporary_folder.h"
 #include "core/text.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

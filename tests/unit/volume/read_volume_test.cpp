@@ -3,10 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include "core/temporary_folder.h"
 #include "dicom_bytes.h"
 #include "nifti_bytes.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 #include "volume/write_volume.h"
 
 namespace organbake {

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "core/temporary_folder.h"
 #include "ramp_volume.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

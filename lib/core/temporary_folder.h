@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
-#include <stdexcept>
 #include <string>
+
+#include "core/error.h"
 
 namespace organbake {
 
-// A folder of a test's own, removed with everything in it.
+// An empty folder of its own for a test or a measurement, removed with everything in it.
 class TemporaryFolder {
  public:
+  // Throws IoError when the system's temporary folder takes none.
   TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "organbake-test-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder: " + name);
+    std::string name = (std::filesystem::temp_directory_path() / "organbake-XXXXXX").string();
+    if (!::mkdtemp(name.data())) throw IoError::writing(name, std::strerror(errno));
     path_ = name;
   }
   ~TemporaryFolder() {
-    std::error_code ignored;
+    std::error_code ignored;  // what cannot be removed is the system's to clear
     std::filesystem::remove_all(path_, ignored);
   }
   TemporaryFolder(const TemporaryFolder&) = delete;
