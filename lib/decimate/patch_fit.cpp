@@ -18,7 +18,7 @@ using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostUnknowns, 1>;
 
 class PatchSolver {
  public:
-  PatchSolver(Patch& patch, const FitReference& reference, const PatchFitOptions& options)
+  PatchSolver(ProxyPatch& patch, const FitReference& reference, const PatchFitOptions& options)
       : patch_(patch), reference_(reference), options_(options) {}
 
   PatchFit run() {
@@ -180,7 +180,7 @@ class PatchSolver {
     return true;
   }
 
-  Patch& patch_;
+  ProxyPatch& patch_;
   const FitReference& reference_;
   const PatchFitOptions& options_;
   Matrix matrix_;
@@ -191,16 +191,17 @@ class PatchSolver {
 
 }  // namespace
 
-PatchFit fit_patch(Patch& patch, const FitReference& reference, const PatchFitOptions& options) {
+PatchFit fit_patch(ProxyPatch& patch, const FitReference& reference,
+                   const PatchFitOptions& options) {
   return PatchSolver(patch, reference, options).run();
 }
 
-PatchFit measure_patch(Patch& patch, const FitReference& reference, const FitNorm& norm) {
+PatchFit measure_patch(ProxyPatch& patch, const FitReference& reference, const FitNorm& norm) {
   const PatchFitOptions options{.norm = norm};
   return PatchSolver(patch, reference, options).measured();
 }
 
-double patch_volume(const Patch& patch, const Eigen::Vector3d& from) {
+double patch_volume(const ProxyPatch& patch, const Eigen::Vector3d& from) {
   double volume = 0;
   for (const Face& f : patch.faces) {
     volume += (patch.vertices[f[0]] - from)

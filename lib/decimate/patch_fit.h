@@ -19,7 +19,7 @@ struct SurfacePoint {
 using FaceTargets = std::vector<SurfacePoint>;  // of FitReference's points on one face
 
 // A few faces of a proxy, by themselves: what is refitted after a local change.
-struct Patch {
+struct ProxyPatch {
   std::vector<Eigen::Vector3d> vertices;  // the first `free` may move, the others hold the rim
   std::size_t free = 0;
   std::vector<Face> faces;             // of `vertices`
@@ -49,14 +49,15 @@ struct PatchFitOptions {
 // Measures the patch and moves its free vertices by Gauss–Newton steps; between the first and the
 // last measure, the surface stands in by its tangent planes.
 // A patch that ends with a face that is no good has infinite energy.
-PatchFit fit_patch(Patch& patch, const FitReference& reference, const PatchFitOptions& options);
+PatchFit fit_patch(ProxyPatch& patch, const FitReference& reference,
+                   const PatchFitOptions& options);
 
 // The same without moving anything.
-PatchFit measure_patch(Patch& patch, const FitReference& reference, const FitNorm& norm);
+PatchFit measure_patch(ProxyPatch& patch, const FitReference& reference, const FitNorm& norm);
 
 // Volume between the patch and a fixed point; the same for any patch with the same rim up to the
 // space between the two.
-double patch_volume(const Patch& patch, const Eigen::Vector3d& from);
+double patch_volume(const ProxyPatch& patch, const Eigen::Vector3d& from);
 
 // 1 for an equilateral triangle, 0 for one without area: 4√3 · area / Σ edge².
 double face_quality(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);

@@ -42,7 +42,7 @@ RefinedProxy::RefinedProxy(const TriangleMesh& proxy, const FitReference& refere
     samples_[scene.closest_point(reference.samples()[s]).face].push_back(s);
   }
   for (std::uint32_t f = 0; f < faces_.size(); ++f) {
-    Patch patch;
+    ProxyPatch patch;
     for (const std::uint32_t v : faces_[f]) patch.vertices.push_back(points_[v]);
     patch.faces = {{0, 1, 2}};
     patch.samples = samples_[f];
@@ -118,9 +118,10 @@ std::optional<ProxyMove> RefinedProxy::split(std::uint32_t a, std::uint32_t b) c
                    {reference_->closest(0.5 * (points_[a] + points_[b])).point}};
 }
 
-Patch RefinedProxy::patch_of(const ProxyMove& move, const std::vector<std::uint32_t>& kept_faces,
-                             std::vector<std::uint32_t>& global) const {
-  Patch patch;
+ProxyPatch RefinedProxy::patch_of(const ProxyMove& move,
+                                  const std::vector<std::uint32_t>& kept_faces,
+                                  std::vector<std::uint32_t>& global) const {
+  ProxyPatch patch;
   global = move.free;
   patch.free = move.free.size();
   const auto local = [&](Face face) {

@@ -26,7 +26,7 @@ struct ProxyTrial {
   ProxyMove move;
   double gain = 0;  // energy that it takes off; negative when it adds
   std::vector<std::uint32_t> old_faces, kept_faces;  // of the patch, before; those not removed
-  Patch patch;
+  ProxyPatch patch;
   PatchFit fit;
 };
 
@@ -62,8 +62,8 @@ class RefinedProxy {
   std::uint32_t opposite(std::uint32_t a, std::uint32_t b, std::uint32_t* face) const;
   bool adjacent(std::uint32_t a, std::uint32_t b) const;
   bool at_border(std::uint32_t v) const;
-  Patch patch_of(const ProxyMove& move, const std::vector<std::uint32_t>& kept_faces,
-                 std::vector<std::uint32_t>& global) const;
+  ProxyPatch patch_of(const ProxyMove& move, const std::vector<std::uint32_t>& kept_faces,
+                      std::vector<std::uint32_t>& global) const;
   bool intersects(const ProxyTrial& trial, const std::vector<std::uint32_t>& global) const;
 
   const FitReference* reference_;

@@ -7,7 +7,7 @@
 
 namespace organbake {
 
-Plane confidence_map(const Frame& frame, const Plane& log_range,
+Plane confidence_map(const PreparedFrame& frame, const Plane& log_range,
                      const std::vector<Eigen::Vector3f>& normals, const RayGrid& rays,
                      double intensity_unit, double noise) {
   constexpr double kFilled = 0.25, kMisfit = 0.15;

@@ -84,7 +84,7 @@ Mask reduced(Mask mask, int halvings) {
   return mask;
 }
 
-void find_masks(const Mask* given_instruments, const FrameOptions& options, Frame& frame) {
+void find_masks(const Mask* given_instruments, const FrameOptions& options, PreparedFrame& frame) {
   const int width = frame.color.width, height = frame.color.height;
   frame.field = Mask(width, height, 1);
   frame.highlights = frame.instruments = Mask(width, height);
@@ -115,8 +115,8 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
   return camera;
 }
 
-Frame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera, const FrameOptions& options,
-                    const Mask* given_instruments) {
+PreparedFrame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera,
+                            const FrameOptions& options, const Mask* given_instruments) {
   options.check();
   if (frame.width != camera.width || frame.height != camera.height)
     throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
@@ -128,7 +128,7 @@ Frame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera, const Fram
         "the frame is " + std::to_string(frame.width) + "x" + std::to_string(frame.height) +
         ", the mask of instruments " + std::to_string(given_instruments->width) + "x" +
         std::to_string(given_instruments->height) + "; it must have the frame's size");
-  Frame ready;
+  PreparedFrame ready;
   ready.color = frame;
   ready.was_combed = is_combed(frame);
   if (ready.was_combed) deinterlace(ready.color);

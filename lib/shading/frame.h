@@ -16,7 +16,7 @@ struct FrameOptions {
 };
 
 // A frame made ready to be read as shading.
-struct Frame {
+struct PreparedFrame {
   Rgb8Image color;    // undistorted, of reduced size
   Intrinsics camera;  // of `color`; without distortion
   Plane intensity;    // linear, of one albedo
@@ -35,7 +35,7 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad);
 // Deinterlaces when combed, halves, undistorts, makes linear, masks. `camera` is of the frame as it
 // comes. `given_instruments` (of the frame's size, may be null) replaces the search for
 // instruments.
-Frame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera, const FrameOptions& options,
-                    const Mask* given_instruments = nullptr);
+PreparedFrame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera,
+                            const FrameOptions& options, const Mask* given_instruments = nullptr);
 
 }  // namespace organbake

@@ -23,8 +23,8 @@ double median_where(const Plane& plane, const Mask& inside) {
   return median(std::move(values));
 }
 
-void shade_near(const Frame& frame, const ShadingOptions& options, const FrameDepth* previous,
-                FrameDepth& result) {
+void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
+                const FrameDepth* previous, FrameDepth& result) {
   RangeEstimate estimate =
       shade_laparoscope(frame.intensity, frame.counts, frame.camera, options.laparoscope,
                         previous ? &previous->log_range : nullptr, options.range_mm);
@@ -53,7 +53,7 @@ void shade_near(const Frame& frame, const ShadingOptions& options, const FrameDe
 }
 
 // 0…1, with gaps filled: what the paper's method, which knows no masks, is given.
-Plane unit_intensity(const Frame& frame, double albedo) {
+Plane unit_intensity(const PreparedFrame& frame, double albedo) {
   Plane intensity = frame.intensity;
   for (float& value : intensity.values)
     value = std::clamp(value / static_cast<float>(albedo), 0.F, 1.F);
@@ -62,7 +62,7 @@ Plane unit_intensity(const Frame& frame, double albedo) {
 }
 
 // Pixels of depth about a mean of 0, seen from afar, as planar depth about the frame's own range.
-void place_relief(const Frame& frame, const ShadingOptions& options, const Plane& relief_px,
+void place_relief(const PreparedFrame& frame, const ShadingOptions& options, const Plane& relief_px,
                   FrameDepth& result) {
   const double range = options.range_mm > 0 ? options.range_mm : 1;
   const double per_pixel = range / frame.camera.fx;
@@ -87,8 +87,8 @@ void place_relief(const Frame& frame, const ShadingOptions& options, const Plane
   result.normals = normals_from_log_range(log_range, rays);
 }
 
-void shade_far(const Frame& frame, const ShadingOptions& options, const FrameDepth* previous,
-               FrameDepth& result) {
+void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
+               const FrameDepth* previous, FrameDepth& result) {
   const LightEstimate estimated = estimate_light(frame.intensity, frame.counts);
   result.light = options.light ? *options.light : previous ? previous->light : estimated.light;
   const Plane intensity = unit_intensity(frame, std::max(estimated.albedo, 1e-9));
@@ -130,7 +130,7 @@ void ShadingOptions::check() const {
     throw UsageError("iterations is " + std::to_string(iterations) + "; it must be at least 1");
 }
 
-FrameDepth shade_frame(const Frame& frame, const ShadingOptions& options,
+FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options,
                        const FrameDepth* previous) {
   options.check();
   FrameDepth result;

@@ -50,7 +50,7 @@ struct FrameDepth {
 };
 
 // Reads a frame as shading. `previous` = the depth of a frame that looks alike, or null.
-FrameDepth shade_frame(const Frame& frame, const ShadingOptions& options,
+FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options,
                        const FrameDepth* previous = nullptr);
 
 }  // namespace organbake

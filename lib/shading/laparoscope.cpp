@@ -89,7 +89,7 @@ Plane coarse_solution(const std::vector<ShadedImage>& levels, RangeEstimate& est
   return v;
 }
 
-void fit_level(const ShadedImage& image, const FitOptions& options, Plane& v,
+void fit_level(const ShadedImage& image, const RangeFitOptions& options, Plane& v,
                RangeEstimate& estimate) {
   const FitSummary summary = fit_log_range(image, options, v);
   estimate.refinements += summary.inner_steps;
@@ -100,7 +100,7 @@ Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOption
                  RangeEstimate& estimate) {
   if (!options.refine) return swept(levels.front(), nullptr, estimate, 1e-5);
   Plane v = coarse_solution(levels, estimate);
-  FitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
+  RangeFitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
   fit_level(levels.back(), fit, v, estimate);
   fit.outer_steps = 2;
   fit.inner_steps = 15;
@@ -117,7 +117,7 @@ Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOption
                  const Plane& previous, RangeEstimate& estimate) {
   std::vector<Plane> before = {previous};
   for (std::size_t i = 1; i < levels.size(); ++i) before.push_back(halved(before.back()));
-  FitOptions fit{.outer_steps = 2, .inner_steps = 60, .model_error = options.texture};
+  RangeFitOptions fit{.outer_steps = 2, .inner_steps = 60, .model_error = options.texture};
   Plane v = before.back();
   fit_level(levels.back(), fit, v, estimate);
   fit.outer_steps = 1;

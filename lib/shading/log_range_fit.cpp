@@ -52,7 +52,7 @@ double linearise(const ShadedImage& image, double model_error, const Plane& v,
 
 }  // namespace
 
-FitSummary fit_log_range(const ShadedImage& image, const FitOptions& options, Plane& v) {
+FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v) {
   const RayGrid& rays = image.rays;
   FirstOrderEquations equations(v.width, v.height, rays.step_x, rays.step_y, 2);
   // Noise of σ² per pixel is a power of σ²h² per area; bending, too, is summed per pixel.

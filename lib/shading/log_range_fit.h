@@ -14,7 +14,7 @@ struct ShadedImage {
   RayGrid rays;
 };
 
-struct FitOptions {
+struct RangeFitOptions {
   int outer_steps = 2;   // linearisations
   int inner_steps = 15;  // conjugate gradients in each
   // Share of the model that it can never explain: differences, texture. Bounds what a pixel counts.
@@ -32,6 +32,6 @@ struct FitSummary {
 // O(h) errors; at borders where the surface comes nearer it knows nothing from outside, and noise
 // pulls it to the camera: all three are mended here. μ follows from σ, so the smoothing width is
 // the data's own and does not change with resolution. Pixels outside are bridged by the penalty.
-FitSummary fit_log_range(const ShadedImage& image, const FitOptions& options, Plane& v);
+FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v);
 
 }  // namespace organbake

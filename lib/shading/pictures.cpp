@@ -42,7 +42,7 @@ void paste(const Rgb8Image& from, int left, int top, Rgb8Image& to) {
 
 }  // namespace
 
-Rgb8Image mask_picture(const Frame& frame) {
+Rgb8Image mask_picture(const PreparedFrame& frame) {
   Rgb8Image picture(frame.color.width, frame.color.height);
   for (std::size_t k = 0; k < frame.field.size(); ++k) {
     std::uint8_t* p = &picture.pixels[3 * k];
@@ -87,7 +87,7 @@ Rgb8Image depth_picture(const Plane& depth) {
   return picture;
 }
 
-Rgb8Image frame_strip(const Frame& frame, const FrameDepth& result, int side) {
+Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side) {
   const Rgb8Image parts[4] = {reduced(frame.color, side), reduced(mask_picture(frame), side),
                               reduced(depth_picture(result.depth), side),
                               reduced(relief_picture(result), side)};

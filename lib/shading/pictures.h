@@ -9,14 +9,15 @@
 namespace organbake {
 
 // Field of view grey, highlights white, instruments blue, the border black.
-Rgb8Image mask_picture(const Frame& frame);
+Rgb8Image mask_picture(const PreparedFrame& frame);
 // 0 black … 1 white.
 Rgb8Image grey_picture(const Plane& share);
 // Near is bright and warm, far is dark and cold, nothing is black; from the 2nd to the 98th
 // percent.
 Rgb8Image depth_picture(const Plane& depth);
-// Frame, mask, depth and relief (lit from above left) beside each other, each at most `side` wide.
-Rgb8Image frame_strip(const Frame& frame, const FrameDepth& result, int side);
+// PreparedFrame, mask, depth and relief (lit from above left) beside each other, each at most
+// `side` wide.
+Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side);
 // One below the other.
 Rgb8Image stacked(const std::vector<Rgb8Image>& rows);
 

@@ -182,7 +182,7 @@ std::size_t CoverSearch::covered(const std::vector<std::uint32_t>& chosen) const
   return Counts(*this, chosen).covered();
 }
 
-Cover CoverSearch::greedy(Cover cover, const CoverGoal& goal, std::size_t most) const {
+ChosenCover CoverSearch::greedy(ChosenCover cover, const CoverGoal& goal, std::size_t most) const {
   Counts counts(*this, cover.chosen);
   cover.covered = counts.covered();
   while (cover.covered < goal.samples && cover.chosen.size() < most) {
@@ -198,9 +198,9 @@ Cover CoverSearch::greedy(Cover cover, const CoverGoal& goal, std::size_t most) 
   return cover;
 }
 
-Cover CoverSearch::from_shares(const CoverGoal& goal) const {
+ChosenCover CoverSearch::from_shares(const CoverGoal& goal) const {
   constexpr double kUsed = 1e-3;
-  Cover cover;
+  ChosenCover cover;
   for (std::uint32_t c = 0; c < shares_.size(); ++c) {
     if (shares_[c] > kUsed) cover.chosen.push_back(c);
   }
@@ -217,14 +217,14 @@ Cover CoverSearch::from_shares(const CoverGoal& goal) const {
   return cover;
 }
 
-Cover CoverSearch::swapped(Cover start, const CoverGoal& goal, int swaps) const {
+ChosenCover CoverSearch::swapped(ChosenCover start, const CoverGoal& goal, int swaps) const {
   // What was just moved rests for a while, or the search would run in circles; now and then what
   // stayed longest goes, or it would stay for ever.
   constexpr int kOldestEvery = 7;
   const int rest = static_cast<int>(start.chosen.size()) / 3 + 1;
   std::vector<int> rests_until(seen_.size(), -1);
   Counts counts(*this, start.chosen);
-  Cover best = start, now = std::move(start);
+  ChosenCover best = start, now = std::move(start);
   for (int swap = 0; swap < swaps && best.covered < goal.samples; ++swap) {
     const auto rested = [&](std::uint32_t c) { return rests_until[c] < swap; };
     const std::uint32_t out = least_of(now.chosen, rested, [&](std::uint32_t c) -> std::uint64_t {
@@ -249,9 +249,10 @@ Cover CoverSearch::swapped(Cover start, const CoverGoal& goal, int swaps) const 
   return best;
 }
 
-Cover CoverSearch::with_one_less(const Cover& start, const CoverGoal& goal, int swaps) const {
+ChosenCover CoverSearch::with_one_less(const ChosenCover& start, const CoverGoal& goal,
+                                       int swaps) const {
   if (start.chosen.size() < 2) return {};
-  Cover fewer = start;
+  ChosenCover fewer = start;
   Counts counts(*this, start.chosen);
   const std::uint32_t out =
       least_of(start.chosen, kAnyOne, [&](std::uint32_t c) { return counts.loss(c); });
@@ -259,12 +260,12 @@ Cover CoverSearch::with_one_less(const Cover& start, const CoverGoal& goal, int 
   std::erase(fewer.chosen, out);
   fewer.covered = counts.covered();
   fewer = swapped(std::move(fewer), goal, swaps);
-  return fewer.covered >= goal.samples ? fewer : Cover{};
+  return fewer.covered >= goal.samples ? fewer : ChosenCover{};
 }
 
-Cover CoverSearch::repaired(const Cover& start, const CoverGoal& goal, std::size_t most,
-                            int swaps) const {
-  Cover cover = start;
+ChosenCover CoverSearch::repaired(const ChosenCover& start, const CoverGoal& goal, std::size_t most,
+                                  int swaps) const {
+  ChosenCover cover = start;
   cover.covered = covered(cover.chosen);
   for (;;) {
     cover = swapped(std::move(cover), goal, swaps);
@@ -275,18 +276,18 @@ Cover CoverSearch::repaired(const Cover& start, const CoverGoal& goal, std::size
   }
 }
 
-Cover CoverSearch::fewest(const CoverGoal& goal, std::size_t most, int swaps) const {
-  Cover best = greedy({}, goal, std::min(most, seen_.size()));
+ChosenCover CoverSearch::fewest(const CoverGoal& goal, std::size_t most, int swaps) const {
+  ChosenCover best = greedy({}, goal, std::min(most, seen_.size()));
   if (best.covered < goal.samples) return best;
-  if (Cover relaxed = from_shares(goal);
+  if (ChosenCover relaxed = from_shares(goal);
       relaxed.covered >= goal.samples && relaxed.chosen.size() < best.chosen.size()) {
     best = std::move(relaxed);
   }
   return thinned(std::move(best), goal, swaps);
 }
 
-Cover CoverSearch::thinned(Cover cover, const CoverGoal& goal, int swaps) const {
-  for (Cover fewer = with_one_less(cover, goal, swaps); !fewer.chosen.empty();
+ChosenCover CoverSearch::thinned(ChosenCover cover, const CoverGoal& goal, int swaps) const {
+  for (ChosenCover fewer = with_one_less(cover, goal, swaps); !fewer.chosen.empty();
        fewer = with_one_less(cover, goal, swaps)) {
     cover = std::move(fewer);
   }

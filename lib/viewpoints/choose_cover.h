@@ -8,7 +8,7 @@
 
 namespace organbake {
 
-struct Cover {
+struct ChosenCover {
   std::vector<std::uint32_t> chosen;  // candidates, increasing
   std::size_t covered = 0;            // samples seen by at least `overlap` of them
 };
@@ -26,24 +26,27 @@ class CoverSearch {
               const CoverRelaxation& relaxation, int overlap);
 
   // At most `most` candidates, even when the goal is missed with them.
-  Cover fewest(const CoverGoal& goal, std::size_t most, int swaps) const;
+  ChosenCover fewest(const CoverGoal& goal, std::size_t most, int swaps) const;
   // A start made to reach the goal: by swaps, and by adding what gains most where they don't do.
-  Cover repaired(const Cover& start, const CoverGoal& goal, std::size_t most, int swaps) const;
+  ChosenCover repaired(const ChosenCover& start, const CoverGoal& goal, std::size_t most,
+                       int swaps) const;
   // One after the other dropped and the rest repaired, as long as that reaches the goal.
-  Cover thinned(Cover start, const CoverGoal& goal, int swaps) const;
+  ChosenCover thinned(ChosenCover start, const CoverGoal& goal, int swaps) const;
   // One dropped and the rest repaired; an empty cover when that misses the goal.
-  Cover with_one_less(const Cover& start, const CoverGoal& goal, int swaps) const;
+  ChosenCover with_one_less(const ChosenCover& start, const CoverGoal& goal, int swaps) const;
 
   // Always what gains most next.
-  Cover greedy(const CoverGoal& goal, std::size_t most) const { return greedy({}, goal, most); }
+  ChosenCover greedy(const CoverGoal& goal, std::size_t most) const {
+    return greedy({}, goal, most);
+  }
 
   std::size_t covered(const std::vector<std::uint32_t>& chosen) const;
 
  private:
   class Counts;
-  Cover greedy(Cover start, const CoverGoal& goal, std::size_t most) const;
-  Cover from_shares(const CoverGoal& goal) const;
-  Cover swapped(Cover start, const CoverGoal& goal, int swaps) const;
+  ChosenCover greedy(ChosenCover start, const CoverGoal& goal, std::size_t most) const;
+  ChosenCover from_shares(const CoverGoal& goal) const;
+  ChosenCover swapped(ChosenCover start, const CoverGoal& goal, int swaps) const;
 
   std::vector<SampleBits> seen_;  // samples reordered by price, so that a word has one weight
   std::vector<std::uint32_t> word_weights_;

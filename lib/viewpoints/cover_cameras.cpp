@@ -44,7 +44,7 @@ class CameraCover {
         context_(context) {}
 
   Placement run() {
-    candidates_ = scene_.lattice(goal_.candidates, Lattice::on_rim);
+    candidates_ = scene_.lattice(goal_.candidates, LatticeKind::on_rim);
     sample(goal_.samples);
     folded_ =
         static_cast<double>(seen_by_fewer_than(kFewCandidates).count()) > kFolded * missable();
@@ -99,12 +99,12 @@ class CameraCover {
   void add_candidates_for_the_hidden() {
     const SampleBits few = seen_by_fewer_than(kFewCandidates);
     if (few.count() == 0) return;
-    const Directions fine = scene_.lattice(kFineDirections, Lattice::on_rim);
+    const Directions fine = scene_.lattice(kFineDirections, LatticeKind::on_rim);
     const std::vector<SampleBits> seen = scene_.seen_well(fine, samples_, &few);
     const CoverRelaxation unpriced{0, std::vector<double>(samples_.size(), 0.0),
                                    std::vector<double>(fine.size(), 0.0)};
-    const Cover more = CoverSearch(seen, few, unpriced, kFewCandidates)
-                           .greedy({few.count(), kFewCandidates}, fine.size());
+    const ChosenCover more = CoverSearch(seen, few, unpriced, kFewCandidates)
+                                 .greedy({few.count(), kFewCandidates}, fine.size());
     Directions added;
     for (const std::uint32_t c : more.chosen) added.push_back(fine[c]);
     append(added);
@@ -150,7 +150,7 @@ class CameraCover {
     CoverRelaxation unpriced = relaxation_;
     std::fill(unpriced.prices.begin(), unpriced.prices.end(), 0.0);
     const CoverSearch search(seen_, reachable_, unpriced, goal_.overlap);
-    const Cover cover = search.fewest(cover_goal_, kMostCoverCameras, kSwaps);
+    const ChosenCover cover = search.fewest(cover_goal_, kMostCoverCameras, kSwaps);
     if (cover.covered < cover_goal_.samples || cover.chosen.size() >= cover_.chosen.size()) return;
     cover_ = cover;
     relaxation_.prices = unpriced.prices;
@@ -200,7 +200,8 @@ class CameraCover {
       raised.samples = std::min(most_samples_, std::max(raised.samples, cover_.covered) + 1 +
                                                    static_cast<std::size_t>(lacking));
       const int repair_swaps = kRepairSwaps / static_cast<int>(cover_.chosen.size());
-      const Cover repaired = search_->repaired(cover_, raised, kMostCoverCameras, repair_swaps);
+      const ChosenCover repaired =
+          search_->repaired(cover_, raised, kMostCoverCameras, repair_swaps);
       if (repaired.covered <= cover_.covered) return;
       cover_ = repaired;
     }
@@ -227,7 +228,7 @@ class CameraCover {
   CoverGoal cover_goal_;
   CoverRelaxation relaxation_;
   std::optional<CoverSearch> search_;
-  Cover cover_;
+  ChosenCover cover_;
   CoverSummary summary_;
 };
 

@@ -19,10 +19,10 @@ CoverScene::CoverScene(const TriangleMesh& surface, const OrganFrame& organ,
       sight_(surface) {
   constexpr int kDistanceDirections = 64;
   distance_mm_ =
-      organ.common_distance_mm(lattice(kDistanceDirections, Lattice::on_rim), options, context);
+      organ.common_distance_mm(lattice(kDistanceDirections, LatticeKind::on_rim), options, context);
 }
 
-CoverScene::Directions CoverScene::lattice(int count, Lattice kind) const {
+CoverScene::Directions CoverScene::lattice(int count, LatticeKind kind) const {
   return lattice_directions(count, region_.axis, region_.half_angle_rad, kind);
 }
 
@@ -52,7 +52,7 @@ std::vector<SampleBits> CoverScene::seen_well(const Directions& cameras,
 
 SampleBits CoverScene::reachable(const SurfaceSamples& samples) const {
   context_.throw_if_cancelled();
-  return sight_.seen_from_any(eyes(lattice(kRegionViews, Lattice::off_rim), goal().texel_mm),
+  return sight_.seen_from_any(eyes(lattice(kRegionViews, LatticeKind::off_rim), goal().texel_mm),
                               samples, well());
 }
 

@@ -30,7 +30,7 @@ class CoverScene {
   const CoverageGoal& goal() const { return *options_.coverage; }
   const RunContext& context() const { return context_; }
 
-  Directions lattice(int count, Lattice kind) const;
+  Directions lattice(int count, LatticeKind kind) const;
   bool in_region(const Eigen::Vector3d& direction) const;
   // Between neighbours of so many that share the region evenly.
   double spacing_rad(std::size_t count) const;

@@ -29,7 +29,7 @@ Eyes region_eyes(int count, const Placement& placement, const PlacementOptions& 
   const double distance = (first.center_world_mm() - manifold.center_world_mm).norm();
   Eyes eyes;
   for (const Eigen::Vector3d& d :
-       lattice_directions(count, region.axis, region.half_angle_rad, Lattice::off_rim)) {
+       lattice_directions(count, region.axis, region.half_angle_rad, LatticeKind::off_rim)) {
     eyes.push_back({manifold.center_world_mm + distance * d, -d, first.intrinsics.fx});
   }
   return eyes;

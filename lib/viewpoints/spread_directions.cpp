@@ -175,10 +175,11 @@ double even_spacing_rad(std::size_t count, double half_angle_rad) {
 }
 
 std::vector<Eigen::Vector3d> lattice_directions(int count, const Eigen::Vector3d& axis,
-                                                double half_angle_rad, Lattice lattice) {
-  Directions directions = lattice == Lattice::on_rim ? spiral(count, half_angle_rad)
-                                                     : spiral_off_the_rim(count, half_angle_rad);
-  if (lattice == Lattice::on_rim && half_angle_rad < kAllRound) {
+                                                double half_angle_rad, LatticeKind lattice) {
+  Directions directions = lattice == LatticeKind::on_rim
+                              ? spiral(count, half_angle_rad)
+                              : spiral_off_the_rim(count, half_angle_rad);
+  if (lattice == LatticeKind::on_rim && half_angle_rad < kAllRound) {
     const double spacing = even_spacing_rad(static_cast<std::size_t>(count), half_angle_rad);
     const int ring = static_cast<int>(std::ceil(2 * kPi * std::sin(half_angle_rad) / spacing));
     // The spiral itself ends on the rim, at some azimuth: the ring begins half a step beside it.

@@ -21,8 +21,8 @@ double even_spacing_rad(std::size_t count, double half_angle_rad);
 // Many unit directions over the same cap at once, on a Fibonacci spiral: even, not at rest. Those
 // `on_rim` begin on the axis and end with a ring along the cap's rim (more than `count` in all);
 // the others keep half a step off both, so that the two share no direction.
-enum class Lattice { on_rim, off_rim };
+enum class LatticeKind { on_rim, off_rim };
 std::vector<Eigen::Vector3d> lattice_directions(int count, const Eigen::Vector3d& axis,
-                                                double half_angle_rad, Lattice lattice);
+                                                double half_angle_rad, LatticeKind lattice);
 
 }  // namespace organbake

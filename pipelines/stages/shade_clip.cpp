@@ -21,7 +21,7 @@ constexpr std::size_t kMostStrips = 12;  // rows of the picture to look at
 // One frame on its way through.
 struct Work {
   SelectedFrame selected;
-  Frame frame;
+  PreparedFrame frame;
   std::shared_ptr<const FrameDepth> depth;
 };
 using Item = std::shared_ptr<Work>;

@@ -22,7 +22,7 @@ struct Clip {
 // The frame that becomes a surface.
 struct KeyFrame {
   FrameRecord record;
-  Frame frame;
+  PreparedFrame frame;
   std::shared_ptr<const FrameDepth> depth;
 };
 

@@ -52,7 +52,7 @@ ChannelImage normal_channels(const FrameDepth& depth) {
 
 }  // namespace
 
-FrameRecord record_of(std::size_t index, double sharpness, const Frame& frame,
+FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
                       const FrameDepth& depth) {
   FrameRecord record;
   record.index = index;
@@ -83,7 +83,7 @@ FrameRecord record_of(std::size_t index, double sharpness, const Frame& frame,
   return record;
 }
 
-void write_frame(const fs::path& folder, std::size_t index, const Frame& frame,
+void write_frame(const fs::path& folder, std::size_t index, const PreparedFrame& frame,
                  const FrameDepth& depth) {
   constexpr std::size_t kDigits = 6;
   const std::string name = padded(index, kDigits);

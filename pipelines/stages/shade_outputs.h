@@ -20,11 +20,11 @@ struct FrameRecord {
   double outside_share = 0, highlight_share = 0, instrument_share = 0;
   std::string branch;
 };
-FrameRecord record_of(std::size_t index, double sharpness, const Frame& frame,
+FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
                       const FrameDepth& depth);
 
 // depth/, normals/, mask/, confidence/ of one frame, named by its index.
-void write_frame(const std::filesystem::path& folder, std::size_t index, const Frame& frame,
+void write_frame(const std::filesystem::path& folder, std::size_t index, const PreparedFrame& frame,
                  const FrameDepth& depth);
 
 // Per-frame lists and sums into the report, and the curves over time into plot.svg.

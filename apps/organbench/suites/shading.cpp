@@ -231,7 +231,7 @@ ClipShares measure_clip(const LaparoscopyPhantom& phantom, int frames, bool piec
   FrameDepth previous;
   for (int i = 0; i < frames; ++i) {
     const LaparoscopyFrame truth = phantom.frame(i);
-    const Frame frame =
+    const PreparedFrame frame =
         prepare_frame(truth.image, truth.camera.intrinsics, {.piecewise_albedo = piecewise_albedo});
     FrameDepth depth = shade_frame(frame, {}, i > 0 ? &previous : nullptr);
     double shift = 0, count = 0, sum = 0, lights = 0, hit = 0, clean = 0, taken = 0;
@@ -280,7 +280,7 @@ void real_clip(Bench& bench) {
     Rgb8Image image;
     FrameDepth previous;
     for (frames = 0; frames < most && reader.next(image); ++frames) {
-      const Frame frame =
+      const PreparedFrame frame =
           prepare_frame(image, assumed_camera(image.width, image.height, 1.22), {.halvings = 1});
       previous = shade_frame(frame, {}, frames > 0 ? &previous : nullptr);
     }

@@ -13,7 +13,7 @@ struct Shares {
   double recall = 0, false_alarm = 0, instrument = 0;
 };
 
-Shares mask_shares(const Frame& frame, const LaparoscopyFrame& truth) {
+Shares mask_shares(const PreparedFrame& frame, const LaparoscopyFrame& truth) {
   double highlights = 0, hit = 0, clean = 0, taken = 0, steel = 0, found = 0;
   for (std::size_t k = 0; k < frame.field.size(); ++k) {
     if (!frame.field.values[k]) continue;
@@ -33,7 +33,8 @@ Shares mask_shares(const Frame& frame, const LaparoscopyFrame& truth) {
           found / std::max(1.0, steel)};
 }
 
-double error_percent(const FrameDepth& depth, const Frame& frame, const LaparoscopyFrame& truth) {
+double error_percent(const FrameDepth& depth, const PreparedFrame& frame,
+                     const LaparoscopyFrame& truth) {
   double shift = 0, count = 0, sum = 0;
   for (int pass = 0; pass < 2; ++pass)
     for (std::size_t k = 0; k < depth.depth.size(); ++k) {
@@ -56,7 +57,7 @@ TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
   FrameDepth previous;
   for (int i = 0; i < 3; ++i) {
     const LaparoscopyFrame truth = phantom.frame(i);
-    const Frame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
+    const PreparedFrame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
     FrameDepth depth = shade_frame(frame, {}, i > 0 ? &previous : nullptr);
     error += error_percent(depth, frame, truth) / 3;
     const Shares shares = mask_shares(frame, truth);
@@ -76,7 +77,7 @@ TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
 TEST(LaparoscopyClip, ConfidenceIsZeroOutsideAndHigherInFront) {
   const LaparoscopyPhantom phantom({.width = 240, .height = 180, .frames = 1});
   const LaparoscopyFrame truth = phantom.frame(0);
-  const Frame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
+  const PreparedFrame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
   ShadingOptions metric;
   metric.range_mm = 55;
   const FrameDepth depth = shade_frame(frame, metric);

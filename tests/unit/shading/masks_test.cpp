@@ -90,7 +90,7 @@ TEST(Deinterlace, CombsAreSeenAndRemoved) {
 TEST(Frame, HalvingMovesTheCameraAlong) {
   Intrinsics camera = assumed_camera(81, 60, 1.2);
   camera.k1 = 0.1;
-  const Frame frame = prepare_frame(tissue(81, 60), camera, {.halvings = 1});
+  const PreparedFrame frame = prepare_frame(tissue(81, 60), camera, {.halvings = 1});
   EXPECT_EQ(frame.color.width, 40);
   EXPECT_EQ(frame.camera.width, 40);
   EXPECT_DOUBLE_EQ(frame.camera.fx, camera.fx / 2);

@@ -98,8 +98,8 @@ TEST(CoverSearch, FindsTheTrueFewestOfSmallSets) {
       const std::size_t fewest = true_fewest(seen, goal);
       if (fewest > seen.size()) continue;
       const CoverRelaxation relaxation = relax_cover(seen, all_of(100), goal, kSteps);
-      const Cover cover = CoverSearch(seen, all_of(100), relaxation, goal.overlap)
-                              .fewest(goal, seen.size(), kSwaps);
+      const ChosenCover cover = CoverSearch(seen, all_of(100), relaxation, goal.overlap)
+                                    .fewest(goal, seen.size(), kSwaps);
       EXPECT_GE(cover.covered, goal.samples);
       EXPECT_GE(cover.chosen.size(), fewest) << seed;
       EXPECT_LE(cover.chosen.size(), fewest + 1) << seed;
@@ -118,10 +118,10 @@ TEST(CoverSearch, KeepsTheBestWhenTheGoalIsOutOfReach) {
   const auto seen = disjoint_groups(5, 100, 1);
   const CoverRelaxation relaxation = relax_cover(seen, all_of(500), {400, 1}, kSteps);
   const CoverSearch search(seen, all_of(500), relaxation, 1);
-  const Cover two = search.fewest({400, 1}, 2, kSwaps);
+  const ChosenCover two = search.fewest({400, 1}, 2, kSwaps);
   EXPECT_EQ(two.chosen.size(), 2u);
   EXPECT_EQ(two.covered, 200u);
-  const Cover repaired = search.repaired(two, {400, 1}, 5, kSwaps);
+  const ChosenCover repaired = search.repaired(two, {400, 1}, 5, kSwaps);
   EXPECT_EQ(repaired.chosen.size(), 4u);
   EXPECT_TRUE(search.with_one_less(repaired, {400, 1}, kSwaps).chosen.empty());
   EXPECT_EQ(search.with_one_less(repaired, {300, 1}, kSwaps).chosen.size(), 3u);
