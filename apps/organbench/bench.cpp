@@ -32,6 +32,11 @@ void Bench::add(Figure figure) {
   found_(result_);
 }
 
+void Bench::add(FailedCase failed) {
+  result_.failed_cases.push_back(std::move(failed));
+  found_(result_);
+}
+
 void Bench::skip(const std::string& what, const std::string& why) {
   result_.skipped.push_back({what, why});
   found_(result_);

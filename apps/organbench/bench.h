@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -15,8 +16,16 @@ struct BenchOptions {
   bool quick = false;  // smaller inputs, fewer rounds: all suites together under two minutes
   int rounds = 0;   // of every timing; 0 = 9, or fewer (3 at least) of what is slow; 2 when quick
   int threads = 0;  // 0 = all
+  std::uint64_t first_case = 0;  // of the stability suite, whose cases are numbered by their seeds
+  std::uint64_t cases = 0;       // 0 = 10,000, or 1,000 when quick
   std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
+};
+
+// A seeded input on which something failed; `organbench stability --case SEED` does it again.
+struct FailedCase {
+  std::uint64_t seed = 0;
+  std::string stage, outcome, message;
 };
 
 // What one suite found out.
@@ -28,6 +37,7 @@ struct SuiteResult {
   std::vector<Point> points;
   std::vector<Figure> figures;
   std::vector<Skipped> skipped;
+  std::vector<FailedCase> failed_cases;
   std::string failure;  // why the suite ended early; empty when it did not
 };
 
@@ -40,6 +50,7 @@ class Bench {
       : options_(options), context_(context), found_(std::move(found)) {}
 
   bool quick() const { return options_.quick; }
+  const BenchOptions& options() const { return options_; }
   const RunContext& context() const { return context_; }
 
   // A file or folder of the real data; empty, and said in the result, when it is not there.
@@ -56,6 +67,7 @@ class Bench {
 
   void add(Point point);
   void add(Figure figure);
+  void add(FailedCase failed);
   void skip(const std::string& what, const std::string& why);
   void fail(const std::string& why);
 

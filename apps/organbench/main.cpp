@@ -8,11 +8,13 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "core/text.h"
 #include "organbench/compare_runs.h"
 #include "organbench/machine.h"
 #include "organbench/run_report.h"
 #include "organbench/run_suite.h"
+#include "organbench/stability/trial.h"
 #include "pipelines/nearest_name.h"
 #include "pipelines/schemas.h"
 #include "stop_signal.h"
@@ -27,6 +29,7 @@ struct Command {
   std::vector<std::string> suites;
   std::string out;
   std::vector<std::string> runs;  // of diff
+  std::optional<std::uint64_t> one_case;
   bool quiet = false;
 };
 
@@ -120,6 +123,16 @@ int run_diff(const Command& command) {
   return static_cast<int>(comparison.regressed() ? ExitCode::quality_gate : ExitCode::ok);
 }
 
+int run_one_case(std::uint64_t seed) {
+  const TemporaryFolder folder;
+  const Trial trial = run_trial(seed, folder.path());
+  const std::string what =
+      trial.message.empty() ? to_text(trial.error, 3) + " of what is allowed" : trial.message;
+  std::printf("%llu: %s: %s: %s\n", static_cast<unsigned long long>(seed), trial.stage.c_str(),
+              name_of(trial.outcome), what.c_str());
+  return static_cast<int>(is_failure(trial.outcome) ? ExitCode::quality_gate : ExitCode::ok);
+}
+
 std::string suite_list() {
   std::string text = "\nSuites:\n";
   for (const Suite& suite : all_suites()) {
@@ -141,6 +154,10 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   app.add_option("--threads", c.options.threads, "threads to use, 0 = all")
       ->check(CLI::Range(0, 1024));
   app.add_option("--data", c.options.data, "folder of real data (CT, meshes, video)");
+  app.add_option("--cases", c.options.cases,
+                 "seeded inputs of the stability suite (default 10,000, quick 1,000)");
+  app.add_option("--first-case", c.options.first_case, "its first seed (default 0)");
+  app.add_option("--case", c.one_case, "only this seed, in this process, and print what happened");
   app.add_flag("--quiet", c.quiet, "no log");
   app.footer(suite_list());
   app.set_version_flag("--version", "organbench " ORGANBAKE_VERSION);
@@ -156,6 +173,7 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
+  if (c.one_case) return run_one_case(*c.one_case);
   return diff->parsed() ? run_diff(c) : run_suites(c, stop_asked);
 }
 

@@ -89,6 +89,22 @@ std::string points_table(const std::vector<Point>& points) {
   return html + "</table>";
 }
 
+std::string failed_cases_table(const std::vector<FailedCase>& cases) {
+  if (cases.empty()) return {};
+  std::string html = "<table><tr><th>stage</th><th>--case</th><th>outcome</th><th></th></tr>";
+  for (const FailedCase& c : cases) {
+    html += "<tr>" + cell(c.stage) + cell(std::to_string(c.seed)) + cell(c.outcome) +
+            cell(c.message) + "</tr>";
+  }
+  return html + "</table>";
+}
+
+bool has_errors_to_draw(const std::vector<Point>& points) {
+  return std::any_of(points.begin(), points.end(), [](const Point& p) {
+    return p.timing.runs > 0 && !p.errors.empty() && p.errors.front().value > 0;
+  });
+}
+
 // Points of one task belong together, wherever they stand in the list; tasks in order of their
 // first point.
 std::vector<std::vector<Point>> by_task(const std::vector<Point>& points) {
@@ -112,9 +128,10 @@ std::string suite_section(const RunReport::SuiteReport& suite) {
   html += figures_table(suite.result.figures);
   for (const std::vector<Point>& task : by_task(suite.result.points)) {
     html += "<h3>" + escape_html(task.front().task) + "</h3>";
-    if (!task.front().errors.empty()) html += time_error_chart(task);
+    if (has_errors_to_draw(task)) html += time_error_chart(task);
     html += points_table(task);
   }
+  html += failed_cases_table(suite.result.failed_cases);
   for (const auto& skipped : suite.result.skipped) {
     html += "<p class='quiet'>left out: " + escape_html(skipped.what) + " – " +
             escape_html(skipped.why) + "</p>";

@@ -80,8 +80,16 @@ Json to_json(const SuiteResult& result) {
   for (const Point& p : result.points) points.push_back(to_json(p));
   for (const Figure& f : result.figures) figures.push_back(to_json(f));
   for (const auto& s : result.skipped) skipped.push_back({{"what", s.what}, {"why", s.why}});
-  return {
-      {"points", points}, {"figures", figures}, {"skipped", skipped}, {"failure", result.failure}};
+  Json failed = Json::array();
+  for (const FailedCase& c : result.failed_cases) {
+    failed.push_back(
+        {{"seed", c.seed}, {"stage", c.stage}, {"outcome", c.outcome}, {"message", c.message}});
+  }
+  return {{"points", points},
+          {"figures", figures},
+          {"skipped", skipped},
+          {"failed_cases", failed},
+          {"failure", result.failure}};
 }
 
 SuiteResult suite_result_from_json(const Json& json) {
@@ -90,6 +98,11 @@ SuiteResult suite_result_from_json(const Json& json) {
   for (const Json& f : json.at("figures")) result.figures.push_back(figure_from(f));
   for (const Json& s : json.at("skipped")) {
     result.skipped.push_back({s.at("what").get<std::string>(), s.at("why").get<std::string>()});
+  }
+  for (const Json& c : json.at("failed_cases")) {
+    result.failed_cases.push_back(
+        {c.at("seed").get<std::uint64_t>(), c.at("stage").get<std::string>(),
+         c.at("outcome").get<std::string>(), c.at("message").get<std::string>()});
   }
   result.failure = json.at("failure").get<std::string>();
   return result;

@@ -17,6 +17,10 @@ const std::vector<Suite>& all_suites() {
        run_place_suite},
       {"player", "poked frames: maps against image error and time, deformation, start",
        run_player_suite},
+      {"skip", "what a scene does not need: everything against skipping, to the same bytes",
+       run_skip_suite},
+      {"stability", "seeded and adversarial inputs to every stage: what breaks, and by which seed",
+       run_stability_suite},
   };
   return suites;
 }

@@ -11,5 +11,7 @@ void run_shading_suite(Bench& bench);
 void run_registration_suite(Bench& bench);
 void run_place_suite(Bench& bench);
 void run_player_suite(Bench& bench);
+void run_skip_suite(Bench& bench);
+void run_stability_suite(Bench& bench);
 
 }  // namespace organbake

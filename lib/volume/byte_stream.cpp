@@ -24,20 +24,28 @@ constexpr std::uint64_t kBzip2Ratio = 200000;
 
 class FileSource : public ByteSource {
  public:
-  FileSource(const fs::path& file, std::uint64_t offset) : file_(file) {
+  FileSource(const fs::path& file, std::uint64_t offset) : file_(file), at_(offset) {
     stream_.open(file, std::ios::binary);
     if (!stream_) throw NoInputError(file, std::string("cannot be opened: ") + strerror(errno));
+    bytes_ = fs::file_size(file);
     stream_.seekg(static_cast<std::streamoff>(offset));
   }
   std::size_t read(std::span<std::byte> out) override {
     stream_.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
     if (stream_.bad()) throw IoError::reading(file_, "the system failed while reading");
+    at_ += static_cast<std::uint64_t>(stream_.gcount());
     return static_cast<std::size_t>(stream_.gcount());
+  }
+  std::uint64_t skip(std::uint64_t count) override {
+    const std::uint64_t skipped = std::min(count, bytes_ - std::min(bytes_, at_));
+    if (skipped > 0) stream_.seekg(static_cast<std::streamoff>(at_ += skipped));
+    return skipped;
   }
 
  private:
   fs::path file_;
   std::ifstream stream_;
+  std::uint64_t bytes_ = 0, at_;
 };
 
 // What both decompressors share: a chunk of compressed input, refilled when it is used up.
@@ -139,6 +147,18 @@ class Bunzip2Source : public Decompressor {
 
 }  // namespace
 
+std::uint64_t ByteSource::skip(std::uint64_t count) {
+  std::vector<std::byte> scrap(static_cast<std::size_t>(std::min<std::uint64_t>(count, kChunk)));
+  std::uint64_t skipped = 0;
+  while (skipped < count) {
+    const std::size_t piece = std::min<std::uint64_t>(count - skipped, scrap.size());
+    const std::size_t got = read(std::span(scrap).first(piece));
+    skipped += got;
+    if (got < piece) break;
+  }
+  return skipped;
+}
+
 ByteStream::ByteStream(const fs::path& file, Coding coding, std::uint64_t offset) : file_(file) {
   if (fs::is_directory(file)) throw NoInputError(file, "is a folder, a file is needed");
   std::error_code error;
@@ -162,15 +182,15 @@ ByteStream::ByteStream(const fs::path& file, Coding coding, std::uint64_t offset
 }
 
 void ByteStream::read_exactly(std::span<std::byte> out) {
-  if (read(out) < out.size()) throw BadDataError(file_, "truncated: the data ends too early");
+  if (read(out) < out.size()) fail_truncated();
 }
 
 void ByteStream::skip(std::uint64_t count) {
-  std::vector<std::byte> scrap(static_cast<std::size_t>(std::min<std::uint64_t>(count, kChunk)));
-  for (; count > 0; count -= std::min<std::uint64_t>(count, scrap.size())) {
-    const std::size_t piece = std::min<std::uint64_t>(count, scrap.size());
-    read_exactly(std::span(scrap).first(piece));
-  }
+  if (source_->skip(count) < count) fail_truncated();
+}
+
+void ByteStream::fail_truncated() const {
+  throw BadDataError(file_, "truncated: the data ends too early");
 }
 
 }  // namespace organbake

@@ -15,6 +15,8 @@ class ByteSource {
   virtual ~ByteSource() = default;
   // Fills `out` as far as it can; fewer bytes only at the end.
   virtual std::size_t read(std::span<std::byte> out) = 0;
+  // Passes over bytes; fewer only at the end. How many.
+  virtual std::uint64_t skip(std::uint64_t count);
 };
 
 // The bytes of a file from an offset on, decompressed on the way in small pieces, so that voxels
@@ -31,11 +33,13 @@ class ByteStream {
   std::size_t read(std::span<std::byte> out) { return source_->read(out); }
   // Throws BadDataError ("truncated") when fewer bytes are left.
   void read_exactly(std::span<std::byte> out);
-  void skip(std::uint64_t count);
+  void skip(std::uint64_t count);  // without reading, where bytes are not packed
   // No stream of this size and coding can hold more.
   std::uint64_t most_possible_bytes() const { return most_possible_bytes_; }
 
  private:
+  [[noreturn]] void fail_truncated() const;
+
   std::filesystem::path file_;
   std::unique_ptr<ByteSource> source_;
   std::uint64_t most_possible_bytes_ = 0;

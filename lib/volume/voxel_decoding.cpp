@@ -200,18 +200,23 @@ void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBo
   crop_grid(volume, box);
   volume.voxels.resize(box.voxels());
   ConversionLoss loss;
-  std::vector<std::byte> buffer(slice * width);
-  stream.skip(static_cast<std::uint64_t>(box.first[2]) * slice * width);
+  // Of a slice the box's rows are read, of a row everything: whole rows lie together.
+  const std::size_t rows = columns * static_cast<std::size_t>(box.size[1]);
+  const std::size_t before = columns * static_cast<std::size_t>(box.first[1]);
+  std::vector<std::byte> buffer(rows * width);
+  std::uint64_t passed = static_cast<std::uint64_t>(box.first[2]) * slice + before;
   std::size_t to = 0;
   for (int k = 0; k < box.size[2]; ++k) {
+    stream.skip(passed * width);
     stream.read_exactly(buffer);
-    if (encoding.big_endian) swap_bytes(buffer.data(), slice, width);
-    for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j) {
+    if (encoding.big_endian) swap_bytes(buffer.data(), rows, width);
+    for (int j = 0; j < box.size[1]; ++j) {
       const std::size_t from = static_cast<std::size_t>(j) * columns + box.first[0];
       const auto count = static_cast<std::size_t>(box.size[0]);
       convert_voxels(&buffer[from * width], count, encoding, volume, to, loss);
       to += count;
     }
+    passed = slice - rows;
   }
   settle_losses(loss, volume, stream.file().string());
 }

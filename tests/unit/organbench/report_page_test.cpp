@@ -20,7 +20,7 @@ TEST(ReportPage, PutsValuesUnderTheirOwnHeadings) {
   const std::vector<Point> points = {
       {"task", "first", false, {{"cameras", "", 11}}, timing, {{"gap", "%", 0.25}}},
       {"task", "second", false, {{"samples", "points", 77}}, timing, {{"over bound", "×", 1.5}}}};
-  const std::string page = report_page({true, {}, {{"suite", "", 1, {points, {}, {}, ""}}}});
+  const std::string page = report_page({true, {}, {{"suite", "", 1, {points, {}, {}, {}, ""}}}});
   EXPECT_THAT(page, HasSubstr("<th>cameras</th><th>samples, points</th>"));
   EXPECT_THAT(page, HasSubstr("<td>first</td><td>11</td><td></td>"));
   EXPECT_THAT(page, HasSubstr("<td>second</td><td></td><td>77</td>"));

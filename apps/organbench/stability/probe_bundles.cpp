@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+
+#include "capture/capture.h"
+#include "capture/surface_color.h"
+#include "decimate/decimate.h"
+#include "geometry/shell_map.h"
+#include "mechanics/mechanics.h"
+#include "organbench/stability/odd_inputs.h"
+#include "organbench/stability/probes.h"
+#include "player/player.h"
+#include "viewpoints/placement.h"
+
+namespace organbake {
+namespace {
+
+PlacementOptions any_placement(RandomStream& random) {
+  PlacementOptions options;
+  options.count = 1 + int(random.below(12));
+  options.map_size = 16 + int(random.below(48));
+  options.field_of_view_rad = chance(random, 0.05) ? odd_number(random) : random.uniform(0.05, 2);
+  options.margin = random.uniform(0, 0.3);
+  if (chance(random, 0.3)) {
+    options.cone = ViewingCone{any_direction(random), random.uniform(0.01, 1.57)};
+    if (chance(random, 0.1)) options.cone->axis = any_point(random, 1);
+  }
+  return options;
+}
+
+TriangleMesh proxy_of(const TriangleMesh& surface, RandomStream& random) {
+  DecimateOptions options;
+  options.method = DecimateMethod::quadric;
+  options.faces = 20 + random.below(60);
+  return decimate(surface, options).proxy;
+}
+
+Bundle any_bundle(RandomStream& random) {
+  const TriangleMesh surface = sound_organ(random);
+  PlacementOptions options;
+  options.count = 3 + int(random.below(5));
+  options.map_size = 16 + int(random.below(32));
+  const Placement placement = place_cameras(surface, options);
+  Bundle bundle;
+  bundle.proxy = proxy_of(surface, random);
+  bundle.cameras = {placement.cameras, {}, placement.manifold};
+  bundle.mechanics = make_mechanics(bundle.proxy, {});
+  CaptureSummary captured = capture(surface, bundle.proxy, placement.cameras,
+                                    *make_vertex_color(surface), {.rays_per_texel_side = 1});
+  bundle.maps = std::move(captured.maps);
+  bundle.base = std::move(captured.base);
+  return bundle;
+}
+
+// How far macro + micro lies from the surface that the depth map holds.
+double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
+                      const CameraMaps& maps) {
+  const std::vector<ShellMatrix> shell = shell_matrices(proxy);
+  const RigidTransform world_from_camera = camera.camera_from_world.inverse();
+  double worst_mm = 0;
+  for (int y = 0; y < maps.height; ++y)
+    for (int x = 0; x < maps.width; ++x) {
+      const std::size_t k = std::size_t(y) * maps.width + x;
+      if (maps.face[k] == kNoFace) continue;
+      const Eigen::Vector3d point =
+          world_from_camera *
+          (double(maps.depth_mm[k]) * unproject(camera.intrinsics, {x + 0.5, y + 0.5}));
+      const ShellMatrix& matrix = shell.at(maps.face[k]);
+      const Eigen::Vector2d b = barycentric_at_height(matrix, maps.height_mm[k], point);
+      const Eigen::Vector3d bound = shell_point(matrix, b.x(), b.y(), maps.height_mm[k]);
+      expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
+      worst_mm = std::max(worst_mm, (bound - point).norm());
+    }
+  return worst_mm;
+}
+
+}  // namespace
+
+double probe_place(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh surface = any_organ(random);
+  const PlacementOptions options = any_placement(random);
+  const Placement placement = place_cameras(surface, options);
+  double outside = 0;
+  for (const PosedCamera& camera : placement.cameras) {
+    camera.intrinsics.check();
+    for (const Face& face : surface.faces) {
+      const Eigen::Vector2d pixel = project(camera, surface.vertices[face[0]]);
+      expect_finite(pixel.sum(), "a vertex in a virtual camera");
+      outside = std::max({outside, -pixel.minCoeff(), pixel.maxCoeff() - options.map_size});
+    }
+  }
+  return outside / (1e-3 * options.map_size);
+}
+
+double probe_capture(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh surface = any_organ(random);
+  TriangleMesh proxy = chance(random, 0.7) ? proxy_of(surface, random) : any_organ(random);
+  const double by = chance(random, 0.3) ? any_size(random, -1, 1) : 1;
+  for (Eigen::Vector3d& vertex : proxy.vertices) vertex *= by;
+  std::vector<PosedCamera> cameras;
+  for (std::uint64_t i = random.below(4); i-- > 0;) {
+    cameras.push_back(camera_round(random, bounds(surface), 1 + int(random.below(32))));
+    if (chance(random, 0.05)) cameras.back().camera_from_world.translation = any_point(random, 100);
+  }
+  const CaptureOptions options{.rays_per_texel_side = 1 + int(random.below(3)),
+                               .base_step_mm = any_size(random, 0, 2)};
+  const auto color = surface.colors.empty() ? make_material_color({}) : make_vertex_color(surface);
+  const CaptureSummary captured = capture(surface, proxy, cameras, *color, options);
+  expect_finite(captured.largest_height_mm, "the largest height");
+  double worst_mm = 0;
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    worst_mm = std::max(worst_mm, shell_error_mm(proxy, cameras[c], captured.maps[c]));
+  return worst_mm / (1e-6 * (bounds(surface).diagonal() + bounds(proxy).diagonal()));
+}
+
+double probe_deform(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh proxy = proxy_of(sound_organ(random), random);
+  MechanicsOptions mechanics;
+  mechanics.young_modulus_kpa = any_size(random, -1, 4);
+  mechanics.density_kg_per_m3 = any_size(random, 2, 4);
+  mechanics.thickness_mm = any_size(random, 0, 2);
+  mechanics.damping_ratio = random.uniform(0, 2);
+  mechanics.volume_stiffness = random.uniform(0, 1);
+  mechanics.anchor_fraction = random.uniform(0, 0.9);
+  DeformOptions options;
+  options.time_step_s = any_size(random, std::log10(1. / 240), std::log10(1. / 15));
+  options.friction = random.uniform(0, 1);
+  Deformer deformer(proxy, make_mechanics(proxy, mechanics), {}, options);
+  const Bounds box = bounds(proxy);
+  const auto near_organ = [&]() -> Eigen::Vector3d {
+    return box.center() + random.uniform(0, box.diagonal()) * any_direction(random);
+  };
+  std::vector<InstrumentTip> tips(random.below(4));
+  for (InstrumentTip& tip : tips) {
+    tip.radius_mm = any_size(random, 0, std::log10(0.5 * box.diagonal()));
+    tip.mode = chance(random, 0.3) ? InstrumentMode::grab : InstrumentMode::poke;
+    if (chance(random, 0.3)) tip.axis_mm = 20 * any_direction(random);
+  }
+  double farthest = 0;
+  for (int step = 0; step < 20; ++step) {
+    for (InstrumentTip& tip : tips) {
+      tip.active = chance(random, 0.9);
+      tip.position_mm = near_organ();
+      if (chance(random, 0.005)) tip.position_mm = any_point(random, 1e9);
+    }
+    const StepReport report = deformer.step(tips);
+    for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
+    for (std::size_t v = 0; v < proxy.vertices.size(); ++v) {
+      const double moved = (deformer.positions()[v] - proxy.vertices[v]).norm();
+      expect_finite(moved, "a deformed vertex");
+      farthest = std::max(farthest, moved);
+    }
+  }
+  return farthest / (3 * box.diagonal());
+}
+
+double probe_warp(RandomStream& random, const ProbeFolder&) {
+  const Bundle bundle = any_bundle(random);
+  Warper warper(bundle), other(bundle);
+  const Bounds box = bounds(bundle.proxy);
+  double different = 0;
+  Frame frame;
+  for (int i = 0; i < 4; ++i) {
+    View view;
+    view.camera = camera_round(random, box, 1 + int(random.below(96)));
+    if (chance(random, 0.3))  // from anywhere, the inside as well
+      view.camera.camera_from_world.translation =
+          random.uniform(0, box.diagonal()) * any_direction(random);
+    if (chance(random, 0.05)) view.camera.intrinsics.fx = odd_number(random);
+    view.near_mm = any_size(random, -3, 2);
+    std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
+    for (std::uint64_t n = random.below(6); n-- > 0;)
+      positions[random.below(positions.size())] += random.uniform(0, 60) * any_direction(random);
+    if (chance(random, 0.03)) positions.back().x() = odd_number(random);
+    DrawOptions options;
+    options.base_layer = chance(random, 0.8);
+    options.fill_holes = chance(random, 0.8);
+    options.keep_depth = true;
+    Frame fresh;
+    warper.draw(positions, view, options, frame);
+    other.draw(positions, view, options, fresh);
+    for (const float depth : frame.depth_mm)
+      if (std::isnan(depth) || depth < 0) throw std::runtime_error("a depth behind the eye");
+    for (std::size_t k = 0; k < frame.color.pixels.size(); ++k)
+      different += frame.color.pixels[k] != fresh.color.pixels[k];
+  }
+  return 2 * different;
+}
+
+}  // namespace organbake

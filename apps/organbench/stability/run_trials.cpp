@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "organbench/stability/trial.h"
+
+namespace organbake {
+namespace {
+
+using Json = nlohmann::json;
+
+struct Seeds {
+  std::uint64_t next, end;
+};
+
+std::string line_of(const Trial& trial) {
+  const Json json = {{"seed", trial.seed},
+                     {"stage", trial.stage},
+                     {"outcome", int(trial.outcome)},
+                     {"error", trial.error},
+                     {"message", trial.message}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Trial trial_from(const std::string& line) {
+  const Json json = Json::parse(line);
+  return {json.at("seed"), json.at("stage"), Outcome(json.at("outcome").get<int>()),
+          json.at("error"), json.at("message")};
+}
+
+[[noreturn]] void work(Seeds seeds, const std::filesystem::path& folder, int fd) {
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  ::signal(SIGALRM, SIG_DFL);
+  for (; seeds.next < seeds.end; ++seeds.next) {
+    ::alarm(kMostTrialSeconds);
+    const std::string line = line_of(run_trial(seeds.next, folder));
+    if (::write(fd, line.data(), line.size()) != ssize_t(line.size())) break;
+  }
+  ::_exit(0);
+}
+
+class Pool {
+ public:
+  Pool(const Trials& trials, const RunContext& context,
+       const std::function<void(std::size_t)>& done)
+      : trials_(trials), context_(context), done_(done) {
+    constexpr std::uint64_t kChunk = 32;
+    const std::uint64_t end = trials.first_seed + trials.count;
+    for (std::uint64_t seed = trials.first_seed; seed < end; seed += kChunk) {
+      waiting_.push_back({seed, std::min(seed + kChunk, end)});
+    }
+  }
+  ~Pool() {
+    for (const Worker& worker : workers_) end_worker(worker, SIGKILL);
+  }
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  std::vector<Trial> run() {
+    while (!waiting_.empty() || !workers_.empty()) {
+      context_.throw_if_cancelled();
+      while (!waiting_.empty() && workers_.size() < std::size_t(trials_.jobs)) start();
+      listen();
+    }
+    std::sort(found_.begin(), found_.end(),
+              [](const Trial& a, const Trial& b) { return a.seed < b.seed; });
+    return std::move(found_);
+  }
+
+ private:
+  struct Worker {
+    pid_t process;
+    int fd;
+    Seeds seeds;         // `next` has not been heard of yet
+    std::string unread;  // of a line
+  };
+
+  void start() {
+    int ends[2];
+    if (::pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
+    const Seeds seeds = waiting_.front();
+    waiting_.pop_front();
+    const pid_t process = ::fork();
+    if (process < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
+    if (process == 0) {
+      const auto folder = trials_.folder / std::to_string(::getpid());
+      std::filesystem::create_directories(folder);
+      work(seeds, folder, ends[1]);
+    }
+    ::close(ends[1]);
+    workers_.push_back({process, ends[0], seeds, {}});
+  }
+
+  void listen() {
+    std::vector<pollfd> ends;
+    for (const Worker& worker : workers_) ends.push_back({worker.fd, POLLIN, 0});
+    constexpr int kWait_ms = 100;  // till Ctrl-C is looked at
+    if (::poll(ends.data(), ends.size(), kWait_ms) <= 0) return;
+    for (std::size_t i = ends.size(); i-- > 0;) {
+      if (ends[i].revents && !hear(workers_[i])) {
+        bury(workers_[i]);
+        workers_.erase(workers_.begin() + std::ptrdiff_t(i));
+      }
+    }
+  }
+
+  bool hear(Worker& worker) {
+    char buffer[1 << 14];
+    const ssize_t n = ::read(worker.fd, buffer, sizeof buffer);
+    if (n < 0 && errno == EINTR) return true;
+    if (n <= 0) return false;
+    worker.unread.append(buffer, std::size_t(n));
+    for (std::size_t end; (end = worker.unread.find('\n')) != std::string::npos;) {
+      found_.push_back(trial_from(worker.unread.substr(0, end)));
+      worker.unread.erase(0, end + 1);
+      worker.seeds.next = found_.back().seed + 1;
+    }
+    done_(found_.size());
+    return true;
+  }
+
+  // What a worker left undone: the trial that ended it, and those behind that one.
+  void bury(const Worker& worker) {
+    const int status = end_worker(worker, 0);
+    Seeds rest = worker.seeds;
+    if (rest.next == rest.end) return;
+    const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM;
+    const std::string how = WIFSIGNALED(status)
+                                ? ::strsignal(WTERMSIG(status))
+                                : "exit code " + std::to_string(WEXITSTATUS(status));
+    const char* stage = all_probes()[rest.next % all_probes().size()].stage;
+    found_.push_back({rest.next, stage, late ? Outcome::hung : Outcome::crashed, 0, how});
+    if (++rest.next < rest.end) waiting_.push_front(rest);
+  }
+
+  static int end_worker(const Worker& worker, int signal) {
+    if (signal) ::kill(worker.process, signal);
+    ::close(worker.fd);
+    int status = 0;
+    while (::waitpid(worker.process, &status, 0) < 0 && errno == EINTR) {
+    }
+    return status;
+  }
+
+  const Trials& trials_;
+  const RunContext& context_;
+  const std::function<void(std::size_t)>& done_;
+  std::deque<Seeds> waiting_;
+  std::vector<Worker> workers_;
+  std::vector<Trial> found_;
+};
+
+}  // namespace
+
+std::vector<Trial> run_trials(const Trials& trials, const RunContext& context,
+                              const std::function<void(std::size_t)>& done) {
+  return Pool(trials, context, done).run();
+}
+
+}  // namespace organbake

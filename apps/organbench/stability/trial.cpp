@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/stability/trial.h"
+
+#include <cmath>
+#include <new>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace organbake {
+
+const char* name_of(Outcome outcome) {
+  constexpr const char* kNames[] = {"right", "refused", "wrong", "not finite", "crashed", "hung"};
+  return kNames[int(outcome)];
+}
+
+Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder) {
+  const Probe& probe = all_probes()[seed % all_probes().size()];
+  Trial trial{seed, probe.stage, Outcome::right, 0, {}};
+  const auto end_as = [&trial](Outcome outcome, const std::string& message) {
+    trial.outcome = outcome;
+    trial.message = message;
+  };
+  RandomStream random(seed);
+  try {
+    trial.error = probe.run(random, folder);
+    if (!std::isfinite(trial.error)) {
+      trial.error = 0;
+      end_as(Outcome::not_finite, "the error itself is not finite");
+    } else if (trial.error > 1) {
+      end_as(Outcome::wrong, to_text(trial.error, 3) + " × " + probe.allowed);
+    }
+  } catch (const NotFinite& error) {
+    end_as(Outcome::not_finite, error.what());
+  } catch (const Error& error) {
+    const bool clear = error.code() != ExitCode::internal && *error.what() != '\0';
+    end_as(clear ? Outcome::refused : Outcome::wrong, error.what());
+  } catch (const std::exception& error) {
+    end_as(Outcome::wrong, std::string("no error for users: ") + error.what());
+  }
+  return trial;
+}
+
+}  // namespace organbake

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "organbench/bench.h"
+
+namespace organbake {
+
+// Bakes a recipe as users do, by the organbake that lies beside this program, with a cache in the
+// suite's folder.
+class Baker {
+ public:
+  // Throws NoInputError when there is no organbake.
+  Baker(const Bench& bench, const std::string& recipe);
+
+  // `arguments`: --set, --force and the like. organbake's JSON about the run. Throws Error with
+  // organbake's own words when it fails.
+  nlohmann::ordered_json bake(const std::filesystem::path& bundle,
+                              std::vector<std::string> arguments = {}) const;
+
+ private:
+  const Bench& bench_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <map>
+#include <thread>
+
+#include "core/text.h"
+#include "organbench/bench.h"
+#include "organbench/stability/trial.h"
+#include "organbench/suites.h"
+
+namespace organbake {
+namespace {
+
+struct StageCount {
+  std::map<Outcome, int> of;
+  double worst_error = 0;
+  int failures() const {
+    int sum = 0;
+    for (const auto& [outcome, count] : of) sum += is_failure(outcome) ? count : 0;
+    return sum;
+  }
+};
+
+std::map<std::string, StageCount> by_stage(const std::vector<Trial>& trials) {
+  std::map<std::string, StageCount> stages;
+  for (const Trial& trial : trials) {
+    StageCount& stage = stages[trial.stage];
+    ++stage.of[trial.outcome];
+    if (trial.outcome == Outcome::right || trial.outcome == Outcome::wrong)
+      stage.worst_error = std::max(stage.worst_error, trial.error);
+  }
+  return stages;
+}
+
+}  // namespace
+
+void run_stability_suite(Bench& bench) {
+  Trials trials;
+  trials.first_seed = bench.options().first_case;
+  trials.count = bench.options().cases > 0 ? bench.options().cases : bench.quick() ? 1000 : 10000;
+  trials.jobs = bench.options().threads > 0 ? bench.options().threads
+                                            : std::max(1, int(std::thread::hardware_concurrency()));
+  trials.folder = bench.scratch();
+  bench.now(std::to_string(trials.count) + " seeded inputs");
+  const auto found = run_trials(trials, bench.context(), [&](std::size_t done) {
+    bench.context().progress(double(done) / double(trials.count));
+  });
+  for (const auto& [stage, count] : by_stage(found)) {
+    Point point{"seeded and adversarial inputs", stage, false, {}, {}, {}};
+    for (const Outcome outcome : {Outcome::right, Outcome::refused, Outcome::wrong,
+                                  Outcome::not_finite, Outcome::crashed, Outcome::hung}) {
+      const auto n = count.of.find(outcome);
+      point.knobs.push_back({name_of(outcome), "", n == count.of.end() ? 0. : double(n->second)});
+    }
+    point.errors = {{"worst error / allowed", "×", count.worst_error}};
+    bench.add(point);
+    bench.add(
+        Figure{stage + ": wrong, not finite, crashed or hung", "", double(count.failures()), 0});
+  }
+  for (const Trial& trial : found) {
+    if (is_failure(trial.outcome))
+      bench.add(FailedCase{trial.seed, trial.stage, name_of(trial.outcome), trial.message});
+  }
+}
+
+}  // namespace organbake
