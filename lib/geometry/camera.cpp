@@ -10,6 +10,7 @@ namespace organbake {
 namespace {
 
 constexpr int kLargestSide = 65536;
+constexpr double kLeastFocal = 1e-3, kMostFocal = 1e9;  // beyond, no view is meant
 
 // Brown's model (OpenCV's order k1 k2 p1 p2 k3) on normalised coordinates.
 Eigen::Vector2d distort(const Intrinsics& k, const Eigen::Vector2d& n) {
@@ -30,8 +31,9 @@ void require(bool ok, const char* field, double value, const char* rule) {
 void Intrinsics::check() const {
   require(width >= 1 && width <= kLargestSide, "width", width, "needs 1…65536 pixels");
   require(height >= 1 && height <= kLargestSide, "height", height, "needs 1…65536 pixels");
-  require(std::isfinite(fx) && fx > 0, "fx", fx, "needs a positive number of pixels");
-  require(std::isfinite(fy) && fy > 0, "fy", fy, "needs a positive number of pixels");
+  for (const auto& [name, focal] : {std::pair{"fx", fx}, std::pair{"fy", fy}}) {
+    require(focal >= kLeastFocal && focal <= kMostFocal, name, focal, "needs 0.001…1e9 pixels");
+  }
   require(std::isfinite(cx), "cx", cx, "needs a finite number of pixels");
   require(std::isfinite(cy), "cy", cy, "needs a finite number of pixels");
   for (const double d : {k1, k2, p1, p2, k3}) {

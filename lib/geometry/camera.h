@@ -17,7 +17,7 @@ struct Intrinsics {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
 
   bool has_distortion() const { return k1 != 0 || k2 != 0 || p1 != 0 || p2 != 0 || k3 != 0; }
-  // Throws BadDataError naming the field: sizes in 1…65536, focal lengths > 0, all finite.
+  // Throws BadDataError naming the field: sizes in 1…65536, focal lengths in 0.001…1e9, all finite.
   void check() const;
 };
 

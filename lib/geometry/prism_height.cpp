@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace organbake {
@@ -52,17 +53,31 @@ int cubic_roots(const Cubic& f, std::array<double, 3>& roots) {
   return 1;
 }
 
+// The root within ±limit of a cubic that is monotone there, or infinity when there is none.
+double bracketed_root(const Cubic& f, double limit) {
+  double low = -limit, high = limit;
+  const bool rises = f.value(high) > f.value(low);
+  if ((f.value(low) > 0) == rises || (f.value(high) < 0) == rises) {
+    return std::numeric_limits<double>::infinity();
+  }
+  while (true) {
+    const double middle = 0.5 * (low + high);
+    if (middle <= low || middle >= high) return middle;
+    ((f.value(middle) < 0) == rises ? low : high) = middle;
+  }
+}
+
 // Newton from the plane of the face itself; for a cubic that is monotone within ±limit.
 double monotone_root(const Cubic& f, double limit) {
   double h = std::clamp(-f.c0 / f.c1, -limit, limit);
-  constexpr int kMostSteps = 20;  // three or four are the rule
+  constexpr int kMostSteps = 12;  // three or four are the rule
   for (int i = 0; i < kMostSteps; ++i) {
     const double step = f.value(h) / f.slope(h);
     h = std::clamp(h - step, -2 * limit, 2 * limit);
     // Convergence is quadratic: after a step this small the next would not change a bit.
-    if (std::abs(step) < 1e-9 * limit) break;
+    if (std::abs(step) < 1e-9 * limit) return h;
   }
-  return h;
+  return bracketed_root(f, limit);
 }
 
 int all_roots(const Cubic& f, double limit, std::array<double, 3>& roots) {

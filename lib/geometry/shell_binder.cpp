@@ -23,6 +23,14 @@ bool in_triangle(double b1, double b2) {
   return b1 >= -kWallTolerance && b2 >= -kWallTolerance && b1 + b2 <= 1 + kWallTolerance;
 }
 
+// Where a proxy is folded flat the cubic vanishes and its roots mean nothing.
+bool holds(const ShellMatrix& m, const ShellBinding& binding, const Eigen::Vector3d& point) {
+  constexpr double kRounding = 1e-6;
+  const double size = m.col(1).lpNorm<1>() + m.col(2).lpNorm<1>() + std::abs(binding.height_mm);
+  const Eigen::Vector3d bound = shell_point(m, binding.b1, binding.b2, binding.height_mm);
+  return (bound - point).lpNorm<1>() <= kRounding * size;
+}
+
 // A prism's extent along the axes, its face's normal and its three edges' outward directions: a
 // convex bound tight enough that a grid cell lists few faces.
 struct PrismBounds {
@@ -129,7 +137,9 @@ std::optional<ShellBinding> ShellBinder::Impl::in_prism(std::uint32_t face,
   const PrismCubic::Roots roots = cubics[face].heights(point, max_height_mm);
   for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < below_height; ++i) {
     const Eigen::Vector2d b = barycentric_at_height(matrices[face], roots.heights[i], point);
-    if (in_triangle(b.x(), b.y())) return ShellBinding{face, b.x(), b.y(), roots.heights[i]};
+    if (!in_triangle(b.x(), b.y())) continue;
+    const ShellBinding binding{face, b.x(), b.y(), roots.heights[i]};
+    if (holds(matrices[face], binding, point)) return binding;
   }
   return std::nullopt;
 }

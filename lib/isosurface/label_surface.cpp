@@ -122,6 +122,8 @@ class VolumeMatch {
     }
     return std::move(best_);
   }
+  // By what share the surface's volume misses the mask's.
+  double miss() const { return best_miss_ / target_; }
 
  private:
   static constexpr double kLowestLevel = 0.02;
@@ -151,6 +153,22 @@ class VolumeMatch {
   bool done_ = false;
 };
 
+// No level gives a label its volume whose parts are much finer than the blur: specks, or voxels far
+// longer than wide.
+TriangleMesh matched_surface(const std::vector<float>& field, const LabelBox& box, int label,
+                             const RunContext& context) {
+  constexpr double kSaid = 0.01, kRefused = 0.1;
+  VolumeMatch match(field, box, context);
+  TriangleMesh mesh = match.surface();
+  if (mesh.empty() || match.miss() <= kSaid) return mesh;
+  const std::string what = "label " + std::to_string(label) +
+                           " is finer than its smoothing: the surface's volume would be " +
+                           to_text(100 * match.miss(), 1) + " % off the label's; ";
+  if (match.miss() > kRefused) throw BadDataError(what + "choose a smaller --smooth, or 0");
+  context.warn(what + "a smaller --smooth may help");
+  return mesh;
+}
+
 }  // namespace
 
 Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& options,
@@ -168,7 +186,7 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
   // An open surface has no volume to match, and voxel stairs have theirs by construction.
   const bool match = options.cap && options.smooth_mm > 0;
   TriangleMesh mesh =
-      match ? VolumeMatch(field, box, context).surface() : contour_at(field, box, 0.5);
+      match ? matched_surface(field, box, options.label, context) : contour_at(field, box, 0.5);
   if (mesh.empty()) {
     throw BadDataError("label " + std::to_string(options.label) +
                        " vanishes when smoothed; choose a smaller --smooth");

@@ -118,6 +118,7 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
 PreparedFrame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera,
                             const FrameOptions& options, const Mask* given_instruments) {
   options.check();
+  camera.check();
   if (frame.width != camera.width || frame.height != camera.height)
     throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
                        std::to_string(frame.height) + ", its camera " +

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace organbake {
 namespace {
@@ -15,6 +16,8 @@ namespace {
 // Directions come from decimal text or float32; a hundredth of a degree moves a voxel by 0.05 mm
 // at 300 mm.
 constexpr double kOrthonormalTolerance = 2e-4;
+// Beyond these no scan was made: the header is damaged, or its units are others.
+constexpr double kLeastSpacing_mm = 1e-6, kMostSpacing_mm = 1e6, kFarthestOrigin_mm = 1e9;
 
 std::string in_voxels(const std::array<int, 3>& size) {
   return std::to_string(size[0]) + "×" + std::to_string(size[1]) + "×" + std::to_string(size[2]);
@@ -67,14 +70,16 @@ void check_volume(const Volume& volume, const std::string& name) {
   }
   for (int axis = 0; axis < 3; ++axis) {
     const double spacing = volume.spacing_mm[axis];
-    if (!(std::isfinite(spacing) && spacing > 0)) {
+    if (!(spacing >= kLeastSpacing_mm && spacing <= kMostSpacing_mm)) {
       throw BadDataError(name + ": the voxel spacing along axis " + std::to_string(axis) + " is " +
-                         std::to_string(spacing) + " mm; it must be positive");
+                         to_text(spacing) + " mm; it must be in 1e-6…1e6");
     }
   }
   const Eigen::Matrix3d& d = volume.direction;
-  if (!d.allFinite() || !volume.origin_mm.allFinite()) {
-    throw BadDataError(name + ": the volume's origin or direction is not finite");
+  if (!d.allFinite() || !(volume.origin_mm.cwiseAbs().maxCoeff() <= kFarthestOrigin_mm)) {
+    throw BadDataError(name +
+                       ": the volume's direction is not finite, or its origin is not within "
+                       "1e9 mm");
   }
   if ((d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() >
       kOrthonormalTolerance) {

@@ -15,7 +15,9 @@ namespace {
 Volume any_volume(RandomStream& random, int inside, int outside) {
   Volume volume;
   for (int& side : volume.size) side = 1 + int(random.below(24));
-  for (double& spacing : volume.spacing_mm) spacing = any_size(random, -2, 2);
+  const double voxel_mm = any_size(random, -2, 2);
+  const double uneven = chance(random, 0.1) ? 2 : 0.5;  // powers of ten
+  for (double& spacing : volume.spacing_mm) spacing = voxel_mm * any_size(random, -uneven, uneven);
   volume.origin_mm = any_point(random, 1e4);
   const Eigen::Vector3d x = any_direction(random), y = x.unitOrthogonal();
   volume.direction << x, y, (chance(random, 0.5) ? 1. : -1.) * x.cross(y);
@@ -63,9 +65,10 @@ double probe_isosurface(RandomStream& random, const ProbeFolder&) {
   const Eigen::Vector3d size(ct.size[0], ct.size[1], ct.size[2]);
   for (const Eigen::Vector3d& v : mesh.vertices) {
     const Eigen::Vector3d index = ct.index_from_world(v);
-    outside = std::max({outside, -index.minCoeff(), (index - size).maxCoeff()});
+    const Eigen::Vector3d beyond = (-index).cwiseMax(index - size);
+    outside = std::max(outside, beyond.cwiseProduct(ct.spacing_mm).maxCoeff());
   }
-  return sound(mesh) ? outside / 2 : 2;  // two voxels
+  return sound(mesh) ? outside / (2 * ct.spacing_mm.maxCoeff()) : 2;
 }
 
 double probe_label_surface(RandomStream& random, const ProbeFolder&) {
@@ -80,7 +83,7 @@ double probe_label_surface(RandomStream& random, const ProbeFolder&) {
   std::size_t voxels = 0;
   for (const std::int16_t voxel : mask.voxels) voxels += voxel == options.label;
   const double wanted = double(voxels) * mask.spacing_mm.prod();
-  return sound(mesh) ? std::abs(signed_volume(mesh) / wanted - 1) / 0.01 : 2;
+  return sound(mesh) ? std::abs(signed_volume(mesh) / wanted - 1) / 0.1 : 2;
 }
 
 double probe_decimate(RandomStream& random, const ProbeFolder&) {

@@ -9,8 +9,8 @@ namespace organbake {
 
 const std::vector<Probe>& all_probes() {
   static const std::vector<Probe> probes = {
-      {"isosurface", "open or inward surfaces, vertices outside the volume", probe_isosurface},
-      {"isosurface of a mask", "1 % of the label's volume", probe_label_surface},
+      {"isosurface", "two voxels outside the volume; open or inward surfaces", probe_isosurface},
+      {"isosurface of a mask", "a tenth of the label's volume", probe_label_surface},
       {"decimate", "a torn proxy, too many faces", probe_decimate},
       {"place", "a thousandth of the map, by which a vertex lies outside it", probe_place},
       {"capture", "a millionth of the scene between macro + micro and the surface", probe_capture},

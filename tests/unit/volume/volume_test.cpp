@@ -52,7 +52,7 @@ TEST(Volume, ChecksRefuseWhatIsNot) {
   EXPECT_THAT(spoiled([](Volume& v) { v.size[1] = 0; }), HasSubstr("scan: a volume of 5×0×3"));
   EXPECT_THAT(spoiled([](Volume& v) { v.voxels.pop_back(); }), HasSubstr("59 values"));
   EXPECT_THAT(spoiled([](Volume& v) { v.spacing_mm[2] = 0; }), HasSubstr("spacing along axis 2"));
-  EXPECT_THAT(spoiled([](Volume& v) { v.spacing_mm[2] = -3; }), HasSubstr("must be positive"));
+  EXPECT_THAT(spoiled([](Volume& v) { v.spacing_mm[2] = -3; }), HasSubstr("must be in"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(spoiled([&](Volume& v) { v.spacing_mm[0] = nan; }), HasSubstr("spacing"));
   EXPECT_THAT(spoiled([&](Volume& v) { v.origin_mm[0] = nan; }), HasSubstr("not finite"));
