@@ -11,6 +11,8 @@ void run_shading_suite(Bench& bench);
 void run_registration_suite(Bench& bench);
 void run_place_suite(Bench& bench);
 void run_player_suite(Bench& bench);
+void run_bake_suite(Bench& bench);
+void run_scaling_suite(Bench& bench);
 void run_skip_suite(Bench& bench);
 void run_stability_suite(Bench& bench);
 

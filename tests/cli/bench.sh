@@ -12,7 +12,7 @@ expect 2 organbench decimat -o run
 expect_err "did you mean 'decimate'"
 expect 73 organbench -o /dev/null/x
 
-expect 0 organbench --quick --rounds 1 isosurface -o run
+expect 0 organbench --quick --rounds 1 isosurface skip -o run
 expect_equal "$(cat out)" run/organbench.html
 expect 0 organbake verify run/organbench.json
 grep -q '<svg' run/organbench.html || fail "the page has no chart"
@@ -29,6 +29,14 @@ expect 66 organbench diff run nowhere
 echo '{"schema": "organbake/bench/1"}' >bad.json
 expect 65 organbench diff run bad.json
 expect_err "bad.json"
+
+# Seeded inputs: nothing breaks, and a case is done again by its seed.
+expect 0 organbench stability --cases 39 --first-case 700 -o cases
+expect 0 organbake verify cases/organbench.json
+grep -q '"failed_cases": \[\]' cases/organbench.json || fail "a seeded input broke something"
+expect 0 organbench --case 705
+expect_out "705: "
+expect 2 organbench --case x
 
 # Ctrl-C keeps what was found until then.
 set -m

@@ -17,15 +17,13 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* kRecipe = R"(schema: organbake/recipe/1
-name: what is skipped
-phantom: {kind: organ, seed: 1, photos: 6, photo_size: 256, size: [96, 96, 40]}
-isosurface: {iso: -470}
-decimate: {}
-mechanics: {}
-place: {count: 6, size: 256}
-capture: {}
-)";
+std::string recipe(bool quick) {
+  const std::string scene = quick ? "photos: 2, photo_size: 64, size: [48, 48, 20]"
+                                  : "photos: 8, photo_size: 512, size: [128, 128, 64]";
+  return "schema: organbake/recipe/1\nname: what is skipped\nphantom: {" + scene +
+         "}\nisosurface: {iso: -470}\ndecimate: {}\nmechanics: {}\nplace: {count: 6, size: " +
+         (quick ? "128" : "512") + "}\ncapture: {}\n";
+}
 
 double files_that_differ(const fs::path& a, const fs::path& b) {
   const auto files = list_files(a);
@@ -162,7 +160,7 @@ void skip_baking(Bench& bench, const Baker& baker) {
 }
 
 void run_skip_suite(Bench& bench) {
-  const Baker baker(bench, kRecipe);
+  const Baker baker(bench, recipe(bench.quick()));
   skip_baking(bench, baker);
   skip_cameras(bench, baker);
   skip_volume(bench);

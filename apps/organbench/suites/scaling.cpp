@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <memory>
+#include <thread>
+
+#include "capture/capture.h"
+#include "capture/surface_color.h"
+#include "decimate/decimate.h"
+#include "deform/deformer.h"
+#include "isosurface/isosurface.h"
+#include "mechanics/mechanics.h"
+#include "organbench/bench.h"
+#include "organbench/suites.h"
+#include "phantom/ball_scan.h"
+#include "phantom/phantom.h"
+#include "phantom/shading_surfaces.h"
+#include "player/orbit.h"
+#include "player/player.h"
+#include "shading/laparoscope.h"
+#include "viewpoints/placement.h"
+
+namespace organbake {
+namespace {
+
+// A stage's work in its main size, and how to do it.
+struct Load {
+  double size;
+  std::function<void()> work;
+};
+
+struct Growth {
+  std::string stage, unit;
+  std::vector<Load> loads;  // growing
+};
+
+// The slope of log time over log size, by least squares.
+double exponent_of(const std::vector<double>& sizes, const std::vector<double>& times) {
+  const double n = double(sizes.size());
+  double x = 0, y = 0, xx = 0, xy = 0;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    const double u = std::log(sizes[i]), v = std::log(times[i]);
+    x += u, y += v, xx += u * u, xy += u * v;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+void measure(Bench& bench, const Growth& growth) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  std::vector<double> sizes, times;
+  for (const Load& load : growth.loads) {
+    bench.now(growth.stage + ", " + std::to_string(long(load.size)) + " " + growth.unit);
+    const Timing timing = bench.time(load.work);
+    bench.add(Point{growth.stage + ", one thread",
+                    "organbake",
+                    false,
+                    {{growth.unit, "", load.size}},
+                    timing,
+                    {}});
+    sizes.push_back(load.size);
+    times.push_back(timing.cpu_ms.median);
+  }
+  bench.add(Figure{growth.stage + ": time grows with " + growth.unit + " to the power of", "",
+                   exponent_of(sizes, times), 1.1});
+}
+
+void measure_threads(Bench& bench, const std::string& stage, const std::function<void()>& work) {
+  const int most = std::max(1, int(std::thread::hardware_concurrency()));
+  for (int threads = 1; threads <= most; threads *= 2) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    bench.now(stage + ", " + std::to_string(threads) + " threads");
+    const Timing timing = bench.time(work);
+    bench.add(Point{stage + ", more threads",
+                    "organbake",
+                    false,
+                    {{"threads", "", double(threads)}},
+                    timing,
+                    {}});
+  }
+}
+
+Growth isosurface_growth(bool quick) {
+  Growth growth{"isosurface", "voxels", {}};
+  for (const double spacing_mm : quick ? std::vector{2.0, 1.0} : std::vector{2.0, 1.0, 0.5}) {
+    const Volume ct = scan_ball(40, Eigen::Vector3d::Constant(spacing_mm));
+    IsosurfaceOptions options;
+    options.iso_hu = kBallHalfWay_hu;
+    growth.loads.push_back(
+        {double(ct.voxel_count()), [ct, options] { extract_isosurface(ct, options); }});
+  }
+  return growth;
+}
+
+// Stages whose main size is the surface's faces.
+std::vector<Growth> face_growths(bool quick) {
+  std::vector<Growth> growths = {{"decimate, fitted, to 80 faces", "faces", {}},
+                                 {"decimate, quadric, to 80 faces", "faces", {}},
+                                 {"place, 8 cameras", "faces", {}}};
+  for (int subdivisions = 3; subdivisions <= (quick ? 4 : 6); ++subdivisions) {
+    const TriangleMesh surface = OrganPhantom({}).surface(subdivisions);
+    const double faces = double(surface.faces.size());
+    for (const auto& [at, method] :
+         {std::pair{0, DecimateMethod::fitted}, std::pair{1, DecimateMethod::quadric}}) {
+      DecimateOptions options;
+      options.method = method;
+      growths[std::size_t(at)].loads.push_back(
+          {faces, [surface, options] { decimate(surface, options); }});
+    }
+    growths[2].loads.push_back({faces, [surface] { place_cameras(surface, {}); }});
+  }
+  return growths;
+}
+
+Bundle baked(const TriangleMesh& surface, const TriangleMesh& proxy, int map_size) {
+  PlacementOptions options;
+  options.count = 4;
+  options.map_size = map_size;
+  const Placement placement = place_cameras(surface, options);
+  Bundle bundle;
+  bundle.proxy = proxy;
+  bundle.cameras = {placement.cameras, {}, placement.manifold};
+  bundle.mechanics = make_mechanics(proxy, {});
+  CaptureSummary captured =
+      capture(surface, proxy, placement.cameras, *make_vertex_color(surface), {});
+  bundle.maps = std::move(captured.maps);
+  bundle.base = std::move(captured.base);
+  return bundle;
+}
+
+Growth capture_growth(const TriangleMesh& surface, const TriangleMesh& proxy, bool quick) {
+  Growth growth{"capture", "texels", {}};
+  for (const int side : quick ? std::vector{64, 128} : std::vector{128, 256, 512, 1024}) {
+    growth.loads.push_back(
+        {4.0 * side * side, [&surface, &proxy, side] { baked(surface, proxy, side); }});
+  }
+  return growth;
+}
+
+Growth shade_growth(bool quick) {
+  Growth growth{"shade, laparoscope", "pixels", {}};
+  for (const int side : quick ? std::vector{64, 128} : std::vector{64, 128, 256, 512}) {
+    const NearScene scene = near_scene(0.5, side);
+    growth.loads.push_back({double(side) * side, [scene, side] {
+                              shade_laparoscope(scene.intensity, Mask(side, side, 1), scene.camera,
+                                                {});
+                            }});
+  }
+  return growth;
+}
+
+Growth frame_growth(Player& player, bool quick) {
+  Growth growth{"frame", "pixels", {}};
+  for (const int height : quick ? std::vector{180, 360} : std::vector{180, 360, 720, 1440}) {
+    const int width = height * 16 / 9;
+    const View view = orbit_view(player.bundle().cameras, {0.3, 0.1}, width, height);
+    growth.loads.push_back({double(width) * height, [&player, view] {
+                              Frame frame;  // a new one: nothing to build on
+                              player.draw(view, {}, frame);
+                            }});
+  }
+  return growth;
+}
+
+Growth step_growth(bool quick) {
+  Growth growth{"deformation step", "vertices", {}};
+  for (int subdivisions = 1; subdivisions <= (quick ? 2 : 4); ++subdivisions) {
+    const TriangleMesh proxy = OrganPhantom({}).surface(subdivisions);
+    auto deformer =
+        std::make_shared<Deformer>(proxy, make_mechanics(proxy, {}), BaseLayer{}, DeformOptions{});
+    InstrumentTip tip;
+    tip.active = true;
+    tip.position_mm = 0.95 * proxy.vertices.front();
+    growth.loads.push_back({double(proxy.vertices.size()), [deformer, tip]() mutable {
+                              for (int step = 0; step < 50; ++step) {
+                                tip.position_mm *= step % 2 ? 1.001 : 0.999;
+                                deformer->step({tip});
+                              }
+                            }});
+  }
+  return growth;
+}
+
+}  // namespace
+
+void run_scaling_suite(Bench& bench) {
+  const bool quick = bench.quick();
+  measure(bench, isosurface_growth(quick));
+  for (const Growth& growth : face_growths(quick)) measure(bench, growth);
+  const TriangleMesh surface = OrganPhantom({}).surface(quick ? 4 : 6);
+  const TriangleMesh proxy = decimate(surface, {}).proxy;
+  measure(bench, capture_growth(surface, proxy, quick));
+  measure(bench, shade_growth(quick));
+  Player player(baked(surface, proxy, quick ? 128 : 512));
+  measure(bench, frame_growth(player, quick));
+  measure(bench, step_growth(quick));
+
+  measure_threads(bench, "decimate, fitted", [&] { decimate(surface, {}); });
+  measure_threads(bench, "place, 8 cameras", [&] { place_cameras(surface, {}); });
+  measure_threads(bench, "capture", [&] { baked(surface, proxy, quick ? 128 : 512); });
+  const View view = orbit_view(player.bundle().cameras, {0.3, 0.1}, 1280, 720);
+  measure_threads(bench, "frame of 720p", [&] {
+    Frame frame;
+    player.draw(view, {}, frame);
+  });
+}
+
+}  // namespace organbake
