@@ -22,8 +22,9 @@ void store_texel(const CaptureScene& scene, const Ray& ray, const RayHit& hit, s
                  CameraMaps& maps, TileCounts& counts) {
   // A player has the depth as a float, so the float is what must be bound.
   const auto depth = static_cast<float>(hit.t);
-  const ShellBinding bound = scene.shell.bind(ray.origin + double(depth) * ray.direction);
-  ++(scene.shell.inside(bound) ? counts.in_prism : counts.by_fallback);
+  const Eigen::Vector3d point = ray.origin + double(depth) * ray.direction;
+  const ShellBinding bound = scene.shell.bind(point);
+  ++(scene.shell.inside(bound, point) ? counts.in_prism : counts.by_fallback);
   counts.largest_height_mm = std::max(counts.largest_height_mm, std::abs(bound.height_mm));
 
   const double cosine = -scene.normals.at(hit).dot(ray.direction.normalized());

@@ -211,8 +211,10 @@ ShellBinding ShellBinder::bind(const Eigen::Vector3d& point) const {
   return best ? *best : s.unclamped(point);
 }
 
-bool ShellBinder::inside(const ShellBinding& binding) const {
-  return std::abs(binding.height_mm) <= impl_->max_height_mm && in_triangle(binding.b1, binding.b2);
+bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {
+  return std::abs(binding.height_mm) <= impl_->max_height_mm &&
+         in_triangle(binding.b1, binding.b2) &&
+         holds(impl_->matrices[binding.face], binding, point);
 }
 
 }  // namespace organbake

@@ -44,8 +44,8 @@ class ShellBinder {
   ShellBinder(ShellBinder&&) noexcept;
 
   ShellBinding bind(const Eigen::Vector3d& point) const;
-  // True when the last argument lies in a prism (is not bound by the fallback).
-  bool inside(const ShellBinding& binding) const;
+  // Whether the point lies in the prism that it was bound to: not when by the fallback.
+  bool inside(const ShellBinding& binding, const Eigen::Vector3d& point) const;
 
  private:
   struct Impl;

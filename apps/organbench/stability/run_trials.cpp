@@ -39,12 +39,14 @@ Trial trial_from(const std::string& line) {
           json.at("error"), json.at("message")};
 }
 
-[[noreturn]] void work(Seeds seeds, const std::filesystem::path& folder, int fd) {
+[[noreturn]] void work(const Trials& trials, Seeds seeds, int fd) {
+  const auto folder = trials.folder / std::to_string(::getpid());
+  std::filesystem::create_directories(folder);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   ::signal(SIGALRM, SIG_DFL);
   for (; seeds.next < seeds.end; ++seeds.next) {
-    ::alarm(kMostTrialSeconds);
-    const std::string line = line_of(run_trial(seeds.next, folder));
+    ::alarm(trials.most_seconds);
+    const std::string line = line_of(run_trial(seeds.next, folder, trials.probes));
     if (::write(fd, line.data(), line.size()) != ssize_t(line.size())) break;
   }
   ::_exit(0);
@@ -93,11 +95,7 @@ class Pool {
     waiting_.pop_front();
     const pid_t process = ::fork();
     if (process < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
-    if (process == 0) {
-      const auto folder = trials_.folder / std::to_string(::getpid());
-      std::filesystem::create_directories(folder);
-      work(seeds, folder, ends[1]);
-    }
+    if (process == 0) work(trials_, seeds, ends[1]);
     ::close(ends[1]);
     workers_.push_back({process, ends[0], seeds, {}});
   }
@@ -139,7 +137,7 @@ class Pool {
     const std::string how = WIFSIGNALED(status)
                                 ? ::strsignal(WTERMSIG(status))
                                 : "exit code " + std::to_string(WEXITSTATUS(status));
-    const char* stage = all_probes()[rest.next % all_probes().size()].stage;
+    const char* stage = trials_.probes[rest.next % trials_.probes.size()].stage;
     found_.push_back({rest.next, stage, late ? Outcome::hung : Outcome::crashed, 0, how});
     if (++rest.next < rest.end) waiting_.push_front(rest);
   }

@@ -14,8 +14,9 @@ const char* name_of(Outcome outcome) {
   return kNames[int(outcome)];
 }
 
-Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder) {
-  const Probe& probe = all_probes()[seed % all_probes().size()];
+Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder,
+                const std::vector<Probe>& probes) {
+  const Probe& probe = probes[seed % probes.size()];
   Trial trial{seed, probe.stage, Outcome::right, 0, {}};
   const auto end_as = [&trial](Outcome outcome, const std::string& message) {
     trial.outcome = outcome;

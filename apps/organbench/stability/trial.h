@@ -19,11 +19,10 @@ enum class Outcome {
   wrong,
   not_finite,
   crashed,
-  hung,  // longer than kMostTrialSeconds
+  hung,  // took longer than a trial may
 };
 const char* name_of(Outcome outcome);
 inline bool is_failure(Outcome outcome) { return outcome > Outcome::refused; }
-inline constexpr unsigned kMostTrialSeconds = 60;
 
 // What became of one seeded input.
 struct Trial {
@@ -50,12 +49,15 @@ struct Probe {
 const std::vector<Probe>& all_probes();
 
 // Seed k goes to probe k mod their number, in this very process: for a debugger.
-Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder);
+Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder,
+                const std::vector<Probe>& probes = all_probes());
 
 struct Trials {
   std::uint64_t first_seed = 0, count = 0;
   int jobs = 1;
   std::filesystem::path folder;
+  unsigned most_seconds = 60;  // of one; longer ones hang
+  const std::vector<Probe>& probes = all_probes();
 };
 // In processes of their own, so that a crash or a hang costs one trial only; in order of the
 // seeds. `done` hears how many are. Call it before this process starts threads. Throws

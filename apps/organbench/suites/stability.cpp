@@ -7,6 +7,7 @@
 #include "organbench/bench.h"
 #include "organbench/stability/trial.h"
 #include "organbench/suites.h"
+#include "organbench/suites/cliffs.h"
 
 namespace organbake {
 namespace {
@@ -61,6 +62,7 @@ void run_stability_suite(Bench& bench) {
     if (is_failure(trial.outcome))
       bench.add(FailedCase{trial.seed, trial.stage, name_of(trial.outcome), trial.message});
   }
+  if (bench.options().cases == 0) find_cliffs(bench);  // who asks for a number wants them alone
 }
 
 }  // namespace organbake

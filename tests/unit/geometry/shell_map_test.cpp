@@ -45,7 +45,7 @@ TEST(ShellMap, MacroPlusMicroIsTheSurface) {
   const ShellBinder binder(shell.proxy, 15);
   for (const auto& p : surface.vertices) {
     const ShellBinding b = binder.bind(p);
-    EXPECT_TRUE(binder.inside(b));
+    EXPECT_TRUE(binder.inside(b, p));
     EXPECT_LT((shell.point(b) - p).norm(), kExactMm);
   }
 }
@@ -55,6 +55,21 @@ TEST(ShellMap, HeightGrowsOutward) {
   const ShellBinder binder(shell.proxy, 10);
   EXPECT_GT(binder.bind({0, 0, 54}).height_mm, 0);
   EXPECT_LT(binder.bind({0, 0, 44}).height_mm, 0);
+}
+
+TEST(ShellMap, OfAProxyFoldedFlatNoPrismClaimsWhatItDoesNotHold) {
+  TriangleMesh flat = lumpy_mesh(50, 1);
+  for (auto& v : flat.vertices) v.y() *= 1e-9;
+  const Shell shell(flat);
+  const ShellBinder binder(flat, 10);
+  RandomStream random(3);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d p(random.uniform(-50, 50), random.uniform(-1e-6, 1e-6),
+                            random.uniform(-50, 50));
+    const ShellBinding b = binder.bind(p);
+    if (!binder.inside(b, p)) continue;
+    EXPECT_LT((shell.point(b) - p).norm(), 1e-3);
+  }
 }
 
 TEST(ShellMap, NoPointStaysUnbound) {

@@ -122,6 +122,21 @@ TEST(LabelSurface, SingleVoxelsAndFullMasksAreSurfacesToo) {
   EXPECT_NEAR(signed_volume(block) / voxel_volume(mask), 1, kLabelVolumeTolerance);
 }
 
+TEST(LabelSurface, SpecksFinerThanTheSmoothingAreRefused) {
+  Volume mask;
+  mask.size = {16, 16, 16};
+  mask.spacing_mm = {1.15, 0.17,
+                     80};  // the blur, as high as the stairs, is 370 voxels wide along y
+  mask.voxels.assign(4096, 0);
+  for (int k = 0; k < 10; ++k) mask.voxels[std::size_t(397 * k + 100)] = 1;
+  try {
+    extract_label_surface(mask, {});
+    ADD_FAILURE() << "a surface with another volume than its label";
+  } catch (const BadDataError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("finer than its smoothing"));
+  }
+}
+
 TEST(LabelSurface, EmptyMasksAreRefused) {
   Volume mask = grid_around_origin({1, 1, 1}, 10);
   mask.voxels.assign(static_cast<std::size_t>(mask.size[0]) * mask.size[1] * mask.size[2], 0);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 
+#include <limits>
+
+#include "core/error.h"
 #include "shading/deinterlace.h"
 #include "shading/field_of_view.h"
 #include "shading/frame.h"
@@ -95,6 +98,15 @@ TEST(Frame, HalvingMovesTheCameraAlong) {
   EXPECT_EQ(frame.camera.width, 40);
   EXPECT_DOUBLE_EQ(frame.camera.fx, camera.fx / 2);
   EXPECT_FALSE(frame.camera.has_distortion());
+}
+
+TEST(Frame, RefusesALensThatIsNone) {
+  for (const double focal : {0.0, -1.0, 5e-324, 1e300, std::numeric_limits<double>::infinity(),
+                             std::numeric_limits<double>::quiet_NaN()}) {
+    Intrinsics camera = assumed_camera(81, 60, 1.2);
+    camera.fx = focal;
+    EXPECT_THROW(prepare_frame(tissue(81, 60), camera, {}), BadDataError) << focal;
+  }
 }
 
 }  // namespace

@@ -55,6 +55,8 @@ TEST(Volume, ChecksRefuseWhatIsNot) {
   EXPECT_THAT(spoiled([](Volume& v) { v.spacing_mm[2] = -3; }), HasSubstr("must be in"));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(spoiled([&](Volume& v) { v.spacing_mm[0] = nan; }), HasSubstr("spacing"));
+  EXPECT_THAT(spoiled([](Volume& v) { v.spacing_mm[0] = 5e-324; }), HasSubstr("must be in"));
+  EXPECT_THAT(spoiled([](Volume& v) { v.origin_mm[1] = 1e300; }), HasSubstr("within 1e9 mm"));
   EXPECT_THAT(spoiled([&](Volume& v) { v.origin_mm[0] = nan; }), HasSubstr("not finite"));
   EXPECT_THAT(spoiled([](Volume& v) { v.direction(0, 1) = 0.1; }), HasSubstr("perpendicular"));
 }
