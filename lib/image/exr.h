@@ -12,7 +12,9 @@
 
 namespace organbake {
 
-enum class ExrCompression { none, zip, piz, pxr24 };
+// Exact, but for two: pxr24 drops 8 bits of each float (halves and uints stay), dwaa is lossy as
+// JPEG is, on channels named R, G, B and Y: for colour only, never for depth.
+enum class ExrCompression { none, zip, piz, pxr24, dwaa };
 
 struct ExrWriteOptions {
   ExrCompression compression = ExrCompression::zip;
