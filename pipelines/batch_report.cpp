@@ -9,6 +9,7 @@
 
 #include "core/text.h"
 #include "pipelines/case_table.h"
+#include "pipelines/html_page.h"
 
 namespace organbake {
 namespace {
@@ -93,12 +94,8 @@ std::string page_row(const BatchRow& row, const std::vector<std::string>& column
   return html + "</tr>\n";
 }
 
-constexpr const char* kPageHead =
-    "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>organbake batch</title>"
-    "<style>body{font:15px/1.4 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 "
-    "1rem}table{border-collapse:collapse}th,td{padding:.25rem .7rem;text-align:right;"
-    "border-bottom:1px solid #ddd}th:first-child,td:first-child,td.error{text-align:left}"
-    "tr.failed{background:#fdecec}img{display:block;height:96px}</style>";
+constexpr const char* kBatchPageStyle =
+    "td.error{text-align:left}tr.failed{background:#fdecec}img{height:96px}";
 
 }  // namespace
 
@@ -173,14 +170,14 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
   });
   const auto failed = std::count_if(rows.begin(), rows.end(), bad);
   const std::vector<std::string> columns = columns_of(rows);
-  std::string html = kPageHead + ("<h1>" + escape_html(recipe)) + ": " +
-                     std::to_string(rows.size()) + " cases, " + std::to_string(failed) +
+  std::string html = "<h1>" + escape_html(recipe) + ": " + std::to_string(rows.size()) +
+                     " cases, " + std::to_string(failed) +
                      " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th>"
                      "<th>MB</th>";
   for (const std::string& column : columns) html += "<th>" + column + "</th>";
   html += "</tr>\n";
   for (const BatchRow& row : rows) html += page_row(row, columns);
-  return html + "</table></html>\n";
+  return html_page("organbake batch", kBatchPageStyle, html + "</table>");
 }
 
 }  // namespace organbake

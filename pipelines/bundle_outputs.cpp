@@ -38,7 +38,7 @@ Json recipe_echo(const BakeResult& bake) {
 std::string report_json(const BakeResult& bake) {
   Json stages = Json::array();
   for (const StepResult& step : bake.steps) {
-    stages.push_back(Json::parse(step.entry.report_json));
+    stages.push_back(Json::parse(step.entry.record.report_json));
   }
   const Json report = {{"schema", "organbake/bake-report/1"},
                        {"stages", stages},
@@ -152,7 +152,7 @@ BundleWritten write_bundle(const BakeResult& bake, Runner& runner, const fs::pat
   write_manifest(folder.path(), make_manifest(bake));
   runner.cache().store(ingredients, false, [&](const fs::path& entry) {
     copy_into(folder.path() / "manifest.json", entry / "manifest.json");
-    return std::string("{}");
+    return StepRecord{"{}"};
   });
   folder.commit();
   return BundleWritten::anew;

@@ -39,8 +39,11 @@ std::string step_json(const CacheEntry& entry) {
                      {"options", Json::parse(step.options_json)},
                      {"inputs", step.inputs},
                      {"files", files},
-                     {"report", Json::parse(entry.report_json)}};
-  return json.dump(2) + "\n";
+                     {"report", Json::parse(entry.record.report_json)},
+                     {"seconds", entry.record.seconds},
+                     {"warnings", entry.record.warnings}};
+  // A warning may name a file, and file names need not be UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 CacheEntry read_entry(const fs::path& folder) {
@@ -52,7 +55,9 @@ CacheEntry read_entry(const fs::path& folder) {
   for (const Json& file : json.at("files")) {
     entry.files.push_back({file.at("path"), file.at("bytes"), file.at("hash")});
   }
-  entry.report_json = json.at("report").dump();
+  // Older entries don't tell how they were made.
+  entry.record = {json.at("report").dump(), json.value("seconds", 0.0),
+                  json.value("warnings", std::vector<std::string>())};
   return entry;
 }
 
@@ -125,7 +130,7 @@ std::optional<CacheEntry> Cache::find(const StepIngredients& ingredients) const 
 }
 
 CacheEntry Cache::store(const StepIngredients& ingredients, bool replace,
-                        const std::function<std::string(const fs::path&)>& make) const {
+                        const std::function<StepRecord(const fs::path&)>& make) const {
   const fs::path target = folder_ / ingredients.key();
   AtomicFolder folder(target);
   CacheEntry entry{folder.path(), ingredients, {}, make(folder.path())};

@@ -29,12 +29,20 @@ struct CachedFile {
   std::string hash;
 };
 
+// What a run tells besides its files. Only the report belongs to the result: the same step takes
+// other times, and warns of files by other names, elsewhere.
+struct StepRecord {
+  std::string report_json;
+  double seconds = 0;  // 0 = not known
+  std::vector<std::string> warnings = {};
+};
+
 // One finished step: a folder named by its key that holds the outputs and step.json.
 struct CacheEntry {
   std::filesystem::path folder;
   StepIngredients ingredients;
   std::vector<CachedFile> files;
-  std::string report_json;
+  StepRecord record;
 
   // The content hash of one output: a file, or (".") all of them, or a document with what lies
   // beside it in a folder of its own ("photos/cameras.json"). Equals content_hash() of the same
@@ -56,10 +64,10 @@ class Cache {
   const std::filesystem::path& folder() const { return folder_; }
   // Nothing when the entry is missing or a file of it is not of the recorded size.
   std::optional<CacheEntry> find(const StepIngredients& ingredients) const;
-  // Calls `make` with an empty folder to fill; it returns the report as JSON. An entry that
+  // Calls `make` with an empty folder to fill. An entry that
   // another process finished meanwhile is kept unless `replace`.
   CacheEntry store(const StepIngredients& ingredients, bool replace,
-                   const std::function<std::string(const std::filesystem::path&)>& make) const;
+                   const std::function<StepRecord(const std::filesystem::path&)>& make) const;
   // The entry of this stage whose ingredients differ least: what --explain compares with.
   std::optional<StepIngredients> nearest(const StepIngredients& ingredients) const;
 

@@ -2,6 +2,7 @@
 #include "pipelines/runner.h"
 
 #include <chrono>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -115,15 +116,23 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
   for (const InputSource& input : step.inputs) {
     if (input.given.empty()) ensure_sound(earlier, input.step);
   }
-  const RunContext context = context_of_(step.stage->name);
+  StepRecord record;
+  std::mutex mutex;  // a stage may warn from any of its threads
+  const auto remember = [&](LogLevel level, std::string_view text) {
+    const std::lock_guard lock(mutex);
+    if (level == LogLevel::warning) record.warnings.emplace_back(text);
+  };
+  const RunContext context = context_of_(step.stage->name).heard_by(remember);
   context.throw_if_cancelled();
   const auto start = std::chrono::steady_clock::now();
   CacheEntry entry = cache_.store(ingredients, replace, [&](const fs::path& folder) {
     const StageReport report = run_stage_(*step.stage, make_call(step, folder, context, earlier));
-    return stage_report_json(*step.stage, report);
+    record.report_json = stage_report_json(*step.stage, report);
+    record.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return record;
   });
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-  return {&step, std::move(entry), true, true, spent.count()};
+  return {&step, std::move(entry), true, true};
 }
 
 void Runner::ensure_sound(std::vector<StepResult>& results, std::size_t step) {

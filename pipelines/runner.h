@@ -34,7 +34,6 @@ struct StepResult {
   CacheEntry entry;
   bool ran = false;
   bool sound = false;  // the files are known to be whole
-  double seconds = 0;  // for the log; never written to an output
 };
 
 // Hears of each step right before it runs or is taken from the cache, and after it.

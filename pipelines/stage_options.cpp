@@ -265,7 +265,11 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "half angle of the viewing cone, 1.571 = a hemisphere; 0 = cameras all round",
             .unit = "rad",
             .min = 0,
-            .max = 1.571});
+            .max = 1.571})
+      .add("report", &o.report,
+           {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
+                    "well, at rest and poked, and the surface painted by what cameras see"},
+           {{"brief", CoverageDetail::brief}, {"full", CoverageDetail::full}});
 }
 
 void bind(OptionList& list, RegisterStageOptions& o) {
@@ -315,6 +319,17 @@ void bind(OptionList& list, CaptureStageOptions& o) {
             .unit = "mm",
             .min = 0,
             .max = 100})
+      .add(
+          "compression", &o.packing.compression,
+          {.help = "of the maps; all but pxr24 are exact: it takes 0.002 mm from depths of 300 mm"},
+          {{"zip", ExrCompression::zip},
+           {"piz", ExrCompression::piz},
+           {"pxr24", ExrCompression::pxr24},
+           {"none", ExrCompression::none}})
+      .add("preset", &o.packing.compact,
+           {.help = "compact: smaller maps, colour as a camera's JPEG would be, depth to 0.002 mm; "
+                    "exact: as computed"},
+           {{"exact", false}, {"compact", true}})
       .add("albedo", &o.material.albedo,
            {.help = "of the material that a surface without any colour gets, linear RGB",
             .min = 0,

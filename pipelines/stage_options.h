@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "bundle/map_files.h"
 #include "capture/capture.h"
 #include "decimate/decimate.h"
 #include "isosurface/isosurface.h"
@@ -68,6 +69,7 @@ struct PlaceStageOptions {
   Eigen::Vector3d cone_axis = ViewingCone().axis;
   double cone_angle_rad = 0;      // half angle; 0 = cameras all round
   CoverageGoal goal{.share = 0};  // share 0 = go by count
+  CoverageDetail report = CoverageDetail::brief;
 
   PlacementOptions resolved() const;
 };
@@ -86,6 +88,7 @@ struct CaptureStageOptions {
   CaptureOptions capture;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   Material material;
+  MapPacking packing;
 };
 
 struct BundleOptions {

@@ -13,7 +13,7 @@ namespace {
 // The stage's report with the list of the files beside it, by which a later run knows the folder
 // for its own.
 std::string folder_report(const CacheEntry& entry) {
-  nlohmann::json report = nlohmann::json::parse(entry.report_json);
+  nlohmann::json report = nlohmann::json::parse(entry.record.report_json);
   for (const CachedFile& file : entry.files) report["files"].push_back(file.path);
   return report.dump(2) + "\n";
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "core/text.h"
 #include "organbake/commands.h"
+#include "pipelines/bundle_page.h"
 #include "pipelines/output_target.h"
 #include "pipelines/outputs.h"
 
@@ -18,7 +21,7 @@ struct BakeFlags {
   std::filesystem::path output, cache;
   std::string from, to;
   std::vector<std::string> settings;
-  bool force = false, dry_run = false, explain = false;
+  bool force = false, dry_run = false, explain = false, report = true;
 };
 
 OptionList flag_list(BakeFlags& flags) {
@@ -36,6 +39,8 @@ OptionList flag_list(BakeFlags& flags) {
       .add("dry_run", &flags.dry_run, {.help = "only tell what would run"})
       .add("explain", &flags.explain,
            {.help = "tell what each step depends on, why it runs or not"})
+      .add("report", &flags.report,
+           {.help = "write a page about the bundle beside it, BUNDLE_report.html"})
       .add("cache", &flags.cache, {.help = "folder of the cache"});
   return list;
 }
@@ -47,7 +52,7 @@ void tell_left_out(const Plan& plan, Terminal& terminal) {
 }
 
 void tell_skipped(const StepResult& step, Terminal& terminal) {
-  const Json report = Json::parse(step.entry.report_json);
+  const Json report = Json::parse(step.entry.record.report_json);
   for (const Json& item : report.at("skipped")) {
     terminal.log(LogLevel::info, step.step->stage->name +
                                      ": skipped: " + item.at("what").get<std::string>() + ", " +
@@ -56,9 +61,10 @@ void tell_skipped(const StepResult& step, Terminal& terminal) {
 }
 
 void tell(const StepResult& step, Terminal& terminal) {
-  terminal.log(LogLevel::info,
-               step.step->stage->name + ": " +
-                   (step.ran ? "ran in " + to_text(step.seconds, 2) + " s" : "cached"));
+  terminal.log(
+      LogLevel::info,
+      step.step->stage->name + ": " +
+          (step.ran ? "ran in " + to_text(step.entry.record.seconds, 2) + " s" : "cached"));
   if (step.ran) tell_skipped(step, terminal);
 }
 
@@ -87,7 +93,7 @@ Json result_json(const BakeFlags& flags, const std::vector<StepResult>& steps, c
     stages.push_back({{"stage", step.step->stage->name},
                       {"state", step.ran ? "ran" : "cached"},
                       {"key", step.entry.ingredients.key()},
-                      {"seconds", step.seconds}});
+                      {"seconds", step.ran ? step.entry.record.seconds : 0}});
   }
   return {{"output", flags.output.string()},
           {"state", state},
@@ -118,6 +124,23 @@ std::string write_result(const BakeFlags& flags, const Recipe& recipe, const Pla
   return "written";
 }
 
+BakeRun run_of(const std::vector<StepResult>& steps, double seconds) {
+  BakeRun run{{}, seconds};
+  for (const StepResult& step : steps) {
+    const StepRecord& record = step.entry.record;
+    run.stages.push_back({step.step->stage->name, record.seconds, !step.ran, record.warnings});
+  }
+  return run;
+}
+
+// A bundle that a bake left alone keeps the page of the bake that made it.
+void write_page(const BakeFlags& flags, const BakeRun& run, bool unchanged) {
+  const BundleReader reader(flags.output);
+  const std::filesystem::path page = page_beside(flags.output);
+  if (unchanged && run_of_page(page, reader)) return;
+  write_file_atomically(page, bundle_page(reader, run));
+}
+
 std::size_t count_ran(const std::vector<StepResult>& steps) {
   return static_cast<std::size_t>(
       std::count_if(steps.begin(), steps.end(), [](const StepResult& step) { return step.ran; }));
@@ -144,10 +167,14 @@ int run_bake(const Arguments& arguments, Session& session) {
 
   flags.to.empty() ? check_output_folder(flags.output)
                    : check_stage_target(*plan.steps.back().stage, flags.output);
+  const auto start = std::chrono::steady_clock::now();
   Terminal& terminal = session.terminal();
   tell_left_out(plan, terminal);
   std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));
   const std::string state = write_result(flags, recipe, plan, steps, runner);
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  if (flags.to.empty() && flags.report)
+    write_page(flags, run_of(steps, spent.count()), state == "unchanged");
   terminal.log(LogLevel::info, flags.output.string() + ": " + state + "; " +
                                    std::to_string(count_ran(steps)) + " of " +
                                    std::to_string(steps.size()) + " stages ran");

@@ -20,6 +20,7 @@ constexpr Verb kVerbs[] = {
     {"bake", "run a recipe from its inputs to a bundle", run_bake},
     {"batch", "run a recipe over many cases, each in a process of its own", run_batch},
     {"plan", "write a batch as commands, a Snakefile or a Slurm array", run_plan},
+    {"report", "write a page about a bundle: warnings, pictures, errors", run_report},
     {"inspect", "tell what a file or folder holds", run_inspect},
     {"verify", "check a bundle, a document or a recipe", run_verify},
     {"schema", "print the JSON Schema of a document", run_schema},

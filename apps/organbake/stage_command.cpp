@@ -118,8 +118,9 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
   const StepResult& result = results.front();
   session.terminal().log(
       LogLevel::info,
-      stage.name + ": " + (result.ran ? "ran in " + to_text(result.seconds, 2) + " s" : "cached"));
-  const nlohmann::json report = nlohmann::json::parse(result.entry.report_json);
+      stage.name + ": " +
+          (result.ran ? "ran in " + to_text(result.entry.record.seconds, 2) + " s" : "cached"));
+  const nlohmann::json report = nlohmann::json::parse(result.entry.record.report_json);
   const nlohmann::json json = {{"output", flags.output.string()},
                                {"state", result.ran ? "ran" : "cached"},
                                {"report", report}};

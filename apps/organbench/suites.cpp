@@ -15,6 +15,8 @@ const std::vector<Suite>& all_suites() {
        run_registration_suite},
       {"place", "surface to cameras: candidates and samples against coverage and count",
        run_place_suite},
+      {"capture", "surface and photos to maps: rays and packing against error, time and size",
+       run_capture_suite},
       {"player", "poked frames: maps against image error and time, deformation, start",
        run_player_suite},
       {"bake", "a whole CT to a bundle: maps against projection error", run_bake_suite},

@@ -10,6 +10,7 @@ void run_decimate_suite(Bench& bench);
 void run_shading_suite(Bench& bench);
 void run_registration_suite(Bench& bench);
 void run_place_suite(Bench& bench);
+void run_capture_suite(Bench& bench);
 void run_player_suite(Bench& bench);
 void run_bake_suite(Bench& bench);
 void run_scaling_suite(Bench& bench);

@@ -29,6 +29,8 @@ class RunContext {
   void progress(double fraction_done) const {
     if (progress_) progress_(fraction_done);
   }
+  // The same, with someone who hears of every message before the log does.
+  RunContext heard_by(Log listener) const;
   bool cancelled() const { return cancel_flag_ && cancel_flag_->load(std::memory_order_relaxed); }
   // Throws CancelledError; call it between pieces of work of at most about 50 ms.
   void throw_if_cancelled() const;

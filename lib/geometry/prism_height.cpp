@@ -80,16 +80,15 @@ double monotone_root(const Cubic& f, double limit) {
   return bracketed_root(f, limit);
 }
 
+// The rule, while |h| is small against the radius of curvature: at most one root within ±limit.
+bool is_monotone(const Cubic& f, double limit) {
+  return 2 * std::abs(f.c2) * limit + 3 * std::abs(f.c3) * limit * limit < std::abs(f.c1);
+}
+
 int all_roots(const Cubic& f, double limit, std::array<double, 3>& roots) {
-  const double linear = std::abs(f.c1) * limit, square = std::abs(f.c2) * limit * limit,
-               cube = std::abs(f.c3) * limit * limit * limit;
-  // The rule, while |h| is small against the radius of curvature: at most one root within ±limit.
-  if (2 * square + 3 * cube < linear) {
-    roots[0] = monotone_root(f, limit);
-    return 1;
-  }
   constexpr double kNegligible = 1e-12;  // the cubic term changes no bit that matters
-  const int count = cube < kNegligible * (linear + square)
+  const double cube = std::abs(f.c3) * limit * limit;
+  const int count = cube < kNegligible * (std::abs(f.c1) + std::abs(f.c2) * limit)
                         ? quadratic_roots(f.c2, f.c1, f.c0, roots)
                         : cubic_roots(f, roots);
   for (int i = 0; i < count; ++i) roots[i] = polished(f, roots[i]);
@@ -112,9 +111,14 @@ PrismCubic::Roots PrismCubic::heights(const Eigen::Vector3d& point, double max_h
   const Eigen::Vector3d d = point - corner_;
   const Cubic f = {d.dot(slope0_), d.dot(slope1_) + constant1_, d.dot(slope2_) + constant2_,
                    constant3_};
+  Roots result;
+  if (is_monotone(f, max_height)) {
+    const double root = monotone_root(f, max_height);
+    if (std::abs(root) <= max_height) result.heights[result.count++] = root;
+    return result;
+  }
   std::array<double, 3> roots{};
   const int count = all_roots(f, max_height, roots);
-  Roots result;
   for (int i = 0; i < count; ++i) {
     if (!(std::abs(roots[i]) <= max_height)) continue;
     int at = result.count++;

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
@@ -24,7 +23,7 @@ bool in_triangle(double b1, double b2) {
 }
 
 // Where a proxy is folded flat the cubic vanishes and its roots mean nothing.
-bool holds(const ShellMatrix& m, const ShellBinding& binding, const Eigen::Vector3d& point) {
+bool reproduces(const ShellMatrix& m, const ShellBinding& binding, const Eigen::Vector3d& point) {
   constexpr double kRounding = 1e-6;
   const double size = m.col(1).lpNorm<1>() + m.col(2).lpNorm<1>() + std::abs(binding.height_mm);
   const Eigen::Vector3d bound = shell_point(m, binding.b1, binding.b2, binding.height_mm);
@@ -37,12 +36,20 @@ struct PrismBounds {
   Eigen::Vector3d min, max;
   std::array<Eigen::Vector3d, 5> direction;  // normal, −normal, three edges
   std::array<double, 5> extent{};
+  double slack = 0;  // mm; covers rounding, and what kWallTolerance lets in
 
   bool touches_sphere(const Eigen::Vector3d& center, double radius) const {
     for (std::size_t d = 0; d < direction.size(); ++d) {
       if (direction[d].dot(center) > extent[d] + radius) return false;
     }
     return true;
+  }
+  // Without a branch on the way: what lies in a cell but in no prism near it is told apart at once.
+  bool holds(const Eigen::Vector3d& point) const {
+    double beyond = direction[0].dot(point) - extent[0];
+    for (std::size_t d = 1; d < direction.size(); ++d)
+      beyond = std::max(beyond, direction[d].dot(point) - extent[d]);
+    return beyond <= slack;
   }
 };
 
@@ -60,6 +67,8 @@ PrismBounds prism_bounds(const ShellMatrix& m, double max_height) {
                       n.cross(b).normalized()};
   bounds.min = bounds.max = corners[0];
   bounds.extent.fill(-std::numeric_limits<double>::infinity());
+  constexpr double kSlack = 1e-6;  // of the prism's size
+  bounds.slack = kSlack * (corners[1] - corners[2]).norm();
   for (const auto& corner : corners) {
     bounds.min = bounds.min.cwiseMin(corner);
     bounds.max = bounds.max.cwiseMax(corner);
@@ -79,22 +88,24 @@ struct ShellBinder::Impl {
   std::vector<ShellMatrix> matrices;
   std::vector<PrismCubic> cubics;
   std::vector<std::uint32_t> usable;  // faces with area
+  std::vector<PrismBounds> prisms;    // of these faces
 
-  // Uniform grid: faces of cell c are cell_faces[cell_start[c] … cell_start[c + 1]).
+  // Uniform grid: faces of cell c are usable[i] for the i of
+  // cell_faces[cell_start[c] … cell_start[c + 1]).
   Eigen::Vector3d grid_min;
   double cell_mm = 1;
   Eigen::Array3i cells = Eigen::Array3i::Ones();
   std::vector<std::uint32_t> cell_start, cell_faces;
 
   void build_grid();
-  std::optional<ShellBinding> in_prism(std::uint32_t face, const Eigen::Vector3d& point,
-                                       double below_height) const;
+  // Where the face's prism holds the point at a height smaller than the best yet, that is the best.
+  void in_prism(std::uint32_t face, const Eigen::Vector3d& point, ShellBinding& best,
+                double& best_height) const;
   ShellBinding unclamped(const Eigen::Vector3d& point) const;
   std::uint32_t nearest_face(const Eigen::Vector3d& point) const;
 };
 
 void ShellBinder::Impl::build_grid() {
-  std::vector<PrismBounds> prisms;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   for (const std::uint32_t f : usable) {
     prisms.push_back(prism_bounds(matrices[f], max_height_mm));
@@ -119,7 +130,8 @@ void ShellBinder::Impl::build_grid() {
         for (int x = first.x(); x <= last.x(); ++x) {
           const Eigen::Vector3d center = low + cell_mm * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
           if (!prisms[i].touches_sphere(center, radius)) continue;
-          lists[(std::size_t(z) * cells.y() + y) * cells.x() + x].push_back(usable[i]);
+          lists[(std::size_t(z) * cells.y() + y) * cells.x() + x].push_back(
+              static_cast<std::uint32_t>(i));
         }
       }
     }
@@ -131,17 +143,18 @@ void ShellBinder::Impl::build_grid() {
   }
 }
 
-std::optional<ShellBinding> ShellBinder::Impl::in_prism(std::uint32_t face,
-                                                        const Eigen::Vector3d& point,
-                                                        double below_height) const {
+void ShellBinder::Impl::in_prism(std::uint32_t face, const Eigen::Vector3d& point,
+                                 ShellBinding& best, double& best_height) const {
   const PrismCubic::Roots roots = cubics[face].heights(point, max_height_mm);
-  for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < below_height; ++i) {
+  for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < best_height; ++i) {
     const Eigen::Vector2d b = barycentric_at_height(matrices[face], roots.heights[i], point);
     if (!in_triangle(b.x(), b.y())) continue;
-    const ShellBinding binding{face, b.x(), b.y(), roots.heights[i]};
-    if (holds(matrices[face], binding, point)) return binding;
+    const ShellBinding found{face, b.x(), b.y(), roots.heights[i]};
+    if (!reproduces(matrices[face], found, point)) continue;
+    best = found;
+    best_height = std::abs(found.height_mm);
+    return;  // the others are larger
   }
-  return std::nullopt;
 }
 
 std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) const {
@@ -196,25 +209,24 @@ ShellBinder::ShellBinder(ShellBinder&&) noexcept = default;
 ShellBinding ShellBinder::bind(const Eigen::Vector3d& point) const {
   const Impl& s = *impl_;
   const Eigen::Array3d cell = ((point - s.grid_min) / s.cell_mm).array().floor();
-  std::optional<ShellBinding> best;
   if ((cell >= 0).all() && (cell < s.cells.cast<double>()).all()) {
     const Eigen::Array3i c = cell.cast<int>();
     const std::size_t index = (std::size_t(c.z()) * s.cells.y() + c.y()) * s.cells.x() + c.x();
-    double below = std::numeric_limits<double>::infinity();
+    ShellBinding best;
+    double best_height = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = s.cell_start[index]; i < s.cell_start[index + 1]; ++i) {
-      const auto found = s.in_prism(s.cell_faces[i], point, below);
-      if (!found) continue;
-      best = found;
-      below = std::abs(found->height_mm);
+      const std::uint32_t near = s.cell_faces[i];
+      if (s.prisms[near].holds(point)) s.in_prism(s.usable[near], point, best, best_height);
     }
+    if (std::isfinite(best_height)) return best;
   }
-  return best ? *best : s.unclamped(point);
+  return s.unclamped(point);
 }
 
 bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {
   return std::abs(binding.height_mm) <= impl_->max_height_mm &&
          in_triangle(binding.b1, binding.b2) &&
-         holds(impl_->matrices[binding.face], binding, point);
+         reproduces(impl_->matrices[binding.face], binding, point);
 }
 
 }  // namespace organbake

@@ -12,13 +12,15 @@
 
 namespace organbake {
 
-enum class ExrCompression { none, zip, piz, pxr24 };
+// Exact, but for two: pxr24 drops 8 bits of each float (halves and uints stay), dwaa is lossy as
+// JPEG is, on channels named R, G, B and Y: for colour only, never for depth.
+enum class ExrCompression { none, zip, piz, pxr24, dwaa };
 
 struct ExrWriteOptions {
   ExrCompression compression = ExrCompression::zip;
   int zip_level = 4;  // 1…9; higher is smaller and slower
   // Written as worldToCamera and worldToNDC (Imath row-vector matrices, mm, +z forward, y down).
-  std::optional<PosedCamera> camera;
+  std::optional<PosedCamera> camera = {};
 };
 
 // Single-part scan-line EXR, deterministic bytes, one thread (write images in parallel instead).

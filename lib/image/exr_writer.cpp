@@ -47,6 +47,8 @@ Imf::Compression imf_compression(ExrCompression compression) {
       return Imf::PIZ_COMPRESSION;
     case ExrCompression::pxr24:
       return Imf::PXR24_COMPRESSION;
+    case ExrCompression::dwaa:
+      return Imf::DWAA_COMPRESSION;
   }
   return Imf::ZIP_COMPRESSION;
 }

@@ -4,6 +4,7 @@
 #include <png.h>
 
 #include <cstring>
+#include <optional>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -46,6 +47,20 @@ bool encode(PngWriter& writer, const Rgb8Image& image, int level) {
   return true;
 }
 
+// Nothing when libpng refuses the image, an empty one perhaps.
+std::optional<std::string> encoded(const Rgb8Image& image, int level) {
+  PngWriter writer;
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  writer.info = writer.png ? png_create_info_struct(writer.png) : nullptr;
+  if (!writer.info || !encode(writer, image, level)) return std::nullopt;
+  return std::move(writer.bytes);
+}
+
+std::string no_png_of(const Rgb8Image& image) {
+  return "libpng cannot encode an image of " + std::to_string(image.width) + " × " +
+         std::to_string(image.height) + " pixels";
+}
+
 }  // namespace
 
 Rgb8Image read_png(const std::filesystem::path& path, std::size_t max_pixels) {
@@ -67,15 +82,15 @@ Rgb8Image read_png(const std::filesystem::path& path, std::size_t max_pixels) {
   return image;
 }
 
+std::string encode_png(const Rgb8Image& image, int compression_level) {
+  if (auto bytes = encoded(image, compression_level)) return *std::move(bytes);
+  throw Error(ExitCode::internal, no_png_of(image));
+}
+
 void write_png(const std::filesystem::path& path, const Rgb8Image& image, int compression_level) {
-  PngWriter writer;
-  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  writer.info = writer.png ? png_create_info_struct(writer.png) : nullptr;
-  if (!writer.info || !encode(writer, image, compression_level)) {
-    throw IoError::writing(path, "libpng cannot encode an image of " + std::to_string(image.width) +
-                                     " × " + std::to_string(image.height) + " pixels");
-  }
-  write_file_atomically(path, writer.bytes);
+  const auto bytes = encoded(image, compression_level);
+  if (!bytes) throw IoError::writing(path, no_png_of(image));
+  write_file_atomically(path, *bytes);
 }
 
 }  // namespace organbake

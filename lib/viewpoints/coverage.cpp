@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::uint64_t kCoverageSeed = 4, kCertificateSeed = 5;
 constexpr std::size_t kCoverageSamples = 16384, kCertificateSamples = 2048;
+constexpr int kBriefly = 4;  // a brief report samples so many times fewer
 constexpr int kCertificateViews = 600, kPokedViews = 128;
 using Eyes = std::vector<Eye>;
 
@@ -156,15 +157,17 @@ void measure_views(const TriangleMesh& surface, const Sight& sight, const Placem
 }  // namespace
 
 CoverageReport measure_coverage(const TriangleMesh& given, const Placement& placement,
-                                const PlacementOptions& options, const RunContext& context) {
+                                const PlacementOptions& options, CoverageDetail detail,
+                                const RunContext& context) {
+  const int fewer = detail == CoverageDetail::brief ? kBriefly : 1;
   CoverageReport report;
   const TriangleMesh surface = outward(given, RunContext());
   const Sight sight(surface);
   const SightLimits well{kLeastSeenCosine, options.coverage ? options.coverage->texel_mm : 0};
-  const Eyes region = region_eyes(kRegionViews, placement, options);
+  const Eyes region = region_eyes(kRegionViews / fewer, placement, options);
   const Eyes cameras = camera_eyes(placement);
 
-  const SurfaceSamples samples = sample_surface(surface, kCoverageSamples, kCoverageSeed);
+  const SurfaceSamples samples = sample_surface(surface, kCoverageSamples / fewer, kCoverageSeed);
   const SampleBits reachable = sight.seen_from_any(region, samples, well);
   report.reachable_share = share(reachable.count(), samples.size());
   report.hidden_share = 1 - share(sight.seen_from_any(region, samples, {}).count(), samples.size());
@@ -172,6 +175,7 @@ CoverageReport measure_coverage(const TriangleMesh& given, const Placement& plac
   const std::vector<SampleBits> seen = sight.seen_from_each(cameras, samples, well);
   report.seen_share = seen_shares(seen, reachable);
   measure_texels(cameras, seen, samples, report);
+  if (detail == CoverageDetail::brief) return report;
   measure_views(surface, sight, placement, options, well, context, report);
   report.painted = painted_by_cameras(surface, sight, cameras, region, well);
   return report;

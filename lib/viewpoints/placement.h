@@ -38,6 +38,9 @@ inline constexpr double kLeastSeenCosine = 0.5;
 // Independent views of the region that decide what is reachable.
 inline constexpr int kRegionViews = 2048;
 
+// How much is measured of a finished placement (coverage.h).
+enum class CoverageDetail { brief, full };
+
 struct PlacementOptions {
   int count = 8;                   // 1…256
   int map_size = 512;              // pixels, square maps, 8…16384

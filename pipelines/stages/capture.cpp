@@ -6,11 +6,11 @@
 #include <filesystem>
 
 #include "bundle/cameras_json.h"
+#include "bundle/map_files.h"
 #include "capture/colored_surface.h"
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "geometry/ply.h"
-#include "image/exr.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 #include "pipelines/stages/surface_coloring.h"
@@ -31,24 +31,6 @@ std::vector<Photo> read_photos(const StageCall& call) {
   return photos;
 }
 
-// Three images a camera and the base layer, each compressed by one thread: that is where the time
-// of writing goes.
-void write_images(const CaptureSummary& captured, const std::vector<PosedCamera>& cameras,
-                  const fs::path& folder) {
-  for (std::size_t c = 0; c < cameras.size(); ++c) fs::create_directory(folder / camera_folder(c));
-  tbb::parallel_for(std::size_t{0}, 3 * cameras.size() + 1, [&](std::size_t i) {
-    if (i == 3 * cameras.size())
-      return write_exr(folder / "base.exr", base_layer_to_image(captured.base));
-    const std::size_t c = i / 3;
-    const fs::path camera = folder / camera_folder(c);
-    const ExrWriteOptions options{.camera = cameras[c]};
-    const CameraMaps& maps = captured.maps[c];
-    if (i % 3 == 0) write_exr(camera / "depth.exr", depth_image(maps), options);
-    if (i % 3 == 1) write_exr(camera / "color.exr", color_image(maps), options);
-    if (i % 3 == 2) write_exr(camera / "micro.exr", micro_image(maps), options);
-  });
-}
-
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<CaptureStageOptions>(call.options_json);
   options.capture.check();
@@ -61,7 +43,10 @@ StageReport run(const StageCall& call) {
   const auto color = choose_color(surface, scene, read_photos(call), options.material, report);
   const CaptureSummary captured =
       capture(surface, proxy, set.cameras, *color, options.capture, call.context);
-  write_images(captured, set.cameras, call.output_folder);
+  if (options.packing.compact) {
+    report.skipped.push_back({"the compression", "compact chooses one for each kind of map"});
+  }
+  write_map_files(call.output_folder, captured.maps, set.cameras, captured.base, options.packing);
   write_ply(call.output_folder / "surface.ply",
             colored_surface(surface, *color, options.surface_edge_mm));
 

@@ -41,6 +41,9 @@ void tell_coverage(const CoverageReport& coverage, StageReport& report) {
                                                    CoverageReport::kTexelEdges_mm.end()));
   report.add("texel_shares",
              std::vector<double>(coverage.texel_share.begin(), coverage.texel_share.end()));
+}
+
+void tell_views(const CoverageReport& coverage, StageReport& report) {
   report.add("views", coverage.at_rest.views);
   report.add("view_gap_mean", coverage.at_rest.mean_gap);
   report.add("view_gap_worst", coverage.at_rest.worst_gap);
@@ -57,16 +60,16 @@ void tell_coverage(const CoverageReport& coverage, StageReport& report) {
 }
 
 StageReport run(const StageCall& call) {
-  const PlacementOptions options =
-      resolved_options<PlaceStageOptions>(call.options_json).resolved();
+  const auto asked = resolved_options<PlaceStageOptions>(call.options_json);
+  const PlacementOptions options = asked.resolved();
   options.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"));
   const Placement placement = place_cameras(surface, options, call.context);
-  const CoverageReport coverage = measure_coverage(surface, placement, options, call.context);
+  const CoverageReport coverage =
+      measure_coverage(surface, placement, options, asked.report, call.context);
   const CameraSet set{placement.cameras, {}, placement.manifold};
   write_file_atomically(call.output_folder / "cameras.json", cameras_to_json(set));
   write_ply(call.output_folder / "vpm.ply", placement.manifold_surface);
-  write_ply(call.output_folder / "seen.ply", coverage.painted);
 
   StageReport report;
   report.add("cameras", placement.cameras.size());
@@ -76,6 +79,12 @@ StageReport run(const StageCall& call) {
       (placement.cameras.front().center_world_mm() - placement.manifold.center_world_mm).norm());
   tell_choice(options, placement, report);
   tell_coverage(coverage, report);
+  if (asked.report == CoverageDetail::full) {
+    tell_views(coverage, report);
+    write_ply(call.output_folder / "seen.ply", coverage.painted);
+  } else {
+    report.skipped.push_back({"what views miss, and seen.ply", "report is brief, not full"});
+  }
   if (!options.cone) report.skipped.push_back({"the viewing cone", "cone_angle is 0"});
   return report;
 }

@@ -27,7 +27,7 @@ class CacheTest : public testing::Test {
       fs::create_directory(folder / "sub");
       write_file_atomically(folder / "a.ply", content);
       write_file_atomically(folder / "sub" / "b.txt", "beside " + content);
-      return std::string(R"({"figures":{}})");
+      return StepRecord{R"({"figures":{}})", 1.5, {"a <b>"}};
     });
   }
 
@@ -57,7 +57,9 @@ TEST_F(CacheTest, FindsWhatWasStored) {
   ASSERT_TRUE(found);
   EXPECT_EQ(found->folder, stored.folder);
   EXPECT_EQ(found->ingredients.key(), some_step().key());
-  EXPECT_EQ(found->report_json, R"({"figures":{}})");
+  EXPECT_EQ(found->record.report_json, R"({"figures":{}})");
+  EXPECT_EQ(found->record.seconds, 1.5);
+  EXPECT_EQ(found->record.warnings, stored.record.warnings);
   ASSERT_EQ(found->files.size(), 2u);
   EXPECT_EQ(read_text_file(found->folder / found->files[0].path), "proxy");
   EXPECT_TRUE(found->sound());
@@ -95,7 +97,7 @@ TEST_F(CacheTest, AnUnreadableEntryIsMadeAnew) {
 
 TEST_F(CacheTest, AFailedStepLeavesNothing) {
   EXPECT_THROW(cache_.store(some_step(), false,
-                            [](const fs::path& folder) -> std::string {
+                            [](const fs::path& folder) -> StepRecord {
                               write_file_atomically(folder / "half", "x");
                               throw BadDataError("no");
                             }),

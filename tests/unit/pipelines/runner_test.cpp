@@ -195,7 +195,7 @@ TEST_F(RunnerTest, SingleStagesWriteTheBytesOfTheBake) {
   EXPECT_EQ(read_text_file(out / "proxy.ply"), read_text_file(bundle() / "proxy.ply"));
   EXPECT_EQ(read_text_file(out / "place/cameras.json"), read_text_file(bundle() / "cameras.json"));
   const auto report = nlohmann::json::parse(read_text_file(out / "place/report.json"));
-  EXPECT_EQ(report["files"], nlohmann::json({"cameras.json", "seen.ply", "vpm.ply"}));
+  EXPECT_EQ(report["files"], nlohmann::json({"cameras.json", "vpm.ply"}));
 }
 
 }  // namespace

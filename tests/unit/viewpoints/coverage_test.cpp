@@ -167,6 +167,23 @@ TEST(MeasureCoverage, AllOfASphereIsSeenAndNothingInsideIt) {
   EXPECT_EQ(hollow.painted.faces, both.faces);
 }
 
+// Of 4,096 samples: three standard errors of a share near one half.
+constexpr double kBriefShare = 0.024;
+
+TEST(MeasureCoverage, ABriefReportAgreesWithTheFullOne) {
+  const TriangleMesh lump = lumpy_mesh(50, 3);
+  PlacementOptions options;
+  options.count = 6;
+  const Placement placement = place_cameras(lump, options);
+  const CoverageReport full = measure_coverage(lump, placement, options);
+  const CoverageReport brief = measure_coverage(lump, placement, options, CoverageDetail::brief);
+  EXPECT_NEAR(brief.reachable_share, full.reachable_share, kBriefShare);
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(brief.seen_share[k], full.seen_share[k], kBriefShare);
+  EXPECT_EQ(brief.at_rest.views, 0);
+  EXPECT_TRUE(brief.poked.empty());
+  EXPECT_TRUE(brief.painted.empty());
+}
+
 TEST(MeasureCoverage, FewAndManyCameras) {
   const TriangleMesh lump = lumpy_mesh(50, 3);
   for (const int count : {1, 2, 3, 4, 200}) {

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "organbake/commands.h"
+#include "pipelines/bundle_page.h"
+#include "pipelines/output_target.h"
+
+namespace organbake {
+
+int run_report(const Arguments& arguments, Session& session) {
+  std::filesystem::path output;
+  OptionList options;
+  options.add("output", &output,
+              {.help = "-o: the page; else BUNDLE_report.html beside the bundle"});
+  const auto words = session.read_command(
+      arguments, "report BUNDLE [-o PAGE.html]",
+      "Writes one page about a bundle: warnings, pictures, errors, and what was skipped and why.",
+      options, 1);
+  if (!words) return 0;
+  if (words->empty()) throw UsageError("'organbake report' needs a bundle");
+  const BundleReader reader(words->front());
+  const std::filesystem::path beside = page_beside(words->front());
+  if (output.empty()) output = beside;
+  check_output_file(output, ".html");
+  write_file_atomically(output, bundle_page(reader, run_of_page(beside, reader)));
+  session.print_result(output.string(), {{"output", output.string()}});
+  return 0;
+}
+
+}  // namespace organbake

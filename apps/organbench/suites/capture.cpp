@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include "bundle/map_files.h"
+#include "capture/capture.h"
+#include "decimate/decimate.h"
+#include "geometry/shell_map.h"
+#include "organbench/peers/embree_depth.h"
+#include "organbench/suites.h"
+#include "organbench/suites/capture_parts.h"
+#include "phantom/phantom.h"
+#include "viewpoints/placement.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+
+CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size) {
+  CaptureScenario scene;
+  scene.surface = OrganPhantom({}).surface(bench.quick() ? 5 : 6, bench.context());
+  scene.proxy = decimate(scene.surface, {}, bench.context()).proxy;
+  PlacementOptions options;
+  options.count = cameras;
+  options.map_size = map_size;
+  scene.cameras = place_cameras(scene.surface, options, bench.context()).cameras;
+  return scene;
+}
+
+ScratchFolder::ScratchFolder()
+    : path_(fs::temp_directory_path() / ("organbench-capture-" + std::to_string(::getpid()))) {
+  fs::create_directories(path_);
+}
+
+ScratchFolder::~ScratchFolder() {
+  std::error_code ignored;  // what cannot be removed is the system's to clear
+  fs::remove_all(path_, ignored);
+}
+
+fs::path ScratchFolder::fresh(const std::string& name) const {
+  fs::remove_all(path_ / name);
+  fs::create_directories(path_ / name);
+  return path_ / name;
+}
+
+namespace {
+
+// What OpenEXR gets to write, made beforehand.
+struct ReadyImage {
+  fs::path file;
+  ChannelImage image;
+  ExrWriteOptions options;
+};
+
+std::vector<ReadyImage> ready_images(const CaptureSummary& captured, const CaptureScenario& scene,
+                                     const fs::path& folder) {
+  std::vector<ReadyImage> images;
+  images.push_back({folder / "base.exr", base_layer_to_image(captured.base), {}});
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
+    const CameraMaps& maps = captured.maps[c];
+    const fs::path camera = folder / camera_folder(c);
+    fs::create_directories(camera);
+    const ExrWriteOptions options{.camera = scene.cameras[c]};
+    images.push_back({camera / "depth.exr", depth_image(maps), options});
+    images.push_back({camera / "color.exr", color_image(maps), options});
+    images.push_back({camera / "micro.exr", micro_image(maps), options});
+  }
+  return images;
+}
+
+std::vector<Eigen::Vector3d> stored_points(const CaptureSummary& captured,
+                                           const CaptureScenario& scene) {
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
+    const CameraMaps& maps = captured.maps[c];
+    const RigidTransform world_from_camera = scene.cameras[c].camera_from_world.inverse();
+    for (std::size_t i = 0; i < maps.face.size(); ++i) {
+      if (maps.face[i] == kNoFace) continue;
+      const Eigen::Vector2d pixel(i % maps.width + 0.5, i / maps.width + 0.5);
+      points.push_back(world_from_camera *
+                       (double(maps.depth_mm[i]) * unproject(scene.cameras[c].intrinsics, pixel)));
+    }
+  }
+  return points;
+}
+
+void promise_binding(Bench& bench, const CaptureSummary& captured, const CaptureScenario& scene) {
+  bench.now("binding");
+  std::vector<Eigen::Vector3d> points = stored_points(captured, scene);
+  constexpr std::size_t kMost = 1'000'000;
+  points.resize(std::min(points.size(), kMost));
+  // As far as capture() itself makes the shell reach: 2.5 times the farthest point.
+  const ShellBinder shell(scene.proxy, 2.5 * captured.largest_height_mm);
+  double sum = 0;  // so that no binding is left out
+  const Timing timing = bench.time([&] {
+    for (const Eigen::Vector3d& point : points) sum += shell.bind(point).height_mm;
+  });
+  if (!std::isfinite(sum)) bench.fail("a binding is not finite");
+  bench.add(Figure{"binding, per sample and core", "ns",
+                   1e6 * timing.cpu_ms.median / static_cast<double>(points.size()), 60});
+}
+
+}  // namespace
+
+void promise_capture_time(Bench& bench, const ScratchFolder& scratch) {
+  const int cameras = bench.quick() ? 4 : 16, size = bench.quick() ? 256 : 1024;
+  bench.now("preparing the phantom, its proxy and cameras");
+  const CaptureScenario scene = capture_scenario(bench, cameras, size);
+  const auto color = make_vertex_color(scene.surface);
+  CaptureOptions options;
+  options.rays_per_texel_side = 1;
+  CaptureSummary captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
+  const std::vector<ReadyImage> images = ready_images(captured, scene, scratch.fresh("openexr"));
+  const EmbreeDepth embree(scene.surface);
+  std::vector<std::vector<float>> depths_mm;
+
+  bench.now("trace, bind and write " + std::to_string(cameras) + " × " + std::to_string(size) +
+            "²");
+  const std::vector<Timing> timings = bench.time(
+      {[&] {
+         captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
+         write_map_files(scratch.fresh("ours"), captured.maps, scene.cameras, captured.base);
+       },
+       [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); },
+       [&] { embree.trace(scene.cameras, depths_mm); },
+       [&] {
+         tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t i) {
+           write_exr(images[i].file, images[i].image, images[i].options);
+         });
+       }});
+  const std::string task = std::to_string(cameras) + " cameras of " + std::to_string(size) + "², " +
+                           std::to_string(scene.surface.faces.size()) + " faces, one ray a texel";
+  const char* names[] = {"organbake: trace, bind, write", "organbake: trace and bind",
+                         "Embree, packets of 16: trace alone",
+                         "OpenEXR: write alone of the same files"};
+  for (std::size_t i = 0; i < timings.size(); ++i)
+    bench.add(Point{task, names[i], i >= 2, {}, timings[i], {}});
+  const double alone = timings[2].wall_ms.median + timings[3].wall_ms.median;
+  bench.add(Figure{"trace, bind and write / (Embree's trace + OpenEXR's write)", "×",
+                   timings[0].wall_ms.median / alone, 1.6});
+  promise_binding(bench, captured, scene);
+}
+
+void run_capture_suite(Bench& bench) {
+  const ScratchFolder scratch;
+  promise_capture_time(bench, scratch);
+  promise_capture_maps(bench, scratch);
+  promise_capture_color(bench);
+}
+
+}  // namespace organbake

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "geometry/camera.h"
+#include "geometry/triangle_mesh.h"
+#include "organbench/bench.h"
+
+// The suite of capture, by what it measures.
+namespace organbake {
+
+// The phantom organ, coloured, its proxy, and virtual cameras round it.
+struct CaptureScenario {
+  TriangleMesh surface, proxy;
+  std::vector<PosedCamera> cameras;
+};
+CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size);
+
+// A folder that goes away with the object.
+class ScratchFolder {
+ public:
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+  // An empty folder inside, made anew.
+  std::filesystem::path fresh(const std::string& name) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+// Trace, bind and write beside Embree's trace and OpenEXR's write alone; the price of a binding.
+void promise_capture_time(Bench& bench, const ScratchFolder& scratch);
+// Depth against an exact oracle, macro + micro against the surface, sizes and packings.
+void promise_capture_maps(Bench& bench, const ScratchFolder& scratch);
+// Colour from six photographs against the true albedo; nothing bleeds across an occluder.
+void promise_capture_color(Bench& bench);
+
+}  // namespace organbake

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/html_page.h"
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/text.h"
+#include "image/png.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kCommonStyle =
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:64rem;margin:2rem auto;padding:0 1rem;"
+    "color:#222}h1{font-size:1.5rem}h2{font-size:1.2rem;margin-top:2.2rem;"
+    "border-bottom:1px solid #ccc}table{border-collapse:collapse}"
+    "th,td{padding:.2rem .7rem;text-align:right;border-bottom:1px solid #e4e4e4}"
+    "th:first-child,td:first-child{text-align:left}.quiet{color:#666}img,svg{display:block}";
+
+std::string base64(const std::string& bytes) {
+  constexpr const char* kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      three = three << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += i + k > bytes.size() ? '=' : kDigits[three >> (18 - 6 * k) & 63];
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string html_page(const std::string& title, const std::string& style, const std::string& body) {
+  return "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">"
+         "<meta name=\"viewport\" content=\"width=device-width\"><title>" +
+         escape_html(title) + "</title><style>" + kCommonStyle + style + "</style>\n" + body +
+         "</html>\n";
+}
+
+std::string html_cell(const std::string& text) { return "<td>" + escape_html(text) + "</td>"; }
+
+std::string html_heading(const std::string& text) { return "<th>" + escape_html(text) + "</th>"; }
+
+std::string html_picture(const Rgb8Image& image, const std::string& alternative) {
+  return "<img alt=\"" + escape_html(alternative) + "\" width=\"" + std::to_string(image.width) +
+         "\" height=\"" + std::to_string(image.height) + "\" src=\"" + png_data_uri(image) + "\">";
+}
+
+std::string png_data_uri(const Rgb8Image& image) {
+  return "data:image/png;base64," + base64(encode_png(image));
+}
+
+std::string page_number(double value) {
+  constexpr int kDigits = 4;
+  if (value == 0 || !std::isfinite(value)) return to_text(value);
+  const int whole = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
+  if (whole >= kDigits) return to_text(value, 0);
+  const double scale = std::pow(10.0, kDigits - whole);
+  return to_text(std::round(value * scale) / scale);
+}
+
+}  // namespace organbake

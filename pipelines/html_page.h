@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "image/channel_image.h"
+
+namespace organbake {
+
+// The frame of every page that is written: one file, nothing fetched, readable without styles.
+// `title` is plain text; `style` is what this page's style sheet adds to the common one; `body` is
+// HTML.
+std::string html_page(const std::string& title, const std::string& style, const std::string& body);
+
+// A table cell, or one heading it, of plain text.
+std::string html_cell(const std::string& text);
+std::string html_heading(const std::string& text);
+
+// A picture as part of the page: <img> with the alternative text, which must not be empty.
+std::string html_picture(const Rgb8Image& image, const std::string& alternative);
+// "data:image/png;base64,…", where SVG wants a link.
+std::string png_data_uri(const Rgb8Image& image);
+
+// With at most four significant digits, for tables: 0.012346 → "0.01235", 12000000 → "12000000".
+std::string page_number(double value);
+
+}  // namespace organbake
