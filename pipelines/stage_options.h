@@ -91,6 +91,12 @@ struct CaptureStageOptions {
   MapPacking packing;
 };
 
+// What a bundle is written as for other programs.
+enum class ExportFormat { gltf, colmap, transforms, obj };
+struct ExportOptions {
+  ExportFormat format = ExportFormat::gltf;
+};
+
 struct BundleOptions {
   bool surface = false;
 };
@@ -104,6 +110,7 @@ void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
 void bind(OptionList& list, RegisterStageOptions& options);
 void bind(OptionList& list, CaptureStageOptions& options);
+void bind(OptionList& list, ExportOptions& options);
 void bind(OptionList& list, BundleOptions& options);
 
 // The resolved options of a stage call, back in their struct.

@@ -12,6 +12,7 @@ int run_bake(const Arguments& arguments, Session& session);
 int run_batch(const Arguments& arguments, Session& session);
 int run_plan(const Arguments& arguments, Session& session);
 int run_inspect(const Arguments& arguments, Session& session);
+int run_export(const Arguments& arguments, Session& session);
 int run_report(const Arguments& arguments, Session& session);
 int run_verify(const Arguments& arguments, Session& session);
 int run_schema(const Arguments& arguments, Session& session);

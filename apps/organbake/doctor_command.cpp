@@ -19,7 +19,7 @@ struct Check {
 
 Check check_modules() {
   std::string missing;
-  std::vector<std::string> names = {"inspect"};
+  std::vector<std::string> names = {"inspect", "export"};
   for (const Stage& stage : all_stages()) names.push_back(stage.name);
   for (const std::string& name : names) {
     if (!fs::exists(module_file(name))) missing += " " + module_file(name).string();

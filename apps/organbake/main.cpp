@@ -21,6 +21,7 @@ constexpr Verb kVerbs[] = {
     {"batch", "run a recipe over many cases, each in a process of its own", run_batch},
     {"plan", "write a batch as commands, a Snakefile or a Slurm array", run_plan},
     {"report", "write a page about a bundle: warnings, pictures, errors", run_report},
+    {"export", "write a bundle for other programs: glTF, COLMAP, NeRF, OBJ", run_export},
     {"inspect", "tell what a file or folder holds", run_inspect},
     {"verify", "check a bundle, a document or a recipe", run_verify},
     {"schema", "print the JSON Schema of a document", run_schema},

@@ -93,7 +93,6 @@ struct NamedPacking {
 const NamedPacking kPackings[] = {
     {"zip, level 4 (default)", {}},
     {"zip, level 1", {.zip_level = 1}},
-    {"zip, level 9", {.zip_level = 9}},
     {"piz", {.compression = ExrCompression::piz}},
     {"pxr24", {.compression = ExrCompression::pxr24}},
     {"none", {.compression = ExrCompression::none}},
