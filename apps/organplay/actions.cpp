@@ -87,9 +87,7 @@ void play_script(const Command& command, Player& player, const Script& script,
 void draw_one(const Command& command, Player& player) {
   Frame frame;
   DrawOptions options;
-  player.draw(
-      orbit_view(player.bundle().cameras, pose_from(command.view), command.width, command.height),
-      options, frame);
+  player.draw(view_of(command, player.bundle()), options, frame);
   write_png(command.frame_file, frame.color);
   print(command.frame_file);
 }
@@ -108,6 +106,10 @@ void compare(const Command& command, Player& player, const RunContext& context) 
 }
 
 }  // namespace
+
+View view_of(const Command& command, const Bundle& bundle) {
+  return orbit_view(bundle.cameras, pose_from(command.view), command.width, command.height);
+}
 
 void run_command(const Command& command, const RunContext& context) {
   if (command.wants_window()) return open_window(command, context);

@@ -23,9 +23,15 @@ class Player {
  public:
   // Binds a bundle's samples; keep_maps holds on to the camera maps for comparisons.
   explicit Player(Bundle bundle, const DeformOptions& options = {}, bool keep_maps = false);
-  // Reads the bundle first. Throws NoInputError or BadDataError naming the file.
+  // Reads the bundle but for its maps: a camera's are read, checked and bound when a view first
+  // needs them, and draw() throws what is wrong with them. keep_maps reads all at once. Throws
+  // NoInputError or BadDataError naming the file.
   explicit Player(const std::filesystem::path& bundle_folder, const DeformOptions& options = {},
                   bool keep_maps = false);
+  // Reads all cameras now, or from a thread of its own while frames are drawn, so that turning the
+  // view never waits. Frames are the same either way.
+  void load_all() { warper_.bind_all(); }
+  void load_ahead() { warper_.bind_ahead(); }
 
   StepReport step(const std::vector<InstrumentTip>& tips) { return deformer_.step(tips); }
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame) {
@@ -36,9 +42,10 @@ class Player {
 
   const Bundle& bundle() const { return bundle_; }
   const std::vector<Eigen::Vector3d>& proxy_positions() const { return deformer_.positions(); }
-  std::size_t sample_count() const { return warper_.sample_count(); }
 
  private:
+  Player(const BundleReader& reader, const DeformOptions& options);
+
   Bundle bundle_;
   Warper warper_;
   Deformer deformer_;

@@ -9,13 +9,31 @@
 
 namespace organbake {
 
-void ActiveCameras::choose(const std::vector<SampleSet>& sets, const ViewWeights& weights) {
+std::vector<std::size_t> used_cameras(const ViewWeights& weights) {
+  std::vector<std::size_t> used;
+  for (int i = 0; i < 3; ++i) {
+    if (weights.weights[i] > 0) used.push_back(weights.cameras[i]);
+  }
+  return used;
+}
+
+void ActiveCameras::choose(const SampleStore& store, const ViewWeights& weights) {
   count_ = 0;
   for (int i = 0; i < 3; ++i) {
     if (weights.weights[i] <= 0) continue;
-    cameras_[count_].set = &sets[weights.cameras[i]];
+    cameras_[count_].set = &store[weights.cameras[i]];
     cameras_[count_++].weight = static_cast<float>(weights.weights[i]);
   }
+}
+
+float ActiveCameras::texel_mm() const {
+  double sum = 0, shares = 0;
+  for (const ActiveCamera& camera : all()) {
+    if (camera.set->sample_count == 0) continue;
+    sum += camera.weight * camera.set->texel_mm;
+    shares += camera.weight;
+  }
+  return shares > 0 ? static_cast<float>(sum / shares) : 1;
 }
 
 void ActiveCameras::place(const std::vector<FaceFrame>& faces, const View& view,

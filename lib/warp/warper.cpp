@@ -16,6 +16,7 @@
 #include "warp/hole_fill.h"
 #include "warp/open_pixels.h"
 #include "warp/resolve.h"
+#include "warp/sample_store.h"
 #include "warp/see_through.h"
 #include "warp/slit_fill.h"
 #include "warp/splat.h"
@@ -83,9 +84,7 @@ struct Warper::Impl {
   TriangleMesh deformed;
   TriangleMesh at_rest;
   ViewManifold manifold;
-  std::vector<SampleSet> sets;
   BaseDrawing base;
-  float texel_mm;
 
   // The last drawing, to recognise when nothing changed.
   View last_view;
@@ -95,6 +94,7 @@ struct Warper::Impl {
 
   // Kept between frames for their memory.
   ActiveCameras active;
+  float texel_mm = 1;  // of the active cameras
   std::vector<FaceFrame> faces;
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
@@ -102,7 +102,9 @@ struct Warper::Impl {
   PixelBox drawn_box;           // of everything but the background
   tbb::enumerable_thread_specific<TileScratch> scratch;
 
-  explicit Impl(const Bundle& bundle);
+  SampleStore store;
+
+  Impl(const Bundle& bundle, ReadMaps read);
   void choose_cameras(const View& view, DrawReport& report);
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
@@ -113,32 +115,37 @@ struct Warper::Impl {
                  const Background& background, Frame& frame);
 };
 
-Warper::Impl::Impl(const Bundle& bundle)
+namespace {
+
+// What turns a camera's maps into its samples, without holding on to the bundle.
+SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
+  return [read = std::move(read), cameras = bundle.cameras.cameras,
+          rest = shell_matrices(bundle.proxy)](std::size_t c) {
+    const CameraMaps maps = read(c);
+    check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
+    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
+  };
+}
+
+}  // namespace
+
+Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
     : deformed(bundle.proxy),
       manifold(bundle.cameras.manifold),
-      base(bundle.base, shell_matrices(bundle.proxy)) {
+      base(bundle.base, shell_matrices(bundle.proxy)),
+      store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
-  const std::vector<ShellMatrix> rest = shell_matrices(bundle.proxy);
-  sets.resize(bundle.maps.size());
-  tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t c) {
-    const PosedCamera& camera = bundle.cameras.cameras[c];
-    sets[c] = build_sample_set(bundle.maps[c], camera, in_frame(rest, camera.camera_from_world));
-  });
-  double sum = 0, samples = 0;
-  for (const SampleSet& set : sets) {
-    sum += set.texel_mm * static_cast<double>(set.sample_count);
-    samples += static_cast<double>(set.sample_count);
-  }
-  // An empty organ has no texels; any size will do.
-  texel_mm = samples > 0 ? static_cast<float>(sum / samples) : 1;
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
   Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
   if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
   report.weights = trimmed(view_weights(manifold, towards_eye));
-  active.choose(sets, report.weights);
+  const std::vector<std::size_t> cameras = used_cameras(report.weights);
+  store.require(cameras);
+  active.choose(store, report.weights);
+  texel_mm = active.texel_mm();
 }
 
 void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
@@ -212,9 +219,13 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
   clock.lap(own.times.resolve);
 }
 
-Warper::Warper(const Bundle& bundle) {
+Warper::Warper(const Bundle& bundle)
+    : Warper(bundle, [&bundle](std::size_t camera) { return bundle.maps.at(camera); }) {
+  bind_all();  // while the bundle is there
+}
+Warper::Warper(const Bundle& bundle, ReadMaps read) {
   check_fit(bundle);
-  impl_ = std::make_unique<Impl>(bundle);
+  impl_ = std::make_unique<Impl>(bundle, std::move(read));
 }
 Warper::~Warper() = default;
 Warper::Warper(Warper&&) noexcept = default;
@@ -289,19 +300,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   return report;
 }
 
-std::size_t Warper::sample_count() const {
-  std::size_t count = 0;
-  for (const SampleSet& set : impl_->sets) count += set.sample_count;
-  return count;
-}
-
-std::size_t Warper::memory_bytes() const {
-  std::size_t bytes = 0;
-  for (const SampleSet& set : impl_->sets) {
-    bytes += set.b1.size() * (3 * sizeof(float) + sizeof(PackedDetail)) +
-             set.chunks.size() * sizeof(Chunk);
-  }
-  return bytes;
-}
+void Warper::bind_all() { impl_->store.require_all(); }
+void Warper::bind_ahead() { impl_->store.make_ahead(); }
 
 }  // namespace organbake

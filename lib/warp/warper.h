@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -57,19 +58,26 @@ struct DrawReport {
 // any number of threads. One draw() at a time.
 class Warper {
  public:
-  // Binds every sample. The maps are not needed afterwards. Throws BadDataError when a camera's
-  // maps don't fit its size or the proxy.
+  // Binds every sample of the bundle's maps, which are not needed afterwards. Throws BadDataError
+  // when they or the base layer don't fit the cameras or the proxy.
   explicit Warper(const Bundle& bundle);
+  // Takes everything but the maps from the bundle, and asks for a camera's maps when a view first
+  // needs them. `read` may be called from any thread, for several cameras at once.
+  using ReadMaps = std::function<CameraMaps(std::size_t camera)>;
+  Warper(const Bundle& bundle, ReadMaps read);
   ~Warper();
   Warper(Warper&&) noexcept;
 
   // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options,
-  // BadDataError for a wrong number of positions or one that is not finite.
+  // BadDataError for a wrong number of positions or one that is not finite, and what reading and
+  // binding a camera's maps throws.
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
 
-  std::size_t sample_count() const;
-  std::size_t memory_bytes() const;  // held by the bound samples
+  // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
+  // then never waits. Frames are the same either way.
+  void bind_all();
+  void bind_ahead();
 
  private:
   struct Impl;
