@@ -14,7 +14,8 @@ void run_command(const Command& command, const RunContext& context);
 // From --view, in --size. Throws UsageError for one that is no view.
 View view_of(const Command& command, const Bundle& bundle);
 
-// The first frame from --view, then frames of a slow orbit round an organ that is being poked, drawn and thrown away.
+// The first frame from --view, then frames of a slow orbit round an organ that is being poked,
+// drawn and thrown away.
 void run_bench(const Command& command, const RunContext& context);
 
 }  // namespace organbake

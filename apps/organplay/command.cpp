@@ -56,7 +56,8 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")
       ->delimiter(',');
-  app.add_option("--bench", c.bench_frames, "the first frame from --view, then N of an orbit with a poke; prints times")
+  app.add_option("--bench", c.bench_frames,
+                 "the first frame from --view, then N of an orbit with a poke; prints times")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");

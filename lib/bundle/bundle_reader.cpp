@@ -118,14 +118,14 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
                                    std::size_t faces) const {
   const std::string folder = camera_folder(camera);
   const std::size_t pixels = std::size_t(lens.width) * lens.height;
-  const auto open = [&](const char* name) {
+  const auto open = [&](const char* name, const std::vector<std::string>& channels) {
     const std::string file = folder + "/" + name, full = (folder_ / file).string();
-    ChannelImage image = parse_exr(read(file), full, pixels);
+    ChannelImage image = parse_exr(read(file), full, pixels, channels);
     check_size(image, lens, full);
     return image;
   };
-  const ChannelImage depth = open("depth.exr"), color = open("color.exr"),
-                     micro = open("micro.exr");
+  const ChannelImage depth = open("depth.exr", {"Y"}), color = open("color.exr", {"R", "G", "B"}),
+                     micro = open("micro.exr", {"Y", "face", "confidence"});
   const std::string where = (folder_ / folder).string();
   CameraMaps maps;
   maps.width = lens.width;
@@ -146,8 +146,7 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
 Bundle BundleReader::read_all() const {
   Bundle bundle = read_frame();
   tbb::parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
-    bundle.maps[c] =
-        read_maps(c, bundle.cameras.cameras[c].intrinsics, bundle.proxy.faces.size());
+    bundle.maps[c] = read_maps(c, bundle.cameras.cameras[c].intrinsics, bundle.proxy.faces.size());
   });
   return bundle;
 }

@@ -15,10 +15,8 @@ Player::Player(Bundle bundle, const DeformOptions& options, bool keep_maps)
 Player::Player(const BundleReader& reader, const DeformOptions& options)
     : bundle_(reader.read_frame()),
       warper_(bundle_,
-              [reader, cameras = bundle_.cameras.cameras,
-               faces = bundle_.proxy.faces.size()](std::size_t c) {
-                return reader.read_maps(c, cameras[c].intrinsics, faces);
-              }),
+              [reader, cameras = bundle_.cameras.cameras, faces = bundle_.proxy.faces.size()](
+                  std::size_t c) { return reader.read_maps(c, cameras[c].intrinsics, faces); }),
       deformer_(bundle_.proxy, bundle_.mechanics, bundle_.base, options) {
   bundle_.maps.clear();
 }

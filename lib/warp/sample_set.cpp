@@ -167,8 +167,9 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
   const MapNormals normals{map.ray(u + 1, v).cast<float>() - r0,
                            map.ray(u, v + 1).cast<float>() - r0};
   const Eigen::Vector3f middle =
-      normals.at(r0, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
-                 static_cast<float>(plane.slope.y()))
+      normals
+          .at(r0, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
+              static_cast<float>(plane.slope.y()))
           .normalized();
   chunk.patch.cone_rad =
       std::acos(std::clamp(least_cosine(map.detail, texels, at, normals, middle), -1.0f, 1.0f));
