@@ -26,7 +26,9 @@ struct ComparisonRow {
   bool poked = false;
   ProjectionErrors projection;
   double psnr_db = 0, ssim = 0;  // against the 16-ray truth, over the union of both silhouettes
-  std::size_t holes = 0;  // uncovered pixels where all of the truth's neighbourhood is covered
+  // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
+  // in the picture before its fill, and in the finished one.
+  std::size_t inner_pixels = 0, holes_before_fill = 0, holes = 0;
   SeamSteps seams;
 };
 

@@ -40,6 +40,7 @@ struct DrawTimes {
 
 struct DrawReport {
   bool unchanged = false;         // same view, positions and options: the frame was left alone
+  int tiles_drawn = 0, tiles_kept = 0;  // kept: of the last frame, since nothing moved there
   ViewWeights weights;            // the cameras in use
   std::size_t samples_drawn = 0;  // of chunks that were drawn
   std::size_t samples_facing_away = 0;  // skipped in whole chunks
@@ -83,6 +84,9 @@ class Warper {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Texels of less confidence are not drawn: of 255 it rounds to 0.
+inline constexpr float kLeastConfidence = 0.5f / 255;
 
 // Shares below this are dropped and the others drawn up to it, continuously: a camera that hardly
 // counts is not worth its samples.
