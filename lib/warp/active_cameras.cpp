@@ -36,17 +36,22 @@ float ActiveCameras::texel_mm() const {
   return shares > 0 ? static_cast<float>(sum / shares) : 1;
 }
 
-void ActiveCameras::place(const std::vector<FaceFrame>& faces, const View& view,
-                          const TileGrid& grid) {
+void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
+                          const View& view, const TileGrid& grid, MovedCells& cells) {
   for (ActiveCamera& camera : std::span(cameras_).first(count_)) {
     const std::vector<Chunk>& chunks = camera.set->chunks;
     camera.chunks.resize(chunks.size());
+    const auto place_one = [&](std::size_t c) {
+      const Patch& patch = chunks[c].patch;
+      if (!moved.empty() && !moved[patch.face]) return;
+      ChunkFrame& chunk = camera.chunks[c];
+      if (!moved.empty()) cells.mark(chunk.box);
+      chunk = chunk_frame(patch, faces[patch.face], view);
+      if (!moved.empty()) cells.mark(chunk.box);
+    };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks.size(), 256),
                       [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t c = range.begin(); c < range.end(); ++c) {
-                          const Patch& patch = chunks[c].patch;
-                          camera.chunks[c] = chunk_frame(patch, faces[patch.face], view);
-                        }
+                        for (std::size_t c = range.begin(); c < range.end(); ++c) place_one(c);
                       });
     camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
                        [&](std::uint32_t c) { return camera.chunks[c].box; });

@@ -8,6 +8,7 @@
 
 #include "geometry/view_manifold.h"
 #include "warp/draw_state.h"
+#include "warp/moved_cells.h"
 #include "warp/sample_store.h"
 #include "warp/tile_grid.h"
 #include "warp/view.h"
@@ -33,7 +34,10 @@ class ActiveCameras {
  public:
   // Those of used_cameras(weights), which the store must have.
   void choose(const SampleStore& store, const ViewWeights& weights);
-  void place(const std::vector<FaceFrame>& faces, const View& view, const TileGrid& grid);
+  // moved[f] ≠ 0: the face has moved since the last placing, which was for the same cameras and
+  // view; empty: all is new. Marks what chunks of moved faces left or entered.
+  void place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
+             const View& view, const TileGrid& grid, MovedCells& cells);
 
   std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:

@@ -39,15 +39,16 @@ struct DrawTimes {
 };
 
 struct DrawReport {
-  bool unchanged = false;         // same view, positions and options: the frame was left alone
-  int tiles_drawn = 0, tiles_kept = 0;  // kept: of the last frame, since nothing moved there
-  ViewWeights weights;            // the cameras in use
-  std::size_t samples_drawn = 0;  // of chunks that were drawn
+  bool unchanged = false;  // same view, positions and options: the frame was left alone
+  // Tiles of which anything was drawn, and those that stayed since nothing moved there.
+  int tiles_drawn = 0, tiles_kept = 0;
+  ViewWeights weights;                  // the cameras in use
+  std::size_t samples_drawn = 0;        // of chunks that were drawn
   std::size_t samples_facing_away = 0;  // skipped in whole chunks
   std::size_t samples_outside_view = 0;
   // Per active camera and face: skipped in whole, by what skipped its last chunk.
   std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
-  std::size_t base_triangles = 0;
+  std::size_t base_triangles = 0;  // drawn
   std::size_t sample_pixels = 0, base_pixels = 0;
   std::size_t holes_before = 0, holes_after = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel

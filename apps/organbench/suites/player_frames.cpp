@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <thread>
 
 #include "image/difference.h"
@@ -20,7 +21,7 @@ namespace organbake {
 namespace {
 
 constexpr int kFrames = 10;   // of one timing: an orbit, so that no frame is the last one
-constexpr int kStill = 1000;  // the first of so many frames is drawn anew
+constexpr int kStill = 1000;  // times as many when nothing changes: one alone is too short to time
 constexpr double kPerFrame_rad = 0.05;
 
 struct Size {
@@ -181,18 +182,25 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const Size& size) {
                    gain(0) / gain(2), 0.8, Figure::Goal::at_least});
 }
 
-// The proxy with a dent over the given share of its vertices, those nearest to camera 0's side.
+// The proxy with a round dent where it is nearest to camera 0. The given share of its faces moves:
+// those with a corner in the dent.
 std::vector<Eigen::Vector3d> dented(const Bundle& bundle, double share, double depth_mm) {
   auto positions = bundle.proxy.vertices;
   const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
-  std::vector<double> along;
-  for (const auto& v : positions) along.push_back(v.dot(front));
-  std::vector<double> sorted = along;
-  const auto nth = static_cast<std::ptrdiff_t>((1 - share) * double(sorted.size()));
-  std::nth_element(sorted.begin(), sorted.begin() + nth, sorted.end());
-  const double from = sorted[static_cast<std::size_t>(nth)];
-  for (std::size_t v = 0; v < positions.size(); ++v)
-    if (along[v] >= from) positions[v] -= depth_mm * front;
+  const Eigen::Vector3d foremost =
+      *std::max_element(positions.begin(), positions.end(),
+                        [&](const auto& a, const auto& b) { return a.dot(front) < b.dot(front); });
+  std::vector<double> distance;  // of each face's nearest corner
+  for (const Face& face : bundle.proxy.faces) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto v : face) nearest = std::min(nearest, (positions[v] - foremost).norm());
+    distance.push_back(nearest);
+  }
+  const auto last = static_cast<std::ptrdiff_t>(share * double(distance.size())) - 1;
+  std::nth_element(distance.begin(), distance.begin() + last, distance.end());
+  const double radius = distance[static_cast<std::size_t>(last)];
+  for (Eigen::Vector3d& v : positions)
+    if ((v - foremost).norm() <= radius) v -= depth_mm * front;
   return positions;
 }
 

@@ -28,7 +28,9 @@ struct Picture {
     }
   }
   std::size_t open() {
-    return open_see_through({0, 0, kWidth, kHeight}, depth_mm, kDeeperMm, frame);
+    const auto found = find_see_through({0, 0, kWidth, kHeight}, depth_mm, kDeeperMm, frame);
+    for (const std::uint32_t pixel : found) frame.cover[pixel] = Cover::background;
+    return found.size();
   }
 };
 
