@@ -50,7 +50,7 @@ CompareOptions compare_options(const Bench& bench) {
 
 void promise_table(Bench& bench, PlayerBundles& bundles) {
   const CompareOptions options = compare_options(bench);
-  const int map_size = bench.quick() ? 256 : 1024;
+  const int map_size = bundles.map_size();
   const std::string scene = "80 faces, maps of " + std::to_string(map_size) + "², " +
                             std::to_string(options.angles_rad.size()) +
                             " angles at rest and poked by 30 %";
@@ -90,7 +90,7 @@ void promise_table(Bench& bench, PlayerBundles& bundles) {
 void promise_sweep(Bench& bench, PlayerBundles& bundles) {
   const int steps = bench.quick() ? 20 : 1000;
   bench.now("a sweep of " + std::to_string(steps) + " steps over the VPM");
-  Loaded loaded(bundles.folder({80, "fitted", bench.quick() ? 256 : 1024}));
+  Loaded loaded(bundles.folder({80, "fitted", bundles.map_size()}));
   const CarriedSurface truth(loaded.surface, loaded.player.bundle().proxy);
   const auto positions = truth.carry(loaded.player.proxy_positions());
   DrawOptions options;

@@ -26,7 +26,7 @@ bundle: {surface: true}
 
 PlayerBundles::PlayerBundles(const Bench& bench)
     : bench_(bench),
-      programs_(fs::read_symlink("/proc/self/exe").parent_path()),
+      programs_(program_folder()),
       scratch_(fs::temp_directory_path() / ("organbench-" + std::to_string(::getpid()))) {
   if (!fs::exists(program("organbake"))) {
     throw NoInputError(program("organbake"), "is not there; the suite bakes its bundles with it");

@@ -25,6 +25,8 @@ class PlayerBundles {
   PlayerBundles& operator=(const PlayerBundles&) = delete;
 
   static constexpr int kCameras = 8;
+  // Of the maps that are measured, px: quick runs take small ones.
+  int map_size() const { return bench_.quick() ? 256 : 1024; }
   // Baked when first asked for. Throws Error with organbake's own words when it fails.
   std::filesystem::path folder(const BakeChoice& choice);
   const std::filesystem::path& scratch() const { return scratch_; }

@@ -15,7 +15,7 @@ constexpr double kMb = double(1 << 20);
 }  // namespace
 
 void promise_program(Bench& bench, PlayerBundles& bundles) {
-  const int map_size = bench.quick() ? 256 : 1024;
+  const int map_size = bundles.map_size();
   const fs::path bundle = bundles.folder({80, "fitted", map_size}), scratch = bundles.scratch();
   const std::string organplay = bundles.program("organplay");
   if (!fs::exists(organplay)) return bench.skip("organplay's start", organplay + " is not there");
