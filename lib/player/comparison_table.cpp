@@ -65,13 +65,10 @@ class Comparer {
     unfilled.fill_holes = false;
     player_.draw(view, unfilled, frame_);
     row.holes_before_fill = count_holes(frame_, inner);
-    player_.draw(view, draw_options_, frame_);
-    std::vector<std::uint8_t> either = truth.covered;
-    for (std::size_t i = 0; i < either.size(); ++i)
-      either[i] |= frame_.cover[i] != Cover::background;
-    row.psnr_db = compare_images(frame_.color, truth.color, either).psnr_db;
-    row.ssim = structural_similarity(frame_.color, truth.color, either);
-    row.holes = count_holes(frame_, inner);
+    DrawOptions as_the_paper = draw_options_;
+    as_the_paper.method = WarpMethod::paper;
+    row.paper = picture_errors(view, as_the_paper, truth, inner);
+    row.picture = picture_errors(view, draw_options_, truth, inner);
     row.seams = edge_steps(frame_.color, truth);
     return row;
   }
@@ -106,6 +103,15 @@ class Comparer {
   }
 
  private:
+  PictureErrors picture_errors(const View& view, const DrawOptions& options,
+                               const TruthFrame& truth, const std::vector<std::size_t>& inner) {
+    player_.draw(view, options, frame_);
+    std::vector<std::uint8_t> either = truth.covered;
+    for (std::size_t i = 0; i < either.size(); ++i)
+      either[i] |= frame_.cover[i] != Cover::background;
+    return {compare_images(frame_.color, truth.color, either).psnr_db,
+            structural_similarity(frame_.color, truth.color, either), count_holes(frame_, inner)};
+  }
   View view_at(double angle) const {
     return orbit_view(player_.bundle().cameras, {angle}, size_, size_);
   }

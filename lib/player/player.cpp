@@ -21,6 +21,14 @@ Player::Player(const BundleReader& reader, const DeformOptions& options)
   bundle_.maps.clear();
 }
 
+DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
+  if (options.method == WarpMethod::bound) {
+    return warper_.draw(deformer_.positions(), view, options, frame);
+  }
+  if (!paper_) paper_ = std::make_unique<PaperWarp>(bundle_);
+  return paper_->draw(bundle_, deformer_.positions(), view, options, frame);
+}
+
 Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
                bool keep_maps)
     : Player(keep_maps ? Player(BundleReader(bundle_folder).read_all(), options, true)

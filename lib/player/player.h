@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "bundle/bundle.h"
 #include "deform/deformer.h"
+#include "warp/paper_warp.h"
 #include "warp/warper.h"
 
 namespace organbake {
@@ -34,9 +36,8 @@ class Player {
   void load_ahead() { warper_.bind_ahead(); }
 
   StepReport step(const std::vector<InstrumentTip>& tips) { return deformer_.step(tips); }
-  DrawReport draw(const View& view, const DrawOptions& options, Frame& frame) {
-    return warper_.draw(deformer_.positions(), view, options, frame);
-  }
+  // The paper's own warp needs a player that keeps its maps, and throws UsageError otherwise.
+  DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
   // Back to rest.
   void reset() { deformer_.reset(); }
 
@@ -49,6 +50,7 @@ class Player {
   Bundle bundle_;
   Warper warper_;
   Deformer deformer_;
+  std::unique_ptr<PaperWarp> paper_;  // made when first asked for
 };
 
 }  // namespace organbake

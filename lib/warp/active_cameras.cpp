@@ -9,6 +9,12 @@
 
 namespace organbake {
 
+ViewWeights drawn_shares(const ViewManifold& manifold, const View& view) {
+  Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
+  if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
+  return trimmed(view_weights(manifold, towards_eye));
+}
+
 std::vector<std::size_t> used_cameras(const ViewWeights& weights) {
   std::vector<std::size_t> used;
   for (int i = 0; i < 3; ++i) {

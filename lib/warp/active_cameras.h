@@ -17,6 +17,8 @@ namespace organbake {
 
 struct DrawReport;
 
+// What each camera counts in a view: the manifold's weights, trimmed.
+ViewWeights drawn_shares(const ViewManifold& manifold, const View& view);
 // The cameras that have a share in a view.
 std::vector<std::size_t> used_cameras(const ViewWeights& weights);
 

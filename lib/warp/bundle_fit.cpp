@@ -24,6 +24,16 @@ void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k
   }
 }
 
+void check_positions(const std::vector<Eigen::Vector3d>& positions, const TriangleMesh& proxy) {
+  if (positions.size() != proxy.vertices.size()) {
+    throw BadDataError("draw: " + std::to_string(positions.size()) + " positions for a proxy of " +
+                       std::to_string(proxy.vertices.size()) + " vertices");
+  }
+  for (const Eigen::Vector3d& p : positions) {
+    if (!p.allFinite()) throw BadDataError("draw: a proxy vertex is not finite");
+  }
+}
+
 void check_fit(const Bundle& bundle) {
   const std::size_t cameras = bundle.cameras.cameras.size(), faces = bundle.proxy.faces.size();
   if (bundle.maps.size() != cameras || bundle.cameras.manifold.directions.size() != cameras) {

@@ -16,6 +16,9 @@ namespace organbake {
 struct DrawOptions;
 struct DrawReport;
 
+// Nothing smooth falls this far from one pixel to the next and rises again.
+inline constexpr float kSeeThroughTexels = 8;
+
 // The last steps of a frame, after its tiles: slits opened, holes filled, tools drawn. Remembers
 // what it covers up, so that the next frame of the same view can take it back and draw the tiles
 // that changed alone.

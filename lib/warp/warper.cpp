@@ -53,9 +53,6 @@ std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
   return matrices;
 }
 
-// Nothing smooth falls this far from one pixel to the next and rises again.
-constexpr float kSeeThroughTexels = 8;
-
 struct TileScratch {
   std::array<TileKeys, 3> keys;
   std::array<RowSpans, 3> layer_spans;
@@ -152,9 +149,7 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
-  Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
-  if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
-  report.weights = trimmed(view_weights(manifold, towards_eye));
+  report.weights = drawn_shares(manifold, view);
   const std::vector<std::size_t> cameras = used_cameras(report.weights);
   store.require(cameras);
   active.choose(store, report.weights);
@@ -271,19 +266,13 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
                         const DrawOptions& options, Frame& frame) {
   Impl& s = *impl_;
   view.check();
-  if (positions.size() != s.deformed.vertices.size()) {
-    throw BadDataError("draw: " + std::to_string(positions.size()) + " positions for a proxy of " +
-                       std::to_string(s.deformed.vertices.size()) + " vertices");
-  }
+  check_positions(positions, s.at_rest);
   if (s.serial != 0 && frame.serial == s.serial && view == s.last_view &&
       positions == s.deformed.vertices && options == s.last_options) {
     DrawReport report = s.last_report;
     report.unchanged = true;
     report.times = {};
     return report;
-  }
-  for (const Eigen::Vector3d& p : positions) {
-    if (!p.allFinite()) throw BadDataError("draw: a proxy vertex is not finite");
   }
   DrawReport report;
   const bool continued = s.continues(view, options, frame);

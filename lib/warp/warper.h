@@ -18,10 +18,11 @@ namespace organbake {
 
 enum class WarpMethod : std::uint8_t {
   bound,  // forward splats of samples bound to the proxy's shell
+  paper,  // the paper's screen-space chain (paper_warp.h), the baseline
 };
 
 struct DrawOptions {
-  WarpMethod method = WarpMethod::bound;
+  WarpMethod method = WarpMethod::bound;                  // Player::draw() chooses by it
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;

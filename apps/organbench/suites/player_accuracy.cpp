@@ -22,6 +22,7 @@ struct Loaded {
 struct Summary {
   double mean_px = 0, max_px = 0, polygons_mean_px = 0;
   double least_psnr_db = 1e9, least_ssim = 1;
+  double gain_over_paper_db = 1e9;  // the least
   std::size_t inner_pixels = 0, holes_before_fill = 0, holes = 0;
 };
 
@@ -32,11 +33,12 @@ Summary summary_of(const ComparisonTable& table) {
     s.mean_px += share * row.projection.image_based.mean_px;
     s.polygons_mean_px += share * row.projection.polygons.mean_px;
     s.max_px = std::max(s.max_px, row.projection.image_based.max_px);
-    s.least_psnr_db = std::min(s.least_psnr_db, row.psnr_db);
-    s.least_ssim = std::min(s.least_ssim, row.ssim);
+    s.least_psnr_db = std::min(s.least_psnr_db, row.picture.psnr_db);
+    s.least_ssim = std::min(s.least_ssim, row.picture.ssim);
     s.inner_pixels += row.inner_pixels;
     s.holes_before_fill += row.holes_before_fill;
-    s.holes += row.holes;
+    s.holes += row.picture.holes;
+    s.gain_over_paper_db = std::min(s.gain_over_paper_db, row.picture.psnr_db - row.paper.psnr_db);
   }
   return s;
 }
@@ -70,6 +72,8 @@ void promise_table(Bench& bench, PlayerBundles& bundles) {
   if (!bench.quick()) {
     bench.add(Figure{scene + ": PSNR against 16 rays a pixel, least", "dB", s.least_psnr_db, 37.7,
                      Figure::Goal::at_least});
+    bench.add(Figure{scene + ": PSNR above the paper's own warp, least", "dB", s.gain_over_paper_db,
+                     0, Figure::Goal::at_least});
     bench.add(Figure{scene + ": SSIM, least", "", s.least_ssim, 0.975, Figure::Goal::at_least});
   }
 
