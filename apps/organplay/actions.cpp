@@ -2,6 +2,7 @@
 #include "actions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 
@@ -13,6 +14,7 @@
 #include "player/contact_sheet.h"
 #include "player/play.h"
 #include "player/player.h"
+#include "player/reference_frames.h"
 #include "video_pipe.h"
 #include "window_module.h"
 
@@ -32,11 +34,6 @@ OrbitPose pose_from(const std::string& text) {
   return pose;
 }
 
-std::string frame_name(int frame) {
-  constexpr std::size_t kDigits = 4;
-  return "frame_" + padded(static_cast<std::size_t>(frame), kDigits) + ".png";
-}
-
 // A folder of frames may be replaced by new frames; anything else is the user's.
 void check_replaceable(const fs::path& folder) {
   if (!fs::exists(folder)) return;
@@ -49,6 +46,10 @@ void check_replaceable(const fs::path& folder) {
   }
 }
 
+WarpMethod method_of(const Command& command) {
+  return command.paper_warp ? WarpMethod::paper : WarpMethod::bound;
+}
+
 void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
 
 void play_script(const Command& command, Player& player, const Script& script,
@@ -58,8 +59,12 @@ void play_script(const Command& command, Player& player, const Script& script,
   options.height = command.height;
   options.instruments = command.instruments;
   options.draw.measure = !command.report.empty();
+  options.draw.method = method_of(command);
   const int width = script.width > 0 ? script.width : options.width;
   const int height = script.height > 0 ? script.height : options.height;
+  std::optional<ReferenceFrames> reference;
+  if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
+  player.load_all();  // what is wrong with a camera is said before the first frame
   std::optional<AtomicFolder> folder;
   if (!command.out_folder.empty()) {
     check_replaceable(command.out_folder);
@@ -72,8 +77,9 @@ void play_script(const Command& command, Player& player, const Script& script,
   const auto frames = play(
       player, script, options,
       [&](int number, const Frame& frame) {
-        if (folder) write_png(folder->path() / frame_name(number), frame.color, kQuick);
+        if (folder) write_png(folder->path() / frame_file_name(number), frame.color, kQuick);
         if (video) video->add(frame.color);
+        if (reference) reference->compare(number, frame.color);
       },
       context);
   if (folder) folder->commit(), print(command.out_folder);
@@ -82,14 +88,19 @@ void play_script(const Command& command, Player& player, const Script& script,
     write_file_atomically(command.report, play_report(script, frames));
     print(command.report);
   }
+  if (!reference) return;
+  reference->check(command.threshold_db);
+  const double least_db = reference->least_psnr_db();
+  context.info(std::isinf(least_db) ? "every frame equals its reference"
+                                    : "every frame is like its reference: the least PSNR is " +
+                                          to_text(least_db, 2) + " dB");
 }
 
 void draw_one(const Command& command, Player& player) {
   Frame frame;
   DrawOptions options;
-  player.draw(
-      orbit_view(player.bundle().cameras, pose_from(command.view), command.width, command.height),
-      options, frame);
+  options.method = method_of(command);
+  player.draw(view_of(command, player.bundle()), options, frame);
   write_png(command.frame_file, frame.color);
   print(command.frame_file);
 }
@@ -109,6 +120,10 @@ void compare(const Command& command, Player& player, const RunContext& context) 
 
 }  // namespace
 
+View view_of(const Command& command, const Bundle& bundle) {
+  return orbit_view(bundle.cameras, pose_from(command.view), command.width, command.height);
+}
+
 void run_command(const Command& command, const RunContext& context) {
   if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
@@ -119,7 +134,7 @@ void run_command(const Command& command, const RunContext& context) {
     script = read_script(command.script);
     deform.time_step_s = script->time_step_s;
   }
-  Player player(command.bundle, deform, command.compare);
+  Player player(command.bundle, deform, command.compare || command.paper_warp);
   if (script) play_script(command, player, *script, context);
   if (!command.frame_file.empty()) draw_one(command, player);
   if (!command.sheet.empty()) {

@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "bundle/bundle.h"
 #include "command.h"
 #include "core/run_context.h"
+#include "warp/view.h"
 
 namespace organbake {
 
 // Does everything that the command asks for and prints the results on stdout.
 void run_command(const Command& command, const RunContext& context);
 
-// Frames of a slow orbit round an organ that is being poked, drawn and thrown away.
+// From --view, in --size. Throws UsageError for one that is no view.
+View view_of(const Command& command, const Bundle& bundle);
+
+// The first frame from --view, then frames of a slow orbit round an organ that is being poked,
+// drawn and thrown away.
 void run_bench(const Command& command, const RunContext& context);
 
 }  // namespace organbake

@@ -2,6 +2,7 @@
 #include "command.h"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 
 #include "core/error.h"
@@ -19,22 +20,27 @@ void read_size(const std::string& text, Command& command) {
 
 void check(const Command& c) {
   if (!c.wants_window() && c.bundle.empty()) throw UsageError("BUNDLE is missing: what to play");
-  const bool shows = !c.out_folder.empty() || !c.video.empty() || !c.report.empty();
+  const bool shows =
+      !c.out_folder.empty() || !c.video.empty() || !c.report.empty() || !c.reference.empty();
   if (!c.script.empty() && !shows)
-    throw UsageError("--script needs --out DIR, --video FILE or --report FILE");
-  if (c.script.empty() && shows) throw UsageError("--out, --video and --report need --script FILE");
+    throw UsageError("--script needs --out DIR, --video FILE, --report FILE or --reference DIR");
+  if (c.script.empty() && shows)
+    throw UsageError("--out, --video, --report and --reference need --script FILE");
+  if (c.paper_warp && c.script.empty() && c.frame_file.empty())
+    throw UsageError("--warp paper needs --script or -o; --compare measures both warps");
+  if (!std::isfinite(c.threshold_db)) throw UsageError("--threshold needs a number of dB");
 }
 
 }  // namespace
 
 bool Command::wants_window() const {
   return script.empty() && frame_file.empty() && sheet.empty() && !compare && bench_frames == 0 &&
-         out_folder.empty() && video.empty() && report.empty();
+         out_folder.empty() && video.empty() && report.empty() && reference.empty();
 }
 
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
-  std::string size;
+  std::string size, warp = "bound";
   CLI::App app(
       "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
       "--script, -o, --sheet, --compare, --bench");
@@ -45,6 +51,11 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_option("--video", c.video, "video of the script's frames (needs ffmpeg)");
   app.add_option("--report", c.report,
                  "JSON report: times by phase, what was skipped, holes, forces");
+  app.add_option(
+      "--reference", c.reference,
+      "folder of the script's frames from another run: ends with 3 when one differs more");
+  app.add_option("--threshold", c.threshold_db, "least PSNR to the reference, dB")
+      ->capture_default_str();
   app.add_option("--view", c.view,
                  "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
       ->capture_default_str();
@@ -52,11 +63,15 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
   app.add_option("--size", size,
                  "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720)");
+  app.add_option("--warp", warp, "bound, or the paper's own chain as a baseline: paper")
+      ->check(CLI::IsMember({"bound", "paper"}))
+      ->capture_default_str();
   app.add_flag("!--no-instruments", c.instruments, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")
       ->delimiter(',');
-  app.add_option("--bench", c.bench_frames, "draw N frames of an orbit with a poke, print times")
+  app.add_option("--bench", c.bench_frames,
+                 "the first frame from --view, then N of an orbit with a poke; prints times")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");
@@ -71,6 +86,7 @@ std::optional<Command> read_command(int argc, char** argv) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
   if (!size.empty()) read_size(size, c);
+  c.paper_warp = warp == "paper";
   check(c);
   return c;
 }

@@ -11,13 +11,15 @@ namespace organbake {
 // What the user asked for.
 struct Command {
   std::filesystem::path bundle;
-  std::filesystem::path script, out_folder, video, report, sheet, frame_file;
+  std::filesystem::path script, out_folder, video, report, sheet, frame_file, reference;
   std::string view = "0,0";  // azimuth,elevation[,distance], radians
   int width = 1280, height = 720;
   bool instruments = true;
+  bool paper_warp = false;
   bool compare = false;
   std::vector<double> angles_rad;
   int bench_frames = 0;
+  double threshold_db = 45;
   int threads = 0;  // 0 = all
   bool json = false, quiet = false;
 

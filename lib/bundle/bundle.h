@@ -72,7 +72,8 @@ class BundleReader {
 
   // Everything but the maps (they stay empty).
   Bundle read_frame() const;
-  CameraMaps read_maps(std::size_t camera, const Bundle& frame) const;
+  // lens: the camera's; faces: how many the proxy has. Thread-safe.
+  CameraMaps read_maps(std::size_t camera, const Intrinsics& lens, std::size_t faces) const;
   // The whole bundle; maps are read in parallel.
   Bundle read_all() const;
   // The baked surface with its colours, when the bundle carries one ("surface.ply").

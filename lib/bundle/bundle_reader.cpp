@@ -114,22 +114,22 @@ Bundle BundleReader::read_frame() const {
   return bundle;
 }
 
-CameraMaps BundleReader::read_maps(std::size_t camera, const Bundle& frame) const {
-  const Intrinsics& intrinsics = frame.cameras.cameras.at(camera).intrinsics;
+CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
+                                   std::size_t faces) const {
   const std::string folder = camera_folder(camera);
-  const std::size_t pixels = std::size_t(intrinsics.width) * intrinsics.height;
-  const auto open = [&](const char* name) {
+  const std::size_t pixels = std::size_t(lens.width) * lens.height;
+  const auto open = [&](const char* name, const std::vector<std::string>& channels) {
     const std::string file = folder + "/" + name, full = (folder_ / file).string();
-    ChannelImage image = parse_exr(read(file), full, pixels);
-    check_size(image, intrinsics, full);
+    ChannelImage image = parse_exr(read(file), full, pixels, channels);
+    check_size(image, lens, full);
     return image;
   };
-  const ChannelImage depth = open("depth.exr"), color = open("color.exr"),
-                     micro = open("micro.exr");
+  const ChannelImage depth = open("depth.exr", {"Y"}), color = open("color.exr", {"R", "G", "B"}),
+                     micro = open("micro.exr", {"Y", "face", "confidence"});
   const std::string where = (folder_ / folder).string();
   CameraMaps maps;
-  maps.width = intrinsics.width;
-  maps.height = intrinsics.height;
+  maps.width = lens.width;
+  maps.height = lens.height;
   maps.depth_mm = depth.floats("Y", where + "/depth.exr");
   maps.height_mm = micro.floats("Y", where + "/micro.exr");
   maps.face = micro.uints("face", where + "/micro.exr");
@@ -139,14 +139,15 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Bundle& frame) cons
              &b = color.floats("B", where + "/color.exr");
   maps.color.reserve(pixels);
   for (std::size_t i = 0; i < pixels; ++i) maps.color.emplace_back(r[i], g[i], b[i]);
-  check_texels(maps, frame.proxy.faces.size(), where);
+  check_texels(maps, faces, where);
   return maps;
 }
 
 Bundle BundleReader::read_all() const {
   Bundle bundle = read_frame();
-  tbb::parallel_for(std::size_t{0}, bundle.maps.size(),
-                    [&](std::size_t c) { bundle.maps[c] = read_maps(c, bundle); });
+  tbb::parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
+    bundle.maps[c] = read_maps(c, bundle.cameras.cameras[c].intrinsics, bundle.proxy.faces.size());
+  });
   return bundle;
 }
 

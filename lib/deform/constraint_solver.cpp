@@ -49,8 +49,14 @@ void ConstraintSolver::begin_step(const Rows& x_start) {
   response_due_ = true;
 }
 
-void ConstraintSolver::response_solved() {
+void ConstraintSolver::solve_along(Row* rows) {
+  if (!response_due_) return network_.factor().solve_points(rows);
+  network_.factor().solve_points(rows, response_.data());
   response_due_ = false;
+  measure_softness();
+}
+
+void ConstraintSolver::measure_softness() {
   for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
   for (std::uint32_t i = 0; i < network_.free_count(); ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);

@@ -20,11 +20,11 @@ class ConstraintSolver {
  public:
   ConstraintSolver(const SpringNetwork& network, const EnclosedVolume& volume, double friction);
 
-  // Takes ∇V at the shape a step starts from. The A⁻¹∇V that the step's pressures act along is the
-  // caller's to solve, together with right sides of its own, before the first solve().
+  // Takes ∇V at the shape a step starts from.
   void begin_step(const Rows& x_start);
-  Row* unsolved_response() { return response_due_ ? response_.data() : nullptr; }
-  void response_solved();
+  // Replaces three right sides by A⁻¹ times them. The step's first one solves the A⁻¹∇V that its
+  // pressures act along, too, in little more time; it has to come before the first solve().
+  void solve_along(Row* rows);
   // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
   void solve(const Rows& x_start, const Rows& x_free, std::vector<Contact>& contacts, Rows& x);
   // Largest |V + compliance · p − V(rest)| / V(rest) over the bodies.
@@ -43,6 +43,7 @@ class ConstraintSolver {
     Row stick_point;  // where friction would hold it, mm
     Row volume_move;  // mm per unit of its body's pressure
   };
+  void measure_softness();
   void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
   void couple();
   void measure_volume_gap(const Rows& x_free, const Rows& x);

@@ -120,15 +120,10 @@ void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight
 }
 
 // One local and global step without contacts and volume, from the shape given to x_free_ (which may
-// be the same). The step's first one solves the pressures' right side along.
+// be the same).
 void ShapeSolver::move_freely(const Rows& from) {
   network_.local_step(from, x_start_, x_coasted_, force_);
-  if (Row* gradient = constraints_.unsolved_response()) {
-    network_.factor().solve_points(force_.data(), gradient);
-    constraints_.response_solved();
-  } else {
-    network_.factor().solve_points(force_.data());
-  }
+  constraints_.solve_along(force_.data());
   for (std::size_t i = 0; i < network_.free_count(); ++i) x_free_[i] = from[i] + force_[i];
 }
 

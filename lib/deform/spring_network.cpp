@@ -46,12 +46,12 @@ std::size_t count_free(const std::vector<std::uint32_t>& free_of_vertex) {
 
 SpringNetwork::SpringNetwork(const TriangleMesh& proxy, const MechanicsModel& mechanics,
                              double time_step_s)
-    : time_step_s_(time_step_s), factor_(0, {}) {
+    : factor_(0, {}) {
   check_mechanics(proxy, mechanics);
   const auto free_of_vertex = number_free(proxy.vertices.size(), mechanics.anchors);
   factor_ = SparseFactor(count_free(free_of_vertex),
                          matrix_of_free(mechanics, time_step_s, free_of_vertex));
-  place_slots(proxy, mechanics, free_of_vertex);
+  place_slots(proxy, mechanics, time_step_s, free_of_vertex);
   place_springs(mechanics, time_step_s);
   find_parts(mechanics);
 }
@@ -78,6 +78,7 @@ std::vector<Coefficient> SpringNetwork::matrix_of_free(
 }
 
 void SpringNetwork::place_slots(const TriangleMesh& proxy, const MechanicsModel& mechanics,
+                                double time_step_s,
                                 const std::vector<std::uint32_t>& free_of_vertex) {
   const std::size_t n = proxy.vertices.size();
   slot_of_vertex_.resize(n);
@@ -89,7 +90,7 @@ void SpringNetwork::place_slots(const TriangleMesh& proxy, const MechanicsModel&
     const std::uint32_t slot = i == kAnchored ? next_anchor++ : factor_.position()[i];
     slot_of_vertex_[v] = slot;
     rest_[slot] = to_row(proxy.vertices[v]);
-    inertia_[slot] = mechanics.mass_kg[v] / (time_step_s_ * time_step_s_);
+    inertia_[slot] = mechanics.mass_kg[v] / (time_step_s * time_step_s);
   }
   faces_.reserve(proxy.faces.size());
   for (const Face& f : proxy.faces) {

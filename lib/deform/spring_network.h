@@ -61,12 +61,11 @@ class SpringNetwork {
   void pull_block(std::size_t begin, SpringBlock& block) const;
   std::vector<Coefficient> matrix_of_free(const MechanicsModel& mechanics, double time_step_s,
                                           const std::vector<std::uint32_t>& free_of_vertex) const;
-  void place_slots(const TriangleMesh& proxy, const MechanicsModel& mechanics,
+  void place_slots(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s,
                    const std::vector<std::uint32_t>& free_of_vertex);
   void place_springs(const MechanicsModel& mechanics, double time_step_s);
   void find_parts(const MechanicsModel& mechanics);
 
-  double time_step_s_ = 0;
   SparseFactor factor_;
   std::vector<std::uint32_t> slot_of_vertex_, part_of_slot_;
   std::uint32_t part_count_ = 0;

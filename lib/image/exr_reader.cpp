@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <ImfChannelList.h>
+#include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
@@ -7,6 +8,9 @@
 #include <ImfTestFile.h>
 #include <ImfVersion.h>
 
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -14,6 +18,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "image/exr.h"
+#include "image/exr_zip.h"
 
 namespace organbake {
 namespace {
@@ -29,6 +34,16 @@ class MemoryStream : public Imf::IStream {
     std::memcpy(target, bytes_.data() + position_, count);
     position_ += count;
     return position_ < bytes_.size();
+  }
+  // OpenEXR then looks at blocks where they lie. It never writes to them.
+  bool isMemoryMapped() const override { return true; }
+  char* readMemoryMapped(int count) override {
+    if (count < 0 || bytes_.size() - position_ < static_cast<std::size_t>(count)) {
+      throw std::runtime_error("ends early");
+    }
+    const std::byte* const at = bytes_.data() + position_;
+    position_ += count;
+    return const_cast<char*>(reinterpret_cast<const char*>(at));
   }
   std::uint64_t tellg() override { return position_; }
   void seekg(std::uint64_t position) override {
@@ -63,13 +78,19 @@ void check_header(const Imf::InputFile& file, std::size_t max_pixels) {
   }
 }
 
-ChannelImage read_pixels(Imf::InputFile& file) {
-  const Imath::Box2i window = file.header().dataWindow();
+bool wanted(const std::string& name, const std::vector<std::string>& only) {
+  return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
+}
+
+// The wanted channels, without their values.
+ChannelImage empty_image(const Imf::Header& header, const std::vector<std::string>& only) {
+  const Imath::Box2i window = header.dataWindow();
   ChannelImage image;
   image.width = window.max.x - window.min.x + 1;
   image.height = window.max.y - window.min.y + 1;
-  const Imf::ChannelList& list = file.header().channels();
+  const Imf::ChannelList& list = header.channels();
   for (auto it = list.begin(); it != list.end(); ++it) {
+    if (!wanted(it.name(), only)) continue;
     Channel channel{it.name(), {}, it.channel().type == Imf::HALF};
     if (it.channel().type == Imf::UINT) {
       channel.values = std::vector<std::uint32_t>(image.pixel_count());
@@ -78,35 +99,82 @@ ChannelImage read_pixels(Imf::InputFile& file) {
     }
     image.channels.push_back(std::move(channel));
   }
+  return image;
+}
+
+char* bytes_of(Channel& channel) {
+  return std::visit([](auto& values) { return reinterpret_cast<char*>(values.data()); },
+                    channel.values);
+}
+
+// Any compression, by OpenEXR itself.
+void read_pixels(Imf::InputFile& file, ChannelImage& image) {
+  const Imath::Box2i window = file.header().dataWindow();
   Imf::FrameBuffer frame;
   const std::int64_t first = window.min.x + std::int64_t(window.min.y) * image.width;
   for (Channel& channel : image.channels) {
-    std::visit(
-        [&](auto& values) {
-          using Value = typename std::remove_reference_t<decltype(values)>::value_type;
-          constexpr auto kType = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
-          // OpenEXR addresses pixels by window coordinates from a base that may lie before the
-          // data.
-          char* base = reinterpret_cast<char*>(values.data()) - first * std::int64_t(sizeof(Value));
-          frame.insert(channel.name,
-                       Imf::Slice(kType, base, sizeof(Value), sizeof(Value) * image.width));
-        },
-        channel.values);
+    const bool whole = std::holds_alternative<std::vector<std::uint32_t>>(channel.values);
+    // OpenEXR addresses pixels by window coordinates from a base that may lie before the data.
+    frame.insert(channel.name, Imf::Slice(whole ? Imf::UINT : Imf::FLOAT,
+                                          bytes_of(channel) - 4 * first, 4, 4 * image.width));
   }
   file.setFrameBuffer(frame);
   file.readPixels(window.min.y, window.max.y);
-  return image;
+}
+
+ExrLines lines_of(const Imf::Header& header, ChannelImage& image) {
+  ExrLines lines;
+  lines.width = image.width;
+  const Imf::ChannelList& list = header.channels();
+  for (auto it = list.begin(); it != list.end(); ++it) {
+    const bool half = it.channel().type == Imf::HALF;
+    for (Channel& channel : image.channels) {
+      if (channel.name != it.name()) continue;
+      lines.planes.push_back({half ? ExrPlane::Kind::half_to_float : ExrPlane::Kind::four_bytes,
+                              lines.line_bytes, bytes_of(channel)});
+    }
+    lines.line_bytes += std::size_t(image.width) * (half ? 2 : 4);
+  }
+  return lines;
+}
+
+// ZIP, the compression of all that is baked.
+void read_zip(Imf::InputFile& file, int block_rows, ChannelImage& image) {
+  const Imf::Header& header = file.header();
+  const ExrLines lines = lines_of(header, image);
+  std::vector<std::span<const char>> blocks;
+  for (int row = 0; row < image.height; row += block_rows) {
+    const char* bytes = nullptr;
+    int count = 0;
+    file.rawPixelData(header.dataWindow().min.y + row, bytes, count);
+    blocks.emplace_back(bytes, static_cast<std::size_t>(count));
+  }
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const int row = static_cast<int>(b) * block_rows;
+    unpack_exr_zip(blocks[b], lines, row, std::min(block_rows, image.height - row));
+  });
 }
 
 }  // namespace
 
 ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
-                       std::size_t max_pixels) {
+                       std::size_t max_pixels, const std::vector<std::string>& only) {
   try {
     MemoryStream stream(bytes, name);
     Imf::InputFile file(stream, 0);
     check_header(file, max_pixels);
-    return read_pixels(file);
+    ChannelImage image = empty_image(file.header(), only);
+    switch (file.header().compression()) {
+      case Imf::ZIP_COMPRESSION:
+        read_zip(file, 16, image);
+        break;
+      case Imf::ZIPS_COMPRESSION:
+        read_zip(file, 1, image);
+        break;
+      default:
+        read_pixels(file, image);
+    }
+    return image;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

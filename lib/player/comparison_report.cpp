@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "bundle/json_fields.h"
 #include "core/text.h"
 #include "player/comparison_table.h"
@@ -25,16 +27,21 @@ std::string cell(const std::string& text, std::size_t width) {
 std::string comparison_json(const ComparisonTable& table) {
   Json rows = Json::array();
   for (const ComparisonRow& row : table.rows) {
-    rows.push_back({{"angle_rad", row.angle_rad},
-                    {"state", row.poked ? "poked" : "rest"},
-                    {"visible_vertices", row.projection.visible},
-                    {"without_map", row.projection.without_map},
-                    {"image_based", errors_json(row.projection.image_based)},
-                    {"polygons", errors_json(row.projection.polygons)},
-                    {"psnr_db", row.psnr_db},
-                    {"ssim", row.ssim},
-                    {"holes", row.holes},
-                    {"edge_step_8bit", steps_json(row.seams)}});
+    rows.push_back(
+        {{"angle_rad", row.angle_rad},
+         {"state", row.poked ? "poked" : "rest"},
+         {"visible_vertices", row.projection.visible},
+         {"without_map", row.projection.without_map},
+         {"image_based", errors_json(row.projection.image_based)},
+         {"polygons", errors_json(row.projection.polygons)},
+         {"psnr_db", row.picture.psnr_db},
+         {"ssim", row.picture.ssim},
+         {"inner_pixels", row.inner_pixels},
+         {"holes_before_fill", row.holes_before_fill},
+         {"holes", row.picture.holes},
+         {"paper_warp",
+          {{"psnr_db", row.paper.psnr_db}, {"ssim", row.paper.ssim}, {"holes", row.paper.holes}}},
+         {"edge_step_8bit", steps_json(row.seams)}});
   }
   return json_text({{"schema", "organbake/comparison/1"},
                     {"rows", rows},
@@ -44,17 +51,21 @@ std::string comparison_json(const ComparisonTable& table) {
 
 std::string comparison_text(const ComparisonTable& table) {
   std::string text =
-      "state  angle     image-based px (mean, max)   polygons px (mean, max)   PSNR dB  holes  "
-      "edge step (frame, truth, excess)\n";
+      "state  angle     image-based px (mean, max)  no map   polygons px (mean, max)   PSNR dB "
+      "(paper's warp)  "
+      "holes  edge step (frame, truth, excess)\n";
   for (const ComparisonRow& row : table.rows) {
     const auto& image = row.projection.image_based;
     const auto& polygons = row.projection.polygons;
+    const double no_map = 100.0 * double(row.projection.without_map) /
+                          double(std::max<std::size_t>(row.projection.visible, 1));
     text += std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
             cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
-            cell(to_text(polygons.mean_px, 2), 18) + cell(to_text(polygons.max_px, 1), 8) +
-            cell(to_text(row.psnr_db, 2), 11) + cell(std::to_string(row.holes), 7) +
-            cell(to_text(row.seams.frame, 1), 10) + cell(to_text(row.seams.truth, 1), 8) +
-            cell(to_text(row.seams.excess, 1), 8) + "\n";
+            cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
+            cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
+            cell("(" + to_text(row.paper.psnr_db, 2) + ")", 15) +
+            cell(std::to_string(row.picture.holes), 7) + cell(to_text(row.seams.frame, 1), 10) +
+            cell(to_text(row.seams.truth, 1), 8) + cell(to_text(row.seams.excess, 1), 8) + "\n";
   }
   return text + "camera switches on the orbit: " + std::to_string(table.switches) +
          ", largest step " + to_text(table.camera_switch.frame, 2) + "/255 (truth " +

@@ -18,22 +18,28 @@ namespace {
 
 constexpr std::array<std::uint8_t, 3> kBlack = {0, 0, 0};
 
-// A pixel that the truth covers with all its neighbours, so that no silhouette is mistaken for one.
-std::size_t count_holes(const Frame& frame, const TruthFrame& truth) {
-  const int w = frame.color.width, h = frame.color.height;
-  std::size_t holes = 0;
+// The pixels that the truth covers with all their neighbours, so that no silhouette is mistaken for
+// a hole.
+std::vector<std::size_t> inner_pixels(const TruthFrame& truth) {
+  const int w = truth.color.width, h = truth.color.height;
+  std::vector<std::size_t> inner;
   for (int y = 1; y + 1 < h; ++y) {
     for (int x = 1; x + 1 < w; ++x) {
-      if (frame.covered(x, y)) continue;
       bool inside = true;
       for (int dy = -1; dy <= 1 && inside; ++dy) {
         for (int dx = -1; dx <= 1; ++dx)
           inside &= truth.covered[std::size_t(y + dy) * w + x + dx] != 0;
       }
-      holes += inside;
+      if (inside) inner.push_back(std::size_t(y) * w + x);
     }
   }
-  return holes;
+  return inner;
+}
+
+std::size_t count_holes(const Frame& frame, const std::vector<std::size_t>& inner) {
+  return static_cast<std::size_t>(std::count_if(inner.begin(), inner.end(), [&](std::size_t i) {
+    return frame.cover[i] == Cover::background;
+  }));
 }
 
 class Comparer {
@@ -48,16 +54,21 @@ class Comparer {
 
   ComparisonRow row(double angle, bool poked) {
     const View view = view_at(angle);
-    ComparisonRow row{angle, poked, projection_.measure(player_.proxy_positions(), view), 0, 0,
-                      0,     {}};
-    player_.draw(view, draw_options_, frame_);
+    ComparisonRow row;
+    row.angle_rad = angle;
+    row.poked = poked;
+    row.projection = projection_.measure(player_.proxy_positions(), view);
     const TruthFrame truth = true_frame(view);
-    std::vector<std::uint8_t> either = truth.covered;
-    for (std::size_t i = 0; i < either.size(); ++i)
-      either[i] |= frame_.cover[i] != Cover::background;
-    row.psnr_db = compare_images(frame_.color, truth.color, either).psnr_db;
-    row.ssim = structural_similarity(frame_.color, truth.color, either);
-    row.holes = count_holes(frame_, truth);
+    const std::vector<std::size_t> inner = inner_pixels(truth);
+    row.inner_pixels = inner.size();
+    DrawOptions unfilled = draw_options_;
+    unfilled.fill_holes = false;
+    player_.draw(view, unfilled, frame_);
+    row.holes_before_fill = count_holes(frame_, inner);
+    DrawOptions as_the_paper = draw_options_;
+    as_the_paper.method = WarpMethod::paper;
+    row.paper = picture_errors(view, as_the_paper, truth, inner);
+    row.picture = picture_errors(view, draw_options_, truth, inner);
     row.seams = edge_steps(frame_.color, truth);
     return row;
   }
@@ -92,6 +103,15 @@ class Comparer {
   }
 
  private:
+  PictureErrors picture_errors(const View& view, const DrawOptions& options,
+                               const TruthFrame& truth, const std::vector<std::size_t>& inner) {
+    player_.draw(view, options, frame_);
+    std::vector<std::uint8_t> either = truth.covered;
+    for (std::size_t i = 0; i < either.size(); ++i)
+      either[i] |= frame_.cover[i] != Cover::background;
+    return {compare_images(frame_.color, truth.color, either).psnr_db,
+            structural_similarity(frame_.color, truth.color, either), count_holes(frame_, inner)};
+  }
   View view_at(double angle) const {
     return orbit_view(player_.bundle().cameras, {angle}, size_, size_);
   }

@@ -20,13 +20,22 @@ struct CompareOptions {
   void check() const;  // throws UsageError
 };
 
+// A picture against the 16-ray truth, over the union of both silhouettes.
+struct PictureErrors {
+  double psnr_db = 0, ssim = 0;
+  std::size_t holes = 0;  // of the truth's inner pixels, uncovered
+};
+
 // One viewing angle in one state.
 struct ComparisonRow {
   double angle_rad = 0;
   bool poked = false;
   ProjectionErrors projection;
-  double psnr_db = 0, ssim = 0;  // against the 16-ray truth, over the union of both silhouettes
-  std::size_t holes = 0;  // uncovered pixels where all of the truth's neighbourhood is covered
+  PictureErrors picture;
+  PictureErrors paper;  // of the paper's own warp
+  // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
+  // before the fill.
+  std::size_t inner_pixels = 0, holes_before_fill = 0;
   SeamSteps seams;
 };
 

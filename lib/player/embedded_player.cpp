@@ -11,6 +11,8 @@
 namespace organbake {
 namespace {
 
+using Matrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
 DeformOptions options_for(double time_step_s) {
   DeformOptions options;
   options.time_step_s = time_step_s;
@@ -22,13 +24,8 @@ View view_of(const EmbeddedPlayer::Camera& camera) {
   View view;
   view.camera.intrinsics = {camera.width, camera.height, camera.fx,
                             camera.fy,    camera.cx,     camera.cy};
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      view.camera.camera_from_world.rotation(row, column) =
-          camera.camera_from_world[4 * row + column];
-    }
-    view.camera.camera_from_world.translation[row] = camera.camera_from_world[4 * row + 3];
-  }
+  const Eigen::Map<const Matrix34> pose(camera.camera_from_world.data());
+  view.camera.camera_from_world = {pose.leftCols<3>(), pose.col(3)};
   return view;
 }
 
@@ -72,11 +69,7 @@ EmbeddedPlayer::Camera EmbeddedPlayer::camera_on_orbit(double azimuth_rad, doubl
   const Intrinsics& lens = view.camera.intrinsics;
   Camera camera{width, height, lens.fx, lens.fy, lens.cx, lens.cy, {}};
   const RigidTransform& pose = view.camera.camera_from_world;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column)
-      camera.camera_from_world[4 * row + column] = pose.rotation(row, column);
-    camera.camera_from_world[4 * row + 3] = pose.translation[row];
-  }
+  Eigen::Map<Matrix34>(camera.camera_from_world.data()) << pose.rotation, pose.translation;
   return camera;
 }
 
@@ -91,6 +84,7 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
                      std::to_string(row_bytes) + " apart");
   }
   impl_->player.draw(view, {}, impl_->frame);
+  impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)
     std::memcpy(pixels + y * row_bytes, impl_->frame.color.at(0, y), width_bytes);
 }

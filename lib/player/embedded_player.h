@@ -52,8 +52,9 @@ class EmbeddedPlayer {
 
   // Round the organ's vertical axis from the first virtual camera, rad, with its angle of view.
   Camera camera_on_orbit(double azimuth_rad, double elevation_rad, int width, int height) const;
-  // 8-bit sRGB, R G B, top row first; row_bytes ≥ 3 · width apart. Throws for a camera that makes
-  // no sense.
+  // 8-bit sRGB, R G B, top row first; row_bytes ≥ 3 · width apart. The first frame waits for the
+  // baked cameras that it needs alone, the others are read from then on by a thread of their own.
+  // Throws for a camera that makes no sense, and for a bad file of a baked camera.
   void draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes);
 
   // Of the coarse proxy, for collisions and haptics of the caller's own; x y z of each vertex, mm.

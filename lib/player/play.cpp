@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/play.h"
 
-#include <algorithm>
-
 #include "core/error.h"
 #include "player/instrument_motion.h"
 #include "player/stopwatch.h"

@@ -21,6 +21,7 @@ Json frame_json(const PlayedFrame& f) {
         {"resolve", f.draw.times.resolve},
         {"fill", f.draw.times.fill}}},
       {"unchanged", f.draw.unchanged},
+      {"tiles", {{"drawn", f.draw.tiles_drawn}, {"kept", f.draw.tiles_kept}}},
       {"cameras", f.draw.weights.cameras},
       {"weights", f.draw.weights.weights},
       {"samples",

@@ -12,6 +12,7 @@
 
 #include "geometry/nearest_on_triangle.h"
 #include "geometry/view_manifold.h"
+#include "warp/warper.h"
 
 namespace organbake {
 namespace {
@@ -31,18 +32,6 @@ PixelErrors summarise(std::vector<double> errors) {
   result.p99_px = errors[static_cast<std::size_t>(0.99 * (errors.size() - 1))];
   result.max_px = errors.back();
   return result;
-}
-
-// The view's cameras, heaviest first, without those that take no part.
-std::vector<std::uint32_t> by_weight(const ViewWeights& weights) {
-  std::array<int, 3> order = {0, 1, 2};
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return weights.weights[a] > weights.weights[b]; });
-  std::vector<std::uint32_t> cameras;
-  for (const int i : order) {
-    if (weights.weights[i] > 0) cameras.push_back(weights.cameras[i]);
-  }
-  return cameras;
 }
 
 }  // namespace
@@ -66,8 +55,7 @@ ProjectionComparison::ProjectionComparison(const Bundle& bundle, const CarriedSu
   });
 }
 
-bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera,
-                                   ShellBinding& binding) const {
+bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera, Found& found) const {
   const PosedCamera& c = bundle_.cameras.cameras[camera];
   const CameraMaps& maps = bundle_.maps[camera];
   const Eigen::Vector3d in_camera = c.camera_from_world * truth_.at_rest().vertices[vertex];
@@ -78,22 +66,39 @@ bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera,
   if (!(u >= 0 && v >= 0) || x + 1 >= maps.width || y + 1 >= maps.height) return false;
   // 1/z is linear over a plane's picture, so planes are found exactly.
   double inverse = 0, nearest = std::numeric_limits<double>::infinity(), farthest = 0;
+  found.confidence = 0;
   for (int corner = 0; corner < 4; ++corner) {
     const int dx = corner & 1, dy = corner >> 1;
     const std::size_t i = std::size_t(y + dy) * maps.width + (x + dx);
-    if (maps.face[i] == kNoFace) return false;
+    // What the player does not draw from this camera, it does not see.
+    if (maps.face[i] == kNoFace || maps.confidence[i] < kLeastConfidence) return false;
     const double z = maps.depth_mm[i];
-    inverse += (dx ? u - x : 1 - (u - x)) * (dy ? v - y : 1 - (v - y)) / z;
+    const double share = (dx ? u - x : 1 - (u - x)) * (dy ? v - y : 1 - (v - y));
+    inverse += share / z;
+    found.confidence += share * maps.confidence[i];
     nearest = std::min(nearest, z), farthest = std::max(farthest, z);
   }
-  // Texels on both sides of an occluding edge show two places, and a vertex behind the map's
-  // surface is hidden from this camera. A slope of 6 (80°) between neighbouring texels is the
-  // limit.
-  const double texel_mm = nearest / c.intrinsics.fx, limit = 6 * texel_mm;
-  if (farthest - nearest > limit || std::abs(1 / inverse - in_camera.z()) > limit) return false;
-  const Eigen::Vector3d surface = unproject(c.intrinsics, pixel) / inverse;
-  binding = binder_.bind(c.camera_from_world.inverse() * surface);
+  // Texels on both sides of an occluding edge show two places: a slope of 6 (80°) between
+  // neighbours is the limit. A vertex that lies behind all four texels is over the camera's
+  // horizon, however little.
+  const double texel_mm = nearest / c.intrinsics.fx;
+  if (farthest - nearest > 6 * texel_mm) return false;
+  if (in_camera.z() < nearest - texel_mm || in_camera.z() > farthest + texel_mm) return false;
+  found.world_mm =
+      c.camera_from_world.inverse() * Eigen::Vector3d(unproject(c.intrinsics, pixel) / inverse);
   return true;
+}
+
+bool ProjectionComparison::look_up(std::size_t vertex, const ViewWeights& shares,
+                                   Eigen::Vector3d& world_mm) const {
+  double heaviest = 0;
+  for (int i = 0; i < 3; ++i) {
+    Found found;
+    if (shares.weights[i] <= 0 || !look_up(vertex, shares.cameras[i], found)) continue;
+    const double weight = shares.weights[i] * found.confidence;
+    if (weight > heaviest) heaviest = weight, world_mm = found.world_mm;
+  }
+  return heaviest > 0;
 }
 
 ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d>& proxy_positions,
@@ -104,8 +109,8 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
   deformed.vertices = proxy_positions;
   const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
   const ViewManifold& manifold = bundle_.cameras.manifold;
-  const auto cameras =
-      by_weight(view_weights(manifold, view.camera.center_world_mm() - manifold.center_world_mm));
+  const ViewWeights shares =
+      view_weights(manifold, view.camera.center_world_mm() - manifold.center_world_mm);
 
   constexpr double kNotMeasured = -1;
   const std::size_t count = carried.size();
@@ -118,10 +123,9 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
     };
     polygons[v] =
         error(on_face(bundle_.proxy, proxy_positions, closest_[v].face, closest_[v].weights));
-    ShellBinding b;
-    const bool found = std::any_of(cameras.begin(), cameras.end(),
-                                   [&](std::uint32_t c) { return look_up(v, c, b); });
-    if (!found) return;
+    Eigen::Vector3d at_rest;
+    if (!look_up(v, shares, at_rest)) return;
+    const ShellBinding b = binder_.bind(at_rest);
     image_based[v] =
         error(shell_point(shell_matrix(deformed, normals, b.face), b.b1, b.b2, b.height_mm));
   });

@@ -7,6 +7,7 @@
 
 #include "bundle/bundle.h"
 #include "geometry/shell_map.h"
+#include "geometry/view_manifold.h"
 #include "player/carried_surface.h"
 #include "warp/view.h"
 
@@ -27,9 +28,10 @@ struct ProjectionErrors {
 
 // Compares image-based and polygonal drawing with the truth, geometrically (before any rounding to
 // pixels; the paper, 3.2). Image-based: each visible original vertex is looked up bilinearly in the
-// depth map of the heaviest of the view's three cameras that sees it, the surface point found there
-// is bound, carried and projected. Polygons: each vertex is replaced by its closest point on the
-// proxy at rest, which the proxy's own triangle carries.
+// depth map of the heaviest of the view's three cameras that see it (share × confidence, as pixels
+// are blended), the surface point found there is bound, carried and projected. Polygons: each
+// vertex is replaced by its closest point on the proxy at rest, which the proxy's own triangle
+// carries.
 class ProjectionComparison {
  public:
   // Both must outlive the comparison; every map of the bundle must have been read.
@@ -43,8 +45,15 @@ class ProjectionComparison {
     std::uint32_t face = 0;
     Eigen::Vector3d weights = Eigen::Vector3d::Zero();
   };
-  // The baked surface point at an original vertex as one camera's map has it.
-  bool look_up(std::size_t vertex, std::size_t camera, ShellBinding& binding) const;
+  // The baked surface point, world at rest, at an original vertex as one camera's map has it, and
+  // the map's confidence there. False when the camera does not see the vertex.
+  struct Found {
+    Eigen::Vector3d world_mm = Eigen::Vector3d::Zero();
+    double confidence = 0;
+  };
+  bool look_up(std::size_t vertex, std::size_t camera, Found& found) const;
+  // The same by the camera that counts most there, by share × confidence, as pixels are blended.
+  bool look_up(std::size_t vertex, const ViewWeights& shares, Eigen::Vector3d& world_mm) const;
 
   const Bundle& bundle_;
   const CarriedSurface& truth_;

@@ -9,26 +9,55 @@
 
 namespace organbake {
 
-void ActiveCameras::choose(const std::vector<SampleSet>& sets, const ViewWeights& weights) {
+ViewWeights drawn_shares(const ViewManifold& manifold, const View& view) {
+  Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
+  if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
+  return trimmed(view_weights(manifold, towards_eye));
+}
+
+std::vector<std::size_t> used_cameras(const ViewWeights& weights) {
+  std::vector<std::size_t> used;
+  for (int i = 0; i < 3; ++i) {
+    if (weights.weights[i] > 0) used.push_back(weights.cameras[i]);
+  }
+  return used;
+}
+
+void ActiveCameras::choose(const SampleStore& store, const ViewWeights& weights) {
   count_ = 0;
   for (int i = 0; i < 3; ++i) {
     if (weights.weights[i] <= 0) continue;
-    cameras_[count_].set = &sets[weights.cameras[i]];
+    cameras_[count_].set = &store[weights.cameras[i]];
     cameras_[count_++].weight = static_cast<float>(weights.weights[i]);
   }
 }
 
-void ActiveCameras::place(const std::vector<FaceFrame>& faces, const View& view,
-                          const TileGrid& grid) {
+float ActiveCameras::texel_mm() const {
+  double sum = 0, shares = 0;
+  for (const ActiveCamera& camera : all()) {
+    if (camera.set->sample_count == 0) continue;
+    sum += camera.weight * camera.set->texel_mm;
+    shares += camera.weight;
+  }
+  return shares > 0 ? static_cast<float>(sum / shares) : 1;
+}
+
+void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
+                          const View& view, const TileGrid& grid, MovedCells& cells) {
   for (ActiveCamera& camera : std::span(cameras_).first(count_)) {
     const std::vector<Chunk>& chunks = camera.set->chunks;
     camera.chunks.resize(chunks.size());
+    const auto place_one = [&](std::size_t c) {
+      const Patch& patch = chunks[c].patch;
+      if (!moved.empty() && !moved[patch.face]) return;
+      ChunkFrame& chunk = camera.chunks[c];
+      if (!moved.empty()) cells.mark(chunk.box);
+      chunk = chunk_frame(patch, faces[patch.face], view);
+      if (!moved.empty()) cells.mark(chunk.box);
+    };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks.size(), 256),
                       [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t c = range.begin(); c < range.end(); ++c) {
-                          const Patch& patch = chunks[c].patch;
-                          camera.chunks[c] = chunk_frame(patch, faces[patch.face], view);
-                        }
+                        for (std::size_t c = range.begin(); c < range.end(); ++c) place_one(c);
                       });
     camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
                        [&](std::uint32_t c) { return camera.chunks[c].box; });

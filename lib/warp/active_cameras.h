@@ -8,13 +8,19 @@
 
 #include "geometry/view_manifold.h"
 #include "warp/draw_state.h"
-#include "warp/sample_set.h"
+#include "warp/moved_cells.h"
+#include "warp/sample_store.h"
 #include "warp/tile_grid.h"
 #include "warp/view.h"
 
 namespace organbake {
 
 struct DrawReport;
+
+// What each camera counts in a view: the manifold's weights, trimmed.
+ViewWeights drawn_shares(const ViewManifold& manifold, const View& view);
+// The cameras that have a share in a view.
+std::vector<std::size_t> used_cameras(const ViewWeights& weights);
 
 // What one camera does in one frame.
 struct ActiveCamera {
@@ -28,10 +34,17 @@ struct ActiveCamera {
 // and listed by tile. Kept between frames for its memory.
 class ActiveCameras {
  public:
-  void choose(const std::vector<SampleSet>& sets, const ViewWeights& weights);
-  void place(const std::vector<FaceFrame>& faces, const View& view, const TileGrid& grid);
+  // Those of used_cameras(weights), which the store must have.
+  void choose(const SampleStore& store, const ViewWeights& weights);
+  // moved[f] ≠ 0: the face has moved since the last placing, which was for the same cameras and
+  // view; empty: all is new. Marks what chunks of moved faces left or entered.
+  void place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
+             const View& view, const TileGrid& grid, MovedCells& cells);
 
   std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
+  // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
+  // without a step. 1 when there are no samples.
+  float texel_mm() const;
   // Adds samples and faces drawn and skipped.
   void count(DrawReport& report) const;
   // Of all pixels that a sample may touch.

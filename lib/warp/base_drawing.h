@@ -46,6 +46,9 @@ class BaseDrawing {
   std::uint32_t chosen_count() const { return static_cast<std::uint32_t>(chosen_.size()); }
   const PixelBox& box(std::uint32_t chosen) const { return chosen_[chosen].box; }
   bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
+  std::uint32_t face(std::uint32_t chosen) const {
+    return blocks_[chosen_[chosen].block].patch.face;
+  }
 
   // Draws a chosen block into a tile and adds what it touched to the spans. `open` is looked at
   // for blocks that fill gaps only. Thread-safe.

@@ -7,27 +7,37 @@
 
 namespace organbake {
 
+void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k,
+                    std::size_t faces) {
+  const std::size_t texels = std::size_t(k.width) * k.height;
+  if (m.width != k.width || m.height != k.height || m.depth_mm.size() != texels ||
+      m.color.size() != texels || m.height_mm.size() != texels || m.face.size() != texels ||
+      m.confidence.size() != texels) {
+    throw BadDataError("bundle: the maps of camera " + std::to_string(camera) +
+                       " do not fit its size");
+  }
+  for (const std::uint32_t face : m.face) {
+    if (face != kNoFace && face >= faces) {
+      throw BadDataError("bundle: camera " + std::to_string(camera) + " names face " +
+                         std::to_string(face) + ", the proxy has " + std::to_string(faces));
+    }
+  }
+}
+
+void check_positions(const std::vector<Eigen::Vector3d>& positions, const TriangleMesh& proxy) {
+  if (positions.size() != proxy.vertices.size()) {
+    throw BadDataError("draw: " + std::to_string(positions.size()) + " positions for a proxy of " +
+                       std::to_string(proxy.vertices.size()) + " vertices");
+  }
+  for (const Eigen::Vector3d& p : positions) {
+    if (!p.allFinite()) throw BadDataError("draw: a proxy vertex is not finite");
+  }
+}
+
 void check_fit(const Bundle& bundle) {
   const std::size_t cameras = bundle.cameras.cameras.size(), faces = bundle.proxy.faces.size();
   if (bundle.maps.size() != cameras || bundle.cameras.manifold.directions.size() != cameras) {
     throw BadDataError("bundle: cameras, maps and viewing manifold differ in number");
-  }
-  for (std::size_t c = 0; c < cameras; ++c) {
-    const CameraMaps& m = bundle.maps[c];
-    const Intrinsics& k = bundle.cameras.cameras[c].intrinsics;
-    const std::size_t texels = std::size_t(k.width) * k.height;
-    if (m.width != k.width || m.height != k.height || m.depth_mm.size() != texels ||
-        m.color.size() != texels || m.height_mm.size() != texels || m.face.size() != texels ||
-        m.confidence.size() != texels) {
-      throw BadDataError("bundle: the maps of camera " + std::to_string(c) +
-                         " do not fit its size");
-    }
-    for (const std::uint32_t face : m.face) {
-      if (face != kNoFace && face >= faces) {
-        throw BadDataError("bundle: camera " + std::to_string(c) + " names face " +
-                           std::to_string(face) + ", the proxy has " + std::to_string(faces));
-      }
-    }
   }
   const BaseLayer& b = bundle.base;
   const std::size_t nodes = std::size_t(b.face_count) * b.nodes_per_face();

@@ -20,6 +20,8 @@ struct FaceFrame {
   // Pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a coarse proxy over.
   // Both its sides are skin then, or the fold would be a hole.
   bool two_sided;
+
+  bool operator==(const FaceFrame&) const = default;
 };
 
 std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const TriangleMesh& at_rest,

@@ -147,18 +147,14 @@ void encode(const SumRow& sum, int count, const std::array<std::uint8_t, 3>& bac
   }
 }
 
-// Pixels that only the base layer covers.
-std::size_t mark_base(const std::array<LayerRow, 3>& rows, int layers, int count, Cover* cover) {
-  std::size_t marked = 0;
+// Marks the pixels that only the base layer covers.
+void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count, Cover* cover) {
   for (int i = 0; i < count; ++i) {
     if (cover[i] != Cover::samples) continue;
     bool sampled = false;
     for (int l = 0; l < layers; ++l) sampled |= rows[l].depth[i] < kInfinity;
-    if (sampled) continue;
-    cover[i] = Cover::base;
-    ++marked;
+    if (!sampled) cover[i] = Cover::base;
   }
-  return marked;
 }
 
 // The row's layers, base included, as colour and weight sums.
@@ -194,10 +190,8 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
 
 }  // namespace
 
-ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                           const Background& background, std::vector<float>& depth_mm,
-                           Frame& frame) {
-  ResolveCounts counts;
+void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
+                  const Background& background, std::vector<float>& depth_mm, Frame& frame) {
   std::array<LayerRow, 3> rows;
   SumRow sum;
   for (int y = box.y0; y < box.y1; ++y) {
@@ -213,12 +207,10 @@ ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const 
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
-    if (tile.base) counts.base_pixels += mark_base(rows, tile.count, count, cover);
-    for (int i = 0; i < count; ++i) counts.sample_pixels += cover[i] == Cover::samples;
+    if (tile.base) mark_base(rows, tile.count, count, cover);
     std::copy_n(sum.nearest, count, &depth_mm[first]);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
   }
-  return counts;
 }
 
 Background::Background(const std::array<std::uint8_t, 3>& color) : color_(color) {

@@ -39,17 +39,12 @@ class Background {
   std::array<std::uint8_t, 3 * TileGrid::kWidth> row_;
 };
 
-struct ResolveCounts {
-  std::size_t sample_pixels = 0, base_pixels = 0;
-};
-
 // Blends the layers per pixel in linear light and writes colour, cover and (when the frame keeps
 // it) depth for the pixels of `box`. A layer counts by camera share × sample confidence, fading out
 // between one and two same_surface_mm behind the nearest.
 // Only the spans are looked at; the rest of the box becomes background.
 // depth_mm, of the picture's size, gets the depth of every pixel that is covered.
-ResolveCounts resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                           const Background& background, std::vector<float>& depth_mm,
-                           Frame& frame);
+void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
+                  const Background& background, std::vector<float>& depth_mm, Frame& frame);
 
 }  // namespace organbake

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -21,15 +21,34 @@ struct MapBinder {
   const CameraMaps& maps;
   const PosedCamera& camera;
   const std::vector<ShellMatrix>& rest;
-  MapNeighbours neighbours;
+  MapDetail detail;
 
   Eigen::Vector3d ray(double u, double v) const {
     const Intrinsics& k = camera.intrinsics;
     if (k.has_distortion()) return unproject(k, {u, v});
     return {(u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0};
   }
-  Eigen::Vector3d texel_ray(std::uint32_t texel) const {
-    return ray(texel % maps.width + 0.5, static_cast<double>(texel / maps.width) + 0.5);
+};
+
+// The texels of one run: centres, depths, and rays of planar depth 1.
+struct RunTexels {
+  std::uint32_t count;
+  std::array<double, kChunk> u, v, depth, ray_x, ray_y;
+
+  RunTexels(const MapBinder& map, const std::uint32_t* texels, std::uint32_t texel_count)
+      : count(texel_count) {
+    const auto width = static_cast<std::uint32_t>(map.maps.width);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t row = texels[i] / width;
+      u[i] = texels[i] - row * width + 0.5;
+      v[i] = row + 0.5;
+      depth[i] = map.maps.depth_mm[texels[i]];
+      const Eigen::Vector3d ray = map.ray(u[i], v[i]);
+      ray_x[i] = ray.x(), ray_y[i] = ray.y();
+    }
+  }
+  Eigen::Vector3d point(std::uint32_t i) const {
+    return depth[i] * Eigen::Vector3d(ray_x[i], ray_y[i], 1);
   }
 };
 
@@ -52,27 +71,22 @@ Eigen::Vector2d face_slope(const MapBinder& map, const ShellMatrix& m, const Eig
   return slope.cwiseMax(-steepest).cwiseMin(steepest);
 }
 
-DepthPlane fit_depth(const MapBinder& map, const TexelOrder& order, const TexelRun& run) {
+DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatrix& face) {
   DepthPlane plane{.center = Eigen::Vector2d::Zero()};
-  const auto each = [&](auto&& visit) {
-    for (std::uint32_t i = run.first; i < run.first + run.count; ++i) {
-      const std::uint32_t t = order.texels[i];
-      visit(Eigen::Vector2d(t % map.maps.width + 0.5, double(t / map.maps.width) + 0.5),
-            double(map.maps.depth_mm[t]));
-    }
-  };
-  each([&](const Eigen::Vector2d& at, double z) { plane.center += at, plane.depth += z; });
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    plane.center += Eigen::Vector2d(run.u[i], run.v[i]);
+    plane.depth += run.depth[i];
+  }
   plane.center /= run.count;
   plane.depth /= run.count;
-  const Eigen::Vector2d prior = face_slope(map, map.rest[run.face], plane.center, plane.depth);
   constexpr double kPriorWeight = 0.5;  // texels²: as much as one neighbour pair says
   Eigen::Matrix2d normal = kPriorWeight * Eigen::Matrix2d::Identity();
-  Eigen::Vector2d right = kPriorWeight * prior;
-  each([&](const Eigen::Vector2d& at, double z) {
-    const Eigen::Vector2d d = at - plane.center;
+  Eigen::Vector2d right = kPriorWeight * face_slope(map, face, plane.center, plane.depth);
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    const Eigen::Vector2d d = Eigen::Vector2d(run.u[i], run.v[i]) - plane.center;
     normal += d * d.transpose();
-    right += d * (z - plane.depth);
-  });
+    right += d * (run.depth[i] - plane.depth);
+  }
   plane.slope = normal.inverse() * right;
   return plane;
 }
@@ -98,48 +112,67 @@ void set_tangents(const MapBinder& map, const DepthPlane& plane, Patch& patch) {
   }
 }
 
-Eigen::Vector3f map_normal(const Eigen::Vector3f& r, const Eigen::Vector3f& r_u,
-                           const Eigen::Vector3f& r_v, float z, float z_u, float z_v) {
-  return (z * r_v + z_v * r).cross(z * r_u + z_u * r).normalized();
+// The surface's normals over a map piece, whose rays change by r_u and r_v per texel: with z(u, v)
+// along r(u, v), n ∝ z (r_v × r_u) + z_u (r_v × r) + z_v (r × r_u).
+struct MapNormals {
+  Eigen::Vector3f r_u, r_v, both = r_v.cross(r_u);
+
+  Eigen::Vector3f at(const Eigen::Vector3f& r, float z, float z_u, float z_v) const {
+    return z * both + z_u * r_v.cross(r) + z_v * r.cross(r_u);
+  }
+};
+
+// Cosine of the widest angle between the run's normals and `middle`. A texel without slopes has no
+// normal; its NaN never is the smallest.
+float least_cosine(const MapDetail& detail, const std::uint32_t* texels, const RunTexels& run,
+                   const MapNormals& normals, const Eigen::Vector3f& middle) {
+  std::array<float, kChunk> cosine;
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    const Eigen::Vector3f r(static_cast<float>(run.ray_x[i]), static_cast<float>(run.ray_y[i]), 1);
+    const Eigen::Vector3f n = normals.at(r, static_cast<float>(run.depth[i]),
+                                         detail.slope_u[texels[i]], detail.slope_v[texels[i]]);
+    cosine[i] = n.dot(middle) / std::sqrt(n.squaredNorm());
+  }
+  float least = 1;
+  for (std::uint32_t i = 0; i < run.count; ++i) least = cosine[i] < least ? cosine[i] : least;
+  return least;
 }
 
 // One run becomes one chunk: slots filled, bounds, tangents and normal cone measured.
 Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& run,
                std::size_t first_slot, SampleSet& set) {
+  const std::uint32_t* const texels = order.texels.data() + run.first;
+  const RunTexels at(map, texels, run.count);
+  const ShellMatrix& m = map.rest[run.face];
   Chunk chunk;
   chunk.count = run.count;
   chunk.patch.face = run.face;
-  const ShellMatrix& m = map.rest[run.face];
-  const DepthPlane plane = fit_depth(map, order, run);
-  const Eigen::Vector3f r0 = map.ray(plane.center.x(), plane.center.y()).cast<float>();
-  const Eigen::Vector3f r_u = (map.ray(plane.center.x() + 1, plane.center.y()).cast<float>() - r0);
-  const Eigen::Vector3f r_v = (map.ray(plane.center.x(), plane.center.y() + 1).cast<float>() - r0);
-  const Eigen::Vector3f mean_normal =
-      map_normal(r0, r_u, r_v, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
-                 static_cast<float>(plane.slope.y()));
-  float smallest_cosine = 1;
   Eigen::Array3f low = Eigen::Array3f::Constant(1e30f), high = -low;
   for (std::uint32_t i = 0; i < run.count; ++i) {
-    const std::uint32_t texel = order.texels[run.first + i];
-    const float depth = map.maps.depth_mm[texel], h = map.maps.height_mm[texel];
-    const Eigen::Vector3d r = map.texel_ray(texel);
-    const Eigen::Vector2d b = barycentric_at_height(m, h, depth * r);
+    const float h = map.maps.height_mm[texels[i]];
+    const Eigen::Vector2d b = barycentric_at_height(m, h, at.point(i));
+    const Eigen::Array3f bound(static_cast<float>(b.x()), static_cast<float>(b.y()), h);
     const std::size_t slot = first_slot + i;
-    const Eigen::Array3f at(static_cast<float>(b.x()), static_cast<float>(b.y()), h);
-    set.b1[slot] = at[0], set.b2[slot] = at[1], set.h[slot] = h;
-    low = low.min(at), high = high.max(at);
-    const SameSurface same = map.neighbours.same_surface(texel);
-    set.detail[slot] = std::bit_cast<PackedDetail>(map.neighbours.detail(texel, same));
-    const auto slopes = map.neighbours.depth_slopes(texel, same);
-    if (!slopes.has_u || !slopes.has_v) continue;
-    const Eigen::Vector3f n = map_normal(r.cast<float>(), r_u, r_v, depth, slopes.u, slopes.v);
-    smallest_cosine = std::min(smallest_cosine, n.dot(mean_normal));
+    set.b1[slot] = bound[0], set.b2[slot] = bound[1], set.h[slot] = h;
+    set.detail[slot] = map.detail.texels[texels[i]];
+    low = low.min(bound), high = high.max(bound);
   }
   for (int k = 0; k < 3; ++k) {
     chunk.patch.center[k] = 0.5f * (low[k] + high[k]);
     chunk.patch.extent[k] = 0.5f * (high[k] - low[k]);
   }
-  chunk.patch.cone_rad = std::acos(std::clamp(smallest_cosine, -1.0f, 1.0f));
+  const DepthPlane plane = fit_depth(map, at, m);
+  const double u = plane.center.x(), v = plane.center.y();
+  const Eigen::Vector3f r0 = map.ray(u, v).cast<float>();
+  const MapNormals normals{map.ray(u + 1, v).cast<float>() - r0,
+                           map.ray(u, v + 1).cast<float>() - r0};
+  const Eigen::Vector3f middle =
+      normals
+          .at(r0, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
+              static_cast<float>(plane.slope.y()))
+          .normalized();
+  chunk.patch.cone_rad =
+      std::acos(std::clamp(least_cosine(map.detail, texels, at, normals, middle), -1.0f, 1.0f));
   set_tangents(map, plane, chunk.patch);
   return chunk;
 }
@@ -168,7 +201,7 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
   set.chunks.resize(order.runs.size());
   set.sample_count = order.texels.size();
   set.texel_mm = mean_texel_mm(maps, order, focal);
-  const MapBinder map{maps, camera, rest_in_camera, MapNeighbours(maps, focal)};
+  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
   constexpr std::size_t kGrain = 64;  // chunks a task
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.runs.size(), kGrain),
                     [&](const tbb::blocked_range<std::size_t>& range) {

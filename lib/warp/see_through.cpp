@@ -59,9 +59,9 @@ void find_in_block(const std::array<Stretch*, 5>& rows, int width, float deeper_
 
 }  // namespace
 
-std::size_t open_see_through(const PixelBox& box, const std::vector<float>& depth_mm,
-                             float deeper_mm, Frame& frame) {
-  if (box.empty()) return 0;
+std::vector<std::uint32_t> find_see_through(const PixelBox& box, const std::vector<float>& depth_mm,
+                                            float deeper_mm, const Frame& frame) {
+  if (box.empty()) return {};
   std::vector<std::vector<std::uint32_t>> found(box.height());
   constexpr int kRows = 32;
   tbb::parallel_for(tbb::blocked_range<int>(box.y0, box.y1, kRows), [&](const auto& range) {
@@ -79,12 +79,10 @@ std::size_t open_see_through(const PixelBox& box, const std::vector<float>& dept
       }
     }
   });
-  std::size_t opened = 0;
-  for (const auto& row : found) {
-    for (const std::uint32_t pixel : row) frame.cover[pixel] = Cover::background;
-    opened += row.size();
-  }
-  return opened;
+  std::vector<std::uint32_t> all;
+  for (const auto& row : found) all.insert(all.end(), row.begin(), row.end());
+  std::sort(all.begin(), all.end());  // a row was looked at in blocks
+  return all;
 }
 
 }  // namespace organbake

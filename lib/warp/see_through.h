@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "warp/frame.h"
@@ -11,10 +11,10 @@ namespace organbake {
 
 // Between two terraces of a CT's slices, seen more from the side than any camera saw them, single
 // pixels look through the skin at whatever lies behind. A covered pixel that lies deeper_mm behind
-// the nearer of two pixels on either side, along its row or its column, is opened (made
-// background), so that the slits' and holes' filling closes it. depth_mm: one per pixel, of covered
-// ones. Returns how many were opened. The same for any number of threads.
-std::size_t open_see_through(const PixelBox& box, const std::vector<float>& depth_mm,
-                             float deeper_mm, Frame& frame);
+// the nearer of two pixels on either side, along its row or its column, is one: made background,
+// the slits' and holes' filling closes it. depth_mm: one per pixel, of covered ones. Returns their
+// numbers, ascending.
+std::vector<std::uint32_t> find_see_through(const PixelBox& box, const std::vector<float>& depth_mm,
+                                            float deeper_mm, const Frame& frame);
 
 }  // namespace organbake

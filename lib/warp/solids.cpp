@@ -115,19 +115,29 @@ PixelHit trace_pixel(const std::vector<PlacedSolid>& solids, const View& view, i
   return pixel;
 }
 
+std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& solids) {
+  const RigidTransform& pose = view.camera.camera_from_world;
+  std::vector<PlacedSolid> placed;
+  for (const Solid& solid : solids) {
+    placed.push_back({pose * solid.from, pose * solid.to, solid.radius_mm, solid.color});
+  }
+  return placed;
+}
+
 }  // namespace
 
-std::size_t draw_solids(const std::vector<Solid>& solids, const View& view, Frame& frame) {
-  std::vector<PlacedSolid> placed;
+PixelBox solids_box(const std::vector<Solid>& solids, const View& view) {
   PixelBox box;
-  for (const Solid& solid : solids) {
-    const RigidTransform& pose = view.camera.camera_from_world;
-    placed.push_back({pose * solid.from, pose * solid.to, solid.radius_mm, solid.color});
-    const PlacedSolid& p = placed.back();
+  for (const PlacedSolid& p : placed_in(view, solids)) {
     box = united(box, united(sphere_box(p.from, p.radius, view), sphere_box(p.to, p.radius, view)));
   }
   // Cut only now: a shaft that leads out of the picture ends beside it.
-  box = intersected(box, {0, 0, frame.color.width, frame.color.height});
+  return intersected(box, {0, 0, view.camera.intrinsics.width, view.camera.intrinsics.height});
+}
+
+std::size_t draw_solids(const std::vector<Solid>& solids, const View& view, Frame& frame) {
+  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  const PixelBox box = solids_box(solids, view);
   if (box.empty()) return 0;
   std::atomic<std::size_t> touched = 0;
   tbb::parallel_for(box.y0, box.y1, [&](int y) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "warp/frame.h"
+#include "warp/pixel_box.h"
 #include "warp/view.h"
 
 namespace organbake {
@@ -18,6 +19,9 @@ struct Solid {
 
   bool operator==(const Solid& other) const = default;
 };
+
+// All pixels that the solids may touch, clipped to the view.
+PixelBox solids_box(const std::vector<Solid>& solids, const View& view);
 
 // Draws solids lit from the eye into a frame that keeps its depth, hidden where tissue is nearer;
 // edges are smoothed with 2 × 2 rays a pixel. Returns the pixels touched.

@@ -22,7 +22,7 @@ struct Landed {
 struct Placement {
   float left, top;  // half a splat and half a pixel, from the tile's corner
   float half_columns, half_rows;
-  float low_x, low_y, high_x, high_y;  // first pixels that still touch the tile
+  float low_x, low_y, high_x, high_y;  // first pixels that still touch the part
 };
 
 inline float lowest_of(float a, float b) { return a < b ? a : b; }
@@ -106,14 +106,15 @@ int compact(Landed& landed, int count) {
 Placement placement(const ChunkFrame& c, const TileKeys& tile, int slack_columns, int slack_rows) {
   const float half_columns = 0.5f * static_cast<float>(c.columns);
   const float half_rows = 0.5f * static_cast<float>(c.rows);
-  return {.left = half_columns + 0.5f + static_cast<float>(tile.box.x0),
-          .top = half_rows + 0.5f + static_cast<float>(tile.box.y0),
+  const int x0 = tile.box.x0 - tile.origin_x, y0 = tile.box.y0 - tile.origin_y;
+  return {.left = half_columns + 0.5f + static_cast<float>(tile.origin_x),
+          .top = half_rows + 0.5f + static_cast<float>(tile.origin_y),
           .half_columns = half_columns,
           .half_rows = half_rows,
-          .low_x = static_cast<float>(-slack_columns),
-          .low_y = static_cast<float>(-slack_rows),
-          .high_x = static_cast<float>(tile.box.width() - 1),
-          .high_y = static_cast<float>(tile.box.height() - 1)};
+          .low_x = static_cast<float>(x0 - slack_columns),
+          .low_y = static_cast<float>(y0 - slack_rows),
+          .high_x = static_cast<float>(x0 + tile.box.width() - 1),
+          .high_y = static_cast<float>(y0 + tile.box.height() - 1)};
 }
 
 // Whether any sample of the chunk can own the pixel (tx, ty) of its splat: a sample's place within
@@ -129,8 +130,10 @@ bool reaches(const ChunkFrame& c, int tx, int ty) {
 void splat_small(Landed& landed, int count, const ChunkFrame& c, float tie_mm, TileKeys& tile) {
   const int padded = (count + 7) & ~7;  // whole vectors
   alignas(32) std::int32_t place[kChunk];
+  const int right = kGuard + tile.origin_x - tile.box.x0,
+            down = kGuard + tile.origin_y - tile.box.y0;
   for (int i = 0; i < padded; ++i) {
-    place[i] = (landed.row[i] + kGuard) * tile.stride + landed.column[i] + kGuard;
+    place[i] = (landed.row[i] + down) * tile.stride + landed.column[i] + right;
   }
   alignas(32) Key keys[kChunk];
   for (int ty = 0; ty < c.rows; ++ty) {
@@ -154,14 +157,13 @@ void splat_large(const Landed& landed, int count, const ChunkFrame& c, float tie
                  TileKeys& tile) {
   const int width = tile.box.width(), height = tile.box.height();
   for (int i = 0; i < count; ++i) {
-    const int first_x = std::max(0, -landed.column[i]);
-    const int last_x = std::min(c.columns, width - landed.column[i]);
-    const int first_y = std::max(0, -landed.row[i]);
-    const int last_y = std::min(c.rows, height - landed.row[i]);
+    const int column = landed.column[i] + tile.origin_x - tile.box.x0;
+    const int row = landed.row[i] + tile.origin_y - tile.box.y0;
+    const int first_x = std::max(0, -column), last_x = std::min(c.columns, width - column);
+    const int first_y = std::max(0, -row), last_y = std::min(c.rows, height - row);
     for (int ty = first_y; ty < last_y; ++ty) {
-      std::uint64_t* const cells = tile.keys.data() +
-                                   std::size_t(landed.row[i] + ty + kGuard) * tile.stride +
-                                   landed.column[i] + kGuard;
+      std::uint64_t* const cells =
+          tile.keys.data() + std::size_t(row + ty + kGuard) * tile.stride + column + kGuard;
       for (int tx = first_x; tx < last_x; ++tx) {
         const float u =
             landed.u[i] + c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
@@ -176,10 +178,11 @@ void splat_large(const Landed& landed, int count, const ChunkFrame& c, float tie
 
 }  // namespace
 
-void TileKeys::clear(const PixelBox& tile) {
-  box = tile;
-  stride = tile.width() + 2 * kGuard;
-  keys.assign(std::size_t(stride) * (tile.height() + 2 * kGuard), kEmptyKey);
+void TileKeys::clear(const PixelBox& tile, const PixelBox& part) {
+  box = part;
+  origin_x = tile.x0, origin_y = tile.y0;
+  stride = part.width() + 2 * kGuard;
+  keys.assign(std::size_t(stride) * (part.height() + 2 * kGuard), kEmptyKey);
 }
 
 void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/texel_detail.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace organbake {
 namespace {
@@ -11,83 +15,168 @@ namespace {
 // count as two surfaces: their colours are not differenced.
 constexpr float kSteepestTexels = 6;
 
-std::uint8_t coded(float linear) {
-  const float clamped = linear > 0 ? std::min(linear, 1.0f) : 0.0f;
-  return static_cast<std::uint8_t>(255 * std::sqrt(clamped) + 0.5f);
+using Bytes = std::vector<std::uint8_t>;
+
+inline std::uint8_t coded(float share) {  // 0…1 to 0…255
+  const float positive = share > 0 ? share : 0;
+  return static_cast<std::uint8_t>(
+      static_cast<std::int32_t>(255 * (positive < 1 ? positive : 1) + 0.5f));
 }
 
-std::int8_t to_int8(int value) { return static_cast<std::int8_t>(std::clamp(value, -127, 127)); }
+// One row of a map in the samples' units, with a texel of nothing at either end.
+struct MapRow {
+  std::array<Bytes, 3> color;  // square-root light
+  Bytes confidence, shows;     // shows: 1 where there is a surface to look at
+  std::vector<float> depth;
 
-// First difference and half the second difference of c between its neighbours: the parabola
-// through all three where both are there, a straight line where one is.
-struct Terms {
-  std::int8_t first, half_second;
-};
-Terms terms(int before, int here, int after, bool has_before, bool has_after) {
-  const auto halved = [](int twice) { return twice >= 0 ? (twice + 1) / 2 : -((1 - twice) / 2); };
-  if (has_before && has_after) {
-    return {to_int8(halved(after - before)), to_int8(halved(after - 2 * here + before))};
+  explicit MapRow(int width) : confidence(width + 2), shows(width + 2), depth(width + 2) {
+    for (Bytes& channel : color) channel.resize(width + 2);
   }
-  if (has_after) return {to_int8(after - here), 0};
-  if (has_before) return {to_int8(here - before), 0};
-  return {0, 0};
+  void load(const CameraMaps& maps, int y);
+};
+
+void MapRow::load(const CameraMaps& maps, int y) {
+  const int width = maps.width;
+  std::fill(shows.begin(), shows.end(), std::uint8_t{0});
+  if (y < 0 || y >= maps.height) return;
+  const std::size_t first = std::size_t(y) * width;
+  const Eigen::Vector3f* const from = &maps.color[first];
+  for (int k = 0; k < 3; ++k) {
+    std::uint8_t* const to = color[k].data() + 1;
+    for (int x = 0; x < width; ++x) {
+      const float linear = from[x][k] > 0 ? from[x][k] : 0;
+      to[x] = coded(std::sqrt(linear));
+    }
+  }
+  std::copy_n(&maps.depth_mm[first], width, depth.data() + 1);
+  const float* const sure = &maps.confidence[first];
+  const std::uint32_t* const face = &maps.face[first];
+  for (int x = 0; x < width; ++x) confidence[x + 1] = coded(sure[x]);
+  for (int x = 0; x < width; ++x) shows[x + 1] = (face[x] != kNoFace) & (confidence[x + 1] > 0);
+}
+
+// Whether `there` continues the surface of `here`.
+void join(const float* __restrict here, const float* __restrict there,
+          const std::uint8_t* __restrict shows, float steepest, int width,
+          std::uint8_t* __restrict joined) {
+  for (int x = 0; x < width; ++x)
+    joined[x] = shows[x] & (std::abs(here[x] - there[x]) <= steepest * here[x]);
+}
+
+inline std::int8_t to_int8(std::int16_t v) {
+  return static_cast<std::int8_t>(v > 127 ? 127 : v < -127 ? -127 : v);
+}
+// Half, away from zero.
+inline std::int16_t halved(std::int16_t v) { return static_cast<std::int16_t>((v + (v > 0)) >> 1); }
+
+// First difference and half the second difference of a channel between a texel's neighbours: the
+// parabola through all three where both are there, a straight line where one is.
+void terms(const std::uint8_t* __restrict before, const std::uint8_t* __restrict here,
+           const std::uint8_t* __restrict after, const std::uint8_t* __restrict has_before,
+           const std::uint8_t* __restrict has_after, int width, std::int8_t* __restrict first,
+           std::int8_t* __restrict half_second) {
+  for (int x = 0; x < width; ++x) {
+    const auto in = static_cast<std::int16_t>((here[x] - before[x]) * has_before[x]);
+    const auto out = static_cast<std::int16_t>((after[x] - here[x]) * has_after[x]);
+    const auto sum = static_cast<std::int16_t>(in + out);
+    const auto difference = static_cast<std::int16_t>(out - in);
+    const bool both = has_before[x] & has_after[x];
+    first[x] = to_int8(both ? halved(sum) : sum);
+    half_second[x] = to_int8(both ? halved(difference) : std::int16_t{0});
+  }
+}
+
+void slopes(const float* __restrict before, const float* __restrict here,
+            const float* __restrict after, const std::uint8_t* __restrict has_before,
+            const std::uint8_t* __restrict has_after, int width, float* __restrict slope) {
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  for (int x = 0; x < width; ++x) {
+    const float in = here[x] - before[x], out = after[x] - here[x];
+    const float one = has_before[x] ? in : has_after[x] ? out : kNone;
+    slope[x] = has_before[x] & has_after[x] ? 0.5f * (in + out) : one;
+  }
+}
+
+// A row's masks and terms, before they are packed texel by texel.
+struct RowTerms {
+  Bytes left, right, up, down;
+  using Plane = std::vector<std::int8_t>;
+  std::array<Plane, 3> along_u, along_v, curve_u, curve_v;
+
+  explicit RowTerms(int width) : left(width), right(width), up(width), down(width) {
+    for (auto* planes : {&along_u, &along_v, &curve_u, &curve_v})
+      for (Plane& plane : *planes) plane.resize(width);
+  }
+  void make(const MapRow& above, const MapRow& here, const MapRow& below, float steepest);
+  void pack(const MapRow& here, PackedDetail* __restrict out) const;
+};
+
+void RowTerms::make(const MapRow& above, const MapRow& here, const MapRow& below, float steepest) {
+  const int width = static_cast<int>(left.size());
+  const float* const z = here.depth.data() + 1;
+  const std::uint8_t* const shows = here.shows.data() + 1;
+  join(z, z - 1, shows - 1, steepest, width, left.data());
+  join(z, z + 1, shows + 1, steepest, width, right.data());
+  join(z, above.depth.data() + 1, above.shows.data() + 1, steepest, width, up.data());
+  join(z, below.depth.data() + 1, below.shows.data() + 1, steepest, width, down.data());
+  for (int k = 0; k < 3; ++k) {
+    const std::uint8_t* const c = here.color[k].data() + 1;
+    terms(c - 1, c, c + 1, left.data(), right.data(), width, along_u[k].data(), curve_u[k].data());
+    terms(above.color[k].data() + 1, c, below.color[k].data() + 1, up.data(), down.data(), width,
+          along_v[k].data(), curve_v[k].data());
+  }
+}
+
+inline std::uint32_t byte(std::int8_t value, int shift) {
+  return std::uint32_t{static_cast<std::uint8_t>(value)} << shift;
+}
+
+void RowTerms::pack(const MapRow& here, PackedDetail* __restrict out) const {
+  const int width = static_cast<int>(left.size());
+  const std::uint8_t *const red = here.color[0].data() + 1, *const green = here.color[1].data() + 1,
+                            *const blue = here.color[2].data() + 1,
+                            *const sure = here.confidence.data() + 1;
+  const auto *const u0 = along_u[0].data(), *const u1 = along_u[1].data(),
+                    *const u2 = along_u[2].data(), *const v0 = along_v[0].data(),
+                    *const v1 = along_v[1].data(), *const v2 = along_v[2].data();
+  const auto *const uu0 = curve_u[0].data(), *const uu1 = curve_u[1].data(),
+                    *const uu2 = curve_u[2].data(), *const vv0 = curve_v[0].data(),
+                    *const vv1 = curve_v[1].data(), *const vv2 = curve_v[2].data();
+  for (int x = 0; x < width; ++x) {
+    out[x] = {red[x] | std::uint32_t{green[x]} << 8 | std::uint32_t{blue[x]} << 16 |
+                  std::uint32_t{sure[x]} << 24,
+              byte(u0[x], 0) | byte(u1[x], 8) | byte(u2[x], 16) | byte(v0[x], 24),
+              byte(v1[x], 0) | byte(v2[x], 8) | byte(uu0[x], 16) | byte(uu1[x], 24),
+              byte(uu2[x], 0) | byte(vv0[x], 8) | byte(vv1[x], 16) | byte(vv2[x], 24)};
+  }
 }
 
 }  // namespace
 
-MapNeighbours::MapNeighbours(const CameraMaps& maps, double focal_px)
-    : maps_(maps), steepest_(kSteepestTexels / static_cast<float>(focal_px)) {
-  coded_.resize(maps.color.size());
-  for (std::size_t i = 0; i < coded_.size(); ++i) {
-    if (maps.face[i] == kNoFace) continue;
-    const Eigen::Vector3f& c = maps.color[i];
-    coded_[i] = {
-        coded(c.x()), coded(c.y()), coded(c.z()),
-        static_cast<std::uint8_t>(255 * std::clamp(maps.confidence[i], 0.0f, 1.0f) + 0.5f)};
-  }
-}
-
-bool MapNeighbours::joined(std::uint32_t a, std::uint32_t b) const {
-  return maps_.face[b] != kNoFace && coded_[b][3] > 0 &&
-         std::abs(maps_.depth_mm[a] - maps_.depth_mm[b]) <= steepest_ * maps_.depth_mm[a];
-}
-
-SameSurface MapNeighbours::same_surface(std::uint32_t texel) const {
-  const std::uint32_t width = maps_.width, x = texel % width, y = texel / width;
-  SameSurface same;
-  same.left = x > 0 && joined(texel, texel - 1);
-  same.right = x + 1 < width && joined(texel, texel + 1);
-  same.up = y > 0 && joined(texel, texel - width);
-  same.down = y + 1 < static_cast<std::uint32_t>(maps_.height) && joined(texel, texel + width);
-  return same;
-}
-
-TexelDetail MapNeighbours::detail(std::uint32_t texel, const SameSurface& same) const {
-  const auto& here = coded_[texel];
-  const auto& left = coded_[same.left ? texel - 1 : texel];
-  const auto& right = coded_[same.right ? texel + 1 : texel];
-  const auto& up = coded_[same.up ? texel - maps_.width : texel];
-  const auto& down = coded_[same.down ? texel + maps_.width : texel];
-  TexelDetail detail{.red = here[0], .green = here[1], .blue = here[2], .confidence = here[3]};
-  for (int k = 0; k < 3; ++k) {
-    const Terms u = terms(left[k], here[k], right[k], same.left, same.right);
-    const Terms v = terms(up[k], here[k], down[k], same.up, same.down);
-    detail.along_u[k] = u.first, detail.curve_u[k] = u.half_second;
-    detail.along_v[k] = v.first, detail.curve_v[k] = v.half_second;
-  }
-  return detail;
-}
-
-MapNeighbours::Slopes MapNeighbours::depth_slopes(std::uint32_t texel,
-                                                  const SameSurface& same) const {
-  const auto& z = maps_.depth_mm;
-  const auto slope = [&](bool before, bool after, std::uint32_t stride) {
-    const float first = before ? z[texel] - z[texel - stride] : 0;
-    const float second = after ? z[texel + stride] - z[texel] : 0;
-    return before && after ? 0.5f * (first + second) : first + second;
-  };
-  return {slope(same.left, same.right, 1), slope(same.up, same.down, maps_.width),
-          same.left || same.right, same.up || same.down};
+MapDetail::MapDetail(const CameraMaps& maps, double focal_px)
+    : texels(maps.depth_mm.size()), slope_u(texels.size()), slope_v(texels.size()) {
+  const int width = maps.width;
+  const float steepest = kSteepestTexels / static_cast<float>(focal_px);
+  constexpr int kRows = 64;  // a task's
+  tbb::parallel_for(tbb::blocked_range<int>(0, maps.height, kRows), [&](const auto& range) {
+    std::array<MapRow, 3> rows{MapRow(width), MapRow(width), MapRow(width)};  // slides down
+    RowTerms row_terms(width);
+    rows[1].load(maps, range.begin() - 1);
+    rows[2].load(maps, range.begin());
+    for (int y = range.begin(); y < range.end(); ++y) {
+      std::rotate(rows.begin(), rows.begin() + 1, rows.end());
+      rows[2].load(maps, y + 1);
+      const auto& [above, here, below] = rows;
+      row_terms.make(above, here, below, steepest);
+      const std::size_t first = std::size_t(y) * width;
+      row_terms.pack(here, &texels[first]);
+      const float* const z = here.depth.data() + 1;
+      slopes(z - 1, z, z + 1, row_terms.left.data(), row_terms.right.data(), width,
+             &slope_u[first]);
+      slopes(above.depth.data() + 1, z, below.depth.data() + 1, row_terms.up.data(),
+             row_terms.down.data(), width, &slope_v[first]);
+    }
+  });
 }
 
 }  // namespace organbake

@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "warp/sample_set.h"
+#include "warp/warper.h"
 
 namespace organbake {
 namespace {
@@ -21,8 +22,7 @@ std::uint32_t every_second_bit(std::uint32_t code) {
 }
 
 bool used(const CameraMaps& maps, std::size_t texel) {
-  // A confidence that rounds to 0 of 255 would never show.
-  return maps.face[texel] != kNoFace && maps.confidence[texel] >= 0.5f / 255;
+  return maps.face[texel] != kNoFace && maps.confidence[texel] >= kLeastConfidence;
 }
 
 // Calls visit(texel) for every texel in use, tile by tile along the Morton curve.

@@ -13,11 +13,11 @@
 #include "warp/active_cameras.h"
 #include "warp/base_drawing.h"
 #include "warp/bundle_fit.h"
-#include "warp/hole_fill.h"
+#include "warp/finish.h"
+#include "warp/moved_cells.h"
 #include "warp/open_pixels.h"
 #include "warp/resolve.h"
-#include "warp/see_through.h"
-#include "warp/slit_fill.h"
+#include "warp/sample_store.h"
 #include "warp/splat.h"
 #include "warp/tile_grid.h"
 
@@ -53,9 +53,6 @@ std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
   return matrices;
 }
 
-// Nothing smooth falls this far from one pixel to the next and rises again.
-constexpr float kSeeThroughTexels = 8;
-
 struct TileScratch {
   std::array<TileKeys, 3> keys;
   std::array<RowSpans, 3> layer_spans;
@@ -63,9 +60,17 @@ struct TileScratch {
   OpenPixels open;
   BaseTile base;
   DrawTimes times;
-  ResolveCounts counts;
   std::size_t base_triangles = 0;
 };
+
+std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
+  std::size_t count = 0;
+  for (int y = box.y0; y < box.y1; ++y) {
+    const Cover* const row = &frame.cover[std::size_t(y) * frame.color.width];
+    count += static_cast<std::size_t>(std::count(row + box.x0, row + box.x1, wanted));
+  }
+  return count;
+}
 
 }  // namespace
 
@@ -83,9 +88,7 @@ struct Warper::Impl {
   TriangleMesh deformed;
   TriangleMesh at_rest;
   ViewManifold manifold;
-  std::vector<SampleSet> sets;
   BaseDrawing base;
-  float texel_mm;
 
   // The last drawing, to recognise when nothing changed.
   View last_view;
@@ -95,55 +98,86 @@ struct Warper::Impl {
 
   // Kept between frames for their memory.
   ActiveCameras active;
-  std::vector<FaceFrame> faces;
+  float texel_mm = 1;  // of the active cameras
+  std::vector<FaceFrame> faces, last_faces;
+  std::vector<std::uint8_t> moved;  // per face, since the last frame; empty: all is new
+  MovedCells moved_cells;
+  Finish finish;
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
   std::vector<float> depth_mm;  // of covered pixels
   PixelBox drawn_box;           // of everything but the background
   tbb::enumerable_thread_specific<TileScratch> scratch;
 
-  explicit Impl(const Bundle& bundle);
+  SampleStore store;
+
+  Impl(const Bundle& bundle, ReadMaps read);
+  bool continues(const View& view, const DrawOptions& options, const Frame& frame) const;
   void choose_cameras(const View& view, DrawReport& report);
+  void place_faces(const View& view, bool continued);
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
   const BaseTile* draw_base(std::span<const std::uint32_t> blocks, const PixelBox& box,
                             std::span<const TileKeys* const> layers, const View& view,
                             TileScratch& own) const;
-  void draw_tile(int tile, const TileGrid& grid, const View& view, const DrawOptions& options,
-                 const Background& background, Frame& frame);
+  // Draws a part of a tile.
+  void draw_tile(int tile, const PixelBox& tile_box, const PixelBox& part, const View& view,
+                 const DrawOptions& options, const Background& background, Frame& frame);
 };
 
-Warper::Impl::Impl(const Bundle& bundle)
+namespace {
+
+// What turns a camera's maps into its samples, without holding on to the bundle.
+SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
+  return [read = std::move(read), cameras = bundle.cameras.cameras,
+          rest = shell_matrices(bundle.proxy)](std::size_t c) {
+    const CameraMaps maps = read(c);
+    check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
+    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
+  };
+}
+
+}  // namespace
+
+Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
     : deformed(bundle.proxy),
       manifold(bundle.cameras.manifold),
-      base(bundle.base, shell_matrices(bundle.proxy)) {
+      base(bundle.base, shell_matrices(bundle.proxy)),
+      store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
-  const std::vector<ShellMatrix> rest = shell_matrices(bundle.proxy);
-  sets.resize(bundle.maps.size());
-  tbb::parallel_for(std::size_t{0}, sets.size(), [&](std::size_t c) {
-    const PosedCamera& camera = bundle.cameras.cameras[c];
-    sets[c] = build_sample_set(bundle.maps[c], camera, in_frame(rest, camera.camera_from_world));
-  });
-  double sum = 0, samples = 0;
-  for (const SampleSet& set : sets) {
-    sum += set.texel_mm * static_cast<double>(set.sample_count);
-    samples += static_cast<double>(set.sample_count);
-  }
-  // An empty organ has no texels; any size will do.
-  texel_mm = samples > 0 ? static_cast<float>(sum / samples) : 1;
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
-  Eigen::Vector3d towards_eye = view.camera.center_world_mm() - manifold.center_world_mm;
-  if (!(towards_eye.norm() > 1e-9)) towards_eye = -view.camera.view_direction_world();
-  report.weights = trimmed(view_weights(manifold, towards_eye));
-  active.choose(sets, report.weights);
+  report.weights = drawn_shares(manifold, view);
+  const std::vector<std::size_t> cameras = used_cameras(report.weights);
+  store.require(cameras);
+  active.choose(store, report.weights);
+  texel_mm = active.texel_mm();
+}
+
+// Whether the frame is the last one drawn, of the same view, with at most other tools in it.
+bool Warper::Impl::continues(const View& view, const DrawOptions& options,
+                             const Frame& frame) const {
+  if (serial == 0 || frame.serial != serial || !(view == last_view)) return false;
+  DrawOptions same_tools = options;
+  same_tools.solids = last_options.solids;
+  return same_tools == last_options &&
+         frame.depth_mm.empty() == !(options.keep_depth || !options.solids.empty());
+}
+
+void Warper::Impl::place_faces(const View& view, bool continued) {
+  last_faces.swap(faces);
+  faces = face_frames(deformed, at_rest, view);
+  moved.clear();
+  moved_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
+  if (!continued) return;
+  moved.resize(faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) moved[f] = !(faces[f] == last_faces[f]);
 }
 
 void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
-  faces = face_frames(deformed, at_rest, view);
-  active.place(faces, view, grid);
+  active.place(faces, moved, view, grid, moved_cells);
   active.count(report);
   drawn_box = active.drawn_box();
 }
@@ -152,7 +186,14 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
   gappy.assign(faces.size(), 0);
   for (std::size_t f = 0; f < faces.size(); ++f) gappy[f] = faces[f].two_sided;
   active.mark_stretched(gappy);
+  const auto mark_moved = [&] {
+    for (std::uint32_t b = 0; !moved.empty() && b < base.chosen_count(); ++b) {
+      if (moved[base.face(b)]) moved_cells.mark(base.box(b));
+    }
+  };
+  mark_moved();
   base.choose(faces, gappy, report.weights, view);
+  mark_moved();
   const auto box_of = [&](std::uint32_t block) { return base.box(block); };
   for (std::uint32_t b = 0; b < base.chosen_count(); ++b) drawn_box = united(drawn_box, box_of(b));
   base_tiles.build(grid, base.chosen_count(), box_of);
@@ -171,10 +212,9 @@ const BaseTile* Warper::Impl::draw_base(std::span<const std::uint32_t> blocks, c
   return own.base.triangles > 0 ? &own.base : nullptr;
 }
 
-void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
-                             const DrawOptions& options, const Background& background,
-                             Frame& frame) {
-  const PixelBox box = grid.box(tile);
+void Warper::Impl::draw_tile(int tile, const PixelBox& tile_box, const PixelBox& box,
+                             const View& view, const DrawOptions& options,
+                             const Background& background, Frame& frame) {
   TileScratch& own = scratch.local();
   const auto blocks = options.base_layer ? base_tiles[tile] : std::span<const std::uint32_t>();
   bool anything = !blocks.empty();
@@ -192,9 +232,10 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
     if (chosen.empty()) continue;
     TileKeys& keys = own.keys[layers.count];
     RowSpans& spans = own.layer_spans[layers.count];
-    keys.clear(box);
+    keys.clear(tile_box, box);
     spans.clear(box);
     for (const std::uint32_t c : chosen) {
+      if (intersected(camera.chunks[c].box, box).empty()) continue;
       spans.add(camera.chunks[c].box);
       splat_chunk(*camera.set, c, camera.chunks[c], faces[camera.set->chunks[c].patch.face],
                   static_cast<float>(view.near_mm), layers.tie_mm, keys);
@@ -206,15 +247,17 @@ void Warper::Impl::draw_tile(int tile, const TileGrid& grid, const View& view,
   clock.lap(own.times.splat);
   layers.base = draw_base(blocks, box, std::span(drawn).first(layers.count), view, own);
   clock.lap(own.times.base);
-  const ResolveCounts counts = resolve_tile(layers, own.spans, box, background, depth_mm, frame);
-  own.counts.sample_pixels += counts.sample_pixels;
-  own.counts.base_pixels += counts.base_pixels;
+  resolve_tile(layers, own.spans, box, background, depth_mm, frame);
   clock.lap(own.times.resolve);
 }
 
-Warper::Warper(const Bundle& bundle) {
+Warper::Warper(const Bundle& bundle)
+    : Warper(bundle, [&bundle](std::size_t camera) { return bundle.maps.at(camera); }) {
+  bind_all();  // while the bundle is there
+}
+Warper::Warper(const Bundle& bundle, ReadMaps read) {
   check_fit(bundle);
-  impl_ = std::make_unique<Impl>(bundle);
+  impl_ = std::make_unique<Impl>(bundle, std::move(read));
 }
 Warper::~Warper() = default;
 Warper::Warper(Warper&&) noexcept = default;
@@ -223,10 +266,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
                         const DrawOptions& options, Frame& frame) {
   Impl& s = *impl_;
   view.check();
-  if (positions.size() != s.deformed.vertices.size()) {
-    throw BadDataError("draw: " + std::to_string(positions.size()) + " positions for a proxy of " +
-                       std::to_string(s.deformed.vertices.size()) + " vertices");
-  }
+  check_positions(positions, s.at_rest);
   if (s.serial != 0 && frame.serial == s.serial && view == s.last_view &&
       positions == s.deformed.vertices && options == s.last_options) {
     DrawReport report = s.last_report;
@@ -234,10 +274,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
     report.times = {};
     return report;
   }
-  for (const Eigen::Vector3d& p : positions) {
-    if (!p.allFinite()) throw BadDataError("draw: a proxy vertex is not finite");
-  }
   DrawReport report;
+  const bool continued = s.continues(view, options, frame);
   frame.serial = 0;
   s.deformed.vertices = positions;
   const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
@@ -251,33 +289,36 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.depth_mm.resize(pixels);
 
   const TileGrid grid(width, height);
+  const Background background(options.background);
   PhaseClock clock(options.measure);
   s.choose_cameras(view, report);
+  if (continued) s.finish.undo(background, s.depth_mm, frame);
+  s.place_faces(view, continued);
   s.place_samples(view, grid, report);
   clock.lap(report.times.transform);
   s.place_base(view, grid, report);
   clock.lap(report.times.base);
-  for (TileScratch& one : s.scratch) one.times = {}, one.counts = {}, one.base_triangles = 0;
-  const Background background(options.background);
-  tbb::parallel_for(0, grid.count(),
-                    [&](int t) { s.draw_tile(t, grid, view, options, background, frame); });
+  for (TileScratch& one : s.scratch) one.times = {}, one.base_triangles = 0;
+  std::atomic<int> drawn = 0;
+  tbb::parallel_for(0, grid.count(), [&](int t) {
+    const PixelBox part = s.moved_cells.within(grid.box(t));
+    if (part.empty()) return;
+    s.draw_tile(t, grid.box(t), part, view, options, background, frame);
+    ++drawn;
+  });
   for (const TileScratch& one : s.scratch) {
     report.times.splat += one.times.splat;
     report.times.base += one.times.base;
     report.times.resolve += one.times.resolve;
-    report.sample_pixels += one.counts.sample_pixels;
-    report.base_pixels += one.counts.base_pixels;
     report.base_triangles += one.base_triangles;
   }
+  report.tiles_drawn = drawn;
+  report.tiles_kept = grid.count() - drawn;
+  report.sample_pixels = count_cover(frame, s.drawn_box, Cover::samples);
+  report.base_pixels = count_cover(frame, s.drawn_box, Cover::base);
   clock.restart();
-  if (options.fill_holes) {
-    open_see_through(s.drawn_box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame);
-  }
-  const std::size_t slits = fill_slits(s.drawn_box, options.fill_holes, frame);
-  const HoleCounts holes = fill_holes(s.drawn_box, options.fill_holes, frame);
-  report.holes_before = slits + holes.before;
-  report.holes_after = holes.after;
-  if (!options.solids.empty()) draw_solids(options.solids, view, frame);
+  s.finish.apply(view, options, s.drawn_box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame,
+                 report);
   clock.lap(report.times.fill);
 
   s.last_view = view;
@@ -289,19 +330,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   return report;
 }
 
-std::size_t Warper::sample_count() const {
-  std::size_t count = 0;
-  for (const SampleSet& set : impl_->sets) count += set.sample_count;
-  return count;
-}
-
-std::size_t Warper::memory_bytes() const {
-  std::size_t bytes = 0;
-  for (const SampleSet& set : impl_->sets) {
-    bytes += set.b1.size() * (3 * sizeof(float) + sizeof(PackedDetail)) +
-             set.chunks.size() * sizeof(Chunk);
-  }
-  return bytes;
-}
+void Warper::bind_all() { impl_->store.require_all(); }
+void Warper::bind_ahead() { impl_->store.make_ahead(); }
 
 }  // namespace organbake

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -17,10 +18,11 @@ namespace organbake {
 
 enum class WarpMethod : std::uint8_t {
   bound,  // forward splats of samples bound to the proxy's shell
+  paper,  // the paper's screen-space chain (paper_warp.h), the baseline
 };
 
 struct DrawOptions {
-  WarpMethod method = WarpMethod::bound;
+  WarpMethod method = WarpMethod::bound;                  // Player::draw() chooses by it
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
@@ -38,14 +40,16 @@ struct DrawTimes {
 };
 
 struct DrawReport {
-  bool unchanged = false;         // same view, positions and options: the frame was left alone
-  ViewWeights weights;            // the cameras in use
-  std::size_t samples_drawn = 0;  // of chunks that were drawn
+  bool unchanged = false;  // same view, positions and options: the frame was left alone
+  // Tiles of which anything was drawn, and those that stayed since nothing moved there.
+  int tiles_drawn = 0, tiles_kept = 0;
+  ViewWeights weights;                  // the cameras in use
+  std::size_t samples_drawn = 0;        // of chunks that were drawn
   std::size_t samples_facing_away = 0;  // skipped in whole chunks
   std::size_t samples_outside_view = 0;
   // Per active camera and face: skipped in whole, by what skipped its last chunk.
   std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
-  std::size_t base_triangles = 0;
+  std::size_t base_triangles = 0;  // drawn
   std::size_t sample_pixels = 0, base_pixels = 0;
   std::size_t holes_before = 0, holes_after = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel
@@ -57,24 +61,34 @@ struct DrawReport {
 // any number of threads. One draw() at a time.
 class Warper {
  public:
-  // Binds every sample. The maps are not needed afterwards. Throws BadDataError when a camera's
-  // maps don't fit its size or the proxy.
+  // Binds every sample of the bundle's maps, which are not needed afterwards. Throws BadDataError
+  // when they or the base layer don't fit the cameras or the proxy.
   explicit Warper(const Bundle& bundle);
+  // Takes everything but the maps from the bundle, and asks for a camera's maps when a view first
+  // needs them. `read` may be called from any thread, for several cameras at once.
+  using ReadMaps = std::function<CameraMaps(std::size_t camera)>;
+  Warper(const Bundle& bundle, ReadMaps read);
   ~Warper();
   Warper(Warper&&) noexcept;
 
   // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options,
-  // BadDataError for a wrong number of positions or one that is not finite.
+  // BadDataError for a wrong number of positions or one that is not finite, and what reading and
+  // binding a camera's maps throws.
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
 
-  std::size_t sample_count() const;
-  std::size_t memory_bytes() const;  // held by the bound samples
+  // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
+  // then never waits. Frames are the same either way.
+  void bind_all();
+  void bind_ahead();
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+// Texels of less confidence are not drawn: of 255 it rounds to 0.
+inline constexpr float kLeastConfidence = 0.5f / 255;
 
 // Shares below this are dropped and the others drawn up to it, continuously: a camera that hardly
 // counts is not worth its samples.

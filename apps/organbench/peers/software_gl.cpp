@@ -84,15 +84,15 @@ struct SoftwareGl::Impl {
   int width = 0, height = 0;
   std::vector<float> upload;
 
-  void open(int threads);
+  void open();
   void make_target();
   void make_mesh(const TriangleMesh& mesh);
 };
 
-void SoftwareGl::Impl::open(int threads) {
+void SoftwareGl::Impl::open() {
   ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
   ::setenv("GALLIUM_DRIVER", "llvmpipe", 1);
-  ::setenv("LP_NUM_THREADS", std::to_string(threads == 1 ? 0 : threads).c_str(), 1);
+  ::setenv("LP_NUM_THREADS", "0", 1);
   display = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
   must(display != EGL_NO_DISPLAY && eglInitialize(display, nullptr, nullptr), "opening EGL");
   must(eglBindAPI(EGL_OPENGL_API), "asking for OpenGL");
@@ -162,12 +162,12 @@ void SoftwareGl::Impl::make_mesh(const TriangleMesh& mesh) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
 }
 
-SoftwareGl::SoftwareGl(const TriangleMesh& mesh, int width, int height, int threads)
+SoftwareGl::SoftwareGl(const TriangleMesh& mesh, int width, int height)
     : impl_(std::make_unique<Impl>()) {
   impl_->width = width;
   impl_->height = height;
   impl_->upload.resize(3 * mesh.vertices.size());
-  impl_->open(threads);
+  impl_->open();
   impl_->make_target();
   impl_->make_mesh(mesh);
 }

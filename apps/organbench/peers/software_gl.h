@@ -11,12 +11,11 @@
 namespace organbake {
 
 // Mesa's llvmpipe through EGL without a display: the textured mesh drawn as a game engine draws it,
-// its vertices uploaded anew each frame. A process keeps the number of threads that its first
-// context was made with.
+// its vertices uploaded anew each frame. It draws on the thread that calls.
 class SoftwareGl {
  public:
   // Throws Error when no software renderer can be had; says why.
-  SoftwareGl(const TriangleMesh& mesh, int width, int height, int threads);
+  SoftwareGl(const TriangleMesh& mesh, int width, int height);
   ~SoftwareGl();
 
   // positions: one per vertex, mm. Returns when the picture is done.

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbench/suites/player_bundles.h"
 
-#include "core/error.h"
 #include "core/files.h"
-#include "pipelines/worker_process.h"
 
 namespace organbake {
 namespace {
@@ -22,38 +20,25 @@ bundle: {surface: true}
 
 }  // namespace
 
-PlayerBundles::PlayerBundles(const Bench& bench) : bench_(bench), programs_(program_folder()) {
-  if (!fs::exists(program("organbake"))) {
-    throw NoInputError(program("organbake"), "is not there; the suite bakes its bundles with it");
-  }
-  write_file_atomically(bench_.scratch() / "recipe.yaml", kRecipe);
-}
+PlayerBundles::PlayerBundles(const Bench& bench) : bench_(bench), baker_(bench, kRecipe) {}
 
-fs::path PlayerBundles::program(const std::string& name) const { return programs_ / name; }
+fs::path PlayerBundles::program(const std::string& name) const { return program_folder() / name; }
 
 fs::path PlayerBundles::folder(const BakeChoice& choice) {
   const std::string faces = std::to_string(choice.faces), size = std::to_string(choice.map_size);
   const fs::path folder = bench_.scratch() / (choice.method + "-" + faces + "-" + size);
   if (fs::exists(folder)) return folder;
   bench_.now("baking " + faces + " faces (" + choice.method + "), maps of " + size + "²");
-  const fs::path log = bench_.scratch() / "bake.log";
-  std::vector<std::string> command = {program("organbake"),
-                                      "bake",
-                                      bench_.scratch() / "recipe.yaml",
-                                      "-o",
-                                      folder,
-                                      "--quiet",
-                                      "--cache",
-                                      bench_.scratch() / "cache"};
+  std::vector<std::string> arguments;
   // The truth's colours are as fine as the largest maps' texels, or it would be the blurred one.
   for (const std::string& value :
        {"decimate.faces=" + faces, "decimate.method=" + choice.method, "place.size=" + size,
         std::string("phantom.size=") + (bench_.quick() ? "96,96,40" : "256,256,96"),
         std::string("phantom.photo_size=") + (bench_.quick() ? "256" : "1024"),
         std::string("capture.surface_edge=") + (bench_.quick() ? "2" : "0.7")}) {
-    command.insert(command.end(), {"--set", value});
+    arguments.insert(arguments.end(), {"--set", value});
   }
-  run_worker(command, bench_.scratch() / "bake.out", log, bench_.context());
+  baker_.bake(folder, arguments);
   return folder;
 }
 

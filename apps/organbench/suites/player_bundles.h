@@ -5,6 +5,7 @@
 #include <string>
 
 #include "organbench/bench.h"
+#include "organbench/suites/baker.h"
 
 namespace organbake {
 
@@ -14,14 +15,15 @@ struct BakeChoice {
   int map_size = 1024;            // px
 };
 
-// Bundles of the phantom organ, baked as users bake them: by the organbake that lies beside this
-// program, into the suite's folder.
+// Bundles of the phantom organ, baked as users bake them.
 class PlayerBundles {
  public:
   // Throws NoInputError when there is no organbake.
   explicit PlayerBundles(const Bench& bench);
 
   static constexpr int kCameras = 8;
+  // Of the maps that are measured, px: quick runs take small ones.
+  int map_size() const { return bench_.quick() ? 256 : 1024; }
   // Baked when first asked for. Throws Error with organbake's own words when it fails.
   std::filesystem::path folder(const BakeChoice& choice);
   // A program that lies beside this one.
@@ -29,7 +31,7 @@ class PlayerBundles {
 
  private:
   const Bench& bench_;
-  std::filesystem::path programs_;
+  Baker baker_;
 };
 
 }  // namespace organbake

@@ -94,6 +94,7 @@ void OrganView::advance(Display& display) {
   const bool runs = !paused_ && against_ == Against::nothing && ++tick_ % slowness_ == 0;
   const Eigen::Vector2i size = display.size_px();
   last_ = session_.advance(runs || step_once_, size.x(), size.y(), options_);
+  player_.load_ahead();  // once there is something to look at
   if (runs || step_once_) {
     force_n_ = 0;
     for (const Eigen::Vector3d& force : last_.step.tip_force_n) force_n_ += force.norm();

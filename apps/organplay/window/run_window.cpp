@@ -41,14 +41,15 @@ void run_window(const WindowCommand& command, const RunContext& context) {
   Pace pace;
   while (!context.cancelled() && display.begin_frame()) {
     if (display.pressed('Q') || display.pressed(Display::kEscape)) display.ask_to_close();
-    if (view) {
-      view->show(display);
-    } else if (const std::string folder = start.show(problem); !folder.empty()) {
-      try {
+    try {
+      if (view) {
+        view->show(display);
+      } else if (const std::string folder = start.show(problem); !folder.empty()) {
         view = std::make_unique<OrganView>(folder, command.save_folder);
-      } catch (const Error& error) {
-        problem = error.what();
       }
+    } catch (const Error& error) {  // of a bundle, perhaps of a camera that came late
+      view.reset();
+      problem = error.what();
     }
     display.end_frame();
     pace.wait();

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <ImfFrameBuffer.h>
 #include <ImfInputFile.h>
 #include <ImfStandardAttributes.h>
 
@@ -50,6 +51,52 @@ TEST_F(Exr, LosslessCompressionsGiveEveryBitBack) {
     EXPECT_EQ(back.uints("face", "a"), image.uints("face", "a"));
     EXPECT_TRUE(back.find("R")->half);
   }
+}
+
+// Blocks of all kinds: smooth ones that shrink, noise that does not, a last block cut short, halves
+// that are no ordinary numbers; each as OpenEXR itself reads them.
+TEST_F(Exr, ZipIsUndoneAsOpenExrDoesIt) {
+  constexpr int kWidth = 53, kHeight = 41;
+  ChannelImage image{kWidth, kHeight, {}};
+  std::vector<float> smooth, odd;
+  std::vector<std::uint32_t> noise;
+  RandomStream random(11);
+  const std::vector<float> special = {0.0f, -0.0f, kInfinity, -kInfinity, 5.9604645e-8f, 65504.0f};
+  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
+    smooth.push_back(100 + 0.25f * static_cast<float>(i % kWidth));
+    odd.push_back(special[random.below(special.size())]);
+    noise.push_back(static_cast<std::uint32_t>(random.below(std::uint64_t{1} << 32)));
+  }
+  image.channels = {{"Y", smooth, false}, {"R", odd, true}, {"face", noise, false}};
+  write_exr(at("a.exr"), image);
+
+  std::vector<float> expected(image.pixel_count());
+  Imf::InputFile file(at("a.exr").c_str());
+  Imf::FrameBuffer frame;
+  frame.insert("R", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(expected.data()), 4,
+                               std::size_t{4} * kWidth));
+  file.setFrameBuffer(frame);
+  file.readPixels(0, kHeight - 1);
+
+  const ChannelImage back = read_exr(at("a.exr"));
+  EXPECT_EQ(back.floats("Y", "a"), smooth);
+  EXPECT_EQ(back.uints("face", "a"), noise);
+  EXPECT_EQ(back.floats("R", "a"), expected);
+}
+
+TEST_F(Exr, ReadsTheChannelsThatAreAskedFor) {
+  const ChannelImage image = sample(37, 21);
+  write_exr(at("a.exr"), image);
+  const ChannelImage back = parse_exr(read_file(at("a.exr")), "a.exr", 1 << 16, {"face", "Z"});
+  ASSERT_EQ(back.channels.size(), 1u);
+  EXPECT_EQ(back.uints("face", "a"), image.uints("face", "a"));
+}
+
+TEST_F(Exr, ADamagedBlockIsBadData) {
+  write_exr(at("a.exr"), sample(24, 18));
+  auto bytes = read_file(at("a.exr"));
+  bytes[bytes.size() - 20] ^= std::byte{1};  // within the last block
+  EXPECT_THROW(parse_exr(bytes, "a.exr"), BadDataError);
 }
 
 TEST_F(Exr, Pxr24KeepsDepthWithinItsPromise) {

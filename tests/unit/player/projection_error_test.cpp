@@ -15,6 +15,9 @@ namespace {
 // with lumps stays within a small part of a pixel, while 80 flat faces are off by whole ones.
 constexpr double kImageBasedPx = 0.2;
 constexpr double kPolygonsPx = 0.8;
+// Where a camera grazes the skin a texel's worth of depth, 1.2 mm, is in doubt: 2 pixels from the
+// side. A vertex taken for the surface before it, from over the horizon, would be off by more.
+constexpr double kGrazingPx = 2;
 
 class ProjectionErrorTest : public testing::Test {
  protected:
@@ -30,6 +33,7 @@ TEST_F(ProjectionErrorTest, ImageBasedBeatsPolygonsAllRound) {
     EXPECT_GT(e.image_based.vertices, 8 * e.visible / 10);  // the rest lies at silhouettes
     EXPECT_EQ(e.without_map + e.image_based.vertices, e.visible);
     EXPECT_LT(e.image_based.mean_px, kImageBasedPx) << angle;
+    EXPECT_LT(e.image_based.max_px, kGrazingPx) << angle;
     EXPECT_GT(e.polygons.mean_px, kPolygonsPx) << angle;
   }
 }

@@ -13,7 +13,7 @@ void check_tile(const PixelBox& tile) {
   RandomStream random(std::uint64_t(tile.width()) * 1000 + tile.height());
   std::array<TileKeys, 2> layers;
   for (TileKeys& layer : layers) {
-    layer.clear(tile);
+    layer.clear(tile, tile);
     for (std::uint64_t& key : layer.keys) {
       if (random.uniform(0, 1) < 0.7) key = 12345;  // the guard band too: it must not count
     }

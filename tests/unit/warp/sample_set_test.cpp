@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "unit/warp/synthetic_bundle.h"
@@ -126,9 +127,8 @@ CameraMaps flat_map(Light&& light) {
 TEST(TexelDetail, DifferencesOfARampAndAParabolaAreExact) {
   const CameraMaps maps =
       flat_map([](int x, int y) { return 20.0f + 6.0f * x + 2.0f * static_cast<float>(y * y); });
-  const MapNeighbours neighbours(maps, 100);
-  const std::uint32_t texel = 3 * 8 + 4;  // row 3, column 4
-  const TexelDetail detail = neighbours.detail(texel, neighbours.same_surface(texel));
+  const MapDetail all(maps, 100);
+  const auto detail = std::bit_cast<TexelDetail>(all.texels[3 * 8 + 4]);  // row 3, column 4
   EXPECT_EQ(detail.red, 20 + 24 + 18);
   EXPECT_EQ(detail.confidence, 255);
   EXPECT_EQ(detail.along_u[0], 6);
@@ -142,12 +142,27 @@ TEST(TexelDetail, NoDifferenceCrossesADepthEdge) {
   for (int y = 0; y < 8; ++y) {
     for (int x = 4; x < 8; ++x) maps.depth_mm[8 * y + x] = 150;
   }
-  const MapNeighbours neighbours(maps, 100);
-  const std::uint32_t texel = 2 * 8 + 3;  // the last before the edge
-  const SameSurface same = neighbours.same_surface(texel);
-  EXPECT_TRUE(same.left);
-  EXPECT_FALSE(same.right);
-  EXPECT_EQ(neighbours.detail(texel, same).along_u[0], 0);
+  maps.depth_mm[2 * 8 + 2] = 99;
+  const MapDetail all(maps, 100);
+  const std::size_t texel = 2 * 8 + 3;  // the last before the edge
+  EXPECT_EQ(std::bit_cast<TexelDetail>(all.texels[texel]).along_u[0], 0);
+  EXPECT_EQ(all.slope_u[texel], 1);  // from its left neighbour alone
+}
+
+TEST(TexelDetail, ATexelAloneHasNoSlopeAndBackgroundIsNoNeighbour) {
+  CameraMaps maps = flat_map([](int x, int) { return 20.0f + 10.0f * x; });
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    if (i == 3 * 8 + 4) continue;
+    maps.face[i] = kNoFace;
+    maps.depth_mm[i] = std::numeric_limits<float>::infinity();
+  }
+  const MapDetail all(maps, 100);
+  EXPECT_TRUE(std::isnan(all.slope_u[3 * 8 + 4]));
+  EXPECT_TRUE(std::isnan(all.slope_v[3 * 8 + 4]));
+  const auto detail = std::bit_cast<TexelDetail>(all.texels[3 * 8 + 4]);
+  EXPECT_EQ(detail.red, 60);
+  EXPECT_EQ(detail.along_u[0], 0);
+  EXPECT_EQ(detail.curve_u[0], 0);
 }
 
 TEST(PixelKey, KeepsDepthOffsetsAndSlot) {

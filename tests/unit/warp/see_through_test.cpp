@@ -11,24 +11,28 @@
 namespace organbake {
 namespace {
 
-constexpr int kWidth = 600, kHeight = 80;
+constexpr int kPictureWidth = 600, kPictureHeight = 80;
 constexpr float kDeeperMm = 4;
 
 struct Picture {
   Frame frame;
-  std::vector<float> depth_mm = std::vector<float>(std::size_t(kWidth) * kHeight, 100);
+  std::vector<float> depth_mm =
+      std::vector<float>(std::size_t(kPictureWidth) * kPictureHeight, 100);
 
   Picture() {
-    frame.color = Rgb8Image(kWidth, kHeight);
+    frame.color = Rgb8Image(kPictureWidth, kPictureHeight);
     frame.cover.assign(depth_mm.size(), Cover::samples);
   }
   void set_depth(int x0, int y0, int x1, int y1, float depth) {
     for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x) depth_mm[std::size_t(y) * kWidth + x] = depth;
+      for (int x = x0; x < x1; ++x) depth_mm[std::size_t(y) * kPictureWidth + x] = depth;
     }
   }
   std::size_t open() {
-    return open_see_through({0, 0, kWidth, kHeight}, depth_mm, kDeeperMm, frame);
+    const auto found =
+        find_see_through({0, 0, kPictureWidth, kPictureHeight}, depth_mm, kDeeperMm, frame);
+    for (const std::uint32_t pixel : found) frame.cover[pixel] = Cover::background;
+    return found.size();
   }
 };
 
@@ -45,19 +49,20 @@ TEST(SeeThrough, OpensSlitsAlongRowsAndColumns) {
 
 TEST(SeeThrough, LeavesStepsSlopesAndWideGapsAlone) {
   Picture picture;
-  picture.set_depth(0, 0, 100, kHeight, 150);  // a step: an outline before something farther
-  picture.set_depth(200, 20, 206, 60, 150);    // a gap between two lobes
-  for (int x = 300; x < 400; ++x) picture.set_depth(x, 0, x + 1, kHeight, 100 + 1.5f * (x - 300));
+  picture.set_depth(0, 0, 100, kPictureHeight, 150);  // a step: an outline before something farther
+  picture.set_depth(200, 20, 206, 60, 150);           // a gap between two lobes
+  for (int x = 300; x < 400; ++x)
+    picture.set_depth(x, 0, x + 1, kPictureHeight, 100 + 1.5f * (x - 300));
   EXPECT_EQ(picture.open(), 0u);
 }
 
 TEST(SeeThrough, TheBackgroundIsNoSide) {
   Picture picture;
-  picture.set_depth(50, 0, 52, kHeight, 150);
-  for (int y = 0; y < kHeight; ++y) {
+  picture.set_depth(50, 0, 52, kPictureHeight, 150);
+  for (int y = 0; y < kPictureHeight; ++y) {
     for (int x = 0; x < 50; ++x) {
-      picture.frame.cover[std::size_t(y) * kWidth + x] = Cover::background;
-      picture.depth_mm[std::size_t(y) * kWidth + x] = 1;  // stale
+      picture.frame.cover[std::size_t(y) * kPictureWidth + x] = Cover::background;
+      picture.depth_mm[std::size_t(y) * kPictureWidth + x] = 1;  // stale
     }
   }
   EXPECT_EQ(picture.open(), 0u);

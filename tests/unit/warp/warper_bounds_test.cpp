@@ -12,17 +12,17 @@
 namespace organbake {
 namespace {
 
-const Bundle& organ() {
+const Bundle& bounds_organ() {
   static const Bundle bundle = make_synthetic_bundle({.organ = {}, .map_size = 64});
   return bundle;
 }
 
 View front(int width, int height, double away = 1) {
-  return view_round(organ().cameras, 0.3, 0.2, away, width, height);
+  return view_round(bounds_organ().cameras, 0.3, 0.2, away, width, height);
 }
 
 DrawReport draw(const View& view, Frame& frame) {
-  return Warper(organ()).draw(organ().proxy.vertices, view, {}, frame);
+  return Warper(bounds_organ()).draw(bounds_organ().proxy.vertices, view, {}, frame);
 }
 
 TEST(WarperBounds, AnyPictureSizeWorks) {
@@ -45,18 +45,18 @@ TEST(WarperBounds, AnEyeAtTheSkinInsideAndAtTheCentreIsHarmless) {
 }
 
 TEST(WarperBounds, EverySampleIsDrawnOrCountedAsSkipped) {
-  Warper warper(organ());
+  Warper warper(bounds_organ());
   const auto total = [](const DrawReport& r) {
     return r.samples_drawn + r.samples_facing_away + r.samples_outside_view;
   };
   Frame frame;
-  const DrawReport seen = warper.draw(organ().proxy.vertices, front(200, 150), {}, frame);
+  const DrawReport seen = warper.draw(bounds_organ().proxy.vertices, front(200, 150), {}, frame);
   EXPECT_GT(seen.samples_drawn, 0u);
   EXPECT_GT(seen.samples_facing_away, 0u);
   EXPECT_EQ(seen.samples_outside_view, 0u);
   View aside = front(200, 150);
   aside.camera.intrinsics.cx = 1e5;  // looks past the organ
-  const DrawReport missed = warper.draw(organ().proxy.vertices, aside, {}, frame);
+  const DrawReport missed = warper.draw(bounds_organ().proxy.vertices, aside, {}, frame);
   EXPECT_EQ(missed.samples_drawn, 0u);
   EXPECT_EQ(missed.sample_pixels + missed.base_pixels, 0u);
   EXPECT_EQ(total(missed), total(seen));
@@ -79,48 +79,49 @@ TEST(WarperBounds, BadViewsAreRefused) {
 }
 
 TEST(WarperBounds, BadPositionsAreRefusedAndTheNextFrameIsFine) {
-  Warper warper(organ());
+  Warper warper(bounds_organ());
   Frame frame;
-  auto positions = organ().proxy.vertices;
+  auto positions = bounds_organ().proxy.vertices;
   positions[5].z() = std::numeric_limits<double>::infinity();
   EXPECT_THROW(warper.draw(positions, front(64, 64), {}, frame), BadDataError);
   positions.pop_back();
   EXPECT_THROW(warper.draw(positions, front(64, 64), {}, frame), BadDataError);
-  EXPECT_GT(warper.draw(organ().proxy.vertices, front(64, 64), {}, frame).sample_pixels, 0u);
+  EXPECT_GT(warper.draw(bounds_organ().proxy.vertices, front(64, 64), {}, frame).sample_pixels, 0u);
 }
 
 TEST(WarperBounds, CollapsedAndInvertedProxiesDoNotCrash) {
-  Warper warper(organ());
+  Warper warper(bounds_organ());
   Frame frame;
-  std::vector<Eigen::Vector3d> point(organ().proxy.vertices.size(), Eigen::Vector3d(10, -20, 30));
+  std::vector<Eigen::Vector3d> point(bounds_organ().proxy.vertices.size(),
+                                     Eigen::Vector3d(10, -20, 30));
   EXPECT_NO_THROW(warper.draw(point, front(128, 128), {}, frame));
-  auto inverted = organ().proxy.vertices;
+  auto inverted = bounds_organ().proxy.vertices;
   for (auto& v : inverted) v = 2 * Eigen::Vector3d(10, -20, 30) - v;
   EXPECT_NO_THROW(warper.draw(inverted, front(128, 128), {}, frame));
-  auto far = organ().proxy.vertices;
+  auto far = bounds_organ().proxy.vertices;
   for (auto& v : far) v *= 1e12;
   EXPECT_NO_THROW(warper.draw(far, front(128, 128), {}, frame));
 }
 
 TEST(WarperBounds, MapsThatDoNotFitAreRefused) {
-  Bundle bundle = organ();
+  Bundle bundle = bounds_organ();
   bundle.maps[2].depth_mm.pop_back();
   EXPECT_THROW(Warper{bundle}, BadDataError);
-  bundle = organ();
+  bundle = bounds_organ();
   bundle.maps.pop_back();
   EXPECT_THROW(Warper{bundle}, BadDataError);
-  bundle = organ();
+  bundle = bounds_organ();
   for (auto& face : bundle.maps[0].face) {
     if (face != kNoFace) face = 1000;
   }
   EXPECT_THROW(Warper{bundle}, BadDataError);
-  bundle = organ();
+  bundle = bounds_organ();
   bundle.base.color.pop_back();
   EXPECT_THROW(Warper{bundle}, BadDataError);
 }
 
 TEST(WarperBounds, AnOrganNobodySawDrawsBackground) {
-  Bundle bundle = organ();
+  Bundle bundle = bounds_organ();
   for (CameraMaps& maps : bundle.maps) std::fill(maps.face.begin(), maps.face.end(), kNoFace);
   bundle.base = {};
   Frame frame;

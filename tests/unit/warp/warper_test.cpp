@@ -67,6 +67,45 @@ TEST(Warper, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_EQ(one.cover, two.cover);
 }
 
+// A frame after another of the same view draws the tiles that moved alone; byte for byte it is the
+// frame that a new warper draws.
+TEST(Warper, AFrameThatContinuesTheLastOneHasTheSameBytes) {
+  const Bundle& organ = lumpy_organ();
+  const View view = view_from(organ, {0.4, -1, 0.3}, 640);
+  const auto rest = organ.proxy.vertices;
+  auto one_moved = rest;  // and with it the faces round its neighbours, whose normals turn
+  one_moved[0] += Eigen::Vector3d(0, 0, 4);
+  DrawOptions with_tool = on_black();
+  with_tool.solids = {{.from = rest[0], .to = rest[0] + Eigen::Vector3d(0, -60, 0)}};
+  DrawOptions other_tool = with_tool;
+  other_tool.solids[0].to.x() += 20;
+  Warper warper(organ);
+  Frame frame;
+  int kept = 0;
+  const auto expect_as_new = [&](const std::vector<Eigen::Vector3d>& positions,
+                                 const DrawOptions& options) {
+    Warper fresh(organ);
+    Frame expected;
+    const DrawReport a = warper.draw(positions, view, options, frame);
+    const DrawReport b = fresh.draw(positions, view, options, expected);
+    EXPECT_EQ(frame.color.pixels, expected.color.pixels);
+    EXPECT_EQ(frame.cover, expected.cover);
+    EXPECT_EQ(frame.depth_mm, expected.depth_mm);
+    EXPECT_EQ(a.sample_pixels, b.sample_pixels);
+    EXPECT_EQ(a.base_pixels, b.base_pixels);
+    EXPECT_EQ(a.holes_before, b.holes_before);
+    kept += a.tiles_kept;
+  };
+  for (const auto& positions :
+       {rest, one_moved, dented(organ.proxy, {0, -1, 0}, 15), one_moved, rest})
+    expect_as_new(positions, on_black());
+  for (const auto& options : {with_tool, other_tool, with_tool, on_black()}) {
+    expect_as_new(rest, options);
+    expect_as_new(one_moved, options);
+  }
+  EXPECT_GT(kept, 0);
+}
+
 TEST(Warper, LeavesNoHolesAtRestOrDented) {
   Warper warper(lumpy_organ());
   Frame frame;

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/finish.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "warp/hole_fill.h"
+#include "warp/see_through.h"
+#include "warp/slit_fill.h"
+#include "warp/warper.h"
+
+namespace organbake {
+namespace {
+
+float depth_at(const Frame& frame, std::size_t pixel) {
+  return frame.depth_mm.empty() ? 0 : frame.depth_mm[pixel];
+}
+
+}  // namespace
+
+void Finish::open(const PixelBox& drawn, const std::vector<float>& depth_mm, float deeper_mm,
+                  Frame& frame) {
+  for (const std::uint32_t pixel : find_see_through(drawn, depth_mm, deeper_mm, frame)) {
+    const std::uint8_t* const rgb = &frame.color.pixels[3 * std::size_t(pixel)];
+    opened_.push_back(
+        {pixel, {rgb[0], rgb[1], rgb[2]}, frame.cover[pixel], depth_at(frame, pixel)});
+    frame.cover[pixel] = Cover::background;
+  }
+}
+
+void Finish::keep(const PixelBox& box, const Frame& frame) {
+  for (int y = box.y0; y < box.y1; ++y) {
+    for (int x = box.x0; x < box.x1; ++x) {
+      const std::size_t at = std::size_t(y) * frame.color.width + x;
+      const std::uint8_t* const rgb = frame.color.at(x, y);
+      hidden_.push_back({static_cast<std::uint32_t>(at),
+                         {rgb[0], rgb[1], rgb[2]},
+                         frame.cover[at],
+                         frame.depth_mm[at]});
+    }
+  }
+}
+
+void Finish::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
+                   const std::vector<float>& depth_mm, float deeper_mm, Frame& frame,
+                   DrawReport& report) {
+  drawn_ = drawn;
+  opened_.clear();
+  hidden_.clear();
+  if (options.fill_holes) open(drawn, depth_mm, deeper_mm, frame);
+  const std::size_t slits = fill_slits(drawn, options.fill_holes, frame);
+  const HoleCounts holes = fill_holes(drawn, options.fill_holes, frame);
+  report.holes_before = slits + holes.before;
+  report.holes_after = holes.after;
+  if (options.solids.empty()) return;
+  keep(solids_box(options.solids, view), frame);
+  draw_solids(options.solids, view, frame);
+}
+
+void Finish::undo(const Background& background, const std::vector<float>& depth_mm,
+                  Frame& frame) const {
+  const auto restore = [&](const Pixel& pixel, float depth) {
+    std::copy(pixel.color.begin(), pixel.color.end(),
+              &frame.color.pixels[3 * std::size_t(pixel.at)]);
+    frame.cover[pixel.at] = pixel.cover;
+    if (!frame.depth_mm.empty()) frame.depth_mm[pixel.at] = depth;
+  };
+  for (const Pixel& pixel : hidden_) restore(pixel, pixel.depth);
+  constexpr float kNothing = std::numeric_limits<float>::infinity();
+  for (int y = drawn_.y0; y < drawn_.y1; ++y) {
+    const Cover* const row = frame.cover.data() + std::size_t(y) * frame.color.width;
+    const Cover* const end = row + drawn_.x1;
+    // Filled pixels are rare: the library finds the next one.
+    for (const Cover* at = row + drawn_.x0; at < end; ++at) {
+      at = static_cast<const Cover*>(std::memchr(at, static_cast<int>(Cover::filled), end - at));
+      if (!at) break;
+      restore({static_cast<std::uint32_t>(at - frame.cover.data()), background.color(),
+               Cover::background, 0},
+              kNothing);
+    }
+  }
+  for (const Pixel& pixel : opened_) restore(pixel, depth_mm[pixel.at]);
+}
+
+}  // namespace organbake

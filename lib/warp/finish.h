@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "warp/frame.h"
+#include "warp/pixel_box.h"
+#include "warp/resolve.h"
+#include "warp/solids.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+struct DrawOptions;
+struct DrawReport;
+
+// Nothing smooth falls this far from one pixel to the next and rises again.
+inline constexpr float kSeeThroughTexels = 8;
+
+// The last steps of a frame, after its tiles: slits opened, holes filled, tools drawn. Remembers
+// what it covers up, so that the next frame of the same view can take it back and draw the tiles
+// that changed alone.
+class Finish {
+ public:
+  // drawn: everything but the background. depth_mm: of covered pixels, one per pixel.
+  // deeper_mm: see open_see_through().
+  void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
+             const std::vector<float>& depth_mm, float deeper_mm, Frame& frame, DrawReport& report);
+  // The frame as it was before apply().
+  void undo(const Background& background, const std::vector<float>& depth_mm, Frame& frame) const;
+
+ private:
+  struct Pixel {
+    std::uint32_t at;
+    std::array<std::uint8_t, 3> color;
+    Cover cover;
+    float depth;
+  };
+  void keep(const PixelBox& box, const Frame& frame);
+  void open(const PixelBox& drawn, const std::vector<float>& depth_mm, float deeper_mm,
+            Frame& frame);
+
+  PixelBox drawn_;
+  std::vector<Pixel> opened_;  // as they were
+  std::vector<Pixel> hidden_;  // under the tools' box
+};
+
+}  // namespace organbake
