@@ -29,7 +29,9 @@ CameraSet write_pictures(const BundleReader& reader, const Bundle& frame, const 
   fs::create_directories(folder / "images");
   for (std::size_t c = 0; c < set.cameras.size(); ++c) {
     const std::string name = camera_folder(c) + ".png";
-    write_png(folder / "images" / name, picture_of(reader.read_maps(c, frame)));
+    write_png(folder / "images" / name,
+              picture_of(reader.read_maps(c, frame.cameras.cameras[c].intrinsics,
+                                          frame.proxy.faces.size())));
     set.images.push_back(name);
   }
   return set;

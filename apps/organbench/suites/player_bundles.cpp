@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbench/suites/player_bundles.h"
 
+#include <nlohmann/json.hpp>
+
 #include "core/files.h"
 
 namespace organbake {

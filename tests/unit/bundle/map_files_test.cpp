@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/files.h"
-#include "support/temporary_folder.h"
+#include "core/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "formats/camera_files.h"
 #include "formats/gltf.h"
 #include "formats/mesh_files.h"
@@ -17,7 +18,6 @@
 #include "geometry/shell_map.h"
 #include "image/srgb.h"
 #include "support/meshes.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

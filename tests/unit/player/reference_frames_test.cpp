@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/temporary_folder.h"
 #include "image/png.h"
-#include "support/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -46,14 +46,14 @@ TEST(LateCameras, AreReadWhenAViewNeedsThemAndOnce) {
   Warper late(without_maps(), source.reader()), early(late_organ());
   EXPECT_TRUE(source.asked.empty());
   Frame a, b;
-  for (const Eigen::Vector3d eye : {Eigen::Vector3d(0.4, -1, 0.3), {0.4, -1, 0.3}, {-1, 0.5, 0}}) {
+  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(0.4, -1, 0.3), {0.4, -1, 0.3}, {-1, 0.5, 0}}) {
     const View view = view_from(late_organ(), eye, 96);
     const DrawReport report = late.draw(late_organ().proxy.vertices, view, {}, a);
     early.draw(late_organ().proxy.vertices, view, {}, b);
     EXPECT_EQ(a.color.pixels, b.color.pixels);
     for (int i = 0; i < 3; ++i) {
-      if (report.weights.weights[i] > 0)
-        EXPECT_EQ(source.asked.count(report.weights.cameras[i]), 1u);
+      if (report.weights.weights[i] <= 0) continue;
+      EXPECT_EQ(source.asked.count(report.weights.cameras[i]), 1u);
     }
   }
   EXPECT_LT(source.asked.size(), late_organ().maps.size());
