@@ -68,7 +68,7 @@ std::string cells(const Quantities& columns, const Quantities& values) {
 }
 
 std::string timing_cells(const Timing& timing) {
-  if (timing.runs == 0) return cell("") + cell("") + cell("") + cell("");  // not the question here
+  if (timing.runs == 0) return cell("") + cell("") + cell("") + cell("");
   const Spread& wall = timing.wall_ms;
   return cell(number(wall.median) + " (" + number(wall.least) + "–" + number(wall.most) + ")") +
          cell(std::to_string(timing.runs)) + cell(number(timing.cpu_ms.median)) +
@@ -79,12 +79,15 @@ std::string points_table(const std::vector<Point>& points) {
   const Quantities knobs = columns(points, &Point::knobs), errors = columns(points, &Point::errors);
   std::string html = "<table><tr><th>who</th>";
   for (const Quantity& q : knobs) html += heading(q);
-  html += "<th>ms (least–most)</th><th>runs</th><th>CPU ms</th><th>peak MB</th>";
+  // What it took is not always the question.
+  const bool timed =
+      std::any_of(points.begin(), points.end(), [](const Point& p) { return p.timing.runs > 0; });
+  if (timed) html += "<th>ms (least–most)</th><th>runs</th><th>CPU ms</th><th>peak MB</th>";
   for (const Quantity& q : errors) html += heading(q);
   html += "</tr>";
   for (const Point& p : points) {
     html += "<tr>" + cell(p.subject + (p.peer ? " (peer)" : "")) + cells(knobs, p.knobs) +
-            timing_cells(p.timing) + cells(errors, p.errors) + "</tr>";
+            (timed ? timing_cells(p.timing) : "") + cells(errors, p.errors) + "</tr>";
   }
   return html + "</table>";
 }

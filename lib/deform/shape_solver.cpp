@@ -21,7 +21,7 @@ constexpr double kConverged_mm = 1e-4;  // local/global iterations stop below th
 constexpr double kFastestPerStep = 0.25;
 constexpr double kForesight = 0.8;  // of the last motion; 1 would leave the slow modes ringing
 constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther ahead are guesses
-constexpr double kRunaway = 1e3;          // diagonals away from rest: the state is lost
+constexpr double kRunaway = 10;           // diagonals away from rest: the state is lost
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
 const BaseLayer& checked(const TriangleMesh& proxy, const BaseLayer& base) {

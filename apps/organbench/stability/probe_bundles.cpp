@@ -162,7 +162,7 @@ double probe_deform(RandomStream& random, const ProbeFolder&) {
       farthest = std::max(farthest, moved);
     }
   }
-  return farthest / (3 * box.diagonal());
+  return farthest / (10 * box.diagonal());
 }
 
 double probe_warp(RandomStream& random, const ProbeFolder&) {
