@@ -13,7 +13,7 @@ void check_camera(const PosedCamera& camera) {
   constexpr double kRounding = 1e-6;  // what a pose keeps after a trip through a text file
   const Eigen::Matrix3d product = pose.rotation * pose.rotation.transpose();
   constexpr double kFarthest_mm = 1e9;  // beyond, rays overflow the floats they are traced in
-  if (!(pose.translation.cwiseAbs().maxCoeff() <= kFarthest_mm) ||
+  if (!pose.translation.allFinite() || pose.translation.cwiseAbs().maxCoeff() > kFarthest_mm ||
       !((product - Eigen::Matrix3d::Identity()).norm() < kRounding) ||
       pose.rotation.row(0).dot(pose.rotation.row(1).cross(pose.rotation.row(2))) < 0) {
     throw BadDataError("camera " + camera.name +

@@ -76,7 +76,8 @@ void check_volume(const Volume& volume, const std::string& name) {
     }
   }
   const Eigen::Matrix3d& d = volume.direction;
-  if (!d.allFinite() || !(volume.origin_mm.cwiseAbs().maxCoeff() <= kFarthestOrigin_mm)) {
+  if (!d.allFinite() || !volume.origin_mm.allFinite() ||
+      volume.origin_mm.cwiseAbs().maxCoeff() > kFarthestOrigin_mm) {
     throw BadDataError(name +
                        ": the volume's direction is not finite, or its origin is not within "
                        "1e9 mm");
