@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "core/error.h"
+#include "geometry/reach.h"
 
 namespace organbake {
 
@@ -12,8 +13,7 @@ void check_camera(const PosedCamera& camera) {
   const RigidTransform& pose = camera.camera_from_world;
   constexpr double kRounding = 1e-6;  // what a pose keeps after a trip through a text file
   const Eigen::Matrix3d product = pose.rotation * pose.rotation.transpose();
-  constexpr double kFarthest_mm = 1e9;  // beyond, rays overflow the floats they are traced in
-  if (!pose.translation.allFinite() || pose.translation.cwiseAbs().maxCoeff() > kFarthest_mm ||
+  if (!within_reach(pose.translation) ||
       !((product - Eigen::Matrix3d::Identity()).norm() < kRounding) ||
       pose.rotation.row(0).dot(pose.rotation.row(1).cross(pose.rotation.row(2))) < 0) {
     throw BadDataError("camera " + camera.name +

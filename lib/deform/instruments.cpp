@@ -7,11 +7,11 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "geometry/reach.h"
 
 namespace organbake::deform {
 namespace {
 
-constexpr double kFarthest_mm = 1e9;  // beyond it squares of lengths lose the organ's millimetres
 constexpr double kPieceOfRadius =
     0.5;  // a piece this long cannot bring the centre through the skin
 constexpr int kMostPieces = 64;
@@ -34,11 +34,11 @@ void check_tips(const std::vector<InstrumentTip>& tips) {
     const InstrumentTip& tip = tips[i];
     if (!tip.active) continue;
     const std::string name = "instrument tip " + std::to_string(i);
-    if (!tip.position_mm.allFinite() || tip.position_mm.cwiseAbs().maxCoeff() > kFarthest_mm) {
+    if (!within_reach(tip.position_mm)) {
       throw UsageError(name + " is at " + describe(tip.position_mm) +
                        " mm; give a finite position within 1e9 mm");
     }
-    if (!tip.axis_mm.allFinite() || tip.axis_mm.cwiseAbs().maxCoeff() > kFarthest_mm) {
+    if (!within_reach(tip.axis_mm)) {
       throw UsageError(name + " has the axis " + describe(tip.axis_mm) +
                        " mm; give a finite one within 1e9 mm, zero for a sphere");
     }

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "geometry/reach.h"
 #include "registration/global_search.h"
 #include "registration/point_pairs.h"
 #include "registration/pose_quality.h"
@@ -17,9 +18,7 @@ constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
 
 void check_photo(const PhotoToRegister& photo) {
   photo.intrinsics.check();
-  constexpr double kFarthest_mm = 1e9;
-  if (photo.start && (!photo.start->translation.allFinite() ||
-                      photo.start->translation.cwiseAbs().maxCoeff() > kFarthest_mm))
+  if (photo.start && !within_reach(photo.start->translation))
     throw BadDataError("the start is not within 1e9 mm; check its units");
   const auto size = [](int width, int height) {
     return std::to_string(width) + "×" + std::to_string(height);

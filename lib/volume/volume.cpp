@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "geometry/reach.h"
 
 namespace organbake {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 // at 300 mm.
 constexpr double kOrthonormalTolerance = 2e-4;
 // Beyond these no scan was made: the header is damaged, or its units are others.
-constexpr double kLeastSpacing_mm = 1e-6, kMostSpacing_mm = 1e6, kFarthestOrigin_mm = 1e9;
+constexpr double kLeastSpacing_mm = 1e-6, kMostSpacing_mm = 1e6;
 
 std::string in_voxels(const std::array<int, 3>& size) {
   return std::to_string(size[0]) + "×" + std::to_string(size[1]) + "×" + std::to_string(size[2]);
@@ -76,8 +77,7 @@ void check_volume(const Volume& volume, const std::string& name) {
     }
   }
   const Eigen::Matrix3d& d = volume.direction;
-  if (!d.allFinite() || !volume.origin_mm.allFinite() ||
-      volume.origin_mm.cwiseAbs().maxCoeff() > kFarthestOrigin_mm) {
+  if (!d.allFinite() || !within_reach(volume.origin_mm)) {
     throw BadDataError(name +
                        ": the volume's direction is not finite, or its origin is not within "
                        "1e9 mm");
