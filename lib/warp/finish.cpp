@@ -11,20 +11,19 @@
 #include "warp/warper.h"
 
 namespace organbake {
-namespace {
 
-float depth_at(const Frame& frame, std::size_t pixel) {
-  return frame.depth_mm.empty() ? 0 : frame.depth_mm[pixel];
+Finish::Pixel Finish::pixel_of(const Frame& frame, std::size_t at) {
+  const std::uint8_t* const rgb = &frame.color.pixels[3 * at];
+  return {static_cast<std::uint32_t>(at),
+          {rgb[0], rgb[1], rgb[2]},
+          frame.cover[at],
+          frame.depth_mm.empty() ? 0 : frame.depth_mm[at]};
 }
-
-}  // namespace
 
 void Finish::open(const PixelBox& drawn, const std::vector<float>& depth_mm, float deeper_mm,
                   Frame& frame) {
   for (const std::uint32_t pixel : find_see_through(drawn, depth_mm, deeper_mm, frame)) {
-    const std::uint8_t* const rgb = &frame.color.pixels[3 * std::size_t(pixel)];
-    opened_.push_back(
-        {pixel, {rgb[0], rgb[1], rgb[2]}, frame.cover[pixel], depth_at(frame, pixel)});
+    opened_.push_back(pixel_of(frame, pixel));
     frame.cover[pixel] = Cover::background;
   }
 }
@@ -32,12 +31,7 @@ void Finish::open(const PixelBox& drawn, const std::vector<float>& depth_mm, flo
 void Finish::keep(const PixelBox& box, const Frame& frame) {
   for (int y = box.y0; y < box.y1; ++y) {
     for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t at = std::size_t(y) * frame.color.width + x;
-      const std::uint8_t* const rgb = frame.color.at(x, y);
-      hidden_.push_back({static_cast<std::uint32_t>(at),
-                         {rgb[0], rgb[1], rgb[2]},
-                         frame.cover[at],
-                         frame.depth_mm[at]});
+      hidden_.push_back(pixel_of(frame, std::size_t(y) * frame.color.width + x));
     }
   }
 }

@@ -25,7 +25,7 @@ inline constexpr float kSeeThroughTexels = 8;
 class Finish {
  public:
   // drawn: everything but the background. depth_mm: of covered pixels, one per pixel.
-  // deeper_mm: see open_see_through().
+  // deeper_mm: see find_see_through().
   void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
              const std::vector<float>& depth_mm, float deeper_mm, Frame& frame, DrawReport& report);
   // The frame as it was before apply().
@@ -36,8 +36,9 @@ class Finish {
     std::uint32_t at;
     std::array<std::uint8_t, 3> color;
     Cover cover;
-    float depth;
+    float depth;  // 0 where the frame keeps none
   };
+  static Pixel pixel_of(const Frame& frame, std::size_t at);
   void keep(const PixelBox& box, const Frame& frame);
   void open(const PixelBox& drawn, const std::vector<float>& depth_mm, float deeper_mm,
             Frame& frame);

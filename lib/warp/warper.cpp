@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/warper.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <limits>
 
 #include "core/error.h"
 #include "warp/active_cameras.h"
@@ -15,34 +12,14 @@
 #include "warp/bundle_fit.h"
 #include "warp/finish.h"
 #include "warp/moved_cells.h"
-#include "warp/open_pixels.h"
+#include "warp/phase_clock.h"
 #include "warp/resolve.h"
 #include "warp/sample_store.h"
-#include "warp/splat.h"
+#include "warp/tile_drawing.h"
 #include "warp/tile_grid.h"
 
 namespace organbake {
 namespace {
-
-// Adds what has passed since the last lap to a phase, when asked to measure at all.
-class PhaseClock {
- public:
-  explicit PhaseClock(bool measure) : measure_(measure) { restart(); }
-  void restart() {
-    if (measure_) start_ = Clock::now();
-  }
-  void lap(double& phase_ms) {
-    if (!measure_) return;
-    const Clock::time_point now = Clock::now();
-    phase_ms += std::chrono::duration<double, std::milli>(now - start_).count();
-    start_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  bool measure_;
-  Clock::time_point start_;
-};
 
 std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
                                   const RigidTransform& frame_from_world) {
@@ -52,16 +29,6 @@ std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
   }
   return matrices;
 }
-
-struct TileScratch {
-  std::array<TileKeys, 3> keys;
-  std::array<RowSpans, 3> layer_spans;
-  RowSpans spans;  // of all layers
-  OpenPixels open;
-  BaseTile base;
-  DrawTimes times;
-  std::size_t base_triangles = 0;
-};
 
 std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
   std::size_t count = 0;
@@ -107,7 +74,7 @@ struct Warper::Impl {
   TileLists base_tiles;
   std::vector<float> depth_mm;  // of covered pixels
   PixelBox drawn_box;           // of everything but the background
-  tbb::enumerable_thread_specific<TileScratch> scratch;
+  TileDrawing tiles;
 
   SampleStore store;
 
@@ -117,12 +84,8 @@ struct Warper::Impl {
   void place_faces(const View& view, bool continued);
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
-  const BaseTile* draw_base(std::span<const std::uint32_t> blocks, const PixelBox& box,
-                            std::span<const TileKeys* const> layers, const View& view,
-                            TileScratch& own) const;
-  // Draws a part of a tile.
-  void draw_tile(int tile, const PixelBox& tile_box, const PixelBox& part, const View& view,
-                 const DrawOptions& options, const Background& background, Frame& frame);
+  void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
+                  const Background& background, Frame& frame, DrawReport& report);
 };
 
 namespace {
@@ -199,56 +162,29 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
   base_tiles.build(grid, base.chosen_count(), box_of);
 }
 
-const BaseTile* Warper::Impl::draw_base(std::span<const std::uint32_t> blocks, const PixelBox& box,
-                                        std::span<const TileKeys* const> layers, const View& view,
-                                        TileScratch& own) const {
-  if (blocks.empty()) return nullptr;
-  own.base.clear(box);
-  if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
-    own.open.find(box, layers);
-  }
-  for (const std::uint32_t b : blocks) base.draw(b, faces, view, own.open, own.base, own.spans);
-  own.base_triangles += own.base.triangles;
-  return own.base.triangles > 0 ? &own.base : nullptr;
-}
-
-void Warper::Impl::draw_tile(int tile, const PixelBox& tile_box, const PixelBox& box,
-                             const View& view, const DrawOptions& options,
-                             const Background& background, Frame& frame) {
-  TileScratch& own = scratch.local();
-  const auto blocks = options.base_layer ? base_tiles[tile] : std::span<const std::uint32_t>();
-  bool anything = !blocks.empty();
-  for (const ActiveCamera& camera : active.all()) anything |= !camera.tiles[tile].empty();
-  if (!anything) return background.fill(box, frame);
-
-  PhaseClock clock(options.measure);
-  own.spans.clear(box);
-  TileLayers layers;
-  layers.tie_mm = kTieTexels * texel_mm;
-  layers.same_surface_mm = 2 * texel_mm;
-  std::array<const TileKeys*, 3> drawn;
-  for (const ActiveCamera& camera : active.all()) {
-    const auto chosen = camera.tiles[tile];
-    if (chosen.empty()) continue;
-    TileKeys& keys = own.keys[layers.count];
-    RowSpans& spans = own.layer_spans[layers.count];
-    keys.clear(tile_box, box);
-    spans.clear(box);
-    for (const std::uint32_t c : chosen) {
-      if (intersected(camera.chunks[c].box, box).empty()) continue;
-      spans.add(camera.chunks[c].box);
-      splat_chunk(*camera.set, c, camera.chunks[c], faces[camera.set->chunks[c].patch.face],
-                  static_cast<float>(view.near_mm), layers.tie_mm, keys);
-    }
-    drawn[layers.count] = &keys;
-    own.spans.add(spans);
-    layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
-  }
-  clock.lap(own.times.splat);
-  layers.base = draw_base(blocks, box, std::span(drawn).first(layers.count), view, own);
-  clock.lap(own.times.base);
-  resolve_tile(layers, own.spans, box, background, depth_mm, frame);
-  clock.lap(own.times.resolve);
+// Those tiles, or parts of them, in which something moved.
+void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
+                              const Background& background, Frame& frame, DrawReport& report) {
+  tiles.begin({.view = view,
+               .cameras = active.all(),
+               .texel_mm = texel_mm,
+               .base = base,
+               .base_tiles = options.base_layer ? &base_tiles : nullptr,
+               .faces = faces,
+               .background = background,
+               .measure = options.measure});
+  std::atomic<int> drawn = 0;
+  tbb::parallel_for(0, grid.count(), [&](int t) {
+    const PixelBox part = moved_cells.within(grid.box(t));
+    if (part.empty()) return;
+    tiles.draw(t, grid.box(t), part, depth_mm, frame);
+    ++drawn;
+  });
+  tiles.count(report);
+  report.tiles_drawn = drawn;
+  report.tiles_kept = grid.count() - drawn;
+  report.sample_pixels = count_cover(frame, drawn_box, Cover::samples);
+  report.base_pixels = count_cover(frame, drawn_box, Cover::base);
 }
 
 Warper::Warper(const Bundle& bundle)
@@ -298,24 +234,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   clock.lap(report.times.transform);
   s.place_base(view, grid, report);
   clock.lap(report.times.base);
-  for (TileScratch& one : s.scratch) one.times = {}, one.base_triangles = 0;
-  std::atomic<int> drawn = 0;
-  tbb::parallel_for(0, grid.count(), [&](int t) {
-    const PixelBox part = s.moved_cells.within(grid.box(t));
-    if (part.empty()) return;
-    s.draw_tile(t, grid.box(t), part, view, options, background, frame);
-    ++drawn;
-  });
-  for (const TileScratch& one : s.scratch) {
-    report.times.splat += one.times.splat;
-    report.times.base += one.times.base;
-    report.times.resolve += one.times.resolve;
-    report.base_triangles += one.base_triangles;
-  }
-  report.tiles_drawn = drawn;
-  report.tiles_kept = grid.count() - drawn;
-  report.sample_pixels = count_cover(frame, s.drawn_box, Cover::samples);
-  report.base_pixels = count_cover(frame, s.drawn_box, Cover::base);
+  s.draw_tiles(view, grid, options, background, frame, report);
   clock.restart();
   s.finish.apply(view, options, s.drawn_box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame,
                  report);

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/tile_drawing.h"
+
+#include <algorithm>
+
+#include "warp/phase_clock.h"
+
+namespace organbake {
+
+void TileDrawing::begin(const PlacedFrame& placed) {
+  placed_.emplace(placed);
+  for (Scratch& one : scratch_) one.times = {}, one.base_triangles = 0;
+}
+
+std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
+  return placed_->base_tiles ? (*placed_->base_tiles)[tile] : std::span<const std::uint32_t>();
+}
+
+bool TileDrawing::is_empty(int tile) const {
+  return base_blocks(tile).empty() &&
+         std::all_of(placed_->cameras.begin(), placed_->cameras.end(),
+                     [&](const ActiveCamera& camera) { return camera.tiles[tile].empty(); });
+}
+
+void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks,
+                        float tie_mm, const PixelBox& part, TileKeys& keys, RowSpans& spans) const {
+  for (const std::uint32_t c : chunks) {
+    if (intersected(camera.chunks[c].box, part).empty()) continue;
+    spans.add(camera.chunks[c].box);
+    splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],
+                static_cast<float>(placed_->view.near_mm), tie_mm, keys);
+  }
+}
+
+const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, const PixelBox& part,
+                                       std::span<const TileKeys* const> layers,
+                                       Scratch& own) const {
+  if (blocks.empty()) return nullptr;
+  const BaseDrawing& base = placed_->base;
+  own.base.clear(part);
+  if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
+    own.open.find(part, layers);
+  }
+  for (const std::uint32_t b : blocks) {
+    base.draw(b, placed_->faces, placed_->view, own.open, own.base, own.spans);
+  }
+  own.base_triangles += own.base.triangles;
+  return own.base.triangles > 0 ? &own.base : nullptr;
+}
+
+void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
+                       std::vector<float>& depth_mm, Frame& frame) {
+  if (is_empty(tile)) return placed_->background.fill(part, frame);
+  Scratch& own = scratch_.local();
+  PhaseClock clock(placed_->measure);
+  own.spans.clear(part);
+  TileLayers layers;
+  layers.tie_mm = kTieTexels * placed_->texel_mm;
+  layers.same_surface_mm = 2 * placed_->texel_mm;
+  std::array<const TileKeys*, 3> drawn;
+  for (const ActiveCamera& camera : placed_->cameras) {
+    const auto chunks = camera.tiles[tile];
+    if (chunks.empty()) continue;
+    TileKeys& keys = own.keys[layers.count];
+    RowSpans& spans = own.layer_spans[layers.count];
+    keys.clear(tile_box, part);
+    spans.clear(part);
+    splat(camera, chunks, layers.tie_mm, part, keys, spans);
+    drawn[layers.count] = &keys;
+    own.spans.add(spans);
+    layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
+  }
+  clock.lap(own.times.splat);
+  layers.base = draw_base(base_blocks(tile), part, std::span(drawn).first(layers.count), own);
+  clock.lap(own.times.base);
+  resolve_tile(layers, own.spans, part, placed_->background, depth_mm, frame);
+  clock.lap(own.times.resolve);
+}
+
+void TileDrawing::count(DrawReport& report) const {
+  for (const Scratch& one : scratch_) {
+    report.times.splat += one.times.splat;
+    report.times.base += one.times.base;
+    report.times.resolve += one.times.resolve;
+    report.base_triangles += one.base_triangles;
+  }
+}
+
+}  // namespace organbake
