@@ -4,25 +4,15 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
-#include <optional>
 #include <string>
+
+#include "core/kernel_files.h"
 
 namespace organbake {
 namespace {
 
 constexpr double kBytesPerMb = 1024.0 * 1024.0;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-
-// The number behind a word: "MemTotal:  24683204 kB", "inactive_file 4096".
-std::optional<double> number_behind(const std::string& wanted, const std::string& path) {
-  std::ifstream file(path);
-  std::string word;
-  double number = 0;
-  while (file >> word) {
-    if (word == wanted && file >> number) return number;
-  }
-  return std::nullopt;
-}
 
 double meminfo_mb(const std::string& key) {
   constexpr double kKbPerMb = 1024;

@@ -7,9 +7,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <stdexcept>
 #include <string>
+
+#include "core/kernel_files.h"
 
 namespace organbake {
 namespace {
@@ -23,11 +24,8 @@ double cpu_now_ms() {
 
 // A line of /proc/self/status in MB: "VmRSS", or "VmHWM", the most since the mark was last reset.
 double status_mb(const std::string& key) {
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.rfind(key + ":", 0) == 0) return std::stod(line.substr(key.size() + 1)) / 1024;
-  }
-  return 0;
+  constexpr double kKbPerMb = 1024;
+  return number_behind(key + ":", "/proc/self/status").value_or(0) / kKbPerMb;
 }
 
 void reset_high_water_mark() {

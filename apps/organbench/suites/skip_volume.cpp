@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fstream>
-
 #include "core/files.h"
+#include "core/kernel_files.h"
 #include "core/random.h"
 #include "core/text.h"
+#include "organbench/error_measures.h"
 #include "organbench/suites/skip_parts.h"
 #include "volume/read_volume.h"
 
@@ -12,15 +12,7 @@ namespace {
 
 // Bytes that this process asked its files for, by whatever library, since it began; 0 where the
 // kernel does not tell.
-double bytes_read() {
-  std::ifstream io("/proc/self/io");
-  std::string word;
-  double bytes = 0;
-  while (io >> word) {
-    if (word == "rchar:" && io >> bytes) return bytes;
-  }
-  return 0;
-}
+double bytes_read() { return number_behind("rchar:", "/proc/self/io").value_or(0); }
 
 // Not packed: of packed voxels all up to the last one needed must be unpacked.
 void write_raw(const std::filesystem::path& file, const Volume& volume) {
@@ -39,9 +31,7 @@ void write_raw(const std::filesystem::path& file, const Volume& volume) {
 double voxels_that_differ(const Volume& whole, const IndexBox& box, const Volume& part) {
   const Volume cut = cropped(whole, box);
   if (cut.size != part.size) return double(cut.voxels.size());
-  double count = 0;
-  for (std::size_t k = 0; k < cut.voxels.size(); ++k) count += cut.voxels[k] != part.voxels[k];
-  return count;
+  return count_different(cut.voxels, part.voxels);
 }
 
 // The voxels round the middle: this share of each axis.
