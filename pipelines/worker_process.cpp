@@ -22,8 +22,7 @@ constexpr int kCannotRun = 127;  // as shells say it
 
 // Only what is allowed between fork and exec in a process that may have threads.
 [[noreturn]] void become(char* const* arguments, int out, int error, pid_t parent) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) ::_exit(kCannotRun);  // it was killed before we could ask
+  end_with_parent(parent);
   const int nothing = ::open("/dev/null", O_RDONLY);
   ::dup2(nothing, STDIN_FILENO);
   ::dup2(out, STDOUT_FILENO);
@@ -40,6 +39,11 @@ int open_for_writing(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+void end_with_parent(pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(kCannotRun);  // it was killed before we could ask
+}
 
 pid_t start_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
                    const std::filesystem::path& error_file) {

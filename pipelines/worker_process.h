@@ -26,6 +26,9 @@ struct WorkerEnd {
 pid_t start_worker(const std::vector<std::string>& command, const std::filesystem::path& out_file,
                    const std::filesystem::path& error_file);
 
+// In a child process, right after the fork: it ends with its parent, however that ends.
+void end_with_parent(pid_t parent);
+
 // Waits until any worker ends; nothing when a signal came first.
 std::optional<WorkerEnd> wait_for_any_worker();
 

@@ -10,23 +10,13 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stdexcept>
 
 #include "core/temporary_folder.h"
+#include "organbench/child_process.h"
 #include "organbench/result_json.h"
 
 namespace organbake {
 namespace {
-
-void write_line(int fd, std::string line) {
-  line += '\n';
-  for (std::size_t done = 0; done < line.size();) {
-    const ssize_t n = ::write(fd, line.data() + done, line.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return;  // the parent is gone, and with it all interest
-    done += n;
-  }
-}
 
 void run_here(const Suite& suite, const BenchOptions& options, const RunContext& context, int fd) {
   std::optional<tbb::global_control> limit;
@@ -43,12 +33,12 @@ void run_here(const Suite& suite, const BenchOptions& options, const RunContext&
 }
 
 // Ends the child when it is asked to stop: a signal need not have reached the child, too.
-std::string read_to_end(int fd, pid_t child, const RunContext& context) {
+std::string read_to_end(const ChildProcess& child, const RunContext& context) {
   std::string text;
   char buffer[1 << 16];
   for (;;) {
-    const ssize_t n = ::read(fd, buffer, sizeof buffer);
-    if (context.cancelled()) ::kill(child, SIGKILL);
+    const ssize_t n = ::read(child.fd, buffer, sizeof buffer);
+    if (context.cancelled()) ::kill(child.process, SIGKILL);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) return text;
     text.append(buffer, n);
@@ -70,21 +60,9 @@ SuiteResult run_suite(const Suite& suite, const BenchOptions& asked, const RunCo
   const TemporaryFolder scratch;  // ours, not the child's: it goes away when the child is killed
   BenchOptions options = asked;
   options.scratch = scratch.path();
-  int ends[2];
-  if (::pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
-  const pid_t child = ::fork();
-  if (child < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
-  if (child == 0) {
-    ::close(ends[0]);
-    run_here(suite, options, context, ends[1]);
-    ::_exit(0);
-  }
-  ::close(ends[1]);
-  SuiteResult result = last_result(read_to_end(ends[0], child, context));
-  ::close(ends[0]);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
+  const ChildProcess child = start_child([&](int fd) { run_here(suite, options, context, fd); });
+  SuiteResult result = last_result(read_to_end(child, context));
+  const int status = end_child(child);
   if (context.cancelled()) {
     result.failure = "stopped";
   } else if (WIFSIGNALED(status)) {

@@ -10,9 +10,9 @@
 #include <cstring>
 #include <deque>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "core/error.h"
+#include "organbench/child_process.h"
 #include "organbench/stability/trial.h"
 
 namespace organbake {
@@ -30,7 +30,7 @@ std::string line_of(const Trial& trial) {
                      {"outcome", int(trial.outcome)},
                      {"error", trial.error},
                      {"message", trial.message}};
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Trial trial_from(const std::string& line) {
@@ -39,17 +39,15 @@ Trial trial_from(const std::string& line) {
           json.at("error"), json.at("message")};
 }
 
-[[noreturn]] void work(const Trials& trials, Seeds seeds, int fd) {
+void work(const Trials& trials, Seeds seeds, int fd) {
   const auto folder = trials.folder / std::to_string(::getpid());
   std::filesystem::create_directories(folder);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   ::signal(SIGALRM, SIG_DFL);
   for (; seeds.next < seeds.end; ++seeds.next) {
     ::alarm(trials.most_seconds);
-    const std::string line = line_of(run_trial(seeds.next, folder, trials.probes));
-    if (::write(fd, line.data(), line.size()) != ssize_t(line.size())) break;
+    if (!write_line(fd, line_of(run_trial(seeds.next, folder, trials.probes)))) break;
   }
-  ::_exit(0);
 }
 
 class Pool {
@@ -64,7 +62,7 @@ class Pool {
     }
   }
   ~Pool() {
-    for (const Worker& worker : workers_) end_worker(worker, SIGKILL);
+    for (const Worker& worker : workers_) end_child(worker.child, SIGKILL);
   }
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
@@ -82,27 +80,20 @@ class Pool {
 
  private:
   struct Worker {
-    pid_t process;
-    int fd;
+    ChildProcess child;
     Seeds seeds;         // `next` has not been heard of yet
     std::string unread;  // of a line
   };
 
   void start() {
-    int ends[2];
-    if (::pipe(ends) != 0) throw std::runtime_error(std::string("pipe: ") + std::strerror(errno));
     const Seeds seeds = waiting_.front();
     waiting_.pop_front();
-    const pid_t process = ::fork();
-    if (process < 0) throw std::runtime_error(std::string("fork: ") + std::strerror(errno));
-    if (process == 0) work(trials_, seeds, ends[1]);
-    ::close(ends[1]);
-    workers_.push_back({process, ends[0], seeds, {}});
+    workers_.push_back({start_child([&](int fd) { work(trials_, seeds, fd); }), seeds, {}});
   }
 
   void listen() {
     std::vector<pollfd> ends;
-    for (const Worker& worker : workers_) ends.push_back({worker.fd, POLLIN, 0});
+    for (const Worker& worker : workers_) ends.push_back({worker.child.fd, POLLIN, 0});
     constexpr int kWait_ms = 100;  // till Ctrl-C is looked at
     if (::poll(ends.data(), ends.size(), kWait_ms) <= 0) return;
     for (std::size_t i = ends.size(); i-- > 0;) {
@@ -115,7 +106,7 @@ class Pool {
 
   bool hear(Worker& worker) {
     char buffer[1 << 14];
-    const ssize_t n = ::read(worker.fd, buffer, sizeof buffer);
+    const ssize_t n = ::read(worker.child.fd, buffer, sizeof buffer);
     if (n < 0 && errno == EINTR) return true;
     if (n <= 0) return false;
     worker.unread.append(buffer, std::size_t(n));
@@ -130,7 +121,7 @@ class Pool {
 
   // What a worker left undone: the trial that ended it, and those behind that one.
   void bury(const Worker& worker) {
-    const int status = end_worker(worker, 0);
+    const int status = end_child(worker.child);
     Seeds rest = worker.seeds;
     if (rest.next == rest.end) return;
     const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM;
@@ -140,15 +131,6 @@ class Pool {
     const char* stage = trials_.probes[rest.next % trials_.probes.size()].stage;
     found_.push_back({rest.next, stage, late ? Outcome::hung : Outcome::crashed, 0, how});
     if (++rest.next < rest.end) waiting_.push_front(rest);
-  }
-
-  static int end_worker(const Worker& worker, int signal) {
-    if (signal) ::kill(worker.process, signal);
-    ::close(worker.fd);
-    int status = 0;
-    while (::waitpid(worker.process, &status, 0) < 0 && errno == EINTR) {
-    }
-    return status;
   }
 
   const Trials& trials_;
