@@ -122,12 +122,13 @@ std::string figures_of(const Json& stage) {
 std::string stages_section(const Json& report, const std::optional<BakeRun>& run) {
   std::string html = "<h2>Stages</h2><table><tr><th>stage</th>";
   if (run) html += "<th>seconds</th><th></th><th></th>";
+  const double longest_s = longest_stage(run);
   html += "<th class=\"text\">figures</th></tr>";
   for (const Json& stage : report.at("stages")) {
     html += "<tr>" + html_cell(stage.at("stage"));
     if (const BakeRun::Stage* ran = run_of_stage(run, stage.at("stage"))) {
       html += html_cell(ran->seconds > 0 ? to_text(ran->seconds, 2) : "unknown") +
-              bar(ran->seconds / longest_stage(run), ran->cached ? "#c4c9d4" : "#4a78b5") +
+              bar(ran->seconds / longest_s, ran->cached ? "#c4c9d4" : "#4a78b5") +
               html_cell(ran->cached ? "cached" : "");
     } else if (run) {
       html += "<td></td><td></td><td></td>";

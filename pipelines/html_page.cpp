@@ -56,12 +56,11 @@ std::string png_data_uri(const Rgb8Image& image) {
   return "data:image/png;base64," + base64(encode_png(image));
 }
 
-std::string page_number(double value) {
-  constexpr int kDigits = 4;
+std::string page_number(double value, int digits) {
   if (value == 0 || !std::isfinite(value)) return to_text(value);
   const int whole = static_cast<int>(std::floor(std::log10(std::abs(value)))) + 1;
-  if (whole >= kDigits) return to_text(value, 0);
-  const double scale = std::pow(10.0, kDigits - whole);
+  if (whole >= digits) return to_text(value, 0);
+  const double scale = std::pow(10.0, digits - whole);
   return to_text(std::round(value * scale) / scale);
 }
 

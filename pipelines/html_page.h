@@ -21,7 +21,8 @@ std::string html_picture(const Rgb8Image& image, const std::string& alternative)
 // "data:image/png;base64,…", where SVG wants a link.
 std::string png_data_uri(const Rgb8Image& image);
 
-// With at most four significant digits, for tables: 0.012346 → "0.01235", 12000000 → "12000000".
-std::string page_number(double value);
+// With so many significant digits at most, for tables and charts: 0.012346 → "0.01235", and
+// 12345678 → "12345678".
+std::string page_number(double value, int digits = 4);
 
 }  // namespace organbake

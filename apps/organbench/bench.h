@@ -13,7 +13,7 @@
 namespace organbake {
 
 struct BenchOptions {
-  bool quick = false;  // smaller inputs, fewer rounds: all suites together under two minutes
+  bool quick = false;  // smaller inputs, fewer rounds: all suites together in minutes
   int rounds = 0;   // of every timing; 0 = 9, or fewer (3 at least) of what is slow; 2 when quick
   int threads = 0;  // 0 = all
   std::uint64_t first_case = 0;  // of the stability suite, whose cases are numbered by their seeds

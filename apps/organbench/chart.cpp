@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/text.h"
+#include "pipelines/html_page.h"
 
 namespace organbake {
 namespace {
@@ -49,7 +49,7 @@ double drawn_error(const Point& p) { return std::max(p.errors.front().value, 1e-
 double drawn_time(const Point& p) { return std::max(p.timing.wall_ms.median, 1e-4); }
 
 constexpr int kDigits = 3;
-std::string number(double value) { return short_number(value, kDigits); }
+std::string number(double value) { return page_number(value, kDigits); }
 
 std::string text_at(double x, double y, const char* anchor, const std::string& text) {
   return "<text x='" + to_text(x, 1) + "' y='" + to_text(y, 1) + "' text-anchor='" + anchor + "'>" +
@@ -91,12 +91,6 @@ std::string dot(double x, double y, const char* color, const Point& p, bool on_f
 }
 
 }  // namespace
-
-std::string short_number(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
 
 std::vector<std::size_t> pareto_front(const std::vector<Point>& points) {
   std::vector<std::size_t> order(points.size());

@@ -12,9 +12,6 @@ namespace organbake {
 // task are given; the first error of each counts.
 std::vector<std::size_t> pareto_front(const std::vector<Point>& points);
 
-// With that many significant digits, as charts and tables have it.
-std::string short_number(double value, int digits);
-
 // Time against error of one task, both axes logarithmic, as inline SVG: a line for each subject,
 // peers dashed, a ring round the points of the Pareto front.
 std::string time_error_chart(const std::vector<Point>& points);

@@ -147,7 +147,7 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   CLI::App app("organbench: run time against error, beside what others reach");
   app.add_option("SUITE", c.suites, "suites to run (default: all)");
   app.add_option("-o,--out", c.out, "folder for organbench.html and organbench.json");
-  app.add_flag("--quick", c.options.quick, "small inputs, few rounds: two minutes for all");
+  app.add_flag("--quick", c.options.quick, "small inputs, few rounds: some minutes for all");
   app.add_option("--rounds", c.options.rounds,
                  "of every timing (default 9, or as many, 3 at least, as 20 s allow; quick 2)")
       ->check(CLI::Range(1, 1000));

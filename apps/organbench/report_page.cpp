@@ -4,27 +4,19 @@
 #include "core/text.h"
 #include "organbench/chart.h"
 #include "organbench/run_report.h"
+#include "pipelines/html_page.h"
 
 namespace organbake {
 namespace {
 
 constexpr const char* kStyle =
-    "body{font:15px/1.45 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;"
-    "color:#222}h1{font-size:1.5rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}"
-    "h3{font-size:1rem;margin:1.5rem 0 .3rem}table{border-collapse:collapse;margin:.5rem 0 1rem}"
-    "th,td{padding:.15rem .7rem;text-align:right;border-bottom:1px solid #e4e4e4}"
-    "th{font-weight:600}th:first-child,td:first-child{text-align:left}"
-    ".met{color:#00702f}.missed{color:#b00020;font-weight:600}.quiet{color:#666}"
-    "svg{display:block;max-width:100%;font:11px system-ui,sans-serif}.grid{stroke:#e6e6e6}"
+    "h3{font-size:1rem;margin:1.5rem 0 .3rem}table{margin:.5rem 0 1rem}"
+    ".met{color:#00702f}.missed{color:#b00020;font-weight:600}"
+    "svg{max-width:100%;font:11px system-ui,sans-serif}.grid{stroke:#e6e6e6}"
     ".front{fill:none;stroke:#444}";
 
-constexpr int kDigits = 4;
-std::string number(double value) { return short_number(value, kDigits); }
-
-std::string cell(const std::string& text) { return "<td>" + escape_html(text) + "</td>"; }
-
 std::string heading(const Quantity& q) {
-  return "<th>" + escape_html(q.name + (q.unit.empty() ? "" : ", " + q.unit)) + "</th>";
+  return html_heading(q.name + (q.unit.empty() ? "" : ", " + q.unit));
 }
 
 std::string figures_table(const std::vector<Figure>& figures) {
@@ -32,9 +24,9 @@ std::string figures_table(const std::vector<Figure>& figures) {
   std::string html = "<table><tr><th>figure</th><th>target</th><th>measured</th></tr>";
   for (const Figure& f : figures) {
     const std::string goal = f.goal == Figure::Goal::at_most ? "≤ " : "≥ ";
-    html += "<tr>" + cell(f.what) + cell(goal + number(f.target) + " " + f.unit) + "<td class='" +
-            (f.met() ? "met" : "missed") + "'>" + number(f.value) + " " + escape_html(f.unit) +
-            (f.met() ? "" : " – missed") + "</td></tr>";
+    html += "<tr>" + html_cell(f.what) + html_cell(goal + page_number(f.target) + " " + f.unit) +
+            "<td class='" + (f.met() ? "met" : "missed") + "'>" + page_number(f.value) + " " +
+            escape_html(f.unit) + (f.met() ? "" : " – missed") + "</td></tr>";
   }
   return html + "</table>";
 }
@@ -62,17 +54,18 @@ std::string cells(const Quantities& columns, const Quantities& values) {
   std::string html;
   for (const Quantity& column : columns) {
     const auto found = find_like(values, column);
-    html += cell(found == values.end() ? "" : number(found->value));
+    html += html_cell(found == values.end() ? "" : page_number(found->value));
   }
   return html;
 }
 
 std::string timing_cells(const Timing& timing) {
-  if (timing.runs == 0) return cell("") + cell("") + cell("") + cell("");
+  if (timing.runs == 0) return html_cell("") + html_cell("") + html_cell("") + html_cell("");
   const Spread& wall = timing.wall_ms;
-  return cell(number(wall.median) + " (" + number(wall.least) + "–" + number(wall.most) + ")") +
-         cell(std::to_string(timing.runs)) + cell(number(timing.cpu_ms.median)) +
-         cell(number(timing.peak_mb));
+  return html_cell(page_number(wall.median) + " (" + page_number(wall.least) + "–" +
+                   page_number(wall.most) + ")") +
+         html_cell(std::to_string(timing.runs)) + html_cell(page_number(timing.cpu_ms.median)) +
+         html_cell(page_number(timing.peak_mb));
 }
 
 std::string points_table(const std::vector<Point>& points) {
@@ -86,7 +79,7 @@ std::string points_table(const std::vector<Point>& points) {
   for (const Quantity& q : errors) html += heading(q);
   html += "</tr>";
   for (const Point& p : points) {
-    html += "<tr>" + cell(p.subject + (p.peer ? " (peer)" : "")) + cells(knobs, p.knobs) +
+    html += "<tr>" + html_cell(p.subject + (p.peer ? " (peer)" : "")) + cells(knobs, p.knobs) +
             (timed ? timing_cells(p.timing) : "") + cells(errors, p.errors) + "</tr>";
   }
   return html + "</table>";
@@ -96,8 +89,8 @@ std::string failed_cases_table(const std::vector<FailedCase>& cases) {
   if (cases.empty()) return {};
   std::string html = "<table><tr><th>stage</th><th>--case</th><th>outcome</th><th></th></tr>";
   for (const FailedCase& c : cases) {
-    html += "<tr>" + cell(c.stage) + cell(std::to_string(c.seed)) + cell(c.outcome) +
-            cell(c.message) + "</tr>";
+    html += "<tr>" + html_cell(c.stage) + html_cell(std::to_string(c.seed)) + html_cell(c.outcome) +
+            html_cell(c.message) + "</tr>";
   }
   return html + "</table>";
 }
@@ -123,8 +116,8 @@ std::vector<std::vector<Point>> by_task(const std::vector<Point>& points) {
 
 std::string suite_section(const RunReport::SuiteReport& suite) {
   std::string html = "<h2 id='" + suite.name + "'>" + escape_html(suite.name) + "</h2><p>" +
-                     escape_html(suite.summary) + " <span class='quiet'>(" + number(suite.seconds) +
-                     " s)</span></p>";
+                     escape_html(suite.summary) + " <span class='quiet'>(" +
+                     page_number(suite.seconds) + " s)</span></p>";
   if (!suite.result.failure.empty()) {
     html += "<p class='missed'>ended early: " + escape_html(suite.result.failure) + "</p>";
   }
@@ -146,16 +139,14 @@ std::string suite_section(const RunReport::SuiteReport& suite) {
 
 std::string report_page(const RunReport& report) {
   std::string html =
-      "<!doctype html><html lang='en'><meta charset='utf-8'>"
-      "<meta name='viewport' content='width=device-width'><title>organbench</title><style>" +
-      std::string(kStyle) + "</style><h1>organbench: run time against error</h1><p>" +
+      std::string("<h1>organbench: run time against error</h1><p>") +
       (report.quick ? "Quick run: small inputs, few rounds. " : "") +
       "Rings mark points that nothing beats in both time and error; peers are dashed.</p>"
       "<p class='quiet'>";
   for (const auto& [key, value] : report.machine) html += escape_html(key + ": " + value) + " · ";
   html += "</p>";
   for (const RunReport::SuiteReport& suite : report.suites) html += suite_section(suite);
-  return html + "</html>\n";
+  return html_page("organbench", kStyle, html);
 }
 
 }  // namespace organbake

@@ -15,7 +15,7 @@ Rgb8Image grey_picture(const Plane& share);
 // Near is bright and warm, far is dark and cold, nothing is black; from the 2nd to the 98th
 // percent.
 Rgb8Image depth_picture(const Plane& depth);
-// PreparedFrame, mask, depth and relief (lit from above left) beside each other, each at most
+// Frame, mask, depth and relief (lit from above left) beside each other, each at most
 // `side` wide.
 Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side);
 // One below the other.

@@ -6,8 +6,9 @@
 #include "capture/surface_color.h"
 #include "decimate/decimate.h"
 #include "geometry/mesh_checks.h"
-#include "geometry/shell_map.h"
 #include "mechanics/mechanics.h"
+#include "organbench/error_measures.h"
+#include "organbench/memory_bundle.h"
 #include "organbench/stability/odd_inputs.h"
 #include "organbench/stability/probes.h"
 #include "player/player.h"
@@ -41,37 +42,21 @@ Bundle any_bundle(RandomStream& random) {
   PlacementOptions options;
   options.count = 3 + int(random.below(5));
   options.map_size = 16 + int(random.below(32));
-  const Placement placement = place_cameras(surface, options);
-  Bundle bundle;
-  bundle.proxy = proxy_of(surface, random);
-  bundle.cameras = {placement.cameras, {}, placement.manifold};
-  bundle.mechanics = make_mechanics(bundle.proxy, {});
-  CaptureSummary captured = capture(surface, bundle.proxy, placement.cameras,
-                                    *make_vertex_color(surface), {.rays_per_texel_side = 1});
-  bundle.maps = std::move(captured.maps);
-  bundle.base = std::move(captured.base);
-  return bundle;
+  return memory_bundle(surface, proxy_of(surface, random), options, {.rays_per_texel_side = 1});
 }
 
 // How far macro + micro lies from the surface that the depth map holds.
 double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
                       const CameraMaps& maps) {
   const std::vector<ShellMatrix> shell = shell_matrices(proxy);
-  const RigidTransform world_from_camera = camera.camera_from_world.inverse();
   double worst_mm = 0;
-  for (int y = 0; y < maps.height; ++y)
-    for (int x = 0; x < maps.width; ++x) {
-      const std::size_t k = std::size_t(y) * maps.width + x;
-      if (maps.face[k] == kNoFace) continue;
-      const Eigen::Vector3d point =
-          world_from_camera *
-          (double(maps.depth_mm[k]) * unproject(camera.intrinsics, {x + 0.5, y + 0.5}));
-      const ShellMatrix& matrix = shell.at(maps.face[k]);
-      const Eigen::Vector2d b = barycentric_at_height(matrix, maps.height_mm[k], point);
-      const Eigen::Vector3d bound = shell_point(matrix, b.x(), b.y(), maps.height_mm[k]);
-      expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
-      worst_mm = std::max(worst_mm, (bound - point).norm());
-    }
+  for (std::size_t k = 0; k < maps.face.size(); ++k) {
+    if (maps.face[k] == kNoFace) continue;
+    const Eigen::Vector3d point = texel_point(camera, k, maps.depth_mm[k]);
+    const Eigen::Vector3d bound = rejoined_point(shell.at(maps.face[k]), maps.height_mm[k], point);
+    expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
+    worst_mm = std::max(worst_mm, (bound - point).norm());
+  }
   return worst_mm;
 }
 
@@ -192,8 +177,7 @@ double probe_warp(RandomStream& random, const ProbeFolder&) {
     other.draw(positions, view, options, fresh);
     for (const float depth : frame.depth_mm)
       if (std::isnan(depth) || depth < 0) throw std::runtime_error("a depth behind the eye");
-    for (std::size_t k = 0; k < frame.color.pixels.size(); ++k)
-      different += frame.color.pixels[k] != fresh.color.pixels[k];
+    different += count_different(frame.color.pixels, fresh.color.pixels);
   }
   return 2 * different;
 }

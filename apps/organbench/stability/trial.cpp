@@ -2,7 +2,6 @@
 #include "organbench/stability/trial.h"
 
 #include <cmath>
-#include <new>
 
 #include "core/error.h"
 #include "core/text.h"

@@ -30,7 +30,7 @@ struct Trial {
   std::string stage;
   Outcome outcome = Outcome::right;
   double error = 0;     // of a right or wrong one: share of what is allowed
-  std::string message;  // of any other
+  std::string message;  // of any but a right one
 };
 
 // Thrown by a probe that got a result with numbers that are none.
@@ -42,8 +42,8 @@ struct NotFinite : std::runtime_error {
 struct Probe {
   const char* stage;
   const char* allowed;  // what an error of 1 means
-  // The result's error as a share of what is allowed; negative: nothing to measure. Throws an
-  // organbake::Error when the input is refused. `folder` is for files.
+  // The result's error as a share of what is allowed; 0 where there is nothing to measure. Throws
+  // an organbake::Error when the input is refused. `folder` is for files.
   double (*run)(RandomStream& random, const std::filesystem::path& folder);
 };
 const std::vector<Probe>& all_probes();

@@ -16,16 +16,6 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* kRecipe = R"(schema: organbake/recipe/1
-name: a CT to a bundle
-isosurface: {iso: -470}
-decimate: {}
-mechanics: {}
-place: {count: 8}
-capture: {}
-bundle: {surface: true}
-)";
-
 double seconds_of(const nlohmann::ordered_json& bake) {
   double seconds = 0;
   for (const auto& stage : bake.at("stages")) seconds += stage.at("seconds").get<double>();
@@ -54,7 +44,8 @@ std::vector<Quantity> errors_of(const fs::path& folder) {
 }  // namespace
 
 void run_bake_suite(Bench& bench) {
-  const Baker baker(bench, kRecipe);
+  const Baker baker(
+      bench, organ_recipe("a CT to a bundle", "place: {count: 8}\nbundle: {surface: true}\n"));
   OrganPhantomOptions options;
   options.ct_size = bench.quick() ? std::array{64, 64, 38} : std::array{512, 512, 300};
   options.spacing_mm = {0.7, 0.7, 1};

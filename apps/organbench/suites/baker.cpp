@@ -15,6 +15,12 @@ fs::path organbake_program() { return program_folder() / "organbake"; }
 
 }  // namespace
 
+std::string organ_recipe(const std::string& name, const std::string& more) {
+  // -470 HU: half-way between its tissue and air.
+  return "schema: organbake/recipe/1\nname: " + name +
+         "\nisosurface: {iso: -470}\ndecimate: {}\nmechanics: {}\ncapture: {}\n" + more;
+}
+
 Baker::Baker(const Bench& bench, const std::string& recipe) : bench_(bench) {
   if (!fs::exists(organbake_program())) {
     throw NoInputError(organbake_program(), "is not there; the suite bakes its bundles with it");

@@ -10,6 +10,9 @@
 
 namespace organbake {
 
+// From the phantom organ to a bundle; `more` are the lines that a suite adds.
+std::string organ_recipe(const std::string& name, const std::string& more);
+
 // Bakes a recipe as users do, by the organbake that lies beside this program, with a cache in the
 // suite's folder.
 class Baker {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
-#include <unistd.h>
 
 #include "bundle/map_files.h"
 #include "capture/capture.h"
 #include "decimate/decimate.h"
 #include "geometry/shell_map.h"
+#include "organbench/error_measures.h"
 #include "organbench/peers/embree_depth.h"
 #include "organbench/suites.h"
 #include "organbench/suites/capture_parts.h"
@@ -26,20 +26,11 @@ CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size) 
   return scene;
 }
 
-ScratchFolder::ScratchFolder()
-    : path_(fs::temp_directory_path() / ("organbench-capture-" + std::to_string(::getpid()))) {
-  fs::create_directories(path_);
-}
-
-ScratchFolder::~ScratchFolder() {
-  std::error_code ignored;  // what cannot be removed is the system's to clear
-  fs::remove_all(path_, ignored);
-}
-
-fs::path ScratchFolder::fresh(const std::string& name) const {
-  fs::remove_all(path_ / name);
-  fs::create_directories(path_ / name);
-  return path_ / name;
+fs::path fresh_folder(const Bench& bench, const std::string& name) {
+  const fs::path folder = bench.scratch() / name;
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  return folder;
 }
 
 namespace {
@@ -72,12 +63,9 @@ std::vector<Eigen::Vector3d> stored_points(const CaptureSummary& captured,
   std::vector<Eigen::Vector3d> points;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     const CameraMaps& maps = captured.maps[c];
-    const RigidTransform world_from_camera = scene.cameras[c].camera_from_world.inverse();
     for (std::size_t i = 0; i < maps.face.size(); ++i) {
       if (maps.face[i] == kNoFace) continue;
-      const Eigen::Vector2d pixel(i % maps.width + 0.5, i / maps.width + 0.5);
-      points.push_back(world_from_camera *
-                       (double(maps.depth_mm[i]) * unproject(scene.cameras[c].intrinsics, pixel)));
+      points.push_back(texel_point(scene.cameras[c], i, maps.depth_mm[i]));
     }
   }
   return points;
@@ -101,7 +89,7 @@ void promise_binding(Bench& bench, const CaptureSummary& captured, const Capture
 
 }  // namespace
 
-void promise_capture_time(Bench& bench, const ScratchFolder& scratch) {
+void promise_capture_time(Bench& bench) {
   const int cameras = bench.quick() ? 4 : 16, size = bench.quick() ? 256 : 1024;
   bench.now("preparing the phantom, its proxy and cameras");
   const CaptureScenario scene = capture_scenario(bench, cameras, size);
@@ -109,7 +97,8 @@ void promise_capture_time(Bench& bench, const ScratchFolder& scratch) {
   CaptureOptions options;
   options.rays_per_texel_side = 1;
   CaptureSummary captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
-  const std::vector<ReadyImage> images = ready_images(captured, scene, scratch.fresh("openexr"));
+  const std::vector<ReadyImage> images =
+      ready_images(captured, scene, fresh_folder(bench, "openexr"));
   const EmbreeDepth embree(scene.surface);
   std::vector<std::vector<float>> depths_mm;
 
@@ -118,7 +107,7 @@ void promise_capture_time(Bench& bench, const ScratchFolder& scratch) {
   const std::vector<Timing> timings = bench.time(
       {[&] {
          captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
-         write_map_files(scratch.fresh("ours"), captured.maps, scene.cameras, captured.base);
+         write_map_files(fresh_folder(bench, "ours"), captured.maps, scene.cameras, captured.base);
        },
        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); },
        [&] { embree.trace(scene.cameras, depths_mm); },
@@ -141,9 +130,8 @@ void promise_capture_time(Bench& bench, const ScratchFolder& scratch) {
 }
 
 void run_capture_suite(Bench& bench) {
-  const ScratchFolder scratch;
-  promise_capture_time(bench, scratch);
-  promise_capture_maps(bench, scratch);
+  promise_capture_time(bench);
+  promise_capture_maps(bench);
   promise_capture_color(bench);
 }
 

@@ -6,6 +6,7 @@
 #include "core/files.h"
 #include "core/random.h"
 #include "geometry/shell_map.h"
+#include "organbench/error_measures.h"
 #include "organbench/peers/exact_depth.h"
 #include "organbench/suites/capture_parts.h"
 #include "phantom/phantom.h"
@@ -13,12 +14,6 @@
 namespace organbake {
 namespace fs = std::filesystem;
 namespace {
-
-Eigen::Vector3d ray_through(const PosedCamera& camera, std::size_t texel) {
-  const int width = camera.intrinsics.width;
-  const Eigen::Vector2d pixel(texel % width + 0.5, texel / width + 0.5);
-  return camera.camera_from_world.rotation.transpose() * unproject(camera.intrinsics, pixel);
-}
 
 void promise_depth(Bench& bench, const CaptureSummary& captured, const CaptureScenario& scene) {
   bench.now("depth against an exact oracle");
@@ -32,8 +27,8 @@ void promise_depth(Bench& bench, const CaptureSummary& captured, const CaptureSc
     const std::size_t c = random.below(scene.cameras.size());
     const CameraMaps& maps = captured.maps[c];
     const std::size_t texel = random.below(maps.face.size());
-    const PosedCamera& camera = scene.cameras[c];
-    const double exact = oracle.first_hit(camera.center_world_mm(), ray_through(camera, texel));
+    const Ray ray = texel_ray(scene.cameras[c], texel);
+    const double exact = oracle.first_hit(ray.origin, ray.direction);
     const bool ours = std::isfinite(maps.depth_mm[texel]);
     if (ours != std::isfinite(exact)) ++met_by_one;
     if (!ours || !std::isfinite(exact)) continue;
@@ -61,7 +56,7 @@ SplitError split_error(const fs::path& folder, const CaptureSummary& captured,
                        micro = read_exr(folder / name / "micro.exr");
     const std::vector<float>&z = depth.floats("Y", name), &h = micro.floats("Y", name);
     const std::vector<std::uint32_t>& faces = micro.uints("face", name);
-    const Eigen::Vector3d eye = scene.cameras[c].center_world_mm();
+    const PosedCamera& camera = scene.cameras[c];
     for (std::size_t i = 0; i < z.size(); ++i) {
       const double baked_mm = captured.maps[c].depth_mm[i];
       if (!std::isfinite(baked_mm)) continue;
@@ -69,11 +64,10 @@ SplitError split_error(const fs::path& folder, const CaptureSummary& captured,
         ++error.unbound;
         continue;
       }
-      const Eigen::Vector3d ray = ray_through(scene.cameras[c], i);
-      const ShellMatrix& shell = shells[faces[i]];
-      const Eigen::Vector2d b = barycentric_at_height(shell, h[i], eye + double(z[i]) * ray);
-      const Eigen::Vector3d point = shell_point(shell, b[0], b[1], h[i]);
-      error.worst_mm = std::max(error.worst_mm, (point - (eye + baked_mm * ray)).norm());
+      const Eigen::Vector3d point =
+          rejoined_point(shells[faces[i]], h[i], texel_point(camera, i, z[i]));
+      const Eigen::Vector3d baked = texel_point(camera, i, baked_mm);
+      error.worst_mm = std::max(error.worst_mm, (point - baked).norm());
     }
   }
   return error;
@@ -99,8 +93,7 @@ const NamedPacking kPackings[] = {
     {"compact", {.compact = true}},
 };
 
-void sweep_packings(Bench& bench, const ScratchFolder& scratch, const CaptureSummary& captured,
-                    const CaptureScenario& scene) {
+void sweep_packings(Bench& bench, const CaptureSummary& captured, const CaptureScenario& scene) {
   const std::string task = std::to_string(scene.cameras.size()) + " cameras of " +
                            std::to_string(scene.cameras.front().intrinsics.width) +
                            "², colour from photographs: write";
@@ -108,7 +101,7 @@ void sweep_packings(Bench& bench, const ScratchFolder& scratch, const CaptureSum
     bench.now(std::string("packing: ") + name);
     fs::path folder;
     const Timing timing = bench.time([&] {
-      folder = scratch.fresh("packed");
+      folder = fresh_folder(bench, "packed");
       write_map_files(folder, captured.maps, scene.cameras, captured.base, packing);
     });
     const SplitError error = split_error(folder, captured, scene);
@@ -131,7 +124,7 @@ void sweep_packings(Bench& bench, const ScratchFolder& scratch, const CaptureSum
 
 }  // namespace
 
-void promise_capture_maps(Bench& bench, const ScratchFolder& scratch) {
+void promise_capture_maps(Bench& bench) {
   bench.now("photographing the phantom");
   const CaptureScenario scene = capture_scenario(bench, 8, bench.quick() ? 256 : 1024);
   OrganPhantomOptions options;
@@ -144,7 +137,7 @@ void promise_capture_maps(Bench& bench, const ScratchFolder& scratch) {
   const auto color = make_photo_color(scene.surface, RayScene(scene.surface), std::move(photos));
   const CaptureSummary captured = capture(scene.surface, scene.proxy, scene.cameras, *color, {});
   promise_depth(bench, captured, scene);
-  sweep_packings(bench, scratch, captured, scene);
+  sweep_packings(bench, captured, scene);
 }
 
 }  // namespace organbake

@@ -18,25 +18,13 @@ struct CaptureScenario {
 };
 CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size);
 
-// A folder that goes away with the object.
-class ScratchFolder {
- public:
-  ScratchFolder();
-  ~ScratchFolder();
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-  // An empty folder inside, made anew.
-  std::filesystem::path fresh(const std::string& name) const;
-
- private:
-  std::filesystem::path path_;
-};
+// An empty folder in the suite's, made anew.
+std::filesystem::path fresh_folder(const Bench& bench, const std::string& name);
 
 // Trace, bind and write beside Embree's trace and OpenEXR's write alone; the price of a binding.
-void promise_capture_time(Bench& bench, const ScratchFolder& scratch);
+void promise_capture_time(Bench& bench);
 // Depth against an exact oracle, macro + micro against the surface, sizes and packings.
-void promise_capture_maps(Bench& bench, const ScratchFolder& scratch);
+void promise_capture_maps(Bench& bench);
 // Colour from six photographs against the true albedo; nothing bleeds across an occluder.
 void promise_capture_color(Bench& bench);
 

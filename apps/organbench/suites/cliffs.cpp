@@ -12,6 +12,7 @@
 #include "deform/deformer.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
+#include "organbench/error_measures.h"
 #include "phantom/ball_scan.h"
 #include "phantom/phantom.h"
 #include "phantom/shading_surfaces.h"
@@ -107,11 +108,8 @@ std::vector<Cliff> geometry_cliffs() {
        [](double mm) {
          IsosurfaceOptions options;
          options.iso_hu = kBallHalfWay_hu;
-         const TriangleMesh ball =
-             extract_isosurface(scan_ball(40, Eigen::Vector3d::Constant(mm)), options).mesh;
-         double squares = 0;
-         for (const Eigen::Vector3d& v : ball.vertices) squares += std::pow(v.norm() - 40, 2);
-         return std::sqrt(squares / double(ball.vertices.size()));
+         const Volume ct = scan_ball(40, Eigen::Vector3d::Constant(mm));
+         return radial_rms_mm(extract_isosurface(ct, options).mesh, 40);
        }},
       {"the organ's faces for one of the proxy", "", powers(2, 2, 11), "proxy, RMS", "mm", 1,
        [=](double ratio) {
@@ -133,21 +131,15 @@ std::vector<Cliff> motion_cliffs() {
 }
 
 std::vector<Cliff> picture_cliffs() {
-  return {
-      {"noise of a frame, of full scale", "%", powers(0.25, 2, 9),
-       "relative depth error, mean, one scale fitted", "%", 3, [](double percent) {
-         const int side = 96;
-         NearScene scene = near_scene(0.5, side);
-         add_noise(scene.intensity, percent / 100, true, 1);
-         const Plane v =
-             shade_laparoscope(scene.intensity, Mask(side, side, 1), scene.camera, {}).log_range;
-         double shift = 0, sum = 0;
-         for (std::size_t k = 0; k < v.size(); ++k)
-           shift += (scene.log_range.values[k] - v.values[k]) / double(v.size());
-         for (std::size_t k = 0; k < v.size(); ++k)
-           sum += std::abs(std::expm1(v.values[k] + shift - scene.log_range.values[k]));
-         return 100 * sum / double(v.size());
-       }}};
+  return {{"noise of a frame, of full scale", "%", powers(0.25, 2, 9),
+           "relative depth error, mean, one scale fitted", "%", 3, [](double percent) {
+             const int side = 96;
+             NearScene scene = near_scene(0.5, side);
+             add_noise(scene.intensity, percent / 100, true, 1);
+             const RangeEstimate shaded =
+                 shade_laparoscope(scene.intensity, Mask(side, side, 1), scene.camera, {});
+             return range_error_percent(shaded.log_range, scene.log_range);
+           }}};
 }
 
 // How it ends at a value: its error, or nothing where the value is refused.

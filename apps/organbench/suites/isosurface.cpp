@@ -5,6 +5,7 @@
 
 #include "core/text.h"
 #include "organbench/bench.h"
+#include "organbench/error_measures.h"
 #include "organbench/peers/contours.h"
 #include "organbench/suites.h"
 #include "phantom/ball_scan.h"
@@ -15,12 +16,6 @@ namespace {
 
 constexpr double kRadius_mm = 40;
 constexpr double kOrganIso_hu = -470;  // half-way between the phantom's tissue and air
-
-double radial_rms_mm(const TriangleMesh& mesh, double radius_mm) {
-  double squares = 0;
-  for (const Eigen::Vector3d& v : mesh.vertices) squares += std::pow(v.norm() - radius_mm, 2);
-  return std::sqrt(squares / double(mesh.vertices.size()));
-}
 
 // RMS over the vertices of their height above the phantom's formula.
 double formula_rms_mm(const TriangleMesh& mesh, const OrganPhantom& phantom) {

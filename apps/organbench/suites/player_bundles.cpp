@@ -9,20 +9,15 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr const char* kRecipe = R"(schema: organbake/recipe/1
-name: player benchmark
-phantom: {kind: organ, seed: 1, photos: 8}
-isosurface: {iso: -470}
-decimate: {}
-mechanics: {}
+constexpr const char* kScene = R"(phantom: {kind: organ, seed: 1, photos: 8}
 place: {count: 8}
-capture: {}
 bundle: {surface: true}
 )";
 
 }  // namespace
 
-PlayerBundles::PlayerBundles(const Bench& bench) : bench_(bench), baker_(bench, kRecipe) {}
+PlayerBundles::PlayerBundles(const Bench& bench)
+    : bench_(bench), baker_(bench, organ_recipe("player benchmark", kScene)) {}
 
 fs::path PlayerBundles::program(const std::string& name) const { return program_folder() / name; }
 

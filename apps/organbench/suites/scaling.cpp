@@ -12,6 +12,7 @@
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
 #include "organbench/bench.h"
+#include "organbench/memory_bundle.h"
 #include "organbench/suites.h"
 #include "phantom/ball_scan.h"
 #include "phantom/phantom.h"
@@ -112,27 +113,25 @@ std::vector<Growth> face_growths(bool quick) {
   return growths;
 }
 
-Bundle baked(const TriangleMesh& surface, const TriangleMesh& proxy, int map_size) {
+PlacementOptions four_cameras(int map_size) {
   PlacementOptions options;
   options.count = 4;
   options.map_size = map_size;
-  const Placement placement = place_cameras(surface, options);
-  Bundle bundle;
-  bundle.proxy = proxy;
-  bundle.cameras = {placement.cameras, {}, placement.manifold};
-  bundle.mechanics = make_mechanics(proxy, {});
-  CaptureSummary captured =
-      capture(surface, proxy, placement.cameras, *make_vertex_color(surface), {});
-  bundle.maps = std::move(captured.maps);
-  bundle.base = std::move(captured.base);
-  return bundle;
+  return options;
+}
+
+// Placed beforehand: what is timed is capture alone.
+std::function<void()> capture_work(const TriangleMesh& surface, const TriangleMesh& proxy,
+                                   int map_size) {
+  return [&surface, &proxy, cameras = place_cameras(surface, four_cameras(map_size)).cameras] {
+    capture(surface, proxy, cameras, *make_vertex_color(surface), {});
+  };
 }
 
 Growth capture_growth(const TriangleMesh& surface, const TriangleMesh& proxy, bool quick) {
   Growth growth{"capture", "texels", {}};
   for (const int side : quick ? std::vector{64, 128} : std::vector{128, 256, 512, 1024}) {
-    growth.loads.push_back(
-        {4.0 * side * side, [&surface, &proxy, side] { baked(surface, proxy, side); }});
+    growth.loads.push_back({4.0 * side * side, capture_work(surface, proxy, side)});
   }
   return growth;
 }
@@ -191,13 +190,14 @@ void run_scaling_suite(Bench& bench) {
   const TriangleMesh proxy = decimate(surface, {}).proxy;
   measure(bench, capture_growth(surface, proxy, quick));
   measure(bench, shade_growth(quick));
-  Player player(baked(surface, proxy, quick ? 128 : 512));
+  const int map_size = quick ? 128 : 512;
+  Player player(memory_bundle(surface, proxy, four_cameras(map_size)));
   measure(bench, frame_growth(player, quick));
   measure(bench, step_growth(quick));
 
   measure_threads(bench, "decimate, fitted", [&] { decimate(surface, {}); });
   measure_threads(bench, "place, 8 cameras", [&] { place_cameras(surface, {}); });
-  measure_threads(bench, "capture", [&] { baked(surface, proxy, quick ? 128 : 512); });
+  measure_threads(bench, "capture", capture_work(surface, proxy, map_size));
   const View view = orbit_view(player.bundle().cameras, {0.3, 0.1}, 1280, 720);
   measure_threads(bench, "frame of 720p", [&] {
     Frame frame;

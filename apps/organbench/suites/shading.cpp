@@ -5,6 +5,7 @@
 
 #include "core/text.h"
 #include "organbench/bench.h"
+#include "organbench/error_measures.h"
 #include "organbench/suites.h"
 #include "phantom/laparoscopy.h"
 #include "phantom/shading_surfaces.h"
@@ -21,28 +22,6 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 const std::string kRangeError = "relative depth error, mean, one scale fitted";
-
-double mean_of(const Plane& plane) {
-  double sum = 0;
-  for (float value : plane.values) sum += value;
-  return sum / static_cast<double>(plane.size());
-}
-
-double range_error_percent(const Plane& log_range, const Plane& truth) {
-  const double shift = mean_of(truth) - mean_of(log_range);
-  double sum = 0;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    sum += std::abs(std::exp(log_range.values[k] + shift - truth.values[k]) - 1);
-  return 100 * sum / static_cast<double>(truth.size());
-}
-
-double depth_error_px(const Plane& depth, const Plane& truth) {
-  const double shift = mean_of(truth) - mean_of(depth);
-  double sum = 0;
-  for (std::size_t k = 0; k < truth.size(); ++k)
-    sum += std::abs(depth.values[k] + shift - truth.values[k]);
-  return sum / static_cast<double>(truth.size());
-}
 
 Plane flat_log_range(const Intrinsics& camera) {
   const RayGrid rays = ray_grid(camera);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/error_measures.h"
 #include "organbench/suites/skip_parts.h"
 #include "player/orbit.h"
 #include "player/player.h"
@@ -6,13 +7,7 @@
 namespace organbake {
 namespace {
 
-double bytes_that_differ(const Rgb8Image& a, const Rgb8Image& b) {
-  double count = 0;
-  for (std::size_t k = 0; k < a.pixels.size(); ++k) count += a.pixels[k] != b.pixels[k];
-  return count;
-}
-
-// Vertices near one of them, pushed in by a little more for each frame: a tenth of the skin moves.
+// One of the vertices, pushed in by a little more for each frame.
 std::vector<Eigen::Vector3d> pressed(const std::vector<Eigen::Vector3d>& rest, int frame) {
   std::vector<Eigen::Vector3d> positions = rest;
   positions[0] *= 1 - 0.002 * (frame + 1);
@@ -34,7 +29,7 @@ void skip_frames(Bench& bench, const std::filesystem::path& bundle_folder) {
     whole.serial = 0;  // its last picture is not to be built on
     return draw(whole_warper, positions, whole);
   };
-  const auto different = [&] { return bytes_that_differ(whole.color, skipping.color); };
+  const auto different = [&] { return count_different(whole.color.pixels, skipping.color.pixels); };
   draw(warper, rest, skipping);
   const double still =
       add_skip_scene(bench, {"a frame of 720p that is like the last one", [&] { anew(rest); },

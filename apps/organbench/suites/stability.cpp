@@ -3,7 +3,6 @@
 #include <map>
 #include <thread>
 
-#include "core/text.h"
 #include "organbench/bench.h"
 #include "organbench/stability/trial.h"
 #include "organbench/suites.h"

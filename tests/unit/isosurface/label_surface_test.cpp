@@ -125,8 +125,8 @@ TEST(LabelSurface, SingleVoxelsAndFullMasksAreSurfacesToo) {
 TEST(LabelSurface, SpecksFinerThanTheSmoothingAreRefused) {
   Volume mask;
   mask.size = {16, 16, 16};
-  mask.spacing_mm = {1.15, 0.17,
-                     80};  // the blur, as high as the stairs, is 370 voxels wide along y
+  // The blur, as high as the stairs, is 370 voxels wide along y.
+  mask.spacing_mm = {1.15, 0.17, 80};
   mask.voxels.assign(4096, 0);
   for (int k = 0; k < 10; ++k) mask.voxels[std::size_t(397 * k + 100)] = 1;
   try {

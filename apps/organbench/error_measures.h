@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "geometry/camera.h"
+#include "geometry/shell_map.h"
+#include "geometry/triangle_mesh.h"
+#include "raycast/ray_scene.h"
+#include "shading/grid.h"
+
+// What suites and trials hold results against.
+namespace organbake {
+
+// RMS over the vertices of their distance to a sphere round the origin.
+double radial_rms_mm(const TriangleMesh& mesh, double radius_mm);
+
+// Mean relative error of a range, one scale fitted; both are logarithms of ranges.
+double range_error_percent(const Plane& log_range, const Plane& truth);
+// Mean difference of a depth, one offset fitted; both in pixels.
+double depth_error_px(const Plane& depth, const Plane& truth);
+
+// Through the middle of a texel, counted row by row; z = 1 in camera space.
+Ray texel_ray(const PosedCamera& camera, std::size_t texel);
+Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double depth_mm);
+
+// What a player makes of a stored point and height: macro + micro.
+Eigen::Vector3d rejoined_point(const ShellMatrix& shell, double height_mm,
+                               const Eigen::Vector3d& stored);
+
+// Places in which two sequences of one length are not the same.
+template <class Sequence>
+double count_different(const Sequence& a, const Sequence& b) {
+  double count = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) count += a[k] != b[k];
+  return count;
+}
+
+}  // namespace organbake

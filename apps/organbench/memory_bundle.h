@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "bundle/bundle.h"
+#include "capture/capture.h"
+#include "geometry/triangle_mesh.h"
+#include "viewpoints/placement.h"
+
+namespace organbake {
+
+// A bundle as the stages make it, without a file: the surface in its vertices' colours. Throws what
+// the stages throw.
+Bundle memory_bundle(const TriangleMesh& surface, const TriangleMesh& proxy,
+                     const PlacementOptions& placement, const CaptureOptions& capturing = {});
+
+}  // namespace organbake
