@@ -22,7 +22,7 @@ struct DistantEstimate {
   Plane depth;        // Z, pixels, away from the camera, mean 0
   double misfit = 0;  // root mean square of I − R; proves nothing about the depth
   // "flat", "near" or "far": the start (a plane, a dome towards the camera, a bowl) whose solution
-  // explains the image with the least bending.
+  // explains the image with the least bending; "solid": a round thing in front of a plain ground.
   std::string branch;
   bool ambiguous = false;  // light within 10° of the viewing axis: relief may be inside out
   int refinements = 0;     // conjugate-gradient steps of the branch taken
@@ -32,9 +32,9 @@ struct DistantEstimate {
 // Gauss–Newton from coarse to fine (the bending weight falls on each level, so that the large shape
 // settles before the detail). A light's picture leaves a surface free along the border it comes
 // from: the border is held near one depth, as in pictures of something on a plain ground, unless it
-// resists; of all that is left the least steep surface is taken. Three starts; the branch taken is
-// told. Under frontal light shape and its inverse give the same image, which `ambiguous` says.
-// Deterministic.
+// resists; of all that is left the least steep surface is taken. Three starts, and a solid with an
+// occluding rim where one explains the image (rimmed_solid.h); the branch taken is told. Under
+// frontal light shape and its inverse give the same image, which `ambiguous` says. Deterministic.
 DistantEstimate shade_distant(const Plane& intensity, const Mask& inside,
                               const DistantOptions& options, const Plane* previous = nullptr);
 
