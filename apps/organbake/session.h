@@ -54,10 +54,10 @@ class Session {
   struct Threads;
 
   Terminal terminal_;
-  OptionList shared_;
-  std::unique_ptr<Threads> thread_limit_;
   int threads_ = 0;
   bool quiet_ = false, verbose_ = false, json_ = false, version_ = false, help_ = false;
+  OptionList shared_;  // after what it sets: it reads the defaults from there
+  std::unique_ptr<Threads> thread_limit_;
 };
 
 // SIGINT and SIGTERM ask the running stage to stop; a second one ends the program at once.

@@ -66,7 +66,8 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_option("--warp", warp, "bound, or the paper's own chain as a baseline: paper")
       ->check(CLI::IsMember({"bound", "paper"}))
       ->capture_default_str();
-  app.add_flag("!--no-instruments", c.instruments, "leave the tools out of the frames");
+  app.add_flag_callback(
+      "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")
       ->delimiter(',');

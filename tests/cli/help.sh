@@ -13,6 +13,7 @@ for command in $commands; do
   expect 0 organbake $command --help
   expect_out "organbake $command"
   expect_out "--threads N"
+  expect_out "[0…4096; default 0]"
 done
 organbake decimate --help >out
 expect_out "--faces N"
