@@ -183,10 +183,10 @@ Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& op
   std::vector<float> field = label_field(mask, options.label, box);
   gaussian_blur(field, box.size, sigma);
   context.progress(0.4);
-  // An open surface has no volume to match, and voxel stairs have theirs by construction.
-  const bool match = options.cap && options.smooth_mm > 0;
-  TriangleMesh mesh =
-      match ? matched_surface(field, box, options.label, context) : contour_at(field, box, 0.5);
+  // An open surface has no volume to match. Voxel stairs do: at level 0.5 a voxel of its own is an
+  // octahedron of a sixth of its volume.
+  TriangleMesh mesh = options.cap ? matched_surface(field, box, options.label, context)
+                                  : contour_at(field, box, 0.5);
   if (mesh.empty()) {
     throw BadDataError("label " + std::to_string(options.label) +
                        " vanishes when smoothed; choose a smaller --smooth");

@@ -92,6 +92,19 @@ TEST(LabelSurface, SmoothingOfZeroGivesTheVoxelsThemselves) {
   const TriangleMesh mesh = extract_label_surface(mask, options).mesh;
   expect_closed_and_sound(mesh);
   EXPECT_GT(radial_normal_rms_deg(mesh), 15);
+  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kLabelVolumeTolerance);
+}
+
+TEST(LabelSurface, UnsmoothedSpecksKeepTheirVolume) {
+  Volume mask = grid_around_origin({1, 1, 2}, 20);
+  mask.voxels.assign(static_cast<std::size_t>(mask.size[0]) * mask.size[1] * mask.size[2], 0);
+  for (std::size_t v = 0; v < mask.voxels.size(); v += 211) mask.voxels[v] = 1;
+  IsosurfaceOptions options;
+  options.smooth_mm = 0;
+  options.largest = 0;
+  const TriangleMesh mesh = extract_label_surface(mask, options).mesh;
+  expect_closed_and_sound(mesh);
+  EXPECT_NEAR(signed_volume(mesh) / voxel_volume(mask), 1, kLabelVolumeTolerance);
 }
 
 TEST(LabelSurface, TakesOneLabelOfMany) {
