@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/error.h"
@@ -12,6 +14,7 @@
 #include "shading/noise_level.h"
 #include "shading/offset_light.h"
 #include "shading/pyramid.h"
+#include "shading/roughness.h"
 
 namespace organbake {
 namespace {
@@ -102,6 +105,9 @@ Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOption
   Plane v = coarse_solution(levels, estimate);
   RangeFitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
   fit_level(levels.back(), fit, v, estimate);
+  fit.roughness = roughness_of(v, levels.back());
+  fit_level(levels.back(), fit, v, estimate);
+  estimate.roughness = fit.roughness = roughness_of(v, levels.back());
   fit.outer_steps = 2;
   fit.inner_steps = 15;
   for (std::size_t i = levels.size() - 1; i-- > 0;) {
@@ -114,11 +120,13 @@ Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOption
 
 // What changed since the previous frame is found on the coarse levels and added to its detail.
 Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
-                 const Plane& previous, RangeEstimate& estimate) {
+                 const Plane& previous, std::optional<double> roughness, RangeEstimate& estimate) {
   std::vector<Plane> before = {previous};
   for (std::size_t i = 1; i < levels.size(); ++i) before.push_back(halved(before.back()));
   RangeFitOptions fit{.outer_steps = 2, .inner_steps = 60, .model_error = options.texture};
   Plane v = before.back();
+  fit.roughness = roughness ? *roughness : roughness_of(v, levels.back());
+  estimate.roughness = fit.roughness;
   fit_level(levels.back(), fit, v, estimate);
   fit.outer_steps = 1;
   fit.inner_steps = 10;
@@ -158,6 +166,35 @@ void relight(const ShadedImage& seen, const LaparoscopeOptions& options, double 
   }
 }
 
+double mean_difference(const Plane& a, const Plane& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += std::abs(a.values[k] - b.values[k]);
+  return sum / std::max<double>(1, static_cast<double>(a.size()));
+}
+
+// A fixed point: each range gives the image of a central light, and that image a better range. The
+// light's ratio hangs on slopes, whose errors feed back: a smooth surface is asked for (granted a
+// rough one, 10 mm beside the lens, the steps grew from the sixth on), and steps that grow again
+// end it.
+void relight_until_settled(const ShadedImage& seen, int base_side,
+                           const LaparoscopeOptions& options, double range_mm,
+                           RangeEstimate& estimate) {
+  constexpr int kRelightings = 6;
+  constexpr double kRoughness = 0.1, kGrowth = 1.5;
+  double last_step = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRelightings; ++i) {
+    ShadedImage central = seen;
+    relight(seen, options, std::max(range_mm, 1.0), estimate.log_range, central);
+    const std::vector<ShadedImage> levels = pyramid_of(std::move(central), base_side);
+    Plane better = i == 0 ? solve_cold(levels, options, estimate)
+                          : solve_warm(levels, options, estimate.log_range, kRoughness, estimate);
+    const double step = mean_difference(better, estimate.log_range);
+    if (i > 1 && step > kGrowth * last_step) return;
+    last_step = step;
+    estimate.log_range = std::move(better);
+  }
+}
+
 }  // namespace
 
 void LaparoscopeOptions::check() const {
@@ -186,24 +223,15 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
     return estimate;
   }
   const int base = estimate.noise > kNoisy ? kNoisyBaseSide : kBaseSide;
-  std::vector<ShadedImage> levels = pyramid_of(std::move(image), base);
+  const std::vector<ShadedImage> levels = pyramid_of(std::move(image), base);
   const bool warm = previous && previous->width == camera.width &&
                     previous->height == camera.height && options.refine;
-  estimate.log_range = warm ? solve_warm(levels, options, *previous, estimate)
+  estimate.log_range = warm ? solve_warm(levels, options, *previous, {}, estimate)
                             : solve_cold(levels, options, estimate);
   if (!beside_or_beamed(options)) return estimate;
   if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))
     throw UsageError("a light beside the camera needs a range in mm: give --range-mm");
-  const ShadedImage seen = levels.front();
-  // A fixed point: each range gives the image of a central light, and that image a better range.
-  constexpr int kRelightings = 6;
-  for (int i = 0; i < kRelightings; ++i) {
-    ShadedImage central = seen;
-    relight(seen, options, std::max(range_mm, 1.0), estimate.log_range, central);
-    levels = pyramid_of(std::move(central), base);
-    estimate.log_range = i == 0 ? solve_cold(levels, options, estimate)
-                                : solve_warm(levels, options, estimate.log_range, estimate);
-  }
+  relight_until_settled(levels.front(), base, options, range_mm, estimate);
   estimate.warm = warm;
   return estimate;
 }

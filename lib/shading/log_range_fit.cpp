@@ -9,9 +9,6 @@
 namespace organbake {
 namespace {
 
-// Root of the surface's curvature power, (1/normalised coordinate)²·length: how rough ln r may be
-// where the image is silent. Larger follows noise, smaller flattens ridges.
-constexpr double kRoughness = 0.25;
 constexpr double kSettled = 2e-5;  // an outer step that moves v less (mean) ends the fit
 
 // d ln M = −(2δ + b·∇δ) at v. The model, not the image, stands in the weight: dark pixels, whose
@@ -56,7 +53,7 @@ FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& option
   const RayGrid& rays = image.rays;
   FirstOrderEquations equations(v.width, v.height, rays.step_x, rays.step_y, 2);
   // Noise of σ² per pixel is a power of σ²h² per area; bending, too, is summed per pixel.
-  equations.set_bending(rays.step_x * rays.step_y / (kRoughness * kRoughness));
+  equations.set_bending(rays.step_x * rays.step_y / (options.roughness * options.roughness));
   Plane delta(v.width, v.height);
   FitSummary summary;
   // ln r never moves by more than this in one step: the linearisation holds no farther.

@@ -19,6 +19,9 @@ struct RangeFitOptions {
   int inner_steps = 15;  // conjugate gradients in each
   // Share of the model that it can never explain: differences, texture. Bounds what a pixel counts.
   double model_error = 0.004;
+  // Root of the surface's curvature power, (1/normalised coordinate)² · length: how rough ln r may
+  // be where the image is silent. Larger follows noise, smaller flattens ridges.
+  double roughness = 0.25;
 };
 
 struct FitSummary {
@@ -30,8 +33,9 @@ struct FitSummary {
 //   Σ (I − M(v))²/σ²  +  μ Σ (v_xx² + 2 v_xy² + v_yy²),   ln M = −2v − ½ ln(1+G)
 // with second-order differences. The upwind solution that it starts from has the right branch and
 // O(h) errors; at borders where the surface comes nearer it knows nothing from outside, and noise
-// pulls it to the camera: all three are mended here. μ follows from σ, so the smoothing width is
-// the data's own and does not change with resolution. Pixels outside are bridged by the penalty.
+// pulls it to the camera: all three are mended here. μ follows from σ and the roughness, so the
+// smoothing width is the data's own and does not change with resolution. Pixels outside are bridged
+// by the penalty.
 FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v);
 
 }  // namespace organbake
