@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "shading/first_order_equations.h"
+#include "shading/differences.h"
 
 namespace organbake {
 

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "shading/differences.h"
 #include "shading/first_order_equations.h"
 #include "shading/noise_level.h"
 #include "shading/pyramid.h"
@@ -37,11 +38,13 @@ double linearise(const ShadedImage& image, const Eigen::Vector3d& s, const Plane
                  FirstOrderEquations& equations) {
   const double step = image.rays.step_x;
   double sum = 0, count = 0;
-  for (int row = 0; row < z.height; ++row)
+  std::vector<double> by_x, by_y;
+  for (int row = 0; row < z.height; ++row) {
+    derivatives_along(z, row, by_x);
+    derivatives_across(z, row, by_y);
     for (int column = 0; column < z.width; ++column) {
       const std::size_t k = z.index(column, row);
-      const double p = derivative_at(&z.values[z.index(0, row)], column, z.width, 1) / step;
-      const double q = derivative_at(&z.values[column], row, z.height, z.width) / step;
+      const double p = by_x[column] / step, q = by_y[column] / step;
       const double w2 = 1 + p * p + q * q, w = std::sqrt(w2), r = lambert(p, q, s);
       const double intensity = image.intensity.values[k];
       // Black says only that the surface looks away from the light.
@@ -60,6 +63,7 @@ double linearise(const ShadedImage& image, const Eigen::Vector3d& s, const Plane
       sum += misfit * misfit;
       ++count;
     }
+  }
   return std::sqrt(sum / std::max(1.0, count));
 }
 

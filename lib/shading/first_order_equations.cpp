@@ -26,15 +26,6 @@ double dot(const Plane& a, const Plane& b) {
 
 }  // namespace
 
-double derivative_at(const float* v, int i, int n, std::ptrdiff_t stride) {
-  const auto at = [&](int k) { return double(v[k * stride]); };
-  if (n < 3) return n == 2 ? at(1) - at(0) : 0;
-  if (i == 0) return -1.5 * at(0) + 2 * at(1) - 0.5 * at(2);
-  if (i == n - 1) return 1.5 * at(i) - 2 * at(i - 1) + 0.5 * at(i - 2);
-  if (i == 1 || i == n - 2) return 0.5 * (at(i + 1) - at(i - 1));
-  return (8 * (at(i + 1) - at(i - 1)) - (at(i + 2) - at(i - 2))) / 12;
-}
-
 FirstOrderEquations::FirstOrderEquations(int width, int height, double step_x, double step_y,
                                          float zero_order)
     : slope_x(width, height),
@@ -204,6 +195,12 @@ void FirstOrderEquations::fill_diagonal() {
           data + anchor.values[k] + pull + bend_xx_ * in_x + bend_yy_ * in_y + bend_xy_ * in_xy;
       diagonal_.values[k] = std::max(sum, 1e-20F);
     }
+}
+
+double FirstOrderEquations::penalty(const Plane& v) {
+  std::fill(image_.values.begin(), image_.values.end(), 0.F);
+  add_bending(v, 1, image_);
+  return dot(v, image_);
 }
 
 int FirstOrderEquations::solve(const Plane& v, int most_steps, Plane& delta) {

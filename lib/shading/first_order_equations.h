@@ -25,6 +25,9 @@ class FirstOrderEquations {
   // Span in pixels of the difference at index i of n: 2 inside, 1 at the ends (or 1 when n is 1).
   static int span(int i, int n) { return n < 3 ? 1 : (i > 0) + (i + 1 < n); }
 
+  // What bending, membrane and anchors cost v.
+  double penalty(const Plane& v);
+
   // Minimises over δ by preconditioned conjugate gradients from zero; returns the steps taken.
   int solve(const Plane& v, int most_steps, Plane& delta);
 
@@ -49,9 +52,5 @@ class FirstOrderEquations {
   Plane diagonal_, residual_, scaled_, direction_, image_;
   std::vector<float> row_;
 };
-
-// dv/di at index i of n values `stride` apart: central, of fourth order where there is room and of
-// second order elsewhere (one-sided at the ends).
-double derivative_at(const float* v, int i, int n, std::ptrdiff_t stride);
 
 }  // namespace organbake
