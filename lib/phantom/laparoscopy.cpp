@@ -24,7 +24,8 @@ using Eigen::Vector3d;
 
 constexpr double kBed_mm = 60;    // of the bed from the first camera
 constexpr double kReach_mm = 40;  // bumps lie within this of the axis
-const Vector3d kTissue(0.55, 0.20, 0.16), kSteel(0.34, 0.35, 0.36);
+const Vector3d kTissue(0.55, 0.20, 0.16), kOtherTissue(0.72, 0.52, 0.26);
+const Vector3d kSteel(0.34, 0.35, 0.36);
 constexpr double kGlint = 2.2, kGlintExponent = 200;
 
 // Where a ray from `eye` first meets z = h(x, y), by small steps and bisection.
@@ -117,6 +118,15 @@ double LaparoscopyPhantom::albedo_factor(const Vector3d& point) const {
   return 1 + options_.texture * sum / std::sqrt(waves_.size() / 2.0) / 1.5;
 }
 
+Vector3d LaparoscopyPhantom::tissue_color(const Vector3d& point) const {
+  if (!options_.two_tissues) return kTissue;
+  const auto nearer = [](const Bump& a, const Bump& b) {
+    return std::hypot(a.x, a.y) < std::hypot(b.x, b.y);
+  };
+  const Bump& bump = *std::min_element(bumps_.begin(), bumps_.end(), nearer);
+  return std::hypot(point.x() - bump.x, point.y() - bump.y) < bump.radius ? kOtherTissue : kTissue;
+}
+
 PosedCamera LaparoscopyPhantom::camera(int frame) const {
   PosedCamera camera;
   camera.name = "frame_" + std::to_string(frame);
@@ -169,7 +179,7 @@ LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
         const double spots = std::pow(
             0.5 + 0.25 * (albedo_factor(2.3 * point) - 1) / std::max(options_.texture, 1e-9), 4);
         const double glint = options_.texture > 0 ? 4 * mirror * spots : mirror;
-        color = kTissue * (lit * albedo_factor(point)) + Vector3d::Constant(glint);
+        color = tissue_color(point) * (lit * albedo_factor(point)) + Vector3d::Constant(glint);
         result.depth_mm.values[k] = static_cast<float>(z);
         result.normals[k] = (view.camera_from_world.rotation * normal).cast<float>();
         result.highlights.values[k] = glint > 0.5 * kTissue.x() * lit;

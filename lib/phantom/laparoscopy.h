@@ -16,9 +16,10 @@ struct LaparoscopyOptions {
   int width = 640, height = 480;
   int frames = 8;
   double field_of_view_rad = 1.2217304763960306;
-  double noise = 0.005;   // share of full scale
-  double texture = 0.1;   // of the albedo
-  double highlights = 1;  // strength of the mirror reflection
+  double noise = 0.005;      // share of full scale
+  double texture = 0.1;      // of the albedo
+  double highlights = 1;     // strength of the mirror reflection
+  bool two_tissues = false;  // the bump next to the axis has a colour of its own, and is brighter
   bool instrument = true;
   bool round_view = true;        // black outside the endoscope's stop
   double light_offset_x_mm = 0;  // of the light from the lens
@@ -57,6 +58,7 @@ class LaparoscopyPhantom {
   };
   Eigen::Vector3d normal_world(double x_mm, double y_mm) const;
   double albedo_factor(const Eigen::Vector3d& point) const;
+  Eigen::Vector3d tissue_color(const Eigen::Vector3d& point) const;
 
   LaparoscopyOptions options_;
   std::vector<Bump> bumps_;
