@@ -82,9 +82,16 @@ double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<Ph
                                                               : 1;
 }
 
+// Of a smaller picture a pixel is a larger part of the organ, so that more of another organ's
+// outline lies within one: 0.4–0.5 of it at a diameter of 300 pixels and more, up to 0.73 at 190.
+double sure_outline(double organ_px) {
+  constexpr double kLargeEnough = 310, kPerPixel = 0.0022, kMost = 0.95;
+  return std::min(kMost, kSureOutline + kPerPixel * std::max(0.0, kLargeEnough - organ_px));
+}
+
 std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
 
-void judge(PoseQuality& q) {
+void judge(PoseQuality& q, double organ_px) {
   struct Rule {
     bool broken;
     Verdict verdict;
@@ -98,8 +105,11 @@ void judge(PoseQuality& q) {
        "the photograph does not look like the surface: R = " + to_text(q.correlation, 3)},
       {!(q.outline_share >= kLeastOutline), Verdict::failed,
        "the photograph has the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
-      {!(q.outline_share >= kSureOutline), Verdict::doubtful,
-       "only " + percent(q.outline_share) + " of the outline fits"},
+      {!(q.outline_share >= sure_outline(organ_px)), Verdict::doubtful,
+       "only " + percent(q.outline_share) +
+           " of the outline fits; of an organ as large as this in "
+           "its picture " +
+           percent(sure_outline(organ_px)) + " should"},
       {!(q.correlation >= kSureCorrelation), Verdict::doubtful,
        "the photograph looks little like the surface: R = " + to_text(q.correlation, 3)},
       {!(q.inlier_share >= kLeastInliers), Verdict::doubtful,
@@ -189,7 +199,7 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
   quality.focal_scale =
       options.free_focal ? 1 : wanted_focal_scale(surface, pyramid, options, state, context);
-  judge(quality);
+  judge(quality, 2 * surface.radius_mm() * lens.fx / state.solver.pose[6]);
   if (options.free_focal) quality.focal_scale = found;
   return quality;
 }

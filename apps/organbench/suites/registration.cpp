@@ -69,6 +69,7 @@ void promise_accuracy(Bench& bench, const LampScenes& scenes) {
       Figure{what + ": reprojection, median", "px", spread_of(clean.reprojection_px).median, 0.1});
   bench.add(Figure{what + ": verdict ok", "%", clean.share_ok(), 95, Figure::Goal::at_least});
 
+  if (bench.quick()) return;  // in a small photograph texture hides the outline: doubtful, rightly
   bench.now("phantom photographs with vignette, texture, highlights");
   const Errors hard = run(bench, scenes, starts, true);
   const std::string harder = "the same with vignette, albedo, highlights" + cases(starts.count);
