@@ -12,8 +12,8 @@ namespace organbake {
 struct RefineOptions {
   Light light;
   Similarity similarity = Similarity::radiance;
-  Form form =
-      Form::patches;  // on the two finest levels; coarser ones always take the whole picture
+  Form form = Form::patches;  // on the two finest levels; coarser ones always take the whole
+                              // picture, and so does the finest where one gain fits all patches
   int patch_px = 24;
   bool free_focal = false;
   int outer_iterations = 4;   // overlap, light and weights anew, per level
