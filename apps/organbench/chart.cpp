@@ -27,11 +27,15 @@ class LogAxis {
   double pixel(double value) const {
     return from_ + (to_ - from_) * (std::log10(value) - low_) / (high_ - low_);
   }
-  // 1, 2, 5 of every decade within the axis.
+  // 1, 2, 5 of every decade within the axis, or 1 alone where their labels would touch.
   std::vector<double> ticks() const {
+    constexpr double kLeastGap = 30;  // pixels between labels
+    const double decade_px = std::abs(to_ - from_) / (high_ - low_);
+    const bool crowded = decade_px < 3 * kLeastGap;
     std::vector<double> ticks;
     for (int decade = int(std::floor(low_)); decade <= int(std::ceil(high_)); ++decade) {
       for (const double digit : {1.0, 2.0, 5.0}) {
+        if (crowded && digit > 1) break;
         const double value = digit * std::pow(10, decade), log = std::log10(value);
         if (log >= low_ - 1e-9 && log <= high_ + 1e-9) ticks.push_back(value);
       }
@@ -47,6 +51,8 @@ class LogAxis {
 // A logarithm needs something above zero: an error of 0 is drawn as one ten-millionth.
 double drawn_error(const Point& p) { return std::max(p.errors.front().value, 1e-7); }
 double drawn_time(const Point& p) { return std::max(p.timing.wall_ms.median, 1e-4); }
+// What was not timed, a flat plane say, is a level that others are above or below.
+bool timed(const Point& p) { return p.timing.runs > 0; }
 
 constexpr int kDigits = 3;
 std::string number(double value) { return page_number(value, kDigits); }
@@ -93,8 +99,9 @@ std::string dot(double x, double y, const char* color, const Point& p, bool on_f
 }  // namespace
 
 std::vector<std::size_t> pareto_front(const std::vector<Point>& points) {
-  std::vector<std::size_t> order(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (timed(points[i])) order.push_back(i);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::pair(points[a].timing.wall_ms.median, points[a].errors.front().value) <
            std::pair(points[b].timing.wall_ms.median, points[b].errors.front().value);
@@ -111,12 +118,13 @@ std::string time_error_chart(const std::vector<Point>& points) {
   std::vector<double> times, errors;
   std::vector<std::string> subjects;
   for (const Point& p : points) {
-    times.push_back(drawn_time(p));
+    if (timed(p)) times.push_back(drawn_time(p));
     errors.push_back(drawn_error(p));
     if (std::find(subjects.begin(), subjects.end(), p.subject) == subjects.end()) {
       subjects.push_back(p.subject);
     }
   }
+  if (times.empty()) times = {1};
   const LogAxis x(times, kLeft, kWidth - kRight), y(errors, kHeight - kBottom, kTop);
   const Quantity& error = points.front().errors.front();
   const std::vector<std::size_t> front = pareto_front(points);
@@ -131,7 +139,12 @@ std::string time_error_chart(const std::vector<Point>& points) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (points[i].subject != subjects[s]) continue;
       peer = points[i].peer;
-      const double px = x.pixel(times[i]), py = y.pixel(errors[i]);
+      const double py = y.pixel(errors[i]);
+      if (!timed(points[i])) {
+        line += "M" + to_text(kLeft, 0) + " " + to_text(py, 1) + "H" + to_text(kWidth - kRight, 0);
+        continue;
+      }
+      const double px = x.pixel(drawn_time(points[i]));
       line += (line.empty() ? "M" : "L") + to_text(px, 1) + " " + to_text(py, 1);
       dots += dot(px, py, color, points[i], std::count(front.begin(), front.end(), i) > 0);
     }

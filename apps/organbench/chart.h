@@ -9,11 +9,11 @@
 namespace organbake {
 
 // Points that no other is both faster and more accurate than; in order of time. Points of one
-// task are given; the first error of each counts.
+// task are given; the first error of each counts. What was not timed is on no front.
 std::vector<std::size_t> pareto_front(const std::vector<Point>& points);
 
 // Time against error of one task, both axes logarithmic, as inline SVG: a line for each subject,
-// peers dashed, a ring round the points of the Pareto front.
+// peers dashed, a ring round the points of the Pareto front; what was not timed is a level.
 std::string time_error_chart(const std::vector<Point>& points);
 
 }  // namespace organbake

@@ -24,6 +24,21 @@ TEST(ParetoFront, OfEqualPointsHoldsOne) {
   EXPECT_EQ(pareto_front({point("a", 1, 1), point("b", 1, 1)}).size(), 1u);
 }
 
+TEST(ParetoFront, LeavesOutWhatWasNotTimed) {
+  Point flat = point("flat plane", 0, 0.5);
+  flat.timing.runs = 0;
+  EXPECT_THAT(pareto_front({flat, point("a", 10, 1)}), ElementsAre(1));
+}
+
+TEST(TimeErrorChart, WhatWasNotTimedIsALevelAndStretchesNoAxis) {
+  Point flat = point("flat plane", 0, 0.5);
+  flat.timing.runs = 0;
+  const std::string svg = time_error_chart({flat, point("a", 10, 1), point("a", 20, 0.2)});
+  EXPECT_THAT(svg, testing::Not(HasSubstr(">0.0001<")));
+  EXPECT_THAT(svg, HasSubstr(">10<"));
+  EXPECT_THAT(time_error_chart({flat}), testing::Not(HasSubstr("nan")));
+}
+
 TEST(TimeErrorChart, SurvivesZeroErrorsAndOddNames) {
   const std::string svg = time_error_chart({point("a<b & 'c'", 1, 0)});
   EXPECT_THAT(svg, HasSubstr("a&lt;b &amp; &#39;c&#39;"));
