@@ -68,6 +68,12 @@ function(organbake_compile_lightly target)
   target_compile_options(${target} PRIVATE $<IF:$<CONFIG:Debug>,-O0,-O1>)
 endfunction()
 
+# The same for single files of a target that is otherwise built to run fast.
+function(organbake_compile_files_lightly)
+  set_source_files_properties(${ARGN} PROPERTIES
+    COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1> SKIP_PRECOMPILE_HEADERS ON)
+endfunction()
+
 # organbake_module(<name> [RUNTIME] SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
 # Declares organbake::<name>. RUNTIME modules are what organplay needs: they are installed and exported.
 function(organbake_module name)
