@@ -31,7 +31,7 @@ IsosurfaceOptions at_level(double iso_hu, bool refine = false) {
   return options;
 }
 
-struct Competitor {
+struct ContourMethod {
   std::string subject;
   bool peer;
   std::function<TriangleMesh()> surface;
@@ -39,7 +39,7 @@ struct Competitor {
 
 // All of them on one CT; `error` tells how far a mesh is from the truth.
 void compete(Bench& bench, const std::string& task, const std::vector<Quantity>& knobs,
-             const std::vector<Competitor>& competitors,
+             const std::vector<ContourMethod>& competitors,
              const std::function<double(const TriangleMesh&)>& error) {
   bench.now(task);
   std::vector<TriangleMesh> surfaces(competitors.size());
