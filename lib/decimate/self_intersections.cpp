@@ -33,12 +33,13 @@ bool pierces(const Points& points, std::uint32_t p, std::uint32_t q, const Face&
   return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
 }
 
-bool has(const Face& f, std::uint32_t v) { return f[0] == v || f[1] == v || f[2] == v; }
+bool has_corner(const Face& f, std::uint32_t v) { return f[0] == v || f[1] == v || f[2] == v; }
 
 bool edges_pierce(const Points& points, const Face& of, const Face& through) {
   for (int c = 0; c < 3; ++c) {
     const std::uint32_t p = of[c], q = of[(c + 1) % 3];
-    if (!has(through, p) && !has(through, q) && pierces(points, p, q, through)) return true;
+    if (!has_corner(through, p) && !has_corner(through, q) && pierces(points, p, q, through))
+      return true;
   }
   return false;
 }
@@ -53,7 +54,7 @@ bool folded(const Points& points, const Face& f, const Face& g) {
 }
 
 bool meet(const Points& points, const Face& f, const Face& g) {
-  const int shared = has(g, f[0]) + has(g, f[1]) + has(g, f[2]);
+  const int shared = has_corner(g, f[0]) + has_corner(g, f[1]) + has_corner(g, f[2]);
   if (shared == 3) return true;
   if (shared == 2) return folded(points, f, g);
   return edges_pierce(points, f, g) || edges_pierce(points, g, f);

@@ -26,7 +26,7 @@ constexpr double kBed_mm = 60;    // of the bed from the first camera
 constexpr double kReach_mm = 40;  // bumps lie within this of the axis
 const Vector3d kTissue(0.55, 0.20, 0.16), kOtherTissue(0.72, 0.52, 0.26);
 const Vector3d kSteel(0.34, 0.35, 0.36);
-constexpr double kGlint = 2.2, kGlintExponent = 200;
+constexpr double kMoistGlint = 2.2, kMoistGlintExponent = 200;
 
 // Where a ray from `eye` first meets z = h(x, y), by small steps and bisection.
 template <class Height>
@@ -173,8 +173,8 @@ LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
         const double falloff = nearest_mm * nearest_mm / toward.squaredNorm();
         const double lit = std::max(0.0, normal.dot(toward.normalized())) * falloff;
         const Vector3d half = (toward.normalized() - ray.normalized()).normalized();
-        const double mirror = options_.highlights * kGlint * falloff *
-                              std::pow(std::max(0.0, normal.dot(half)), kGlintExponent);
+        const double mirror = options_.highlights * kMoistGlint * falloff *
+                              std::pow(std::max(0.0, normal.dot(half)), kMoistGlintExponent);
         // Moist tissue is rough on a small scale: it mirrors in spots, not in one large disc.
         const double spots = std::pow(
             0.5 + 0.25 * (albedo_factor(2.3 * point) - 1) / std::max(options_.texture, 1e-9), 4);

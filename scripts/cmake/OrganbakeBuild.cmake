@@ -71,7 +71,8 @@ endfunction()
 # The same for single files of a target that is otherwise built to run fast.
 function(organbake_compile_files_lightly)
   set_source_files_properties(${ARGN} PROPERTIES
-    COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1> SKIP_PRECOMPILE_HEADERS ON)
+    COMPILE_OPTIONS $<IF:$<CONFIG:Debug>,-O0,-O1> SKIP_PRECOMPILE_HEADERS ON
+    SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # organbake_module(<name> [RUNTIME] SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
