@@ -24,27 +24,27 @@ done
 Xvfb -displayfd 3 -screen 0 800x600x24 3>display 2>/dev/null &
 server=$!
 trap 'kill $server $player 2>/dev/null; finish' EXIT
-for _ in $(seq 100); do [ -s display ] && break; sleep 0.1; done
+for _ in $(seq 300); do [ -s display ] && break; sleep 0.1; done
 export DISPLAY=:$(cat display)
 
 open_window() { # ARGUMENTS…
   "$BIN/organplay" "$@" --size 800x600 >said 2>err &
   player=$!
   window=
-  for _ in $(seq 100); do
+  for _ in $(seq 300); do
     window=$(xdotool search --onlyvisible --name '^organplay$' 2>/dev/null | head -n 1)
     [ -n "$window" ] && break
     sleep 0.1
   done
   [ -n "$window" ] || fail "no window: $(cat err)"
-  sleep 1
+  sleep 2
   xdotool windowfocus "$window"
 }
 press() { xdotool keydown "$1"; sleep 0.15; xdotool keyup "$1"; sleep 0.3; } # as long as a finger does
-appears() { for _ in $(seq 50); do [ -s "$1" ] && return; sleep 0.1; done; fail "no $1"; }
+appears() { for _ in $(seq 300); do [ -s "$1" ] && return; sleep 0.1; done; fail "no $1"; }
 quits() { # KEY…
   for key in "$@"; do press "$key"; done
-  for _ in $(seq 50); do kill -0 $player 2>/dev/null || break; sleep 0.1; done
+  for _ in $(seq 300); do kill -0 $player 2>/dev/null || break; sleep 0.1; done
   kill $player 2>/dev/null && fail "organplay does not end"
   wait $player || fail "organplay ended with $?: $(cat err)"
 }
