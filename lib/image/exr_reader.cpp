@@ -23,9 +23,9 @@
 namespace organbake {
 namespace {
 
-class MemoryStream : public Imf::IStream {
+class MemorySource : public Imf::IStream {
  public:
-  MemoryStream(std::span<const std::byte> bytes, const std::string& name)
+  MemorySource(std::span<const std::byte> bytes, const std::string& name)
       : Imf::IStream(name.c_str()), bytes_(bytes) {}
   bool read(char* target, int count) override {
     if (count < 0 || bytes_.size() - position_ < static_cast<std::size_t>(count)) {
@@ -160,7 +160,7 @@ void read_zip(Imf::InputFile& file, int block_rows, ChannelImage& image) {
 ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
                        std::size_t max_pixels, const std::vector<std::string>& only) {
   try {
-    MemoryStream stream(bytes, name);
+    MemorySource stream(bytes, name);
     Imf::InputFile file(stream, 0);
     check_header(file, max_pixels);
     ChannelImage image = empty_image(file.header(), only);

@@ -20,9 +20,9 @@ namespace organbake {
 namespace {
 
 // OpenEXR writes here, and the finished bytes go to disk in one atomic step.
-class MemoryStream : public Imf::OStream {
+class MemorySink : public Imf::OStream {
  public:
-  MemoryStream() : Imf::OStream("memory") {}
+  MemorySink() : Imf::OStream("memory") {}
   void write(const char* bytes, int count) override {
     if (bytes_.size() < position_ + count) bytes_.resize(position_ + count);
     std::memcpy(bytes_.data() + position_, bytes, count);
@@ -114,7 +114,7 @@ void write_exr(const std::filesystem::path& path, const ChannelImage& image,
     header.channels().insert(channel.name, Imf::Channel(slice.type));
     frame.insert(channel.name, slice);
   }
-  MemoryStream stream;
+  MemorySink stream;
   try {
     Imf::OutputFile file(stream, header, 0);
     file.setFrameBuffer(frame);
