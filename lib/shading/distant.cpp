@@ -148,8 +148,11 @@ void remove_mean(Plane& z) {
   for (float& value : z.values) value -= mean;
 }
 
-void take_best_start(const std::vector<ShadedImage>& levels, const Eigen::Vector3d& s,
-                     double roughness, DistantEstimate& estimate) {
+void take_best_sheet(ShadedImage finest, const Eigen::Vector3d& s, double roughness,
+                     DistantEstimate& estimate) {
+  std::vector<ShadedImage> levels = {std::move(finest)};
+  while (std::max(levels.back().rays.width, levels.back().rays.height) > kBaseSide)
+    levels.push_back(halved(levels.back()));
   const int width = levels.back().rays.width, height = levels.back().rays.height;
   const double rise = 0.1 * levels.back().rays.step_x * std::max(width, height);
   double best = std::numeric_limits<double>::infinity();
@@ -169,15 +172,15 @@ void take_best_start(const std::vector<ShadedImage>& levels, const Eigen::Vector
 // A solid's height has far fewer ways to bend than a sheet's: one that explains the image down to
 // its noise is what is there. Measured on the five surfaces of organbench without noise: solids
 // leave 0.002–0.007, the others 0.05 and more.
-void take_solid_if_it_explains(const ShadedImage& image, const Eigen::Vector3d& s,
-                               DistantEstimate& estimate) {
-  std::optional<RimmedSolid> solid = shade_rimmed_solid(image, s);
-  const double explained = 0.01 + 1.2 * noise_level(image.intensity, image.inside);
-  if (!solid || !(solid->misfit <= explained)) return;
+bool take_solid(const ShadedImage& image, const Eigen::Vector3d& s, DistantEstimate& estimate) {
+  const double noise = noise_level(image.intensity, image.inside);
+  std::optional<RimmedSolid> solid = shade_rimmed_solid(image, s, noise);
+  if (!solid || !(solid->misfit <= 0.01 + 1.2 * noise)) return false;
   estimate.branch = "solid";
   estimate.depth = std::move(solid->depth);
   estimate.misfit = solid->misfit;
   estimate.refinements = solid->refinements;
+  return true;
 }
 
 }  // namespace
@@ -197,13 +200,13 @@ DistantEstimate shade_distant(const Plane& intensity, const Mask& inside,
   options.check();
   if (inside.width != intensity.width || inside.height != intensity.height)
     throw BadDataError("shading: image and mask are of different sizes");
-  std::vector<ShadedImage> levels = {prepared(intensity, inside, options.albedo)};
+  ShadedImage image = prepared(intensity, inside, options.albedo);
   const Eigen::Vector3d s = options.light.toward();
   DistantEstimate estimate;
   estimate.ambiguous = options.light.slant_rad < kAmbiguousSlant;
   if (previous && previous->width == intensity.width && previous->height == intensity.height) {
     Descent state{*previous, 0, 0, 0};
-    fit_level(levels.front(), s, 1e-4 / (options.roughness * options.roughness), 2, 20, state);
+    fit_level(image, s, 1e-4 / (options.roughness * options.roughness), 2, 20, state);
     estimate.branch = "previous";
     estimate.depth = std::move(state.z);
     estimate.misfit = state.misfit;
@@ -211,10 +214,8 @@ DistantEstimate shade_distant(const Plane& intensity, const Mask& inside,
     remove_mean(estimate.depth);
     return estimate;
   }
-  while (std::max(levels.back().rays.width, levels.back().rays.height) > kBaseSide)
-    levels.push_back(halved(levels.back()));
-  take_best_start(levels, s, options.roughness, estimate);
-  take_solid_if_it_explains(levels.front(), s, estimate);
+  if (!take_solid(image, s, estimate))
+    take_best_sheet(std::move(image), s, options.roughness, estimate);
   if (estimate.depth.size() == 0) estimate.depth = Plane(intensity.width, intensity.height);
   remove_mean(estimate.depth);
   return estimate;

@@ -32,8 +32,8 @@ struct DistantEstimate {
 // Gauss–Newton from coarse to fine (the bending weight falls on each level, so that the large shape
 // settles before the detail). A light's picture leaves a surface free along the border it comes
 // from: the border is held near one depth, as in pictures of something on a plain ground, unless it
-// resists; of all that is left the least steep surface is taken. Three starts, and a solid with an
-// occluding rim where one explains the image (rimmed_solid.h); the branch taken is told. Under
+// resists; of all that is left the least steep surface is taken. A solid with an occluding rim
+// where one explains the image (rimmed_solid.h), else three starts; the branch taken is told. Under
 // frontal light shape and its inverse give the same image, which `ambiguous` says. Deterministic.
 DistantEstimate shade_distant(const Plane& intensity, const Mask& inside,
                               const DistantOptions& options, const Plane* previous = nullptr);

@@ -25,7 +25,7 @@ class FirstOrderEquations {
   // Span in pixels of the difference at index i of n: 2 inside, 1 at the ends (or 1 when n is 1).
   static int span(int i, int n) { return n < 3 ? 1 : (i > 0) + (i + 1 < n); }
 
-  // What bending, membrane and anchors cost v.
+  // What bending and membrane cost v, and the anchors that the last solve() had.
   double penalty(const Plane& v);
 
   // Minimises over δ by preconditioned conjugate gradients from zero; returns the steps taken.

@@ -107,7 +107,7 @@ Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOption
   fit_level(levels.back(), fit, v, estimate);
   fit.roughness = roughness_of(v, levels.back());
   fit_level(levels.back(), fit, v, estimate);
-  estimate.roughness = fit.roughness = roughness_of(v, levels.back());
+  fit.roughness = roughness_of(v, levels.back());
   fit.outer_steps = 2;
   fit.inner_steps = 15;
   for (std::size_t i = levels.size() - 1; i-- > 0;) {
@@ -126,7 +126,6 @@ Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOption
   RangeFitOptions fit{.outer_steps = 2, .inner_steps = 60, .model_error = options.texture};
   Plane v = before.back();
   fit.roughness = roughness ? *roughness : roughness_of(v, levels.back());
-  estimate.roughness = fit.roughness;
   fit_level(levels.back(), fit, v, estimate);
   fit.outer_steps = 1;
   fit.inner_steps = 10;

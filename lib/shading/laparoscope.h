@@ -33,10 +33,9 @@ struct RangeEstimate {
   bool usable = false;  // false: no lit pixel; log_range is then a flat plane's
   bool warm = false;    // started from `previous`
   int sweeps = 0;
-  int refinements = 0;   // conjugate-gradient steps, all levels
-  double roughness = 0;  // that the surface was granted where the image is silent; 0: not fitted
-  double misfit = 0;     // root mean square of image/model − 1; proves nothing about the depth
-  double noise = 0;      // estimated, share of the mean brightness
+  int refinements = 0;  // conjugate-gradient steps, all levels
+  double misfit = 0;    // root mean square of image/model − 1; proves nothing about the depth
+  double noise = 0;     // estimated, share of the mean brightness
 };
 
 // ln r of every pixel, up to one constant (the albedo is unknown). `intensity` is linear, any gain;

@@ -103,7 +103,7 @@ class RangeFit {
     // ln r never moves by more than this in one step: the linearisation holds no farther.
     constexpr float kLongestStep = 0.25F, kShortest = 0.1F;
     const Plane before = v_;
-    const double cost_before = cost_;
+    const double cost_before = cost_, rms_before = rms_;
     for (float share = 1; share > kShortest; share *= 0.5F) {
       double change = 0;
       for (std::size_t k = 0; k < v_.size(); ++k) {
@@ -116,8 +116,8 @@ class RangeFit {
       if (cost_ < cost_before) return change / std::max<double>(1, static_cast<double>(v_.size()));
     }
     v_ = before;
-    evaluate();
-    return 0;
+    rms_ = rms_before;
+    return 0;  // which ends the fit
   }
 
   const ShadedImage& image_;

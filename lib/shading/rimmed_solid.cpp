@@ -10,7 +10,6 @@
 #include "shading/distant_light.h"
 #include "shading/first_order_equations.h"
 #include "shading/masks.h"
-#include "shading/noise_level.h"
 
 namespace organbake {
 namespace {
@@ -18,10 +17,9 @@ namespace {
 // Pixels as bright as a plane that faces the camera and connected with the border. Where the
 // solid's own isophote of that brightness meets the rim, the ground would leak in: necks narrower
 // than the opening are closed.
-Mask plain_ground(const ShadedImage& image, double brightness) {
+Mask plain_ground(const ShadedImage& image, double brightness, double noise) {
   constexpr double kLeastTolerance = 0.02, kDeviations = 4;
   constexpr int kNeck = 2;  // pixels, half
-  const double noise = noise_level(image.intensity, image.inside);
   const int smoothing = kDeviations * noise > kLeastTolerance ? 1 : 0;
   const Plane smooth = box_mean(image.intensity, image.inside, smoothing);
   const auto alike = [&](const Plane& plane, double sigma) {
@@ -94,8 +92,8 @@ class SwellFit {
   }
 
  private:
-  // ε may bend by a tenth of itself over some ten pixels. Measured: a tenth of this and ten times
-  // it change the depths of vase and sphere by 0.1 to 0.3 pixels either way.
+  // Measured on clean vases and spheres of 128²: from 0.1 to 10 the errors change by less than
+  // 0.5 pixels, in either direction.
   static constexpr double kBending = 3;
 
   void start() {
@@ -167,9 +165,9 @@ class SwellFit {
 }  // namespace
 
 std::optional<RimmedSolid> shade_rimmed_solid(const ShadedImage& image,
-                                              const Eigen::Vector3d& toward) {
+                                              const Eigen::Vector3d& toward, double noise) {
   constexpr double kLeastShare = 0.05;  // of the picture, ground and solid each
-  const Mask ground = plain_ground(image, toward.z());
+  const Mask ground = plain_ground(image, toward.z(), noise);
   const auto pixels = static_cast<double>(ground.size());
   const double share =
       static_cast<double>(std::count(ground.values.begin(), ground.values.end(), 1)) / pixels;

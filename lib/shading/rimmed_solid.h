@@ -20,8 +20,9 @@ struct RimmedSolid {
 //   h = √(u e^ε),   −Δu = 1 on the solid, u = 0 on the ground,
 // which has such a rim for every smooth ε (a sphere and a cylinder have constant ones): first one ε
 // for all by least misfit, then ε(x, y) by Gauss–Newton with a bending penalty. Nothing when no
-// such ground surrounds anything. The image's intensities are divided by the albedo.
+// such ground surrounds anything. The image's intensities are divided by the albedo; `noise` is
+// their standard deviation.
 std::optional<RimmedSolid> shade_rimmed_solid(const ShadedImage& image,
-                                              const Eigen::Vector3d& toward);
+                                              const Eigen::Vector3d& toward, double noise);
 
 }  // namespace organbake
