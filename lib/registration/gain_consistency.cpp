@@ -28,16 +28,15 @@ struct LineFit {
 
 }  // namespace
 
-bool one_gain_fits_all(const PhotoLevel& level, const Prediction& prediction,
-                       const std::vector<WeightedPixel>& pixels, int side) {
+bool one_gain_fits_all(const LivePrediction& live, const std::vector<WeightedPixel>& pixels,
+                       int side) {
   // Squares of 24² pixels have 0.4 % fewer freedoms than pixels, and those cut by the outline more.
   constexpr double kNoiseAlone = 1.05;
   LineFit whole;
   std::map<std::pair<int, int>, LineFit> squares;
   for (const WeightedPixel& p : pixels) {
-    const double photo = level.luminance[level.index(p.x, p.y)];
-    const double predicted =
-        prediction.contains(p.x, p.y) ? prediction.radiance[prediction.index(p.x, p.y)] : 0;
+    const double photo = live.level().luminance[live.level().index(p.x, p.y)];
+    const double predicted = live.radiance(p.x, p.y);
     whole.add(p.weight, photo, predicted);
     squares[{p.y / side, p.x / side}].add(p.weight, photo, predicted);
   }

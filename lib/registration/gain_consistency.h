@@ -4,8 +4,6 @@
 #include <vector>
 
 #include "registration/cost_functions/ncc_cost.h"
-#include "registration/photo_pyramid.h"
-#include "registration/prediction.h"
 
 namespace organbake {
 
@@ -13,7 +11,7 @@ namespace organbake {
 // of each for every square of `side` pixels, within what noise does. Then nothing varies slowly –
 // no vignette, no albedo, no instrument – and the whole picture's R, which gives less away, is the
 // efficient estimate.
-bool one_gain_fits_all(const PhotoLevel& level, const Prediction& prediction,
-                       const std::vector<WeightedPixel>& pixels, int side);
+bool one_gain_fits_all(const LivePrediction& live, const std::vector<WeightedPixel>& pixels,
+                       int side);
 
 }  // namespace organbake

@@ -83,7 +83,7 @@ double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<Ph
 }
 
 // Of a smaller picture a pixel is a larger part of the organ, so that more of another organ's
-// outline lies within one: 0.4–0.5 of it at a diameter of 300 pixels and more, up to 0.73 at 190.
+// outline lies within one: up to 0.54 of it at a diameter of about 370 pixels, 0.73 at 250.
 double sure_outline(double organ_px) {
   constexpr double kLargeEnough = 310, kPerPixel = 0.0022, kMost = 0.95;
   return std::min(kMost, kSureOutline + kPerPixel * std::max(0.0, kLargeEnough - organ_px));
@@ -106,10 +106,8 @@ void judge(PoseQuality& q, double organ_px) {
       {!(q.outline_share >= kLeastOutline), Verdict::failed,
        "the photograph has the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
       {!(q.outline_share >= sure_outline(organ_px)), Verdict::doubtful,
-       "only " + percent(q.outline_share) +
-           " of the outline fits; of an organ as large as this in "
-           "its picture " +
-           percent(sure_outline(organ_px)) + " should"},
+       "only " + percent(q.outline_share) + " of the outline fits; " +
+           percent(sure_outline(organ_px)) + " should, of an organ as large in its picture"},
       {!(q.correlation >= kSureCorrelation), Verdict::doubtful,
        "the photograph looks little like the surface: R = " + to_text(q.correlation, 3)},
       {!(q.inlier_share >= kLeastInliers), Verdict::doubtful,

@@ -46,9 +46,8 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
 
     const SolverState before = state.solver;
     LevelProblem problem(live, state.solver, options.similarity, options.free_focal);
-    const bool whole =
-        options.form == Form::whole || level.factor > 2 ||
-        (finest && one_gain_fits_all(level, live.prediction(), pixels, options.patch_px));
+    const bool whole = options.form == Form::whole || level.factor > 2 ||
+                       (finest && one_gain_fits_all(live, pixels, options.patch_px));
     state.usable = whole ? problem.add_whole(pixels)
                          : problem.add_patches(pixels, options.patch_px, kFewestPixels);
     if (!state.usable) return;
