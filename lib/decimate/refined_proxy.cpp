@@ -19,7 +19,6 @@ bool contains(const std::vector<std::uint32_t>& sorted, std::uint32_t value) {
 }
 
 int corner_of(const Face& f, std::uint32_t v) { return f[0] == v ? 0 : f[1] == v ? 1 : 2; }
-bool has(const Face& f, std::uint32_t v) { return f[0] == v || f[1] == v || f[2] == v; }
 
 }  // namespace
 
@@ -99,7 +98,7 @@ std::optional<ProxyMove> RefinedProxy::collapse(std::uint32_t a, std::uint32_t b
   if (common.size() != 2 || near_a.size() + near_b.size() <= 6) return std::nullopt;
   ProxyMove move{around_[b], {}, {a}, {}};
   for (const std::uint32_t f : around_[b]) {
-    if (has(faces_[f], a)) continue;
+    if (has_corner(faces_[f], a)) continue;
     Face face = faces_[f];
     face[corner_of(face, b)] = a;
     move.added.push_back(face);

@@ -33,8 +33,6 @@ bool pierces(const Points& points, std::uint32_t p, std::uint32_t q, const Face&
   return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
 }
 
-bool has_corner(const Face& f, std::uint32_t v) { return f[0] == v || f[1] == v || f[2] == v; }
-
 bool edges_pierce(const Points& points, const Face& of, const Face& through) {
   for (int c = 0; c < 3; ++c) {
     const std::uint32_t p = of[c], q = of[(c + 1) % 3];

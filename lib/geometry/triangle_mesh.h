@@ -9,6 +9,9 @@
 namespace organbake {
 
 using Face = std::array<std::uint32_t, 3>;
+inline bool has_corner(const Face& face, std::uint32_t vertex) {
+  return face[0] == vertex || face[1] == vertex || face[2] == vertex;
+}
 
 // Triangles with counter-clockwise corners seen from outside. World millimetres (LPS).
 struct TriangleMesh {

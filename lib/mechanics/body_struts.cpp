@@ -17,10 +17,6 @@ constexpr double kLeastLength = 0.02;
 constexpr double kLeastWeight = 0.05;  // corners that carry less are left out
 constexpr double kLeastCosine = 0.7;   // of a vertex that passes as opposite
 
-bool has_corner(const Face& face, std::uint32_t vertex) {
-  return face[0] == vertex || face[1] == vertex || face[2] == vertex;
-}
-
 std::vector<RayHit> hits_opposite(const TriangleMesh& proxy,
                                   const std::vector<Eigen::Vector3d>& normals, double diagonal) {
   std::vector<Ray> rays(proxy.vertices.size());

@@ -79,6 +79,10 @@ LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : opti
     bumps_.push_back({random.uniform(-kReach_mm, kReach_mm), random.uniform(-kReach_mm, kReach_mm),
                       radius, radius * random.uniform(0.25, 0.6) * (i % 3 == 2 ? -0.6 : 1)});
   }
+  const auto nearer = [](const Bump& a, const Bump& b) {
+    return std::hypot(a.x, a.y) < std::hypot(b.x, b.y);
+  };
+  middle_bump_ = std::min_element(bumps_.begin(), bumps_.end(), nearer) - bumps_.begin();
   RandomStream waves(options_.seed, 77);
   constexpr int kWaves = 12;
   for (int i = 0; i < kWaves; ++i) {
@@ -120,10 +124,7 @@ double LaparoscopyPhantom::albedo_factor(const Vector3d& point) const {
 
 Vector3d LaparoscopyPhantom::tissue_color(const Vector3d& point) const {
   if (!options_.two_tissues) return kTissue;
-  const auto nearer = [](const Bump& a, const Bump& b) {
-    return std::hypot(a.x, a.y) < std::hypot(b.x, b.y);
-  };
-  const Bump& bump = *std::min_element(bumps_.begin(), bumps_.end(), nearer);
+  const Bump& bump = bumps_[middle_bump_];
   return std::hypot(point.x() - bump.x, point.y() - bump.y) < bump.radius ? kOtherTissue : kTissue;
 }
 
@@ -179,10 +180,11 @@ LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
         const double spots = std::pow(
             0.5 + 0.25 * (albedo_factor(2.3 * point) - 1) / std::max(options_.texture, 1e-9), 4);
         const double glint = options_.texture > 0 ? 4 * mirror * spots : mirror;
-        color = tissue_color(point) * (lit * albedo_factor(point)) + Vector3d::Constant(glint);
+        const Vector3d tissue = tissue_color(point);
+        color = tissue * (lit * albedo_factor(point)) + Vector3d::Constant(glint);
         result.depth_mm.values[k] = static_cast<float>(z);
         result.normals[k] = (view.camera_from_world.rotation * normal).cast<float>();
-        result.highlights.values[k] = glint > 0.5 * kTissue.x() * lit;
+        result.highlights.values[k] = glint > 0.5 * tissue.x() * lit;
       }
       for (int c = 0; c < 3; ++c) {
         const double value = vignette * color[c];

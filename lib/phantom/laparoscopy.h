@@ -62,7 +62,8 @@ class LaparoscopyPhantom {
 
   LaparoscopyOptions options_;
   std::vector<Bump> bumps_;
-  std::vector<Wave> waves_;  // of the albedo
+  std::size_t middle_bump_ = 0;  // the one next to the axis
+  std::vector<Wave> waves_;      // of the albedo
 };
 
 }  // namespace organbake
