@@ -18,9 +18,13 @@ std::vector<Stage> describe() {
   const StageInput surface = {"surface", InputKind::mesh, "the organ's surface"};
   return {
       {.name = "phantom",
+       .version = 2,
        .summary = "make a synthetic organ: CT, photographs, and the truth about both",
        .inputs = {},
-       .outputs = {{"ct", "ct.mha"}, {"photos", "photos/cameras.json"}, {"truth", "truth.ply"}},
+       .outputs = {{"ct", "ct.mha"},
+                   {"photos", "photos/cameras.json"},
+                   {"lighting", "photos/lighting.json"},
+                   {"truth", "truth.ply"}},
        .make_options = make_options<PhantomStageOptions>},
       {.name = "shade",
        .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
@@ -100,6 +104,7 @@ std::vector<Stage> describe() {
        .make_options = make_options<RegisterStageOptions>,
        .single_file = true},
       {.name = "capture",
+       .version = 2,
        .summary = "bake depth, colour and microstructure for each virtual camera",
        .inputs = {surface,
                   {"proxy", InputKind::mesh, "the proxy"},
@@ -108,7 +113,12 @@ std::vector<Stage> describe() {
                    .kind = InputKind::photos,
                    .help = "posed photographs: a cameras.json with images",
                    .required = false,
-                   .made_from = "unposed"}},
+                   .made_from = "unposed"},
+                  {.name = "lighting",
+                   .kind = InputKind::file,
+                   .help = "the light that the colours were taken in (JSON, see 'organbake schema "
+                           "lighting'): the player then lights the pushed skin anew",
+                   .required = false}},
        .outputs = {{"maps", "."}},
        .make_options = make_options<CaptureStageOptions>},
   };

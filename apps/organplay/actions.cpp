@@ -46,8 +46,12 @@ void check_replaceable(const fs::path& folder) {
   }
 }
 
-WarpMethod method_of(const Command& command) {
-  return command.paper_warp ? WarpMethod::paper : WarpMethod::bound;
+// How the skin is drawn: by the paper's warp, or ours and in its own light where that is known.
+DrawOptions drawing(const Command& command, const Bundle& bundle) {
+  DrawOptions options;
+  if (command.paper_warp) options.method = WarpMethod::paper;
+  options.relight = command.relight && bundle.lighting.has_value();
+  return options;
 }
 
 void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
@@ -58,8 +62,8 @@ void play_script(const Command& command, Player& player, const Script& script,
   options.width = command.width;
   options.height = command.height;
   options.instruments = command.instruments;
+  options.draw = drawing(command, player.bundle());
   options.draw.measure = !command.report.empty();
-  options.draw.method = method_of(command);
   const int width = script.width > 0 ? script.width : options.width;
   const int height = script.height > 0 ? script.height : options.height;
   std::optional<ReferenceFrames> reference;
@@ -98,9 +102,7 @@ void play_script(const Command& command, Player& player, const Script& script,
 
 void draw_one(const Command& command, Player& player) {
   Frame frame;
-  DrawOptions options;
-  options.method = method_of(command);
-  player.draw(view_of(command, player.bundle()), options, frame);
+  player.draw(view_of(command, player.bundle()), drawing(command, player.bundle()), frame);
   write_png(command.frame_file, frame.color);
   print(command.frame_file);
 }

@@ -67,6 +67,10 @@ std::optional<Command> read_command(int argc, char** argv) {
       ->check(CLI::IsMember({"bound", "paper"}))
       ->capture_default_str();
   app.add_flag_callback(
+      "--baked-light", [&c] { c.relight = false; },
+      "keep the light that was baked; else pushed skin is lit anew where the bundle knows its "
+      "light");
+  app.add_flag_callback(
       "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")

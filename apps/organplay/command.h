@@ -16,6 +16,7 @@ struct Command {
   int width = 1280, height = 720;
   bool instruments = true;
   bool paper_warp = false;
+  bool relight = true;  // when the bundle knows its light
   bool compare = false;
   std::vector<double> angles_rad;
   int bench_frames = 0;

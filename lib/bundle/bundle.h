@@ -2,11 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bundle/base_layer.h"
 #include "bundle/cameras_json.h"
+#include "bundle/lighting.h"
 #include "bundle/mechanics_model.h"
 #include "geometry/triangle_mesh.h"
 #include "image/channel_image.h"
@@ -49,6 +51,7 @@ struct Bundle {
   MechanicsModel mechanics;
   std::vector<CameraMaps> maps;  // one per camera; those not read yet are empty (width 0)
   BaseLayer base;
+  std::optional<Lighting> lighting;  // that the colours were taken in, when it is known
 };
 
 // File names inside a bundle.

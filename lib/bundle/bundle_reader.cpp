@@ -111,6 +111,10 @@ Bundle BundleReader::read_frame() const {
   bundle.base = base_layer_from_image(parse_exr(read("base.exr"), base), base,
                                       static_cast<std::uint32_t>(bundle.proxy.faces.size()));
   bundle.maps.resize(bundle.cameras.cameras.size());
+  if (has(kLightingFile)) {
+    bundle.lighting =
+        lighting_from_json(text_of(read(kLightingFile)), (folder_ / kLightingFile).string());
+  }
   return bundle;
 }
 

@@ -15,7 +15,7 @@ class MaterialColor : public SurfaceColor {
  public:
   explicit MaterialColor(const Material& material)
       : material_(material),
-        light_(material.light_direction.normalized()),
+        lighting_(material.lighting()),
         spots_(kSpotSeed, material.feature_mm),
         grain_(kSpotSeed + 1, material.feature_mm / 2.6) {}
 
@@ -25,9 +25,9 @@ class MaterialColor : public SurfaceColor {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double noise = spots_.value(points[i]) + 0.6 * grain_.value(points[i]);
       const double tone = std::max(0.0, 1 + 2.0 * material_.variation * noise);
-      const double light =
-          material_.ambient + (1 - material_.ambient) * std::max(0.0, normals[i].dot(light_));
-      colors[i] = material_.albedo * static_cast<float>(tone * light);
+      colors[i] =
+          (material_.albedo.cast<double>().cwiseProduct(lighting_.diffuse(normals[i])) * tone)
+              .cast<float>();
     }
   }
 
@@ -35,11 +35,20 @@ class MaterialColor : public SurfaceColor {
   static constexpr std::uint64_t kSpotSeed = 20;  // one look for all bakes
 
   Material material_;
-  Vector3d light_;
+  Lighting lighting_;
   SolidNoise spots_, grain_;
 };
 
 }  // namespace
+
+Lighting Material::lighting() const {
+  const Vector3d sky = Vector3d::Constant(ambient);
+  return {.ambient_above = sky,
+          .ambient_below = sky,
+          .up = Vector3d::UnitZ(),
+          .lamps = {{light_direction.normalized(), Vector3d::Constant(1 - ambient)}},
+          .gloss = {}};
+}
 
 void Material::check() const {
   const auto share = [](const std::string& name, double value) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bundle/lighting.h"
 #include "core/run_context.h"
 #include "geometry/camera.h"
 #include "geometry/triangle_mesh.h"
@@ -29,6 +30,7 @@ struct Material {
   Eigen::Vector3d light_direction = {-0.3, -0.8, 0.5};  // surface → light, world, any length
   float ambient = 0.35f;                                // share of the light, 0…1
 
+  Lighting lighting() const;
   // Throws UsageError.
   void check() const;
 };

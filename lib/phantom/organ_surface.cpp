@@ -10,7 +10,7 @@ namespace organbake {
 
 Eigen::Vector3d Organ::diffuse(const Eigen::Vector3d& world_mm,
                                const Eigen::Vector3d& normal) const {
-  return lit_diffuse(texture.albedo(world_mm), normal);
+  return texture.albedo(world_mm).cwiseProduct(studio_lighting().diffuse(normal));
 }
 
 TriangleMesh organ_surface(const Organ& organ, int subdivisions, bool colored,

@@ -91,7 +91,8 @@ class Film {
       normal = -at.gradient.normalized();
     }
     const Vector3d point = eye_ + t * direction;
-    const Vector3d color = organ_.diffuse(point, normal) + lit_specular(normal, -direction);
+    const Vector3d color =
+        organ_.diffuse(point, normal) + studio_lighting().glossy(normal, -direction);
     return color.cwiseMin(1.0);  // the sensor clips before the pixel averages
   }
 

@@ -29,6 +29,7 @@ Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
   Frame frame;
   DrawOptions options;
   options.solids = solids;
+  options.relight = player.bundle().lighting.has_value();
   player.draw(orbit_view(player.bundle().cameras, pose, width, height), options, frame);
   return frame.color;
 }

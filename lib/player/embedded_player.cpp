@@ -83,7 +83,9 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
                      std::to_string(width_bytes) + " bytes, the caller's are " +
                      std::to_string(row_bytes) + " apart");
   }
-  impl_->player.draw(view, {}, impl_->frame);
+  DrawOptions options;
+  options.relight = impl_->player.bundle().lighting.has_value();
+  impl_->player.draw(view, options, impl_->frame);
   impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)
     std::memcpy(pixels + y * row_bytes, impl_->frame.color.at(0, y), width_bytes);

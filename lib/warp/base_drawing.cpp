@@ -31,7 +31,7 @@ struct BaseDrawing::PlacedBlock {
   struct Node {
     SnappedCorner corner;     // beyond reach if it lies before the near plane
     std::uint32_t index = 0;  // in the layer
-    float weight = 0;
+    float b1 = 0, b2 = 0, weight = 0;
   };
   std::array<Node, (kCells + 1) * (kCells + 1)> nodes;
   Node& at(std::uint32_t i, std::uint32_t j) { return nodes[i * (kCells + 1) + j]; }
@@ -144,7 +144,8 @@ BaseDrawing::PlacedBlock BaseDrawing::place(const Chosen& chosen, const FaceFram
     for (std::uint32_t j = block.j; j <= block_end(block.j) && i + j <= layer_.steps; ++j) {
       PlacedBlock::Node& out = placed.at(i - block.i, j - block.j);
       out.index = static_cast<std::uint32_t>(node(block.patch.face, i, j));
-      const float b1 = step * static_cast<float>(i), b2 = step * static_cast<float>(j);
+      const float b1 = out.b1 = step * static_cast<float>(i);
+      const float b2 = out.b2 = step * static_cast<float>(j);
       const float h = layer_.height_mm[out.index];
       float p[3];
       for (int r = 0; r < 3; ++r) {
@@ -162,8 +163,9 @@ BaseDrawing::PlacedBlock BaseDrawing::place(const Chosen& chosen, const FaceFram
   return placed;
 }
 
-void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces, const View& view,
-                       const OpenPixels& open, BaseTile& tile, RowSpans& spans) const {
+void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces,
+                       const RelitSkin* relit, const View& view, const OpenPixels& open,
+                       BaseTile& tile, RowSpans& spans) const {
   const Chosen& chosen = chosen_[number];
   const bool fills = chosen.fills_gaps && open.any(chosen.box);
   if (!chosen.weighs && !fills) return;
@@ -185,8 +187,15 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
       if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
       const Eigen::Vector3f w3(static_cast<float>(w[0]), static_cast<float>(w[1]),
                                static_cast<float>(w[2]));
-      const Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
-                                    w3[2] * layer_.color[c.index];
+      Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
+                              w3[2] * layer_.color[c.index];
+      if (relit) {
+        color = relit
+                    ->at(block.patch.face, w3.dot(Eigen::Vector3f(a.b1, b.b1, c.b1)),
+                         w3.dot(Eigen::Vector3f(a.b2, b.b2, c.b2)), static_cast<float>(x) + 0.5f,
+                         static_cast<float>(y) + 0.5f)
+                    .on(color);
+      }
       tile.depth[at] = static_cast<float>(depth);
       tile.red[at] = color[0], tile.green[at] = color[1], tile.blue[at] = color[2];
       tile.weight[at] = w3.dot(Eigen::Vector3f(a.weight, b.weight, c.weight));

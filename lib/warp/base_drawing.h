@@ -12,6 +12,7 @@
 #include "geometry/view_manifold.h"
 #include "warp/draw_state.h"
 #include "warp/open_pixels.h"
+#include "warp/relit_skin.h"
 #include "warp/row_spans.h"
 
 namespace organbake {
@@ -51,9 +52,9 @@ class BaseDrawing {
   }
 
   // Draws a chosen block into a tile and adds what it touched to the spans. `open` is looked at
-  // for blocks that fill gaps only. Thread-safe.
-  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const View& view,
-            const OpenPixels& open, BaseTile& tile, RowSpans& spans) const;
+  // for blocks that fill gaps only; relit may be nullptr. Thread-safe.
+  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const RelitSkin* relit,
+            const View& view, const OpenPixels& open, BaseTile& tile, RowSpans& spans) const;
 
  private:
   // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.

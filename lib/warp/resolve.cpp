@@ -91,6 +91,30 @@ void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict de
   }
 }
 
+// Lights what the samples of a row summed to, by the nearest of each pixel's samples: the others
+// that count lie on the same skin.
+void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y, int x0, int count,
+             SumRow& sum) {
+  for (int i = 0; i < count; ++i) {
+    if (!(sum.weight[i] > 0)) continue;
+    int nearest = 0;
+    for (int l = 1; l < tile.count; ++l) {
+      if (rows[l].depth[i] < rows[nearest].depth[i]) nearest = l;
+    }
+    const SampleSet& set = *tile.layers[nearest].set;
+    const auto slot = static_cast<std::uint32_t>(rows[nearest].slot[i]);
+    const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
+    if (tile.relit->unchanged(face)) continue;
+    const RelitSkin::Light light =
+        tile.relit->at(face, set.b1[slot], set.b2[slot], static_cast<float>(x0 + i) + 0.5f,
+                       static_cast<float>(y) + 0.5f);
+    const float full = sum.weight[i] * kFullScale;
+    sum.red[i] = sum.red[i] * light.gain[0] + full * light.gloss[0];
+    sum.green[i] = sum.green[i] * light.gain[1] + full * light.gloss[1];
+    sum.blue[i] = sum.blue[i] * light.gain[2] + full * light.gloss[2];
+  }
+}
+
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
               SumRow& sum) {
   const std::size_t first = base.at(x0, y);
@@ -172,7 +196,7 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
     first[l] = std::max(0, tile.layers[l].spans->first(row) - offset) & ~7;
     length[l] = std::max(0, (tile.layers[l].spans->last(row) - offset - first[l] + 7) & ~7);
     LayerRow& layer = rows[l];
-    if (tile.base) std::fill_n(layer.depth, padded, kInfinity);
+    if (tile.base || tile.relit) std::fill_n(layer.depth, padded, kInfinity);
     decode(keys.row(y) + offset + first[l], length[l], tile.tie_mm, first[l], layer);
     for (int i = first[l]; i < first[l] + length[l]; ++i) {
       sum.nearest[i] = layer.depth[i] < sum.nearest[i] ? layer.depth[i] : sum.nearest[i];
@@ -185,6 +209,7 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
     add_layer(rows[l], fetched.data(), first[l], length[l], tile.layers[l].weight,
               inverse_tolerance, sum);
   }
+  if (tile.relit) relight(tile, rows, y, x0, count, sum);
   if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
 }
 

@@ -6,6 +6,7 @@
 
 #include "warp/base_drawing.h"
 #include "warp/frame.h"
+#include "warp/relit_skin.h"
 #include "warp/row_spans.h"
 #include "warp/splat.h"
 
@@ -21,9 +22,10 @@ struct TileLayers {
   };
   std::array<Layer, 3> layers;
   int count = 0;                   // layers in use
-  const BaseTile* base = nullptr;  // nullptr = nothing below
-  float tie_mm = 0;                // as splatted
-  float same_surface_mm = 0;       // up to this far behind the nearest layer is one surface
+  const BaseTile* base = nullptr;  // nullptr = nothing below; lit already
+  const RelitSkin* relit = nullptr;
+  float tie_mm = 0;           // as splatted
+  float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
 };
 
 // A tile's row of background pixels.

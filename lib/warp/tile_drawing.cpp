@@ -42,7 +42,7 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
     own.open.find(part, layers);
   }
   for (const std::uint32_t b : blocks) {
-    base.draw(b, placed_->faces, placed_->view, own.open, own.base, own.spans);
+    base.draw(b, placed_->faces, placed_->relit, placed_->view, own.open, own.base, own.spans);
   }
   own.base_triangles += own.base.triangles;
   return own.base.triangles > 0 ? &own.base : nullptr;
@@ -57,6 +57,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
   TileLayers layers;
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
+  layers.relit = placed_->relit;
   std::array<const TileKeys*, 3> drawn;
   for (const ActiveCamera& camera : placed_->cameras) {
     const auto chunks = camera.tiles[tile];

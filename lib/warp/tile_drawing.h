@@ -11,6 +11,7 @@
 #include "warp/active_cameras.h"
 #include "warp/base_drawing.h"
 #include "warp/open_pixels.h"
+#include "warp/relit_skin.h"
 #include "warp/resolve.h"
 #include "warp/splat.h"
 #include "warp/warper.h"
@@ -25,6 +26,7 @@ struct PlacedFrame {
   const BaseDrawing& base;
   const TileLists* base_tiles;  // blocks of the base layer; nullptr: without it
   const std::vector<FaceFrame>& faces;
+  const RelitSkin* relit;  // nullptr: the light that was baked
   const Background& background;
   bool measure;
 };

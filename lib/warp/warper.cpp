@@ -13,6 +13,7 @@
 #include "warp/finish.h"
 #include "warp/moved_cells.h"
 #include "warp/phase_clock.h"
+#include "warp/relit_skin.h"
 #include "warp/resolve.h"
 #include "warp/sample_store.h"
 #include "warp/tile_drawing.h"
@@ -75,6 +76,7 @@ struct Warper::Impl {
   std::vector<float> depth_mm;  // of covered pixels
   PixelBox drawn_box;           // of everything but the background
   TileDrawing tiles;
+  std::optional<RelitSkin> relit;  // when the bundle knows its light
 
   SampleStore store;
 
@@ -82,6 +84,7 @@ struct Warper::Impl {
   bool continues(const View& view, const DrawOptions& options, const Frame& frame) const;
   void choose_cameras(const View& view, DrawReport& report);
   void place_faces(const View& view, bool continued);
+  void place_light(const View& view, const DrawOptions& options);
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
   void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
@@ -109,6 +112,7 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
+  if (bundle.lighting) relit.emplace(bundle.base, at_rest, *bundle.lighting);
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
@@ -137,6 +141,10 @@ void Warper::Impl::place_faces(const View& view, bool continued) {
   if (!continued) return;
   moved.resize(faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f) moved[f] = !(faces[f] == last_faces[f]);
+}
+
+void Warper::Impl::place_light(const View& view, const DrawOptions& options) {
+  if (options.relight) relit->place(shell_matrices(deformed), view, moved);
 }
 
 void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
@@ -171,6 +179,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .base = base,
                .base_tiles = options.base_layer ? &base_tiles : nullptr,
                .faces = faces,
+               .relit = options.relight ? &*relit : nullptr,
                .background = background,
                .measure = options.measure});
   std::atomic<int> drawn = 0;
@@ -203,6 +212,10 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   Impl& s = *impl_;
   view.check();
   check_positions(positions, s.at_rest);
+  if (options.relight && !s.relit)
+    throw UsageError(
+        "the bundle does not say in what light its colours were taken, so its skin "
+        "cannot be lit anew; bake it with a lighting.json");
   if (s.serial != 0 && frame.serial == s.serial && view == s.last_view &&
       positions == s.deformed.vertices && options == s.last_options) {
     DrawReport report = s.last_report;
@@ -230,6 +243,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.choose_cameras(view, report);
   if (continued) s.finish.undo(background, s.depth_mm, frame);
   s.place_faces(view, continued);
+  s.place_light(view, options);
   s.place_samples(view, grid, report);
   clock.lap(report.times.transform);
   s.place_base(view, grid, report);

@@ -26,6 +26,9 @@ struct DrawOptions {
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
+  // Light the skin as it lies now, by the bundle's lighting; else it keeps the light that was
+  // baked, as the paper's own warp always does.
+  bool relight = false;
   bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
   bool measure = false;     // fill DrawReport's times
   std::vector<Solid> solids;
@@ -71,7 +74,8 @@ class Warper {
   ~Warper();
   Warper(Warper&&) noexcept;
 
-  // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options,
+  // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options, such as
+  // relight for a bundle that does not know its light,
   // BadDataError for a wrong number of positions or one that is not finite, and what reading and
   // binding a camera's maps throws.
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,

@@ -8,6 +8,7 @@
 #include "bundle/cameras_json.h"
 #include "bundle/map_files.h"
 #include "capture/colored_surface.h"
+#include "core/files.h"
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "geometry/ply.h"
@@ -31,6 +32,12 @@ std::vector<Photo> read_photos(const StageCall& call) {
   return photos;
 }
 
+std::optional<Lighting> read_lighting(const StageCall& call) {
+  const auto* document = call.input("lighting");
+  if (!document) return std::nullopt;
+  return lighting_from_json(read_text_file(*document), document->string());
+}
+
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<CaptureStageOptions>(call.options_json);
   options.capture.check();
@@ -40,7 +47,8 @@ StageReport run(const StageCall& call) {
   const CameraSet set = read_cameras(*call.input("cameras"));
   StageReport report;
   const RayScene scene(surface);
-  const auto color = choose_color(surface, scene, read_photos(call), options.material, report);
+  const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call),
+                                                 options.material, read_lighting(call), report);
   const CaptureSummary captured =
       capture(surface, proxy, set.cameras, *color, options.capture, call.context);
   if (options.packing.compact) {
@@ -49,6 +57,12 @@ StageReport run(const StageCall& call) {
   write_map_files(call.output_folder, captured.maps, set.cameras, captured.base, options.packing);
   write_ply(call.output_folder / "surface.ply",
             colored_surface(surface, *color, options.surface_edge_mm));
+
+  if (lighting) {
+    write_file_atomically(call.output_folder / kLightingFile, lighting_to_json(*lighting));
+  } else {
+    report.skipped.push_back({"lighting the pushed skin anew", "the light is not known"});
+  }
 
   report.add("cameras", captured.maps.size());
   report.add("bound_in_prism", captured.bound_in_prism);

@@ -4,11 +4,13 @@
 #include <filesystem>
 
 #include "bundle/cameras_json.h"
+#include "bundle/lighting.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "geometry/ply.h"
 #include "image/exr.h"
 #include "image/png.h"
+#include "phantom/studio_light.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 #include "volume/write_volume.h"
@@ -35,6 +37,7 @@ void write_photos(const OrganPhantom& phantom, const fs::path& folder, const Run
     context.progress(0.4 + 0.6 * static_cast<double>(i + 1) / set.cameras.size());
   }
   write_file_atomically(folder / "cameras.json", cameras_to_json(set));
+  write_file_atomically(folder / kLightingFile, lighting_to_json(studio_lighting()));
 }
 
 std::string phantom_json(const std::string& options_json) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "capture/surface_color.h"
@@ -11,10 +12,15 @@
 
 namespace organbake {
 
-// Photographs when there are any, else the surface's own vertex colours, else the material. What
-// was passed over is told in the report, and so is the choice.
-std::unique_ptr<SurfaceColor> choose_color(const TriangleMesh& surface, const RayScene& scene,
-                                           std::vector<Photo> photos, const Material& material,
-                                           StageReport& report);
+// Photographs when there are any, else the surface's own vertex colours, else the material, with
+// the light that they show when it is known: `lighting`, but a material's is its own. What was
+// passed over is told in the report, and so is the choice.
+struct SurfaceColoring {
+  std::unique_ptr<SurfaceColor> color;
+  std::optional<Lighting> lighting;
+};
+SurfaceColoring choose_coloring(const TriangleMesh& surface, const RayScene& scene,
+                                std::vector<Photo> photos, const Material& material,
+                                const std::optional<Lighting>& lighting, StageReport& report);
 
 }  // namespace organbake

@@ -133,6 +133,7 @@ void run_capture_suite(Bench& bench) {
   promise_capture_time(bench);
   promise_capture_maps(bench);
   promise_capture_color(bench);
+  promise_capture_light(bench);
 }
 
 }  // namespace organbake

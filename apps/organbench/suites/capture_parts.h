@@ -27,5 +27,7 @@ void promise_capture_time(Bench& bench);
 void promise_capture_maps(Bench& bench);
 // Colour from six photographs against the true albedo; nothing bleeds across an occluder.
 void promise_capture_color(Bench& bench);
+// A pushed phantom lit anew against the light that was baked.
+void promise_capture_light(Bench& bench);
 
 }  // namespace organbake

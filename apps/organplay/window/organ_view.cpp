@@ -33,6 +33,7 @@ OrganView::OrganView(const std::filesystem::path& bundle_folder, std::filesystem
       session_(player_, kTimeStep_s),
       truth_(bundle_folder, player_.bundle().proxy) {
   options_.measure = true;
+  options_.relight = player_.bundle().lighting.has_value();
 }
 
 void OrganView::show(Display& display) {
@@ -156,6 +157,7 @@ void OrganView::controls(Display& display) {
   ImGui::Checkbox("cameras (2)", &camera_lines_);
   ImGui::SameLine();
   ImGui::Checkbox("VPM (3)", &manifold_lines_);
+  if (player_.bundle().lighting) ImGui::Checkbox("light anew", &options_.relight);
   if (truth_.available()) {
     int against = static_cast<int>(against_);
     ImGui::Combo("beside it", &against, "nothing\0truth\0polygons\0difference to truth × 4\0");

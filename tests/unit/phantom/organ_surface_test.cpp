@@ -42,8 +42,10 @@ TEST(OrganSurface, ColoursAreTheDiffuseLight) {
   ASSERT_EQ(surface.colors.size(), surface.vertices.size());
   for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
     const Vector3d& point = surface.vertices[v];
-    const Vector3d expected =
-        lit_diffuse(phantom.albedo(point).cast<double>(), phantom.normal(point)).cwiseMin(1.0);
+    const Vector3d expected = phantom.albedo(point)
+                                  .cast<double>()
+                                  .cwiseProduct(studio_lighting().diffuse(phantom.normal(point)))
+                                  .cwiseMin(1.0);
     EXPECT_LT((surface.colors[v].cast<double>() - expected).norm(), 1e-6);
     EXPECT_GT(surface.colors[v].minCoeff(), 0) << "no side may be black";
   }

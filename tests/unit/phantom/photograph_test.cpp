@@ -73,7 +73,8 @@ TEST(Photograph, ShowsTheTruthsColoursInPlace) {
       scene.occluded({&shadow, 1}, {&hidden, 1});
       if (hidden) continue;
       const Vector3d light =
-          lit_diffuse(phantom.albedo(point).cast<double>(), normal) + lit_specular(normal, to_eye);
+          phantom.albedo(point).cast<double>().cwiseProduct(studio_lighting().diffuse(normal)) +
+          studio_lighting().glossy(normal, to_eye);
       const Vector2d pixel = project(camera, point);
       const auto* rgb = photo.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
       for (int c = 0; c < 3; ++c)

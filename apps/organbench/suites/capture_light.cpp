@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
+
+#include "image/difference.h"
+#include "organbench/memory_bundle.h"
+#include "organbench/suites/capture_parts.h"
+#include "phantom/phantom.h"
+#include "phantom/studio_light.h"
+#include "player/carried_surface.h"
+#include "player/contact_sheet.h"
+#include "player/orbit.h"
+
+namespace organbake {
+namespace {
+
+// The phantom's skin where it lies now, in the studio's light.
+TriangleMesh lit_where_it_lies(const TriangleMesh& at_rest, const OrganPhantom& phantom,
+                               const std::vector<Eigen::Vector3d>& positions) {
+  TriangleMesh moved = at_rest;
+  moved.vertices = positions;
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(moved);
+  TriangleMesh lit = at_rest;
+  for (std::size_t v = 0; v < normals.size(); ++v) {
+    const Eigen::Vector3d albedo = phantom.albedo(at_rest.vertices[v]).cast<double>();
+    lit.colors[v] =
+        albedo.cwiseProduct(studio_lighting().diffuse(normals[v])).cwiseMin(1.0).cast<float>();
+  }
+  return lit;
+}
+
+struct PokedErrors {
+  double baked_db = 1e9, relit_db = 1e9;  // the least over the views
+};
+
+PokedErrors errors_of_poke(const TriangleMesh& surface, const OrganPhantom& phantom, Player& player,
+                           int size_px, double share) {
+  const Bundle& bundle = player.bundle();
+  hold_poke(player, bundle.cameras.manifold.directions.front(), share,
+            bundle.mechanics.instrument_radius_mm);
+  const auto positions = CarriedSurface(surface, bundle.proxy).carry(player.proxy_positions());
+  const CarriedSurface truth(lit_where_it_lies(surface, phantom, positions), bundle.proxy);
+  PokedErrors errors;
+  for (const double angle_rad : {-0.5, 0.0, 0.5}) {
+    const View view = orbit_view(bundle.cameras, {angle_rad}, size_px, size_px);
+    DrawOptions options;
+    options.background = {0, 0, 0};
+    const TruthFrame expected = truth.draw(positions, view, options.background);
+    // Where the skin turned: the poked part, seen by its own albedo's light.
+    const auto error_db = [&](bool relight) {
+      options.relight = relight;
+      Frame frame;
+      player.draw(view, options, frame);
+      std::vector<std::uint8_t> shown = expected.covered;
+      for (std::size_t i = 0; i < shown.size(); ++i)
+        shown[i] |= frame.cover[i] != Cover::background;
+      return compare_images(frame.color, expected.color, shown).psnr_db;
+    };
+    errors.baked_db = std::min(errors.baked_db, error_db(false));
+    errors.relit_db = std::min(errors.relit_db, error_db(true));
+  }
+  player.reset();
+  return errors;
+}
+
+}  // namespace
+
+void promise_capture_light(Bench& bench) {
+  bench.now("a poke in the light it was taken in");
+  const OrganPhantom phantom({});
+  CaptureScenario scene = capture_scenario(bench, 8, bench.quick() ? 256 : 1024);
+  // The light of the very mesh, so that only its turning is measured.
+  scene.surface = lit_where_it_lies(scene.surface, phantom, scene.surface.vertices);
+  PlacementOptions placement;
+  placement.count = 8;
+  placement.map_size = bench.quick() ? 256 : 1024;
+  Bundle bundle = memory_bundle(scene.surface, scene.proxy, placement);
+  bundle.lighting = studio_lighting();
+  bundle.lighting->gloss.clear();  // the truth is matt
+  Player player(std::move(bundle));
+  const int size_px = bench.quick() ? 256 : 720;
+  for (const double share : {0.1, 0.3}) {
+    const PokedErrors errors = errors_of_poke(scene.surface, phantom, player, size_px, share);
+    const std::string scene_name =
+        "poked by " + std::to_string(static_cast<int>(100 * share)) + " %: ";
+    bench.add(Figure{scene_name + "lit anew, against the phantom in the same light", "dB",
+                     errors.relit_db, 0, Figure::Goal::at_least});
+    bench.add(Figure{scene_name + "lit anew above the light that was baked", "dB",
+                     errors.relit_db - errors.baked_db, 3, Figure::Goal::at_least});
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/relit_skin.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+// Skin that no lamp reached tells little of what it would show in full light.
+constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
+// Less gloss than this, of a lamp of 1, is not seen: half a level where it is darkest.
+constexpr double kLeastGloss = 2e-4;
+
+// A lattice's nodes as a visitor sees them: their place on the face.
+template <class Visit>
+void each_node(std::uint32_t steps, Visit&& visit) {
+  for (std::uint32_t i = 0; i <= steps; ++i)
+    for (std::uint32_t j = 0; i + j <= steps; ++j) visit(i, j, base_node_index(steps, i, j));
+}
+
+// A node on a face's rim by what its neighbours know it as: the edge's vertices, the smaller first,
+// and its steps from the second; a corner is the vertex twice.
+using RimNode = std::array<std::uint32_t, 3>;
+
+// Nothing for a node inside the face.
+std::optional<RimNode> rim_node(const Face& face, std::uint32_t steps, std::uint32_t i,
+                                std::uint32_t j) {
+  const std::array<std::uint32_t, 3> steps_from = {steps - i - j, i, j};
+  for (int k = 0; k < 3; ++k) {
+    if (steps_from[k] == steps) return RimNode{face[k], face[k], 0};
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (steps_from[k] > 0) continue;
+    const int a = (k + 1) % 3, b = (k + 2) % 3;  // the edge's ends
+    return face[a] < face[b] ? RimNode{face[a], face[b], steps_from[a]}
+                             : RimNode{face[b], face[a], steps_from[b]};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting)
+    : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
+      lighting_(lighting),
+      placed_(shell_matrices(proxy)),
+      own_normals_(std::size_t(layer.face_count) * layer.nodes_per_face()),
+      nodes_(own_normals_.size()),
+      unchanged_(layer.face_count, 0) {
+  for (const Lighting::Lamp& lamp : lighting.lamps)
+    glossy_lamps_.push_back({lamp.toward.cast<float>(), lamp.color.cast<float>()});
+  for (const Lighting::Lobe& lobe : lighting.gloss) {
+    if (lobe.strength <= kLeastGloss) continue;
+    glossy_lobes_.push_back(
+        {static_cast<float>(lobe.strength), static_cast<float>(lobe.exponent),
+         static_cast<float>(std::pow(kLeastGloss / lobe.strength, 1 / lobe.exponent))});
+  }
+  number_rim(proxy);
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) raise_face(f);
+  join();
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) light_face(f);
+  // The light at rest is what later light is compared with.
+  for (Node& node : nodes_) node.rest_light = node.light.cwiseMax(kLeastLight);
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) light_face(f);
+}
+
+void RelitSkin::number_rim(const TriangleMesh& proxy) {
+  std::map<RimNode, std::uint32_t> numbers;
+  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
+    each_node(lattice_.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const auto rim = rim_node(proxy.faces[f], lattice_.steps, i, j);
+      if (!rim) return;
+      const auto next = static_cast<std::uint32_t>(numbers.size());
+      rim_.push_back({first_node(f) + node, numbers.try_emplace(*rim, next).first->second});
+    });
+  }
+  joined_.resize(numbers.size());
+}
+
+void RelitSkin::place(const std::vector<ShellMatrix>& deformed, const View& view,
+                      std::vector<std::uint8_t>& moved) {
+  const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
+  const Intrinsics& k = view.camera.intrinsics;
+  ray_right_ = (world_from_view.col(0) / k.fx).cast<float>();
+  ray_down_ = (world_from_view.col(1) / k.fy).cast<float>();
+  ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
+                static_cast<float>(k.cy) * ray_down_;
+  std::vector<std::uint8_t> relit(placed_.size());
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    relit[f] = deformed[f] != placed_[f];
+    if (!relit[f]) return;
+    placed_[f] = deformed[f];
+    raise_face(f);
+  });
+  if (std::find(relit.begin(), relit.end(), 1) == relit.end()) return;
+  // A face that stayed takes new normals along the edges that it shares with one that moved.
+  const std::vector<Vector3d> before = joined_;
+  join();
+  const std::size_t rim_of_face = rim_.size() / placed_.size();
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    for (std::size_t r = f * rim_of_face; !relit[f] && r < (f + 1) * rim_of_face; ++r)
+      relit[f] = before[rim_[r].number] != joined_[rim_[r].number];
+    if (!relit[f]) return;
+    light_face(f);
+    if (!moved.empty()) moved[f] = 1;
+  });
+}
+
+// The lattice's normals over one face: those of its small triangles, by area, at their corners.
+void RelitSkin::raise_face(std::uint32_t face) {
+  const std::uint32_t n = lattice_.steps;
+  std::vector<Vector3d> points(lattice_.nodes_per_face());
+  Vector3d* const normals = &own_normals_[first_node(face)];
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    points[node] = shell_point(placed_[face], double(i) / n, double(j) / n,
+                               lattice_.height_mm[first_node(face) + node]);
+    normals[node].setZero();
+  });
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const Vector3d normal = (points[b] - points[a]).cross(points[c] - points[a]);
+    for (const std::uint32_t node : {a, b, c}) normals[node] += normal;
+  };
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    if (i + j + 1 > n) return;
+    const std::uint32_t down = base_node_index(n, i + 1, j), right = base_node_index(n, i, j + 1);
+    add(node, down, right);
+    if (i + j + 2 <= n) add(down, base_node_index(n, i + 1, j + 1), right);
+  });
+}
+
+// Nodes that faces share get one normal: the light must not break at an edge.
+void RelitSkin::join() {
+  std::fill(joined_.begin(), joined_.end(), Vector3d::Zero());
+  for (const Rim& rim : rim_) joined_[rim.number] += own_normals_[rim.node];
+}
+
+void RelitSkin::light_face(std::uint32_t face) {
+  const auto light = [&](std::size_t at, const Vector3d& sum) {
+    Node& node = nodes_[at];
+    const Vector3d normal = sum.stableNormalized();
+    node.normal = normal.cast<float>();
+    node.light = lighting_.diffuse(normal).cast<float>();
+    node.gain =
+        node.light.cwiseMax(kLeastLight).cwiseQuotient(node.rest_light).cwiseMin(kLargestGain);
+  };
+  const std::size_t first = first_node(face), end = first + lattice_.nodes_per_face();
+  for (std::size_t at = first; at < end; ++at) light(at, own_normals_[at]);
+  const std::size_t rim_of_face = rim_.size() / placed_.size();
+  for (std::size_t r = face * rim_of_face; r < (face + 1) * rim_of_face; ++r)
+    light(rim_[r].node, joined_[rim_[r].number]);
+  unchanged_[face] = lighting_.gloss.empty() &&
+                     std::all_of(nodes_.begin() + first, nodes_.begin() + end,
+                                 [](const Node& node) { return node.gain == Vector3f::Ones(); });
+}
+
+// Lighting::glossy() in single precision, and only where it shows.
+Vector3f RelitSkin::gloss(const Vector3f& normal, float x, float y) const {
+  const Vector3f toward_eye = -(ray_origin_ + x * ray_right_ + y * ray_down_).normalized();
+  const Vector3f n = normal.normalized();
+  Vector3f light = Vector3f::Zero();
+  for (const GlossyLamp& lamp : glossy_lamps_) {
+    if (n.dot(lamp.toward) <= 0) continue;
+    const float cosine = n.dot((lamp.toward + toward_eye).normalized());
+    float share = 0;
+    for (const GlossyLobe& lobe : glossy_lobes_) {
+      if (cosine > lobe.least_cosine) share += lobe.strength * std::pow(cosine, lobe.exponent);
+    }
+    light += share * lamp.color;
+  }
+  return light;
+}
+
+RelitSkin::Light RelitSkin::at(std::uint32_t face, float b1, float b2, float x, float y) const {
+  // The lattice triangle that holds the point, or the nearest for one outside the face.
+  const std::uint32_t steps = lattice_.steps;
+  const auto n = static_cast<float>(steps);
+  const float u = std::clamp(b1, 0.0f, 1.0f) * n, v = std::clamp(b2, 0.0f, 1.0f) * n;
+  const auto i = std::min(static_cast<std::uint32_t>(u), steps - 1);
+  const auto j = std::min(static_cast<std::uint32_t>(v), steps - 1 - i);
+  float along = std::min(u - static_cast<float>(i), 1.0f);
+  float down = std::min(v - static_cast<float>(j), 1.0f);
+  const Node* const nodes = &nodes_[first_node(face)];
+  const Node* corner = &nodes[base_node_index(steps, i, j)];
+  const Node* const below = &nodes[base_node_index(steps, i + 1, j)];
+  const Node* const beside = &nodes[base_node_index(steps, i, j + 1)];
+  if (along + down > 1) {
+    if (i + j + 2 <= steps) {  // the quad's other triangle, from its far corner
+      corner = &nodes[base_node_index(steps, i + 1, j + 1)];
+      const float far_along = 1 - down, far_down = 1 - along;
+      along = far_along, down = far_down;
+    } else {
+      const float sum = along + down;
+      along /= sum, down /= sum;
+    }
+  }
+  const float rest = 1 - along - down;
+  Light light;
+  light.gain = rest * corner->gain + along * below->gain + down * beside->gain;
+  light.gloss.setZero();
+  if (!lighting_.gloss.empty()) {
+    light.gloss =
+        gloss(rest * corner->normal + along * below->normal + down * beside->normal, x, y);
+  }
+  return light;
+}
+
+}  // namespace organbake

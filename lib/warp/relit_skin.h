@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "bundle/base_layer.h"
+#include "bundle/lighting.h"
+#include "geometry/shell_map.h"
+#include "geometry/triangle_mesh.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// How the light on the deformed skin differs from the light that its colours were taken in. A
+// colour is intensity microstructure × the macro surface's shading at rest; so the shading of the
+// deformed macro surface over that at rest, times the colour, is the skin lit anew:
+//   gain(n', n) = diffuse(n') / diffuse(n) per channel, and gloss is added for the eye.
+// The macro surface is the base layer's lattice with its smooth normals n, joined over the proxy's
+// edges. No shadows: a fold's own shade stays as it was baked.
+class RelitSkin {
+ public:
+  // proxy: at rest; the layer is its own.
+  RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting);
+
+  // Lights the skin for one frame. moved[f], unless empty, is set where the light changed since the
+  // last one.
+  void place(const std::vector<ShellMatrix>& deformed, const View& view,
+             std::vector<std::uint8_t>& moved);
+
+  // Whether a face's colours stay as they are.
+  bool unchanged(std::uint32_t face) const { return unchanged_[face] != 0; }
+
+  struct Light {
+    Eigen::Vector3f gain, gloss;
+    Eigen::Vector3f on(const Eigen::Vector3f& color) const {
+      return color.cwiseProduct(gain) + gloss;
+    }
+  };
+  // At a point over a face; (x, y): where the view shows it, px.
+  Light at(std::uint32_t face, float b1, float b2, float x, float y) const;
+
+ private:
+  struct Node {
+    Eigen::Vector3f gain = Eigen::Vector3f::Ones(), normal = Eigen::Vector3f::Zero();
+    Eigen::Vector3f light = Eigen::Vector3f::Ones(), rest_light = Eigen::Vector3f::Ones();
+  };
+  // A node on a face's edge, and the number by which its neighbours know it.
+  struct Rim {
+    std::size_t node;
+    std::uint32_t number;
+  };
+  struct GlossyLamp {
+    Eigen::Vector3f toward, color;
+  };
+  struct GlossyLobe {
+    float strength, exponent;
+    float least_cosine;  // below it shows nothing
+  };
+  std::size_t first_node(std::uint32_t face) const {
+    return std::size_t(face) * lattice_.nodes_per_face();
+  }
+  void number_rim(const TriangleMesh& proxy);
+  void raise_face(std::uint32_t face);
+  void join();
+  void light_face(std::uint32_t face);
+  Eigen::Vector3f gloss(const Eigen::Vector3f& normal, float x, float y) const;
+
+  BaseLayer lattice_;  // heights alone
+  Lighting lighting_;
+  std::vector<GlossyLamp> glossy_lamps_;
+  std::vector<GlossyLobe> glossy_lobes_;
+  std::vector<ShellMatrix> placed_;           // by face, world, of the last frame
+  std::vector<Eigen::Vector3d> own_normals_;  // by node, each face's alone; not of unit length
+  std::vector<Rim> rim_;                      // by face, as many for each
+  std::vector<Eigen::Vector3d> joined_;       // by rim number
+  std::vector<Node> nodes_;
+  std::vector<std::uint8_t> unchanged_;  // by face
+  // From the view's pixels to directions of the world: origin + x · right + y · down.
+  Eigen::Vector3f ray_origin_, ray_right_, ray_down_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/relit_skin.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "geometry/shell_map.h"
+#include "image/difference.h"
+#include "image/srgb.h"
+#include "synthetic_bundle.h"
+#include "warp/warper.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+// An oblique lamp and a sky: a mirrored or transposed normal shows at once.
+Lighting oblique_light() {
+  return {.ambient_above = {0.3, 0.3, 0.35},
+          .ambient_below = {0.1, 0.1, 0.1},
+          .up = Vector3d::UnitZ(),
+          .lamps = {{Vector3d(0.8, -0.5, 0.33).normalized(), {0.6, 0.6, 0.5}}},
+          .gloss = {}};
+}
+
+const SyntheticOptions& organ_options() {
+  static const SyntheticOptions options = [] {
+    SyntheticOptions o;
+    o.base_step_mm = 2;
+    return o;
+  }();
+  return options;
+}
+
+Vector3d ellipsoid_normal(const Vector3d& point) {
+  const SyntheticOrgan& organ = organ_options().organ;
+  return (point - organ.center).cwiseQuotient(organ.half_axes_mm.cwiseAbs2()).normalized();
+}
+
+// The organ's colours seen in the light, after its skin turned by `turn`.
+Bundle lit_bundle(const Lighting& lighting, const Matrix3d& turn) {
+  Bundle bundle = make_synthetic_bundle(organ_options());
+  bundle.lighting = lighting;
+  const auto light = [&](const Vector3d& point) -> Vector3f {
+    return lighting.diffuse(turn * ellipsoid_normal(point)).cast<float>();
+  };
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    CameraMaps& maps = bundle.maps[c];
+    const PosedCamera& camera = bundle.cameras.cameras[c];
+    for (std::size_t i = 0; i < maps.face.size(); ++i) {
+      if (maps.face[i] == kNoFace) continue;
+      const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
+      const Vector3d point = camera.camera_from_world.inverse() *
+                             Vector3d(maps.depth_mm[i] * unproject(camera.intrinsics, pixel));
+      maps.color[i] = maps.color[i].cwiseProduct(light(point));
+    }
+  }
+  BaseLayer& base = bundle.base;
+  const std::vector<ShellMatrix> rest = shell_matrices(bundle.proxy);
+  for (std::uint32_t f = 0; f < base.face_count; ++f) {
+    for (std::uint32_t i = 0; i <= base.steps; ++i) {
+      for (std::uint32_t j = 0; i + j <= base.steps; ++j) {
+        const std::size_t node =
+            std::size_t(f) * base.nodes_per_face() + base_node_index(base.steps, i, j);
+        base.color[node] = base.color[node].cwiseProduct(light(shell_point(
+            rest[f], double(i) / base.steps, double(j) / base.steps, base.height_mm[node])));
+      }
+    }
+  }
+  return bundle;
+}
+
+std::vector<Vector3d> turned(const TriangleMesh& proxy, const Matrix3d& turn) {
+  const Vector3d& center = organ_options().organ.center;
+  std::vector<Vector3d> positions;
+  for (const Vector3d& v : proxy.vertices) positions.push_back(center + turn * (v - center));
+  return positions;
+}
+
+DrawOptions relit() {
+  DrawOptions options;
+  options.background = {0, 0, 0};
+  options.relight = true;
+  return options;
+}
+
+Frame draw_once(const Bundle& bundle, const std::vector<Vector3d>& positions, const View& view,
+                const DrawOptions& options) {
+  Warper warper(bundle);
+  Frame frame;
+  warper.draw(positions, view, options, frame);
+  return frame;
+}
+
+View front_view(const Bundle& bundle) { return {bundle.cameras.cameras[0], 1}; }
+
+TEST(RelitSkin, SkinThatTurnsTakesTheLightOfWhereItTurnsTo) {
+  const Matrix3d turn =
+      (Eigen::AngleAxisd(0.7, Vector3d::UnitZ()) * Eigen::AngleAxisd(0.3, Vector3d::UnitX()))
+          .toRotationMatrix();
+  const Bundle baked = lit_bundle(oblique_light(), Matrix3d::Identity());
+  const Bundle truth = lit_bundle(oblique_light(), turn);
+  const auto positions = turned(baked.proxy, turn);
+  const View view = front_view(baked);
+  DrawOptions as_baked = relit();
+  as_baked.relight = false;
+  const Frame expected = draw_once(truth, positions, view, as_baked);
+  std::vector<std::uint8_t> shown(expected.cover.size());
+  for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = expected.cover[i] != Cover::background;
+  const auto error_db = [&](const DrawOptions& options) {
+    return compare_images(draw_once(baked, positions, view, options).color, expected.color, shown)
+        .psnr_db;
+  };
+  // What is left: normals of a lattice of 2 mm at the rim, and 8 bits twice.
+  constexpr double kLitAnewDb = 42;
+  EXPECT_GT(error_db(relit()), kLitAnewDb);
+  EXPECT_LT(error_db(as_baked), 25) << "the case would not tell";
+}
+
+TEST(RelitSkin, MattSkinAtRestKeepsItsBytes) {
+  const Bundle bundle = lit_bundle(oblique_light(), Matrix3d::Identity());
+  DrawOptions as_baked = relit();
+  as_baked.relight = false;
+  const View view = front_view(bundle);
+  EXPECT_EQ(draw_once(bundle, bundle.proxy.vertices, view, relit()).color.pixels,
+            draw_once(bundle, bundle.proxy.vertices, view, as_baked).color.pixels);
+}
+
+TEST(RelitSkin, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
+  Lighting glossy = oblique_light();
+  glossy.gloss = {{0.2, 40}};
+  for (const Lighting& light : {oblique_light(), glossy}) {
+    const Bundle bundle = lit_bundle(light, Matrix3d::Identity());
+    const View view = front_view(bundle);
+    Warper warper(bundle);
+    Frame frame;
+    for (const double depth_mm : {0.0, 6.0, 9.0, 3.0, 0.0}) {
+      const auto positions = dented(bundle.proxy, {0, -1, 0}, depth_mm);
+      warper.draw(positions, view, relit(), frame);
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+      EXPECT_EQ(frame.color.pixels, draw_once(bundle, positions, view, relit()).color.pixels)
+          << "dented by " << depth_mm << " mm";
+    }
+  }
+}
+
+TEST(RelitSkin, TheHighlightSitsHalfWayBetweenLampAndEye) {
+  Lighting glossy = oblique_light();
+  glossy.gloss = {{1, 100}};
+  Bundle bundle = lit_bundle(glossy, Matrix3d::Identity());
+  for (CameraMaps& maps : bundle.maps)
+    std::fill(maps.color.begin(), maps.color.end(), Vector3f::Zero().eval());
+  std::fill(bundle.base.color.begin(), bundle.base.color.end(), Vector3f::Zero().eval());
+  const View view = front_view(bundle);
+  const Frame frame = draw_once(bundle, bundle.proxy.vertices, view, relit());
+  Rgb8Image expected(frame.color.width, frame.color.height);
+  std::vector<std::uint8_t> inside(frame.cover.size(), 0);
+  const Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
+  for (int y = 0; y < expected.height; ++y) {
+    for (int x = 0; x < expected.width; ++x) {
+      const Vector3d eye = view.camera.center_world_mm();
+      const Vector3d ray = world_from_view * unproject(view.camera.intrinsics, {x + 0.5, y + 0.5});
+      const double t = organ_options().organ.trace(eye, ray);
+      if (!std::isfinite(t)) continue;
+      const Vector3d gloss = glossy.glossy(ellipsoid_normal(eye + t * ray), -ray.normalized());
+      for (int c = 0; c < 3; ++c)
+        expected.at(x, y)[c] = srgb8_from_linear(static_cast<float>(gloss[c]));
+      inside[std::size_t(y) * expected.width + x] = frame.covered(x, y);
+    }
+  }
+  EXPECT_GT(*std::max_element(expected.pixels.begin(), expected.pixels.end()), 150);
+  EXPECT_GT(compare_images(frame.color, expected, inside).psnr_db, 35);
+}
+
+TEST(RelitSkin, WithoutAKnownLightItIsRefused) {
+  const Bundle bundle = make_synthetic_bundle(organ_options());
+  EXPECT_THROW(draw_once(bundle, bundle.proxy.vertices, front_view(bundle), relit()), UsageError);
+}
+
+}  // namespace
+}  // namespace organbake
