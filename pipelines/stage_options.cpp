@@ -313,6 +313,17 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "n×n rays are averaged for a texel's colour", .min = 1, .max = 8})
       .add("base_step", &o.capture.base_step_mm,
            {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.05, .max = 100})
+      .add(
+          "micro", &o.detail.split,
+          {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
+                   "(gaussian, bilateral, guided; of depth and of intensity) is written beside it, "
+                   "detail.exr of each camera"},
+          {{"proxy", MicroSplit::proxy},
+           {"gaussian", MicroSplit::gaussian},
+           {"bilateral", MicroSplit::bilateral},
+           {"guided", MicroSplit::guided}})
+      .add("micro_size", &o.detail.size_mm,
+           {.help = "of what a filter takes for detail", .unit = "mm", .min = 0.05, .max = 1000})
       .add("surface_edge", &o.surface_edge_mm,
            {.help =
                 "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",

@@ -5,6 +5,7 @@
 
 #include "bundle/map_files.h"
 #include "capture/capture.h"
+#include "capture/filtered_detail.h"
 #include "decimate/decimate.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
@@ -86,6 +87,7 @@ struct RegisterStageOptions {
 
 struct CaptureStageOptions {
   CaptureOptions capture;
+  DetailOptions detail;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   Material material;
   MapPacking packing;

@@ -32,6 +32,25 @@ std::vector<Photo> read_photos(const StageCall& call) {
   return photos;
 }
 
+void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
+                   const std::vector<PosedCamera>& cameras, const CaptureStageOptions& options,
+                   StageReport& report) {
+  if (options.detail.split == MicroSplit::proxy) {
+    report.skipped.push_back({"filtered detail images", "the player draws by the proxy's split"});
+    return;
+  }
+  ExrWriteOptions writing{
+      .compression = options.packing.compact ? ExrCompression::pxr24 : options.packing.compression,
+      .zip_level = options.packing.zip_level};
+  // One after another: OpenCV's filters take all threads themselves.
+  for (std::size_t c = 0; c < maps.size(); ++c) {
+    call.context.throw_if_cancelled();
+    writing.camera = cameras[c];
+    write_exr(call.output_folder / camera_folder(c) / "detail.exr",
+              filtered_detail(maps[c], cameras[c].intrinsics, options.detail), writing);
+  }
+}
+
 std::optional<Lighting> read_lighting(const StageCall& call) {
   const auto* document = call.input("lighting");
   if (!document) return std::nullopt;
@@ -41,6 +60,7 @@ std::optional<Lighting> read_lighting(const StageCall& call) {
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<CaptureStageOptions>(call.options_json);
   options.capture.check();
+  options.detail.check();
   options.material.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"));
   const TriangleMesh proxy = read_mesh(*call.input("proxy"));
@@ -58,6 +78,7 @@ StageReport run(const StageCall& call) {
   write_ply(call.output_folder / "surface.ply",
             colored_surface(surface, *color, options.surface_edge_mm));
 
+  write_details(call, captured.maps, set.cameras, options, report);
   if (lighting) {
     write_file_atomically(call.output_folder / kLightingFile, lighting_to_json(*lighting));
   } else {
