@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "bundle/bundle.h"
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
 #include "image/srgb.h"
@@ -113,6 +112,24 @@ std::vector<bool> CarriedSurface::visible(const std::vector<Eigen::Vector3d>& po
     seen[v] = p.z() <= hits.depth[i] + 4 * pixel_mm;
   }
   return seen;
+}
+
+std::vector<CarriedSurface::Seen> CarriedSurface::seen_at_centers(
+    const std::vector<Eigen::Vector3d>& positions, const View& view) const {
+  const Intrinsics& k = view.camera.intrinsics;
+  Hits hits(std::size_t(k.width) * k.height);
+  draw_faces(project_faces(rest_, positions, view, 1), {0, 0, k.width, k.height}, hits);
+  std::vector<Seen> seen(hits.face.size());
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    seen[i] = {hits.face[i], hits.weights[i][0], hits.weights[i][1]};
+  return seen;
+}
+
+Eigen::Vector3d CarriedSurface::point(const Seen& seen,
+                                      const std::vector<Eigen::Vector3d>& positions) const {
+  const auto [a, b, c] = rest_.faces[seen.face];
+  const double w1 = seen.w1, w2 = seen.w2;
+  return (1 - w1 - w2) * positions[a] + w1 * positions[b] + w2 * positions[c];
 }
 
 TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,

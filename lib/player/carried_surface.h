@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "bundle/bundle.h"
 #include "geometry/shell_map.h"
 #include "geometry/triangle_mesh.h"
 #include "image/channel_image.h"
@@ -39,6 +40,17 @@ class CarriedSurface {
   // Which vertices the view sees: inside the picture and not behind the surface, by a depth picture
   // of at least 1024² pixels.
   std::vector<bool> visible(const std::vector<Eigen::Vector3d>& positions, const View& view) const;
+
+  // What the mesh, its vertices at any positions, shows at each pixel's centre: a face and the
+  // weights of its corners.
+  struct Seen {
+    std::uint32_t face = kNoFace;  // of the surface
+    float w1 = 0, w2 = 0;          // of corners 1 and 2
+  };
+  std::vector<Seen> seen_at_centers(const std::vector<Eigen::Vector3d>& positions,
+                                    const View& view) const;
+  // Its place when the vertices are at `positions`.
+  Eigen::Vector3d point(const Seen& seen, const std::vector<Eigen::Vector3d>& positions) const;
 
   TruthFrame draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const std::array<std::uint8_t, 3>& background) const;

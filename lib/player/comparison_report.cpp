@@ -34,6 +34,11 @@ std::string comparison_json(const ComparisonTable& table) {
          {"without_map", row.projection.without_map},
          {"image_based", errors_json(row.projection.image_based)},
          {"polygons", errors_json(row.projection.polygons)},
+         {"displayed",
+          {{"point", errors_json(row.displayed.point)},
+           {"sample", errors_json(row.displayed.sample)},
+           {"paper_warp", errors_json(row.displayed_paper)},
+           {"polygons", errors_json(row.displayed_polygons)}}},
          {"psnr_db", row.picture.psnr_db},
          {"ssim", row.picture.ssim},
          {"inner_pixels", row.inner_pixels},
@@ -41,6 +46,7 @@ std::string comparison_json(const ComparisonTable& table) {
          {"holes", row.picture.holes},
          {"paper_warp",
           {{"psnr_db", row.paper.psnr_db}, {"ssim", row.paper.ssim}, {"holes", row.paper.holes}}},
+         {"ideal_resampler", {{"psnr_db", row.ideal.psnr_db}, {"ssim", row.ideal.ssim}}},
          {"edge_step_8bit", steps_json(row.seams)}});
   }
   return json_text({{"schema", "organbake/comparison/1"},
@@ -52,20 +58,22 @@ std::string comparison_json(const ComparisonTable& table) {
 std::string comparison_text(const ComparisonTable& table) {
   std::string text =
       "state  angle     image-based px (mean, max)  no map   polygons px (mean, max)   PSNR dB "
-      "(paper's warp)  "
+      "(paper's warp, ideal)  displayed px  "
       "holes  edge step (frame, truth, excess)\n";
   for (const ComparisonRow& row : table.rows) {
     const auto& image = row.projection.image_based;
     const auto& polygons = row.projection.polygons;
     const double no_map = 100.0 * double(row.projection.without_map) /
                           double(std::max<std::size_t>(row.projection.visible, 1));
-    text += std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
-            cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
-            cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
-            cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
-            cell("(" + to_text(row.paper.psnr_db, 2) + ")", 15) +
-            cell(std::to_string(row.picture.holes), 7) + cell(to_text(row.seams.frame, 1), 10) +
-            cell(to_text(row.seams.truth, 1), 8) + cell(to_text(row.seams.excess, 1), 8) + "\n";
+    text +=
+        std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
+        cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
+        cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
+        cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
+        cell("(" + to_text(row.paper.psnr_db, 2) + ", " + to_text(row.ideal.psnr_db, 2) + ")", 22) +
+        cell(to_text(row.displayed.point.mean_px, 3), 14) +
+        cell(std::to_string(row.picture.holes), 7) + cell(to_text(row.seams.frame, 1), 10) +
+        cell(to_text(row.seams.truth, 1), 8) + cell(to_text(row.seams.excess, 1), 8) + "\n";
   }
   return text + "camera switches on the orbit: " + std::to_string(table.switches) +
          ", largest step " + to_text(table.camera_switch.frame, 2) + "/255 (truth " +

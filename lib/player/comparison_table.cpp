@@ -11,6 +11,7 @@
 #include "geometry/view_manifold.h"
 #include "image/difference.h"
 #include "player/contact_sheet.h"
+#include "player/ideal_picture.h"
 #include "player/orbit.h"
 
 namespace organbake {
@@ -67,8 +68,16 @@ class Comparer {
     row.holes_before_fill = count_holes(frame_, inner);
     DrawOptions as_the_paper = draw_options_;
     as_the_paper.method = WarpMethod::paper;
+    as_the_paper.keep_shown = true;
     row.paper = picture_errors(view, as_the_paper, truth, inner);
-    row.picture = picture_errors(view, draw_options_, truth, inner);
+    const auto& positions = player_.proxy_positions();
+    row.displayed_paper = projection_.displayed(frame_, positions, view).point;
+    row.displayed_polygons = projection_.displayed_polygons(positions, view);
+    DrawOptions telling = draw_options_;
+    telling.keep_shown = true;
+    row.picture = picture_errors(view, telling, truth, inner);
+    row.displayed = projection_.displayed(frame_, positions, view);
+    row.ideal = ideal_errors(view, truth);
     row.seams = edge_steps(frame_.color, truth);
     return row;
   }
@@ -103,6 +112,12 @@ class Comparer {
   }
 
  private:
+  PictureErrors ideal_errors(const View& view, const TruthFrame& truth) const {
+    const Rgb8Image picture =
+        ideal_picture(player_.bundle(), truth_, player_.proxy_positions(), view, kBlack);
+    return {compare_images(picture, truth.color, truth.covered).psnr_db,
+            structural_similarity(picture, truth.color, truth.covered), 0};
+  }
   PictureErrors picture_errors(const View& view, const DrawOptions& options,
                                const TruthFrame& truth, const std::vector<std::size_t>& inner) {
     player_.draw(view, options, frame_);

@@ -142,4 +142,56 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
   return result;
 }
 
+namespace {
+
+constexpr double kNotShown = -1;
+
+PixelErrors measured(std::vector<double> errors) {
+  std::erase(errors, kNotShown);
+  return summarise(std::move(errors));
+}
+
+Eigen::Vector2d center_of(std::size_t pixel, int width) {
+  return {static_cast<double>(pixel % width) + 0.5, static_cast<double>(pixel / width) + 0.5};
+}
+
+}  // namespace
+
+ProjectionComparison::Displayed ProjectionComparison::displayed(
+    const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
+    const View& view) const {
+  TriangleMesh deformed = bundle_.proxy;
+  deformed.vertices = proxy_positions;
+  const std::vector<ShellMatrix> shells = shell_matrices(deformed);
+  std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    if (frame.cover[i] != Cover::samples) return;
+    const auto error = [&](const Eigen::Vector3f& at_rest) {
+      const ShellBinding b = binder_.bind(at_rest.cast<double>());
+      const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
+      return (project(view.camera, p) - center_of(i, frame.color.width)).norm();
+    };
+    points[i] = error(frame.shown[i].point_mm);
+    samples[i] = error(frame.shown[i].sample_mm);
+  });
+  return {measured(std::move(points)), measured(std::move(samples))};
+}
+
+PixelErrors ProjectionComparison::displayed_polygons(
+    const std::vector<Eigen::Vector3d>& proxy_positions, const View& view) const {
+  const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
+  std::vector<Eigen::Vector3d> flattened;
+  for (const OnFace& on : closest_)
+    flattened.push_back(on_face(bundle_.proxy, proxy_positions, on.face, on.weights));
+  const auto seen = truth_.seen_at_centers(flattened, view);
+  std::vector<double> errors(seen.size(), kNotShown);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen[i].face == kNoFace) continue;
+    errors[i] = (project(view.camera, truth_.point(seen[i], carried)) -
+                 center_of(i, view.camera.intrinsics.width))
+                    .norm();
+  }
+  return measured(std::move(errors));
+}
+
 }  // namespace organbake

@@ -9,13 +9,14 @@
 #include "geometry/shell_map.h"
 #include "geometry/view_manifold.h"
 #include "player/carried_surface.h"
+#include "warp/frame.h"
 #include "warp/view.h"
 
 namespace organbake {
 
 struct PixelErrors {
   double mean_px = 0, p99_px = 0, max_px = 0;
-  std::size_t vertices = 0;  // that were measured
+  std::size_t vertices = 0;  // that were measured; of a displayed error, pixels
 };
 
 // One row of the paper's Table 1: how far original vertices land from where they belong.
@@ -39,6 +40,19 @@ class ProjectionComparison {
 
   ProjectionErrors measure(const std::vector<Eigen::Vector3d>& proxy_positions,
                            const View& view) const;
+
+  // How far the skin that a frame's pixels show belongs from their centres: each pixel of
+  // Cover::samples in a frame drawn with keep_shown, its point at rest bound, carried and projected
+  // anew.
+  struct Displayed {
+    PixelErrors point;   // whose colour the pixel has
+    PixelErrors sample;  // that it was drawn from, whole pixels and all
+  };
+  Displayed displayed(const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
+                      const View& view) const;
+  // The same for the polygon method: the surface flattened onto the deformed proxy.
+  PixelErrors displayed_polygons(const std::vector<Eigen::Vector3d>& proxy_positions,
+                                 const View& view) const;
 
  private:
   struct OnFace {

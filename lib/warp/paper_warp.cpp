@@ -87,14 +87,16 @@ bool look_up(const CameraMaps& maps, const std::vector<float>& micro, const Eige
 struct PaperWarp::Warped {
   std::vector<float> depth_mm;  // +inf where nothing landed
   std::vector<Eigen::Vector3f> color;
+  std::vector<Eigen::Vector3f> rest_mm;  // the skin that landed, at rest; empty unless asked for
 
-  void clear(std::size_t pixels) {
+  void clear(std::size_t pixels, bool keep_rest) {
     depth_mm.assign(pixels, kInfinity);
     color.resize(pixels);
+    rest_mm.resize(keep_rest ? pixels : 0);
   }
   // A square of whole pixels round the place, where it is the nearest.
   void splat(const Eigen::Vector2d& place, double texel_px, float depth,
-             const Eigen::Vector3f& light, const Intrinsics& k) {
+             const Eigen::Vector3f& light, const Eigen::Vector3f& at_rest, const Intrinsics& k) {
     const double side =
         std::clamp(std::ceil(texel_px - kSpareSplat_px), 1.0, double(kWidestSplat_px));
     if (!(place.x() > -side && place.y() > -side && place.x() < k.width + side &&
@@ -111,6 +113,7 @@ struct PaperWarp::Warped {
         if (!(depth < depth_mm[to])) continue;
         depth_mm[to] = depth;
         color[to] = light;
+        if (!rest_mm.empty()) rest_mm[to] = at_rest;
       }
     }
   }
@@ -131,10 +134,14 @@ float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   float weight = 0;
   const auto behind = static_cast<float>((1 + same_surface) * nearest);
+  float heaviest = 0;
   for (std::size_t c = 0; c < views.size(); ++c) {
     if (views[c].depth_mm[pixel] > behind) continue;
     sum += shares[c] * views[c].color[pixel];
     weight += shares[c];
+    if (frame.shown.empty() || shares[c] <= heaviest) continue;
+    heaviest = shares[c];
+    frame.shown[pixel] = {views[c].rest_mm[pixel], views[c].rest_mm[pixel]};
   }
   for (int channel = 0; channel < 3; ++channel)
     rgb[channel] = srgb8_from_linear(sum[channel] / weight);
@@ -202,7 +209,14 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
     const Eigen::Vector3f color = at.mixed(Eigen::Vector3f(Eigen::Vector3f::Zero()),
                                            [&](std::size_t t) { return maps.color[t]; });
     const double texel_px = k.fx / p.z() * z / camera.intrinsics.fx;
-    out.splat(landed, texel_px, static_cast<float>(p.z()), color, k);
+    // The texel is one of the map's own: the surface seen there at rest.
+    Eigen::Vector3f at_rest = Eigen::Vector3f::Zero();
+    if (!out.rest_mm.empty()) {
+      const double depth = at.mixed(0.0f, [&](std::size_t t) { return maps.depth_mm[t]; });
+      const Eigen::Vector3d in_camera = depth * unproject(camera.intrinsics, rest_pixel[i]);
+      at_rest = (camera.camera_from_world.inverse() * in_camera).cast<float>();
+    }
+    out.splat(landed, texel_px, static_cast<float>(p.z()), color, at_rest, k);
   }
 }
 
@@ -220,7 +234,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   std::array<Warped, 3> views;
   std::array<float, 3> shares{};
   tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
-    views[c].clear(pixels);
+    views[c].clear(pixels, options.keep_shown);
     warp(bundle, cameras[c], deformed, view, views[c]);
   });
   std::size_t used = 0;
@@ -231,6 +245,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.serial = 0;
   frame.color = Rgb8Image(width, height);
   frame.cover.assign(pixels, Cover::background);
+  frame.shown.resize(options.keep_shown ? pixels : 0);
   frame.depth_mm.clear();
   if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kInfinity);
   std::vector<float> depth_mm(pixels, kInfinity);

@@ -91,16 +91,48 @@ void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict de
   }
 }
 
+// The layer whose sample is a pixel's nearest.
+int nearest_layer(const std::array<LayerRow, 3>& rows, int layers, int i) {
+  int nearest = 0;
+  for (int l = 1; l < layers; ++l) {
+    if (rows[l].depth[i] < rows[nearest].depth[i]) nearest = l;
+  }
+  return nearest;
+}
+
+// Tells what a row's pixels show: the sample of the camera with the largest share of those that see
+// the nearest skin, and the point beside it that the pixel's centre looks at.
+void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int count,
+                const SumRow& sum, Shown* shown) {
+  for (int i = 0; i < count; ++i) {
+    int layer = nearest_layer(rows, tile.count, i);
+    for (int l = 0; l < tile.count; ++l) {
+      if (rows[l].depth[i] <= sum.nearest[i] + tile.same_surface_mm &&
+          tile.layers[l].weight > tile.layers[layer].weight)
+        layer = l;
+    }
+    if (tile.count == 0 || !(rows[layer].depth[i] < kInfinity)) continue;
+    const SampleSet& set = *tile.layers[layer].set;
+    const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+    const Patch& patch = set.chunks[slot / kChunk].patch;
+    const ShellMatrix& shell = (*tile.rest)[patch.face];
+    const auto at = [&](float u, float v) -> Eigen::Vector3f {
+      return shell_point(shell, set.b1[slot] + u * patch.along_u[0] + v * patch.along_v[0],
+                         set.b2[slot] + u * patch.along_u[1] + v * patch.along_v[1],
+                         set.h[slot] + u * patch.along_u[2] + v * patch.along_v[2])
+          .cast<float>();
+    };
+    shown[i] = {at(rows[layer].u[i], rows[layer].v[i]), at(0, 0)};
+  }
+}
+
 // Lights what the samples of a row summed to, by the nearest of each pixel's samples: the others
 // that count lie on the same skin.
 void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y, int x0, int count,
              SumRow& sum) {
   for (int i = 0; i < count; ++i) {
     if (!(sum.weight[i] > 0)) continue;
-    int nearest = 0;
-    for (int l = 1; l < tile.count; ++l) {
-      if (rows[l].depth[i] < rows[nearest].depth[i]) nearest = l;
-    }
+    const int nearest = nearest_layer(rows, tile.count, i);
     const SampleSet& set = *tile.layers[nearest].set;
     const auto slot = static_cast<std::uint32_t>(rows[nearest].slot[i]);
     const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
@@ -196,7 +228,7 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
     first[l] = std::max(0, tile.layers[l].spans->first(row) - offset) & ~7;
     length[l] = std::max(0, (tile.layers[l].spans->last(row) - offset - first[l] + 7) & ~7);
     LayerRow& layer = rows[l];
-    if (tile.base || tile.relit) std::fill_n(layer.depth, padded, kInfinity);
+    if (tile.base || tile.relit || tile.rest) std::fill_n(layer.depth, padded, kInfinity);
     decode(keys.row(y) + offset + first[l], length[l], tile.tie_mm, first[l], layer);
     for (int i = first[l]; i < first[l] + length[l]; ++i) {
       sum.nearest[i] = layer.depth[i] < sum.nearest[i] ? layer.depth[i] : sum.nearest[i];
@@ -232,6 +264,7 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
+    if (tile.rest) tell_shown(tile, rows, count, sum, &frame.shown[first]);
     if (tile.base) mark_base(rows, tile.count, count, cover);
     std::copy_n(sum.nearest, count, &depth_mm[first]);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "geometry/shell_map.h"
 #include "warp/base_drawing.h"
 #include "warp/frame.h"
 #include "warp/relit_skin.h"
@@ -24,7 +25,8 @@ struct TileLayers {
   int count = 0;                   // layers in use
   const BaseTile* base = nullptr;  // nullptr = nothing below; lit already
   const RelitSkin* relit = nullptr;
-  float tie_mm = 0;           // as splatted
+  const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
+  float tie_mm = 0;                                // as splatted
   float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
 };
 

@@ -58,6 +58,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
   layers.relit = placed_->relit;
+  layers.rest = placed_->rest;
   std::array<const TileKeys*, 3> drawn;
   for (const ActiveCamera& camera : placed_->cameras) {
     const auto chunks = camera.tiles[tile];

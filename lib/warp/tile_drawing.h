@@ -26,7 +26,8 @@ struct PlacedFrame {
   const BaseDrawing& base;
   const TileLists* base_tiles;  // blocks of the base layer; nullptr: without it
   const std::vector<FaceFrame>& faces;
-  const RelitSkin* relit;  // nullptr: the light that was baked
+  const RelitSkin* relit;                // nullptr: the light that was baked
+  const std::vector<ShellMatrix>* rest;  // nullptr: what is shown is not told
   const Background& background;
   bool measure;
 };

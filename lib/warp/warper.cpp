@@ -77,6 +77,7 @@ struct Warper::Impl {
   PixelBox drawn_box;           // of everything but the background
   TileDrawing tiles;
   std::optional<RelitSkin> relit;  // when the bundle knows its light
+  std::vector<ShellMatrix> rest;
 
   SampleStore store;
 
@@ -109,6 +110,7 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
     : deformed(bundle.proxy),
       manifold(bundle.cameras.manifold),
       base(bundle.base, shell_matrices(bundle.proxy)),
+      rest(shell_matrices(bundle.proxy)),
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
@@ -180,6 +182,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .base_tiles = options.base_layer ? &base_tiles : nullptr,
                .faces = faces,
                .relit = options.relight ? &*relit : nullptr,
+               .rest = options.keep_shown ? &rest : nullptr,
                .background = background,
                .measure = options.measure});
   std::atomic<int> drawn = 0;
@@ -235,6 +238,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   frame.cover.resize(pixels);
   frame.depth_mm.resize(options.keep_depth || !options.solids.empty() ? pixels : 0);
 
+  frame.shown.resize(options.keep_shown ? pixels : 0);
   s.depth_mm.resize(pixels);
 
   const TileGrid grid(width, height);

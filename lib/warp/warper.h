@@ -30,6 +30,7 @@ struct DrawOptions {
   // baked, as the paper's own warp always does.
   bool relight = false;
   bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
+  bool keep_shown = false;  // also fill Frame::shown, for pixels of Cover::samples
   bool measure = false;     // fill DrawReport's times
   std::vector<Solid> solids;
 

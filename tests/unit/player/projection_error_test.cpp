@@ -5,8 +5,12 @@
 
 #include <Eigen/Geometry>
 
+#include "image/difference.h"
 #include "organ_to_play.h"
+#include "player/ideal_picture.h"
 #include "player/orbit.h"
+#include "warp/paper_warp.h"
+#include "warp/warper.h"
 
 namespace organbake {
 namespace {
@@ -54,6 +58,69 @@ TEST_F(ProjectionErrorTest, NoticesAWrongDepth) {
   const View view = orbit_view(wrong.cameras, {0.7}, 256, 256);
   const double right = comparison_.measure(wrong.proxy.vertices, view).image_based.mean_px;
   EXPECT_GT(comparison.measure(wrong.proxy.vertices, view).image_based.mean_px, right + 0.2);
+}
+
+Frame drawn_and_told(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                     WarpMethod method) {
+  DrawOptions options;
+  options.method = method;
+  options.keep_shown = true;
+  Frame frame;
+  if (method == WarpMethod::paper) {
+    PaperWarp(organ_to_play()).draw(organ_to_play(), positions, view, options, frame);
+  } else {
+    Warper(organ_to_play()).draw(positions, view, options, frame);
+  }
+  return frame;
+}
+
+// A sample that stands anywhere in its pixel is 0.3826 px from its centre on average; texels here
+// are as large as pixels, so the nearest may be somewhat farther.
+TEST_F(ProjectionErrorTest, PixelsShowTheSkinThatBelongsThere) {
+  const Bundle& organ = organ_to_play();
+  const auto& rest = organ.proxy.vertices;
+  const View view = orbit_view(organ.cameras, {0.7}, 128, 128);
+  for (const auto& positions :
+       {rest, dented(organ.proxy, organ.cameras.manifold.directions[0], 15)}) {
+    const auto shown =
+        comparison_.displayed(drawn_and_told(positions, view, WarpMethod::bound), positions, view);
+    EXPECT_GT(shown.point.vertices, 3000u) << "pixels";
+    EXPECT_LT(shown.sample.mean_px, 0.5);
+    EXPECT_LT(shown.point.mean_px, 0.1) << "the colour is that of the very point";
+    const auto paper =
+        comparison_.displayed(drawn_and_told(positions, view, WarpMethod::paper), positions, view);
+    EXPECT_GT(paper.point.mean_px, shown.point.mean_px);
+    EXPECT_GT(comparison_.displayed_polygons(positions, view).mean_px, paper.point.mean_px);
+  }
+}
+
+TEST_F(ProjectionErrorTest, NoticesAFrameOfAnotherView) {
+  const Bundle& organ = organ_to_play();
+  const View view = orbit_view(organ.cameras, {0.7}, 128, 128);
+  const View beside = orbit_view(organ.cameras, {0.75}, 128, 128);
+  const Frame frame = drawn_and_told(organ.proxy.vertices, view, WarpMethod::bound);
+  EXPECT_GT(comparison_.displayed(frame, organ.proxy.vertices, beside).point.mean_px, 1);
+}
+
+// Within the outline: at it a ray a pixel is as good or bad as a splat.
+TEST(IdealPicture, IsAboveWhatTheWarpMakesOfTheMaps) {
+  const Bundle& organ = organ_to_play();
+  const CarriedSurface truth(organ_options().organ.mesh(7), organ.proxy);
+  const auto positions = dented(organ.proxy, organ.cameras.manifold.directions[0], 10);
+  const View view = orbit_view(organ.cameras, {0.7}, 128, 128);
+  const TruthFrame expected = truth.draw(truth.carry(positions), view, {0, 0, 0});
+  std::vector<std::uint8_t> inside = expected.covered;
+  for (std::uint8_t& rays : inside) rays = rays == TruthFrame::kRaysPerPixel;
+  const auto error_db = [&](const Rgb8Image& picture) {
+    return compare_images(picture, expected.color, inside).psnr_db;
+  };
+  const double ideal_db = error_db(ideal_picture(organ, truth, positions, view, {0, 0, 0}));
+  DrawOptions options;
+  options.background = {0, 0, 0};
+  Frame frame;
+  Warper(organ).draw(positions, view, options, frame);
+  EXPECT_GT(ideal_db, error_db(frame.color));
+  EXPECT_GT(ideal_db, 30);
 }
 
 }  // namespace
