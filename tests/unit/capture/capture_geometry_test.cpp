@@ -73,7 +73,8 @@ TEST(CaptureDepth, IsTheMeshsToFloatPrecision) {
     }
     ASSERT_EQ(std::isinf(maps.depth_mm[p]), std::isinf(nearest));
     if (!std::isinf(nearest)) {
-      EXPECT_FLOAT_EQ(maps.depth_mm[p], static_cast<float>(nearest));
+      constexpr double kStoredShare = 1.0 / (1 << 18);  // half of the last bit that is kept
+      EXPECT_NEAR(maps.depth_mm[p], nearest, 1.01 * kStoredShare * nearest);
     }
   }
 }
@@ -86,7 +87,8 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
                                             odd_camera({-80, 30, -60}, Vector3d::Zero())};
   const CaptureSummary summary = capture_plainly(surface, proxy, cameras);
   const std::vector<Vector3d> normals = vertex_normals(proxy);
-  constexpr double kBindingMm = 2e-6;  // a height below 16 mm is a float to 5e-7
+  // Half of the 2048th of a millimetre that heights are stored to, and rounding.
+  constexpr double kBindingMm = 0.5 / 2048 + 2e-6;
   std::size_t bound = 0;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const CameraMaps& maps = summary.maps[c];
@@ -104,7 +106,7 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
       const ShellMatrix shell = shell_matrix(proxy, normals, maps.face[p]);
       const Eigen::Vector2d b = barycentric_at_height(shell, maps.height_mm[p], point);
       EXPECT_LT((shell_point(shell, b[0], b[1], maps.height_mm[p]) - point).norm(), kBindingMm);
-      EXPECT_LE(std::abs(maps.height_mm[p]), summary.largest_height_mm + 1e-4);
+      EXPECT_LE(std::abs(maps.height_mm[p]), summary.largest_height_mm + kBindingMm);
       ++bound;
     }
   }
