@@ -8,10 +8,13 @@
 #include "bundle/cameras_json.h"
 #include "bundle/map_files.h"
 #include "capture/colored_surface.h"
+#include "core/error.h"
 #include "core/files.h"
+#include "core/text.h"
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "geometry/ply.h"
+#include "pipelines/machine_memory.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 #include "pipelines/stages/surface_coloring.h"
@@ -30,6 +33,23 @@ std::vector<Photo> read_photos(const StageCall& call) {
     photos[i] = {set.cameras[i], read_photo(document->parent_path() / set.images[i])};
   });
   return photos;
+}
+
+// Said before the work, which may take minutes: whether the maps fit.
+void check_memory(const std::vector<PosedCamera>& cameras, const RunContext& context) {
+  constexpr double kBytesPerTexel = 48;  // 28 of the maps, the rest while they are packed
+  constexpr double kMb = 1e6, kWorthSaying_mb = 1000;
+  double texels = 0;
+  for (const PosedCamera& camera : cameras)
+    texels += double(camera.intrinsics.width) * camera.intrinsics.height;
+  const double needed_mb = texels * kBytesPerTexel / kMb;
+  const double available_mb = machine_memory().available_mb;
+  const std::string need = "the maps of " + std::to_string(cameras.size()) +
+                           " cameras take about " + to_text(needed_mb / 1000, 1) + " GB of memory";
+  if (needed_mb > available_mb)
+    throw UsageError(need + ", this machine has " + to_text(available_mb / 1000, 1) +
+                     " GB free; place fewer cameras (--count), or smaller maps (--size)");
+  if (needed_mb > kWorthSaying_mb) context.info(need);
 }
 
 void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
@@ -65,6 +85,7 @@ StageReport run(const StageCall& call) {
   const TriangleMesh surface = read_mesh(*call.input("surface"));
   const TriangleMesh proxy = read_mesh(*call.input("proxy"));
   const CameraSet set = read_cameras(*call.input("cameras"));
+  check_memory(set.cameras, call.context);
   StageReport report;
   const RayScene scene(surface);
   const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call),

@@ -34,6 +34,27 @@ refused 65 "no label 30000" organbake isosurface --mask p/ct.mha --label 30000 -
 refused 65 "bad.json:1: cameras.0.name is 5; it must be a text" \
   organbake capture p/truth.ply p/truth.ply bad.json -o made
 refused 66 "is a folder, a file is needed" organbake decimate p -o made
+
+# What would not fit is said before the work.
+camera() {  # NAME SIDE Z_MM
+  echo "{\"name\": \"$1\", \"width\": $2, \"height\": $2, \"fx\": $2, \"fy\": $2, \"cx\": 0.5, \"cy\": 0.5,
+    \"camera_from_world\": {\"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"translation_mm\": [0, 0, $3]}}"
+}
+cameras() {  # COUNT SIDE Z_MM
+  local all
+  all=$(for i in $(seq "$1"); do camera "c$i" "$2" "$3" && echo ,; done)
+  echo "{\"schema\": \"organbake/cameras/1\", \"cameras\": [${all%,}]}"
+}
+cameras 200 65536 400 >many.json
+refused 2 "the maps of 200 cameras take about 41231" organbake capture p/truth.ply p/truth.ply many.json -o made
+cameras 1 64 NaN >nowhere.json
+refused 65 "nowhere.json" organbake capture p/truth.ply p/truth.ply nowhere.json -o made
+# One texel is a map, too.
+cameras 1 1 400 >texel.json
+expect 0 organbake decimate p/truth.ply -o proxy.ply --quiet
+expect 0 organbake capture p/truth.ply proxy.ply texel.json -o texel --quiet
+[ -s texel/cam_000/depth.exr ] || fail "a map of 1 x 1 was not written"
+refused 66 "is a folder, a file is needed" organbake decimate p -o made
 refused 66 "there is no such" organbake inspect missing
 refused 66 "there is no such" organbake verify missing
 refused 66 "has no manifest.json" organbake verify p
