@@ -31,6 +31,7 @@ Json recipe_echo(const BakeResult& bake) {
   Json echo = {{"schema", "organbake/recipe/1"},
                {"name", bake.recipe.name},
                {"bundle", to_json(bundle_options)}};
+  if (!bake.recipe.quality.empty()) echo["quality"] = bake.recipe.quality;
   for (const Step& step : bake.plan.steps) echo[step.stage->name] = Json::parse(step.options_json);
   return echo;
 }

@@ -129,6 +129,9 @@ std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
   for (const auto& [name, path] : recipe.inputs) {
     if (!used(plan.steps, name)) list.push_back({"input " + name, "no step of this bake reads it"});
   }
+  for (const auto& [option, value] : recipe.outranked) {
+    list.push_back({option + " of quality " + recipe.quality, "the recipe says " + value});
+  }
   return list;
 }
 

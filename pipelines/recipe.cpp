@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "pipelines/document.h"
 #include "pipelines/options_json.h"
+#include "pipelines/quality.h"
 #include "pipelines/schema_check.h"
 
 namespace organbake {
@@ -89,8 +90,8 @@ void apply_input(Document& document, const std::map<std::string, StageOptions>& 
 
 void apply(Document& document, const std::map<std::string, StageOptions>& sections,
            const Setting& setting) {
-  if (setting.section.empty() && setting.key == "name") {
-    document.set("/name", setting.value, setting.origin);
+  if (setting.section.empty() && (setting.key == "name" || setting.key == "quality")) {
+    document.set("/" + setting.key, setting.value, setting.origin);
   } else if (setting.section.empty()) {
     apply_input(document, sections, setting);
   } else {
@@ -117,6 +118,19 @@ Document read_document(const fs::path& file, const std::map<std::string, StageOp
     }
   }
   return document;
+}
+
+// Comes before the recipe's own options, which then outrank it.
+void apply_quality(Recipe& recipe, const std::map<std::string, StageOptions>& sections,
+                   const Json& json) {
+  if (recipe.quality.empty()) return;
+  for (const auto& [section, key, value] : quality_options(recipe.quality)) {
+    const std::string name = section + "." + key;
+    const Option* option = sections.at(section).list.find(key);
+    option->set(parse_option(*option, value, "quality " + recipe.quality + ": " + name));
+    const Json own = section_of(json, section);
+    if (own.contains(key)) recipe.outranked.push_back({name, own[key].dump()});
+  }
 }
 
 // Bytes that are no UTF-8 could not be written into any of the documents that follow.
@@ -161,6 +175,10 @@ Json recipe_schema() {
   Json properties = {
       {"schema", {{"type", "string"}, {"enum", {kRecipeSchema}}}},
       {"name", {{"type", "string"}, {"description", "what the bundle is called"}}},
+      {"quality",
+       {{"type", "string"},
+        {"enum", quality_names()},
+        {"description", "sets the options that trade time for error where this recipe does not"}}},
       {"inputs", {{"type", "object"}, {"additionalProperties", false}, {"properties", inputs}}}};
   for (const auto& [name, section] : default_options(bundle)) {
     properties[name] = options_schema(section.list);
@@ -191,6 +209,8 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
 
   const Json& json = document.json();
   recipe.name = json.value("name", file.stem().string());
+  recipe.quality = json.value("quality", "");
+  apply_quality(recipe, sections, json);
   for (auto& [name, section] : sections) {
     set_from_json(section.list, section_of(json, name), name + ".");
     if (json.contains(name)) recipe.sections.insert(name);

@@ -24,7 +24,14 @@ bool is_recipe_input(const std::string& name);
 
 // A recipe, checked and with every option resolved.
 struct Recipe {
+  // An option of the quality that the recipe says otherwise.
+  struct Outranked {
+    std::string option, value;  // "place.size", and what the recipe says
+  };
+
   std::string name;
+  std::string quality;               // one of quality_names(); empty: none is asked for
+  std::vector<Outranked> outranked;  // of the quality's options
   std::map<std::string, std::filesystem::path> inputs;  // those that are given
   std::map<std::string, StageOptions> options;          // of every stage there is
   std::set<std::string> sections;                       // stages that the recipe mentions
@@ -32,8 +39,9 @@ struct Recipe {
 };
 
 // Reads a recipe (YAML) and applies "key=value" settings: an input ("ct=scan.nii.gz"; empty takes
-// it away), or a section's option ("decimate.faces=100"). Paths in the file are relative to its
-// folder, those of settings to the current one. Throws NoInputError, or RecipeError that names the
+// it away), "quality=draft", or a section's option ("decimate.faces=100"). An option that neither
+// names is the quality's, else its default. Paths in the file are relative to its folder, those of
+// settings to the current one. Throws NoInputError, or RecipeError that names the
 // line and key, and the nearest known key.
 Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& settings);
 

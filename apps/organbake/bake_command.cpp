@@ -11,6 +11,7 @@
 #include "pipelines/bundle_page.h"
 #include "pipelines/output_target.h"
 #include "pipelines/outputs.h"
+#include "pipelines/quality.h"
 
 namespace organbake {
 namespace {
@@ -19,7 +20,7 @@ using Json = nlohmann::json;
 
 struct BakeFlags {
   std::filesystem::path output, cache;
-  std::string from, to;
+  std::string from, to, quality;
   std::vector<std::string> settings;
   bool force = false, dry_run = false, explain = false, report = true;
 };
@@ -32,6 +33,10 @@ OptionList flag_list(BakeFlags& flags) {
       .add("set", &flags.settings,
            {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
                     "(decimate.faces=100)"})
+      .add("quality", &flags.quality,
+           {.help = "sets the options that trade time for error where neither the recipe nor --set "
+                    "does; --explain shows them",
+            .choices = quality_names()})
       .add("from", &flags.from, {.help = "run this stage and all after it", .choices = stages})
       .add("to", &flags.to,
            {.help = "stop after this stage; -o gets what it made", .choices = stages})
@@ -159,6 +164,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   if (flags.output.empty() && !flags.dry_run) {
     throw UsageError("-o is missing: where shall the bundle go?");
   }
+  if (!flags.quality.empty()) flags.settings.push_back("quality=" + flags.quality);
   const Recipe recipe = read_recipe(words->front(), flags.settings);
   const Plan plan = plan_bake(recipe, flags.to);
   Runner runner = session.runner(flags.cache);

@@ -72,6 +72,7 @@ StageReport inspect_recipe(const fs::path& file) {
   StageReport report;
   report.add("kind", "recipe");
   report.add("name", recipe.name);
+  if (!recipe.quality.empty()) report.add("quality", recipe.quality);
   for (const auto& [name, path] : recipe.inputs) report.add("input_" + name, path.string());
   report.add("sections", std::vector<std::string>(recipe.sections.begin(), recipe.sections.end()));
   return report;

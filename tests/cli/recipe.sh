@@ -34,6 +34,14 @@ expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml"
 expect_err "-o is missing"
 expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --from nonsense
 expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --to nonsense
+bad_recipe 'quality: best' 'r.yaml:2: quality is "best"'
+bad_recipe 'phantom: {}' "one of" --set quality=best
+expect 2 organbake bake r.yaml -o made --quality best
+expect_err "one of draft, standard, fine"
+small_recipe >r.yaml
+expect 0 organbake bake r.yaml --dry-run --explain --quality draft
+expect_out '"rays_per_texel_side":1'
+expect_out "place.count of quality draft: left out, the recipe says 4"
 for recipe in phantom liver; do
   expect 0 organbake verify "$SOURCE/pipelines/recipes/$recipe.yaml"
   expect 0 organbake inspect "$SOURCE/pipelines/recipes/$recipe.yaml"

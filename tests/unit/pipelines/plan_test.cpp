@@ -73,6 +73,12 @@ TEST_F(PlanTest, InputsAreConnectedToTheirMakers) {
   EXPECT_EQ(with.steps.back().inputs[3].given, "p/cameras.json");
 }
 
+TEST_F(PlanTest, SaysWhatOfAQualityTheRecipeOutranks) {
+  const Plan draft = plan("quality: draft\nplace: {count: 5}\n", {"ct=x"});
+  EXPECT_EQ(why_left_out(draft, "place.count of quality draft"), "the recipe says 5");
+  EXPECT_EQ(why_left_out(draft, "place.size of quality draft"), "it was not left out");
+}
+
 TEST_F(PlanTest, StopsAfterTheLastStageAskedFor) {
   EXPECT_EQ(stages(plan("phantom: {}\n", {}, "place")), "phantom isosurface place");
   EXPECT_EQ(stages(plan("", {"ct=x"}, "isosurface")), "isosurface");

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/temporary_folder.h"
 #include "fake_stages.h"
+#include "pipelines/quality.h"
 
 namespace organbake {
 namespace {
@@ -86,6 +87,37 @@ TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
   EXPECT_THAT(error("inputs: [1]\n", {"ct=x"}), HasSubstr("something else than keys"));
   EXPECT_THAT(error("", {"name=\xff"}), HasSubstr("UTF-8"));
   EXPECT_THAT(error("", {"colour=red"}), HasSubstr("unknown key 'inputs.colour'"));
+}
+
+TEST_F(RecipeTest, AQualityStandsBelowTheRecipeAndItsSettings) {
+  const Recipe recipe =
+      read("quality: draft\nplace: {count: 5}\n", {"place.size=300", "decimate.flips=false"});
+  EXPECT_EQ(recipe.quality, "draft");
+  EXPECT_EQ(integer(recipe, "capture", "rays_per_texel_side"), 1) << "the draft's";
+  EXPECT_EQ(integer(recipe, "place", "count"), 5) << "the recipe's";
+  EXPECT_EQ(integer(recipe, "place", "size"), 300) << "the setting's";
+  ASSERT_EQ(recipe.outranked.size(), 3u);
+  EXPECT_EQ(recipe.outranked[1].option, "place.count");
+  EXPECT_EQ(recipe.outranked[1].value, "5");
+  EXPECT_FALSE(recipe.sections.contains("capture")) << "a quality asks for no stage";
+  EXPECT_EQ(read("quality: draft\n", {"quality=fine"}).quality, "fine");
+}
+
+TEST_F(RecipeTest, WithoutAQualityABakeIsOfStandardQuality) {
+  const Recipe none = read(""), standard = read("quality: standard\n");
+  EXPECT_EQ(none.quality, "");
+  for (const auto& [section, key, value] : quality_options("standard"))
+    EXPECT_EQ(none.options.at(section).list.find(key)->get(),
+              standard.options.at(section).list.find(key)->get())
+        << key;
+}
+
+TEST_F(RecipeTest, UnknownQualitiesAreToldTheKnown) {
+  for (const std::string& name : quality_names()) {
+    EXPECT_THAT(error("quality: best\n"), HasSubstr(name));
+    EXPECT_THAT(error("", {"quality=best"}), HasSubstr(name));
+  }
+  EXPECT_THAT(error("quality: best\n"), HasSubstr("recipe.yaml:2: quality is \"best\""));
 }
 
 TEST_F(RecipeTest, OtherDocumentsAreNoRecipes) {
