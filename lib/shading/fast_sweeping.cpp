@@ -32,9 +32,11 @@ struct Quadratic {
   }
 };
 
+// T: what the ranges are kept in.
+template <class T>
 class Sweeper {
  public:
-  Sweeper(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v)
+  Sweeper(const Plane& log_image, const Mask& inside, const RayGrid& rays, Grid<T>& v)
       : log_image_(log_image), inside_(inside), rays_(rays), v_(v) {}
 
   // One of the four orders; the largest change.
@@ -46,7 +48,7 @@ class Sweeper {
       for (int i = 0; i < v_.width; ++i) {
         const int x = right ? i : v_.width - 1 - i;
         if (!inside_.at(x, y)) continue;
-        const float solved = static_cast<float>(solve(x, y));
+        const T solved = static_cast<T>(solve(x, y));
         change = std::max(change, std::abs(double(solved) - v_.at(x, y)));
         v_.at(x, y) = solved;
       }
@@ -86,8 +88,22 @@ class Sweeper {
   const Plane& log_image_;
   const Mask& inside_;
   const RayGrid& rays_;
-  Plane& v_;
+  Grid<T>& v_;
 };
+
+template <class T>
+int sweep_to_the_end(Sweeper<T> sweeper, int most_sweeps, double tolerance) {
+  int sweeps = 0;
+  double round = kNone;  // largest |Δv| since the first of the four orders
+  while (sweeps < most_sweeps) {
+    const int order = sweeps++ % 4;
+    const double change = sweeper.sweep(order);
+    round = order == 0 ? change : std::max(round, change);
+    // All four orders must leave it alone, not just the one that ran last.
+    if (order == 3 && round < tolerance) break;
+  }
+  return sweeps;
+}
 
 }  // namespace
 
@@ -99,17 +115,12 @@ Plane farthest_log_range(const Plane& log_image) {
 
 int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
                     int most_sweeps, double tolerance) {
-  Sweeper sweeper(log_image, inside, rays, v);
-  int sweeps = 0;
-  double round = kNone;  // largest |Δv| since the first of the four orders
-  while (sweeps < most_sweeps) {
-    const int order = sweeps++ % 4;
-    const double change = sweeper.sweep(order);
-    round = order == 0 ? change : std::max(round, change);
-    // All four orders must leave it alone, not just the one that ran last.
-    if (order == 3 && round < tolerance) break;
-  }
-  return sweeps;
+  return sweep_to_the_end(Sweeper(log_image, inside, rays, v), most_sweeps, tolerance);
+}
+
+int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays,
+                    Grid<double>& v, int most_sweeps, double tolerance) {
+  return sweep_to_the_end(Sweeper(log_image, inside, rays, v), most_sweeps, tolerance);
 }
 
 }  // namespace organbake

@@ -15,6 +15,9 @@ namespace organbake {
 // Ends when four sweeps change v by less than the tolerance; returns how many there were.
 int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays, Plane& v,
                     int most_sweeps, double tolerance);
+// The same with ranges kept in double precision: what single precision costs is measured by it.
+int sweep_log_range(const Plane& log_image, const Mask& inside, const RayGrid& rays,
+                    Grid<double>& v, int most_sweeps, double tolerance);
 
 // −½ ln I: the farthest that each pixel can be; a start that is right where the surface is frontal.
 Plane farthest_log_range(const Plane& log_image);
