@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbench/bench.h"
 
+#include "pipelines/html_page.h"
+
 namespace organbake {
 namespace {
 
 // A comparison whose rounds take seconds has few of them, or a full run would take hours.
-constexpr Rounds kRounds{.most = 9, .least = 3, .budget_s = 20}, kQuickRounds{2, 2};
+constexpr Rounds kRounds{.most = 9, .least = 3, .budget_s = 20}, kQuickRounds{1, 1};
 
 }  // namespace
 
@@ -34,6 +36,11 @@ void Bench::add(Figure figure) {
 
 void Bench::add(FailedCase failed) {
   result_.failed_cases.push_back(std::move(failed));
+  found_(result_);
+}
+
+void Bench::show(const Rgb8Image& picture, const std::string& caption) {
+  result_.pictures.push_back({caption, png_data_uri(picture), picture.width, picture.height});
   found_(result_);
 }
 

@@ -8,16 +8,17 @@
 #include <vector>
 
 #include "core/run_context.h"
+#include "image/channel_image.h"
 #include "organbench/measurement.h"
 
 namespace organbake {
 
 struct BenchOptions {
   bool quick = false;  // smaller inputs, fewer rounds: all suites together in minutes
-  int rounds = 0;   // of every timing; 0 = 9, or fewer (3 at least) of what is slow; 2 when quick
+  int rounds = 0;   // of every timing; 0 = 9, or fewer (3 at least) of what is slow; 1 when quick
   int threads = 0;  // 0 = all
   std::uint64_t first_case = 0;  // of the stability suite, whose cases are numbered by their seeds
-  std::uint64_t cases = 0;       // 0 = 10,000, or 1,000 when quick
+  std::uint64_t cases = 0;       // 0 = 10,000, or 500 when quick
   std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
 };
@@ -26,6 +27,12 @@ struct BenchOptions {
 struct FailedCase {
   std::uint64_t seed = 0;
   std::string stage, outcome, message;
+};
+
+// A picture for the page.
+struct Picture {
+  std::string caption, data_uri;  // a PNG
+  int width = 0, height = 0;      // pixels
 };
 
 // What one suite found out.
@@ -38,6 +45,7 @@ struct SuiteResult {
   std::vector<Figure> figures;
   std::vector<Skipped> skipped;
   std::vector<FailedCase> failed_cases;
+  std::vector<Picture> pictures;
   std::string failure;  // why the suite ended early; empty when it did not
 };
 
@@ -68,6 +76,8 @@ class Bench {
   void add(Point point);
   void add(Figure figure);
   void add(FailedCase failed);
+  // The page takes every picture into itself: a suite shows one or two, some 1,000 pixels wide.
+  void show(const Rgb8Image& picture, const std::string& caption);
   void skip(const std::string& what, const std::string& why);
   void fail(const std::string& why);
 

@@ -147,15 +147,15 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   CLI::App app("organbench: run time against error, beside what others reach");
   app.add_option("SUITE", c.suites, "suites to run (default: all)");
   app.add_option("-o,--out", c.out, "folder for organbench.html and organbench.json");
-  app.add_flag("--quick", c.options.quick, "small inputs, few rounds: some minutes for all");
+  app.add_flag("--quick", c.options.quick, "small inputs, one round: two minutes for all");
   app.add_option("--rounds", c.options.rounds,
-                 "of every timing (default 9, or as many, 3 at least, as 20 s allow; quick 2)")
+                 "of every timing (default 9, or as many, 3 at least, as 20 s allow; quick 1)")
       ->check(CLI::Range(1, 1000));
   app.add_option("--threads", c.options.threads, "threads to use, 0 = all")
       ->check(CLI::Range(0, 1024));
   app.add_option("--data", c.options.data, "folder of real data (CT, meshes, video)");
   app.add_option("--cases", c.options.cases,
-                 "seeded inputs of the stability suite (default 10,000, quick 1,000)");
+                 "seeded inputs of the stability suite (default 10,000, quick 500)");
   app.add_option("--first-case", c.options.first_case, "its first seed (default 0)");
   app.add_option("--case", c.one_case, "only this seed, in this process, and print what happened");
   app.add_flag("--quiet", c.quiet, "no log");

@@ -18,7 +18,7 @@ Spread spread_of(std::vector<double> values);  // at least one value
 struct Timing {
   int runs = 0;
   Spread wall_ms;
-  Spread cpu_ms;       // of all threads together
+  Spread cpu_ms;       // of all threads and of the programs that were run, together
   double peak_mb = 0;  // most resident memory beyond what was resident before; of the first run
 };
 

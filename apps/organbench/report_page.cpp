@@ -13,7 +13,7 @@ constexpr const char* kStyle =
     "h3{font-size:1rem;margin:1.5rem 0 .3rem}table{margin:.5rem 0 1rem}"
     ".met{color:#00702f}.missed{color:#b00020;font-weight:600}"
     "svg{max-width:100%;font:11px system-ui,sans-serif}.grid{stroke:#e6e6e6}"
-    ".front{fill:none;stroke:#444}";
+    ".front{fill:none;stroke:#444}figure{margin:1rem 0}figure img{max-width:100%;height:auto}";
 
 std::string heading(const Quantity& q) {
   return html_heading(q.name + (q.unit.empty() ? "" : ", " + q.unit));
@@ -95,6 +95,13 @@ std::string failed_cases_table(const std::vector<FailedCase>& cases) {
   return html + "</table>";
 }
 
+std::string figure_of(const Picture& picture) {
+  return "<figure><img alt='" + escape_html(picture.caption) + "' width='" +
+         std::to_string(picture.width) + "' height='" + std::to_string(picture.height) + "' src='" +
+         picture.data_uri + "'><figcaption class='quiet'>" + escape_html(picture.caption) +
+         "</figcaption></figure>";
+}
+
 bool has_errors_to_draw(const std::vector<Point>& points) {
   return std::any_of(points.begin(), points.end(), [](const Point& p) {
     return p.timing.runs > 0 && !p.errors.empty() && p.errors.front().value > 0;
@@ -122,6 +129,7 @@ std::string suite_section(const RunReport::SuiteReport& suite) {
     html += "<p class='missed'>ended early: " + escape_html(suite.result.failure) + "</p>";
   }
   html += figures_table(suite.result.figures);
+  for (const Picture& picture : suite.result.pictures) html += figure_of(picture);
   for (const std::vector<Point>& task : by_task(suite.result.points)) {
     html += "<h3>" + escape_html(task.front().task) + "</h3>";
     if (has_errors_to_draw(task)) html += time_error_chart(task);
@@ -135,6 +143,20 @@ std::string suite_section(const RunReport::SuiteReport& suite) {
   return html;
 }
 
+// What there is, and how much of it reached its figures.
+std::string contents(const RunReport& report) {
+  std::string html = "<p>";
+  for (const RunReport::SuiteReport& suite : report.suites) {
+    const auto& figures = suite.result.figures;
+    const auto met =
+        std::count_if(figures.begin(), figures.end(), [](const Figure& f) { return f.met(); });
+    html += "<a href='#" + suite.name + "'>" + escape_html(suite.name) + "</a>";
+    if (!figures.empty()) html += " " + std::to_string(met) + "/" + std::to_string(figures.size());
+    html += " · ";
+  }
+  return html + "figures reached of those promised</p>";
+}
+
 }  // namespace
 
 std::string report_page(const RunReport& report) {
@@ -144,7 +166,7 @@ std::string report_page(const RunReport& report) {
       "Rings mark points that nothing beats in both time and error; peers are dashed.</p>"
       "<p class='quiet'>";
   for (const auto& [key, value] : report.machine) html += escape_html(key + ": " + value) + " · ";
-  html += "</p>";
+  html += "</p>" + contents(report);
   for (const RunReport::SuiteReport& suite : report.suites) html += suite_section(suite);
   return html_page("organbench", kStyle, html);
 }

@@ -85,11 +85,15 @@ Json to_json(const SuiteResult& result) {
     failed.push_back(
         {{"seed", c.seed}, {"stage", c.stage}, {"outcome", c.outcome}, {"message", c.message}});
   }
-  return {{"points", points},
-          {"figures", figures},
-          {"skipped", skipped},
-          {"failed_cases", failed},
-          {"failure", result.failure}};
+  Json pictures = Json::array();
+  for (const Picture& p : result.pictures) {
+    pictures.push_back({{"caption", p.caption},
+                        {"width", p.width},
+                        {"height", p.height},
+                        {"data_uri", p.data_uri}});
+  }
+  return {{"points", points},       {"figures", figures},   {"skipped", skipped},
+          {"failed_cases", failed}, {"pictures", pictures}, {"failure", result.failure}};
 }
 
 SuiteResult suite_result_from_json(const Json& json) {
@@ -103,6 +107,11 @@ SuiteResult suite_result_from_json(const Json& json) {
     result.failed_cases.push_back(
         {c.at("seed").get<std::uint64_t>(), c.at("stage").get<std::string>(),
          c.at("outcome").get<std::string>(), c.at("message").get<std::string>()});
+  }
+  for (const Json& p : json.value("pictures", Json::array())) {  // former runs had none
+    result.pictures.push_back({p.at("caption").get<std::string>(),
+                               p.at("data_uri").get<std::string>(), p.at("width").get<int>(),
+                               p.at("height").get<int>()});
   }
   result.failure = json.at("failure").get<std::string>();
   return result;

@@ -14,6 +14,7 @@ void run_capture_suite(Bench& bench);
 void run_player_suite(Bench& bench);
 void run_bake_suite(Bench& bench);
 void run_scaling_suite(Bench& bench);
+void run_precision_suite(Bench& bench);
 void run_skip_suite(Bench& bench);
 void run_stability_suite(Bench& bench);
 

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bundle/bundle.h"
 #include "organbench/suites.h"
 #include "organbench/suites/baker.h"
+#include "organbench/suites/bundle_errors.h"
 #include "phantom/phantom.h"
-#include "player/orbit.h"
-#include "player/projection_error.h"
-#include "raycast/ray_scene.h"
+#include "pipelines/quality.h"
 #include "volume/read_volume.h"
 #include "volume/write_volume.h"
 
@@ -22,59 +19,93 @@ double seconds_of(const nlohmann::ordered_json& bake) {
   return seconds;
 }
 
-// What comes out, against the surface that went in.
-std::vector<Quantity> errors_of(const fs::path& folder) {
-  const BundleReader reader(folder);
-  const Bundle bundle = reader.read_all();
-  const TriangleMesh surface = reader.read_surface();
-  const RayScene proxy(bundle.proxy);
-  double squares = 0;
-  for (const Eigen::Vector3d& v : surface.vertices)
-    squares += std::pow(proxy.closest_point(v).distance_mm, 2);
-  const CarriedSurface truth(surface, bundle.proxy);
-  const ProjectionErrors projection =
-      ProjectionComparison(bundle, truth)
-          .measure(bundle.proxy.vertices, orbit_view(bundle.cameras, {0.2, 0.1}, 1280, 720));
-  return {
-      {"vertices projected at 720p, mean error", "px", projection.image_based.mean_px},
-      {"the same by the proxy's polygons", "px", projection.polygons.mean_px},
-      {"vertices to the proxy, RMS", "mm", std::sqrt(squares / double(surface.vertices.size()))}};
+// One CT, baked again and again with other options.
+class BakeScene {
+ public:
+  explicit BakeScene(Bench& bench)
+      : bench_(bench),
+        baker_(bench, organ_recipe("a CT to a bundle", "bundle: {surface: true}\n")) {
+    OrganPhantomOptions options;
+    options.ct_size = bench.quick() ? std::array{64, 64, 38} : std::array{512, 512, 300};
+    options.spacing_mm = {0.7, 0.7, 1};
+    const auto& [nx, ny, nz] = options.ct_size;
+    task_ = "CT of " + std::to_string(nx) + "×" + std::to_string(ny) + "×" + std::to_string(nz) +
+            " to a bundle of 80 faces";
+    bench.now("scanning the phantom");
+    write_metaimage(ct(), OrganPhantom(options).scan(bench.context()));
+    reading_ = bench.time([&] { read_volume(ct(), bench.context()); });
+  }
+
+  // A point of the curve. Returns the seconds of all stages but for reading the CT, median.
+  double bake(const std::string& subject, const std::vector<std::string>& arguments,
+              std::vector<Quantity> knobs) {
+    bench_.now(task_ + ", " + subject);
+    const fs::path bundle = bench_.scratch() / "bundle";
+    std::vector<std::string> all = {"--force", "--set", "ct=" + ct().string()};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    std::vector<double> seconds;
+    const Timing timing =
+        bench_.time([&] { seconds.push_back(seconds_of(baker_.bake(bundle, all))); });
+    bench_.add(Point{task_, subject, false, std::move(knobs), timing,
+                     bundle_errors(bundle, bench_.quick() ? 360 : 720)});
+    return spread_of(seconds).median - 1e-3 * reading_.wall_ms.median;
+  }
+
+  const std::string& task() const { return task_; }
+
+ private:
+  fs::path ct() const { return bench_.scratch() / "ct.mha"; }
+
+  Bench& bench_;
+  Baker baker_;
+  std::string task_;
+  Timing reading_;
+};
+
+// In a quick run with maps of a quarter of their size.
+void bake_quality(const Bench& bench, BakeScene& scene, const std::string& quality) {
+  std::vector<std::string> arguments = {"--quality", quality};
+  for (const auto& [section, key, value] : quality_options(quality)) {
+    if (bench.quick() && key == "size")
+      arguments.insert(arguments.end(),
+                       {"--set", "place.size=" + std::to_string(std::stoi(value) / 4)});
+  }
+  scene.bake("--quality " + quality + (bench.quick() ? ", small maps" : ""), arguments, {});
+}
+
+void sweep_map_sizes(Bench& bench, BakeScene& scene) {
+  for (const int size : {256, 1024, 2048}) {  // standard has 512
+    const double seconds =
+        scene.bake("standard but for its maps", {"--set", "place.size=" + std::to_string(size)},
+                   {{"maps", "px", double(size)}});
+    if (size == 1024)
+      bench.add(
+          Figure{scene.task() + ", maps of 1024²: all stages without reading", "s", seconds, 5});
+  }
+}
+
+// What each of a quality's options is worth by itself; maps of any size have been swept.
+void sweep_options(BakeScene& scene) {
+  const auto standard = quality_options("standard");
+  for (const std::string quality : {"draft", "fine"}) {
+    const auto options = quality_options(quality);
+    for (std::size_t i = 0; i < options.size(); ++i) {
+      const auto& [section, key, value] = options[i];
+      if (key == "size" || value == standard[i].value) continue;
+      const std::string setting = section + "." + key + "=" + value;
+      scene.bake("standard but " + setting, {"--set", setting}, {});
+    }
+  }
 }
 
 }  // namespace
 
 void run_bake_suite(Bench& bench) {
-  const Baker baker(
-      bench, organ_recipe("a CT to a bundle", "place: {count: 8}\nbundle: {surface: true}\n"));
-  OrganPhantomOptions options;
-  options.ct_size = bench.quick() ? std::array{64, 64, 38} : std::array{512, 512, 300};
-  options.spacing_mm = {0.7, 0.7, 1};
-  const auto& [nx, ny, nz] = options.ct_size;
-  const std::string task = "CT of " + std::to_string(nx) + "×" + std::to_string(ny) + "×" +
-                           std::to_string(nz) + " to a bundle of 8 cameras, 80 faces";
-  bench.now("scanning the phantom");
-  const fs::path ct = bench.scratch() / "ct.mha";
-  write_metaimage(ct, OrganPhantom(options).scan(bench.context()));
-  const Timing reading = bench.time([&] { read_volume(ct, bench.context()); });
-  const std::vector<int> sizes =
-      bench.quick() ? std::vector{128} : std::vector{256, 512, 1024, 2048};
-  for (const int size : sizes) {
-    const std::string maps = std::to_string(size);
-    bench.now(task + ", maps of " + maps + "²");
-    const fs::path bundle = bench.scratch() / ("bundle " + maps);
-    std::vector<double> without_reading_s;
-    const Timing timing = bench.time([&] {
-      const auto report = baker.bake(
-          bundle, {"--force", "--set", "ct=" + ct.string(), "--set", "place.size=" + maps});
-      without_reading_s.push_back(seconds_of(report) - 1e-3 * reading.wall_ms.median);
-    });
-    bench.add(Point{
-        task, "organbake bake", false, {{"maps", "px", double(size)}}, timing, errors_of(bundle)});
-    if (size == 1024) {
-      bench.add(Figure{task + ", maps of 1024²: all stages without reading", "s",
-                       spread_of(without_reading_s).median, 5});
-    }
-  }
+  BakeScene scene(bench);
+  for (const std::string& quality : quality_names()) bake_quality(bench, scene, quality);
+  if (bench.quick()) return;
+  sweep_map_sizes(bench, scene);
+  sweep_options(scene);
 }
 
 }  // namespace organbake

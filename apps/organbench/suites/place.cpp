@@ -45,16 +45,16 @@ PlacementOptions covering(int candidates, int samples) {
   return options;
 }
 
-struct Outcome {
+struct PlaceOutcome {
   Placement placement;
   CoverageReport coverage;
   Timing timing;
 };
 
-Outcome place(Bench& bench, const NamedSurface& surface, const PlacementOptions& options,
-              const std::string& subject, bool peer) {
+PlaceOutcome place(Bench& bench, const NamedSurface& surface, const PlacementOptions& options,
+                   const std::string& subject, bool peer) {
   bench.now(surface.name + ", " + subject);
-  Outcome outcome;
+  PlaceOutcome outcome;
   outcome.timing = bench.time([&] { outcome.placement = place_cameras(surface.mesh, options); });
   outcome.coverage = measure_coverage(surface.mesh, outcome.placement, options);
   const double count = static_cast<double>(outcome.placement.cameras.size());
@@ -73,7 +73,7 @@ Outcome place(Bench& bench, const NamedSurface& surface, const PlacementOptions&
   return outcome;
 }
 
-void promise(Bench& bench, const NamedSurface& surface, const Outcome& ours) {
+void promise(Bench& bench, const NamedSurface& surface, const PlaceOutcome& ours) {
   using enum Figure::Goal;
   const CoverSummary& cover = *ours.placement.cover;
   bench.add(Figure{surface.name + ": reachable area seen by 2 cameras", "%",
@@ -88,7 +88,7 @@ void promise(Bench& bench, const NamedSurface& surface, const Outcome& ours) {
 
 void sweep(Bench& bench, const NamedSurface& surface) {
   const PlacementOptions standard = covering(CoverageGoal().candidates, CoverageGoal().samples);
-  const Outcome ours = place(bench, surface, standard, "organbake --coverage 0.995", false);
+  const PlaceOutcome ours = place(bench, surface, standard, "organbake --coverage 0.995", false);
   promise(bench, surface, ours);
   const int found = static_cast<int>(ours.placement.cameras.size());
   for (const int count : {8, 12, 16, 24, 32, 48, found}) {

@@ -9,6 +9,11 @@ namespace organbake {
 
 // The paper's Table 1, pictures against the truth, a sweep over the VPM.
 void promise_accuracy(Bench& bench, PlayerBundles& bundles);
+// Our rows beside the paper's, at rest and poked.
+struct ComparisonTable;
+void rebuild_paper_table(Bench& bench, const ComparisonTable& fitted, const ComparisonTable& naive);
+// The worst poked view: truth, frame, errors.
+void show_worst_poke(Bench& bench, PlayerBundles& bundles);
 // A frame's time against its error, beside Embree and Mesa's llvmpipe; threads; partial frames.
 void promise_frames(Bench& bench, PlayerBundles& bundles);
 // The deformation's step at three sizes of proxy.

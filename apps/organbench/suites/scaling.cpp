@@ -195,7 +195,7 @@ void run_scaling_suite(Bench& bench) {
   measure(bench, frame_growth(player, quick));
   measure(bench, step_growth(quick));
 
-  measure_threads(bench, "decimate, fitted", [&] { decimate(surface, {}); });
+  if (!quick) measure_threads(bench, "decimate, fitted", [&] { decimate(surface, {}); });
   measure_threads(bench, "place, 8 cameras", [&] { place_cameras(surface, {}); });
   measure_threads(bench, "capture", capture_work(surface, proxy, map_size));
   const View view = orbit_view(player.bundle().cameras, {0.3, 0.1}, 1280, 720);

@@ -45,10 +45,16 @@ ClipShares measure_clip(const LaparoscopyPhantom& phantom, int frames, bool piec
   return mean;
 }
 
+LaparoscopyOptions clip_options(const Bench& bench, int frames) {
+  LaparoscopyOptions options{.frames = frames};
+  if (bench.quick()) options.width = 320, options.height = 240;
+  return options;
+}
+
 void phantom_clip(Bench& bench) {
   bench.now("phantom laparoscopy");
   const int frames = bench.quick() ? 2 : 8;
-  const LaparoscopyPhantom phantom({.frames = frames});
+  const LaparoscopyPhantom phantom(clip_options(bench, frames));
   const ClipShares shares = measure_clip(phantom, frames, true);
   bench.add(Figure{"phantom clip: relative error on unmasked tissue", "%", shares.error, 3});
   bench.add(
@@ -60,7 +66,9 @@ void phantom_clip(Bench& bench) {
 void phantom_tissues(Bench& bench) {
   const int frames = bench.quick() ? 1 : 4;
   for (const bool two : {true, false}) {
-    const LaparoscopyPhantom phantom({.frames = frames, .two_tissues = two});
+    LaparoscopyOptions options = clip_options(bench, frames);
+    options.two_tissues = two;
+    const LaparoscopyPhantom phantom(options);
     for (const bool piecewise : {true, false}) {
       bench.now(two ? "phantom of two tissues" : "phantom of one tissue");
       const ClipShares shares = measure_clip(phantom, frames, piecewise);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "organbench/bench.h"
+#include "phantom/shading_surfaces.h"
 
 // The shading suite, by what it measures.
 namespace organbake {
@@ -10,5 +11,14 @@ inline constexpr const char* kRangeError = "relative depth error, mean, one scal
 
 // The phantom's laparoscopy against its truth, tissues of two albedos, and a real clip's rate.
 void promise_clips(Bench& bench);
+
+// What ours makes of the scene on which it was most wrong.
+struct WorstScene {
+  double error = -1;
+  std::string task;
+  NearScene scene;
+  Plane log_range;
+};
+void show_worst_scene(Bench& bench, const WorstScene& worst);
 
 }  // namespace organbake

@@ -37,7 +37,7 @@ std::map<std::string, StageCount> by_stage(const std::vector<Trial>& trials) {
 void run_stability_suite(Bench& bench) {
   Trials trials;
   trials.first_seed = bench.options().first_case;
-  trials.count = bench.options().cases > 0 ? bench.options().cases : bench.quick() ? 1000 : 10000;
+  trials.count = bench.options().cases > 0 ? bench.options().cases : bench.quick() ? 500 : 10000;
   trials.jobs = bench.options().threads > 0 ? bench.options().threads
                                             : std::max(1, int(std::thread::hardware_concurrency()));
   trials.folder = bench.scratch();
