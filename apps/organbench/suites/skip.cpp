@@ -21,7 +21,8 @@ std::string recipe(bool quick) {
   const std::string scene = quick ? "photos: 2, photo_size: 64, size: [48, 48, 20]"
                                   : "photos: 8, photo_size: 512, size: [128, 128, 64]";
   return organ_recipe("what is skipped", "phantom: {" + scene + "}\nplace: {count: 6, size: " +
-                                             (quick ? "128" : "512") + "}\n");
+                                             (quick ? "128" : "512") + "}\n" +
+                                             (quick ? "quality: draft\n" : ""));
 }
 
 double files_that_differ(const fs::path& a, const fs::path& b) {
