@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/error_pictures.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace organbake {
+namespace {
+
+TEST(HeatColor, GrowsFromBlackToWhiteAndStaysThere) {
+  float before = -1;
+  for (const double share : {0.0, 0.1, 0.3, 0.5, 0.8, 1.0}) {
+    const float sum = heat_color(share).sum();
+    EXPECT_GT(sum, before) << share;
+    before = sum;
+  }
+  EXPECT_EQ(heat_color(0).sum(), 0);
+  EXPECT_EQ(heat_color(7), heat_color(1));
+}
+
+TEST(HeatColor, TellsWhatIsNotFiniteFromAnyError) {
+  const Eigen::Vector3f color = heat_color(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_GT(color[2], color[0]) << "no error is bluer than red";
+}
+
+TEST(HeatMap, OfEqualPicturesIsBlackAndTakesTheLargestOfThreeDifferences) {
+  Rgb8Image a(2, 1), b(2, 1);
+  b.at(1, 0)[2] = 40;
+  const Rgb8Image heat = heat_map_of(a, b, 40);
+  EXPECT_EQ(heat.at(0, 0)[0], 0);
+  EXPECT_EQ(heat.at(1, 0)[0], 255);
+  EXPECT_EQ(heat.at(1, 0)[2], 255);
+}
+
+TEST(Shrunk, AveragesWholeBlocksAndLeavesSmallPicturesAlone) {
+  Rgb8Image image(5, 2);
+  for (int x = 0; x < 5; ++x) image.at(x, 0)[0] = 100;
+  const Rgb8Image small = shrunk(image, 3);
+  EXPECT_EQ(small.width, 2);
+  EXPECT_EQ(small.height, 1);
+  EXPECT_EQ(small.at(1, 0)[0], 50);
+  EXPECT_EQ(shrunk(image, 5).pixels, image.pixels);
+}
+
+}  // namespace
+}  // namespace organbake
