@@ -104,8 +104,8 @@ void run_bake_suite(Bench& bench) {
   BakeScene scene(bench);
   for (const std::string& quality : quality_names()) bake_quality(bench, scene, quality);
   if (bench.quick()) return;
-  sweep_map_sizes(bench, scene);
   sweep_options(scene);
+  sweep_map_sizes(bench, scene);
 }
 
 }  // namespace organbake
