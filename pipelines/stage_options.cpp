@@ -144,7 +144,15 @@ void bind(OptionList& list, MechanicsOptions& o) {
       .add("anchor_direction", &o.anchor_direction,
            {.help = "the vertices farthest along it are held; +y of LPS is the patient's back"})
       .add("instrument_radius", &o.instrument_radius_mm,
-           {.help = "of a tool, by default", .unit = "mm", .min = 0.01, .max = 1000});
+           {.help = "of a tool, by default", .unit = "mm", .min = 0.01, .max = 1000})
+      .add("fem", &o.fem, {.help = "tetrahedra too, for organplay --solver fem"})
+      .add("fem_cell", &o.fem_cell_mm,
+           {.help = "of the lattice that they are cut from; 0 = by the proxy's edges",
+            .unit = "mm",
+            .min = 0,
+            .max = 1000})
+      .add("poisson_ratio", &o.poisson_ratio,
+           {.help = "of the tetrahedra; 0.5 would be incompressible", .min = 0, .max = 0.49});
 }
 
 void ShadeStageOptions::resolve() {

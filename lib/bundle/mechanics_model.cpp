@@ -2,6 +2,7 @@
 #include "bundle/mechanics_model.h"
 
 #include "bundle/json_fields.h"
+#include "bundle/tetrahedral_body_json.h"
 
 namespace organbake {
 namespace {
@@ -31,16 +32,18 @@ std::string mechanics_to_json(const MechanicsModel& model) {
                        {"stiffness_n_per_mm", s.stiffness_n_per_mm},
                        {"damping_n_s_per_mm", s.damping_n_s_per_mm}});
   }
-  return json_text({{"schema", kSchema},
-                    {"tissue",
-                     {{"young_modulus_kpa", model.young_modulus_kpa},
-                      {"density_kg_per_m3", model.density_kg_per_m3},
-                      {"thickness_mm", model.thickness_mm},
-                      {"volume_stiffness", model.volume_stiffness}}},
-                    {"instrument_radius_mm", model.instrument_radius_mm},
-                    {"mass_kg", model.mass_kg},
-                    {"anchors", model.anchors},
-                    {"springs", springs}});
+  Json json = {{"schema", kSchema},
+               {"tissue",
+                {{"young_modulus_kpa", model.young_modulus_kpa},
+                 {"density_kg_per_m3", model.density_kg_per_m3},
+                 {"thickness_mm", model.thickness_mm},
+                 {"volume_stiffness", model.volume_stiffness}}},
+               {"instrument_radius_mm", model.instrument_radius_mm},
+               {"mass_kg", model.mass_kg},
+               {"anchors", model.anchors},
+               {"springs", springs}};
+  if (model.body) json["tetrahedra"] = tetrahedral_body_to_json(*model.body);
+  return json_text(json);
 }
 
 MechanicsModel mechanics_from_json(const std::string& text, const std::string& name,
@@ -73,6 +76,9 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
   const JsonField springs = document["springs"];
   for (std::size_t i = 0; i < springs.size(); ++i) {
     model.springs.push_back(spring_from(springs.at(i), vertices));
+  }
+  if (const auto body = document.find("tetrahedra")) {
+    model.body = tetrahedral_body_from_json(*body, vertex_count);
   }
   return model;
 }

@@ -4,8 +4,11 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "bundle/tetrahedral_body.h"
 
 namespace organbake {
 
@@ -27,6 +30,9 @@ struct MechanicsModel {
   double thickness_mm = 0;
   double volume_stiffness = 1;      // 0 = volume free, 1 = kept
   double instrument_radius_mm = 0;  // a default size for tools
+  // The same tissue as finite elements, which the player can use in the springs' place; only when
+  // the baker was asked for it.
+  std::optional<TetrahedralBody> body = {};
 };
 
 std::string mechanics_to_json(const MechanicsModel& model);

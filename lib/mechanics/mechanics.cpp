@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "geometry/mesh_checks.h"
 #include "mechanics/body_struts.h"
+#include "mechanics/lattice_body.h"
 #include "mechanics/spring_network.h"
 
 namespace organbake {
@@ -113,6 +114,19 @@ std::vector<std::uint32_t> choose_anchors(const TriangleMesh& proxy,
   return order;
 }
 
+TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
+                        const MechanicsOptions& options, const RunContext& context) {
+  TetrahedralBody body = make_lattice_body(proxy, model.anchors, options.fem_cell_mm);
+  body.poisson_ratio = options.poisson_ratio;
+  const std::size_t parts = part_count(body);
+  if (parts > 1) {
+    context.warn("the tetrahedra fall into " + std::to_string(parts) +
+                 " parts; one without an anchor drifts when it is pushed. A larger fem_cell joins "
+                 "parts that lie close");
+  }
+  return body;
+}
+
 }  // namespace
 
 void MechanicsOptions::check() const {
@@ -123,6 +137,8 @@ void MechanicsOptions::check() const {
   check_range("volume_stiffness", volume_stiffness, 0, 1);
   check_range("anchor_fraction", anchor_fraction, 0, 0.9);
   check_range("instrument_radius_mm", instrument_radius_mm, 0.01, 1e3);
+  check_range("fem_cell_mm", fem_cell_mm, 0, 1e3);
+  check_range("poisson_ratio", poisson_ratio, 0, 0.49);
   const double length = anchor_direction.stableNorm();
   if (!(length > 0) || !std::isfinite(length)) {
     throw UsageError("anchor_direction must be finite and not zero");
@@ -153,6 +169,7 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   model.thickness_mm = options.thickness_mm;
   model.volume_stiffness = options.volume_stiffness;
   model.instrument_radius_mm = options.instrument_radius_mm;
+  if (options.fem) model.body = body_of(proxy, model, options, context);
   return model;
 }
 

@@ -18,6 +18,9 @@ struct MechanicsOptions {
   double anchor_fraction = 0.15;  // share of the vertices held, farthest along anchor_direction
   Eigen::Vector3d anchor_direction = {0, 1, 0};  // world; +y of LPS is the patient's back
   double instrument_radius_mm = 5;
+  bool fem = false;             // tetrahedra too, for the player's other solver
+  double fem_cell_mm = 0;       // of the lattice they are cut from; 0 = by the proxy's edges
+  double poisson_ratio = 0.45;  // of the tetrahedra; tissue is nearly incompressible
 
   // Throws UsageError.
   void check() const;
@@ -28,7 +31,8 @@ struct MechanicsOptions {
 // cross-section A that falls to it, k = E·A/L (for an edge of triangles E·t·ΣArea/L²: Van Gelder
 // 1998), and is damped by damping_ratio · 2√(k m), m the reduced mass of its two ends. Every part
 // of the proxy hangs together and on the anchors, of which there are at least three and never all.
-// Need not be manifold. Throws BadDataError for a proxy without area.
+// Need not be manifold. Throws BadDataError for a proxy without area, and when it is to have
+// tetrahedra (mechanics/lattice_body.h) and is not closed.
 MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions& options,
                               const RunContext& context = {});
 

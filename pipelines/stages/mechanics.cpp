@@ -22,6 +22,7 @@ StageReport run(const StageCall& call) {
   report.add("springs", model.springs.size());
   report.add("anchors", model.anchors.size());
   report.add("mass_kg", std::accumulate(model.mass_kg.begin(), model.mass_kg.end(), 0.0));
+  if (model.body) report.add("tetrahedra", model.body->tetrahedra.size());
   return report;
 }
 

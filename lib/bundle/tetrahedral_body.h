@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace organbake {
+
+struct Tetrahedron {
+  std::array<std::uint32_t, 4> nodes{};  // of positive volume: (b − a) × (c − a) · (d − a) > 0
+  // Share of it that is tissue, 0 < fill ≤ 1: its stiffness and mass count by that much, so that a
+  // body cut out of a lattice is as stiff and as heavy as the organ and not as its cells.
+  double fill = 1;
+};
+
+// Where a proxy vertex lies in the tetrahedra: Σ weights · nodes, the weights 0…1 and of sum 1.
+struct EmbeddedVertex {
+  std::uint32_t tetrahedron = 0;
+  std::array<double, 4> weights{};
+};
+
+// The organ as a solid of linear finite elements, the proxy embedded in it; the tissue's modulus
+// and density are MechanicsModel's.
+struct TetrahedralBody {
+  std::vector<Eigen::Vector3d> nodes_mm;
+  std::vector<Tetrahedron> tetrahedra;
+  std::vector<EmbeddedVertex> vertices;  // one per proxy vertex
+  std::vector<std::uint32_t> anchors;    // nodes that don't move, increasing
+  double poisson_ratio = 0.45;           // 0…0.49; linear tetrahedra lock beyond
+};
+
+// Of one of its tetrahedra, mm³.
+double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron);
+
+}  // namespace organbake

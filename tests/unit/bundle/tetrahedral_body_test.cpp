@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/tetrahedral_body.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bundle/mechanics_model.h"
+#include "core/error.h"
+#include "small_bundle.h"
+
+namespace organbake {
+namespace {
+
+MechanicsModel with_body() {
+  MechanicsModel model = small_bundle().mechanics;
+  TetrahedralBody body;
+  body.nodes_mm = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {3, 3, 3.1}};
+  body.tetrahedra = {{{0, 1, 2, 3}, 0.25}, {{1, 2, 3, 4}, 1}};
+  body.vertices = {{0, {1, 0, 0, 0}},
+                   {0, {0.1, 0.2, 0.3, 0.4}},
+                   {1, {0.25, 0.25, 0.25, 0.25}},
+                   {1, {0, 0, 0, 1}}};
+  body.anchors = {0, 3};
+  body.poisson_ratio = 0.3;
+  model.body = body;
+  return model;
+}
+
+TEST(TetrahedralBody, RoundTripIsExact) {
+  const std::string text = mechanics_to_json(with_body());
+  const MechanicsModel model = mechanics_from_json(text, "m", 4);
+  ASSERT_TRUE(model.body);
+  EXPECT_EQ(model.body->tetrahedra.size(), 2u);
+  EXPECT_EQ(mechanics_to_json(model), text);
+}
+
+TEST(TetrahedralBody, BundlesWithoutOneAreRead) {
+  const MechanicsModel model =
+      mechanics_from_json(mechanics_to_json(small_bundle().mechanics), "m", 4);
+  EXPECT_FALSE(model.body);
+}
+
+TEST(TetrahedralBody, VolumeIsSigned) {
+  const TetrahedralBody body = *with_body().body;
+  EXPECT_NEAR(volume_of(body, body.tetrahedra[0]), 4.5, 1e-12);
+  EXPECT_NEAR(volume_of(body, {{0, 2, 1, 3}}), -4.5, 1e-12);
+}
+
+TEST(TetrahedralBody, RefusesWhatTheSolverCouldNotBear) {
+  const auto refused = [](auto change) {
+    MechanicsModel model = with_body();
+    change(*model.body);
+    EXPECT_THROW(mechanics_from_json(mechanics_to_json(model), "m", 4), BadDataError);
+  };
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  refused([](auto& b) { b.poisson_ratio = 0.5; });
+  refused([](auto& b) { b.poisson_ratio = -0.1; });
+  refused([](auto& b) { b.nodes_mm[1].x() = kNaN; });
+  refused([](auto& b) { b.nodes_mm[1].x() = 1e9; });
+  refused([](auto& b) { b.nodes_mm.clear(); });
+  refused([](auto& b) { b.tetrahedra[1].nodes[2] = 5; });
+  refused([](auto& b) { b.tetrahedra[1].nodes[2] = b.tetrahedra[1].nodes[1]; });
+  refused([](auto& b) { std::swap(b.tetrahedra[0].nodes[0], b.tetrahedra[0].nodes[1]); });
+  refused([](auto& b) { b.tetrahedra[0].fill = 0; });
+  refused([](auto& b) { b.tetrahedra[0].fill = 1.5; });
+  refused([](auto& b) { b.tetrahedra[0].fill = kNaN; });
+  refused([](auto& b) { b.tetrahedra.clear(); });
+  refused([](auto& b) { b.vertices.pop_back(); });
+  refused([](auto& b) { b.vertices[2].tetrahedron = 2; });
+  refused([](auto& b) { b.vertices[2].weights = {0.5, 0.5, 0.5, -0.5}; });
+  refused([](auto& b) { b.vertices[2].weights = {0.5, 0.5, 0.5, 0}; });
+  refused([](auto& b) { b.vertices[2].weights[0] = kNaN; });
+  refused([](auto& b) { b.anchors = {0, 5}; });
+  refused([](auto& b) { b.anchors = {3, 0}; });
+}
+
+}  // namespace
+}  // namespace organbake

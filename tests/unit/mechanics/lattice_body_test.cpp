@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mechanics/lattice_body.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "core/error.h"
+#include "core/random.h"
+#include "mechanics/inside_samples.h"
+#include "mechanics/lattice_cell.h"
+#include "mechanics/mechanics.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+
+namespace organbake {
+namespace {
+
+Eigen::Vector3d corner(int c) { return Eigen::Vector3d(c & 1, c >> 1 & 1, c >> 2 & 1); }
+
+double tissue_volume(const TetrahedralBody& body) {
+  double sum = 0;
+  for (const Tetrahedron& t : body.tetrahedra) sum += t.fill * volume_of(body, t);
+  return sum;
+}
+
+Eigen::Vector3d embedded(const TetrahedralBody& body, std::size_t vertex) {
+  const EmbeddedVertex& v = body.vertices[vertex];
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    sum += v.weights[k] * body.nodes_mm[body.tetrahedra[v.tetrahedron].nodes[k]];
+  }
+  return sum;
+}
+
+TEST(LatticeCell, FiveTetrahedraFillTheCube) {
+  for (const bool odd : {false, true}) {
+    const LatticeCell cell{odd};
+    double volume = 0;
+    for (int t = 0; t < LatticeCell::kTetrahedra; ++t) {
+      const auto c = cell.corners(t);
+      const Eigen::Vector3d a = corner(c[0]);
+      const double six = (corner(c[1]) - a).cross(corner(c[2]) - a).dot(corner(c[3]) - a);
+      EXPECT_GT(six, 0) << t;
+      volume += six / 6;
+    }
+    EXPECT_NEAR(volume, 1, 1e-12);
+  }
+}
+
+TEST(LatticeCell, FindsEveryPoint) {
+  RandomStream random(5);
+  for (const bool odd : {false, true}) {
+    const LatticeCell cell{odd};
+    for (int i = 0; i < 500; ++i) {
+      const Eigen::Vector3d at(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
+      const LatticeCell::Place place = cell.place(at);
+      const auto c = cell.corners(place.tetrahedron);
+      Eigen::Vector3d again = Eigen::Vector3d::Zero();
+      double sum = 0;
+      for (int k = 0; k < 4; ++k) {
+        again += place.weights[k] * corner(c[k]);
+        sum += place.weights[k];
+      }
+      EXPECT_LT((again - at).norm(), 1e-12);
+      EXPECT_NEAR(sum, 1, 1e-12);
+    }
+  }
+}
+
+// Faces of neighbouring cells must be the same triangles, or the lattice comes apart there.
+TEST(LatticeBody, HangsTogetherFaceToFace) {
+  const TetrahedralBody body = make_lattice_body(box_mesh({30, 20, 20}), {}, 10);
+  EXPECT_EQ(body.tetrahedra.size(), 3u * 2 * 2 * 5);
+  EXPECT_EQ(body.nodes_mm.size(), 4u * 3 * 3);
+  EXPECT_EQ(part_count(body), 1u);
+  std::map<std::array<std::uint32_t, 3>, int> faces;
+  for (const Tetrahedron& t : body.tetrahedra) {
+    for (int k = 0; k < 4; ++k) {
+      std::array<std::uint32_t, 3> face = {t.nodes[(k + 1) % 4], t.nodes[(k + 2) % 4],
+                                           t.nodes[(k + 3) % 4]};
+      std::sort(face.begin(), face.end());
+      ++faces[face];
+    }
+  }
+  const auto open =
+      std::count_if(faces.begin(), faces.end(), [](auto& f) { return f.second == 1; });
+  EXPECT_EQ(open, 2 * 2 * (3 * 2 + 3 * 2 + 2 * 2)) << "two triangles in each outer square";
+}
+
+TEST(LatticeBody, HoldsTheVolumeAndEveryVertex) {
+  // Twelve samples a cell; in twenty faces the least fill of slivers weighs most.
+  constexpr double kVolumeWithin = 0.05;
+  for (const TriangleMesh& proxy : {sphere_mesh(50, 1), lumpy_mesh(50, 2), lumpy_mesh(20, 0)}) {
+    const TetrahedralBody body = make_lattice_body(proxy, {}, 0);
+    EXPECT_NEAR(tissue_volume(body) / signed_volume(proxy), 1, kVolumeWithin);
+    EXPECT_EQ(part_count(body), 1u);
+    ASSERT_EQ(body.vertices.size(), proxy.vertices.size());
+    for (std::size_t v = 0; v < proxy.vertices.size(); ++v) {
+      EXPECT_LT((embedded(body, v) - proxy.vertices[v]).norm(), 1e-9) << v;
+    }
+    for (const Tetrahedron& t : body.tetrahedra) {
+      EXPECT_GT(volume_of(body, t), 0);
+      EXPECT_GT(t.fill, 0);
+      EXPECT_LE(t.fill, 1);
+    }
+  }
+}
+
+TEST(LatticeBody, EightyFacesGiveSomeHundreds) {
+  const std::size_t count = make_lattice_body(sphere_mesh(50, 1), {}, 0).tetrahedra.size();
+  EXPECT_GT(count, 200u);
+  EXPECT_LT(count, 1000u);
+}
+
+TEST(LatticeBody, AnAnchorHoldsAllThatCarriesIt) {
+  const TriangleMesh proxy = lumpy_mesh(50, 1);
+  const TetrahedralBody body = make_lattice_body(proxy, {3, 17}, 0);
+  for (const std::uint32_t a : {3u, 17u}) {
+    const EmbeddedVertex& v = body.vertices[a];
+    double held = 0;
+    for (int k = 0; k < 4; ++k) {
+      const std::uint32_t node = body.tetrahedra[v.tetrahedron].nodes[k];
+      if (std::binary_search(body.anchors.begin(), body.anchors.end(), node)) held += v.weights[k];
+    }
+    EXPECT_NEAR(held, 1, 1e-7);
+  }
+  EXPECT_LE(body.anchors.size(), 8u);
+}
+
+TEST(LatticeBody, RefusesWhatHasNoInsideAndTooManyCells) {
+  TriangleMesh open = sphere_mesh(50, 1);
+  open.faces.pop_back();
+  EXPECT_THROW(make_lattice_body(open, {}, 3), BadDataError);
+  EXPECT_THROW(make_lattice_body(sphere_mesh(50, 1), {}, 0.01), UsageError);
+}
+
+// Two balls of opposite orientation, one in the other: a shell.
+TEST(InsideSamples, CountsWindings) {
+  TriangleMesh hole = sphere_mesh(5, 2);
+  for (Face& f : hole.faces) std::swap(f[1], f[2]);
+  const TriangleMesh shell = joined(sphere_mesh(10, 2), hole);
+  const SampleGrid grid{{-12, 0, 0}, 4, {7, 1, 1}};
+  EXPECT_EQ(inside_samples(shell, grid), (std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0}));
+}
+
+TEST(MakeMechanics, TetrahedraOnlyWhenAsked) {
+  MechanicsOptions options;
+  EXPECT_FALSE(make_mechanics(sphere_mesh(50, 1), options).body);
+  options.fem = true;
+  options.poisson_ratio = 0.3;
+  const MechanicsModel model = make_mechanics(sphere_mesh(50, 1), options);
+  ASSERT_TRUE(model.body);
+  EXPECT_EQ(model.body->poisson_ratio, 0.3);
+  EXPECT_FALSE(model.body->anchors.empty());
+  const std::string text = mechanics_to_json(model);
+  EXPECT_EQ(mechanics_to_json(mechanics_from_json(text, "m", 42)), text);
+  for (const double wrong : {-0.1, 0.495, 0.5, std::nan("")}) {
+    options.poisson_ratio = wrong;
+    EXPECT_THROW(options.check(), UsageError) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace organbake
