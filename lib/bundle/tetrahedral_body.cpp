@@ -10,6 +10,7 @@ namespace organbake {
 namespace {
 
 constexpr double kFarthest_mm = 1e6;  // of a node from the world's origin
+constexpr double kLongest_s = 1e6;
 constexpr double kLeastVolume_mm3 = 1e-12;
 // Weights of sum 1 that were written in full still are; edited ones that drift farther are wrong.
 constexpr double kSumWithin = 1e-9;
@@ -65,6 +66,7 @@ Json tetrahedral_body_to_json(const TetrahedralBody& body) {
     vertices.push_back({{"tetrahedron", v.tetrahedron}, {"weights", v.weights}});
   }
   return {{"poisson_ratio", body.poisson_ratio},
+          {"damping_s", body.damping_s},
           {"nodes_mm", nodes},
           {"corners", corners},
           {"fill", fill},
@@ -75,6 +77,7 @@ Json tetrahedral_body_to_json(const TetrahedralBody& body) {
 TetrahedralBody tetrahedral_body_from_json(const JsonField& field, std::size_t vertex_count) {
   TetrahedralBody body;
   body.poisson_ratio = field["poisson_ratio"].number(0, 0.49);
+  body.damping_s = field["damping_s"].number(0, kLongest_s);
   body.nodes_mm = nodes_from(field["nodes_mm"]);
   const auto nodes = static_cast<std::int64_t>(body.nodes_mm.size());
   const JsonField corners = field["corners"], fill = field["fill"];

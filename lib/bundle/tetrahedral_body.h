@@ -29,6 +29,7 @@ struct TetrahedralBody {
   std::vector<EmbeddedVertex> vertices;  // one per proxy vertex
   std::vector<std::uint32_t> anchors;    // nodes that don't move, increasing
   double poisson_ratio = 0.45;           // 0…0.49; linear tetrahedra lock beyond
+  double damping_s = 0;  // ≥ 0: a strain rate of 1/s acts as a strain of this does (Kelvin–Voigt)
 };
 
 // Of one of its tetrahedra, mm³.

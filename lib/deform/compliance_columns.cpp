@@ -12,11 +12,11 @@ constexpr std::size_t kFewest = 512;  // more than the vertices of all contacts 
 
 }  // namespace
 
-ComplianceColumns::ComplianceColumns(const SparseFactor& factor)
-    : factor_(factor),
-      capacity_(std::max(kFewest, kCacheBytes / (sizeof(double) * (factor.size() + 1)))),
-      place_of_slot_(factor.size(), kAbsent),
-      scratch_(factor.size()) {}
+ComplianceColumns::ComplianceColumns(const Tissue& tissue)
+    : tissue_(tissue),
+      capacity_(std::max(kFewest, kCacheBytes / (sizeof(double) * (tissue.moving_count() + 1)))),
+      place_of_slot_(tissue.moving_count(), kAbsent),
+      scratch_(tissue.moving_count()) {}
 
 void ComplianceColumns::require(const std::vector<std::uint32_t>& slots) {
   std::vector<std::uint32_t> missing;
@@ -37,9 +37,15 @@ void ComplianceColumns::require(const std::vector<std::uint32_t>& slots) {
 void ComplianceColumns::make(const std::uint32_t* slots, std::size_t count) {
   std::fill(scratch_.begin(), scratch_.end(), Row::Zero());
   for (std::size_t lane = 0; lane < count; ++lane) {
-    scratch_[slots[lane]][static_cast<Eigen::Index>(lane)] = 1;
+    const auto column = static_cast<Eigen::Index>(lane);
+    if (slots[lane] < tissue_.free_count()) {
+      scratch_[slots[lane]][column] = 1;
+    } else {
+      tissue_.embedding().spread_unit(slots[lane], column, scratch_);
+    }
   }
-  factor_.solve(scratch_.data());
+  tissue_.factor().solve(scratch_.data());
+  tissue_.embedding().carry(scratch_);
   for (std::size_t lane = 0; lane < count; ++lane) {
     place_of_slot_[slots[lane]] = static_cast<std::uint32_t>(columns_.size());
     auto& column = columns_.emplace_back(scratch_.size());

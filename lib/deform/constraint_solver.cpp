@@ -28,14 +28,14 @@ Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
 
 }  // namespace
 
-ConstraintSolver::ConstraintSolver(const SpringNetwork& network, const EnclosedVolume& volume,
+ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume,
                                    double friction)
-    : network_(network),
+    : tissue_(tissue),
       volume_(volume),
       friction_(friction),
-      columns_(network.factor()),
-      gradient_(network.size(), Row::Zero()),
-      response_(network.size(), Row::Zero()),
+      columns_(tissue),
+      gradient_(tissue.size(), Row::Zero()),
+      response_(tissue.size(), Row::Zero()),
       pressure_(volume.bodies().size(), 0.0),
       softness_(volume.bodies().size(), 0.0),
       volume_gap_(volume.bodies().size(), 0.0) {}
@@ -50,15 +50,15 @@ void ConstraintSolver::begin_step(const Rows& x_start) {
 }
 
 void ConstraintSolver::solve_along(Row* rows) {
-  if (!response_due_) return network_.factor().solve_points(rows);
-  network_.factor().solve_points(rows, response_.data());
+  if (!response_due_) return tissue_.factor().solve_points(rows);
+  tissue_.factor().solve_points(rows, response_.data());
   response_due_ = false;
   measure_softness();
 }
 
 void ConstraintSolver::measure_softness() {
   for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
-  for (std::uint32_t i = 0; i < network_.free_count(); ++i) {
+  for (std::uint32_t i = 0; i < tissue_.free_count(); ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);
     if (body != EnclosedVolume::kNoBody) softness_[body] += gradient_[i].dot(response_[i]);
   }
@@ -79,8 +79,8 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
   unknowns_.clear();
   for (const Contact& c : contacts) {
     Unknown u{};
-    u.free_point = constrained_point(c, x_free, network_.rest());
-    u.stick_point = constrained_point(c, x_start, network_.rest()) + c.tip_motion;
+    u.free_point = constrained_point(c, x_free, tissue_.rest());
+    u.stick_point = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
     u.body = volume_.body_of_slot(c.lever.slots[0]);
     u.volume_move.setZero();
     for (int k = 0; k < 3; ++k) {
@@ -129,7 +129,7 @@ void ConstraintSolver::measure_volume_gap(const Rows& x_free, const Rows& x) {
   for (std::size_t b = 0; b < volumes_.size(); ++b) {
     volume_gap_[b] = volume_.bodies()[b].rest_mm3 - volumes_[b];
   }
-  for (std::uint32_t i = 0; i < network_.free_count(); ++i) {
+  for (std::uint32_t i = 0; i < tissue_.free_count(); ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);
     if (body != EnclosedVolume::kNoBody) volume_gap_[body] -= gradient_[i].dot(x_free[i] - x[i]);
   }
@@ -203,18 +203,18 @@ void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
       if (u.weights[k] != 0) force[u.local[k]] += u.weights[k] * force_[i];
     }
   }
-  const std::size_t free = network_.free_count();
+  const std::size_t moving = tissue_.moving_count();
   const Lanes* from = as_lanes(x_free.data());
   const Lanes* swell = as_lanes(response_.data());
   Lanes* to = as_lanes(x.data());
-  for (std::uint32_t i = 0; i < free; ++i) {
+  for (std::uint32_t i = 0; i < moving; ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);
     to[i] = body == EnclosedVolume::kNoBody ? from[i] : from[i] + pressure_[body] * swell[i];
   }
   for (std::size_t s = 0; s < slots_.size(); ++s) {
     const double* column = columns_.column(slots_[s]);
     const Lanes f = *as_lanes(&force[s]);
-    for (std::size_t i = 0; i < free; ++i) to[i] += column[i] * f;
+    for (std::size_t i = 0; i < moving; ++i) to[i] += column[i] * f;
   }
 }
 

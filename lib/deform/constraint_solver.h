@@ -7,7 +7,7 @@
 #include "deform/compliance_columns.h"
 #include "deform/contact.h"
 #include "deform/enclosed_volume.h"
-#include "deform/spring_network.h"
+#include "deform/tissue.h"
 
 namespace organbake::deform {
 
@@ -18,7 +18,7 @@ namespace organbake::deform {
 // among its unknowns, so that keeping the volume and holding off the tip cannot fight.
 class ConstraintSolver {
  public:
-  ConstraintSolver(const SpringNetwork& network, const EnclosedVolume& volume, double friction);
+  ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume, double friction);
 
   // Takes ∇V at the shape a step starts from.
   void begin_step(const Rows& x_start);
@@ -52,7 +52,7 @@ class ConstraintSolver {
   double sweep_pressures();
   void apply(const Rows& x_free, Rows& x) const;
 
-  const SpringNetwork& network_;
+  const Tissue& tissue_;
   const EnclosedVolume& volume_;
   double friction_;
   ComplianceColumns columns_;

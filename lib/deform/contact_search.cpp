@@ -40,8 +40,8 @@ Push push_of(const SkinHit& hit, const Row& center, double radius_mm, bool from_
 
 }  // namespace
 
-ContactSearch::ContactSearch(Skin& skin, const SpringNetwork& network)
-    : skin_(skin), network_(network), front_mark_(network.size(), 0) {}
+ContactSearch::ContactSearch(Skin& skin, const Tissue& tissue)
+    : skin_(skin), tissue_(tissue), front_mark_(tissue.size(), 0) {}
 
 void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
   near_.resize(sweeps.size());
@@ -124,7 +124,7 @@ SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
   const double b[3] = {1 - contact.at.b1 - contact.at.b2, contact.at.b1, contact.at.b2};
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t slot = contact.lever.slots[k];
-    contact.anchored_at -= b[k] * (skin_.shape()[slot] - network_.rest()[slot]);
+    contact.anchored_at -= b[k] * (skin_.shape()[slot] - tissue_.rest()[slot]);
   }
   return hit;
 }
@@ -160,23 +160,21 @@ Lever ContactSearch::lever(const SkinPoint& at) const {
   const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
   bool whole = true;
   for (int k = 0; k < 3; ++k) {
-    if (lever.slots[k] < network_.free_count()) {
-      lever.free_share += b[k];
-    } else {
-      whole = false;
-    }
+    const double share = tissue_.free_share(lever.slots[k]);
+    lever.free_share += share * b[k];
+    whole = whole && share == 1;
   }
   if (whole) lever.free_share = 1;
   if (lever.free_share < kMinFreeShare) return {lever.slots, {}, 0};
   for (int k = 0; k < 3; ++k) {
-    if (lever.slots[k] >= network_.free_count()) continue;
+    if (tissue_.free_share(lever.slots[k]) == 0) continue;
     lever.weights[k] = b[k] / (lever.free_share * lever.free_share);
   }
   return lever;
 }
 
 double ContactSearch::violation(const Contact& contact) const {
-  const Row miss = constrained_point(contact, skin_.shape(), network_.rest()) - contact.target;
+  const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
   return contact.carried ? miss.norm() : -contact.normal.dot(miss);
 }
 

@@ -16,12 +16,12 @@ class ContactSearch {
  public:
   static constexpr std::size_t kMaxContactsPerTip = 24;
 
-  ContactSearch(Skin& skin, const SpringNetwork& network);
+  ContactSearch(Skin& skin, const Tissue& tissue);
 
   // Broad phase: the faces whose shell may come within a tip's reach on its sweep, x in mm.
   void find_faces(const Rows& x, const std::vector<TipSweep>& sweeps);
   bool found_any() const;
-  const Rows& rest() const { return network_.rest(); }
+  const Rows& rest() const { return tissue_.rest(); }
   const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }
 
   // Brings every contact's geometry up to date with the skin's pose and the tips at `fraction` of
@@ -51,7 +51,7 @@ class ContactSearch {
   bool borders_front(std::uint32_t face) const;
 
   Skin& skin_;
-  const SpringNetwork& network_;
+  const Tissue& tissue_;
   std::vector<std::vector<std::uint32_t>> near_;
   std::vector<std::uint8_t> beyond_;  // by slot: sides of the box that it lies beyond
   std::vector<Touch> touches_;

@@ -8,6 +8,10 @@
 
 namespace organbake {
 
+const char* to_string(TissueSolver solver) {
+  return solver == TissueSolver::fem ? "fem" : "springs";
+}
+
 void DeformOptions::check() const {
   if (!(time_step_s >= 1e-5 && time_step_s <= 1)) {
     throw UsageError("time step is " + to_text(time_step_s) + " s; it must be 0.00001 to 1");

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "deform/deformer.h"
 
+#include <string>
+
+#include "core/error.h"
 #include "deform/instruments.h"
 #include "deform/shape_solver.h"
 
@@ -10,7 +13,8 @@ namespace {
 constexpr double kSnap_mm = 1e-4;       // nearer to rest and slower per step: at rest
 constexpr double kStill_mm = 1e-6;      // a step that moves no vertex by more is still,
 constexpr double kStillHeld_mm = 1e-4;  // or by so much under tips that don't move
-constexpr int kStillSteps = 16;         // so many in a row: asleep where it is
+constexpr double kLargestLoad_n = 1e9;
+constexpr int kStillSteps = 16;  // so many in a row: asleep where it is
 
 const DeformOptions& checked(const DeformOptions& options) {
   options.check();
@@ -27,6 +31,7 @@ struct Deformer::Impl {
   }
 
   const StepReport& step(const std::vector<InstrumentTip>& tips);
+  void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
   void finish_step(bool tips_unchanged);
   void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
@@ -45,7 +50,7 @@ struct Deformer::Impl {
 void Deformer::Impl::to_rest() {
   solver.to_rest();
   still_steps = 0;
-  asleep = solver.network().relaxed_at_rest();
+  asleep = solver.relaxed_at_rest();
 }
 
 const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& tips) {
@@ -70,6 +75,21 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& tips) {
   return report;
 }
 
+void Deformer::Impl::set_load(const std::vector<Eigen::Vector3d>& force_n) {
+  if (!force_n.empty() && force_n.size() != positions.size()) {
+    throw UsageError("a load of " + std::to_string(force_n.size()) + " forces for " +
+                     std::to_string(positions.size()) + " proxy vertices");
+  }
+  for (std::size_t v = 0; v < force_n.size(); ++v) {
+    if (!(force_n[v].norm() <= kLargestLoad_n)) {  // NaN fails it, too
+      throw UsageError("the load on vertex " + std::to_string(v) + " is not a force up to 1e9 N");
+    }
+  }
+  solver.set_load(force_n);
+  still_steps = 0;
+  asleep = false;
+}
+
 void Deformer::Impl::finish_step(bool tips_unchanged) {
   if (solver.lost()) {
     to_rest();
@@ -87,15 +107,15 @@ void Deformer::Impl::report_forces() {
   for (const deform::Contact& c : solver.contacts()) {
     if (c.force.isZero(0)) continue;
     ++report.contacts;
-    const auto& weights = c.lever.weights;
-    const double on_vertices = weights[0] + weights[1] + weights[2];
-    report.tip_force_n[c.tip] -= on_vertices / deform::kMilliNewtonPerNewton * c.force.head<3>();
+    // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
+    const double on_points = 1 / c.lever.free_share;
+    report.tip_force_n[c.tip] -= on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
   }
 }
 
 void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) {
   const bool held = solver.held();
-  if (!held && solver.network().relaxed_at_rest() && largest_move_mm < kSnap_mm &&
+  if (!held && solver.relaxed_at_rest() && largest_move_mm < kSnap_mm &&
       solver.farthest_from_rest() < kSnap_mm) {
     return to_rest();
   }
@@ -108,7 +128,7 @@ void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) 
 bool Deformer::Impl::publish() {
   bool changed = false;
   for (std::size_t v = 0; v < positions.size(); ++v) {
-    const Eigen::Vector3d now = solver.shape()[solver.network().slot_of_vertex()[v]].head<3>();
+    const Eigen::Vector3d now = solver.shape()[solver.tissue().slot_of_vertex()[v]].head<3>();
     changed = changed || now != positions[v];
     positions[v] = now;
   }
@@ -122,6 +142,7 @@ Deformer::~Deformer() = default;
 Deformer::Deformer(Deformer&&) noexcept = default;
 
 StepReport Deformer::step(const std::vector<InstrumentTip>& tips) { return impl_->step(tips); }
+void Deformer::set_load(const std::vector<Eigen::Vector3d>& force_n) { impl_->set_load(force_n); }
 const std::vector<Eigen::Vector3d>& Deformer::positions() const { return impl_->positions; }
 bool Deformer::moved() const { return impl_->moved; }
 void Deformer::reset() {

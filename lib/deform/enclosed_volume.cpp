@@ -32,19 +32,19 @@ std::vector<DirectedEdge> edges_of(const std::vector<Face>& faces) {
 
 }  // namespace
 
-EnclosedVolume::EnclosedVolume(const SpringNetwork& network, double volume_stiffness)
-    : body_of_slot_(network.size(), kNoBody), free_count_(network.free_count()) {
+EnclosedVolume::EnclosedVolume(const Tissue& tissue, double volume_stiffness)
+    : body_of_slot_(tissue.size(), kNoBody), free_count_(tissue.free_count()) {
   if (volume_stiffness <= 0) return;
-  const auto closed = closed_parts(network);
-  std::vector<Bounds> box(network.part_count());
-  for (std::size_t slot = 0; slot < network.size(); ++slot) {
-    Bounds& b = box[network.part_of_slot()[slot]];
-    b.min = b.min.cwiseMin(network.rest()[slot].head<3>());
-    b.max = b.max.cwiseMax(network.rest()[slot].head<3>());
+  const auto closed = closed_parts(tissue);
+  std::vector<Bounds> box(tissue.part_count());
+  for (std::size_t slot = 0; slot < tissue.size(); ++slot) {
+    Bounds& b = box[tissue.part_of_slot()[slot]];
+    b.min = b.min.cwiseMin(tissue.rest()[slot].head<3>());
+    b.max = b.max.cwiseMax(tissue.rest()[slot].head<3>());
   }
-  std::vector<std::uint32_t> body_of_part(network.part_count(), kNoBody);
-  for (const Face& f : network.faces()) {
-    const std::uint32_t part = network.part_of_slot()[f[0]];
+  std::vector<std::uint32_t> body_of_part(tissue.part_count(), kNoBody);
+  for (const Face& f : tissue.faces()) {
+    const std::uint32_t part = tissue.part_of_slot()[f[0]];
     if (!closed[part]) continue;
     if (body_of_part[part] == kNoBody) {
       body_of_part[part] = static_cast<std::uint32_t>(bodies_.size());
@@ -53,13 +53,13 @@ EnclosedVolume::EnclosedVolume(const SpringNetwork& network, double volume_stiff
     faces_.push_back({f, body_of_part[part]});
   }
   std::vector<double> volumes;
-  measure(network.rest(), volumes);
-  for (std::uint32_t part = 0; part < network.part_count(); ++part) {
+  measure(tissue.rest(), volumes);
+  for (std::uint32_t part = 0; part < tissue.part_count(); ++part) {
     const std::uint32_t b = body_of_part[part];
     if (b == kNoBody) continue;
     const double v = bodies_[b].rest_mm3 = volumes[b];
     bodies_[b].compliance = volume_stiffness >= 1 ? 0
-                                                  : v * v / network.bulk_energy()[part] *
+                                                  : v * v / tissue.bulk_energy()[part] *
                                                         (1 - volume_stiffness) / volume_stiffness;
     const bool flat = !(std::abs(v) > kFlat * std::pow(box[part].diagonal(), 3));
     if (!flat && std::isfinite(bodies_[b].compliance)) continue;
@@ -68,17 +68,17 @@ EnclosedVolume::EnclosedVolume(const SpringNetwork& network, double volume_stiff
     bodies_[b].rest_mm3 = 0;
   }
   std::erase_if(faces_, [&](const BodyFace& f) {
-    return body_of_part[network.part_of_slot()[f.slots[0]]] == kNoBody;
+    return body_of_part[tissue.part_of_slot()[f.slots[0]]] == kNoBody;
   });
-  for (std::size_t slot = 0; slot < network.size(); ++slot) {
-    body_of_slot_[slot] = body_of_part[network.part_of_slot()[slot]];
+  for (std::size_t slot = 0; slot < tissue.size(); ++slot) {
+    body_of_slot_[slot] = body_of_part[tissue.part_of_slot()[slot]];
   }
   if (faces_.empty()) bodies_.clear();
 }
 
-std::vector<std::uint8_t> EnclosedVolume::closed_parts(const SpringNetwork& network) const {
-  std::vector<std::uint8_t> closed(network.part_count(), 1);
-  const auto edges = edges_of(network.faces());
+std::vector<std::uint8_t> EnclosedVolume::closed_parts(const Tissue& tissue) const {
+  std::vector<std::uint8_t> closed(tissue.part_count(), 1);
+  const auto edges = edges_of(tissue.faces());
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     int balance = 0;
     for (end = begin; end < edges.size() && edges[end].low == edges[begin].low &&
@@ -86,8 +86,8 @@ std::vector<std::uint8_t> EnclosedVolume::closed_parts(const SpringNetwork& netw
          ++end) {
       balance += edges[end].direction;
     }
-    const bool anchored = edges[begin].low >= network.free_count();
-    if (balance != 0 && !anchored) closed[network.part_of_slot()[edges[begin].low]] = 0;
+    const bool anchored = edges[begin].low >= tissue.free_count();
+    if (balance != 0 && !anchored) closed[tissue.part_of_slot()[edges[begin].low]] = 0;
   }
   return closed;
 }

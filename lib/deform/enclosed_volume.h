@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "deform/rows.h"
-#include "deform/spring_network.h"
+#include "deform/tissue.h"
 
 namespace organbake::deform {
 
@@ -24,7 +24,7 @@ class EnclosedVolume {
     double compliance = 0;
   };
 
-  EnclosedVolume(const SpringNetwork& network, double volume_stiffness);
+  EnclosedVolume(const Tissue& tissue, double volume_stiffness);
 
   const std::vector<Body>& bodies() const { return bodies_; }
   std::uint32_t body_of_slot(std::uint32_t slot) const { return body_of_slot_[slot]; }
@@ -34,7 +34,7 @@ class EnclosedVolume {
   void gradient(const Rows& x, Rows& gradient) const;
 
  private:
-  std::vector<std::uint8_t> closed_parts(const SpringNetwork& network) const;
+  std::vector<std::uint8_t> closed_parts(const Tissue& tissue) const;
 
   std::vector<Body> bodies_;
   std::vector<std::uint32_t> body_of_slot_;

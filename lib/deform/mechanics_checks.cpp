@@ -44,7 +44,53 @@ void check_proxy(const TriangleMesh& proxy) {
   }
 }
 
+void check_tetrahedron(const TetrahedralBody& body, std::size_t index) {
+  const Tetrahedron& t = body.tetrahedra[index];
+  const std::string name = "tetrahedron " + std::to_string(index);
+  for (const std::uint32_t n : t.nodes) {
+    require(n < body.nodes_mm.size(), name + " names node " + std::to_string(n) + " of " +
+                                          std::to_string(body.nodes_mm.size()));
+  }
+  require_positive(volume_of(body, t), name + ": volume (mm³)");
+  require(t.fill > 0 && t.fill <= 1, name + ": fill is " + to_text(t.fill) + "; it must be 0 to 1");
+}
+
+void check_embedded(const TetrahedralBody& body, std::size_t vertex) {
+  const EmbeddedVertex& v = body.vertices[vertex];
+  const std::string name = "embedded vertex " + std::to_string(vertex);
+  require(v.tetrahedron < body.tetrahedra.size(), name + " lies in tetrahedron " +
+                                                      std::to_string(v.tetrahedron) + " of " +
+                                                      std::to_string(body.tetrahedra.size()));
+  for (const double w : v.weights) {
+    require(w >= 0 && w <= 1, name + " has a weight of " + to_text(w) + "; it must be 0 to 1");
+  }
+}
+
 }  // namespace
+
+void check_tetrahedra(const TriangleMesh& proxy, const MechanicsModel& mechanics) {
+  check_proxy(proxy);
+  const TetrahedralBody& body = *mechanics.body;
+  for (std::size_t n = 0; n < body.nodes_mm.size(); ++n) {
+    require(body.nodes_mm[n].allFinite(), "node " + std::to_string(n) + " is not finite");
+  }
+  for (std::size_t t = 0; t < body.tetrahedra.size(); ++t) check_tetrahedron(body, t);
+  require(body.vertices.size() == proxy.vertices.size(),
+          "the tetrahedra carry " + std::to_string(body.vertices.size()) +
+              " vertices of a proxy of " + std::to_string(proxy.vertices.size()));
+  for (std::size_t v = 0; v < body.vertices.size(); ++v) check_embedded(body, v);
+  for (const std::uint32_t anchor : body.anchors) {
+    require(anchor < body.nodes_mm.size(), "anchored node " + std::to_string(anchor) +
+                                               " is none of " +
+                                               std::to_string(body.nodes_mm.size()));
+  }
+  require(body.poisson_ratio >= 0 && body.poisson_ratio <= 0.49,
+          "Poisson's ratio is " + to_text(body.poisson_ratio) + "; it must be 0 to 0.49");
+  require(body.damping_s >= 0 && std::isfinite(body.damping_s),
+          "the damping (s) is " + to_text(body.damping_s) + "; it must be >= 0");
+  require_positive(mechanics.young_modulus_kpa, "Young's modulus (kPa)");
+  require_positive(mechanics.density_kg_per_m3, "the density (kg/m³)");
+}
 
 void check_mechanics(const TriangleMesh& proxy, const MechanicsModel& mechanics) {
   check_proxy(proxy);

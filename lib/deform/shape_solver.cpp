@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "deform/fem_body.h"
 #include "deform/grasp.h"
 #include "deform/instruments.h"
 #include "deform/mechanics_checks.h"
+#include "deform/spring_network.h"
 
 namespace organbake::deform {
 namespace {
@@ -29,6 +31,20 @@ const BaseLayer& checked(const TriangleMesh& proxy, const BaseLayer& base) {
   return base;
 }
 
+std::unique_ptr<const Tissue> make_tissue(const TriangleMesh& proxy,
+                                          const MechanicsModel& mechanics,
+                                          const DeformOptions& options) {
+  if (options.solver == TissueSolver::fem) {
+    return std::make_unique<FemBody>(proxy, mechanics, options.time_step_s);
+  }
+  return std::make_unique<SpringNetwork>(proxy, mechanics, options.time_step_s);
+}
+
+// Springs don't know of volume; elements resist its change by Poisson's ratio.
+double kept_volume(const MechanicsModel& mechanics, const DeformOptions& options) {
+  return options.solver == TissueSolver::fem ? 0 : mechanics.volume_stiffness;
+}
+
 double largest_distance(const Rows& a, const Rows& b) {
   double squared = 0;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -42,19 +58,19 @@ ShapeSolver::ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechan
                          const BaseLayer& base, const DeformOptions& options)
     : options_(options),
       diagonal_mm_(bounds(proxy).diagonal()),
-      network_(proxy, mechanics, options.time_step_s),
-      volume_(network_, mechanics.volume_stiffness),
-      skin_(network_, checked(proxy, base)),
-      search_(skin_, network_),
-      constraints_(network_, volume_, options.friction) {
-  force_.assign(network_.size(), Row::Zero());
-  x_coasted_ = network_.rest();
+      tissue_(make_tissue(proxy, mechanics, options)),
+      volume_(*tissue_, kept_volume(mechanics, options)),
+      skin_(*tissue_, checked(proxy, base)),
+      search_(skin_, *tissue_),
+      constraints_(*tissue_, volume_, options.friction) {
+  force_.assign(tissue_->size(), Row::Zero());
+  x_coasted_ = tissue_->rest();
   to_rest();
 }
 
 void ShapeSolver::to_rest() {
-  x_ = x_start_ = x_free_ = x_before_ = network_.rest();
-  velocity_.assign(network_.size(), Row::Zero());
+  x_ = x_start_ = x_free_ = x_before_ = tissue_->rest();
+  velocity_.assign(tissue_->size(), Row::Zero());
   contacts_.clear();
   constraints_.reset();
   last_energy_ = kUnknownEnergy;
@@ -78,7 +94,7 @@ double ShapeSolver::step(const std::vector<TipSweep>& sweeps,
   }
   for (Contact& c : contacts_) c.touched_at = 0;
   x_start_ = x_;
-  for (std::size_t i = 0; i < network_.free_count(); ++i) {
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
   }
   constraints_.begin_step(x_start_);
@@ -95,13 +111,32 @@ void ShapeSolver::advance(const std::vector<TipSweep>& sweeps) {
     last_energy_ = kUnknownEnergy;
     return;
   }
-  double now = network_.energy(x_, x_start_) + constraints_.energy();
+  double now = energy();
   if (now > last_energy_) {
     x_ = x_start_;
     solve(sweeps, false);
-    now = network_.energy(x_, x_start_) + constraints_.energy();
+    now = energy();
   }
   last_energy_ = now;
+}
+
+// Of the step's motion, the tissue, its volume and the load (µJ).
+double ShapeSolver::energy() const {
+  double sum = tissue_->energy(x_, x_start_) + constraints_.energy();
+  for (std::size_t i = 0; i < load_.size(); ++i) sum -= load_[i].dot(x_[i] - tissue_->rest()[i]);
+  return sum;
+}
+
+void ShapeSolver::set_load(const std::vector<Eigen::Vector3d>& force_n) {
+  load_.clear();
+  last_energy_ = kUnknownEnergy;
+  if (force_n.empty()) return;
+  load_.assign(tissue_->size(), Row::Zero());
+  for (std::size_t v = 0; v < force_n.size(); ++v) {
+    load_[tissue_->slot_of_vertex()[v]] = to_row(kMilliNewtonPerNewton * force_n[v]);
+  }
+  tissue_->embedding().spread(load_);
+  load_.resize(tissue_->free_count());  // what anchors bear moves nothing
 }
 
 void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight) {
@@ -122,9 +157,11 @@ void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight
 // One local and global step without contacts and volume, from the shape given to x_free_ (which may
 // be the same).
 void ShapeSolver::move_freely(const Rows& from) {
-  network_.local_step(from, x_start_, x_coasted_, force_);
+  tissue_->local_step(from, x_start_, x_coasted_, force_);
+  for (std::size_t i = 0; i < load_.size(); ++i) force_[i] += load_[i];
   constraints_.solve_along(force_.data());
-  for (std::size_t i = 0; i < network_.free_count(); ++i) x_free_[i] = from[i] + force_[i];
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) x_free_[i] = from[i] + force_[i];
+  tissue_->embedding().carry_positions(tissue_->rest(), x_free_);
 }
 
 // Where the first local step takes its directions from: on along the last step's motion. Far from
@@ -132,7 +169,7 @@ void ShapeSolver::move_freely(const Rows& from) {
 // 1964), whose slow modes die out several times faster; converged steps don't depend on it.
 const Rows& ShapeSolver::foreseen() {
   const double limit = kForesightLimit * diagonal_mm_;
-  for (std::size_t i = 0; i < network_.free_count(); ++i) {
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     const Row move = kForesight * options_.time_step_s * velocity_[i];
     const double length = move.norm();
     x_free_[i] = x_start_[i] + (length > limit ? limit / length : 1) * move;
@@ -168,7 +205,7 @@ double ShapeSolver::close_gaps(const std::vector<TipSweep>& sweeps) {
 
 double ShapeSolver::settle_motion() {
   const double fastest = kFastestPerStep * diagonal_mm_;
-  for (std::size_t i = 0; i < network_.free_count(); ++i) {
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     const Row move = x_[i] - x_start_[i];
     const double length = move.norm();
     velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
@@ -181,10 +218,10 @@ bool ShapeSolver::lost() const {
   const double limit = kRunaway * diagonal_mm_;
   return !std::all_of(x_.begin(), x_.end(), [&](const Row& row) {
     // Written so that NaN is lost too.
-    return (row - network_.rest()[static_cast<std::size_t>(&row - x_.data())]).norm() <= limit;
+    return (row - tissue_->rest()[static_cast<std::size_t>(&row - x_.data())]).norm() <= limit;
   });
 }
 
-double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, network_.rest()); }
+double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, tissue_->rest()); }
 
 }  // namespace organbake::deform

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "deform/constraint_solver.h"
@@ -9,7 +10,7 @@
 #include "deform/deformer.h"
 #include "deform/enclosed_volume.h"
 #include "deform/skin.h"
-#include "deform/spring_network.h"
+#include "deform/tissue.h"
 
 namespace organbake::deform {
 
@@ -21,10 +22,14 @@ class ShapeSolver {
   ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
               const DeformOptions& options);
 
-  const SpringNetwork& network() const { return network_; }
+  const Tissue& tissue() const { return *tissue_; }
   const Rows& shape() const { return x_; }  // mm, by slot
   std::vector<Contact>& contacts() { return contacts_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
+  // Forces (N) on the proxy's vertices from now on; empty: none.
+  void set_load(const std::vector<Eigen::Vector3d>& force_n);
+  // Whether the tissue has no reason to leave its rest shape.
+  bool relaxed_at_rest() const { return load_.empty() && tissue_->relaxed_at_rest(); }
   // Whether an instrument loads or carries the tissue.
   bool held() const;
 
@@ -47,11 +52,12 @@ class ShapeSolver {
   const Rows& foreseen();
   void follow_sweeps(const std::vector<TipSweep>& sweeps);
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
+  double energy() const;
   double close_gaps(const std::vector<TipSweep>& sweeps);
 
   DeformOptions options_;
   double diagonal_mm_;
-  SpringNetwork network_;
+  std::unique_ptr<const Tissue> tissue_;
   EnclosedVolume volume_;
   Skin skin_;
   ContactSearch search_;
@@ -61,6 +67,7 @@ class ShapeSolver {
   Rows velocity_;                         // mm/s
   Rows x_coasted_;                        // where inertia alone would end the step
   Rows force_;                            // left at a shape, mN; then the way from there, mm
+  Rows load_;                             // dead, on the free slots, mN; or empty
   std::vector<Contact> contacts_;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };

@@ -29,12 +29,12 @@ Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, 
 
 }  // namespace
 
-Skin::Skin(const SpringNetwork& network, const BaseLayer& base)
-    : network_(&network),
-      tallest_mm_(network.faces().size(), 0.0),
-      normals_(network.size(), Row::Zero()),
-      posed_(network.size(), 0) {
-  const auto& faces = network.faces();
+Skin::Skin(const Tissue& tissue, const BaseLayer& base)
+    : tissue_(&tissue),
+      tallest_mm_(tissue.faces().size(), 0.0),
+      normals_(tissue.size(), Row::Zero()),
+      posed_(tissue.size(), 0) {
+  const auto& faces = tissue.faces();
   if (!base.height_mm.empty()) {
     steps_ = base.steps;
     nodes_ = base.nodes_per_face();
@@ -45,11 +45,11 @@ Skin::Skin(const SpringNetwork& network, const BaseLayer& base)
       tallest_of_all_mm_ = std::max(tallest_of_all_mm_, tallest);
     }
   }
-  face_start_.assign(network.size() + 1, 0);
+  face_start_.assign(tissue.size() + 1, 0);
   for (const Face& f : faces) {
     for (const std::uint32_t slot : f) ++face_start_[slot + 1];
   }
-  for (std::size_t i = 0; i < network.size(); ++i) face_start_[i + 1] += face_start_[i];
+  for (std::size_t i = 0; i < tissue.size(); ++i) face_start_[i + 1] += face_start_[i];
   faces_of_slot_.resize(3 * faces.size());
   auto next = face_start_;
   for (std::uint32_t f = 0; f < faces.size(); ++f) {

@@ -6,7 +6,7 @@
 
 #include "bundle/base_layer.h"
 #include "deform/rows.h"
-#include "deform/spring_network.h"
+#include "deform/tissue.h"
 
 namespace organbake::deform {
 
@@ -39,10 +39,10 @@ struct SkinHit {
 // every face, carried by the shell map. Without a base layer it is the proxy itself.
 class Skin {
  public:
-  // network must outlive the skin; base is copied as far as needed.
-  Skin(const SpringNetwork& network, const BaseLayer& base);
+  // tissue must outlive the skin; base is copied as far as needed.
+  Skin(const Tissue& tissue, const BaseLayer& base);
 
-  const std::vector<Face>& faces() const { return network_->faces(); }
+  const std::vector<Face>& faces() const { return tissue_->faces(); }
   double tallest_mm(std::uint32_t face) const { return tallest_mm_[face]; }
   double tallest_mm() const { return tallest_of_all_mm_; }
 
@@ -72,7 +72,7 @@ class Skin {
   SkinPoint nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
                             const std::uint32_t (&corners)[3][2], double& squared) const;
 
-  const SpringNetwork* network_;
+  const Tissue* tissue_;
   std::uint32_t steps_ = 1, nodes_ = 3;
   std::vector<float> heights_;
   std::vector<double> tallest_mm_;

@@ -6,26 +6,15 @@
 
 #include "core/error.h"
 #include "deform/mechanics_checks.h"
+#include "deform/slots.h"
 
 namespace organbake::deform {
 namespace {
 
-constexpr std::uint32_t kAnchored = 0xFFFFFFFFu;
 constexpr int kBlock = 64;
 constexpr double kNoLength = 1e-300;  // mm²; keeps a spring between coincident vertices finite
 // Below this a spring's length at rest counts as its rest length (mm): rounding of a written model.
 constexpr double kRelaxedWithin_mm = 1e-4;
-
-std::vector<std::uint32_t> number_free(std::size_t vertices,
-                                       const std::vector<std::uint32_t>& anchors) {
-  std::vector<std::uint32_t> free_of_vertex(vertices, 0);
-  for (const std::uint32_t anchor : anchors) free_of_vertex[anchor] = kAnchored;
-  std::uint32_t next = 0;
-  for (auto& index : free_of_vertex) {
-    if (index != kAnchored) index = next++;
-  }
-  return free_of_vertex;
-}
 
 // The sum of the lanes of each of four.
 Lanes sums(const Lanes (&v)[4]) {
@@ -37,16 +26,10 @@ Lanes sums(const Lanes (&v)[4]) {
          __builtin_shufflevector(low, high, 2, 3, 6, 7);
 }
 
-std::size_t count_free(const std::vector<std::uint32_t>& free_of_vertex) {
-  return free_of_vertex.size() -
-         std::count(free_of_vertex.begin(), free_of_vertex.end(), kAnchored);
-}
-
 }  // namespace
 
 SpringNetwork::SpringNetwork(const TriangleMesh& proxy, const MechanicsModel& mechanics,
-                             double time_step_s)
-    : factor_(0, {}) {
+                             double time_step_s) {
   check_mechanics(proxy, mechanics);
   const auto free_of_vertex = number_free(proxy.vertices.size(), mechanics.anchors);
   factor_ = SparseFactor(count_free(free_of_vertex),

@@ -114,10 +114,21 @@ std::vector<std::uint32_t> choose_anchors(const TriangleMesh& proxy,
   return order;
 }
 
+// The springs' dampers per stiffness, so that either solver damps alike.
+double damping_of(const std::vector<Spring>& springs) {
+  double damping = 0, stiffness = 0;
+  for (const Spring& s : springs) {
+    damping += s.damping_n_s_per_mm;
+    stiffness += s.stiffness_n_per_mm;
+  }
+  return stiffness > 0 ? damping / stiffness : 0;
+}
+
 TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
                         const MechanicsOptions& options, const RunContext& context) {
   TetrahedralBody body = make_lattice_body(proxy, model.anchors, options.fem_cell_mm);
   body.poisson_ratio = options.poisson_ratio;
+  body.damping_s = damping_of(model.springs);
   const std::size_t parts = part_count(body);
   if (parts > 1) {
     context.warn("the tetrahedra fall into " + std::to_string(parts) +

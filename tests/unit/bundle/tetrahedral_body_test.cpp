@@ -24,6 +24,7 @@ MechanicsModel with_body() {
                    {1, {0, 0, 0, 1}}};
   body.anchors = {0, 3};
   body.poisson_ratio = 0.3;
+  body.damping_s = 0.01;
   model.body = body;
   return model;
 }
@@ -57,6 +58,7 @@ TEST(TetrahedralBody, RefusesWhatTheSolverCouldNotBear) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   refused([](auto& b) { b.poisson_ratio = 0.5; });
   refused([](auto& b) { b.poisson_ratio = -0.1; });
+  refused([](auto& b) { b.damping_s = -0.01; });
   refused([](auto& b) { b.nodes_mm[1].x() = kNaN; });
   refused([](auto& b) { b.nodes_mm[1].x() = 1e9; });
   refused([](auto& b) { b.nodes_mm.clear(); });

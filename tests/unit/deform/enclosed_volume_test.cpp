@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "deform/spring_network.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "deform/spring_network.h"
 #include "geometry/shell_map.h"
 #include "unit/deform/test_bodies.h"
 
