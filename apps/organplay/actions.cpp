@@ -89,7 +89,7 @@ void play_script(const Command& command, Player& player, const Script& script,
   if (folder) folder->commit(), print(command.out_folder);
   if (video) video->finish(), print(command.video);
   if (!command.report.empty()) {
-    write_file_atomically(command.report, play_report(script, frames));
+    write_file_atomically(command.report, play_report(script, command.solver, frames));
     print(command.report);
   }
   if (!reference) return;
@@ -132,6 +132,7 @@ void run_command(const Command& command, const RunContext& context) {
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;
   DeformOptions deform;
+  deform.solver = command.solver;
   if (!command.script.empty()) {
     script = read_script(command.script);
     deform.time_step_s = script->time_step_s;

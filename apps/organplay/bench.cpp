@@ -55,7 +55,9 @@ Json medians(const std::vector<PlayedFrame>& frames) {
 
 void run_bench(const Command& command, const RunContext& context) {
   Stopwatch watch;
-  Player player(command.bundle);
+  DeformOptions deform;
+  deform.solver = command.solver;
+  Player player(command.bundle, deform);
   Frame first;
   player.draw(view_of(command, player.bundle()), {}, first);
   const double first_frame_ms = watch.lap();

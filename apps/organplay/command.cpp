@@ -40,7 +40,7 @@ bool Command::wants_window() const {
 
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
-  std::string size, warp = "bound";
+  std::string size, warp = "bound", solver = to_string(c.solver);
   CLI::App app(
       "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
       "--script, -o, --sheet, --compare, --bench");
@@ -65,6 +65,12 @@ std::optional<Command> read_command(int argc, char** argv) {
                  "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720)");
   app.add_option("--warp", warp, "bound, or the paper's own chain as a baseline: paper")
       ->check(CLI::IsMember({"bound", "paper"}))
+      ->capture_default_str();
+  app.add_option(
+         "--solver", solver,
+         "what stands for the tissue: springs, or fem, finite elements on the tetrahedra of a "
+         "bundle that was baked with --set mechanics.fem=true")
+      ->check(CLI::IsMember({"springs", "fem"}))
       ->capture_default_str();
   app.add_flag_callback(
       "--baked-light", [&c] { c.relight = false; },
@@ -92,6 +98,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   }
   if (!size.empty()) read_size(size, c);
   c.paper_warp = warp == "paper";
+  if (solver == to_string(TissueSolver::fem)) c.solver = TissueSolver::fem;
   check(c);
   return c;
 }

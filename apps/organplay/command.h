@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "deform/deformer.h"
+
 namespace organbake {
 
 // What the user asked for.
@@ -17,6 +19,7 @@ struct Command {
   bool instruments = true;
   bool paper_warp = false;
   bool relight = true;  // when the bundle knows its light
+  TissueSolver solver = TissueSolver::springs;
   bool compare = false;
   std::vector<double> angles_rad;
   int bench_frames = 0;

@@ -37,6 +37,7 @@ void open_window(const Command& command, const RunContext& context) {
   if (!run) throw Error(ExitCode::internal, file.string() + " is not the window of organplay");
   WindowCommand window;
   window.bundle = command.bundle;
+  window.solver = command.solver;
   window.width = command.width;
   window.height = command.height;
   run(window, context);

@@ -32,9 +32,10 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
                               const std::function<void(int frame, const Frame&)>& show,
                               const RunContext& context = {});
 
-// The JSON report (play-report.schema.json): per frame and in summary the times by phase, what was
-// skipped and why, holes, contacts and forces. Times are the one thing in it that differs from run
-// to run.
-std::string play_report(const Script& script, const std::vector<PlayedFrame>& frames);
+// The JSON report (play-report.schema.json): the solver, per frame and in summary the times by
+// phase, what was skipped and why, holes, contacts and forces. Times are the one thing in it that
+// differs from run to run.
+std::string play_report(const Script& script, TissueSolver solver,
+                        const std::vector<PlayedFrame>& frames);
 
 }  // namespace organbake

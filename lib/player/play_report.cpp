@@ -65,12 +65,14 @@ Json summary_json(const std::vector<PlayedFrame>& frames) {
 
 }  // namespace
 
-std::string play_report(const Script& script, const std::vector<PlayedFrame>& frames) {
+std::string play_report(const Script& script, TissueSolver solver,
+                        const std::vector<PlayedFrame>& frames) {
   Json list = Json::array();
   for (const PlayedFrame& frame : frames) list.push_back(frame_json(frame));
   return json_text({{"schema", "organbake/play-report/1"},
                     {"script", script.name},
                     {"time_step_s", script.time_step_s},
+                    {"solver", to_string(solver)},
                     {"summary", summary_json(frames)},
                     {"frames", list}});
 }

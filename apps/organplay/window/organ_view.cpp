@@ -17,8 +17,9 @@ namespace {
 constexpr double kTimeStep_s = 1.0 / 60;
 constexpr double kPushPerNotch_mm = 2;
 
-DeformOptions deform_options() {
+DeformOptions deform_options(TissueSolver solver) {
   DeformOptions options;
+  options.solver = solver;
   options.time_step_s = kTimeStep_s;
   return options;
 }
@@ -27,9 +28,10 @@ Eigen::Vector2d vector_from(const ImVec2& v) { return {v.x, v.y}; }
 
 }  // namespace
 
-OrganView::OrganView(const std::filesystem::path& bundle_folder, std::filesystem::path save_folder)
+OrganView::OrganView(const std::filesystem::path& bundle_folder, std::filesystem::path save_folder,
+                     TissueSolver solver)
     : save_folder_(std::move(save_folder)),
-      player_(bundle_folder, deform_options()),
+      player_(bundle_folder, deform_options(solver)),
       session_(player_, kTimeStep_s),
       truth_(bundle_folder, player_.bundle().proxy) {
   options_.measure = true;

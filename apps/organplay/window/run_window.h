@@ -4,12 +4,14 @@
 #include <filesystem>
 
 #include "core/run_context.h"
+#include "deform/deformer.h"
 
 namespace organbake {
 
 struct WindowCommand {
   std::filesystem::path bundle;  // empty: the start page
   std::filesystem::path save_folder = ".";
+  TissueSolver solver = TissueSolver::springs;
   int width = 1280, height = 720;
 };
 
