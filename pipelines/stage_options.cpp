@@ -152,7 +152,10 @@ void bind(OptionList& list, MechanicsOptions& o) {
             .min = 0,
             .max = 1000})
       .add("poisson_ratio", &o.poisson_ratio,
-           {.help = "of the tetrahedra; 0.5 would be incompressible", .min = 0, .max = 0.49});
+           {.help = "of the tetrahedra; 0.5 would be incompressible", .min = 0, .max = 0.49})
+      .add("fit_to_fem", &o.fit_to_fem,
+           {.help = "fit the springs' constants to the tetrahedra's response to dead loads; small "
+                    "proxies get springs between all their vertices"});
 }
 
 void ShadeStageOptions::resolve() {

@@ -12,6 +12,7 @@
 #include "geometry/mesh_checks.h"
 #include "mechanics/body_struts.h"
 #include "mechanics/lattice_body.h"
+#include "mechanics/spring_fit.h"
 #include "mechanics/spring_network.h"
 
 namespace organbake {
@@ -138,6 +139,15 @@ TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
   return body;
 }
 
+void fit_springs(const TriangleMesh& proxy, MechanicsModel& model, const RunContext& context) {
+  const SpringFitReport fit = fit_springs_to_fem(proxy, model, context);
+  const auto percent = [](double share) { return to_text(100 * share, 1) + " %"; };
+  context.info("springs fitted to finite elements: shapes under dead loads are off by " +
+               percent(fit.fitted) + " (were " + percent(fit.fitted_before) +
+               "), under loads that were held out by " + percent(fit.held_out) + " (" +
+               percent(fit.held_out_before) + "), medians");
+}
+
 }  // namespace
 
 void MechanicsOptions::check() const {
@@ -150,6 +160,7 @@ void MechanicsOptions::check() const {
   check_range("instrument_radius_mm", instrument_radius_mm, 0.01, 1e3);
   check_range("fem_cell_mm", fem_cell_mm, 0, 1e3);
   check_range("poisson_ratio", poisson_ratio, 0, 0.49);
+  if (fit_to_fem && !fem) throw UsageError("fit_to_fem needs fem: there is nothing to fit to");
   const double length = anchor_direction.stableNorm();
   if (!(length > 0) || !std::isfinite(length)) {
     throw UsageError("anchor_direction must be finite and not zero");
@@ -181,6 +192,7 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   model.volume_stiffness = options.volume_stiffness;
   model.instrument_radius_mm = options.instrument_radius_mm;
   if (options.fem) model.body = body_of(proxy, model, options, context);
+  if (options.fit_to_fem) fit_springs(proxy, model, context);
   return model;
 }
 
