@@ -41,22 +41,28 @@ class Poking {
   Eigen::Vector3d front_, aside_, skin_ = Eigen::Vector3d::Zero();
 };
 
-void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, double target_ms) {
+void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, double target_ms,
+                  TissueSolver solver = TissueSolver::springs) {
   bench.now("deformation of a proxy of " + std::to_string(faces) + " faces");
   DecimateOptions options;
   options.faces = faces;
   const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
   const Poking poking(proxy);
   const int steps = bench.quick() ? 60 : 300;
-  Deformer deformer(proxy, make_mechanics(proxy, {}), {});
+  MechanicsOptions mechanics;
+  mechanics.fem = solver == TissueSolver::fem;
+  DeformOptions deform;
+  deform.solver = solver;
+  Deformer deformer(proxy, make_mechanics(proxy, mechanics), {}, deform);
   int step = 0;
   std::size_t contacts = 0;
   const Timing timing = bench.time([&] {
     for (int i = 0; i < steps; ++i, ++step)
       contacts += deformer.step({poking.at(step / 60.0)}).contacts;
   });
-  const std::string what = "deformation step, " + std::to_string(proxy.vertices.size()) +
-                           " vertices, a probe pressed in and dragged";
+  const std::string what =
+      "deformation step, " + std::to_string(proxy.vertices.size()) + " vertices, " +
+      (solver == TissueSolver::fem ? "finite elements, " : "") + "a probe pressed in and dragged";
   bench.add(Figure{what + ": CPU time, mean", "ms", timing.cpu_ms.median / steps, target_ms});
   bench.add(
       Figure{what + ": contacts, mean", "", double(contacts) / step, 1, Figure::Goal::at_least});
@@ -67,8 +73,10 @@ void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, do
 void promise_deformation(Bench& bench) {
   const TriangleMesh organ = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
   promise_step(bench, organ, 80, 0.02);
+  promise_step(bench, organ, 80, 1, TissueSolver::fem);
   promise_step(bench, organ, 996, 0.2);
   if (!bench.quick()) promise_step(bench, organ, 9996, 3);
+  promise_statics(bench, organ);
 }
 
 }  // namespace organbake

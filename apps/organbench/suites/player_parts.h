@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "geometry/triangle_mesh.h"
 #include "organbench/bench.h"
 #include "organbench/suites/player_bundles.h"
 
@@ -18,6 +19,9 @@ void show_worst_poke(Bench& bench, PlayerBundles& bundles);
 void promise_frames(Bench& bench, PlayerBundles& bundles);
 // The deformation's step at three sizes of proxy.
 void promise_deformation(Bench& bench);
+// Static shapes under dead loads: the finite elements' against their own converged ones, the
+// springs' against linear finite elements'.
+void promise_statics(Bench& bench, const TriangleMesh& organ);
 // A cold organplay: time to its first frame, memory, size.
 void promise_program(Bench& bench, PlayerBundles& bundles);
 
