@@ -26,15 +26,25 @@ constexpr double kEnough = 1e-6;        // relative gain below which more iterat
 // A load's error e counts as √(e² + this²): the median is to be small, and squares would buy a few
 // hopeless loads' fit with everyone's.
 constexpr double kRounded = 0.02;
-constexpr double kWeak = 0.05;  // of the mean stiffness: what added springs start with
+constexpr double kNoMove = 1e-6;  // of what the softest load moves
+constexpr double kWeak = 0.05;    // of the mean stiffness: what added springs start with
 
 class Fit {
  public:
+  // Loads that move nothing of the goal (all of their patch hangs on anchors) have no relative
+  // error, and are left out.
   Fit(const LinearSprings& springs, const Eigen::MatrixXd& loads, const Eigen::MatrixXd& goal)
-      : springs_(springs),
-        loads_(springs.free_rows(loads)),
-        goal_(springs.free_rows(goal)),
-        inverse_size_(goal_.colwise().norm().cwiseInverse()) {}
+      : springs_(springs) {
+    const Eigen::MatrixXd all_goals = springs.free_rows(goal), all_loads = springs.free_rows(loads);
+    const Eigen::RowVectorXd sizes = all_goals.colwise().norm();
+    std::vector<Eigen::Index> moving;
+    for (Eigen::Index l = 0; l < sizes.size(); ++l) {
+      if (sizes[l] > kNoMove * sizes.maxCoeff()) moving.push_back(l);
+    }
+    loads_ = all_loads(Eigen::all, moving);
+    goal_ = all_goals(Eigen::all, moving);
+    inverse_size_ = goal_.colwise().norm().cwiseInverse();
+  }
 
   // Of each load, relative to the goal's size.
   std::vector<double> errors(const Eigen::VectorXd& logs) const {

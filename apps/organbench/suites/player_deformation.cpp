@@ -64,8 +64,10 @@ void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, do
       "deformation step, " + std::to_string(proxy.vertices.size()) + " vertices, " +
       (solver == TissueSolver::fem ? "finite elements, " : "") + "a probe pressed in and dragged";
   bench.add(Figure{what + ": CPU time, mean", "ms", timing.cpu_ms.median / steps, target_ms});
-  bench.add(
-      Figure{what + ": contacts, mean", "", double(contacts) / step, 1, Figure::Goal::at_least});
+  // That it is touched at all; a solid rests on fewer points than springs, which crease.
+  const double least_contacts = solver == TissueSolver::fem ? 0.5 : 1;
+  bench.add(Figure{what + ": contacts, mean", "", double(contacts) / step, least_contacts,
+                   Figure::Goal::at_least});
 }
 
 }  // namespace
