@@ -63,10 +63,11 @@ TEST_F(PlanTest, AGivenSurfaceLeavesOutWhatWouldHaveMadeIt) {
 TEST_F(PlanTest, InputsAreConnectedToTheirMakers) {
   const Plan all = plan("phantom: {}\n");
   const Step& capture = all.steps.back();
-  ASSERT_EQ(capture.inputs.size(), 4u);
+  ASSERT_EQ(capture.inputs.size(), 5u);
   EXPECT_EQ(all.steps[capture.inputs[0].step].stage->name, "isosurface");
   EXPECT_EQ(capture.inputs[3].name, "photos");
   EXPECT_EQ(capture.inputs[3].file, "photos/cameras.json");
+  EXPECT_EQ(capture.inputs[4].file, "photos/lighting.json");
   const Plan without = plan("", {"ct=scan.mha"});
   EXPECT_EQ(without.steps.back().inputs.size(), 3u) << "no photos: an optional input stays open";
   const Plan with = plan("", {"ct=scan.mha", "photos=p/cameras.json"});
