@@ -9,18 +9,18 @@ namespace {
 
 // The nearest values of sum 3 and at least `least` to descending ones: a projection onto a simplex.
 Eigen::Vector3d nearest_of_sum_3(const Eigen::Vector3d& s, double least) {
+  Eigen::Vector3d result = Eigen::Vector3d::Constant(least);
   double taken = 3;
   for (int kept = 3; kept >= 1; --kept) {
     // All but the `kept` largest lie at the bound; those share what is left.
     const double shift = (taken - s.head(kept).sum()) / kept;
     if (kept == 1 || s[kept - 1] + shift >= least) {
-      Eigen::Vector3d result = Eigen::Vector3d::Constant(least);
       result.head(kept) = s.head(kept).array() + shift;
-      return result;
+      break;
     }
     taken -= least;
   }
-  return s;
+  return result;
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ void ElementStress::keep_volume() {
   Lanes trace = Lanes{} - 3;
   for (int e = 0; e < 9; ++e) trace += rotation_[e] * f_[e];
   for (int e = 0; e < 9; ++e) from_kept_[e] = trace * rotation_[e];
-  // The bound bites where S − (tr/3 + least) 1 is not positive, S = RᵀF: by its leading minors.
+  // The bound bites where S − (tr/3 − 1 + least) 1 is not positive, S = RᵀF: by its leading minors.
   const Lanes shift = trace / 3 + kLeastStretch;
   Lanes s[6];  // xx, yy, zz, xy, xz, yz
   constexpr int kRow[6] = {0, 1, 2, 0, 0, 1}, kColumn[6] = {0, 1, 2, 1, 2, 2};

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kCellsPerEdge = 0.75;
 constexpr double kMostInner = 1000;  // cells, when their size is automatic
-constexpr double kMostCells = 1e6;
+constexpr double kMostCells = 5e4;   // a quarter of a million tetrahedra: far from interactive
 constexpr int kSamples = 12;         // per cell and axis; about 290 in a corner tetrahedron
 constexpr double kLeastFill = 0.05;  // of cells that only a vertex or a sliver reaches into
 constexpr double kWhole = 1e-9;      // a box of whole cells gets no further layer from rounding
@@ -42,7 +42,7 @@ class Lattice {
     const Bounds box = bounds(proxy);
     const Eigen::Vector3d cells = ((box.max - box.min).array() / cell_mm - kWhole).ceil().max(1);
     if (!(cells.prod() <= kMostCells)) {
-      throw UsageError("fem_cell_mm " + to_text(cell_mm) + " makes more than a million cells of " +
+      throw UsageError("fem_cell_mm " + to_text(cell_mm) + " makes more than 50,000 cells of " +
                        "this proxy; it is " + to_text(box.diagonal(), 0) + " mm across");
     }
     count_ = cells.cast<int>();

@@ -11,6 +11,7 @@ namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
+constexpr double kRoundingPivot = 1e-12;        // of the largest
 constexpr double kNewtonPerMilliNewton = 1e-3;  // 1 kPa is 1 mN/mm²
 
 // −1 for anchors.
@@ -84,7 +85,9 @@ Eigen::MatrixXd fem_displacements(const MechanicsModel& model, const Eigen::Matr
   Eigen::SparseMatrix<double> stiffness(3 * count, 3 * count);
   stiffness.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(stiffness);
-  if (factor.info() != Eigen::Success || !(factor.vectorD().array() > 0).all())
+  // A hinge leaves pivots of rounding, of either sign.
+  if (count == 0 || factor.info() != Eigen::Success ||
+      !(factor.vectorD().minCoeff() > kRoundingPivot * factor.vectorD().maxCoeff()))
     throw BadDataError("the tetrahedra can move as a whole: nothing holds some part of them");
   const Eigen::SparseMatrix<double> embedding = embedding_of(body, number, count);
   return embedding * factor.solve(Eigen::MatrixXd(embedding.transpose() * loads_n));
@@ -126,7 +129,9 @@ Eigen::MatrixXd LinearSprings::compliance(const Eigen::VectorXd& scales) const {
   const Eigen::VectorXd stiffness = stiffness_.cwiseProduct(scales);
   const Eigen::MatrixXd matrix = stretch_ * stiffness.asDiagonal() * stretch_.transpose();
   const Eigen::LLT<Eigen::MatrixXd> factor(matrix);
-  if (factor.info() != Eigen::Success)
+  const Eigen::VectorXd pivots = factor.matrixLLT().diagonal().cwiseAbs2();
+  if (pivots.size() == 0 || factor.info() != Eigen::Success ||
+      !(pivots.minCoeff() > kRoundingPivot * pivots.maxCoeff()))
     throw BadDataError("the springs leave the proxy some motion that stretches none of them");
   Eigen::MatrixXd compliance =
       factor.solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols()));

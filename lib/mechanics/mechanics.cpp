@@ -115,7 +115,7 @@ std::vector<std::uint32_t> choose_anchors(const TriangleMesh& proxy,
   return order;
 }
 
-// The springs' dampers per stiffness, so that either solver damps alike.
+// The springs' dampers per stiffness, as their formulas have it: either solver damps about alike.
 double damping_of(const std::vector<Spring>& springs) {
   double damping = 0, stiffness = 0;
   for (const Spring& s : springs) {
@@ -128,6 +128,10 @@ double damping_of(const std::vector<Spring>& springs) {
 TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
                         const MechanicsOptions& options, const RunContext& context) {
   TetrahedralBody body = make_lattice_body(proxy, model.anchors, options.fem_cell_mm);
+  if (body.anchors.size() == body.nodes_mm.size())
+    throw UsageError("fem_cell: cells of " + to_text(options.fem_cell_mm) +
+                     " mm are so large that every node carries an anchor, and nothing could move; "
+                     "take smaller ones");
   body.poisson_ratio = options.poisson_ratio;
   body.damping_s = damping_of(model.springs);
   const std::size_t parts = part_count(body);
@@ -160,6 +164,9 @@ void MechanicsOptions::check() const {
   check_range("instrument_radius_mm", instrument_radius_mm, 0.01, 1e3);
   check_range("fem_cell_mm", fem_cell_mm, 0, 1e3);
   check_range("poisson_ratio", poisson_ratio, 0, 0.49);
+  if (fit_to_fem && volume_stiffness > 0 && volume_stiffness < 1)
+    throw UsageError("fit_to_fem needs volume_stiffness 0 or 1, not " + to_text(volume_stiffness) +
+                     ": what lies between changes with the springs that are fitted");
   if (fit_to_fem && !fem) throw UsageError("fit_to_fem needs fem: there is nothing to fit to");
   const double length = anchor_direction.stableNorm();
   if (!(length > 0) || !std::isfinite(length)) {

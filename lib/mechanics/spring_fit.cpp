@@ -41,6 +41,7 @@ class Fit {
     for (Eigen::Index l = 0; l < sizes.size(); ++l) {
       if (sizes[l] > kNoMove * sizes.maxCoeff()) moving.push_back(l);
     }
+    if (moving.empty()) throw BadDataError("no load moves the tetrahedra: too much is anchored");
     loads_ = all_loads(Eigen::all, moving);
     goal_ = all_goals(Eigen::all, moving);
     inverse_size_ = goal_.colwise().norm().cwiseInverse();
@@ -139,10 +140,14 @@ void add_missing_springs(const TriangleMesh& proxy, MechanicsModel& model) {
   const auto count = static_cast<double>(model.springs.size());
   if (used.size() * (used.size() - 1) / 2 > kMostSprings) return;
   const double weak = kWeak * stiffness / count;
+  const auto is_anchor = [&](std::uint32_t v) {
+    return std::binary_search(model.anchors.begin(), model.anchors.end(), v);
+  };
   for (const std::uint32_t a : used) {
     for (const std::uint32_t b : used) {
       const double length = (proxy.vertices[a] - proxy.vertices[b]).norm();
       if (b <= a || !(length > 0) || joined.contains({a, b})) continue;
+      if (is_anchor(a) && is_anchor(b)) continue;  // it would move nothing
       model.springs.push_back({a, b, length, weak, damping_per_root / count * std::sqrt(weak)});
     }
   }

@@ -38,8 +38,11 @@ Eigen::VectorXd held_shape(const TriangleMesh& proxy, const MechanicsModel& mode
   return moved;
 }
 
-double largest_move(const Eigen::VectorXd& shape) {
-  return Eigen::Map<const Eigen::Matrix3Xd>(shape.data(), 3, shape.size() / 3)
+constexpr double kNoMove = 1e-6;  // of the largest: the load's patch hangs on anchors
+
+// Of one shape, or of several side by side.
+double largest_move(const Eigen::MatrixXd& shapes) {
+  return Eigen::Map<const Eigen::Matrix3Xd>(shapes.data(), 3, shapes.size() / 3)
       .colwise()
       .norm()
       .maxCoeff();
@@ -51,8 +54,11 @@ std::vector<Eigen::VectorXd> pressing(const MechanicsModel& model, const Eigen::
   constexpr Eigen::Index kCount = 8;
   const Eigen::MatrixXd shapes = fem_displacements(model, loads);
   std::vector<Eigen::VectorXd> chosen;
-  for (Eigen::Index l = 0; l < loads.cols(); l += std::max<Eigen::Index>(1, loads.cols() / kCount))
-    chosen.emplace_back(depth_mm / largest_move(shapes.col(l)) * loads.col(l));
+  for (Eigen::Index l = 0; l < loads.cols();
+       l += std::max<Eigen::Index>(1, loads.cols() / kCount)) {
+    const double move = largest_move(shapes.col(l));
+    if (move > kNoMove * largest_move(shapes)) chosen.emplace_back(depth_mm / move * loads.col(l));
+  }
   return chosen;
 }
 

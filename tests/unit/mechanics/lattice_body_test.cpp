@@ -162,5 +162,17 @@ TEST(MakeMechanics, TetrahedraOnlyWhenAsked) {
   }
 }
 
+TEST(MakeMechanics, CellsInWhichNothingCouldMoveAreRefused) {
+  MechanicsOptions options;
+  options.fem = true;
+  options.anchor_fraction = 0.9;
+  options.fem_cell_mm = 200;  // one cell: its nodes all carry anchors
+  EXPECT_THROW(make_mechanics(sphere_mesh(50, 1), options), UsageError);
+  options.fem_cell_mm = 0.1;  // a billion cells
+  EXPECT_THROW(make_mechanics(sphere_mesh(50, 1), options), UsageError);
+  options.fem_cell_mm = 0;
+  EXPECT_NO_THROW(make_mechanics(sphere_mesh(50, 1), options));
+}
+
 }  // namespace
 }  // namespace organbake

@@ -108,6 +108,8 @@ TEST(SpringFit, StiffTissueGetsStiffSprings) {
   ASSERT_EQ(soft.springs.size(), stiff.springs.size());
   const Eigen::MatrixXd load = patch_loads(proxy, soft.anchors).fitted.leftCols(5);
   EXPECT_NEAR(spring_error(proxy, soft, load), spring_error(proxy, stiff, load), 0.01);
+  for (std::size_t s = 0; s < soft.springs.size(); ++s)
+    EXPECT_NEAR(stiff.springs[s].stiffness_n_per_mm / soft.springs[s].stiffness_n_per_mm, 7, 0.2);
 }
 
 TEST(SpringFit, NeedsTetrahedra) {
