@@ -25,11 +25,8 @@ double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
 }
 
 Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
-                  const std::vector<Solid>& solids) {
+                  const DrawOptions& options) {
   Frame frame;
-  DrawOptions options;
-  options.solids = solids;
-  options.relight = player.bundle().lighting.has_value();
   player.draw(orbit_view(player.bundle().cameras, pose, width, height), options, frame);
   return frame.color;
 }
@@ -67,14 +64,16 @@ InstrumentTip hold_poke(Player& player, const Eigen::Vector3d& direction, double
   return tip;
 }
 
-Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
+Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const DrawOptions& drawing,
                         const RunContext& context) {
   const Bundle& bundle = player.bundle();
   const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
   std::vector<Rgb8Image> pictures;
   const auto add = [&](const OrbitPose& pose, const std::vector<Solid>& solids) {
     context.throw_if_cancelled();
-    pictures.push_back(picture(player, pose, tile_width, tile_height, solids));
+    DrawOptions options = drawing;
+    options.solids = solids;
+    pictures.push_back(picture(player, pose, tile_width, tile_height, options));
   };
   constexpr double kAside = 0.7;  // rad: sees the dent's profile and the tool's shaft
   player.reset();

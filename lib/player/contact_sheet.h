@@ -16,7 +16,7 @@ Rgb8Image tile_pictures(const std::vector<Rgb8Image>& pictures, int columns, int
 // the deepest poke seen from aside. Pokes press where the organ faces camera 0, to a share of its
 // size.
 Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
-                        const RunContext& context = {});
+                        const DrawOptions& drawing = {}, const RunContext& context = {});
 
 // Presses one tip along the line from the organ's centre to camera 0 until it stands share ×
 // the organ's thickness below the skin and the tissue has come to rest. Returns the tip.

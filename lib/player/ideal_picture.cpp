@@ -34,8 +34,8 @@ std::optional<Read> read_at(const CameraMaps& maps, const PosedCamera& camera,
   if (p.z() <= 0) return std::nullopt;
   const Eigen::Vector2d pixel = project(camera.intrinsics, p);
   const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
-  const int x = static_cast<int>(std::floor(u)), y = static_cast<int>(std::floor(v));
-  if (!(u >= 1 && v >= 1) || x + 2 >= maps.width || y + 2 >= maps.height) return std::nullopt;
+  if (!(u >= 1 && v >= 1 && u < maps.width - 2 && v < maps.height - 2)) return std::nullopt;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
   const auto wx = catmull_rom(static_cast<float>(u - x)),
              wy = catmull_rom(static_cast<float>(v - y));
   const double same_mm = kSameSurfaceTexels * p.z() / camera.intrinsics.fx;

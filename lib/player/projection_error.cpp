@@ -62,8 +62,8 @@ bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera, Found
   if (in_camera.z() <= 0) return false;
   const Eigen::Vector2d pixel = project(c.intrinsics, in_camera);
   const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
-  const int x = static_cast<int>(std::floor(u)), y = static_cast<int>(std::floor(v));
-  if (!(u >= 0 && v >= 0) || x + 1 >= maps.width || y + 1 >= maps.height) return false;
+  if (!(u >= 0 && v >= 0 && u < maps.width - 1 && v < maps.height - 1)) return false;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
   // 1/z is linear over a plane's picture, so planes are found exactly.
   double inverse = 0, nearest = std::numeric_limits<double>::infinity(), farthest = 0;
   found.confidence = 0;
@@ -165,7 +165,7 @@ ProjectionComparison::Displayed ProjectionComparison::displayed(
   const std::vector<ShellMatrix> shells = shell_matrices(deformed);
   std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-    if (frame.cover[i] != Cover::samples) return;
+    if (frame.cover[i] != Cover::samples || frame.shown[i].point_mm.hasNaN()) return;
     const auto error = [&](const Eigen::Vector3f& at_rest) {
       const ShellBinding b = binder_.bind(at_rest.cast<double>());
       const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct Shown {
   Eigen::Vector3f point_mm;   // whose colour it is
   Eigen::Vector3f sample_mm;  // of the sample that it was drawn from
 };
+
+inline const Shown kNothingShown = {Eigen::Vector3f::Constant(std::nanf("")),
+                                    Eigen::Vector3f::Constant(std::nanf(""))};
 
 // A drawn picture. The caller keeps it between frames: a Warper that finds its own last picture in
 // it, and nothing changed, leaves it alone.

@@ -245,7 +245,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.serial = 0;
   frame.color = Rgb8Image(width, height);
   frame.cover.assign(pixels, Cover::background);
-  frame.shown.resize(options.keep_shown ? pixels : 0);
+  frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
   frame.depth_mm.clear();
   if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kInfinity);
   std::vector<float> depth_mm(pixels, kInfinity);

@@ -111,7 +111,9 @@ void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int
           tile.layers[l].weight > tile.layers[layer].weight)
         layer = l;
     }
-    if (tile.count == 0 || !(rows[layer].depth[i] < kInfinity)) continue;
+    shown[i] = kNothingShown;
+    if (tile.count == 0 || !(rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm))
+      continue;  // none, or hidden by the base layer
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     const Patch& patch = set.chunks[slot / kChunk].patch;
@@ -281,6 +283,7 @@ void Background::fill(const PixelBox& box, Frame& frame) const {
     const std::size_t first = std::size_t(y) * frame.color.width + box.x0;
     std::copy_n(row_.data(), 3 * box.width(), frame.color.pixels.data() + 3 * first);
     std::fill_n(&frame.cover[first], box.width(), Cover::background);
+    if (!frame.shown.empty()) std::fill_n(&frame.shown[first], box.width(), kNothingShown);
     if (!frame.depth_mm.empty()) std::fill_n(&frame.depth_mm[first], box.width(), kInfinity);
   }
 }

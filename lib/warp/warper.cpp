@@ -114,7 +114,8 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
-  if (bundle.lighting) relit.emplace(bundle.base, at_rest, *bundle.lighting);
+  if (bundle.lighting && bundle.base.face_count > 0)
+    relit.emplace(bundle.base, at_rest, *bundle.lighting);
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
@@ -132,7 +133,8 @@ bool Warper::Impl::continues(const View& view, const DrawOptions& options,
   DrawOptions same_tools = options;
   same_tools.solids = last_options.solids;
   return same_tools == last_options &&
-         frame.depth_mm.empty() == !(options.keep_depth || !options.solids.empty());
+         frame.depth_mm.empty() == !(options.keep_depth || !options.solids.empty()) &&
+         frame.shown.empty() == !options.keep_shown;
 }
 
 void Warper::Impl::place_faces(const View& view, bool continued) {
@@ -217,7 +219,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   check_positions(positions, s.at_rest);
   if (options.relight && !s.relit)
     throw UsageError(
-        "the bundle does not say in what light its colours were taken, so its skin "
+        "the bundle does not say in what light its colours were taken, or has no base layer: its "
+        "skin "
         "cannot be lit anew; bake it with a lighting.json");
   if (s.serial != 0 && frame.serial == s.serial && view == s.last_view &&
       positions == s.deformed.vertices && options == s.last_options) {

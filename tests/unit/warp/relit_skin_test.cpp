@@ -180,6 +180,15 @@ TEST(RelitSkin, TheHighlightSitsHalfWayBetweenLampAndEye) {
   EXPECT_GT(compare_images(frame.color, expected, inside).psnr_db, 35);
 }
 
+TEST(RelitSkin, WithoutABaseLayerThereIsNoMacroSurfaceToLight) {
+  Bundle bundle = lit_bundle(oblique_light(), Matrix3d::Identity());
+  bundle.base = {};
+  DrawOptions as_baked = relit();
+  as_baked.relight = false;
+  EXPECT_NO_THROW(draw_once(bundle, bundle.proxy.vertices, front_view(bundle), as_baked));
+  EXPECT_THROW(draw_once(bundle, bundle.proxy.vertices, front_view(bundle), relit()), UsageError);
+}
+
 TEST(RelitSkin, WithoutAKnownLightItIsRefused) {
   const Bundle bundle = make_synthetic_bundle(organ_options());
   EXPECT_THROW(draw_once(bundle, bundle.proxy.vertices, front_view(bundle), relit()), UsageError);
