@@ -46,14 +46,6 @@ void check_replaceable(const fs::path& folder) {
   }
 }
 
-// How the skin is drawn: by the paper's warp, or ours and in its own light where that is known.
-DrawOptions drawing(const Command& command, const Bundle& bundle) {
-  DrawOptions options;
-  if (command.paper_warp) options.method = WarpMethod::paper;
-  options.relight = command.relight && bundle.lighting.has_value();
-  return options;
-}
-
 void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
 
 void play_script(const Command& command, Player& player, const Script& script,
@@ -122,6 +114,13 @@ void compare(const Command& command, Player& player, const RunContext& context) 
 
 }  // namespace
 
+DrawOptions drawing(const Command& command, const Bundle& bundle) {
+  DrawOptions options;
+  if (command.paper_warp) options.method = WarpMethod::paper;
+  options.relight = command.relight && bundle.lighting.has_value();
+  return options;
+}
+
 View view_of(const Command& command, const Bundle& bundle) {
   return orbit_view(bundle.cameras, pose_from(command.view), command.width, command.height);
 }
@@ -141,7 +140,8 @@ void run_command(const Command& command, const RunContext& context) {
   if (script) play_script(command, player, *script, context);
   if (!command.frame_file.empty()) draw_one(command, player);
   if (!command.sheet.empty()) {
-    write_png(command.sheet, contact_sheet(player, 480, 400, context));
+    write_png(command.sheet,
+              contact_sheet(player, 480, 400, drawing(command, player.bundle()), context));
     print(command.sheet);
   }
   if (command.compare) compare(command, player, context);

@@ -5,6 +5,7 @@
 #include "command.h"
 #include "core/run_context.h"
 #include "warp/view.h"
+#include "warp/warper.h"
 
 namespace organbake {
 
@@ -13,6 +14,9 @@ void run_command(const Command& command, const RunContext& context);
 
 // From --view, in --size. Throws UsageError for one that is no view.
 View view_of(const Command& command, const Bundle& bundle);
+
+// How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.
+DrawOptions drawing(const Command& command, const Bundle& bundle);
 
 // The first frame from --view, then frames of a slow orbit round an organ that is being poked,
 // drawn and thrown away.

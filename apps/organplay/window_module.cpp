@@ -38,6 +38,7 @@ void open_window(const Command& command, const RunContext& context) {
   WindowCommand window;
   window.bundle = command.bundle;
   window.solver = command.solver;
+  window.relight = command.relight;
   window.width = command.width;
   window.height = command.height;
   run(window, context);

@@ -29,13 +29,13 @@ Eigen::Vector2d vector_from(const ImVec2& v) { return {v.x, v.y}; }
 }  // namespace
 
 OrganView::OrganView(const std::filesystem::path& bundle_folder, std::filesystem::path save_folder,
-                     TissueSolver solver)
+                     TissueSolver solver, bool relight)
     : save_folder_(std::move(save_folder)),
       player_(bundle_folder, deform_options(solver)),
       session_(player_, kTimeStep_s),
       truth_(bundle_folder, player_.bundle().proxy) {
   options_.measure = true;
-  options_.relight = player_.bundle().lighting.has_value();
+  options_.relight = relight && player_.bundle().lighting.has_value();
 }
 
 void OrganView::show(Display& display) {

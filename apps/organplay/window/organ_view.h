@@ -15,7 +15,7 @@ class OrganView {
  public:
   // Reads the bundle. Screenshots and interactions are saved into `save_folder`.
   OrganView(const std::filesystem::path& bundle_folder, std::filesystem::path save_folder,
-            TissueSolver solver);
+            TissueSolver solver, bool relight);
 
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);

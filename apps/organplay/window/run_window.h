@@ -12,6 +12,7 @@ struct WindowCommand {
   std::filesystem::path bundle;  // empty: the start page
   std::filesystem::path save_folder = ".";
   TissueSolver solver = TissueSolver::springs;
+  bool relight = true;  // to begin with, where the bundle knows its light
   int width = 1280, height = 720;
 };
 
