@@ -149,6 +149,7 @@ const std::vector<RecipeInput>& recipe_inputs() {
       {"ct", InputKind::volume, "CT: a file or a folder of DICOM slices"},
       {"mask", InputKind::volume, "label mask; the organ is one label of it"},
       {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
+      {"lighting", InputKind::file, "the light that the colours were taken in (JSON)"},
       {"frames", InputKind::frames, "laparoscopy: a frame, a folder of frames, or a video"},
       {"intrinsics", InputKind::cameras, "of the laparoscope: a cameras.json of one camera"},
       {"unposed", InputKind::photos,

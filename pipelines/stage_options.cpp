@@ -334,7 +334,10 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {"bilateral", MicroSplit::bilateral},
            {"guided", MicroSplit::guided}})
       .add("micro_size", &o.detail.size_mm,
-           {.help = "of what a filter takes for detail", .unit = "mm", .min = 0.05, .max = 1000})
+           {.help = "of what a filter takes for detail, at most 32 texels",
+            .unit = "mm",
+            .min = 0.05,
+            .max = 1000})
       .add("surface_edge", &o.surface_edge_mm,
            {.help =
                 "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",

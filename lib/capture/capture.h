@@ -33,8 +33,7 @@ struct CaptureSummary {
 //               noise below would not compress)
 //   color       mean over n×n rays, without those that meet another surface than the centre's
 //   face, height_mm  the binding of the stored depth's point in the proxy's shell, the height to
-//   the
-//               2048th of a millimetre; the player solves b1, b2 again from depth and height
+//               10⁻⁶ of the depth; the player solves b1, b2 again from depth and height
 //   confidence  smooth in the angle between surface and view (0 from 80°, 1 up to 60°) times
 //               smooth in the distance to a depth edge (1 from three texels on)
 // The same bytes for any number of threads. Throws UsageError, or BadDataError for a broken or

@@ -18,7 +18,8 @@ enum class MicroSplit {
 
 struct DetailOptions {
   MicroSplit split = MicroSplit::proxy;
-  double size_mm = 4;  // of what counts as detail, on the surface: the filters' σ; 0.05…1000
+  // Of what counts as detail, on the surface: the filters' σ, of at most 32 texels; 0.05…1000.
+  double size_mm = 4;
 
   void check() const;  // throws UsageError
 };

@@ -18,26 +18,23 @@ constexpr double kGrazingCosine = 0.174, kSureCosine = 0.5;
 // Confidence by the distance to a depth edge: all of it three texels away.
 constexpr double kSureEdgeDistance = 3;
 
-// Bits below these are noise of a thousandth of a texel and would not compress: a third of a map's
-// bytes. Depth keeps 18 bits (4·10⁻⁶ of itself), a height the 2048th of a millimetre.
-constexpr int kDepthBits = 18;
-constexpr double kHeightSteps_per_mm = 2048;
+// Bits below these are noise of some thousandths of a texel and would not compress: a third of a
+// map's bytes. Depth keeps 18 bits, 4·10⁻⁶ of itself; a height keeps a quarter of the depth's last
+// one.
+constexpr int kDepthBits = 18, kHeightBits = 20;
 
-float stored_depth(double depth_mm) {
+// `value` as a whole number of `bits` below the leading bit of `depth_mm` > 0.
+float rounded_below(double depth_mm, int bits, double value) {
   int exponent = 0;
-  const double mantissa = std::frexp(depth_mm, &exponent);
+  std::frexp(depth_mm, &exponent);
   return static_cast<float>(
-      std::ldexp(std::round(std::ldexp(mantissa, kDepthBits)), exponent - kDepthBits));
-}
-
-float stored_height(double height_mm) {
-  return static_cast<float>(std::round(height_mm * kHeightSteps_per_mm) / kHeightSteps_per_mm);
+      std::ldexp(std::round(std::ldexp(value, bits - exponent)), exponent - bits));
 }
 
 void store_texel(const CaptureScene& scene, const Ray& ray, const RayHit& hit, std::size_t texel,
                  CameraMaps& maps, TileCounts& counts) {
   // A player has the depth as it is stored, so that is what must be bound.
-  const float depth = stored_depth(hit.t);
+  const float depth = rounded_below(hit.t, kDepthBits, hit.t);
   const Eigen::Vector3d point = ray.origin + double(depth) * ray.direction;
   const ShellBinding bound = scene.shell.bind(point);
   ++(scene.shell.inside(bound, point) ? counts.in_prism : counts.by_fallback);
@@ -46,7 +43,7 @@ void store_texel(const CaptureScene& scene, const Ray& ray, const RayHit& hit, s
   const double cosine = -scene.normals.at(hit).dot(ray.direction.normalized());
   maps.depth_mm[texel] = depth;
   maps.face[texel] = bound.face;
-  maps.height_mm[texel] = stored_height(bound.height_mm);
+  maps.height_mm[texel] = rounded_below(hit.t, kHeightBits, bound.height_mm);
   maps.confidence[texel] = static_cast<float>(smooth_step(kGrazingCosine, kSureCosine, cosine));
 }
 

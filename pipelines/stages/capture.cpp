@@ -38,17 +38,17 @@ std::vector<Photo> read_photos(const StageCall& call) {
 // Said before the work, which may take minutes: whether the maps fit.
 void check_memory(const std::vector<PosedCamera>& cameras, const RunContext& context) {
   constexpr double kBytesPerTexel = 48;  // 28 of the maps, the rest while they are packed
-  constexpr double kMb = 1e6, kWorthSaying_mb = 1000;
+  constexpr double kMb = 1024 * 1024, kWorthSaying_mb = 1024;  // as machine_memory() counts
   double texels = 0;
   for (const PosedCamera& camera : cameras)
     texels += double(camera.intrinsics.width) * camera.intrinsics.height;
   const double needed_mb = texels * kBytesPerTexel / kMb;
   const double available_mb = machine_memory().available_mb;
   const std::string need = "the maps of " + std::to_string(cameras.size()) +
-                           " cameras take about " + to_text(needed_mb / 1000, 1) + " GB of memory";
+                           " cameras take about " + to_text(needed_mb / 1024, 1) + " GiB of memory";
   if (needed_mb > available_mb)
-    throw UsageError(need + ", this machine has " + to_text(available_mb / 1000, 1) +
-                     " GB free; place fewer cameras (--count), or smaller maps (--size)");
+    throw UsageError(need + ", this machine has " + to_text(available_mb / 1024, 1) +
+                     " GiB free; place fewer cameras (--count), or smaller maps (--size)");
   if (needed_mb > kWorthSaying_mb) context.info(need);
 }
 

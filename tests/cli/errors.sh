@@ -46,7 +46,7 @@ cameras() {  # COUNT SIDE Z_MM
   echo "{\"schema\": \"organbake/cameras/1\", \"cameras\": [${all%,}]}"
 }
 cameras 200 65536 400 >many.json
-refused 2 "the maps of 200 cameras take about 41231" organbake capture p/truth.ply p/truth.ply many.json -o made
+refused 2 "the maps of 200 cameras take about 38400" organbake capture p/truth.ply p/truth.ply many.json -o made
 cameras 1 64 NaN >nowhere.json
 refused 65 "nowhere.json" organbake capture p/truth.ply p/truth.ply nowhere.json -o made
 # One texel is a map, too.

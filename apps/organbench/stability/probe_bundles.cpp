@@ -45,7 +45,8 @@ Bundle any_bundle(RandomStream& random) {
   return memory_bundle(surface, proxy_of(surface, random), options, {.rays_per_texel_side = 1});
 }
 
-// How far macro + micro lies from the surface that the depth map holds.
+// How far macro + micro lies from the surface that the depth map holds, beyond what heights are
+// stored to.
 double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
                       const CameraMaps& maps) {
   const std::vector<ShellMatrix> shell = shell_matrices(proxy);
@@ -55,7 +56,8 @@ double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
     const Eigen::Vector3d point = texel_point(camera, k, maps.depth_mm[k]);
     const Eigen::Vector3d bound = rejoined_point(shell.at(maps.face[k]), maps.height_mm[k], point);
     expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
-    worst_mm = std::max(worst_mm, (bound - point).norm());
+    const double stored_mm = std::ldexp(double(maps.depth_mm[k]), -20);
+    worst_mm = std::max(worst_mm, (bound - point).norm() - stored_mm);
   }
   return worst_mm;
 }

@@ -87,8 +87,6 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
                                             odd_camera({-80, 30, -60}, Vector3d::Zero())};
   const CaptureSummary summary = capture_plainly(surface, proxy, cameras);
   const std::vector<Vector3d> normals = vertex_normals(proxy);
-  // Half of the 2048th of a millimetre that heights are stored to, and rounding.
-  constexpr double kBindingMm = 0.5 / 2048 + 2e-6;
   std::size_t bound = 0;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const CameraMaps& maps = summary.maps[c];
@@ -105,8 +103,10 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
       const Vector3d point = ray.origin + double(maps.depth_mm[p]) * ray.direction;
       const ShellMatrix shell = shell_matrix(proxy, normals, maps.face[p]);
       const Eigen::Vector2d b = barycentric_at_height(shell, maps.height_mm[p], point);
-      EXPECT_LT((shell_point(shell, b[0], b[1], maps.height_mm[p]) - point).norm(), kBindingMm);
-      EXPECT_LE(std::abs(maps.height_mm[p]), summary.largest_height_mm + kBindingMm);
+      // Half of the last bit that a height keeps, and rounding.
+      const double stored_mm = maps.depth_mm[p] / (1 << 20) + 2e-6;
+      EXPECT_LT((shell_point(shell, b[0], b[1], maps.height_mm[p]) - point).norm(), stored_mm);
+      EXPECT_LE(std::abs(maps.height_mm[p]), summary.largest_height_mm + stored_mm);
       ++bound;
     }
   }
