@@ -18,8 +18,6 @@ using Eigen::Vector3f;
 
 // Skin that no lamp reached tells little of what it would show in full light.
 constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
-// Less gloss than this, of a lamp of 1, is not seen: half a level where it is darkest.
-constexpr double kLeastGloss = 2e-4;
 
 // A lattice's nodes as a visitor sees them: their place on the face.
 template <class Visit>
@@ -53,25 +51,18 @@ std::optional<RimNode> rim_node(const Face& face, std::uint32_t steps, std::uint
 RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting)
     : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
       lighting_(lighting),
+      gloss_(lighting),
       placed_(shell_matrices(proxy)),
       own_normals_(std::size_t(layer.face_count) * layer.nodes_per_face()),
+      places_(own_normals_.size()),
+      rest_light_(own_normals_.size()),
       nodes_(own_normals_.size()),
-      unchanged_(layer.face_count, 0) {
-  for (const Lighting::Lamp& lamp : lighting.lamps)
-    glossy_lamps_.push_back({lamp.toward.cast<float>(), lamp.color.cast<float>()});
-  for (const Lighting::Lobe& lobe : lighting.gloss) {
-    if (lobe.strength <= kLeastGloss) continue;
-    glossy_lobes_.push_back(
-        {static_cast<float>(lobe.strength), static_cast<float>(lobe.exponent),
-         static_cast<float>(std::pow(kLeastGloss / lobe.strength, 1 / lobe.exponent))});
-  }
+      turned_(layer.face_count, 0),
+      shines_(layer.face_count, 0) {
   number_rim(proxy);
   for (std::uint32_t f = 0; f < layer.face_count; ++f) raise_face(f);
   join();
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) light_face(f);
-  // The light at rest is what later light is compared with.
-  for (Node& node : nodes_) node.rest_light = node.light.cwiseMax(kLeastLight);
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) light_face(f);
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) light_face(f, true);
 }
 
 void RelitSkin::number_rim(const TriangleMesh& proxy) {
@@ -102,7 +93,15 @@ void RelitSkin::place(const std::vector<ShellMatrix>& deformed, const View& view
     placed_[f] = deformed[f];
     raise_face(f);
   });
-  if (std::find(relit.begin(), relit.end(), 1) == relit.end()) return;
+  if (std::find(relit.begin(), relit.end(), 1) != relit.end()) relight(relit, moved);
+  if (gloss_.none()) return;
+  const Vector3f eye = view.camera.center_world_mm().cast<float>();
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count,
+                    [&](std::uint32_t f) { shines_[f] = may_shine(f, eye); });
+}
+
+// Of the faces in `relit`, and of those that a join changes; these are added to `moved`.
+void RelitSkin::relight(std::vector<std::uint8_t>& relit, std::vector<std::uint8_t>& moved) {
   // A face that stayed takes new normals along the edges that it shares with one that moved.
   const std::vector<Vector3d> before = joined_;
   join();
@@ -111,7 +110,7 @@ void RelitSkin::place(const std::vector<ShellMatrix>& deformed, const View& view
     for (std::size_t r = f * rim_of_face; !relit[f] && r < (f + 1) * rim_of_face; ++r)
       relit[f] = before[rim_[r].number] != joined_[rim_[r].number];
     if (!relit[f]) return;
-    light_face(f);
+    light_face(f, false);
     if (!moved.empty()) moved[f] = 1;
   });
 }
@@ -124,6 +123,7 @@ void RelitSkin::raise_face(std::uint32_t face) {
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     points[node] = shell_point(placed_[face], double(i) / n, double(j) / n,
                                lattice_.height_mm[first_node(face) + node]);
+    places_[first_node(face) + node] = points[node].cast<float>();
     normals[node].setZero();
   });
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
@@ -144,40 +144,30 @@ void RelitSkin::join() {
   for (const Rim& rim : rim_) joined_[rim.number] += own_normals_[rim.node];
 }
 
-void RelitSkin::light_face(std::uint32_t face) {
+void RelitSkin::light_face(std::uint32_t face, bool at_rest) {
   const auto light = [&](std::size_t at, const Vector3d& sum) {
-    Node& node = nodes_[at];
     const Vector3d normal = sum.stableNormalized();
-    node.normal = normal.cast<float>();
-    node.light = lighting_.diffuse(normal).cast<float>();
-    node.gain =
-        node.light.cwiseMax(kLeastLight).cwiseQuotient(node.rest_light).cwiseMin(kLargestGain);
+    const Vector3f light = lighting_.diffuse(normal).cast<float>().cwiseMax(kLeastLight);
+    if (at_rest) rest_light_[at] = light;
+    nodes_[at] = {light.cwiseQuotient(rest_light_[at]).cwiseMin(kLargestGain),
+                  normal.cast<float>()};
   };
   const std::size_t first = first_node(face), end = first + lattice_.nodes_per_face();
   for (std::size_t at = first; at < end; ++at) light(at, own_normals_[at]);
   const std::size_t rim_of_face = rim_.size() / placed_.size();
   for (std::size_t r = face * rim_of_face; r < (face + 1) * rim_of_face; ++r)
     light(rim_[r].node, joined_[rim_[r].number]);
-  unchanged_[face] = lighting_.gloss.empty() &&
-                     std::all_of(nodes_.begin() + first, nodes_.begin() + end,
-                                 [](const Node& node) { return node.gain == Vector3f::Ones(); });
+  turned_[face] = !std::all_of(nodes_.begin() + first, nodes_.begin() + end,
+                               [](const Node& node) { return node.gain == Vector3f::Ones(); });
 }
 
-// Lighting::glossy() in single precision, and only where it shows.
-Vector3f RelitSkin::gloss(const Vector3f& normal, float x, float y) const {
-  const Vector3f toward_eye = -(ray_origin_ + x * ray_right_ + y * ray_down_).normalized();
-  const Vector3f n = normal.normalized();
-  Vector3f light = Vector3f::Zero();
-  for (const GlossyLamp& lamp : glossy_lamps_) {
-    if (n.dot(lamp.toward) <= 0) continue;
-    const float cosine = n.dot((lamp.toward + toward_eye).normalized());
-    float share = 0;
-    for (const GlossyLobe& lobe : glossy_lobes_) {
-      if (cosine > lobe.least_cosine) share += lobe.strength * std::pow(cosine, lobe.exponent);
-    }
-    light += share * lamp.color;
+// Where a view can see gloss: on faces with a node whose normal is near enough to half-way.
+bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
+  const std::size_t first = first_node(face);
+  for (std::size_t at = first; at < first + lattice_.nodes_per_face(); ++at) {
+    if (gloss_.may_show(nodes_[at].normal, (eye - places_[at]).normalized())) return true;
   }
-  return light;
+  return false;
 }
 
 RelitSkin::Light RelitSkin::at(std::uint32_t face, float b1, float b2, float x, float y) const {
@@ -207,9 +197,9 @@ RelitSkin::Light RelitSkin::at(std::uint32_t face, float b1, float b2, float x, 
   Light light;
   light.gain = rest * corner->gain + along * below->gain + down * beside->gain;
   light.gloss.setZero();
-  if (!lighting_.gloss.empty()) {
-    light.gloss =
-        gloss(rest * corner->normal + along * below->normal + down * beside->normal, x, y);
+  if (shines_[face]) {
+    light.gloss = gloss_.at(rest * corner->normal + along * below->normal + down * beside->normal,
+                            -(ray_origin_ + x * ray_right_ + y * ray_down_));
   }
   return light;
 }

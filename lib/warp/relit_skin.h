@@ -9,6 +9,7 @@
 #include "bundle/lighting.h"
 #include "geometry/shell_map.h"
 #include "geometry/triangle_mesh.h"
+#include "warp/gloss.h"
 #include "warp/view.h"
 
 namespace organbake {
@@ -30,7 +31,7 @@ class RelitSkin {
              std::vector<std::uint8_t>& moved);
 
   // Whether a face's colours stay as they are.
-  bool unchanged(std::uint32_t face) const { return unchanged_[face] != 0; }
+  bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
   struct Light {
     Eigen::Vector3f gain, gloss;
@@ -44,19 +45,11 @@ class RelitSkin {
  private:
   struct Node {
     Eigen::Vector3f gain = Eigen::Vector3f::Ones(), normal = Eigen::Vector3f::Zero();
-    Eigen::Vector3f light = Eigen::Vector3f::Ones(), rest_light = Eigen::Vector3f::Ones();
   };
   // A node on a face's edge, and the number by which its neighbours know it.
   struct Rim {
     std::size_t node;
     std::uint32_t number;
-  };
-  struct GlossyLamp {
-    Eigen::Vector3f toward, color;
-  };
-  struct GlossyLobe {
-    float strength, exponent;
-    float least_cosine;  // below it shows nothing
   };
   std::size_t first_node(std::uint32_t face) const {
     return std::size_t(face) * lattice_.nodes_per_face();
@@ -64,19 +57,20 @@ class RelitSkin {
   void number_rim(const TriangleMesh& proxy);
   void raise_face(std::uint32_t face);
   void join();
-  void light_face(std::uint32_t face);
-  Eigen::Vector3f gloss(const Eigen::Vector3f& normal, float x, float y) const;
+  void relight(std::vector<std::uint8_t>& relit, std::vector<std::uint8_t>& moved);
+  void light_face(std::uint32_t face, bool at_rest);
+  bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
 
   BaseLayer lattice_;  // heights alone
   Lighting lighting_;
-  std::vector<GlossyLamp> glossy_lamps_;
-  std::vector<GlossyLobe> glossy_lobes_;
+  Gloss gloss_;
   std::vector<ShellMatrix> placed_;           // by face, world, of the last frame
   std::vector<Eigen::Vector3d> own_normals_;  // by node, each face's alone; not of unit length
-  std::vector<Rim> rim_;                      // by face, as many for each
-  std::vector<Eigen::Vector3d> joined_;       // by rim number
+  std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
+  std::vector<Rim> rim_;                              // by face, as many for each
+  std::vector<Eigen::Vector3d> joined_;               // by rim number
   std::vector<Node> nodes_;
-  std::vector<std::uint8_t> unchanged_;  // by face
+  std::vector<std::uint8_t> turned_, shines_;  // by face: gain or gloss in this view
   // From the view's pixels to directions of the world: origin + x · right + y · down.
   Eigen::Vector3f ray_origin_, ray_right_, ray_down_;
 };
