@@ -23,15 +23,7 @@ struct ElementShape {
 };
 
 ElementShape shape_of(const TetrahedralBody& body, const Tetrahedron& t) {
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k) {
-    edges.col(k) = body.nodes_mm[t.nodes[k + 1]] - body.nodes_mm[t.nodes[0]];
-  }
-  ElementShape shape;
-  shape.gradients.bottomRows<3>() = edges.inverse();
-  shape.gradients.row(0) = -shape.gradients.bottomRows<3>().colwise().sum();
-  shape.volume_mm3 = t.fill * edges.determinant() / 6;
-  return shape;
+  return {gradients_of(body, t), t.fill * volume_of(body, t)};
 }
 
 struct Moduli {
@@ -190,10 +182,8 @@ void FemBody::local_step(const Rows& x, const Rows& x_start, const Rows& x_coast
                          Rows& force) const {
   const Lanes* at = as_lanes(x.data());
   const Lanes* from = as_lanes(x_start.data());
-  const Lanes* coasted = as_lanes(x_coasted.data());
   Lanes* sum = as_lanes(force.data());
-  for (std::size_t i = 0; i < free_count(); ++i) sum[i] = inertia_[i] * (coasted[i] - at[i]);
-  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Lanes{};
+  put_inertia(x, x_coasted, force);
   Matrices stress;
   for (const Block& block : blocks_) {
     const Matrices f = deformation_of(block, at);
@@ -208,19 +198,13 @@ void FemBody::local_step(const Rows& x, const Rows& x_start, const Rows& x_coast
 
 double FemBody::energy(const Rows& x, const Rows& x_start) const {
   const Lanes* at = as_lanes(x.data());
-  const Lanes* from = as_lanes(x_start.data());
-  double twice = 0;
-  for (std::size_t i = 0; i < free_count(); ++i) {
-    const Lanes move = at[i] - from[i];
-    twice += inertia_[i] * dot(move, move);
-  }
   double held = 0;
   for (const Block& block : blocks_) {
     const Matrices f = deformation_of(block, at);
     const Lanes energy = ElementStress(f).energy(block.shear, block.bulk);
     held += energy[0] + energy[1] + energy[2] + energy[3];
   }
-  return twice / 2 + held;
+  return twice_kinetic_energy(x, x_start) / 2 + held;
 }
 
 }  // namespace organbake::deform

@@ -42,8 +42,7 @@ class FemBody final : public Tissue {
 
   double damping_steps_ = 0;  // the body's damping in time steps
   std::vector<std::uint32_t> slot_of_node_;
-  std::vector<double> inertia_;  // m/dt² by slot, kg/s²; free points only
-  std::vector<Block> blocks_;    // filled up with elements that do nothing
+  std::vector<Block> blocks_;  // filled up with elements that do nothing
 };
 
 }  // namespace organbake::deform

@@ -192,10 +192,8 @@ void SpringNetwork::local_step(const Rows& x, const Rows& x_start, const Rows& x
                                Rows& force) const {
   const Lanes* at = as_lanes(x.data());
   const Lanes* from = as_lanes(x_start.data());
-  const Lanes* coasted = as_lanes(x_coasted.data());
   Lanes* sum = as_lanes(force.data());
-  for (std::size_t i = 0; i < free_count(); ++i) sum[i] = inertia_[i] * (coasted[i] - at[i]);
-  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Lanes{};
+  put_inertia(x, x_coasted, force);
   SpringBlock block;
   std::uint32_t slot = 0;
   Lanes on_slot{};  // springs run in order of a: its sum need not go through memory
@@ -219,12 +217,7 @@ void SpringNetwork::local_step(const Rows& x, const Rows& x_start, const Rows& x
 
 double SpringNetwork::energy(const Rows& x, const Rows& x_start) const {
   const Lanes* at = as_lanes(x.data());
-  const Lanes* from = as_lanes(x_start.data());
-  double twice = 0;
-  for (std::size_t i = 0; i < free_count(); ++i) {
-    const Lanes move = at[i] - from[i];
-    twice += inertia_[i] * dot(move, move);
-  }
+  double twice = twice_kinetic_energy(x, x_start);
   for (std::size_t i = 0; i < ends_.size(); ++i) {
     const Lanes edge = at[ends_[i].a] - at[ends_[i].b];
     const double stretch = std::sqrt(dot(edge, edge)) - length_[i];

@@ -41,7 +41,6 @@ class SpringNetwork final : public Tissue {
   void place_springs(const MechanicsModel& mechanics, double time_step_s);
   void find_parts(const MechanicsModel& mechanics);
 
-  std::vector<double> inertia_;  // m/dt², kg/s²
   // In order of their slots, filled up to whole blocks with springs that do nothing.
   std::vector<Ends> ends_;
   std::vector<double> length_, stiffness_, damper_;  // l, mm; k, kg/s²; c/dt, kg/s²

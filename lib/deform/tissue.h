@@ -60,11 +60,16 @@ class Tissue {
  protected:
   Tissue() : factor_(0, {}) {}
 
+  // What every local step begins with: the forces of inertia on free points, 0 in the other rows.
+  void put_inertia(const Rows& x, const Rows& x_coasted, Rows& force) const;
+  double twice_kinetic_energy(const Rows& x, const Rows& x_start) const;  // mN·mm
+
   SparseFactor factor_;
   Embedding embedding_;
   std::vector<std::uint32_t> slot_of_vertex_, part_of_slot_;
   std::uint32_t part_count_ = 0;
   std::vector<double> bulk_energy_;
+  std::vector<double> inertia_;  // m/dt² by slot, kg/s²; of free points at least
   Rows rest_;
   std::vector<Face> faces_;
   bool relaxed_at_rest_ = true;
