@@ -2,6 +2,7 @@
 #include "bundle/tetrahedral_body.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
 
 #include "bundle/tetrahedral_body_json.h"
@@ -52,6 +53,18 @@ EmbeddedVertex vertex_from(const JsonField& field, std::int64_t tetrahedra) {
 double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron) {
   const auto at = [&](int k) { return body.nodes_mm[tetrahedron.nodes[k]]; };
   return (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) / 6;
+}
+
+Eigen::Matrix<double, 4, 3> gradients_of(const TetrahedralBody& body,
+                                         const Tetrahedron& tetrahedron) {
+  Eigen::Matrix3d edges;
+  for (int k = 0; k < 3; ++k) {
+    edges.col(k) = body.nodes_mm[tetrahedron.nodes[k + 1]] - body.nodes_mm[tetrahedron.nodes[0]];
+  }
+  Eigen::Matrix<double, 4, 3> gradients;
+  gradients.bottomRows<3>() = edges.inverse();
+  gradients.row(0) = -gradients.bottomRows<3>().colwise().sum();
+  return gradients;
 }
 
 Json tetrahedral_body_to_json(const TetrahedralBody& body) {

@@ -34,5 +34,8 @@ struct TetrahedralBody {
 
 // Of one of its tetrahedra, mm³.
 double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron);
+// Rows: ∇φ of its nodes' linear basis functions, 1/mm.
+Eigen::Matrix<double, 4, 3> gradients_of(const TetrahedralBody& body,
+                                         const Tetrahedron& tetrahedron);
 
 }  // namespace organbake

@@ -31,12 +31,7 @@ std::vector<Eigen::Index> number_points(std::size_t points,
 void add_element(const MechanicsModel& model, const Tetrahedron& t,
                  const std::vector<Eigen::Index>& number, Triplets& entries) {
   const TetrahedralBody& body = *model.body;
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k)
-    edges.col(k) = body.nodes_mm[t.nodes[k + 1]] - body.nodes_mm[t.nodes[0]];
-  Eigen::Matrix<double, 4, 3> gradients;
-  gradients.bottomRows<3>() = edges.inverse();
-  gradients.row(0) = -gradients.bottomRows<3>().colwise().sum();
+  const Eigen::Matrix<double, 4, 3> gradients = gradients_of(body, t);
   const double e = kNewtonPerMilliNewton * model.young_modulus_kpa, nu = body.poisson_ratio;
   const double volume = t.fill * volume_of(body, t);
   const double mu = volume * e / (2 * (1 + nu));
