@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "image/srgb.h"
 
 namespace organbake {
 namespace {
@@ -96,9 +97,8 @@ ChannelImage filtered_detail(const CameraMaps& maps, const Intrinsics& lens,
     cv::Mat depths(maps.height, maps.width, CV_32F), tones(maps.height, maps.width, CV_32F);
     for (std::size_t i = 0; i < count; ++i) {
       const Eigen::Vector3f& color = maps.color[nearest[i]];
-      const float luminance = 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
       depths.ptr<float>()[i] = maps.depth_mm[nearest[i]];
-      tones.ptr<float>()[i] = std::log(std::max(luminance, kBlack));
+      tones.ptr<float>()[i] = std::log(std::max(luminance(color[0], color[1], color[2]), kBlack));
     }
     const double mean_depth_mm = depth_sum / static_cast<double>(skin);
     const double sigma_px =

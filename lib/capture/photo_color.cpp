@@ -10,6 +10,7 @@
 #include "capture/surface_color.h"
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
+#include "image/srgb.h"
 
 namespace organbake {
 namespace {
@@ -27,9 +28,7 @@ struct Blend {
   float weight = 0;
 };
 
-float luminance(const Vector3f& color) {
-  return 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
-}
+float brightness(const Vector3f& color) { return luminance(color[0], color[1], color[2]); }
 
 // Highlights move with the photographer, the colour below does not: a photo brighter than the
 // others' (power) mean counts less, down to a tenth. The mean leans to the dark, and the floor
@@ -40,7 +39,7 @@ Blend blend(const std::vector<PhotoView::Look>& looks) {
   constexpr float kBlack = 0.002f;
   float weights = 0, inverse_squares = 0;
   for (const auto& look : looks) {
-    const float bright = luminance(look.color) + kBlack;
+    const float bright = brightness(look.color) + kBlack;
     weights += look.weight;
     inverse_squares += look.weight / (bright * bright);
   }
@@ -48,7 +47,8 @@ Blend blend(const std::vector<PhotoView::Look>& looks) {
   if (!(weights > 0)) return result;
   const float mean = std::sqrt(weights / inverse_squares);
   for (const auto& look : looks) {
-    const float excess = std::max(0.0f, luminance(look.color) + kBlack - mean) / (kBrighter * mean);
+    const float excess =
+        std::max(0.0f, brightness(look.color) + kBlack - mean) / (kBrighter * mean);
     const float weight = look.weight * (kFloor + (1 - kFloor) / (1 + excess * excess));
     result.sum += weight * look.color;
     result.weight += weight;

@@ -12,4 +12,9 @@ float linear_from_srgb(float encoded);
 std::uint8_t srgb8_from_linear(float linear);       // rounds to nearest
 const std::array<float, 256>& linear_from_srgb8();  // the table, built once
 
+// Of linear light, by ITU-R BT.709's primaries, which are sRGB's.
+constexpr float luminance(float red, float green, float blue) {
+  return 0.2126f * red + 0.7152f * green + 0.0722f * blue;
+}
+
 }  // namespace organbake

@@ -34,8 +34,7 @@ PhotoLevel first_level(const Rgb8Image& photo, const Rgb8Image& mask) {
   const auto& linear = linear_from_srgb8();
   for (std::size_t i = 0; i < level.luminance.size(); ++i) {
     const std::uint8_t* rgb = &photo.pixels[3 * i];
-    level.luminance[i] =
-        0.2126f * linear[rgb[0]] + 0.7152f * linear[rgb[1]] + 0.0722f * linear[rgb[2]];
+    level.luminance[i] = luminance(linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]);
   }
   level.valid = valid_pixels(photo, mask);
   return level;
