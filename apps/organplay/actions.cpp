@@ -54,7 +54,7 @@ void play_script(const Command& command, Player& player, const Script& script,
   options.width = command.width;
   options.height = command.height;
   options.instruments = command.instruments;
-  options.draw = drawing(command, player.bundle());
+  options.draw = drawing(command, player);
   options.draw.measure = !command.report.empty();
   const int width = script.width > 0 ? script.width : options.width;
   const int height = script.height > 0 ? script.height : options.height;
@@ -94,7 +94,7 @@ void play_script(const Command& command, Player& player, const Script& script,
 
 void draw_one(const Command& command, Player& player) {
   Frame frame;
-  player.draw(view_of(command, player.bundle()), drawing(command, player.bundle()), frame);
+  player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
   write_png(command.frame_file, frame.color);
   print(command.frame_file);
 }
@@ -114,10 +114,10 @@ void compare(const Command& command, Player& player, const RunContext& context) 
 
 }  // namespace
 
-DrawOptions drawing(const Command& command, const Bundle& bundle) {
+DrawOptions drawing(const Command& command, const Player& player) {
   DrawOptions options;
   if (command.paper_warp) options.method = WarpMethod::paper;
-  options.relight = command.relight && bundle.lighting.has_value();
+  options.relight = command.relight && player.can_relight();
   return options;
 }
 
@@ -140,8 +140,7 @@ void run_command(const Command& command, const RunContext& context) {
   if (script) play_script(command, player, *script, context);
   if (!command.frame_file.empty()) draw_one(command, player);
   if (!command.sheet.empty()) {
-    write_png(command.sheet,
-              contact_sheet(player, 480, 400, drawing(command, player.bundle()), context));
+    write_png(command.sheet, contact_sheet(player, 480, 400, drawing(command, player), context));
     print(command.sheet);
   }
   if (command.compare) compare(command, player, context);

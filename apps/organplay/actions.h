@@ -4,8 +4,8 @@
 #include "bundle/bundle.h"
 #include "command.h"
 #include "core/run_context.h"
+#include "player/player.h"
 #include "warp/view.h"
-#include "warp/warper.h"
 
 namespace organbake {
 
@@ -16,7 +16,7 @@ void run_command(const Command& command, const RunContext& context);
 View view_of(const Command& command, const Bundle& bundle);
 
 // How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.
-DrawOptions drawing(const Command& command, const Bundle& bundle);
+DrawOptions drawing(const Command& command, const Player& player);
 
 // The first frame from --view, then frames of a slow orbit round an organ that is being poked,
 // drawn and thrown away.

@@ -59,7 +59,7 @@ void run_bench(const Command& command, const RunContext& context) {
   deform.solver = command.solver;
   Player player(command.bundle, deform);
   Frame first;
-  player.draw(view_of(command, player.bundle()), drawing(command, player.bundle()), first);
+  player.draw(view_of(command, player.bundle()), drawing(command, player), first);
   const double first_frame_ms = watch.lap();
   player.load_all();  // what the timed frames shall not wait for
   const double all_cameras_ms = first_frame_ms + watch.lap();
@@ -68,7 +68,7 @@ void run_bench(const Command& command, const RunContext& context) {
   add_pokes(script, player.bundle());
   PlayOptions options;
   options.instruments = false;
-  options.draw = drawing(command, player.bundle());
+  options.draw = drawing(command, player);
   options.draw.measure = true;
   const Json ms = medians(play(player, script, options, {}, context));
   const double fps = 1000 / ms["frame"].get<double>();

@@ -84,7 +84,7 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
                      std::to_string(row_bytes) + " apart");
   }
   DrawOptions options;
-  options.relight = impl_->player.bundle().lighting.has_value();
+  options.relight = impl_->player.can_relight();
   impl_->player.draw(view, options, impl_->frame);
   impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)

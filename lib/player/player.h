@@ -38,6 +38,7 @@ class Player {
   StepReport step(const std::vector<InstrumentTip>& tips) { return deformer_.step(tips); }
   // The paper's own warp needs a player that keeps its maps, and throws UsageError otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
+  bool can_relight() const { return warper_.can_relight(); }  // DrawOptions::relight
   // Back to rest.
   void reset() { deformer_.reset(); }
 

@@ -56,6 +56,7 @@ struct Warper::Impl {
   TriangleMesh deformed;
   TriangleMesh at_rest;
   ViewManifold manifold;
+  std::vector<ShellMatrix> rest;
   BaseDrawing base;
 
   // The last drawing, to recognise when nothing changed.
@@ -77,7 +78,6 @@ struct Warper::Impl {
   PixelBox drawn_box;           // of everything but the background
   TileDrawing tiles;
   std::optional<RelitSkin> relit;  // when the bundle knows its light
-  std::vector<ShellMatrix> rest;
 
   SampleStore store;
 
@@ -109,8 +109,8 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
 Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
     : deformed(bundle.proxy),
       manifold(bundle.cameras.manifold),
-      base(bundle.base, shell_matrices(bundle.proxy)),
       rest(shell_matrices(bundle.proxy)),
+      base(bundle.base, rest),
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
@@ -270,6 +270,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   return report;
 }
 
+bool Warper::can_relight() const { return impl_->relit.has_value(); }
 void Warper::bind_all() { impl_->store.require_all(); }
 void Warper::bind_ahead() { impl_->store.make_ahead(); }
 

@@ -82,6 +82,9 @@ class Warper {
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                   const DrawOptions& options, Frame& frame);
 
+  // Whether the bundle knows its light, and has the base layer that it falls on.
+  bool can_relight() const;
+
   // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
   // then never waits. Frames are the same either way.
   void bind_all();

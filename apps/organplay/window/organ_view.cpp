@@ -35,7 +35,7 @@ OrganView::OrganView(const std::filesystem::path& bundle_folder, std::filesystem
       session_(player_, kTimeStep_s),
       truth_(bundle_folder, player_.bundle().proxy) {
   options_.measure = true;
-  options_.relight = relight && player_.bundle().lighting.has_value();
+  options_.relight = relight && player_.can_relight();
 }
 
 void OrganView::show(Display& display) {
@@ -159,7 +159,7 @@ void OrganView::controls(Display& display) {
   ImGui::Checkbox("cameras (2)", &camera_lines_);
   ImGui::SameLine();
   ImGui::Checkbox("VPM (3)", &manifold_lines_);
-  if (player_.bundle().lighting) ImGui::Checkbox("light anew", &options_.relight);
+  if (player_.can_relight()) ImGui::Checkbox("light anew", &options_.relight);
   if (truth_.available()) {
     int against = static_cast<int>(against_);
     ImGui::Combo("beside it", &against, "nothing\0truth\0polygons\0difference to truth × 4\0");
