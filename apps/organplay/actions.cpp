@@ -81,7 +81,7 @@ void play_script(const Command& command, Player& player, const Script& script,
   if (folder) folder->commit(), print(command.out_folder);
   if (video) video->finish(), print(command.video);
   if (!command.report.empty()) {
-    write_file_atomically(command.report, play_report(script, command.solver, frames));
+    write_file_atomically(command.report, play_report(script, player, frames));
     print(command.report);
   }
   if (!reference) return;
@@ -100,10 +100,10 @@ void draw_one(const Command& command, Player& player) {
 }
 
 void compare(const Command& command, Player& player, const RunContext& context) {
-  const BundleReader reader(command.bundle);
+  const BundleReader reader(command.bundles.front());
   if (!reader.has("surface.ply")) {
     throw BadDataError(
-        command.bundle,
+        command.bundles.front(),
         "carries no surface.ply to compare with; bake it with --set bundle.surface=true");
   }
   CompareOptions options;
@@ -131,12 +131,13 @@ void run_command(const Command& command, const RunContext& context) {
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;
   DeformOptions deform;
-  deform.solver = command.solver;
   if (!command.script.empty()) {
     script = read_script(command.script);
     deform.time_step_s = script->time_step_s;
+    deform.solver = script->solver.value_or(deform.solver);
   }
-  Player player(command.bundle, deform, command.compare || command.paper_warp);
+  deform.solver = command.solver.value_or(deform.solver);
+  Player player(command.bundles, deform, command.compare || command.paper_warp);
   if (script) play_script(command, player, *script, context);
   if (!command.frame_file.empty()) draw_one(command, player);
   if (!command.sheet.empty()) {

@@ -4,10 +4,10 @@
 #include "actions.h"
 #include "bundle/json_fields.h"
 #include "core/median.h"
+#include "core/stopwatch.h"
 #include "core/text.h"
 #include "player/play.h"
 #include "player/skin_point.h"
-#include "player/stopwatch.h"
 
 namespace organbake {
 namespace {
@@ -56,8 +56,8 @@ Json medians(const std::vector<PlayedFrame>& frames) {
 void run_bench(const Command& command, const RunContext& context) {
   Stopwatch watch;
   DeformOptions deform;
-  deform.solver = command.solver;
-  Player player(command.bundle, deform);
+  deform.solver = command.solver.value_or(deform.solver);
+  Player player(command.bundles, deform);
   Frame first;
   player.draw(view_of(command, player.bundle()), drawing(command, player), first);
   const double first_frame_ms = watch.lap();

@@ -19,7 +19,7 @@ void read_size(const std::string& text, Command& command) {
 }
 
 void check(const Command& c) {
-  if (!c.wants_window() && c.bundle.empty()) throw UsageError("BUNDLE is missing: what to play");
+  if (!c.wants_window() && c.bundles.empty()) throw UsageError("BUNDLE is missing: what to play");
   const bool shows =
       !c.out_folder.empty() || !c.video.empty() || !c.report.empty() || !c.reference.empty();
   if (!c.script.empty() && !shows)
@@ -28,6 +28,8 @@ void check(const Command& c) {
     throw UsageError("--out, --video, --report and --reference need --script FILE");
   if (c.paper_warp && c.script.empty() && c.frame_file.empty())
     throw UsageError("--warp paper needs --script or -o; --compare measures both warps");
+  if (c.bundles.size() > 1 && (c.paper_warp || c.compare))
+    throw UsageError("--warp paper and --compare are for one BUNDLE");
   if (!std::isfinite(c.threshold_db)) throw UsageError("--threshold needs a number of dB");
 }
 
@@ -40,11 +42,13 @@ bool Command::wants_window() const {
 
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
-  std::string size, warp = "bound", solver = to_string(c.solver);
+  std::string size, warp = "bound", solver;
   CLI::App app(
       "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
       "--script, -o, --sheet, --compare, --bench");
-  app.add_option("BUNDLE", c.bundle, "folder made by 'organbake bake'");
+  app.add_option("BUNDLE", c.bundles,
+                 "folder made by 'organbake bake'; several lie in one world and push each other, "
+                 "views and scripts go round the first");
   app.add_option("--script", c.script,
                  "interaction to play (JSON, see 'organbake schema interaction')");
   app.add_option("--out", c.out_folder, "folder for the script's frames, frame_0000.png …");
@@ -68,10 +72,10 @@ std::optional<Command> read_command(int argc, char** argv) {
       ->capture_default_str();
   app.add_option(
          "--solver", solver,
-         "what stands for the tissue: springs, or fem, finite elements on the tetrahedra of a "
-         "bundle that was baked with --set mechanics.fem=true")
-      ->check(CLI::IsMember({"springs", "fem"}))
-      ->capture_default_str();
+         "what stands for the tissue: springs (default), or fem, finite elements on the "
+         "tetrahedra of a bundle that was baked with --set mechanics.fem=true; a script may name "
+         "its own")
+      ->check(CLI::IsMember({"springs", "fem"}));
   app.add_flag_callback(
       "--baked-light", [&c] { c.relight = false; },
       "keep the light that was baked; else pushed skin is lit anew where the bundle knows its "
@@ -98,7 +102,9 @@ std::optional<Command> read_command(int argc, char** argv) {
   }
   if (!size.empty()) read_size(size, c);
   c.paper_warp = warp == "paper";
-  if (solver == to_string(TissueSolver::fem)) c.solver = TissueSolver::fem;
+  for (const TissueSolver known : {TissueSolver::springs, TissueSolver::fem}) {
+    if (solver == to_string(known)) c.solver = known;
+  }
   check(c);
   return c;
 }

@@ -12,14 +12,14 @@ namespace organbake {
 
 // What the user asked for.
 struct Command {
-  std::filesystem::path bundle;
+  std::vector<std::filesystem::path> bundles;  // several: organs that push each other
   std::filesystem::path script, out_folder, video, report, sheet, frame_file, reference;
   std::string view = "0,0";  // azimuth,elevation[,distance], radians
   int width = 1280, height = 720;
   bool instruments = true;
   bool paper_warp = false;
-  bool relight = true;  // when the bundle knows its light
-  TissueSolver solver = TissueSolver::springs;
+  bool relight = true;                 // when the bundle knows its light
+  std::optional<TissueSolver> solver;  // else the script's, or springs
   bool compare = false;
   std::vector<double> angles_rad;
   int bench_frames = 0;

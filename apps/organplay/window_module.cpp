@@ -36,8 +36,8 @@ void open_window(const Command& command, const RunContext& context) {
   const auto run = reinterpret_cast<Run>(::dlsym(module, "organplay_run_window"));
   if (!run) throw Error(ExitCode::internal, file.string() + " is not the window of organplay");
   WindowCommand window;
-  window.bundle = command.bundle;
-  window.solver = command.solver;
+  window.bundles = command.bundles;
+  window.solver = command.solver.value_or(window.solver);
   window.relight = command.relight;
   window.width = command.width;
   window.height = command.height;

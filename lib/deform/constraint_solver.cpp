@@ -81,21 +81,19 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
     Unknown u{};
     u.free_point = constrained_point(c, x_free, tissue_.rest());
     u.stick_point = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
-    u.body = volume_.body_of_slot(c.lever.slots[0]);
-    u.volume_move.setZero();
-    for (int k = 0; k < 3; ++k) {
+    u.count = c.lever.count;
+    for (int k = 0; k < u.count; ++k) {
       u.slots[k] = c.lever.slots[k];
       u.weights[k] = c.lever.weights[k];
-      if (u.weights[k] == 0) continue;
-      u.volume_move += u.weights[k] * response_[u.slots[k]];
-      slots_.push_back(u.slots[k]);
+      if (u.weights[k] != 0) slots_.push_back(u.slots[k]);
     }
+    for (int first = 0; first < u.count; first += 3) add_side(u, first);
     unknowns_.push_back(u);
   }
   std::sort(slots_.begin(), slots_.end());
   slots_.erase(std::unique(slots_.begin(), slots_.end()), slots_.end());
   for (Unknown& u : unknowns_) {
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < u.count; ++k) {
       u.local[k] = static_cast<std::uint32_t>(
           std::lower_bound(slots_.begin(), slots_.end(), u.slots[k]) - slots_.begin());
     }
@@ -103,18 +101,29 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
   columns_.require(slots_);
 }
 
+// What the pressure in the body of three of a lever's vertices does to the constrained point.
+void ConstraintSolver::add_side(Unknown& u, int first) const {
+  const std::uint32_t body = volume_.body_of_slot(u.slots[first]);
+  if (body == EnclosedVolume::kNoBody) return;
+  Side& side = u.sides[u.side_count++];
+  side = {body, Row::Zero()};
+  for (int k = first; k < first + 3; ++k) {
+    if (u.weights[k] != 0) side.volume_move += u.weights[k] * response_[u.slots[k]];
+  }
+}
+
 void ConstraintSolver::couple() {
   const std::size_t n = unknowns_.size();
   coupling_.assign(n * n, 0.0);
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& a = unknowns_[i];
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < a.count; ++k) {
       if (a.weights[k] == 0) continue;
       const double* column = columns_.column(a.slots[k]);
       for (std::size_t j = i; j < n; ++j) {
         const Unknown& b = unknowns_[j];
         double sum = 0;
-        for (int l = 0; l < 3; ++l) {
+        for (int l = 0; l < b.count; ++l) {
           if (b.weights[l] != 0) sum += b.weights[l] * column[b.slots[l]];
         }
         coupling_[i * n + j] += a.weights[k] * sum;
@@ -158,7 +167,8 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
     if (!(own > 0)) continue;
     Lanes point = *as_lanes(&u.free_point);
     for (std::size_t j = 0; j < n; ++j) point += coupling[j] * force[j];
-    if (u.body != EnclosedVolume::kNoBody) point += pressure_[u.body] * *as_lanes(&u.volume_move);
+    for (int s = 0; s < u.side_count; ++s)
+      point += pressure_[u.sides[s].body] * *as_lanes(&u.sides[s].volume_move);
 
     Lanes next = force[i];
     if (c.carried) {
@@ -168,7 +178,7 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
       const Lanes slip = point - *as_lanes(&u.stick_point);
       const double gap = dot(normal, point - *as_lanes(&c.target));
       next -= (slip + (gap - dot(normal, slip)) * normal) / own;
-      next = into_cone(next, normal, friction_);
+      next = into_cone(next, normal, c.of_tissue() ? 0 : friction_);  // wet skin slides on skin
     }
     next /= 1 + (c.carried ? kGrasperGive : kContactGive);
     const Lanes change = next - force[i];
@@ -184,12 +194,18 @@ double ConstraintSolver::sweep_pressures() {
     if (!(softness_[b] > kNoSoftness)) continue;
     double gap = volume_gap_[b] - softness_[b] * pressure_[b];
     for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-      if (unknowns_[i].body == b) gap -= unknowns_[i].volume_move.dot(force_[i]);
+      for (int s = 0; s < unknowns_[i].side_count; ++s) {
+        const Side& side = unknowns_[i].sides[s];
+        if (side.body == b) gap -= side.volume_move.dot(force_[i]);
+      }
     }
     const double change = gap / softness_[b];
     pressure_[b] += change;
     for (const Unknown& u : unknowns_) {
-      if (u.body == b) largest = std::max(largest, std::abs(change) * u.volume_move.norm());
+      for (int s = 0; s < u.side_count; ++s) {
+        if (u.sides[s].body == b)
+          largest = std::max(largest, std::abs(change) * u.sides[s].volume_move.norm());
+      }
     }
   }
   return largest;
@@ -198,7 +214,7 @@ double ConstraintSolver::sweep_pressures() {
 void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
   Rows force(slots_.size(), Row::Zero());
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < unknowns_[i].count; ++k) {
       const Unknown& u = unknowns_[i];
       if (u.weights[k] != 0) force[u.local[k]] += u.weights[k] * force_[i];
     }

@@ -34,17 +34,23 @@ class ConstraintSolver {
   void reset();
 
  private:
-  struct Unknown {      // one contact in the dense system
-    double weights[3];  // of its face's vertices, 0 for anchors
-    std::uint32_t slots[3];
-    std::uint32_t local[3];  // into slots_, for free vertices
+  struct Side {  // the vertices of one face
     std::uint32_t body;
-    Row free_point;   // mm, without any force
-    Row stick_point;  // where friction would hold it, mm
-    Row volume_move;  // mm per unit of its body's pressure
+    Row volume_move;  // of the constrained point, mm per unit of the body's pressure
+  };
+  struct Unknown {  // one contact in the dense system
+    int count;      // of its lever
+    double weights[6];
+    std::uint32_t slots[6];
+    std::uint32_t local[6];  // into slots_, for free vertices
+    Row free_point;          // mm, without any force
+    Row stick_point;         // where friction would hold it, mm
+    Side sides[2];
+    int side_count;  // of those whose body has a pressure
   };
   void measure_softness();
   void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
+  void add_side(Unknown& u, int first) const;
   void couple();
   void measure_volume_gap(const Rows& x_free, const Rows& x);
   void iterate(std::vector<Contact>& contacts);

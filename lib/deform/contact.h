@@ -47,16 +47,26 @@ struct TipSweep {
 // by its free share φ only: the constrained point is p0 + Σ (b_i/φ²) u_i instead of p0 + Σ b_i u_i,
 // so pressing next to an anchor moves the free vertices by φ times the press. Held to the full
 // press they would have to move 1/φ times as far, and skin beside the anchors would be flung about.
+// Of a skin point that is held off another, both faces' vertices answer: the constrained point is
+// the one relative to the other, whose weights are negative.
 struct Lever {
-  std::array<std::uint32_t, 3> slots{};
-  std::array<double, 3> weights{};  // b_i/φ², 0 for anchors
-  double free_share = 0;            // φ
+  int count = 3;  // 6 of two skin points
+  std::array<std::uint32_t, 6> slots{};
+  std::array<double, 6> weights{};  // b_i/φ², 0 for anchors
+  double free_share = 0;            // φ; of two the larger
 };
 
+Lever against(const Lever& point, const Lever& other);
+
 // A skin point that an instrument holds off (normal · (p − target) ≥ 0, with friction) or carries
-// (p = target). Its force persists from step to step as the next solve's first guess.
+// (p = target), or that other skin holds off: p is then relative to that skin's point. Its force
+// persists from step to step as the next solve's first guess.
 struct Contact {
-  std::uint32_t tip = 0;
+  static constexpr std::uint32_t kTissue = 0xFFFFFFFFu;
+  bool of_tissue() const { return tip == kTissue; }
+
+  std::uint32_t tip = 0;     // kTissue: other skin
+  std::uint32_t feeler = 0;  // of tissue: which of its points
   SkinPoint at;
   bool carried = false;
   bool from_front = true;         // the tip came from outside the body
@@ -68,7 +78,7 @@ struct Contact {
   Lever lever;
   Row normal = Row::Zero();       // unit, from the tip into the tissue
   Row target = Row::Zero();       // mm
-  Row anchored_at = Row::Zero();  // where the point would lie with its face's vertices at rest, mm
+  Row anchored_at = Row::Zero();  // where the point would lie with its lever's slots at rest, mm
   Row tip_motion = Row::Zero();   // of the tip since it touched, mm
   bool fresh = false;             // moved or made by this refresh
 

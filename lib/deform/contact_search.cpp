@@ -156,7 +156,7 @@ bool ContactSearch::borders_front(std::uint32_t face) const {
 
 Lever ContactSearch::lever(const SkinPoint& at) const {
   Lever lever;
-  lever.slots = skin_.faces()[at.face];
+  std::copy_n(skin_.faces()[at.face].begin(), 3, lever.slots.begin());
   const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
   bool whole = true;
   for (int k = 0; k < 3; ++k) {
@@ -165,7 +165,10 @@ Lever ContactSearch::lever(const SkinPoint& at) const {
     whole = whole && share == 1;
   }
   if (whole) lever.free_share = 1;
-  if (lever.free_share < kMinFreeShare) return {lever.slots, {}, 0};
+  if (lever.free_share < kMinFreeShare) {
+    lever.free_share = 0;
+    return lever;
+  }
   for (int k = 0; k < 3; ++k) {
     if (tissue_.free_share(lever.slots[k]) == 0) continue;
     lever.weights[k] = b[k] / (lever.free_share * lever.free_share);

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "deform/instruments.h"
 #include "deform/shape_solver.h"
+#include "deform/tool_contacts.h"
 
 namespace organbake {
 namespace {
@@ -24,17 +25,20 @@ const DeformOptions& checked(const DeformOptions& options) {
 }  // namespace
 
 struct Deformer::Impl {
-  Impl(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
-       const DeformOptions& options)
-      : solver(proxy, mechanics, base, checked(options)), positions(proxy.vertices) {
+  Impl(const DeformBodies& bodies, const DeformOptions& options)
+      : solver(bodies, checked(options)) {
+    for (const DeformBody& body : bodies) {
+      positions.insert(positions.end(), body.proxy.vertices.begin(), body.proxy.vertices.end());
+    }
     to_rest();
   }
 
-  const StepReport& step(const std::vector<InstrumentTip>& tips);
+  const StepReport& step(const std::vector<InstrumentTip>& asked);
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
   void finish_step(bool tips_unchanged);
   void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
+  void report_positions(const std::vector<InstrumentTip>& tips);
   void report_forces();
   bool publish();
 
@@ -53,13 +57,16 @@ void Deformer::Impl::to_rest() {
   asleep = solver.relaxed_at_rest();
 }
 
-const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& tips) {
-  deform::check_tips(tips);
+const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) {
+  deform::check_tips(asked);
+  const std::vector<InstrumentTip> tips = deform::held_apart(asked);
   moved = false;
   const bool unchanged = instruments.unchanged(tips);
   if (asleep && unchanged) {
     report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
+    report_positions(tips);
     report.recovered = false;
+    report.collision_ms = 0;
     return report;
   }
   const bool was_held = solver.held();
@@ -67,11 +74,15 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& tips) {
   const auto sweeps = instruments.advance(tips, solver.contacts(), closing);
   report = {};
   report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
+  report_positions(tips);
   if (!solver.near_skin(sweeps) && asleep && !was_held) return report;
 
   asleep = false;
-  report.penetration_mm = solver.step(sweeps, closing);
+  const deform::Penetration deepest = solver.step(sweeps, closing);
+  report.penetration_mm = deepest.in_tips;
+  report.tissue_penetration_mm = deepest.in_tissue;
   finish_step(unchanged);
+  report.collision_ms = solver.take_collision_ms();
   return report;
 }
 
@@ -95,7 +106,7 @@ void Deformer::Impl::finish_step(bool tips_unchanged) {
     to_rest();
     instruments = {};
     report.recovered = true;
-    report.penetration_mm = 0;
+    report.penetration_mm = report.tissue_penetration_mm = 0;
   } else {
     report_forces();
     rest_or_sleep(solver.settle_motion(), tips_unchanged);
@@ -103,10 +114,16 @@ void Deformer::Impl::finish_step(bool tips_unchanged) {
   moved = publish();
 }
 
+void Deformer::Impl::report_positions(const std::vector<InstrumentTip>& tips) {
+  report.tip_position_mm.clear();
+  for (const InstrumentTip& tip : tips) report.tip_position_mm.push_back(tip.position_mm);
+}
+
 void Deformer::Impl::report_forces() {
   for (const deform::Contact& c : solver.contacts()) {
     if (c.force.isZero(0)) continue;
-    ++report.contacts;
+    ++(c.of_tissue() ? report.tissue_contacts : report.contacts);
+    if (c.of_tissue()) continue;
     // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
     const double on_points = 1 / c.lever.free_share;
     report.tip_force_n[c.tip] -= on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
@@ -122,7 +139,14 @@ void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) 
   const bool still =
       held ? tips_unchanged && largest_move_mm < kStillHeld_mm : largest_move_mm < kStill_mm;
   still_steps = still ? still_steps + 1 : 0;
-  if (still_steps >= kStillSteps) asleep = true;
+  if (still_steps < kStillSteps) return;
+  // Nothing holds tissue away from its rest but a fold that caught on itself.
+  if (solver.tangled()) {
+    solver.untangle();
+    still_steps = 0;
+  } else {
+    asleep = true;
+  }
 }
 
 bool Deformer::Impl::publish() {
@@ -137,7 +161,9 @@ bool Deformer::Impl::publish() {
 
 Deformer::Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics,
                    const BaseLayer& base, const DeformOptions& options)
-    : impl_(std::make_unique<Impl>(proxy, mechanics, base, options)) {}
+    : Deformer({{proxy, mechanics, base}}, options) {}
+Deformer::Deformer(const DeformBodies& bodies, const DeformOptions& options)
+    : impl_(std::make_unique<Impl>(bodies, options)) {}
 Deformer::~Deformer() = default;
 Deformer::Deformer(Deformer&&) noexcept = default;
 

@@ -5,9 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "bundle/base_layer.h"
-#include "bundle/mechanics_model.h"
-#include "geometry/triangle_mesh.h"
+#include "deform/deform_body.h"
 
 namespace organbake {
 
@@ -31,17 +29,24 @@ const char* to_string(TissueSolver solver);
 struct DeformOptions {
   TissueSolver solver = TissueSolver::springs;
   double time_step_s = 1.0 / 60;
-  int iterations = 4;  // local/global iterations a step
-  double friction = 0.3;
+  int iterations = 4;     // local/global iterations a step
+  double friction = 0.3;  // of instruments on tissue; wet tissue slides on tissue
+  // Tissue holds off tissue: organs each other, and folds of an organ themselves.
+  bool tissue_contacts = true;
 
   void check() const;
 };
 
 struct StepReport {
-  std::size_t contacts = 0;
+  std::size_t contacts = 0;                  // of instruments
+  std::size_t tissue_contacts = 0;           // of tissue with tissue
   std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
-  bool recovered = false;                    // a non-finite state was reset to rest, and said
-  double penetration_mm = 0;                 // deepest skin point left inside a tip
+  // Where each tip was held, world: tools that run into each other stop there.
+  std::vector<Eigen::Vector3d> tip_position_mm;
+  bool recovered = false;            // a non-finite state was reset to rest, and said
+  double penetration_mm = 0;         // deepest skin point left inside a tip
+  double tissue_penetration_mm = 0;  // or below other skin, deeper than at rest
+  double collision_ms = 0;           // of the step's time: the search for contacts
 };
 
 // Mass-spring tissue by projective dynamics (Bouaziz et al. 2014; Liu et al. 2013), or finite
@@ -57,8 +62,12 @@ class Deformer {
   ~Deformer();
   Deformer(Deformer&&) noexcept;
 
+  // Several organs that meet each other. What overlaps at rest may stay as it is, no deeper.
+  explicit Deformer(const DeformBodies& bodies, const DeformOptions& options = {});
+
   StepReport step(const std::vector<InstrumentTip>& tips);
-  const std::vector<Eigen::Vector3d>& positions() const;  // proxy vertices, mm
+  // Of the proxies' vertices, one organ after the other, mm.
+  const std::vector<Eigen::Vector3d>& positions() const;
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
   // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.

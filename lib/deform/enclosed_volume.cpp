@@ -32,9 +32,10 @@ std::vector<DirectedEdge> edges_of(const std::vector<Face>& faces) {
 
 }  // namespace
 
-EnclosedVolume::EnclosedVolume(const Tissue& tissue, double volume_stiffness)
+EnclosedVolume::EnclosedVolume(const Tissue& tissue, const std::vector<double>& volume_stiffness)
     : body_of_slot_(tissue.size(), kNoBody), free_count_(tissue.free_count()) {
-  if (volume_stiffness <= 0) return;
+  const auto is_free = [](double stiffness) { return stiffness <= 0; };
+  if (std::all_of(volume_stiffness.begin(), volume_stiffness.end(), is_free)) return;
   const auto closed = closed_parts(tissue);
   std::vector<Bounds> box(tissue.part_count());
   for (std::size_t slot = 0; slot < tissue.size(); ++slot) {
@@ -43,11 +44,13 @@ EnclosedVolume::EnclosedVolume(const Tissue& tissue, double volume_stiffness)
     b.max = b.max.cwiseMax(tissue.rest()[slot].head<3>());
   }
   std::vector<std::uint32_t> body_of_part(tissue.part_count(), kNoBody);
+  std::vector<double> stiffness_of_part(tissue.part_count(), 1.0);
   for (const Face& f : tissue.faces()) {
     const std::uint32_t part = tissue.part_of_slot()[f[0]];
-    if (!closed[part]) continue;
+    if (!closed[part] || is_free(volume_stiffness[tissue.organ_of_slot()[f[0]]])) continue;
     if (body_of_part[part] == kNoBody) {
       body_of_part[part] = static_cast<std::uint32_t>(bodies_.size());
+      stiffness_of_part[part] = volume_stiffness[tissue.organ_of_slot()[f[0]]];
       bodies_.push_back({to_row(box[part].center()), 0, 0});
     }
     faces_.push_back({f, body_of_part[part]});
@@ -58,9 +61,9 @@ EnclosedVolume::EnclosedVolume(const Tissue& tissue, double volume_stiffness)
     const std::uint32_t b = body_of_part[part];
     if (b == kNoBody) continue;
     const double v = bodies_[b].rest_mm3 = volumes[b];
-    bodies_[b].compliance = volume_stiffness >= 1 ? 0
-                                                  : v * v / tissue.bulk_energy()[part] *
-                                                        (1 - volume_stiffness) / volume_stiffness;
+    const double stiffness = stiffness_of_part[part];
+    bodies_[b].compliance =
+        stiffness >= 1 ? 0 : v * v / tissue.bulk_energy()[part] * (1 - stiffness) / stiffness;
     const bool flat = !(std::abs(v) > kFlat * std::pow(box[part].diagonal(), 3));
     if (!flat && std::isfinite(bodies_[b].compliance)) continue;
     // A refused body keeps its number but owns no slot and no face.

@@ -24,7 +24,8 @@ class EnclosedVolume {
     double compliance = 0;
   };
 
-  EnclosedVolume(const Tissue& tissue, double volume_stiffness);
+  // volume_stiffness: 0 (free) … 1 (kept) of each organ of the tissue.
+  EnclosedVolume(const Tissue& tissue, const std::vector<double>& volume_stiffness);
 
   const std::vector<Body>& bodies() const { return bodies_; }
   std::uint32_t body_of_slot(std::uint32_t slot) const { return body_of_slot_[slot]; }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bundle/mechanics_model.h"
+#include "deform/deform_body.h"
 #include "deform/nearest_rotation.h"
 #include "deform/tissue.h"
 
@@ -19,9 +19,9 @@ namespace organbake::deform {
 // itself. The points are the nodes; they carry the proxy's vertices.
 class FemBody final : public Tissue {
  public:
-  // Throws UsageError when the mechanics hold no tetrahedra, and BadDataError for ones that don't
+  // Throws UsageError when one's mechanics hold no tetrahedra, and BadDataError for ones that don't
   // fit the proxy or have a value out of range.
-  FemBody(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s);
+  FemBody(const DeformBodies& bodies, double time_step_s);
 
   void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
                   Rows& force) const override;
@@ -33,14 +33,15 @@ class FemBody final : public Tissue {
     std::array<std::array<std::uint32_t, 4>, 4> slots{};  // [element][corner]
     Matrices gradients{};                                 // row k: ∇φ of corner k + 1, 1/mm
     Lanes shear{}, bulk{};                                // 2 μ V and λ V, mN·mm
+    Lanes viscous{};                                      // 2 μ V damping/dt, mN·mm
   };
-  void place_slots(const TriangleMesh& proxy, const TetrahedralBody& body,
-                   const std::vector<std::uint32_t>& free_of_node);
-  void place_elements(const MechanicsModel& mechanics);
+  struct Solid;
+  void place_slots(const Solid& solid, const std::vector<std::uint32_t>& free_of_node);
+  void place_elements(const Solid& solid);
   static Matrices deformation_of(const Block& block, const Lanes* at);
   static void push(const Block& block, const Matrices& stress, Lanes* force);
 
-  double damping_steps_ = 0;  // the body's damping in time steps
+  bool damped_ = false;
   std::vector<std::uint32_t> slot_of_node_;
   std::vector<Block> blocks_;  // filled up with elements that do nothing
 };

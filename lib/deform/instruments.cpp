@@ -70,7 +70,7 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
     return i < tips.size() && i < last_.size() && tips[i].active && last_[i].active &&
            tips[i].mode == last_[i].mode;
   };
-  std::erase_if(contacts, [&](const Contact& c) { return !goes_on(c.tip); });
+  std::erase_if(contacts, [&](const Contact& c) { return !c.of_tissue() && !goes_on(c.tip); });
   for (std::size_t i = 0; i < tips.size(); ++i) {
     if (!tips[i].active) continue;
     TipSweep sweep;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/stopwatch.h"
 #include "deform/fem_body.h"
 #include "deform/grasp.h"
 #include "deform/instruments.h"
@@ -26,23 +27,32 @@ constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther
 constexpr double kRunaway = 10;           // diagonals away from rest: the state is lost
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
-const BaseLayer& checked(const TriangleMesh& proxy, const BaseLayer& base) {
-  check_base_fits(proxy, base);
-  return base;
+const DeformBodies& checked(const DeformBodies& bodies) {
+  for (const DeformBody& body : bodies) check_base_fits(body.proxy, body.base);
+  return bodies;
 }
 
-std::unique_ptr<const Tissue> make_tissue(const TriangleMesh& proxy,
-                                          const MechanicsModel& mechanics,
+double largest_diagonal(const DeformBodies& bodies) {
+  double largest = 0;
+  for (const DeformBody& body : bodies) largest = std::max(largest, bounds(body.proxy).diagonal());
+  return largest;
+}
+
+std::unique_ptr<const Tissue> make_tissue(const DeformBodies& bodies,
                                           const DeformOptions& options) {
   if (options.solver == TissueSolver::fem) {
-    return std::make_unique<FemBody>(proxy, mechanics, options.time_step_s);
+    return std::make_unique<FemBody>(bodies, options.time_step_s);
   }
-  return std::make_unique<SpringNetwork>(proxy, mechanics, options.time_step_s);
+  return std::make_unique<SpringNetwork>(bodies, options.time_step_s);
 }
 
 // Springs don't know of volume; elements resist its change by Poisson's ratio.
-double kept_volume(const MechanicsModel& mechanics, const DeformOptions& options) {
-  return options.solver == TissueSolver::fem ? 0 : mechanics.volume_stiffness;
+std::vector<double> kept_volumes(const DeformBodies& bodies, const DeformOptions& options) {
+  std::vector<double> kept;
+  for (const DeformBody& body : bodies) {
+    kept.push_back(options.solver == TissueSolver::fem ? 0 : body.mechanics.volume_stiffness);
+  }
+  return kept;
 }
 
 double largest_distance(const Rows& a, const Rows& b) {
@@ -54,15 +64,15 @@ double largest_distance(const Rows& a, const Rows& b) {
 
 }  // namespace
 
-ShapeSolver::ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechanics,
-                         const BaseLayer& base, const DeformOptions& options)
+ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& options)
     : options_(options),
-      diagonal_mm_(bounds(proxy).diagonal()),
-      tissue_(make_tissue(proxy, mechanics, options)),
-      volume_(*tissue_, kept_volume(mechanics, options)),
-      skin_(*tissue_, checked(proxy, base)),
+      diagonal_mm_(largest_diagonal(bodies)),
+      tissue_(make_tissue(bodies, options)),
+      volume_(*tissue_, kept_volumes(bodies, options)),
+      skin_(*tissue_, checked(bodies)),
       search_(skin_, *tissue_),
       constraints_(*tissue_, volume_, options.friction) {
+  if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
   force_.assign(tissue_->size(), Row::Zero());
   x_coasted_ = tissue_->rest();
   to_rest();
@@ -73,6 +83,7 @@ void ShapeSolver::to_rest() {
   velocity_.assign(tissue_->size(), Row::Zero());
   contacts_.clear();
   constraints_.reset();
+  if (tissue_search_) tissue_search_->reset();
   last_energy_ = kUnknownEnergy;
 }
 
@@ -81,13 +92,37 @@ bool ShapeSolver::held() const {
                      [](const Contact& c) { return c.carried || !c.force.isZero(0); });
 }
 
+bool ShapeSolver::tangled() const {
+  return load_.empty() && tissue_->relaxed_at_rest() && held() &&
+         std::all_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
+           return c.of_tissue() || (!c.carried && c.force.isZero(0));
+         });
+}
+
 bool ShapeSolver::near_skin(const std::vector<TipSweep>& sweeps) {
-  search_.find_faces(x_, sweeps);
+  find_faces(sweeps);
   return search_.found_any();
 }
 
-double ShapeSolver::step(const std::vector<TipSweep>& sweeps,
-                         const std::vector<std::size_t>& closing) {
+void ShapeSolver::find_faces(const std::vector<TipSweep>& sweeps) {
+  Stopwatch watch;
+  search_.find_faces(x_, sweeps);
+  collision_ms_ += watch.lap();
+}
+
+// Where skin meets tips and other skin, in the shape of now.
+Penetration ShapeSolver::refresh(const std::vector<TipSweep>& sweeps, double fraction) {
+  Stopwatch watch;
+  skin_.pose(x_);
+  Penetration deepest;
+  deepest.in_tips = search_.refresh(sweeps, fraction, contacts_);
+  if (tissue_search_) deepest.in_tissue = tissue_search_->refresh(contacts_);
+  collision_ms_ += watch.lap();
+  return deepest;
+}
+
+Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
+                              const std::vector<std::size_t>& closing) {
   skin_.pose(x_);
   for (const std::size_t s : closing) {
     close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
@@ -147,7 +182,7 @@ void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight
     if (first) {
       follow_sweeps(sweeps);
     } else {
-      search_.find_faces(x_, sweeps);
+      find_faces(sweeps);
     }
     constrain(sweeps, 1);
     if (largest_distance(x_, x_before_) < kConverged_mm) break;
@@ -185,19 +220,18 @@ void ShapeSolver::follow_sweeps(const std::vector<TipSweep>& sweeps) {
 
 // One pass of the constraints at a place of the tips; x becomes the shape that keeps them there.
 void ShapeSolver::constrain(const std::vector<TipSweep>& sweeps, double fraction) {
-  skin_.pose(x_);
-  search_.refresh(sweeps, fraction, contacts_);
+  refresh(sweeps, fraction);
   constraints_.solve(x_start_, x_free_, contacts_, x_);
 }
 
 // The shape is done; what its normals' turning has left between skin and tips is closed here.
-double ShapeSolver::close_gaps(const std::vector<TipSweep>& sweeps) {
-  search_.find_faces(x_, sweeps);
-  double deepest = 0;
+Penetration ShapeSolver::close_gaps(const std::vector<TipSweep>& sweeps) {
+  find_faces(sweeps);
+  Penetration deepest;
   for (int round = 0; round < kFinalRounds; ++round) {
-    skin_.pose(x_);
-    deepest = search_.refresh(sweeps, 1, contacts_);
-    if (deepest < kContactWithin_mm && constraints_.volume_error(x_) < kVolumeWithin) break;
+    deepest = refresh(sweeps, 1);
+    const bool closed = std::max(deepest.in_tips, deepest.in_tissue) < kContactWithin_mm;
+    if (closed && constraints_.volume_error(x_) < kVolumeWithin) break;
     constraints_.solve(x_start_, x_free_, contacts_, x_);
   }
   return deepest;

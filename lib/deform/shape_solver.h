@@ -3,6 +3,8 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "deform/constraint_solver.h"
@@ -11,16 +13,21 @@
 #include "deform/enclosed_volume.h"
 #include "deform/skin.h"
 #include "deform/tissue.h"
+#include "deform/tissue_contacts.h"
 
 namespace organbake::deform {
 
-// One body's state and its time step: local and global iterations, each followed by the contacts
-// and the volume, until the skin lies on the instruments.
+// What a step left below skin that should hold it off, mm.
+struct Penetration {
+  double in_tips = 0, in_tissue = 0;
+};
+
+// The bodies' state and their time step: local and global iterations, each followed by the contacts
+// and the volume, until skin lies on the instruments and on other skin.
 class ShapeSolver {
  public:
   // Throws BadDataError for a proxy, mechanics or base layer that it cannot use.
-  ShapeSolver(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
-              const DeformOptions& options);
+  ShapeSolver(const DeformBodies& bodies, const DeformOptions& options);
 
   const Tissue& tissue() const { return *tissue_; }
   const Rows& shape() const { return x_; }  // mm, by slot
@@ -30,20 +37,25 @@ class ShapeSolver {
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   // Whether the tissue has no reason to leave its rest shape.
   bool relaxed_at_rest() const { return load_.empty() && tissue_->relaxed_at_rest(); }
-  // Whether an instrument loads or carries the tissue.
+  // Whether an instrument loads or carries the tissue, or tissue presses on tissue.
   bool held() const;
+
+  // Whether nothing but tissue that presses on tissue keeps the shape.
+  bool tangled() const;
+  void untangle() { tissue_search_->untangle(contacts_); }
 
   // Whether a tip may come near the skin on its sweep. Has to precede the step.
   bool near_skin(const std::vector<TipSweep>& sweeps);
-  // One time step; `closing` are the sweeps of graspers that close in it. Returns the deepest
-  // penetration that is left (mm).
-  double step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
+  // One time step; `closing` are the sweeps of graspers that close in it.
+  Penetration step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
   // Takes the step's motion for the velocity and returns its largest (mm).
   double settle_motion();
 
   bool lost() const;  // not finite, or far beyond anything that tissue does
   double farthest_from_rest() const;
   void to_rest();
+  // Time that the search for contacts took since this was last asked.
+  double take_collision_ms() { return std::exchange(collision_ms_, 0.0); }
 
  private:
   void advance(const std::vector<TipSweep>& sweeps);
@@ -53,7 +65,9 @@ class ShapeSolver {
   void follow_sweeps(const std::vector<TipSweep>& sweeps);
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
-  double close_gaps(const std::vector<TipSweep>& sweeps);
+  Penetration close_gaps(const std::vector<TipSweep>& sweeps);
+  void find_faces(const std::vector<TipSweep>& sweeps);
+  Penetration refresh(const std::vector<TipSweep>& sweeps, double fraction);
 
   DeformOptions options_;
   double diagonal_mm_;
@@ -61,6 +75,7 @@ class ShapeSolver {
   EnclosedVolume volume_;
   Skin skin_;
   ContactSearch search_;
+  std::optional<TissueContacts> tissue_search_;
   ConstraintSolver constraints_;
 
   Rows x_, x_start_, x_free_, x_before_;  // mm, by slot
@@ -69,6 +84,7 @@ class ShapeSolver {
   Rows force_;                            // left at a shape, mN; then the way from there, mm
   Rows load_;                             // dead, on the free slots, mN; or empty
   std::vector<Contact> contacts_;
+  double collision_ms_ = 0;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };
 

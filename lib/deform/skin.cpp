@@ -29,22 +29,10 @@ Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, 
 
 }  // namespace
 
-Skin::Skin(const Tissue& tissue, const BaseLayer& base)
-    : tissue_(&tissue),
-      tallest_mm_(tissue.faces().size(), 0.0),
-      normals_(tissue.size(), Row::Zero()),
-      posed_(tissue.size(), 0) {
+Skin::Skin(const Tissue& tissue, const DeformBodies& bodies)
+    : tissue_(&tissue), normals_(tissue.size(), Row::Zero()), posed_(tissue.size(), 0) {
+  for (const DeformBody& body : bodies) add_lattices(body);
   const auto& faces = tissue.faces();
-  if (!base.height_mm.empty()) {
-    steps_ = base.steps;
-    nodes_ = base.nodes_per_face();
-    heights_ = base.height_mm;
-    for (std::size_t i = 0; i < heights_.size(); ++i) {
-      double& tallest = tallest_mm_[i / nodes_];
-      tallest = std::max(tallest, std::abs(double{heights_[i]}));
-      tallest_of_all_mm_ = std::max(tallest_of_all_mm_, tallest);
-    }
-  }
   face_start_.assign(tissue.size() + 1, 0);
   for (const Face& f : faces) {
     for (const std::uint32_t slot : f) ++face_start_[slot + 1];
@@ -55,6 +43,43 @@ Skin::Skin(const Tissue& tissue, const BaseLayer& base)
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     for (const std::uint32_t slot : faces[f]) faces_of_slot_[next[slot]++] = f;
   }
+}
+
+void Skin::add_lattices(const DeformBody& body) {
+  const BaseLayer& base = body.base;
+  if (base.height_mm.empty()) {
+    lattices_.resize(lattices_.size() + body.proxy.faces.size());
+    for (auto* heights : {&tallest_mm_, &lowest_mm_, &highest_mm_})
+      heights->resize(lattices_.size(), 0.0);
+    return;
+  }
+  const std::uint32_t nodes = base.nodes_per_face();
+  for (std::size_t f = 0; f < body.proxy.faces.size(); ++f) {
+    lattices_.push_back({base.steps, heights_.size()});
+    const auto begin = base.height_mm.begin() + static_cast<std::ptrdiff_t>(f * nodes);
+    heights_.insert(heights_.end(), begin, begin + nodes);
+    const auto [lowest, highest] = std::minmax_element(begin, begin + nodes);
+    lowest_mm_.push_back(*lowest);
+    highest_mm_.push_back(*highest);
+    tallest_mm_.push_back(std::max(std::abs(double{*lowest}), std::abs(double{*highest})));
+    tallest_of_all_mm_ = std::max(tallest_of_all_mm_, tallest_mm_.back());
+  }
+}
+
+SkinPoint Skin::point_over(std::uint32_t face, double b1, double b2) const {
+  const std::uint32_t n = steps(face);
+  const double u = b1 * n, v = b2 * n;
+  const auto i = std::min(static_cast<std::uint32_t>(u), n - 1);
+  const auto j = std::min(static_cast<std::uint32_t>(v), n - 1 - i);
+  const double s = u - i, t = v - j;
+  if (s + t <= 1 || i + j + 2 > n) {
+    return {
+        face, b1, b2,
+        (1 - s - t) * height(face, i, j) + s * height(face, i + 1, j) + t * height(face, i, j + 1)};
+  }
+  return {face, b1, b2,
+          (1 - t) * height(face, i + 1, j) + (1 - s) * height(face, i, j + 1) +
+              (s + t - 1) * height(face, i + 1, j + 1)};
 }
 
 void Skin::pose(const Rows& x) {
@@ -89,6 +114,14 @@ FaceFrame Skin::frame(std::uint32_t face) {
   return {x[i], x[j] - x[i], x[k] - x[i], ni, nj - ni, nk - ni};
 }
 
+// S(b, h) is linear in h for fixed b and in b for fixed h.
+std::array<Row, 6> Skin::skin_prism(std::uint32_t face) {
+  const FaceFrame f = frame(face);
+  const double low = lowest_mm_[face], high = highest_mm_[face];
+  return {from_lanes(f.at(0, 0, low)),  from_lanes(f.at(1, 0, low)),  from_lanes(f.at(0, 1, low)),
+          from_lanes(f.at(0, 0, high)), from_lanes(f.at(1, 0, high)), from_lanes(f.at(0, 1, high))};
+}
+
 SkinHit Skin::hit(const SkinPoint& at, const Row& center) {
   const FaceFrame f = frame(at.face);
   SkinHit hit{at, from_lanes(f.at(at.b1, at.b2, at.height_mm)),
@@ -110,7 +143,7 @@ double Skin::distance_to_proxy_face(std::uint32_t face, const Row& center) const
 
 Lanes Skin::node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
                        std::uint32_t j) const {
-  return frame.at(double(i) / steps_, double(j) / steps_, height(face, i, j));
+  return frame.at(double(i) / steps(face), double(j) / steps(face), height(face, i, j));
 }
 
 SkinPoint Skin::nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
@@ -119,8 +152,8 @@ SkinPoint Skin::nearest_in_cell(const FaceFrame& frame, std::uint32_t face, cons
   const Eigen::Vector3d w =
       nearest_weights(center, node_point(frame, face, p[0], p[1]),
                       node_point(frame, face, q[0], q[1]), node_point(frame, face, r[0], r[1]));
-  const SkinPoint at{face, (w[0] * p[0] + w[1] * q[0] + w[2] * r[0]) / steps_,
-                     (w[0] * p[1] + w[1] * q[1] + w[2] * r[1]) / steps_,
+  const SkinPoint at{face, (w[0] * p[0] + w[1] * q[0] + w[2] * r[0]) / steps(face),
+                     (w[0] * p[1] + w[1] * q[1] + w[2] * r[1]) / steps(face),
                      w[0] * height(face, p[0], p[1]) + w[1] * height(face, q[0], q[1]) +
                          w[2] * height(face, r[0], r[1])};
   const Lanes d = frame.at(at.b1, at.b2, at.height_mm) - center;
@@ -136,19 +169,20 @@ SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
         nearest_weights(c, f.origin, f.origin + f.along1, f.origin + f.along2);
     return hit({face, w[1], w[2], 0}, center);
   }
+  const std::uint32_t steps = this->steps(face);
   std::uint32_t ni = 0, nj = 0;
   double best = std::numeric_limits<double>::infinity();
-  for (std::uint32_t i = 0; i <= steps_; ++i) {
-    for (std::uint32_t j = 0; i + j <= steps_; ++j) {
+  for (std::uint32_t i = 0; i <= steps; ++i) {
+    for (std::uint32_t j = 0; i + j <= steps; ++j) {
       const Lanes d = node_point(f, face, i, j) - c;
       const double squared = dot(d, d);
       if (squared < best) best = squared, ni = i, nj = j;
     }
   }
   // The cells round the node: three that point up the lattice, three that point down.
-  SkinPoint at{face, double(ni) / steps_, double(nj) / steps_, height(face, ni, nj)};
+  SkinPoint at{face, double(ni) / steps, double(nj) / steps, height(face, ni, nj)};
   const auto try_cell = [&](int i, int j, bool up) {
-    const int n = static_cast<int>(steps_);
+    const int n = static_cast<int>(steps);
     if (i < 0 || j < 0 || i + j + (up ? 1 : 2) > n) return;
     const std::uint32_t u = i, v = j;
     double squared = 0;
@@ -165,10 +199,11 @@ SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
 
 void Skin::nodes_within(std::uint32_t face, const Row& center, double radius_mm,
                         std::vector<SkinHit>& hits) {
-  for (std::uint32_t i = 0; i <= steps_; ++i) {
-    for (std::uint32_t j = 0; i + j <= steps_; ++j) {
+  const std::uint32_t steps = this->steps(face);
+  for (std::uint32_t i = 0; i <= steps; ++i) {
+    for (std::uint32_t j = 0; i + j <= steps; ++j) {
       const SkinHit h =
-          hit({face, double(i) / steps_, double(j) / steps_, height(face, i, j)}, center);
+          hit({face, double(i) / steps, double(j) / steps, height(face, i, j)}, center);
       if (h.distance_mm <= radius_mm) hits.push_back(h);
     }
   }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "bundle/base_layer.h"
+#include "deform/deform_body.h"
 #include "deform/rows.h"
 #include "deform/tissue.h"
 
@@ -39,11 +40,15 @@ struct SkinHit {
 // every face, carried by the shell map. Without a base layer it is the proxy itself.
 class Skin {
  public:
-  // tissue must outlive the skin; base is copied as far as needed.
-  Skin(const Tissue& tissue, const BaseLayer& base);
+  // tissue must outlive the skin; bodies: those that it was made from.
+  Skin(const Tissue& tissue, const DeformBodies& bodies);
 
   const std::vector<Face>& faces() const { return tissue_->faces(); }
   double tallest_mm(std::uint32_t face) const { return tallest_mm_[face]; }
+  double lowest_mm(std::uint32_t face) const { return lowest_mm_[face]; }
+  double highest_mm(std::uint32_t face) const { return highest_mm_[face]; }
+  // The corners of the prism that holds a face's skin: convex, and it bounds it.
+  std::array<Row, 6> skin_prism(std::uint32_t face);
   double tallest_mm() const { return tallest_of_all_mm_; }
 
   // Takes x (mm, by slot; kept by reference until the next pose) as the current shape. Vertex
@@ -52,6 +57,8 @@ class Skin {
   const Rows& shape() const { return *x_; }
   FaceFrame frame(std::uint32_t face);
   SkinHit hit(const SkinPoint& at, const Row& center);
+  // The skin over a place of a face, between the lattice's nodes.
+  SkinPoint point_over(std::uint32_t face, double b1, double b2) const;
   // The nearest skin point of one face: the nearest lattice node's neighbourhood.
   SkinHit nearest(std::uint32_t face, const Row& center);
   double distance_to_proxy_face(std::uint32_t face, const Row& center) const;
@@ -61,21 +68,28 @@ class Skin {
 
  private:
   const Row& vertex_normal(std::uint32_t slot);
-  std::uint32_t node(std::uint32_t i, std::uint32_t j) const {
-    return i * (steps_ + 1) - i * (i - 1) / 2 + j;
-  }
+  // The lattice over one face.
+  struct Lattice {
+    std::uint32_t steps = 1;
+    std::size_t first = kFlat;  // of its heights
+  };
+  static constexpr std::size_t kFlat = ~std::size_t{0};
+  std::uint32_t steps(std::uint32_t face) const { return lattices_[face].steps; }
   double height(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
-    return heights_.empty() ? 0 : heights_[std::size_t{face} * nodes_ + node(i, j)];
+    const Lattice& l = lattices_[face];
+    return l.first == kFlat ? 0 : heights_[l.first + i * (l.steps + 1) - i * (i - 1) / 2 + j];
   }
+  void add_lattices(const DeformBody& body);
   Lanes node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
                    std::uint32_t j) const;
   SkinPoint nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
                             const std::uint32_t (&corners)[3][2], double& squared) const;
 
   const Tissue* tissue_;
-  std::uint32_t steps_ = 1, nodes_ = 3;
+  std::vector<Lattice> lattices_;  // one per face
   std::vector<float> heights_;
   std::vector<double> tallest_mm_;
+  std::vector<double> lowest_mm_, highest_mm_;  // of each face's heights
   double tallest_of_all_mm_ = 0;
   std::vector<std::uint32_t> face_start_, faces_of_slot_;
   const Rows* x_ = nullptr;

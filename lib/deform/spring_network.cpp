@@ -28,28 +28,53 @@ Lanes sums(const Lanes (&v)[4]) {
 
 }  // namespace
 
-SpringNetwork::SpringNetwork(const TriangleMesh& proxy, const MechanicsModel& mechanics,
-                             double time_step_s) {
-  check_mechanics(proxy, mechanics);
-  const auto free_of_vertex = number_free(proxy.vertices.size(), mechanics.anchors);
-  factor_ = SparseFactor(count_free(free_of_vertex),
-                         matrix_of_free(mechanics, time_step_s, free_of_vertex));
-  place_slots(proxy, mechanics, time_step_s, free_of_vertex);
-  place_springs(mechanics, time_step_s);
-  find_parts(mechanics);
+// All organs' springs as one net, the vertices of one after those of the other.
+struct SpringNetwork::Net {
+  explicit Net(const DeformBodies& bodies) {
+    for (const DeformBody& body : bodies) add(body.proxy, body.mechanics);
+  }
+
+  void add(const TriangleMesh& proxy, const MechanicsModel& mechanics) {
+    check_mechanics(proxy, mechanics);
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), proxy.vertices.begin(), proxy.vertices.end());
+    organ_of_vertex.resize(vertices.size(), organs++);
+    mass_kg.insert(mass_kg.end(), mechanics.mass_kg.begin(), mechanics.mass_kg.end());
+    for (const Face& f : proxy.faces) faces.push_back({first + f[0], first + f[1], first + f[2]});
+    for (const std::uint32_t anchor : mechanics.anchors) anchors.push_back(first + anchor);
+    for (Spring spring : mechanics.springs) {
+      spring.a += first, spring.b += first;
+      springs.push_back(spring);
+    }
+  }
+
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<Face> faces;
+  std::vector<double> mass_kg;
+  std::vector<Spring> springs;
+  std::vector<std::uint32_t> anchors, organ_of_vertex;
+  std::uint32_t organs = 0;
+};
+
+SpringNetwork::SpringNetwork(const DeformBodies& bodies, double time_step_s) {
+  const Net net(bodies);
+  const auto free_of_vertex = number_free(net.vertices.size(), net.anchors);
+  factor_ =
+      SparseFactor(count_free(free_of_vertex), matrix_of_free(net, time_step_s, free_of_vertex));
+  place_slots(net, time_step_s, free_of_vertex);
+  place_springs(net, time_step_s);
+  find_parts(net);
 }
 
 std::vector<Coefficient> SpringNetwork::matrix_of_free(
-    const MechanicsModel& mechanics, double time_step_s,
-    const std::vector<std::uint32_t>& free_of_vertex) const {
+    const Net& net, double time_step_s, const std::vector<std::uint32_t>& free_of_vertex) const {
   std::vector<Coefficient> entries;
-  entries.reserve(mechanics.mass_kg.size() + 3 * mechanics.springs.size());
+  entries.reserve(net.mass_kg.size() + 3 * net.springs.size());
   for (std::size_t v = 0; v < free_of_vertex.size(); ++v) {
     const std::uint32_t i = free_of_vertex[v];
-    if (i != kAnchored)
-      entries.push_back({i, i, mechanics.mass_kg[v] / (time_step_s * time_step_s)});
+    if (i != kAnchored) entries.push_back({i, i, net.mass_kg[v] / (time_step_s * time_step_s)});
   }
-  for (const Spring& s : mechanics.springs) {
+  for (const Spring& s : net.springs) {
     const double weight =
         kMilliNewtonPerNewton * (s.stiffness_n_per_mm + s.damping_n_s_per_mm / time_step_s);
     const std::uint32_t a = free_of_vertex[s.a], b = free_of_vertex[s.b];
@@ -60,34 +85,35 @@ std::vector<Coefficient> SpringNetwork::matrix_of_free(
   return entries;
 }
 
-void SpringNetwork::place_slots(const TriangleMesh& proxy, const MechanicsModel& mechanics,
-                                double time_step_s,
+void SpringNetwork::place_slots(const Net& net, double time_step_s,
                                 const std::vector<std::uint32_t>& free_of_vertex) {
-  const std::size_t n = proxy.vertices.size();
+  const std::size_t n = net.vertices.size();
   slot_of_vertex_.resize(n);
   rest_.resize(n);
+  organ_of_slot_.resize(n);
   inertia_.resize(n);
   auto next_anchor = static_cast<std::uint32_t>(factor_.size());
   for (std::size_t v = 0; v < n; ++v) {
     const std::uint32_t i = free_of_vertex[v];
     const std::uint32_t slot = i == kAnchored ? next_anchor++ : factor_.position()[i];
     slot_of_vertex_[v] = slot;
-    rest_[slot] = to_row(proxy.vertices[v]);
-    inertia_[slot] = mechanics.mass_kg[v] / (time_step_s * time_step_s);
+    organ_of_slot_[slot] = net.organ_of_vertex[v];
+    rest_[slot] = to_row(net.vertices[v]);
+    inertia_[slot] = net.mass_kg[v] / (time_step_s * time_step_s);
   }
-  faces_.reserve(proxy.faces.size());
-  for (const Face& f : proxy.faces) {
+  faces_.reserve(net.faces.size());
+  for (const Face& f : net.faces) {
     faces_.push_back({slot_of_vertex_[f[0]], slot_of_vertex_[f[1]], slot_of_vertex_[f[2]]});
   }
 }
 
-void SpringNetwork::place_springs(const MechanicsModel& mechanics, double time_step_s) {
+void SpringNetwork::place_springs(const Net& net, double time_step_s) {
   std::vector<const Spring*> in_order;
   const auto ends_of = [this](const Spring& s) {
     const auto [a, b] = std::minmax(slot_of_vertex_[s.a], slot_of_vertex_[s.b]);
     return Ends{a, b};
   };
-  for (const Spring& s : mechanics.springs) {
+  for (const Spring& s : net.springs) {
     const Ends ends = ends_of(s);
     if (ends.a >= free_count()) continue;  // between two anchors
     in_order.push_back(&s);
@@ -111,7 +137,7 @@ void SpringNetwork::place_springs(const MechanicsModel& mechanics, double time_s
   for (auto* values : {&length_, &stiffness_, &damper_}) values->resize(whole, 0.0);
 }
 
-void SpringNetwork::find_parts(const MechanicsModel& mechanics) {
+void SpringNetwork::find_parts(const Net& net) {
   std::vector<std::uint32_t> parent(size());
   std::iota(parent.begin(), parent.end(), 0u);
   const auto root = [&parent](std::uint32_t i) {
@@ -119,7 +145,7 @@ void SpringNetwork::find_parts(const MechanicsModel& mechanics) {
     return i;
   };
   const auto join = [&](std::uint32_t a, std::uint32_t b) { parent[root(a)] = root(b); };
-  for (const Spring& s : mechanics.springs) join(slot_of_vertex_[s.a], slot_of_vertex_[s.b]);
+  for (const Spring& s : net.springs) join(slot_of_vertex_[s.a], slot_of_vertex_[s.b]);
   for (const Face& f : faces_) join(f[0], f[1]), join(f[1], f[2]);
 
   std::vector<std::uint32_t> part_of_root(size(), kAnchored);
@@ -130,7 +156,7 @@ void SpringNetwork::find_parts(const MechanicsModel& mechanics) {
     part_of_slot_[slot] = part;
   }
   bulk_energy_.assign(part_count_, 0.0);
-  for (const Spring& s : mechanics.springs) {
+  for (const Spring& s : net.springs) {
     bulk_energy_[part_of_slot_[slot_of_vertex_[s.a]]] +=
         kMilliNewtonPerNewton * s.stiffness_n_per_mm * s.rest_length_mm * s.rest_length_mm / 9;
   }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bundle/mechanics_model.h"
+#include "deform/deform_body.h"
 #include "deform/tissue.h"
 
 namespace organbake::deform {
@@ -17,8 +17,8 @@ namespace organbake::deform {
 // would creep. Every point is a proxy vertex.
 class SpringNetwork final : public Tissue {
  public:
-  // Throws BadDataError for a model that does not fit the proxy or has a value out of range.
-  SpringNetwork(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s);
+  // Throws BadDataError for a model that does not fit its proxy or has a value out of range.
+  SpringNetwork(const DeformBodies& bodies, double time_step_s);
 
   // The forces of inertia, springs and dampers.
   void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
@@ -34,12 +34,13 @@ class SpringNetwork final : public Tissue {
                      SpringBlock& block) const;
   void stand_in(std::size_t spring, const Lanes* from, SpringBlock& block, int i) const;
   void pull_block(std::size_t begin, SpringBlock& block) const;
-  std::vector<Coefficient> matrix_of_free(const MechanicsModel& mechanics, double time_step_s,
+  struct Net;
+  std::vector<Coefficient> matrix_of_free(const Net& net, double time_step_s,
                                           const std::vector<std::uint32_t>& free_of_vertex) const;
-  void place_slots(const TriangleMesh& proxy, const MechanicsModel& mechanics, double time_step_s,
+  void place_slots(const Net& net, double time_step_s,
                    const std::vector<std::uint32_t>& free_of_vertex);
-  void place_springs(const MechanicsModel& mechanics, double time_step_s);
-  void find_parts(const MechanicsModel& mechanics);
+  void place_springs(const Net& net, double time_step_s);
+  void find_parts(const Net& net);
 
   // In order of their slots, filled up to whole blocks with springs that do nothing.
   std::vector<Ends> ends_;

@@ -39,6 +39,8 @@ class Tissue {
     if (slot < free_count()) return 1;
     return slot < moving_count() ? embedding_.free_share(slot) : 0;
   }
+  // Which of the bodies that the tissue was made from.
+  const std::vector<std::uint32_t>& organ_of_slot() const { return organ_of_slot_; }
   // Connected parts, through springs or faces, numbered by their first vertex; of tissue whose
   // volume a pressure keeps.
   const std::vector<std::uint32_t>& part_of_slot() const { return part_of_slot_; }
@@ -66,7 +68,7 @@ class Tissue {
 
   SparseFactor factor_;
   Embedding embedding_;
-  std::vector<std::uint32_t> slot_of_vertex_, part_of_slot_;
+  std::vector<std::uint32_t> slot_of_vertex_, organ_of_slot_, part_of_slot_;
   std::uint32_t part_count_ = 0;
   std::vector<double> bulk_energy_;
   std::vector<double> inertia_;  // m/dt² by slot, kg/s²; of free points at least

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/nearest_on_triangle.h"
+#include "geometry/prism_bounds.h"
 #include "geometry/prism_height.h"
 #include "geometry/shell_map.h"
 
@@ -28,55 +27,6 @@ bool reproduces(const ShellMatrix& m, const ShellBinding& binding, const Eigen::
   const double size = m.col(1).lpNorm<1>() + m.col(2).lpNorm<1>() + std::abs(binding.height_mm);
   const Eigen::Vector3d bound = shell_point(m, binding.b1, binding.b2, binding.height_mm);
   return (bound - point).lpNorm<1>() <= kRounding * size;
-}
-
-// A prism's extent along the axes, its face's normal and its three edges' outward directions: a
-// convex bound tight enough that a grid cell lists few faces.
-struct PrismBounds {
-  Eigen::Vector3d min, max;
-  std::array<Eigen::Vector3d, 5> direction;  // normal, −normal, three edges
-  std::array<double, 5> extent{};
-  double slack = 0;  // mm; covers rounding, and what kWallTolerance lets in
-
-  bool touches_sphere(const Eigen::Vector3d& center, double radius) const {
-    for (std::size_t d = 0; d < direction.size(); ++d) {
-      if (direction[d].dot(center) > extent[d] + radius) return false;
-    }
-    return true;
-  }
-  // Without a branch on the way: what lies in a cell but in no prism near it is told apart at once.
-  bool holds(const Eigen::Vector3d& point) const {
-    double beyond = direction[0].dot(point) - extent[0];
-    for (std::size_t d = 1; d < direction.size(); ++d)
-      beyond = std::max(beyond, direction[d].dot(point) - extent[d]);
-    return beyond <= slack;
-  }
-};
-
-// S(b, h) is linear in h for fixed b, so the prism lies in the convex hull of its six corners.
-PrismBounds prism_bounds(const ShellMatrix& m, double max_height) {
-  std::array<Eigen::Vector3d, 6> corners;
-  for (int c = 0; c < 3; ++c) {
-    const double b1 = c == 1, b2 = c == 2;
-    corners[2 * c] = shell_point(m, b1, b2, max_height);
-    corners[2 * c + 1] = shell_point(m, b1, b2, -max_height);
-  }
-  PrismBounds bounds;
-  const Eigen::Vector3d a = m.col(1), b = m.col(2), n = a.cross(b).normalized();
-  bounds.direction = {n, -n, a.cross(n).normalized(), (b - a).cross(n).normalized(),
-                      n.cross(b).normalized()};
-  bounds.min = bounds.max = corners[0];
-  bounds.extent.fill(-std::numeric_limits<double>::infinity());
-  constexpr double kSlack = 1e-6;  // of the prism's size
-  bounds.slack = kSlack * (corners[1] - corners[2]).norm();
-  for (const auto& corner : corners) {
-    bounds.min = bounds.min.cwiseMin(corner);
-    bounds.max = bounds.max.cwiseMax(corner);
-    for (std::size_t d = 0; d < bounds.direction.size(); ++d) {
-      bounds.extent[d] = std::max(bounds.extent[d], bounds.direction[d].dot(corner));
-    }
-  }
-  return bounds;
 }
 
 }  // namespace
@@ -108,7 +58,7 @@ struct ShellBinder::Impl {
 void ShellBinder::Impl::build_grid() {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   for (const std::uint32_t f : usable) {
-    prisms.push_back(prism_bounds(matrices[f], max_height_mm));
+    prisms.push_back(prism_bounds(matrices[f], -max_height_mm, max_height_mm));
     low = low.cwiseMin(prisms.back().min);
     high = high.cwiseMax(prisms.back().max);
   }

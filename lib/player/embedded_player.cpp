@@ -2,6 +2,7 @@
 #include "player/embedded_player.h"
 
 #include <cstring>
+#include <filesystem>
 #include <string>
 
 #include "core/error.h"
@@ -13,9 +14,10 @@ namespace {
 
 using Matrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 
-DeformOptions options_for(double time_step_s) {
+DeformOptions options_for(const EmbeddedPlayer::Options& given) {
   DeformOptions options;
-  options.time_step_s = time_step_s;
+  options.time_step_s = given.time_step_s;
+  if (given.finite_elements) options.solver = TissueSolver::fem;
   options.check();  // before a bundle is read
   return options;
 }
@@ -29,6 +31,14 @@ View view_of(const EmbeddedPlayer::Camera& camera) {
   return view;
 }
 
+const std::vector<Eigen::Vector3d>& positions_of(const Player& player, std::size_t organ) {
+  if (organ >= player.organ_count()) {
+    throw UsageError("there is no organ " + std::to_string(organ) + " of " +
+                     std::to_string(player.organ_count()));
+  }
+  return player.proxy_positions(organ);
+}
+
 }  // namespace
 
 struct EmbeddedPlayer::Impl {
@@ -37,7 +47,15 @@ struct EmbeddedPlayer::Impl {
 };
 
 EmbeddedPlayer::EmbeddedPlayer(const std::string& bundle_folder, double time_step_s)
-    : impl_(new Impl{Player(bundle_folder, options_for(time_step_s)), {}}) {}
+    : EmbeddedPlayer(bundle_folder, Options{.time_step_s = time_step_s}) {}
+EmbeddedPlayer::EmbeddedPlayer(const std::string& bundle_folder, const Options& options)
+    : EmbeddedPlayer(std::vector{bundle_folder}, options) {}
+EmbeddedPlayer::EmbeddedPlayer(const std::vector<std::string>& bundle_folders,
+                               const Options& options)
+    : impl_(new Impl{
+          Player(std::vector<std::filesystem::path>(bundle_folders.begin(), bundle_folders.end()),
+                 options_for(options)),
+          {}}) {}
 EmbeddedPlayer::~EmbeddedPlayer() = default;
 EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
 EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
@@ -91,10 +109,12 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
     std::memcpy(pixels + y * row_bytes, impl_->frame.color.at(0, y), width_bytes);
 }
 
-std::size_t EmbeddedPlayer::vertex_count() const { return impl_->player.proxy_positions().size(); }
+std::size_t EmbeddedPlayer::vertex_count(std::size_t organ) const {
+  return positions_of(impl_->player, organ).size();
+}
 
-std::array<double, 3> EmbeddedPlayer::vertex_mm(std::size_t vertex) const {
-  const Eigen::Vector3d& v = impl_->player.proxy_positions().at(vertex);
+std::array<double, 3> EmbeddedPlayer::vertex_mm(std::size_t vertex, std::size_t organ) const {
+  const Eigen::Vector3d& v = positions_of(impl_->player, organ).at(vertex);
   return {v.x(), v.y(), v.z()};
 }
 

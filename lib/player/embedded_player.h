@@ -32,6 +32,10 @@ class EmbeddedPlayer {
     bool grabs = false;               // carries the tissue that it touches when it closes
     bool active = true;
   };
+  struct Options {
+    double time_step_s = 1.0 / 60;
+    bool finite_elements = false;  // in the springs' place; the bundles must have been baked so
+  };
   struct StepResult {
     std::vector<std::array<double, 3>> force_n;  // on each tip, from the tissue
     double penetration_mm = 0;
@@ -41,6 +45,9 @@ class EmbeddedPlayer {
   // Throws organbake's Error (a std::runtime_error) naming the file that is missing or bad, or the
   // time step.
   explicit EmbeddedPlayer(const std::string& bundle_folder, double time_step_s = 1.0 / 60);
+  EmbeddedPlayer(const std::string& bundle_folder, const Options& options);
+  // Several organs that push each other; orbits go round the first.
+  EmbeddedPlayer(const std::vector<std::string>& bundle_folders, const Options& options);
   ~EmbeddedPlayer();
   EmbeddedPlayer(EmbeddedPlayer&&) noexcept;
   EmbeddedPlayer& operator=(EmbeddedPlayer&&) noexcept;
@@ -57,9 +64,10 @@ class EmbeddedPlayer {
   // Throws for a camera that makes no sense, and for a bad file of a baked camera.
   void draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes);
 
-  // Of the coarse proxy, for collisions and haptics of the caller's own; x y z of each vertex, mm.
-  std::size_t vertex_count() const;
-  std::array<double, 3> vertex_mm(std::size_t vertex) const;
+  // Of an organ's coarse proxy, for collisions and haptics of the caller's own; x y z of each
+  // vertex, mm.
+  std::size_t vertex_count(std::size_t organ = 0) const;
+  std::array<double, 3> vertex_mm(std::size_t vertex, std::size_t organ = 0) const;
 
  private:
   struct Impl;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/stopwatch.h"
 #include "player/instrument_motion.h"
-#include "player/stopwatch.h"
 
 namespace organbake {
 namespace {
@@ -162,6 +162,7 @@ Script LiveSession::record(const std::string& name) const {
   Script script;
   script.name = name;
   script.time_step_s = time_step_s_;
+  script.solver = player_->solver();
   script.frames = static_cast<int>(std::clamp<std::size_t>(steps_, 1, kMostRecorded));
   script.width = view_.camera.intrinsics.width;
   script.height = view_.camera.intrinsics.height;

@@ -2,8 +2,8 @@
 #include "player/play.h"
 
 #include "core/error.h"
+#include "core/stopwatch.h"
 #include "player/instrument_motion.h"
-#include "player/stopwatch.h"
 
 namespace organbake {
 void PlayOptions::check() const {
@@ -26,14 +26,18 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   Frame picture;
   for (int frame = 0; frame < script.frames; ++frame) {
     context.throw_if_cancelled();
-    const std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
+    std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
     const View view = orbit_view(player.bundle().cameras, camera_at(script, frame), width, height);
-    DrawOptions draw = options.draw;
-    if (options.instruments) draw.solids = motion.solids(tips);
     PlayedFrame& entry = played.emplace_back();
     Stopwatch watch;
     entry.step = player.step(tips);
     entry.deform_ms = watch.lap();
+    for (std::size_t i = 0; i < tips.size(); ++i) {
+      tips[i].position_mm = entry.step.tip_position_mm[i];  // tools hold each other off
+    }
+    DrawOptions draw = options.draw;
+    if (options.instruments) draw.solids = motion.solids(tips);
+    watch.lap();
     entry.draw = player.draw(view, draw, picture);
     entry.draw_ms = watch.lap();
     if (entry.step.recovered) {

@@ -35,7 +35,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
 // The JSON report (play-report.schema.json): the solver, per frame and in summary the times by
 // phase, what was skipped and why, holes, contacts and forces. Times are the one thing in it that
 // differs from run to run.
-std::string play_report(const Script& script, TissueSolver solver,
+std::string play_report(const Script& script, const Player& player,
                         const std::vector<PlayedFrame>& frames);
 
 }  // namespace organbake

@@ -37,18 +37,23 @@ Json frame_json(const PlayedFrame& f) {
       {"holes_before_fill", f.draw.holes_before},
       {"holes_after_fill", f.draw.holes_after},
       {"contacts", f.step.contacts},
+      {"tissue_contacts", f.step.tissue_contacts},
+      {"collision_ms", f.step.collision_ms},
       {"tip_force_n", forces},
       {"recovered", f.step.recovered}};
 }
 
 Json summary_json(const std::vector<PlayedFrame>& frames) {
   std::vector<double> deform, draw, total;
+  double collision_ms = 0, all_ms = 0;
   std::size_t unchanged = 0, holes = 0, recovered = 0;
   for (const PlayedFrame& f : frames) {
     unchanged += f.draw.unchanged;
     recovered += f.step.recovered;
     holes = std::max(holes, f.draw.holes_after);
     deform.push_back(f.deform_ms);
+    collision_ms += f.step.collision_ms;
+    all_ms += f.deform_ms + f.draw_ms;
     if (f.draw.unchanged) continue;  // a frame that was not drawn says nothing of drawing
     draw.push_back(f.draw_ms);
     total.push_back(f.deform_ms + f.draw_ms);
@@ -59,20 +64,22 @@ Json summary_json(const std::vector<PlayedFrame>& frames) {
           {"frames_recovered", recovered},
           {"median_deform_ms", median(deform)},
           {"median_draw_ms", median(draw)},
+          {"collision_share_of_time", all_ms > 0 ? collision_ms / all_ms : 0},
           {"median_frames_per_second", frame_ms > 0 ? 1000 / frame_ms : 0},
           {"most_holes_after_fill", holes}};
 }
 
 }  // namespace
 
-std::string play_report(const Script& script, TissueSolver solver,
+std::string play_report(const Script& script, const Player& player,
                         const std::vector<PlayedFrame>& frames) {
   Json list = Json::array();
   for (const PlayedFrame& frame : frames) list.push_back(frame_json(frame));
   return json_text({{"schema", "organbake/play-report/1"},
                     {"script", script.name},
                     {"time_step_s", script.time_step_s},
-                    {"solver", to_string(solver)},
+                    {"solver", to_string(player.solver())},
+                    {"organs", player.organ_count()},
                     {"summary", summary_json(frames)},
                     {"frames", list}});
 }

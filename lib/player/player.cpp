@@ -1,37 +1,144 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/player.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "core/error.h"
+#include "player/organ_layers.h"
+
 namespace organbake {
+namespace {
+
+template <class Organs>
+DeformBodies bodies_of(const Organs& organs) {
+  DeformBodies bodies;
+  for (const auto& organ : organs)
+    bodies.push_back({organ.bundle.proxy, organ.bundle.mechanics, organ.bundle.base});
+  return bodies;
+}
+
+}  // namespace
+
+Player::Organ Player::bound(Bundle bundle, bool keep_maps) {
+  Warper warper(bundle);
+  if (!keep_maps) bundle.maps.clear();  // the bound samples say all that drawing needs
+  std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
+  return {std::move(bundle), std::move(warper), std::move(positions), {}};
+}
+
+Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool keep_maps) {
+  const BundleReader reader(bundle_folder);
+  if (keep_maps) return bound(reader.read_all(), true);
+  Bundle bundle = reader.read_frame();
+  Warper warper(bundle,
+                [reader, cameras = bundle.cameras.cameras, faces = bundle.proxy.faces.size()](
+                    std::size_t c) { return reader.read_maps(c, cameras[c].intrinsics, faces); });
+  bundle.maps.clear();
+  std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
+  return {std::move(bundle), std::move(warper), std::move(positions), {}};
+}
+
+std::vector<Player::Organ> Player::opened(const std::vector<std::filesystem::path>& folders,
+                                          bool keep_maps) {
+  std::vector<Organ> organs;
+  for (const auto& folder : folders) organs.push_back(opened(folder, keep_maps));
+  return organs;
+}
+
+std::vector<Player::Organ> Player::bound(std::vector<Bundle> bundles, bool keep_maps) {
+  std::vector<Organ> organs;
+  for (Bundle& bundle : bundles) organs.push_back(bound(std::move(bundle), keep_maps));
+  return organs;
+}
+
+Player::Player(std::vector<Organ> organs, const DeformOptions& options)
+    : organs_(std::move(organs)), solver_(options.solver), deformer_(bodies_of(organs_), options) {
+  if (organs_.empty()) throw UsageError("a player needs a bundle");
+}
+
+Player::Player(std::vector<Bundle> bundles, const DeformOptions& options, bool keep_maps)
+    : Player(bound(std::move(bundles), keep_maps), options) {}
 
 Player::Player(Bundle bundle, const DeformOptions& options, bool keep_maps)
-    : bundle_(std::move(bundle)),
-      warper_(bundle_),
-      deformer_(bundle_.proxy, bundle_.mechanics, bundle_.base, options) {
-  if (!keep_maps) bundle_.maps.clear();  // the bound samples say all that drawing needs
-}
-
-Player::Player(const BundleReader& reader, const DeformOptions& options)
-    : bundle_(reader.read_frame()),
-      warper_(bundle_,
-              [reader, cameras = bundle_.cameras.cameras, faces = bundle_.proxy.faces.size()](
-                  std::size_t c) { return reader.read_maps(c, cameras[c].intrinsics, faces); }),
-      deformer_(bundle_.proxy, bundle_.mechanics, bundle_.base, options) {
-  bundle_.maps.clear();
-}
-
-DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
-  if (options.method == WarpMethod::bound) {
-    return warper_.draw(deformer_.positions(), view, options, frame);
-  }
-  if (!paper_) paper_ = std::make_unique<PaperWarp>(bundle_);
-  return paper_->draw(bundle_, deformer_.positions(), view, options, frame);
-}
+    : Player(std::vector<Bundle>{std::move(bundle)}, options, keep_maps) {}
 
 Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
                bool keep_maps)
-    : Player(keep_maps ? Player(BundleReader(bundle_folder).read_all(), options, true)
-                       : Player(BundleReader(bundle_folder), options)) {}
+    : Player(std::vector<std::filesystem::path>{bundle_folder}, options, keep_maps) {}
+
+Player::Player(const std::vector<std::filesystem::path>& bundle_folders,
+               const DeformOptions& options, bool keep_maps)
+    : Player(opened(bundle_folders, keep_maps), options) {}
+
+void Player::load_all() {
+  for (Organ& organ : organs_) organ.warper.bind_all();
+}
+
+void Player::load_ahead() {
+  for (Organ& organ : organs_) organ.warper.bind_ahead();
+}
+
+bool Player::can_relight() const {
+  return std::any_of(organs_.begin(), organs_.end(),
+                     [](const Organ& organ) { return organ.warper.can_relight(); });
+}
+
+StepReport Player::step(const std::vector<InstrumentTip>& tips) {
+  StepReport report = deformer_.step(tips);
+  if (deformer_.moved()) take_positions();
+  return report;
+}
+
+void Player::reset() {
+  deformer_.reset();
+  take_positions();
+}
+
+void Player::take_positions() {
+  auto next = deformer_.positions().begin();
+  for (Organ& organ : organs_) {
+    const auto end = next + static_cast<std::ptrdiff_t>(organ.positions.size());
+    std::copy(next, end, organ.positions.begin());
+    next = end;
+  }
+}
+
+DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
+  if (organs_.size() > 1) return draw_organs(view, options, frame);
+  Organ& organ = organs_.front();
+  if (options.method == WarpMethod::bound) {
+    return organ.warper.draw(organ.positions, view, options, frame);
+  }
+  if (!paper_) paper_ = std::make_unique<PaperWarp>(organ.bundle);
+  return paper_->draw(organ.bundle, organ.positions, view, options, frame);
+}
+
+DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
+  if (options.method != WarpMethod::bound) {
+    throw UsageError("the paper's own warp draws one organ alone");
+  }
+  std::vector<DrawReport> reports;
+  std::vector<const Frame*> layers;
+  bool unchanged = joined_ != 0 && frame.serial == joined_;
+  for (Organ& organ : organs_) {
+    DrawOptions own = options;
+    own.keep_depth = true;
+    own.relight = options.relight && organ.warper.can_relight();
+    reports.push_back(organ.warper.draw(organ.positions, view, own, organ.picture));
+    layers.push_back(&organ.picture);
+    unchanged = unchanged && reports.back().unchanged;
+  }
+  // Of a frame asked for with less, what it lacks now would be missing.
+  unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
+              frame.shown.empty() == !options.keep_shown;
+  if (!unchanged) {
+    frame.serial = 0;
+    join_layers(layers, options, frame);
+    for (const Frame* layer : layers) joined_ = std::max(joined_, layer->serial);
+    frame.serial = joined_;
+  }
+  return joined_report(reports, unchanged);
+}
 
 }  // namespace organbake

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <vector>
@@ -30,28 +31,54 @@ class Player {
   // NoInputError or BadDataError naming the file.
   explicit Player(const std::filesystem::path& bundle_folder, const DeformOptions& options = {},
                   bool keep_maps = false);
+  // Several organs in one world, at least one, that push each other: a liver and its gallbladder.
+  // Each keeps its own virtual cameras; scripts and orbits go round the first.
+  explicit Player(std::vector<Bundle> bundles, const DeformOptions& options = {},
+                  bool keep_maps = false);
+  explicit Player(const std::vector<std::filesystem::path>& bundle_folders,
+                  const DeformOptions& options = {}, bool keep_maps = false);
   // Reads all cameras now, or from a thread of its own while frames are drawn, so that turning the
   // view never waits. Frames are the same either way.
-  void load_all() { warper_.bind_all(); }
-  void load_ahead() { warper_.bind_ahead(); }
+  void load_all();
+  void load_ahead();
 
-  StepReport step(const std::vector<InstrumentTip>& tips) { return deformer_.step(tips); }
-  // The paper's own warp needs a player that keeps its maps, and throws UsageError otherwise.
+  StepReport step(const std::vector<InstrumentTip>& tips);
+  // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
+  // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
-  bool can_relight() const { return warper_.can_relight(); }  // DrawOptions::relight
+  bool can_relight() const;  // DrawOptions::relight, any organ
   // Back to rest.
-  void reset() { deformer_.reset(); }
+  void reset();
 
-  const Bundle& bundle() const { return bundle_; }
-  const std::vector<Eigen::Vector3d>& proxy_positions() const { return deformer_.positions(); }
+  std::size_t organ_count() const { return organs_.size(); }
+  const Bundle& bundle(std::size_t organ = 0) const { return organs_[organ].bundle; }
+  // Of one organ's proxy, mm.
+  const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
+    return organs_[organ].positions;
+  }
+  TissueSolver solver() const { return solver_; }
 
  private:
-  Player(const BundleReader& reader, const DeformOptions& options);
+  struct Organ {
+    Bundle bundle;
+    Warper warper;
+    std::vector<Eigen::Vector3d> positions;  // of the proxy, mm
+    Frame picture;                           // of this organ alone; only where there are others
+  };
+  Player(std::vector<Organ> organs, const DeformOptions& options);
+  static Organ bound(Bundle bundle, bool keep_maps);
+  static std::vector<Organ> bound(std::vector<Bundle> bundles, bool keep_maps);
+  static Organ opened(const std::filesystem::path& bundle_folder, bool keep_maps);
+  static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
+                                   bool keep_maps);
+  void take_positions();
+  DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
 
-  Bundle bundle_;
-  Warper warper_;
+  std::vector<Organ> organs_;
+  TissueSolver solver_;
   Deformer deformer_;
   std::unique_ptr<PaperWarp> paper_;  // made when first asked for
+  std::uint64_t joined_ = 0;          // serial of the last picture of several organs
 };
 
 }  // namespace organbake

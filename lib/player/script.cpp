@@ -72,6 +72,13 @@ InstrumentPath instrument_from(const JsonField& field) {
   return instrument;
 }
 
+TissueSolver solver_from(const JsonField& field) {
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    if (field.text() == to_string(solver)) return solver;
+  }
+  field.fail("must be springs or fem");
+}
+
 double catmull_rom(double before, double a, double b, double after, double t) {
   return a + 0.5 * t *
                  (b - before +
@@ -93,6 +100,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
     script.width = static_cast<int>(size->at(0).integer(1, kLargestSide));
     script.height = static_cast<int>(size->at(1).integer(1, kLargestSide));
   }
+  if (const auto solver = document.find("solver")) script.solver = solver_from(*solver);
   const JsonField keyframes = document["camera"]["keyframes"];
   if (keyframes.size() == 0) keyframes.fail("must hold a keyframe");
   for (std::size_t i = 0; i < keyframes.size(); ++i) {

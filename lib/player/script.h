@@ -44,6 +44,8 @@ struct Script {
   double time_step_s = 1.0 / 60;
   int frames = 1;
   int width = 0, height = 0;  // 0 = the player's choice
+  // What stood for the tissue when it was recorded, and has to again to repeat it.
+  std::optional<TissueSolver> solver = {};
   std::vector<CameraKeyframe> camera;
   std::vector<InstrumentPath> instruments;
 };

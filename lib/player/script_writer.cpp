@@ -45,6 +45,7 @@ std::string script_to_json(const Script& script) {
                {"time_step_s", script.time_step_s},    {"frames", script.frames},
                {"camera", {{"keyframes", keyframes}}}, {"instruments", instruments}};
   if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
+  if (script.solver) json["solver"] = to_string(*script.solver);
   return json_text(json);
 }
 

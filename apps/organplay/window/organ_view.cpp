@@ -28,12 +28,12 @@ Eigen::Vector2d vector_from(const ImVec2& v) { return {v.x, v.y}; }
 
 }  // namespace
 
-OrganView::OrganView(const std::filesystem::path& bundle_folder, std::filesystem::path save_folder,
-                     TissueSolver solver, bool relight)
+OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
+                     std::filesystem::path save_folder, TissueSolver solver, bool relight)
     : save_folder_(std::move(save_folder)),
-      player_(bundle_folder, deform_options(solver)),
+      player_(bundles, deform_options(solver)),
       session_(player_, kTimeStep_s),
-      truth_(bundle_folder, player_.bundle().proxy) {
+      truth_(bundles.front(), player_.bundle().proxy) {
   options_.measure = true;
   options_.relight = relight && player_.can_relight();
 }
@@ -127,10 +127,11 @@ Rgb8Image OrganView::swiped(const Eigen::Vector2i& size) {
 }
 
 void OrganView::draw_overlays() const {
-  const Bundle& bundle = player_.bundle();
+  const Bundle& bundle = player_.bundle();  // whose cameras and manifold lead the view
   const View& view = session_.view();
   const ViewWeights& weights = last_.draw.weights;
-  if (proxy_lines_) draw_proxy(bundle.proxy, player_.proxy_positions(), view);
+  for (std::size_t organ = 0; proxy_lines_ && organ < player_.organ_count(); ++organ)
+    draw_proxy(player_.bundle(organ).proxy, player_.proxy_positions(organ), view);
   if (camera_lines_) draw_cameras(bundle.cameras, weights, view);
   if (manifold_lines_) draw_manifold(bundle.cameras, weights, view);
 }
@@ -160,7 +161,7 @@ void OrganView::controls(Display& display) {
   ImGui::SameLine();
   ImGui::Checkbox("VPM (3)", &manifold_lines_);
   if (player_.can_relight()) ImGui::Checkbox("light anew", &options_.relight);
-  if (truth_.available()) {
+  if (truth_.available() && player_.organ_count() == 1) {
     int against = static_cast<int>(against_);
     ImGui::Combo("beside it", &against, "nothing\0truth\0polygons\0difference to truth × 4\0");
     against_ = static_cast<Against>(against);
@@ -191,6 +192,7 @@ void OrganView::readings() const {
   ImGui::Text("force     %7.2f N  (most %.2f)", force_n_, largest_force_n_);
   ImGui::Text("depth     %7.1f mm", session_.depth_mm());
   ImGui::Text("contacts  %7zu", last_.step.contacts);
+  if (last_.step.tissue_contacts > 0) ImGui::Text("of tissue %7zu", last_.step.tissue_contacts);
   if (last_.step.recovered) ImGui::Text("the tissue's state was lost and reset");
   ImGui::Separator();
   ImGui::Text("deform    %7.2f ms", last_.deform_ms);

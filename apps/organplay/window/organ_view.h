@@ -14,7 +14,7 @@ namespace organbake {
 class OrganView {
  public:
   // Reads the bundle. Screenshots and interactions are saved into `save_folder`.
-  OrganView(const std::filesystem::path& bundle_folder, std::filesystem::path save_folder,
+  OrganView(const std::vector<std::filesystem::path>& bundles, std::filesystem::path save_folder,
             TissueSolver solver, bool relight);
 
   // Between Display::begin_frame() and end_frame().

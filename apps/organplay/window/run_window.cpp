@@ -32,10 +32,11 @@ class Pace {
 void run_window(const WindowCommand& command, const RunContext& context) {
   // A bundle named on the command line that can't be read is an error like any other.
   std::unique_ptr<OrganView> view;
-  if (!command.bundle.empty()) {
-    view = std::make_unique<OrganView>(command.bundle, command.save_folder, command.solver,
+  const auto open = [&command](const std::vector<std::filesystem::path>& bundles) {
+    return std::make_unique<OrganView>(bundles, command.save_folder, command.solver,
                                        command.relight);
-  }
+  };
+  if (!command.bundles.empty()) view = open(command.bundles);
   Display display("organplay", command.width, command.height);
   StartPage start;
   std::string problem;
@@ -46,8 +47,7 @@ void run_window(const WindowCommand& command, const RunContext& context) {
       if (view) {
         view->show(display);
       } else if (const std::string folder = start.show(problem); !folder.empty()) {
-        view = std::make_unique<OrganView>(folder, command.save_folder, command.solver,
-                                           command.relight);
+        view = open({folder});
       }
     } catch (const Error& error) {  // of a bundle, perhaps of a camera that came late
       view.reset();

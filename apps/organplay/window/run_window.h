@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 #include "core/run_context.h"
 #include "deform/deformer.h"
@@ -9,7 +10,7 @@
 namespace organbake {
 
 struct WindowCommand {
-  std::filesystem::path bundle;  // empty: the start page
+  std::vector<std::filesystem::path> bundles;  // none: the start page
   std::filesystem::path save_folder = ".";
   TissueSolver solver = TissueSolver::springs;
   bool relight = true;  // to begin with, where the bundle knows its light

@@ -15,8 +15,8 @@ constexpr double kDifferenceRelative = 1e-6;  // of a central difference of a cu
 
 TEST(EnclosedVolume, MeasuresTheMesh) {
   const TriangleMesh mesh = test::lumpy_organ(3, 40, 1);
-  const SpringNetwork network(mesh, test::spring_body(mesh), kTimeStep_s);
-  const EnclosedVolume volume(network, 1);
+  const SpringNetwork network({{mesh, test::spring_body(mesh), {}}}, kTimeStep_s);
+  const EnclosedVolume volume(network, {1});
   ASSERT_EQ(volume.bodies().size(), 1u);
   EXPECT_NEAR(volume.bodies()[0].rest_mm3 / signed_volume(mesh), 1, kRelative);
   EXPECT_EQ(volume.bodies()[0].compliance, 0);
@@ -24,8 +24,8 @@ TEST(EnclosedVolume, MeasuresTheMesh) {
 
 TEST(EnclosedVolume, GradientIsTheDerivative) {
   const TriangleMesh mesh = test::lumpy_organ(2, 40, 2);
-  const SpringNetwork network(mesh, test::spring_body(mesh), kTimeStep_s);
-  const EnclosedVolume volume(network, 1);
+  const SpringNetwork network({{mesh, test::spring_body(mesh), {}}}, kTimeStep_s);
+  const EnclosedVolume volume(network, {1});
   Rows x = network.rest(), gradient(x.size());
   volume.gradient(x, gradient);
   constexpr double kStep_mm = 1e-4;
@@ -49,14 +49,16 @@ TEST(EnclosedVolume, GradientIsTheDerivative) {
 TEST(EnclosedVolume, ZeroStiffnessAndOpenSurfacesHaveNone) {
   TriangleMesh mesh = test::geodesic_sphere(3, 40);
   const MechanicsModel mechanics = test::spring_body(mesh);
-  EXPECT_TRUE(EnclosedVolume(SpringNetwork(mesh, mechanics, kTimeStep_s), 0).bodies().empty());
+  EXPECT_TRUE(
+      EnclosedVolume(SpringNetwork({{mesh, mechanics, {}}}, kTimeStep_s), {0}).bodies().empty());
   // The face farthest from the anchors goes: an open edge that moves.
   std::size_t top = 0;
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     if (mesh.vertices[mesh.faces[f][0]].z() > mesh.vertices[mesh.faces[top][0]].z()) top = f;
   }
   mesh.faces.erase(mesh.faces.begin() + static_cast<std::ptrdiff_t>(top));
-  EXPECT_TRUE(EnclosedVolume(SpringNetwork(mesh, mechanics, kTimeStep_s), 1).bodies().empty());
+  EXPECT_TRUE(
+      EnclosedVolume(SpringNetwork({{mesh, mechanics, {}}}, kTimeStep_s), {1}).bodies().empty());
 }
 
 TEST(EnclosedVolume, AnOpenEdgeBetweenAnchorsIsAllowed) {
@@ -68,7 +70,8 @@ TEST(EnclosedVolume, AnOpenEdgeBetweenAnchorsIsAllowed) {
   std::erase_if(mesh.faces,
                 [&](const Face& f) { return anchored[f[0]] && anchored[f[1]] && anchored[f[2]]; });
   ASSERT_LT(mesh.faces.size(), before);
-  EXPECT_EQ(EnclosedVolume(SpringNetwork(mesh, mechanics, kTimeStep_s), 1).bodies().size(), 1u);
+  EXPECT_EQ(
+      EnclosedVolume(SpringNetwork({{mesh, mechanics, {}}}, kTimeStep_s), {1}).bodies().size(), 1u);
 }
 
 TEST(EnclosedVolume, SeparatePartsKeepTheirOwn) {
@@ -87,8 +90,8 @@ TEST(EnclosedVolume, SeparatePartsKeepTheirOwn) {
   }
   mechanics.mass_kg.insert(mechanics.mass_kg.end(), other_mechanics.mass_kg.begin(),
                            other_mechanics.mass_kg.end());
-  const SpringNetwork network(mesh, mechanics, kTimeStep_s);
-  const EnclosedVolume volume(network, 0.5);
+  const SpringNetwork network({{mesh, mechanics, {}}}, kTimeStep_s);
+  const EnclosedVolume volume(network, {0.5});
   ASSERT_EQ(volume.bodies().size(), 2u);
   EXPECT_NEAR(volume.bodies()[1].rest_mm3 / signed_volume(other), 1, kRelative);
   EXPECT_GT(volume.bodies()[0].compliance, 0);

@@ -47,7 +47,7 @@ double largest(const Rows& rows) {
 // The patch test: a uniform strain leaves no force on any node within, however the elements lie.
 TEST(FemBody, AnAffineMapLeavesInnerNodesAlone) {
   const test::FemBar bar;
-  const FemBody tissue(bar.mesh, bar.mechanics, kStep_s);
+  const FemBody tissue({{bar.mesh, bar.mechanics, {}}}, kStep_s);
   Eigen::Affine3d map = Eigen::Affine3d::Identity();
   map.linear() << 1.1, 0.2, -0.1, 0.05, 0.9, 0.1, 0, -0.15, 1.2;
   const Rows force = elastic_forces(tissue, mapped(tissue, map));
@@ -74,7 +74,7 @@ TEST(FemBody, AStretchedBarPullsByYoungsModulus) {
     test::FemOptions options;
     options.poisson_ratio = nu;
     const test::FemBar bar(options);
-    const FemBody tissue(bar.mesh, bar.mechanics, kStep_s);
+    const FemBody tissue({{bar.mesh, bar.mechanics, {}}}, kStep_s);
     constexpr double kStrain = 0.02;
     const Eigen::Affine3d map(Eigen::Scaling(1 + kStrain, 1 - nu * kStrain, 1 - nu * kStrain));
     const Rows force = elastic_forces(tissue, mapped(tissue, map));
@@ -92,7 +92,7 @@ TEST(FemBody, AStretchedBarPullsByYoungsModulus) {
 
 TEST(FemBody, TurningMakesNoForce) {
   const TriangleMesh mesh = test::lumpy_organ(2, 40, 7);
-  const FemBody tissue(mesh, test::fem_ball(mesh), kStep_s);
+  const FemBody tissue({{mesh, test::fem_ball(mesh), {}}}, kStep_s);
   const double stretched =
       largest(elastic_forces(tissue, mapped(tissue, Eigen::Affine3d(Eigen::Scaling(1.01)))));
   EXPECT_LT(largest(elastic_forces(tissue, tissue.rest())), 1e-12 * stretched);
@@ -103,7 +103,7 @@ TEST(FemBody, TurningMakesNoForce) {
 TEST(FemBody, ForcesAreTheEnergysSlope) {
   constexpr double kStep_mm = 1e-5, kRelative = 1e-5;  // central differences
   const TriangleMesh mesh = test::lumpy_organ(1, 40, 2);
-  const FemBody tissue(mesh, test::fem_ball(mesh), kStep_s);
+  const FemBody tissue({{mesh, test::fem_ball(mesh), {}}}, kStep_s);
   RandomStream random(11);
   Rows x = tissue.rest();
   for (Row& row : x) row += to_row({random.normal(), random.normal(), random.normal()}) * 15;
@@ -127,7 +127,7 @@ TEST(FemBody, DampingKnowsStrainAlone) {
   const TriangleMesh mesh = test::lumpy_organ(2, 40, 7);
   test::FemOptions options;
   options.damping_s = 0.1;
-  const FemBody tissue(mesh, test::fem_ball(mesh, options), kStep_s);
+  const FemBody tissue({{mesh, test::fem_ball(mesh, options), {}}}, kStep_s);
   const auto damping = [&](const Eigen::Affine3d& map) {
     Rows force(tissue.size());
     const Rows x = mapped(tissue, map);
@@ -148,7 +148,7 @@ TEST(FemBody, WeighsWhatTheTissueDoes) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   test::FemOptions options;
   options.anchored_below = -2;
-  const FemBody tissue(mesh, test::fem_ball(mesh, options), kStep_s);
+  const FemBody tissue({{mesh, test::fem_ball(mesh, options), {}}}, kStep_s);
   Rows coasted = tissue.rest(), force(tissue.size());
   for (Row& row : coasted) row.x() += 1;
   tissue.local_step(tissue.rest(), tissue.rest(), coasted, force);

@@ -20,8 +20,9 @@ constexpr double kSampled_mm = 0.08;
 struct Posed {
   TriangleMesh mesh = test::lumpy_organ(2, 40, 3);
   BaseLayer base = test::sphere_base(mesh, 42, 8);
-  SpringNetwork network{mesh, test::spring_body(mesh), kTimeStep_s};
-  Skin skin{network, base};
+  MechanicsModel mechanics = test::spring_body(mesh);
+  SpringNetwork network{{{mesh, mechanics, base}}, kTimeStep_s};
+  Skin skin{network, {{mesh, mechanics, base}}};
   Rows x = network.rest();
 
   // A seeded deformation, in the mesh and in the slots alike.
@@ -91,8 +92,9 @@ TEST(Skin, NearestPointBeatsAFineSampling) {
 
 TEST(Skin, WithoutABaseItIsTheProxy) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
-  const SpringNetwork network(mesh, test::spring_body(mesh), kTimeStep_s);
-  Skin skin(network, {});
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  const SpringNetwork network({{mesh, mechanics, {}}}, kTimeStep_s);
+  Skin skin(network, {{mesh, mechanics, {}}});
   skin.pose(network.rest());
   const Face& f = mesh.faces[5];
   const Eigen::Vector3d middle =
@@ -106,8 +108,9 @@ TEST(Skin, WithoutABaseItIsTheProxy) {
 
 TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
-  const SpringNetwork network(mesh, test::spring_body(mesh), kTimeStep_s);
-  Skin skin(network, test::sphere_base(mesh, 41, 4));
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  const SpringNetwork network({{mesh, mechanics, {}}}, kTimeStep_s);
+  Skin skin(network, {{mesh, mechanics, test::sphere_base(mesh, 41, 4)}});
   const Rows collapsed(network.size(), Row(1, 2, 3, 0));
   skin.pose(collapsed);
   const SkinHit hit = skin.nearest(0, Row(1, 2, 8, 0));

@@ -59,7 +59,7 @@ TEST(Play, ReportsEveryFrame) {
   Player player(organ_to_play());
   const Script script = short_script(8);
   const auto played = play(player, script, small_frames(), {});
-  const Json report = parse_json(play_report(script, TissueSolver::springs, played), "report");
+  const Json report = parse_json(play_report(script, player, played), "report");
   EXPECT_EQ(report["schema"], "organbake/play-report/1");
   ASSERT_EQ(report["frames"].size(), 8u);
   EXPECT_EQ(report["frames"][0]["holes_after_fill"].get<int>(), 0);

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player/organ_layers.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace organbake {
+namespace {
+
+void take_nearer(const Frame& layer, std::size_t begin, std::size_t end, Frame& frame,
+                 std::vector<float>& depth_mm) {
+  const bool shown = !frame.shown.empty() && !layer.shown.empty();
+  for (std::size_t i = begin; i < end; ++i) {
+    if (!(layer.depth_mm[i] < depth_mm[i])) continue;
+    depth_mm[i] = layer.depth_mm[i];
+    frame.cover[i] = layer.cover[i];
+    std::copy_n(layer.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                frame.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i));
+    if (shown) frame.shown[i] = layer.shown[i];
+  }
+}
+
+}  // namespace
+
+void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& options,
+                 Frame& frame) {
+  const Frame& first = *layers.front();
+  frame.color = first.color;
+  frame.cover = first.cover;
+  frame.shown = options.keep_shown ? first.shown : std::vector<Shown>{};
+  std::vector<float> depth_mm = first.depth_mm;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, depth_mm.size(), 1 << 14),
+                    [&](const auto& range) {
+                      for (std::size_t l = 1; l < layers.size(); ++l)
+                        take_nearer(*layers[l], range.begin(), range.end(), frame, depth_mm);
+                    });
+  frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
+}
+
+DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged) {
+  DrawReport sum = reports.front();
+  sum.unchanged = unchanged;
+  for (std::size_t r = 1; r < reports.size(); ++r) {
+    const DrawReport& more = reports[r];
+    sum.tiles_drawn += more.tiles_drawn;
+    sum.tiles_kept += more.tiles_kept;
+    sum.samples_drawn += more.samples_drawn;
+    sum.samples_facing_away += more.samples_facing_away;
+    sum.samples_outside_view += more.samples_outside_view;
+    sum.faces_drawn += more.faces_drawn;
+    sum.faces_facing_away += more.faces_facing_away;
+    sum.faces_outside_view += more.faces_outside_view;
+    sum.base_triangles += more.base_triangles;
+    sum.sample_pixels += more.sample_pixels;
+    sum.base_pixels += more.base_pixels;
+    sum.holes_before += more.holes_before;
+    sum.holes_after += more.holes_after;
+    sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
+    sum.times.transform += more.times.transform;
+    sum.times.splat += more.times.splat;
+    sum.times.base += more.times.base;
+    sum.times.resolve += more.times.resolve;
+    sum.times.fill += more.times.fill;
+  }
+  return sum;
+}
+
+}  // namespace organbake

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "warp/warper.h"
+
+namespace organbake {
+
+// The pictures of several organs from one view as one picture: at every pixel the one that is
+// nearest to the eye, the first at ties. All of one size, with depth. What `options` does not ask
+// to keep is not kept.
+void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& options, Frame& frame);
+
+// The sums of what was drawn and skipped; the cameras are the first organ's.
+DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged);
+
+}  // namespace organbake

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deform/tool_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+#include "unit/deform/test_bodies.h"
+
+namespace organbake::deform {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kTouching_mm = 1e-6;
+
+InstrumentTip ball(const Vector3d& at, double radius_mm = 5) {
+  return {at, radius_mm, InstrumentMode::poke, true, Vector3d::Zero()};
+}
+
+InstrumentTip capsule(const Vector3d& at, const Vector3d& axis, double radius_mm = 3) {
+  return {at, radius_mm, InstrumentMode::poke, true, axis};
+}
+
+double gap_mm(const InstrumentTip& a, const InstrumentTip& b) {
+  const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
+  return (a.position_mm + s * a.axis_mm - b.position_mm - t * b.axis_mm).norm() - a.radius_mm -
+         b.radius_mm;
+}
+
+TEST(ToolContacts, NearestPointsBeatEverySample) {
+  RandomStream random(3);
+  const auto point = [&] { return Vector3d(random.normal(), random.normal(), random.normal()); };
+  for (int trial = 0; trial < 200; ++trial) {
+    const Vector3d p = point(), q = point();
+    // Points and parallels among them.
+    const Vector3d u = trial % 5 == 0 ? Vector3d::Zero().eval() : point();
+    const Vector3d v = trial % 7 == 0 ? Vector3d::Zero().eval() : trial % 3 == 0 ? u : point();
+    const auto [s, t] = nearest_on_segments(p, u, q, v);
+    ASSERT_TRUE(s >= 0 && s <= 1 && t >= 0 && t <= 1);
+    const double found = (p + s * u - q - t * v).norm();
+    for (int i = 0; i <= 20; ++i) {
+      for (int j = 0; j <= 20; ++j) {
+        EXPECT_LE(found, (p + i / 20. * u - q - j / 20. * v).norm() + kTouching_mm);
+      }
+    }
+  }
+}
+
+TEST(ToolContacts, ToolsThatOverlapPartByHalfEach) {
+  const auto held = held_apart({ball({0, 0, 0}), ball({6, 0, 0})});
+  EXPECT_NEAR(gap_mm(held[0], held[1]), 0, kTouching_mm);
+  EXPECT_NEAR(held[0].position_mm.x(), -2, kTouching_mm);
+  EXPECT_NEAR(held[1].position_mm.x(), 8, kTouching_mm);
+}
+
+TEST(ToolContacts, ToolsApartAndToolsAwayAreLeftAlone) {
+  InstrumentTip away = ball({0, 0, 0});
+  away.active = false;
+  const std::vector<InstrumentTip> tips = {ball({0, 0, 0}), ball({11, 0, 0}), away};
+  const auto held = held_apart(tips);
+  for (std::size_t i = 0; i < tips.size(); ++i) EXPECT_EQ(held[i].position_mm, tips[i].position_mm);
+}
+
+TEST(ToolContacts, BladesCrossNeitherEachOtherNorABall) {
+  const auto held = held_apart(
+      {capsule({-10, 0, 0}, {20, 0, 0}), capsule({0, -10, 1}, {0, 20, 0}), ball({9, 1, 0}, 4)});
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    for (std::size_t j = i + 1; j < held.size(); ++j)
+      EXPECT_GT(gap_mm(held[i], held[j]), -kTouching_mm);
+  }
+  EXPECT_GT(held[1].position_mm.z(), held[0].position_mm.z());  // the way they came
+}
+
+TEST(ToolContacts, CoincidentToolsStillPart) {
+  for (const auto& tips :
+       {std::vector{ball({1, 2, 3}), ball({1, 2, 3})},
+        std::vector{capsule({0, 0, 0}, {9, 0, 0}), capsule({0, 0, 0}, {9, 0, 0})},
+        std::vector{capsule({-5, 0, 0}, {9, 0, 0}), capsule({0, -5, 0}, {0, 9, 0})}}) {
+    const auto held = held_apart(tips);
+    EXPECT_TRUE(held[0].position_mm.allFinite() && held[1].position_mm.allFinite());
+    EXPECT_GT(gap_mm(held[0], held[1]), -kTouching_mm);
+  }
+}
+
+// Driven into each other on the skin: the report tells where they stopped, both press on.
+TEST(ToolContacts, TheDeformerHoldsThemApart) {
+  const TriangleMesh mesh = test::geodesic_sphere(4, 40);
+  Deformer deformer(mesh, test::spring_body(mesh), {});
+  StepReport report;
+  for (int step = 0; step <= 40; ++step) {
+    const double x = 12 - 0.25 * step;
+    report = deformer.step({ball({-x, 0, 41}), ball({x, 0, 41})});
+  }
+  EXPECT_NEAR((report.tip_position_mm[0] - report.tip_position_mm[1]).norm(), 10, kTouching_mm);
+  EXPECT_GT(report.tip_force_n[0].norm(), 0);
+  EXPECT_GT(report.tip_force_n[1].norm(), 0);
+  EXPECT_LT(report.penetration_mm, 0.1);
+}
+
+}  // namespace
+}  // namespace organbake::deform
