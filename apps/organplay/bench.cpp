@@ -25,8 +25,8 @@ Script bench_script(const Command& command) {
 }
 
 void add_pokes(Script& script, const Bundle& bundle) {
-  const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
-  const double deep = 0.2 * (skin_point(bundle, front) - skin_point(bundle, -front)).norm();
+  const Eigen::Vector3d front = poke_direction(bundle);
+  const double deep = 0.2 * thickness_mm(bundle, front);
   InstrumentPath probe{"probe", 0, InstrumentMode::poke, {}};
   const double seconds = script.frames * script.time_step_s;
   for (int i = 0; i <= seconds + 1; ++i) {

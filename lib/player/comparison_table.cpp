@@ -13,6 +13,7 @@
 #include "player/contact_sheet.h"
 #include "player/ideal_picture.h"
 #include "player/orbit.h"
+#include "player/skin_point.h"
 
 namespace organbake {
 namespace {
@@ -174,7 +175,7 @@ ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
     player.reset();
     // Half-way between the viewing angles' extremes would be out of some views: poke the front.
     if (poked) {
-      hold_poke(player, bundle.cameras.manifold.directions.front(), options.poke_share,
+      hold_poke(player, poke_direction(bundle), options.poke_share,
                 bundle.mechanics.instrument_radius_mm);
     }
     for (const double angle : options.angles_rad) {

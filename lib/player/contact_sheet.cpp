@@ -12,18 +12,6 @@
 namespace organbake {
 namespace {
 
-// The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees
-// it, has no far side: a quarter of its extent stands for how deep it may be pressed.
-double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d skin = skin_point(bundle, direction);
-  try {
-    return (skin - skin_point(bundle, -direction)).norm();
-  } catch (const BadDataError&) {
-    constexpr double kShareOfExtent = 0.25;
-    return kShareOfExtent * bounds(bundle.proxy).diagonal();
-  }
-}
-
 Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
                   const DrawOptions& options) {
   Frame frame;
@@ -67,7 +55,7 @@ InstrumentTip hold_poke(Player& player, const Eigen::Vector3d& direction, double
 Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const DrawOptions& drawing,
                         const RunContext& context) {
   const Bundle& bundle = player.bundle();
-  const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
+  const Eigen::Vector3d front = poke_direction(bundle);
   std::vector<Rgb8Image> pictures;
   const auto add = [&](const OrbitPose& pose, const std::vector<Solid>& solids) {
     context.throw_if_cancelled();

@@ -24,11 +24,9 @@ double crossing(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
   return ac.dot(q) / determinant;
 }
 
-}  // namespace
-
-Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm,
-                        d = direction.normalized();
+// How far from the organ's centre the skin lies along a unit direction; negative without any.
+double distance_to_skin(const Bundle& bundle, const Eigen::Vector3d& d) {
+  const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
   const std::vector<Eigen::Vector3d> normals = vertex_normals(bundle.proxy);
   const BaseLayer& base = bundle.base;
   const std::uint32_t n = base.steps;
@@ -48,11 +46,34 @@ Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& directio
       }
     }
   }
-  if (farthest < 0) {
+  return farthest;
+}
+
+}  // namespace
+
+Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d d = direction.normalized();
+  const double distance = distance_to_skin(bundle, d);
+  if (distance < 0) {
     throw BadDataError("no skin lies in the direction (" + to_text(d.x(), 3) + ", " +
                        to_text(d.y(), 3) + ", " + to_text(d.z(), 3) + ") from the organ's centre");
   }
-  return center + farthest * d;
+  return bundle.cameras.manifold.center_world_mm + distance * d;
+}
+
+Eigen::Vector3d poke_direction(const Bundle& bundle) {
+  for (const Eigen::Vector3d& d : bundle.cameras.manifold.directions) {
+    if (distance_to_skin(bundle, d.normalized()) >= 0) return d;
+  }
+  throw BadDataError("no camera looks at skin over the organ's centre");
+}
+
+double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d skin = skin_point(bundle, direction), d = direction.normalized();
+  constexpr double kShareOfExtent = 0.25;
+  const double behind = distance_to_skin(bundle, -d);
+  if (behind < 0) return kShareOfExtent * bounds(bundle.proxy).diagonal();
+  return (skin - bundle.cameras.manifold.center_world_mm).norm() + behind;
 }
 
 }  // namespace organbake
