@@ -29,11 +29,11 @@ struct CaptureSummary {
 };
 
 // Bakes the maps of each camera and the base layer of the proxy.
-//   depth       planar z of the first hit at the texel's centre, to 18 bits (4·10⁻⁶ of itself: the
+//   depth       planar z of the first hit at the texel's centre, to 17 bits (8·10⁻⁶ of itself: the
 //               noise below would not compress)
 //   color       mean over n×n rays, without those that meet another surface than the centre's
 //   face, height_mm  the binding of the stored depth's point in the proxy's shell, the height to
-//               10⁻⁶ of the depth; the player solves b1, b2 again from depth and height
+//               2·10⁻⁶ of the depth; the player solves b1, b2 again from depth and height
 //   confidence  smooth in the angle between surface and view (0 from 80°, 1 up to 60°) times
 //               smooth in the distance to a depth edge (1 from three texels on)
 // The same bytes for any number of threads. Throws UsageError, or BadDataError for a broken or

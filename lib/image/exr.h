@@ -19,7 +19,7 @@ enum class ExrCompression { none, zip, piz, pxr24, dwaa };
 
 struct ExrWriteOptions {
   ExrCompression compression = ExrCompression::zip;
-  int zip_level = 4;  // 1…9; higher is smaller and slower
+  int zip_level = 6;  // 1…12; higher is smaller and slower
   // Written as worldToCamera and worldToNDC (Imath row-vector matrices, mm, +z forward, y down).
   std::optional<PosedCamera> camera = {};
 };

@@ -7,14 +7,19 @@
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
+#include <ImfVersion.h>
 
+#include <algorithm>
 #include <cstring>
 #include <deque>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/files.h"
 #include "image/exr.h"
+#include "image/exr_zip.h"
 
 namespace organbake {
 namespace {
@@ -99,13 +104,61 @@ Imf::Slice slice_of(const Channel& channel, int width, std::deque<std::vector<ha
   return {type, const_cast<char*>(base), size, size * width};
 }
 
+template <class Value>
+void put(MemorySink& stream, Value value) {
+  char bytes[sizeof(Value)];
+  std::memcpy(bytes, &value, sizeof(Value));
+  stream.write(bytes, sizeof(Value));
+}
+
+// The lines of a block as the file has them: line by line, in each the channels by name.
+void gather(const Imf::FrameBuffer& frame, int width, int first_row, int row_count,
+            std::vector<char>& lines) {
+  lines.clear();
+  for (int row = first_row; row < first_row + row_count; ++row) {
+    for (auto it = frame.begin(); it != frame.end(); ++it) {
+      const Imf::Slice& slice = it.slice();
+      const char* const from = slice.base + slice.yStride * static_cast<std::size_t>(row);
+      lines.insert(lines.end(), from, from + slice.xStride * static_cast<std::size_t>(width));
+    }
+  }
+}
+
+// OpenEXR's own writer, but for the packing: a scan-line file is its header, a table of where the
+// blocks of 16 lines begin, and the blocks.
+void write_zip(MemorySink& stream, const Imf::Header& header, const Imf::FrameBuffer& frame,
+               int level) {
+  constexpr int kVersion = 2, kBlockRows = 16;
+  header.sanityCheck();
+  const Imath::V2i size = header.dataWindow().size() + Imath::V2i(1);
+  put<std::int32_t>(stream, Imf::MAGIC);
+  put<std::int32_t>(stream, kVersion);
+  header.writeTo(stream);
+  const std::uint64_t table = stream.tellp();
+  const int blocks = (size.y + kBlockRows - 1) / kBlockRows;
+  for (int b = 0; b < blocks; ++b) put<std::uint64_t>(stream, 0);
+  ExrZipPacker packer(level);
+  std::vector<char> lines;
+  for (int b = 0; b < blocks; ++b) {
+    const std::uint64_t start = stream.tellp();
+    stream.seekp(table + sizeof(std::uint64_t) * static_cast<std::uint64_t>(b));
+    put<std::uint64_t>(stream, start);
+    stream.seekp(start);
+    const int row = b * kBlockRows;
+    gather(frame, size.x, row, std::min(kBlockRows, size.y - row), lines);
+    const std::span<const char> packed = packer.pack(lines);
+    put<std::int32_t>(stream, row);
+    put<std::int32_t>(stream, static_cast<std::int32_t>(packed.size()));
+    stream.write(packed.data(), static_cast<int>(packed.size()));
+  }
+}
+
 }  // namespace
 
 void write_exr(const std::filesystem::path& path, const ChannelImage& image,
                const ExrWriteOptions& options) {
   Imf::Header header(image.width, image.height);
   header.compression() = imf_compression(options.compression);
-  header.zipCompressionLevel() = options.zip_level;
   if (options.camera) add_camera(header, *options.camera);
   Imf::FrameBuffer frame;
   std::deque<std::vector<half>> halves;
@@ -116,9 +169,13 @@ void write_exr(const std::filesystem::path& path, const ChannelImage& image,
   }
   MemorySink stream;
   try {
-    Imf::OutputFile file(stream, header, 0);
-    file.setFrameBuffer(frame);
-    file.writePixels(image.height);
+    if (options.compression == ExrCompression::zip) {
+      write_zip(stream, header, frame, options.zip_level);
+    } else {
+      Imf::OutputFile file(stream, header, 0);
+      file.setFrameBuffer(frame);
+      file.writePixels(image.height);
+    }
   } catch (const std::exception& error) {
     throw IoError::writing(path, error.what());
   }

@@ -53,6 +53,11 @@ void undo_differences(std::span<std::uint8_t> bytes) {
   }
 }
 
+void take_differences(std::span<std::uint8_t> bytes) {
+  for (std::size_t i = bytes.size(); i-- > 1;)
+    bytes[i] = static_cast<std::uint8_t>(bytes[i] - bytes[i - 1] + 128);
+}
+
 std::uint16_t two_bytes(const std::uint8_t* at) {
   std::uint16_t value;
   std::memcpy(&value, at, sizeof(value));
@@ -76,6 +81,28 @@ void join_halves(const std::uint8_t* __restrict even, const std::uint8_t* __rest
 }
 
 }  // namespace
+
+ExrZipPacker::ExrZipPacker(int level) : compressor_(libdeflate_alloc_compressor(level)) {
+  if (!compressor_) throw std::bad_alloc();
+}
+
+ExrZipPacker::~ExrZipPacker() { libdeflate_free_compressor(compressor_); }
+
+std::span<const char> ExrZipPacker::pack(std::span<const char> lines) {
+  const std::size_t half = lines.size() / 2;
+  predicted_.resize(lines.size());
+  for (std::size_t i = 0; i < half; ++i) {
+    predicted_[i] = static_cast<std::uint8_t>(lines[2 * i]);
+    predicted_[half + i] = static_cast<std::uint8_t>(lines[2 * i + 1]);
+  }
+  take_differences(predicted_);
+  packed_.resize(lines.size());
+  // Nothing is written, and 0 the answer, when there is too little room.
+  const std::size_t size = libdeflate_zlib_compress(
+      compressor_, predicted_.data(), predicted_.size(), packed_.data(), packed_.size());
+  if (size == 0 || size >= lines.size()) return lines;
+  return std::span<const char>(packed_).first(size);
+}
 
 void unpack_exr_zip(std::span<const char> packed, const ExrLines& lines, int first_row,
                     int row_count) {

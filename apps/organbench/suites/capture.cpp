@@ -7,6 +7,7 @@
 #include "geometry/shell_map.h"
 #include "organbench/error_measures.h"
 #include "organbench/peers/embree_depth.h"
+#include "organbench/peers/openexr_writer.h"
 #include "organbench/suites.h"
 #include "organbench/suites/capture_parts.h"
 #include "phantom/phantom.h"
@@ -39,21 +40,19 @@ namespace {
 struct ReadyImage {
   fs::path file;
   ChannelImage image;
-  ExrWriteOptions options;
 };
 
 std::vector<ReadyImage> ready_images(const CaptureSummary& captured, const CaptureScenario& scene,
                                      const fs::path& folder) {
   std::vector<ReadyImage> images;
-  images.push_back({folder / "base.exr", base_layer_to_image(captured.base), {}});
+  images.push_back({folder / "base.exr", base_layer_to_image(captured.base)});
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     const CameraMaps& maps = captured.maps[c];
     const fs::path camera = folder / camera_folder(c);
     fs::create_directories(camera);
-    const ExrWriteOptions options{.camera = scene.cameras[c]};
-    images.push_back({camera / "depth.exr", depth_image(maps), options});
-    images.push_back({camera / "color.exr", color_image(maps), options});
-    images.push_back({camera / "micro.exr", micro_image(maps), options});
+    images.push_back({camera / "depth.exr", depth_image(maps)});
+    images.push_back({camera / "color.exr", color_image(maps)});
+    images.push_back({camera / "micro.exr", micro_image(maps)});
   }
   return images;
 }
@@ -113,14 +112,14 @@ void promise_capture_time(Bench& bench) {
        [&] { embree.trace(scene.cameras, depths_mm); },
        [&] {
          tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t i) {
-           write_exr(images[i].file, images[i].image, images[i].options);
+           write_by_openexr(images[i].file, images[i].image);
          });
        }});
   const std::string task = std::to_string(cameras) + " cameras of " + std::to_string(size) + "², " +
                            std::to_string(scene.surface.faces.size()) + " faces, one ray a texel";
   const char* names[] = {"organbake: trace, bind, write", "organbake: trace and bind",
                          "Embree, packets of 16: trace alone",
-                         "OpenEXR: write alone of the same files"};
+                         "OpenEXR: write alone of the same images"};
   for (std::size_t i = 0; i < timings.size(); ++i)
     bench.add(Point{task, names[i], i >= 2, {}, timings[i], {}});
   const double alone = timings[2].wall_ms.median + timings[3].wall_ms.median;

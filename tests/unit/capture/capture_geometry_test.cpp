@@ -73,7 +73,7 @@ TEST(CaptureDepth, IsTheMeshsToFloatPrecision) {
     }
     ASSERT_EQ(std::isinf(maps.depth_mm[p]), std::isinf(nearest));
     if (!std::isinf(nearest)) {
-      constexpr double kStoredShare = 1.0 / (1 << 18);  // half of the last bit that is kept
+      constexpr double kStoredShare = 1.0 / (1 << 17);  // half of the last bit that is kept
       EXPECT_NEAR(maps.depth_mm[p], nearest, 1.01 * kStoredShare * nearest);
     }
   }

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
 #include <ImfInputFile.h>
+#include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 
 #include <cmath>
@@ -78,10 +81,41 @@ TEST_F(Exr, ZipIsUndoneAsOpenExrDoesIt) {
   file.setFrameBuffer(frame);
   file.readPixels(0, kHeight - 1);
 
-  const ChannelImage back = read_exr(at("a.exr"));
-  EXPECT_EQ(back.floats("Y", "a"), smooth);
-  EXPECT_EQ(back.uints("face", "a"), noise);
-  EXPECT_EQ(back.floats("R", "a"), expected);
+  // The same image packed by OpenEXR.
+  std::vector<float> smooth_again = smooth;
+  std::vector<std::uint32_t> noise_again = noise;
+  Imf::Header header(kWidth, kHeight);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::FrameBuffer values;
+  const auto add = [&](const char* name, Imf::PixelType type, void* base) {
+    header.channels().insert(name, Imf::Channel(type));
+    values.insert(name, Imf::Slice(type, static_cast<char*>(base), 4, std::size_t{4} * kWidth));
+  };
+  add("Y", Imf::FLOAT, smooth_again.data());
+  add("face", Imf::UINT, noise_again.data());
+  add("R", Imf::FLOAT, expected.data());
+  {
+    Imf::OutputFile output(at("b.exr").c_str(), header);
+    output.setFrameBuffer(values);
+    output.writePixels(kHeight);
+  }
+  for (const char* name : {"a.exr", "b.exr"}) {
+    const ChannelImage back = read_exr(at(name));
+    EXPECT_EQ(back.floats("Y", "a"), smooth);
+    EXPECT_EQ(back.uints("face", "a"), noise);
+    EXPECT_EQ(back.floats("R", "a"), expected);
+  }
+}
+
+TEST_F(Exr, EveryLevelHoldsTheSameImageAndHigherOnesAreSmaller) {
+  const ChannelImage image = sample(211, 97);
+  std::uintmax_t before = 0;
+  for (const int level : {12, 6, 1}) {
+    write_exr(at("a.exr"), image, {.zip_level = level});
+    EXPECT_EQ(read_exr(at("a.exr")).floats("Y", "a"), image.floats("Y", "a"));
+    EXPECT_GE(fs::file_size(at("a.exr")), before);
+    before = fs::file_size(at("a.exr"));
+  }
 }
 
 TEST_F(Exr, ReadsTheChannelsThatAreAskedFor) {
