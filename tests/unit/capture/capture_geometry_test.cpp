@@ -104,7 +104,7 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
       const ShellMatrix shell = shell_matrix(proxy, normals, maps.face[p]);
       const Eigen::Vector2d b = barycentric_at_height(shell, maps.height_mm[p], point);
       // Half of the last bit that a height keeps, and rounding.
-      const double stored_mm = maps.depth_mm[p] / (1 << 20) + 2e-6;
+      const double stored_mm = maps.depth_mm[p] / (1 << 19) + 2e-6;
       EXPECT_LT((shell_point(shell, b[0], b[1], maps.height_mm[p]) - point).norm(), stored_mm);
       EXPECT_LE(std::abs(maps.height_mm[p]), summary.largest_height_mm + stored_mm);
       ++bound;
