@@ -170,6 +170,29 @@ TEST(PhotoColor, TwoLargeTrianglesSuffice) {
     EXPECT_NEAR(sample.color.x(), linear_from_srgb(128 / 255.0f), 0.01);
 }
 
+// A wrongly posed photograph may stand inside the organ, where it sees faces from behind alone.
+TEST(PhotoColor, APhotographFromInsideTheOrganColoursNothing) {
+  const TriangleMesh surface = painted(sphere_mesh(30, 4), kGreen);
+  const RayScene scene(surface);
+  const Photo outside = photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150));
+  Photo inside = grey_photo(plain_camera({3, 4, -5}, {0, -30, 0}, 150), 255);
+  const auto without = make_photo_color(surface, scene, {outside});
+  const auto with = make_photo_color(surface, scene, {outside, inside});
+  const PosedCamera viewer = plain_camera({20, -110, 10}, {0, 0, 0}, 60);
+  const auto expected = shade_through(surface, *without, viewer);
+  const auto got = shade_through(surface, *with, viewer);
+  for (std::size_t i = 0; i < got.size(); ++i) EXPECT_EQ(got[i].color, expected[i].color);
+  EXPECT_THROW(make_photo_color(surface, scene, {inside}), BadDataError);
+}
+
+// Every face looks inward: photographs from outside see none of them from the front.
+TEST(PhotoColor, AnInsideOutSurfaceIsRefused) {
+  TriangleMesh surface = painted(sphere_mesh(30, 4), kGreen);
+  const Photo photo = photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150));
+  for (Face& face : surface.faces) std::swap(face[1], face[2]);
+  EXPECT_THROW(make_photo_color(surface, RayScene(surface), {photo}), BadDataError);
+}
+
 TEST(PhotoColor, RefusesWhatCannotBe) {
   const TriangleMesh surface = sphere_mesh(30, 3);
   const RayScene scene(surface);
