@@ -42,12 +42,14 @@ Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool ke
 std::vector<Player::Organ> Player::opened(const std::vector<std::filesystem::path>& folders,
                                           bool keep_maps) {
   std::vector<Organ> organs;
+  organs.reserve(folders.size());
   for (const auto& folder : folders) organs.push_back(opened(folder, keep_maps));
   return organs;
 }
 
 std::vector<Player::Organ> Player::bound(std::vector<Bundle> bundles, bool keep_maps) {
   std::vector<Organ> organs;
+  organs.reserve(bundles.size());
   for (Bundle& bundle : bundles) organs.push_back(bound(std::move(bundle), keep_maps));
   return organs;
 }
