@@ -45,7 +45,7 @@ Placement complete_views(const CoverScene& scene, const Directions& given) {
   Placement placement = scene.placed(given);
   if (scene.goal().view_gap >= 1) return placement;
   const SurfaceSamples samples = scene.samples(kViewSamples, kViewSeed);
-  const Directions views = scene.lattice(kCertificateViews, LatticeKind::off_rim);
+  const Directions views = scene.views(kCertificateViews);
   std::vector<Eigen::Vector3d> eyes_mm;
   for (const Eigen::Vector3d& view : views) eyes_mm.push_back(scene.eye_mm(view));
   const std::vector<SampleBits> seen = scene.visible(views, samples);

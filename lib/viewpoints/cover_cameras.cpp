@@ -44,7 +44,7 @@ class CameraCover {
         context_(context) {}
 
   Placement run() {
-    candidates_ = scene_.lattice(goal_.candidates, LatticeKind::on_rim);
+    candidates_ = scene_.stands(goal_.candidates);
     sample(goal_.samples);
     folded_ =
         static_cast<double>(seen_by_fewer_than(kFewCandidates).count()) > kFolded * missable();
@@ -99,7 +99,7 @@ class CameraCover {
   void add_candidates_for_the_hidden() {
     const SampleBits few = seen_by_fewer_than(kFewCandidates);
     if (few.count() == 0) return;
-    const Directions fine = scene_.lattice(kFineDirections, LatticeKind::on_rim);
+    const Directions fine = scene_.stands(kFineDirections);
     const std::vector<SampleBits> seen = scene_.seen_well(fine, samples_, &few);
     const CoverRelaxation unpriced{0, std::vector<double>(samples_.size(), 0.0),
                                    std::vector<double>(fine.size(), 0.0)};
@@ -166,7 +166,7 @@ class CameraCover {
         const double turn = k * std::numbers::pi / 3;
         const Eigen::Vector3d to =
             (d + reach_rad * (std::cos(turn) * side + std::sin(turn) * up)).normalized();
-        if (scene_.in_region(to)) moved.push_back(to);
+        if (scene_.may_stand(to)) moved.push_back(to);
       }
     }
     append(moved);

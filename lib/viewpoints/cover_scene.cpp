@@ -8,6 +8,18 @@
 #include <numbers>
 
 namespace organbake {
+namespace {
+
+ViewingCone widened(ViewingCone cone) {
+  cone.half_angle_rad = std::min(cone.half_angle_rad + kBeyondRegion_rad, std::numbers::pi);
+  return cone;
+}
+
+double cap_area(const ViewingCone& cone) {
+  return 2 * std::numbers::pi * (1 - std::cos(cone.half_angle_rad));
+}
+
+}  // namespace
 
 CoverScene::CoverScene(const TriangleMesh& surface, const OrganFrame& organ,
                        const PlacementOptions& options, const RunContext& context)
@@ -16,23 +28,37 @@ CoverScene::CoverScene(const TriangleMesh& surface, const OrganFrame& organ,
       options_(options),
       context_(context),
       region_(options.region()),
+      stand_(widened(region_)),
       sight_(surface) {
   constexpr int kDistanceDirections = 64;
-  distance_mm_ =
-      organ.common_distance_mm(lattice(kDistanceDirections, LatticeKind::on_rim), options, context);
+  distance_mm_ = organ.common_distance_mm(stands(kDistanceDirections), options, context);
 }
 
-CoverScene::Directions CoverScene::lattice(int count, LatticeKind kind) const {
-  return lattice_directions(count, region_.axis, region_.half_angle_rad, kind);
+CoverScene::Directions CoverScene::views(int count) const {
+  return lattice_directions(count, region_.axis, region_.half_angle_rad, LatticeKind::off_rim);
 }
 
-bool CoverScene::in_region(const Eigen::Vector3d& direction) const {
-  return region_.half_angle_rad >= std::numbers::pi - 1e-9 ||
-         direction.dot(region_.axis.normalized()) >= std::cos(region_.half_angle_rad) - 1e-9;
+CoverScene::Directions CoverScene::stands(int count) const {
+  Directions stands =
+      lattice_directions(count, region_.axis, region_.half_angle_rad, LatticeKind::on_rim);
+  const double all = cap_area(stand_), beyond = all - cap_area(region_);
+  if (beyond <= 0) return stands;
+  const double least_cosine = std::cos(region_.half_angle_rad + spacing_rad(stands.size()) / 2);
+  for (const Eigen::Vector3d& d :
+       lattice_directions(static_cast<int>(0.5 * count * all / beyond), stand_.axis,
+                          stand_.half_angle_rad, LatticeKind::on_rim)) {
+    if (d.dot(region_.axis.normalized()) < least_cosine) stands.push_back(d);
+  }
+  return stands;
+}
+
+bool CoverScene::may_stand(const Eigen::Vector3d& direction) const {
+  return stand_.half_angle_rad >= std::numbers::pi - 1e-9 ||
+         direction.dot(stand_.axis.normalized()) >= std::cos(stand_.half_angle_rad) - 1e-9;
 }
 
 double CoverScene::spacing_rad(std::size_t count) const {
-  return even_spacing_rad(count, region_.half_angle_rad);
+  return even_spacing_rad(count, stand_.half_angle_rad);
 }
 
 Eigen::Vector3d CoverScene::eye_mm(const Eigen::Vector3d& direction) const {
@@ -52,8 +78,7 @@ std::vector<SampleBits> CoverScene::seen_well(const Directions& cameras,
 
 SampleBits CoverScene::reachable(const SurfaceSamples& samples) const {
   context_.throw_if_cancelled();
-  return sight_.seen_from_any(eyes(lattice(kRegionViews, LatticeKind::off_rim), goal().texel_mm),
-                              samples, well());
+  return sight_.seen_from_any(eyes(views(kRegionViews), goal().texel_mm), samples, well());
 }
 
 std::vector<SampleBits> CoverScene::visible(const Directions& cameras,

@@ -16,9 +16,9 @@ namespace organbake {
 // As many cameras as a coverage may take.
 inline constexpr std::size_t kMostCoverCameras = 256;
 
-// What cameras are chosen by: an organ, the region that they may stand in, and what they see from
-// there, all at one common distance. Cameras are named by their directions (organ's centre → eye,
-// unit).
+// What cameras are chosen by: an organ, the region that its viewers are in, where cameras may stand
+// for them, and what they see from there, all at one common distance. Cameras are named by their
+// directions (organ's centre → eye, unit).
 class CoverScene {
  public:
   using Directions = std::vector<Eigen::Vector3d>;
@@ -30,9 +30,13 @@ class CoverScene {
   const CoverageGoal& goal() const { return *options_.coverage; }
   const RunContext& context() const { return context_; }
 
-  Directions lattice(int count, LatticeKind kind) const;
-  bool in_region(const Eigen::Vector3d& direction) const;
-  // Between neighbours of so many that share the region evenly.
+  // Evenly over the region: where viewers may be.
+  Directions views(int count) const;
+  // Where cameras may stand: so many evenly over the region and a ring along its rim (narrow dents
+  // show themselves there only), and half as many beyond it.
+  Directions stands(int count) const;
+  bool may_stand(const Eigen::Vector3d& direction) const;
+  // Between neighbours of so many cameras that share the room they have evenly.
   double spacing_rad(std::size_t count) const;
   Eigen::Vector3d eye_mm(const Eigen::Vector3d& direction) const;
 
@@ -55,7 +59,7 @@ class CoverScene {
   const OrganFrame& organ_;
   const PlacementOptions& options_;
   const RunContext& context_;
-  ViewingCone region_;
+  ViewingCone region_, stand_;
   Sight sight_;
   double distance_mm_;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -35,6 +36,10 @@ struct CoverageGoal {
 
 // Cosine of the steepest angle at which a camera shows a surface well: 60°.
 inline constexpr double kLeastSeenCosine = 0.5;
+// So far outside their viewing region cameras of a coverage may stand. What viewers on its rim just
+// reach, at almost 60°, only cameras beside them would see if all stood inside: that takes a ring
+// of them, and more than viewers who go anywhere need. From half those 60° beyond, few see it all.
+inline constexpr double kBeyondRegion_rad = std::numbers::pi / 6;
 // Independent views of the region that decide what is reachable.
 inline constexpr int kRegionViews = 2048;
 
