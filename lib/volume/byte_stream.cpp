@@ -2,12 +2,13 @@
 #include "volume/byte_stream.h"
 
 #include <bzlib.h>
+#include <fcntl.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <vector>
 
 #include "core/error.h"
@@ -22,30 +23,44 @@ constexpr std::size_t kChunk = std::size_t{1} << 18;
 constexpr std::uint64_t kDeflateRatio = 1040;
 constexpr std::uint64_t kBzip2Ratio = 200000;
 
+// No buffer of its own: it asks the system for what its users want, and nothing beyond.
 class FileSource : public ByteSource {
  public:
-  FileSource(const fs::path& file, std::uint64_t offset) : file_(file), at_(offset) {
-    stream_.open(file, std::ios::binary);
-    if (!stream_) throw NoInputError(file, std::string("cannot be opened: ") + strerror(errno));
-    bytes_ = fs::file_size(file);
-    stream_.seekg(static_cast<std::streamoff>(offset));
+  FileSource(const fs::path& file, std::uint64_t offset)
+      : file_(file), bytes_(fs::file_size(file)), at_(offset) {
+    descriptor_ = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor_ < 0) {
+      throw NoInputError(file, std::string("cannot be opened: ") + std::strerror(errno));
+    }
   }
+  ~FileSource() override { ::close(descriptor_); }
+  FileSource(const FileSource&) = delete;
+  FileSource& operator=(const FileSource&) = delete;
+
   std::size_t read(std::span<std::byte> out) override {
-    stream_.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
-    if (stream_.bad()) throw IoError::reading(file_, "the system failed while reading");
-    at_ += static_cast<std::uint64_t>(stream_.gcount());
-    return static_cast<std::size_t>(stream_.gcount());
+    std::size_t done = 0;
+    // A lying header may have led beyond the end, even to where no offset is possible.
+    while (done < out.size() && at_ < bytes_) {
+      const ssize_t got = ::pread(descriptor_, out.data() + done, out.size() - done,
+                                  static_cast<off_t>(at_ + done));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) throw IoError::reading(file_, std::strerror(errno));
+      if (got == 0) break;
+      done += static_cast<std::size_t>(got);
+    }
+    at_ += done;
+    return done;
   }
   std::uint64_t skip(std::uint64_t count) override {
     const std::uint64_t skipped = std::min(count, bytes_ - std::min(bytes_, at_));
-    if (skipped > 0) stream_.seekg(static_cast<std::streamoff>(at_ += skipped));
+    at_ += skipped;
     return skipped;
   }
 
  private:
   fs::path file_;
-  std::ifstream stream_;
-  std::uint64_t bytes_ = 0, at_;
+  std::uint64_t bytes_, at_;
+  int descriptor_ = -1;
 };
 
 // What both decompressors share: a chunk of compressed input, refilled when it is used up.

@@ -5,11 +5,11 @@
 #include <charconv>
 
 #include "core/error.h"
-#include "volume/byte_stream.h"
 
 namespace organbake {
 namespace {
 
+constexpr std::size_t kPiece = std::size_t{1} << 12;
 constexpr std::size_t kLongestHeader = std::size_t{1} << 20;
 constexpr std::string_view kSpace = " \t\r\n\v\f";
 constexpr std::string_view kSeparators = " \t\r\n,()";
@@ -34,16 +34,23 @@ std::vector<Number> parse(const std::string& text, const std::string& field) {
 
 }  // namespace
 
-HeaderText::HeaderText(const std::filesystem::path& file) : file_(file) {
-  ByteStream stream(file);
-  text_.resize(static_cast<std::size_t>(
-      std::min<std::uint64_t>(stream.most_possible_bytes(), kLongestHeader)));
-  text_.resize(stream.read(std::as_writable_bytes(std::span(text_))));
+HeaderText::HeaderText(const std::filesystem::path& file) : file_(file), stream_(file) {}
+
+bool HeaderText::read_more() {
+  const std::size_t before = text_.size();
+  text_.resize(std::min(before + kPiece, kLongestHeader));
+  const auto room = std::as_writable_bytes(std::span(text_)).subspan(before);
+  text_.resize(before + stream_.read(room));
+  return text_.size() > before;
 }
 
 bool HeaderText::next_line(std::string& line) {
+  std::size_t end = text_.find('\n', offset_);
+  for (std::size_t looked = text_.size(); end == std::string::npos && read_more();) {
+    end = text_.find('\n', looked);
+    looked = text_.size();
+  }
   if (offset_ >= text_.size()) return false;
-  const std::size_t end = text_.find('\n', offset_);
   if (end == std::string::npos && text_.size() == kLongestHeader) {
     throw BadDataError(file_, "has no end of its header in the first megabyte");
   }

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/byte_stream.h"
+
 namespace organbake {
 
 // The text part of a MetaImage or NRRD file, taken apart without regard to the locale. All throw
@@ -16,14 +18,18 @@ class HeaderText {
  public:
   explicit HeaderText(const std::filesystem::path& file);
 
-  // The next line without its end; false at the end of the header's 1 MB limit or of the file.
+  // The next line without its end; false at the end of the header's 1 MB limit or of the file. Of
+  // the file little more is read than the lines asked for: voxels may follow them.
   bool next_line(std::string& line);
   // Offset in the file of what follows the last line read.
   std::uint64_t offset() const { return offset_; }
 
  private:
+  bool read_more();
+
   std::filesystem::path file_;
-  std::string text_;
+  ByteStream stream_;
+  std::string text_;  // what was read so far
   std::uint64_t offset_ = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/kernel_files.h"
 #include "dicom_folder_fixture.h"
 #include "nifti_bytes.h"
 #include "volume/write_volume.h"
@@ -60,6 +61,28 @@ TEST(Region, CropsFilesOfEveryKind) {
   const NiftiBytes bytes(ramp);
   write_bytes(nifti, gzipped(bytes.bytes()));
   expect_part_of(whole, read_volume(nifti, {.region = corner_of(whole)}), kRounding_hu);
+}
+
+// Bytes that this process asked its files for; 0 where the kernel does not tell.
+double bytes_read() { return number_behind("rchar:", "/proc/self/io").value_or(0); }
+
+TEST(Region, LittleMoreIsReadOfAFileThanItHolds) {
+  if (bytes_read() == 0) GTEST_SKIP() << "the kernel does not tell what is read";
+  Volume volume;
+  volume.size = {64, 64, 200};
+  volume.spacing_mm = {1, 1, 1};
+  volume.voxels.assign(64 * 64 * 200, 7);
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "raw.mha";
+  std::string bytes =
+      "NDims = 3\nDimSize = 64 64 200\nElementSpacing = 1 1 1\nOffset = 0 0 0\n"
+      "ElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+  bytes.append(reinterpret_cast<const char*>(volume.voxels.data()), 2 * volume.voxels.size());
+  write_bytes(file, bytes);
+  const double before = bytes_read();
+  const Volume part = read_volume(file, {.region = Region{{0, 0, 100}, {63, 63, 117}}});
+  EXPECT_EQ(part.size[2], 20);
+  EXPECT_LT(bytes_read() - before, 0.1 * double(bytes.size()) + 20'000);  // and what opens a file
 }
 
 class DicomRegionTest : public DicomFolderTest {};
