@@ -27,7 +27,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
                 const FrameDepth* previous, FrameDepth& result) {
   RangeEstimate estimate =
       shade_laparoscope(frame.intensity, frame.counts, frame.camera, options.laparoscope,
-                        previous ? &previous->log_range : nullptr, options.range_mm);
+                        previous ? &previous->range : nullptr, options.range_mm);
   const RayGrid rays = ray_grid(frame.camera);
   result.warm = estimate.warm;
   result.sweeps = estimate.sweeps;
@@ -49,7 +49,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   Plane scaled = estimate.log_range;
   for (float& value : scaled.values) value += static_cast<float>(shift);
   result.depth = depth_from_log_range(scaled, rays, frame.tissue);
-  result.log_range = std::move(estimate.log_range);
+  result.range = std::move(estimate);
 }
 
 // 0…1, with gaps filled: what the paper's method, which knows no masks, is given.

@@ -44,7 +44,7 @@ struct FrameDepth {
   DistantLight light;  // used, of a distant model
 
   // What a following frame starts from.
-  Plane log_range;
+  RangeEstimate range;
   Grid<double> tsai_shah_depth;
   Plane distant_depth;
 };

@@ -194,6 +194,17 @@ void relight_until_settled(const ShadedImage& seen, int base_side,
   }
 }
 
+// Nothing but noise is new. The depth stays, and what it was found from: else a scene that moves
+// slowly enough would never be seen to move.
+RangeEstimate taken_over(const RangeEstimate& previous, const RangeEstimate& now) {
+  RangeEstimate estimate = previous;
+  estimate.intensity_unit = now.intensity_unit;
+  estimate.noise = now.noise;
+  estimate.warm = true;
+  estimate.sweeps = estimate.refinements = 0;
+  return estimate;
+}
+
 }  // namespace
 
 void LaparoscopeOptions::check() const {
@@ -209,7 +220,7 @@ void LaparoscopeOptions::check() const {
 
 RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
                                 const Intrinsics& camera, const LaparoscopeOptions& options,
-                                const Plane* previous, double range_mm) {
+                                const RangeEstimate* previous, double range_mm) {
   options.check();
   camera.check();
   if (intensity.width != camera.width || intensity.height != camera.height ||
@@ -223,9 +234,11 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
   }
   const int base = estimate.noise > kNoisy ? kNoisyBaseSide : kBaseSide;
   const std::vector<ShadedImage> levels = pyramid_of(std::move(image), base);
-  const bool warm = previous && previous->width == camera.width &&
-                    previous->height == camera.height && options.refine;
-  estimate.log_range = warm ? solve_warm(levels, options, *previous, {}, estimate)
+  const bool warm = previous && previous->log_range.width == camera.width &&
+                    previous->log_range.height == camera.height && options.refine;
+  estimate.seen = coarse_image(levels);
+  if (warm && shows_the_same(previous->seen, estimate.seen)) return taken_over(*previous, estimate);
+  estimate.log_range = warm ? solve_warm(levels, options, previous->log_range, {}, estimate)
                             : solve_cold(levels, options, estimate);
   if (!beside_or_beamed(options)) return estimate;
   if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))

@@ -5,6 +5,7 @@
 
 #include "geometry/camera.h"
 #include "shading/grid.h"
+#include "shading/still_image.h"
 
 namespace organbake {
 
@@ -36,15 +37,16 @@ struct RangeEstimate {
   int refinements = 0;  // conjugate-gradient steps, all levels
   double misfit = 0;    // root mean square of image/model − 1; proves nothing about the depth
   double noise = 0;     // estimated, share of the mean brightness
+  CoarseImage seen;     // what log_range was found from
 };
 
 // ln r of every pixel, up to one constant (the albedo is unknown). `intensity` is linear, any gain;
 // what is not inside, not finite or negative does not count. A `previous` estimate of the same size
-// is taken as start when the image agrees with it, and ends the work early. `range_mm` is the
-// median range, for a light beside the camera. Deterministic, one thread.
-// Throws BadDataError when sizes differ.
+// is taken over where the image shows the same scene but for its noise, and is the start for what
+// has changed else. `range_mm` is the median range, for a light beside the camera. Deterministic,
+// one thread. Throws BadDataError when sizes differ.
 RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
                                 const Intrinsics& camera, const LaparoscopeOptions& options,
-                                const Plane* previous = nullptr, double range_mm = 0);
+                                const RangeEstimate* previous = nullptr, double range_mm = 0);
 
 }  // namespace organbake

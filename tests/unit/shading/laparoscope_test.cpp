@@ -11,7 +11,7 @@ namespace organbake {
 namespace {
 
 RangeEstimate shade(const NearScene& scene, const LaparoscopeOptions& options = {},
-                    const Plane* previous = nullptr) {
+                    const RangeEstimate* previous = nullptr) {
   const Mask inside(scene.camera.width, scene.camera.height, 1);
   return shade_laparoscope(scene.intensity, inside, scene.camera, options, previous);
 }
@@ -79,15 +79,40 @@ TEST(Laparoscope, BeatsFlatPlaneAndBareSweeping) {
 }
 
 TEST(Laparoscope, PreviousFrameSavesAllSweeps) {
-  NearScene first = near_scene(0.5, 128), second = first;
+  NearScene first = near_scene(0.5, 128), second = near_scene(0.53, 128);  // it has moved
   add_noise(first.intensity, 0.01, true, 1);
   add_noise(second.intensity, 0.01, true, 2);
   const RangeEstimate cold = shade(first);
-  const RangeEstimate warm = shade(second, {}, &cold.log_range);
+  const RangeEstimate warm = shade(second, {}, &cold);
   EXPECT_TRUE(warm.warm);
   EXPECT_EQ(warm.sweeps, 0);
+  EXPECT_GT(warm.refinements, 0);
   EXPECT_LT(warm.refinements, cold.refinements / 2);
   EXPECT_LT(relative_error_percent(warm.log_range, second.log_range), 0.5);
+}
+
+TEST(Laparoscope, NoiseAloneDoesNotMoveTheDepth) {
+  const NearScene still = near_scene(0.5, 128);
+  NearScene noisy = still;
+  add_noise(noisy.intensity, 0.01, true, 1);
+  const RangeEstimate first = shade(noisy);
+  RangeEstimate last = first;
+  for (std::uint64_t seed = 2; seed < 12; ++seed) {
+    noisy = still;
+    add_noise(noisy.intensity, 0.01, true, seed);
+    last = shade(noisy, {}, &last);
+    EXPECT_EQ(last.refinements, 0) << seed;
+  }
+  EXPECT_EQ(last.log_range, first.log_range);
+}
+
+TEST(Laparoscope, OneSpotThatMovesIsSeen) {
+  NearScene scene = near_scene(0.5, 128);
+  add_noise(scene.intensity, 0.01, true, 1);
+  const RangeEstimate cold = shade(scene);
+  for (int y = 60; y < 66; ++y)
+    for (int x = 60; x < 66; ++x) scene.intensity.at(x, y) *= 1.1F;
+  EXPECT_GT(shade(scene, {}, &cold).refinements, 0);
 }
 
 TEST(Laparoscope, AlbedoMakesItMetric) {
