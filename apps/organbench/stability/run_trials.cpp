@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <poll.h>
 #include <signal.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <tbb/global_control.h>
 #include <unistd.h>
@@ -44,8 +45,11 @@ void work(const Trials& trials, Seeds seeds, int fd) {
   std::filesystem::create_directories(folder);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   ::signal(SIGALRM, SIG_DFL);
+  ::signal(SIGPROF, SIG_DFL);
   for (; seeds.next < seeds.end; ++seeds.next) {
-    ::alarm(trials.most_seconds);
+    const itimerval most_cpu = {{0, 0}, {time_t(trials.most_seconds), 0}};
+    ::setitimer(ITIMER_PROF, &most_cpu, nullptr);
+    ::alarm(trials.patience * trials.most_seconds);
     if (!write_line(fd, line_of(run_trial(seeds.next, folder, trials.probes)))) break;
   }
 }
@@ -124,10 +128,10 @@ class Pool {
     const int status = end_child(worker.child);
     Seeds rest = worker.seeds;
     if (rest.next == rest.end) return;
-    const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM;
-    const std::string how = WIFSIGNALED(status)
-                                ? ::strsignal(WTERMSIG(status))
-                                : "exit code " + std::to_string(WEXITSTATUS(status));
+    const int by = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    const bool late = by == SIGPROF || by == SIGALRM;
+    const std::string how =
+        by != 0 ? ::strsignal(by) : "exit code " + std::to_string(WEXITSTATUS(status));
     const char* stage = trials_.probes[rest.next % trials_.probes.size()].stage;
     found_.push_back({rest.next, stage, late ? Outcome::hung : Outcome::crashed, 0, how});
     if (++rest.next < rest.end) waiting_.push_front(rest);

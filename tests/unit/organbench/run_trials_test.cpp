@@ -21,17 +21,25 @@ double crashes(RandomStream&, const Folder&) { return ::raise(SIGSEGV); }
 double hangs(RandomStream&, const Folder&) {
   for (;;) ::pause();
 }
+double never_ends(RandomStream&, const Folder&) {
+  for (volatile int turns = 0;;) turns = turns + 1;
+}
 
 TEST(RunTrials, TellsEveryEndApartAndLosesNoTrialBehindOne) {
   const std::vector<Probe> probes = {{"right", "", half_right}, {"refused", "", refuses},
                                      {"wrong", "", wrong},      {"not finite", "", makes_nan},
-                                     {"crashed", "", crashes},  {"hung", "", hangs}};
+                                     {"crashed", "", crashes},  {"hung", "", hangs},
+                                     {"hung", "", never_ends}};
   const TemporaryFolder folder;
   std::size_t last = 0;
-  const auto found = run_trials(
-      {.count = 12, .jobs = 2, .folder = folder.path(), .most_seconds = 1, .probes = probes}, {},
-      [&](std::size_t done) { last = done; });
-  ASSERT_EQ(found.size(), 12u);
+  const auto found = run_trials({.count = 14,
+                                 .jobs = 2,
+                                 .folder = folder.path(),
+                                 .most_seconds = 1,
+                                 .patience = 2,
+                                 .probes = probes},
+                                {}, [&](std::size_t done) { last = done; });
+  ASSERT_EQ(found.size(), 14u);
   for (std::size_t seed = 0; seed < found.size(); ++seed) {
     EXPECT_EQ(found[seed].seed, seed);
     EXPECT_EQ(name_of(found[seed].outcome), found[seed].stage);
