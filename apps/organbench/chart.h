@@ -16,4 +16,9 @@ std::vector<std::size_t> pareto_front(const std::vector<Point>& points);
 // peers dashed, a ring round the points of the Pareto front; what was not timed is a level.
 std::string time_error_chart(const std::vector<Point>& points);
 
+// Whether points tell how time grows with one number: timed, that knob alone, no error beside it.
+bool shows_growth(const std::vector<Point>& points);
+// Time against that number, the same way: a power is a straight line.
+std::string time_work_chart(const std::vector<Point>& points);
+
 }  // namespace organbake

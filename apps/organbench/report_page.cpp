@@ -133,6 +133,7 @@ std::string suite_section(const RunReport::SuiteReport& suite) {
   for (const std::vector<Point>& task : by_task(suite.result.points)) {
     html += "<h3>" + escape_html(task.front().task) + "</h3>";
     if (has_errors_to_draw(task)) html += time_error_chart(task);
+    if (shows_growth(task)) html += time_work_chart(task);
     html += points_table(task);
   }
   html += failed_cases_table(suite.result.failed_cases);

@@ -46,5 +46,19 @@ TEST(TimeErrorChart, SurvivesZeroErrorsAndOddNames) {
   EXPECT_THAT(svg, testing::Not(HasSubstr("inf")));
 }
 
+TEST(TimeWorkChart, IsDrawnOfOneKnobThatGrows) {
+  const auto load = [](double texels, double ms) {
+    return Point{"t", "a", false, {{"texels", "", texels}}, {1, {ms, ms, ms}, {ms, ms, ms}, 0}, {}};
+  };
+  const std::vector<Point> points = {load(1000, 1), load(4000, 4)};
+  EXPECT_TRUE(shows_growth(points));
+  const std::string svg = time_work_chart(points);
+  EXPECT_THAT(svg, HasSubstr(">texels<"));
+  EXPECT_THAT(svg, HasSubstr("<title>a, texels 4000: 4 ms</title>"));
+  EXPECT_FALSE(shows_growth({load(1000, 1)})) << "one point is no curve";
+  EXPECT_FALSE(shows_growth({load(0, 1), load(1, 1)})) << "a logarithm needs something above 0";
+  EXPECT_FALSE(shows_growth({point("a", 1, 1), point("a", 2, 1)})) << "it has an error to draw";
+}
+
 }  // namespace
 }  // namespace organbake
