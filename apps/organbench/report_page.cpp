@@ -62,8 +62,8 @@ std::string cells(const Quantities& columns, const Quantities& values) {
 std::string timing_cells(const Timing& timing) {
   if (timing.runs == 0) return html_cell("") + html_cell("") + html_cell("") + html_cell("");
   const Spread& wall = timing.wall_ms;
-  return html_cell(page_number(wall.median) + " (" + page_number(wall.least) + "–" +
-                   page_number(wall.most) + ")") +
+  const std::string spread = " (" + page_number(wall.least) + "–" + page_number(wall.most) + ")";
+  return html_cell(page_number(wall.median) + (timing.runs > 1 ? spread : "")) +
          html_cell(std::to_string(timing.runs)) + html_cell(page_number(timing.cpu_ms.median)) +
          html_cell(page_number(timing.peak_mb));
 }
