@@ -2,6 +2,7 @@
 // The phantom's frames, with texture, highlights, noise, vignette and an instrument, against truth.
 #include <gmock/gmock.h>
 
+#include "core/random.h"
 #include "known_depth.h"
 #include "phantom/laparoscopy.h"
 #include "shading/frame_depth.h"
@@ -48,6 +49,21 @@ double error_percent(const FrameDepth& depth, const PreparedFrame& frame,
       }
     }
   return 100 * sum / count;
+}
+
+// Noise also moves the rims of the masks, and so what counts of the pixels there.
+TEST(LaparoscopyClip, AStillSceneKeepsItsDepth) {
+  const LaparoscopyFrame scene = LaparoscopyPhantom({.frames = 2}).frame(0);
+  const auto shaded = [&](std::uint64_t seed, const FrameDepth* previous) {
+    Rgb8Image image = scene.image;
+    RandomStream random(seed);
+    for (std::uint8_t& level : image.pixels)
+      level = std::uint8_t(std::clamp(std::lround(level + random.normal()), 0L, 255L));
+    return shade_frame(prepare_frame(image, scene.camera.intrinsics, {}), {}, previous);
+  };
+  const FrameDepth first = shaded(1, nullptr), second = shaded(2, &first);
+  EXPECT_EQ(second.refinements, 0);
+  EXPECT_EQ(second.range.log_range, first.range.log_range);
 }
 
 TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
