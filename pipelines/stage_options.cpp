@@ -351,6 +351,10 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {"piz", ExrCompression::piz},
            {"pxr24", ExrCompression::pxr24},
            {"none", ExrCompression::none}})
+      .add("zip_level", &o.packing.zip_level,
+           {.help = "of zip; from 10 on maps are 4 % smaller and take seven times as long to write",
+            .min = 1,
+            .max = 12})
       .add("preset", &o.packing.compact,
            {.help = "compact: smaller maps, colour as a camera's JPEG would be, depth to 0.002 mm; "
                     "exact: as computed"},

@@ -44,7 +44,7 @@ class ExrZipPacker {
 
  private:
   libdeflate_compressor* compressor_;
-  std::vector<std::uint8_t> predicted_;
+  std::vector<std::uint8_t> halves_, differences_;
   std::vector<char> packed_;
 };
 

@@ -85,8 +85,9 @@ struct NamedPacking {
   MapPacking packing;
 };
 const NamedPacking kPackings[] = {
-    {"zip, level 4 (default)", {}},
+    {"zip, level 6 (default)", {}},
     {"zip, level 1", {.zip_level = 1}},
+    {"zip, level 10", {.zip_level = 10}},
     {"piz", {.compression = ExrCompression::piz}},
     {"pxr24", {.compression = ExrCompression::pxr24}},
     {"none", {.compression = ExrCompression::none}},
@@ -112,9 +113,9 @@ void sweep_packings(Bench& bench, const CaptureSummary& captured, const CaptureS
                     {},
                     timing,
                     {{"size", "MB", size_mb}, {"macro + micro, worst", "mm", error.worst_mm}}});
-    const bool standard = std::string_view(name).starts_with("zip, level 4");
-    if (!standard && !packing.compact) continue;
-    const std::string kind = standard ? "exact" : "compact";
+    const bool standard = packing.compression == ExrCompression::zip && !packing.compact;
+    if (packing.zip_level < MapPacking().zip_level || (!standard && !packing.compact)) continue;
+    const std::string kind = standard ? std::string("exact, ") + name : "compact";
     bench.add(Figure{"macro + micro = surface, " + kind + ", worst texel", "mm", error.worst_mm,
                      standard ? 0.001 : 0.01});
     bench.add(Figure{"texels left unbound, " + kind, "", double(error.unbound), 0});

@@ -147,8 +147,8 @@ TEST(CaptureDepth, ASurfaceSeenFromInsideIsBackground) {
 TEST(CaptureDepth, AnInsideOutSurfaceIsBackgroundAndCounted) {
   TriangleMesh surface = sphere_mesh(50, 3);
   for (Face& face : surface.faces) std::swap(face[1], face[2]);
-  const CaptureSummary summary = capture_plainly(surface, sphere_mesh(50, 1),
-                                                 {plain_camera({0, -200, 0}, {0, 0, 0}, 40)});
+  const CaptureSummary summary =
+      capture_plainly(surface, sphere_mesh(50, 1), {plain_camera({0, -200, 0}, {0, 0, 0}, 40)});
   EXPECT_GT(summary.back_face_texels, 400u);
   EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
 }
