@@ -3,6 +3,7 @@
 
 #include "actions.h"
 #include "bundle/json_fields.h"
+#include "core/kernel_files.h"
 #include "core/median.h"
 #include "core/stopwatch.h"
 #include "core/text.h"
@@ -79,6 +80,8 @@ void run_bench(const Command& command, const RunContext& context) {
                           {"load_to_first_frame_ms", first_frame_ms},
                           {"load_all_cameras_ms", all_cameras_ms},
                           {"median_ms", ms},
+                          {"peak_memory_mb",
+                           number_behind("VmHWM:", "/proc/self/status").value_or(0) / 1024},
                           {"frames_per_second", fps}})
                    .c_str(),
                stdout);

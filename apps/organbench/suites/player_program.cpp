@@ -24,11 +24,12 @@ void promise_program(Bench& bench, PlayerBundles& bundles) {
   double peak_mb = 0;
   std::vector<double> first_frame_ms;
   for (int round = 0; round < (bench.quick() ? 2 : 9); ++round) {
-    peak_mb = run_worker({organplay, bundle, "--bench", "1", "--json", "--size", "1280x720",
-                          "--view", kBetweenCameras},
-                         scratch / "program.out", scratch / "program.log", bench.context())
-                  .peak_mb;
+    run_worker({organplay, bundle, "--bench", "1", "--json", "--size", "1280x720", "--view",
+                kBetweenCameras},
+               scratch / "program.out", scratch / "program.log", bench.context());
     const auto report = nlohmann::json::parse(read_text_file(scratch / "program.out"));
+    // Its own word: the system's for a child counts what this program held when it was started.
+    peak_mb = report.at("peak_memory_mb");
     first_frame_ms.push_back(report.at("load_to_first_frame_ms"));
   }
   const std::string maps =
