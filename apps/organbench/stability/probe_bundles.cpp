@@ -56,7 +56,7 @@ double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
     const Eigen::Vector3d point = texel_point(camera, k, maps.depth_mm[k]);
     const Eigen::Vector3d bound = rejoined_point(shell.at(maps.face[k]), maps.height_mm[k], point);
     expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
-    const double stored_mm = std::ldexp(double(maps.depth_mm[k]), -20);
+    const double stored_mm = std::ldexp(double(maps.depth_mm[k]), -19);
     worst_mm = std::max(worst_mm, (bound - point).norm() - stored_mm);
   }
   return worst_mm;
