@@ -121,8 +121,17 @@ double probe_deform(RandomStream& random, const ProbeFolder&) {
   DeformOptions options;
   options.time_step_s = any_size(random, std::log10(1. / 240), std::log10(1. / 15));
   options.friction = random.uniform(0, 1);
-  Deformer deformer(proxy, make_mechanics(proxy, mechanics), {}, options);
+  const MechanicsModel model = make_mechanics(proxy, mechanics);
   const Bounds box = bounds(proxy);
+  const BaseLayer flat;
+  DeformBodies bodies = {{proxy, model, flat}};
+  // A neighbour, beside it or in it.
+  TriangleMesh beside = proxy;
+  const Eigen::Vector3d away = random.uniform(0.3, 1) * box.diagonal() * any_direction(random);
+  for (Eigen::Vector3d& v : beside.vertices) v += away;
+  if (chance(random, 0.3)) bodies.push_back({beside, model, flat});
+  Deformer deformer(bodies, options);
+  const std::vector<Eigen::Vector3d> rest = deformer.positions();
   // A quarter of the organ in a step of a hundredth of a second is faster than hands are.
   const auto near = [&](const Eigen::Vector3d& place, double share) -> Eigen::Vector3d {
     return place + random.uniform(0, share * box.diagonal()) * any_direction(random);
@@ -143,8 +152,8 @@ double probe_deform(RandomStream& random, const ProbeFolder&) {
     }
     const StepReport report = deformer.step(tips);
     for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
-    for (std::size_t v = 0; v < proxy.vertices.size(); ++v) {
-      const double moved = (deformer.positions()[v] - proxy.vertices[v]).norm();
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      const double moved = (deformer.positions()[v] - rest[v]).norm();
       expect_finite(moved, "a deformed vertex");
       farthest = std::max(farthest, moved);
     }
