@@ -57,11 +57,7 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
     sum.holes_before += more.holes_before;
     sum.holes_after += more.holes_after;
     sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
-    sum.times.transform += more.times.transform;
-    sum.times.splat += more.times.splat;
-    sum.times.base += more.times.base;
-    sum.times.resolve += more.times.resolve;
-    sum.times.fill += more.times.fill;
+    sum.times += more.times;
   }
   return sum;
 }

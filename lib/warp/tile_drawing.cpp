@@ -81,9 +81,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
 
 void TileDrawing::count(DrawReport& report) const {
   for (const Scratch& one : scratch_) {
-    report.times.splat += one.times.splat;
-    report.times.base += one.times.base;
-    report.times.resolve += one.times.resolve;
+    report.times += one.times;
     report.base_triangles += one.base_triangles;
   }
 }

@@ -41,6 +41,12 @@ struct DrawOptions {
 struct DrawTimes {
   double transform = 0;  // faces and chunks placed, culled and listed by tile
   double splat = 0, base = 0, resolve = 0, fill = 0;
+
+  DrawTimes& operator+=(const DrawTimes& more) {
+    transform += more.transform, splat += more.splat, base += more.base;
+    resolve += more.resolve, fill += more.fill;
+    return *this;
+  }
 };
 
 struct DrawReport {
