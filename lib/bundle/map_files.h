@@ -12,7 +12,7 @@ namespace organbake {
 // How a bundle's images are packed. Every reader of EXR opens all of them.
 struct MapPacking {
   ExrCompression compression = ExrCompression::zip;  // of all images, unless compact
-  int zip_level = 6;                                 // 1…12; higher is smaller and slower
+  int zip_level = ExrWriteOptions().zip_level;       // 1…12; higher is smaller and slower
   // Small rather than exact: depth and microstructure as PXR24 (24 of a float's 32 bits, 0.002 mm
   // at 300 mm), colour as DWAA, which is made for pictures and must never touch depth.
   bool compact = false;
