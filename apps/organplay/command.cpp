@@ -102,9 +102,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   }
   if (!size.empty()) read_size(size, c);
   c.paper_warp = warp == "paper";
-  for (const TissueSolver known : {TissueSolver::springs, TissueSolver::fem}) {
-    if (solver == to_string(known)) c.solver = known;
-  }
+  c.solver = tissue_solver(solver);
   check(c);
   return c;
 }

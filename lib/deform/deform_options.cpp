@@ -12,6 +12,13 @@ const char* to_string(TissueSolver solver) {
   return solver == TissueSolver::fem ? "fem" : "springs";
 }
 
+std::optional<TissueSolver> tissue_solver(std::string_view name) {
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    if (name == to_string(solver)) return solver;
+  }
+  return std::nullopt;
+}
+
 void DeformOptions::check() const {
   if (!(time_step_s >= 1e-5 && time_step_s <= 1)) {
     throw UsageError("time step is " + to_text(time_step_s) + " s; it must be 0.00001 to 1");

@@ -75,7 +75,10 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
   report = {};
   report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
   report_positions(tips);
-  if (!solver.near_skin(sweeps) && asleep && !was_held) return report;
+  if (!solver.near_skin(sweeps) && asleep && !was_held) {
+    report.collision_ms = solver.take_collision_ms();
+    return report;
+  }
 
   asleep = false;
   const deform::Penetration deepest = solver.step(sweeps, closing);

@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
+#include <string_view>
 #include <vector>
 
 #include "deform/deform_body.h"
@@ -25,6 +27,7 @@ struct InstrumentTip {
 // elements on the tetrahedra of a bundle that was baked with them.
 enum class TissueSolver { springs, fem };
 const char* to_string(TissueSolver solver);
+std::optional<TissueSolver> tissue_solver(std::string_view name);  // nothing for another name
 
 struct DeformOptions {
   TissueSolver solver = TissueSolver::springs;

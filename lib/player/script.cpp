@@ -73,9 +73,7 @@ InstrumentPath instrument_from(const JsonField& field) {
 }
 
 TissueSolver solver_from(const JsonField& field) {
-  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
-    if (field.text() == to_string(solver)) return solver;
-  }
+  if (const auto solver = tissue_solver(field.text())) return *solver;
   field.fail("must be springs or fem");
 }
 
