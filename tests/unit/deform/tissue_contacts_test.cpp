@@ -2,11 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <numbers>
 
 #include "core/random.h"
 #include "deform/deformer.h"
+#include "unit/deform/bent_tube.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 
@@ -37,7 +36,7 @@ Organ ball_at(const Vector3d& center_mm, double radius_mm, double stiffness_n_pe
   return organ;
 }
 
-InstrumentTip tip_at(const Vector3d& position_mm) {
+InstrumentTip pushing_tip(const Vector3d& position_mm) {
   return {position_mm, 5, InstrumentMode::poke, true, Vector3d::Zero()};
 }
 
@@ -45,7 +44,7 @@ InstrumentTip tip_at(const Vector3d& position_mm) {
 StepReport push_right(Deformer& deformer, double depth_mm, int steps = 60) {
   StepReport report;
   for (int step = 0; step <= steps; ++step) {
-    report = deformer.step({tip_at({-26 + depth_mm * step / steps, 0, 4})});
+    report = deformer.step({pushing_tip({-26 + depth_mm * step / steps, 0, 4})});
   }
   return report;
 }
@@ -142,8 +141,8 @@ TEST(TissueContacts, MirroredOrgansMoveMirrored) {
   Deformer mirrored({left_mirrored.body(), right_mirrored.body()});
   for (int step = 0; step <= 60; ++step) {
     const double x = -26 + 16 * step / 60.;
-    deformer.step({tip_at({x, 0, 4})});
-    mirrored.step({tip_at({-x, 0, 4})});
+    deformer.step({pushing_tip({x, 0, 4})});
+    mirrored.step({pushing_tip({-x, 0, 4})});
   }
   for (std::size_t v = 0; v < deformer.positions().size(); ++v) {
     const Vector3d p = deformer.positions()[v], q = mirrored.positions()[v];
@@ -159,9 +158,9 @@ TEST(TissueContacts, FarOrgansDontKnowOfEachOther) {
   Deformer both({near.body(), far.body()}), first({near.body()}), second({far.body()});
   for (int step = 0; step <= 60; ++step) {
     const Vector3d at(-26 + 0.2 * step, 0, 4);
-    const InstrumentTip at_far = tip_at({500 - 36 + 0.2 * step, 0, 4});
-    both.step({tip_at(at), at_far});
-    first.step({tip_at(at)});
+    const InstrumentTip at_far = pushing_tip({500 - 36 + 0.2 * step, 0, 4});
+    both.step({pushing_tip(at), at_far});
+    first.step({pushing_tip(at)});
     second.step({at_far});
   }
   for (std::size_t v = 0; v < near.mesh.vertices.size(); ++v)
@@ -201,69 +200,17 @@ TEST(TissueContacts, FiniteElementsOfTwoOrgansKeepTheirOwnStiffness) {
   EXPECT_LT(differs_mm, 1e-3 * moved_mm);
 }
 
-// A tube bent into a C, its gap to the right: rings of vertices round an arc, closed at the ends.
-Organ bent_tube(double gap_rad) {
-  constexpr int kRings = 25, kAround = 10;
-  constexpr double kArc_mm = 30, kTube_mm = 8;
-  Organ tube;
-  const auto ring_center = [&](int ring) {
-    const double at = gap_rad / 2 + (2 * std::numbers::pi - gap_rad) * ring / (kRings - 1);
-    return Vector3d(std::cos(at), std::sin(at), 0);
-  };
-  for (int ring = 0; ring < kRings; ++ring) {
-    const Vector3d out = ring_center(ring);
-    for (int k = 0; k < kAround; ++k) {
-      const double turn = 2 * std::numbers::pi * k / kAround;
-      tube.mesh.vertices.push_back(
-          kArc_mm * out + kTube_mm * (std::cos(turn) * out + std::sin(turn) * Vector3d::UnitZ()));
-    }
-  }
-  const auto at = [](int ring, int k) { return std::uint32_t(ring * kAround + k % kAround); };
-  auto& faces = tube.mesh.faces;
-  for (int ring = 0; ring + 1 < kRings; ++ring) {
-    for (int k = 0; k < kAround; ++k) {
-      faces.push_back({at(ring, k), at(ring, k + 1), at(ring + 1, k)});
-      faces.push_back({at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)});
-    }
-  }
-  for (const int ring : {0, kRings - 1}) {
-    const auto middle = static_cast<std::uint32_t>(tube.mesh.vertices.size());
-    tube.mesh.vertices.push_back(kArc_mm * ring_center(ring));
-    for (int k = 0; k < kAround; ++k) {
-      const std::uint32_t p = at(ring, k), q = at(ring, k + 1);
-      faces.push_back(ring == 0 ? Face{middle, q, p} : Face{middle, p, q});
-    }
-  }
-  if (signed_volume(tube.mesh) < 0) {
-    for (Face& f : faces) std::swap(f[1], f[2]);
-  }
-  tube.mechanics.mass_kg.assign(tube.mesh.vertices.size(), 1e-4);
-  const auto spring = [&](std::uint32_t a, std::uint32_t b) {
-    const double length = (tube.mesh.vertices[a] - tube.mesh.vertices[b]).norm();
-    tube.mechanics.springs.push_back({a, b, length, 0.1, 5e-5});
-  };
-  for (const Face& f : faces) {
-    for (int k = 0; k < 3; ++k)
-      if (f[k] < f[(k + 1) % 3]) spring(f[k], f[(k + 1) % 3]);
-  }
-  for (int ring = 0; ring + 1 < kRings; ++ring) {
-    for (int k = 0; k < kAround; ++k) spring(at(ring, k), at(ring + 1, k + kAround / 2));
-  }
-  for (int k = 0; k < kAround; ++k) tube.mechanics.anchors.push_back(at(kRings / 2, k));
-  tube.mechanics.volume_stiffness = 1;
-  return tube;
-}
-
 // The upper end is pressed onto the lower one, and goes no further than its skin.
 TEST(TissueContacts, AFoldDoesNotPassThroughItself) {
-  const Organ tube = bent_tube(0.5);
+  const auto [mesh, mechanics] = test::bent_tube(0.5);
+  const Organ tube{mesh, mechanics, {}};
   const auto closed_by = [&](bool contacts, StepReport& report) {
     DeformOptions options;
     options.tissue_contacts = contacts;
     Deformer deformer({tube.body()}, options);
     for (int step = 0; step <= 120; ++step) {
       const double y_mm = 24 - 0.15 * step;
-      report = deformer.step({tip_at({30, y_mm, 0})});
+      report = deformer.step({pushing_tip({30, y_mm, 0})});
     }
     const auto& x = deformer.positions();
     return x[x.size() - 2].y() - x[x.size() - 1].y();  // the ends' middles, lower end last
@@ -301,7 +248,8 @@ TEST(TissueContacts, RandomPokesOfOverlappingOrgansEndAtRest) {
         to = Vector3d(random.uniform(-30, 100), random.uniform(-20, 20), random.uniform(-5, 25));
       }
       const Vector3d at = from + (to - from) * (step % 30) / 30.0;
-      const StepReport report = deformer.step({tip_at(at), tip_at({80 - at.x(), at.y(), 15})});
+      const StepReport report =
+          deformer.step({pushing_tip(at), pushing_tip({80 - at.x(), at.y(), 15})});
       ASSERT_FALSE(report.recovered) << "seed " << seed << ", step " << step;
     }
     for (int step = 0; step < 900; ++step) deformer.step({});
