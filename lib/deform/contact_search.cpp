@@ -117,15 +117,21 @@ double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fracti
   return deepest;
 }
 
+Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
+  const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
+  Row anchored = point;
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t slot = skin_.faces()[at.face][k];
+    anchored -= b[k] * (skin_.shape()[slot] - tissue_.rest()[slot]);
+  }
+  return anchored;
+}
+
 SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
   const SkinHit hit = skin_.hit(contact.at, center);
-  contact.point = contact.anchored_at = hit.point;
+  contact.point = hit.point;
   contact.lever = lever(contact.at);
-  const double b[3] = {1 - contact.at.b1 - contact.at.b2, contact.at.b1, contact.at.b2};
-  for (int k = 0; k < 3; ++k) {
-    const std::uint32_t slot = contact.lever.slots[k];
-    contact.anchored_at -= b[k] * (skin_.shape()[slot] - tissue_.rest()[slot]);
-  }
+  contact.anchored_at = anchored(contact.at, hit.point);
   return hit;
 }
 

@@ -29,6 +29,8 @@ class ContactSearch {
   // of skin that is free to give way.
   double refresh(const std::vector<TipSweep>& sweeps, double fraction,
                  std::vector<Contact>& contacts);
+  // Where a skin point that lies at `point` would lie with its face's vertices at rest.
+  Row anchored(const SkinPoint& at, const Row& point) const;
   // The lever of a skin point; its free share is 0 where nothing can give way.
   Lever lever(const SkinPoint& at) const;
   // Sets where a contact's skin point is and how it answers, in the skin's pose.

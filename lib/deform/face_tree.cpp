@@ -169,7 +169,7 @@ void FaceTree::meet(std::uint32_t a, std::uint32_t b, std::vector<FacePair>& pai
 
 void FaceTree::meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair>& pairs) const {
   if (normal_[f].dot(normal_[g]) > std::cos(kLeastAngle_rad) || !box_[f].meets(box_[g])) return;
-  const bool of_one = organ_of(f) == organ_of(g);
+  const bool of_one = tissue_.organ_of_face(f) == tissue_.organ_of_face(g);
   if (of_one &&
       (share_a_vertex(tissue_.faces()[f], tissue_.faces()[g]) || front_and_back_at_rest(f, g))) {
     return;

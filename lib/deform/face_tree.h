@@ -53,9 +53,6 @@ class FaceTree {
   void meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair>& pairs) const;
   bool apart_along(std::uint32_t f, std::uint32_t g) const;
   bool front_and_back_at_rest(std::uint32_t f, std::uint32_t g) const;
-  std::uint32_t organ_of(std::uint32_t face) const {
-    return tissue_.organ_of_slot()[tissue_.faces()[face][0]];
-  }
 
   const Tissue& tissue_;
   Skin& skin_;

@@ -41,6 +41,7 @@ class Tissue {
   }
   // Which of the bodies that the tissue was made from.
   const std::vector<std::uint32_t>& organ_of_slot() const { return organ_of_slot_; }
+  std::uint32_t organ_of_face(std::uint32_t face) const { return organ_of_slot_[faces_[face][0]]; }
   // Connected parts, through springs or faces, numbered by their first vertex; of tissue whose
   // volume a pressure keeps.
   const std::vector<std::uint32_t>& part_of_slot() const { return part_of_slot_; }

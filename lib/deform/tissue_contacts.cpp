@@ -60,7 +60,7 @@ void TissueContacts::spread_feelers() {
   }
   for (std::uint32_t f = 0; f < tissue_.faces().size(); ++f) {
     first_feeler_.push_back(static_cast<std::uint32_t>(feelers_.size()));
-    const double spacing_mm = kSpacing * organs[organ_of(f)].diagonal();
+    const double spacing_mm = kSpacing * organs[tissue_.organ_of_face(f)].diagonal();
     const double pieces = longest_edge(tissue_.faces()[f], tissue_.rest()) / spacing_mm;
     const int n = static_cast<int>(std::clamp(std::ceil(pieces), 1.0, double(kMostPerEdge)));
     for (int i = 0; i < n; ++i) {
@@ -86,11 +86,13 @@ void TissueContacts::measure_rest() {
   see_fronts();
   // What lies below another organ's skin came from its front.
   for (const std::uint32_t k : touched_) {
-    if (felt_[k].depth_mm <= 0 || organ_of(own_[k].at.face) == organ_of(felt_[k].other.at.face))
+    if (felt_[k].depth_mm <= 0 ||
+        tissue_.organ_of_face(own_[k].at.face) == tissue_.organ_of_face(felt_[k].other.at.face))
       continue;
     const std::uint32_t own = own_[k].at.face, other = felt_[k].other.at.face;
-    const double deeper = std::max(overlap_mm(own, other), kDeeperBetween * felt_[k].depth_mm);
-    overlap_mm(own, other) = overlap_mm(other, own) = deeper;
+    const double deeper =
+        std::max(overlap_mm_[organ_pair(own, other)], kDeeperBetween * felt_[k].depth_mm);
+    overlap_mm_[organ_pair(own, other)] = overlap_mm_[organ_pair(other, own)] = deeper;
     in_front_[k] = 1;
   }
   in_front_at_rest_ = in_front_;
@@ -205,9 +207,7 @@ double TissueContacts::sunk_mm(std::uint32_t feeler) const {
 }
 
 double TissueContacts::allowed_mm(std::uint32_t feeler) const {
-  const std::size_t own = organ_of(feelers_[feeler].face),
-                    other = organ_of(felt_[feeler].other.at.face);
-  return overlap_mm_[own * organ_count_ + other];
+  return overlap_mm_[organ_pair(feelers_[feeler].face, felt_[feeler].other.at.face)];
 }
 
 // Of all that could sink.
@@ -265,15 +265,8 @@ void TissueContacts::update(Contact& contact) const {
   contact.target = -allowed_mm(contact.feeler) * felt.other.normal;
   contact.tip_motion.setZero();
   contact.lever = against(levers_.lever(at), levers_.lever(felt.other.at));
-  contact.anchored_at = own_[contact.feeler].point - felt.other.point;
-  const SkinPoint sides[2] = {at, felt.other.at};
-  for (int side = 0; side < 2; ++side) {
-    const double b[3] = {1 - sides[side].b1 - sides[side].b2, sides[side].b1, sides[side].b2};
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t slot = contact.lever.slots[3 * side + k];
-      contact.anchored_at += (side ? b[k] : -b[k]) * (skin_.shape()[slot] - tissue_.rest()[slot]);
-    }
-  }
+  contact.anchored_at = levers_.anchored(at, own_[contact.feeler].point) -
+                        levers_.anchored(felt.other.at, felt.other.point);
 }
 
 }  // namespace organbake::deform

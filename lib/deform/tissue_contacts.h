@@ -33,7 +33,6 @@ class TissueContacts {
   // Brings the contacts of tissue with tissue up to date with the skin's pose, adds the missing
   // ones, and returns the deepest penetration (mm) beyond what rest has.
   double refresh(std::vector<Contact>& contacts);
-  bool any_near() const { return !pairs_.empty(); }
 
  private:
   struct Felt {  // by one feeler
@@ -48,15 +47,13 @@ class TissueContacts {
   void feel(std::uint32_t face, std::uint32_t other);
   void feel_all();
   void see_fronts();
-  double& overlap_mm(std::uint32_t face, std::uint32_t other) {
-    return overlap_mm_[std::size_t{organ_of(face)} * organ_count_ + organ_of(other)];
+  // Of which two organs, into overlap_mm_.
+  std::size_t organ_pair(std::uint32_t face, std::uint32_t other) const {
+    return tissue_.organ_of_face(face) * organ_count_ + tissue_.organ_of_face(other);
   }
   double allowed_mm(std::uint32_t feeler) const;
   double sunk_mm(std::uint32_t feeler) const;
   double clearance_mm() const;
-  std::uint32_t organ_of(std::uint32_t face) const {
-    return tissue_.organ_of_slot()[tissue_.faces()[face][0]];
-  }
   void update(Contact& contact) const;
 
   Skin& skin_;
