@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace organbake::deform {
 namespace {
@@ -101,8 +102,9 @@ double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fracti
     if (!sweep.grabs) {
       for (const std::uint32_t face : near_[s]) touch(sweep, tip, face);
     }
-    std::stable_sort(touches_.begin(), touches_.end(),
-                     [](const Touch& p, const Touch& q) { return p.depth_mm > q.depth_mm; });
+    std::sort(touches_.begin(), touches_.end(), [](const Touch& p, const Touch& q) {
+      return std::pair(q.depth_mm, p.hit.at.face) < std::pair(p.depth_mm, q.hit.at.face);
+    });
     for (const Touch& t : touches_) admit(sweep, fraction, t, contacts);
     for (Contact& c : contacts) {
       if (c.tip != sweep.tip) continue;

@@ -2,6 +2,7 @@
 #include "deform/grasp.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace organbake::deform {
 namespace {
@@ -24,9 +25,11 @@ void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& face
     if (nearest.distance_mm <= kFarthestRadii * radius) candidates.push_back(nearest);
     skin.nodes_within(face, sweep.to, kGraspRadii * radius, candidates);
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const SkinHit& a, const SkinHit& b) {
-    return a.distance_mm < b.distance_mm;
-  });
+  const auto rank = [](const SkinHit& hit) {
+    return std::tuple(hit.distance_mm, hit.at.face, hit.at.b1, hit.at.b2);
+  };
+  std::sort(candidates.begin(), candidates.end(),
+            [&](const SkinHit& a, const SkinHit& b) { return rank(a) < rank(b); });
   const std::size_t first = contacts.size();
   for (const SkinHit& hit : candidates) {
     const std::size_t taken = contacts.size() - first;

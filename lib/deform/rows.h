@@ -9,6 +9,8 @@ namespace organbake::deform {
 
 // One point or vector as a full AVX register: x, y, z and a fourth lane that is kept 0, so that
 // norms and dot products need no mask. The factor also uses the four lanes as four right sides.
+// What holds one is aligned to 32 bytes. g++ 12's std::stable_sort moves it through memory that is
+// not (its bug 105258): such things are sorted by std::sort, with a rank that has no ties.
 using Row = Eigen::Vector4d;
 using Rows = std::vector<Row>;
 
