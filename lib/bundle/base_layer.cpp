@@ -16,11 +16,6 @@ std::uint32_t steps_from_nodes(int nodes) {
 
 }  // namespace
 
-std::uint32_t base_node_index(std::uint32_t steps, std::uint32_t i, std::uint32_t j) {
-  // Row i holds steps + 1 − i nodes; the rows before it hold i(2·steps + 3 − i)/2.
-  return i * (2 * steps + 3 - i) / 2 + j;
-}
-
 ChannelImage base_layer_to_image(const BaseLayer& layer) {
   ChannelImage image;
   image.width = static_cast<int>(layer.nodes_per_face());

@@ -27,7 +27,10 @@ struct BaseLayer {
 };
 
 // Node (i, j), i, j ≥ 0, i + j ≤ n, lies at b1 = i/n, b2 = j/n; nodes run over j within i.
-std::uint32_t base_node_index(std::uint32_t steps, std::uint32_t i, std::uint32_t j);
+inline std::uint32_t base_node_index(std::uint32_t steps, std::uint32_t i, std::uint32_t j) {
+  // Row i holds steps + 1 − i nodes; the rows before it hold i(2·steps + 3 − i)/2.
+  return i * (2 * steps + 3 - i) / 2 + j;
+}
 
 ChannelImage base_layer_to_image(const BaseLayer& layer);
 // Throws BadDataError naming `name`; face_count is the proxy's.

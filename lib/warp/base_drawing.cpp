@@ -37,11 +37,13 @@ struct BaseDrawing::PlacedBlock {
   Node& at(std::uint32_t i, std::uint32_t j) { return nodes[i * (kCells + 1) + j]; }
 };
 
-void BaseTile::clear(const PixelBox& tile) {
+void BaseTile::clear(const PixelBox& tile, bool keep_places) {
   box = tile;
   triangles = 0;
   depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
   for (auto* plane : {&red, &green, &blue, &weight}) plane->resize(depth.size());
+  face.resize(keep_places ? depth.size() : 0);
+  for (auto* plane : {&b1, &b2}) plane->resize(face.size());
 }
 
 BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
@@ -163,9 +165,8 @@ BaseDrawing::PlacedBlock BaseDrawing::place(const Chosen& chosen, const FaceFram
   return placed;
 }
 
-void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces,
-                       const RelitSkin* relit, const View& view, const OpenPixels& open,
-                       BaseTile& tile, RowSpans& spans) const {
+void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces, const View& view,
+                       const OpenPixels& open, BaseTile& tile, RowSpans& spans) const {
   const Chosen& chosen = chosen_[number];
   const bool fills = chosen.fills_gaps && open.any(chosen.box);
   if (!chosen.weighs && !fills) return;
@@ -187,18 +188,15 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
       if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
       const Eigen::Vector3f w3(static_cast<float>(w[0]), static_cast<float>(w[1]),
                                static_cast<float>(w[2]));
-      Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
-                              w3[2] * layer_.color[c.index];
-      if (relit) {
-        color = relit
-                    ->at(block.patch.face, w3.dot(Eigen::Vector3f(a.b1, b.b1, c.b1)),
-                         w3.dot(Eigen::Vector3f(a.b2, b.b2, c.b2)), static_cast<float>(x) + 0.5f,
-                         static_cast<float>(y) + 0.5f)
-                    .on(color);
-      }
+      const Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
+                                    w3[2] * layer_.color[c.index];
       tile.depth[at] = static_cast<float>(depth);
       tile.red[at] = color[0], tile.green[at] = color[1], tile.blue[at] = color[2];
       tile.weight[at] = w3.dot(Eigen::Vector3f(a.weight, b.weight, c.weight));
+      if (!tile.keeps_places()) return;
+      tile.face[at] = block.patch.face;
+      tile.b1[at] = w3.dot(Eigen::Vector3f(a.b1, b.b1, c.b1));
+      tile.b2[at] = w3.dot(Eigen::Vector3f(a.b2, b.b2, c.b2));
     });
   };
   const std::uint32_t n = layer_.steps;

@@ -12,7 +12,6 @@
 #include "geometry/view_manifold.h"
 #include "warp/draw_state.h"
 #include "warp/open_pixels.h"
-#include "warp/relit_skin.h"
 #include "warp/row_spans.h"
 
 namespace organbake {
@@ -25,8 +24,12 @@ struct BaseTile {
   PixelBox box;
   std::size_t triangles = 0;  // drawn
   std::vector<float> depth, red, green, blue, weight;
+  // Only when places are kept: where on the proxy each pixel lies.
+  std::vector<std::uint32_t> face;
+  std::vector<float> b1, b2;
 
-  void clear(const PixelBox& tile);
+  void clear(const PixelBox& tile, bool keep_places);
+  bool keeps_places() const { return !face.empty(); }
   std::size_t at(int x, int y) const {
     return std::size_t(y - box.y0) * box.width() + (x - box.x0);
   }
@@ -52,9 +55,9 @@ class BaseDrawing {
   }
 
   // Draws a chosen block into a tile and adds what it touched to the spans. `open` is looked at
-  // for blocks that fill gaps only; relit may be nullptr. Thread-safe.
-  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const RelitSkin* relit,
-            const View& view, const OpenPixels& open, BaseTile& tile, RowSpans& spans) const;
+  // for blocks that fill gaps only. Thread-safe.
+  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const View& view,
+            const OpenPixels& open, BaseTile& tile, RowSpans& spans) const;
 
  private:
   // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.

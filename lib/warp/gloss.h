@@ -2,13 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <vector>
 
 #include "bundle/lighting.h"
+#include "warp/skin_light.h"
 
 namespace organbake {
 
@@ -20,20 +18,9 @@ class Gloss {
 
   bool none() const { return lamps_.empty(); }
 
-  // Vectors of any length.
-  Eigen::Vector3f at(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const {
-    const Eigen::Vector3f eye = toward_eye.normalized();
-    const float normal_squared = normal.squaredNorm();
-    Eigen::Vector3f light = Eigen::Vector3f::Zero();
-    for (const Lamp& lamp : lamps_) {
-      const Eigen::Vector3f half = lamp.toward + eye;
-      const float along = normal.dot(half);
-      if (!(along > 0) || normal.dot(lamp.toward) <= 0) continue;
-      const float cosine = along / std::sqrt(normal_squared * half.squaredNorm());
-      if (cosine > least_cosine_) light += share(cosine) * lamp.color;
-    }
-    return light;
-  }
+  // Makes light.gloss of `count` pixels whose vectors may have any length.
+  void shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
+             SkinLight& light) const;
 
   // Whether it shows on a unit normal, or on one that leans from it by up to kLean.
   bool may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const;
@@ -44,15 +31,10 @@ class Gloss {
   struct Lamp {
     Eigen::Vector3f toward, color;
   };
-  // Σ strength · cosine^exponent. The table is even in about the angle, where lobes are narrow.
-  float share(float cosine) const {
-    const float place = kSteps * std::sqrt(std::max(0.0f, (1 - cosine) * inverse_range_));
-    const int step = std::min(static_cast<int>(place), kSteps - 1);
-    return table_[step] + (place - static_cast<float>(step)) * (table_[step + 1] - table_[step]);
-  }
-
   std::vector<Lamp> lamps_;
   float least_cosine_ = 1, inverse_range_ = 1;  // the range: 1 − least
+  float least_near_cosine_ = 1;                 // of half-ways that a normal within kLean shows
+  // Σ strength · cosine^exponent. Even in about the angle, where lobes are narrow.
   std::array<float, kSteps + 1> table_{};
 };
 

@@ -149,8 +149,8 @@ void RelitSkin::light_face(std::uint32_t face, bool at_rest) {
     const Vector3d normal = sum.stableNormalized();
     const Vector3f light = lighting_.diffuse(normal).cast<float>().cwiseMax(kLeastLight);
     if (at_rest) rest_light_[at] = light;
-    nodes_[at] = {light.cwiseQuotient(rest_light_[at]).cwiseMin(kLargestGain),
-                  normal.cast<float>()};
+    nodes_[at].gain() = light.cwiseQuotient(rest_light_[at]).cwiseMin(kLargestGain);
+    nodes_[at].normal() = normal.cast<float>();
   };
   const std::size_t first = first_node(face), end = first + lattice_.nodes_per_face();
   for (std::size_t at = first; at < end; ++at) light(at, own_normals_[at]);
@@ -158,50 +158,97 @@ void RelitSkin::light_face(std::uint32_t face, bool at_rest) {
   for (std::size_t r = face * rim_of_face; r < (face + 1) * rim_of_face; ++r)
     light(rim_[r].node, joined_[rim_[r].number]);
   turned_[face] = !std::all_of(nodes_.begin() + first, nodes_.begin() + end,
-                               [](const Node& node) { return node.gain == Vector3f::Ones(); });
+                               [](const Node& node) { return node.gain() == Vector3f::Ones(); });
 }
 
 // Where a view can see gloss: on faces with a node whose normal is near enough to half-way.
 bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
   const std::size_t first = first_node(face);
   for (std::size_t at = first; at < first + lattice_.nodes_per_face(); ++at) {
-    if (gloss_.may_show(nodes_[at].normal, (eye - places_[at]).normalized())) return true;
+    if (gloss_.may_show(nodes_[at].normal(), (eye - places_[at]).normalized())) return true;
   }
   return false;
 }
 
-RelitSkin::Light RelitSkin::at(std::uint32_t face, float b1, float b2, float x, float y) const {
-  // The lattice triangle that holds the point, or the nearest for one outside the face.
-  const std::uint32_t steps = lattice_.steps;
+// Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
+// the face. By its nodes, and the weights of the second and the third.
+struct RelitSkin::Triangles {
+  alignas(32) std::int32_t corner[SkinPixels::kMost], below[SkinPixels::kMost],
+      beside[SkinPixels::kMost];
+  alignas(32) float along[SkinPixels::kMost], down[SkinPixels::kMost];
+};
+
+void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
+  const auto steps = static_cast<std::int32_t>(lattice_.steps);
+  const auto nodes_per_face = static_cast<std::int32_t>(lattice_.nodes_per_face());
   const auto n = static_cast<float>(steps);
-  const float u = std::clamp(b1, 0.0f, 1.0f) * n, v = std::clamp(b2, 0.0f, 1.0f) * n;
-  const auto i = std::min(static_cast<std::uint32_t>(u), steps - 1);
-  const auto j = std::min(static_cast<std::uint32_t>(v), steps - 1 - i);
-  float along = std::min(u - static_cast<float>(i), 1.0f);
-  float down = std::min(v - static_cast<float>(j), 1.0f);
-  const Node* const nodes = &nodes_[first_node(face)];
-  const Node* corner = &nodes[base_node_index(steps, i, j)];
-  const Node* const below = &nodes[base_node_index(steps, i + 1, j)];
-  const Node* const beside = &nodes[base_node_index(steps, i, j + 1)];
-  if (along + down > 1) {
-    if (i + j + 2 <= steps) {  // the quad's other triangle, from its far corner
-      corner = &nodes[base_node_index(steps, i + 1, j + 1)];
-      const float far_along = 1 - down, far_down = 1 - along;
-      along = far_along, down = far_down;
-    } else {
-      const float sum = along + down;
-      along /= sum, down /= sum;
-    }
+  const auto in_unit = [](float v) { return v > 0 ? (v < 1 ? v : 1) : 0; };
+  const auto index = [&](std::int32_t i, std::int32_t j) {
+    return static_cast<std::int32_t>(
+        base_node_index(lattice_.steps, std::uint32_t(i), std::uint32_t(j)));
+  };
+  for (int k = 0; k < skin.count; ++k) {
+    const float u = in_unit(skin.b1[k]) * n, v = in_unit(skin.b2[k]) * n;
+    const auto cell_u = static_cast<std::int32_t>(u), cell_v = static_cast<std::int32_t>(v);
+    const std::int32_t i = cell_u < steps - 1 ? cell_u : steps - 1;
+    const std::int32_t j = cell_v < steps - 1 - i ? cell_v : steps - 1 - i;
+    const float along = in_unit(u - static_cast<float>(i));
+    const float down = in_unit(v - static_cast<float>(j));
+    // The quad's other triangle, from its far corner; on the face's long edge there is none.
+    const bool beyond = along + down > 1, other = beyond & (i + j + 2 <= steps);
+    const float scale = beyond ? 1 / (along + down) : 1;
+    out.along[k] = other ? 1 - down : scale * along;
+    out.down[k] = other ? 1 - along : scale * down;
+    const std::int32_t first = static_cast<std::int32_t>(skin.face[k]) * nodes_per_face;
+    out.corner[k] = first + (other ? index(i + 1, j + 1) : index(i, j));
+    out.below[k] = first + index(i + 1, j);
+    out.beside[k] = first + index(i, j + 1);
   }
-  const float rest = 1 - along - down;
-  Light light;
-  light.gain = rest * corner->gain + along * below->gain + down * beside->gain;
-  light.gloss.setZero();
-  if (shines_[face]) {
-    light.gloss = gloss_.at(rest * corner->normal + along * below->normal + down * beside->normal,
-                            -(ray_origin_ + x * ray_right_ + y * ray_down_));
+}
+
+void RelitSkin::mix_nodes(const SkinPixels& skin, MixedNodes& out) const {
+  Triangles t;
+  find_triangles(skin, t);
+  for (int k = 0; k < skin.count; ++k) {
+    const float along = t.along[k], down = t.down[k], rest = 1 - along - down;
+    const auto& corner = nodes_[t.corner[k]].mixed;
+    const auto& below = nodes_[t.below[k]].mixed;
+    const auto& beside = nodes_[t.beside[k]].mixed;
+    for (int c = 0; c < 8; ++c)
+      out.of[k][c] = rest * corner[c] + along * below[c] + down * beside[c];
   }
-  return light;
+}
+
+void RelitSkin::light(const SkinPixels& skin, int y, SkinLight& light) const {
+  MixedNodes mixed;
+  mix_nodes(skin, mixed);
+  bool shines = false;
+  for (int k = 0; k < skin.count; ++k) {
+    shines |= shines_[skin.face[k]] != 0;
+    for (int c = 0; c < 3; ++c) light.gain[c][k] = mixed.of[k][c];
+  }
+  if (shines) return add_gloss(skin, y, mixed, light);
+  for (auto& channel : light.gloss) std::fill_n(channel, skin.count, 0.0f);
+}
+
+void RelitSkin::add_gloss(const SkinPixels& skin, int y, const MixedNodes& mixed,
+                          SkinLight& light) const {
+  SkinDirections normals, toward_eye;
+  const Vector3f row = ray_origin_ + (static_cast<float>(y) + 0.5f) * ray_down_;
+  for (int k = 0; k < skin.count; ++k) {
+    normals.x[k] = mixed.of[k][3];
+    normals.y[k] = mixed.of[k][4];
+    normals.z[k] = mixed.of[k][5];
+    const float x = static_cast<float>(skin.column[k]) + 0.5f;
+    toward_eye.x[k] = -(row.x() + x * ray_right_.x());
+    toward_eye.y[k] = -(row.y() + x * ray_right_.y());
+    toward_eye.z[k] = -(row.z() + x * ray_right_.z());
+  }
+  gloss_.shine(normals, toward_eye, skin.count, light);
+  for (int k = 0; k < skin.count; ++k) {
+    if (shines_[skin.face[k]]) continue;
+    for (auto& channel : light.gloss) channel[k] = 0;
+  }
 }
 
 }  // namespace organbake

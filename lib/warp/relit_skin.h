@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "geometry/shell_map.h"
 #include "geometry/triangle_mesh.h"
 #include "warp/gloss.h"
+#include "warp/skin_light.h"
 #include "warp/view.h"
 
 namespace organbake {
@@ -33,19 +35,19 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  struct Light {
-    Eigen::Vector3f gain, gloss;
-    Eigen::Vector3f on(const Eigen::Vector3f& color) const {
-      return color.cwiseProduct(gain) + gloss;
-    }
-  };
-  // At a point over a face; (x, y): where the view shows it, px.
-  Light at(std::uint32_t face, float b1, float b2, float x, float y) const;
+  // The light on skin that row y of the view shows.
+  void light(const SkinPixels& skin, int y, SkinLight& light) const;
 
  private:
+  // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
   struct Node {
-    Eigen::Vector3f gain = Eigen::Vector3f::Ones(), normal = Eigen::Vector3f::Zero();
+    alignas(32) std::array<float, 8> mixed{1, 1, 1};
+    auto gain() { return Eigen::Map<Eigen::Vector3f>(mixed.data()); }
+    auto gain() const { return Eigen::Map<const Eigen::Vector3f>(mixed.data()); }
+    auto normal() { return Eigen::Map<Eigen::Vector3f>(mixed.data() + 3); }
+    auto normal() const { return Eigen::Map<const Eigen::Vector3f>(mixed.data() + 3); }
   };
+  struct Triangles;
   // A node on a face's edge, and the number by which its neighbours know it.
   struct Rim {
     std::size_t node;
@@ -60,6 +62,12 @@ class RelitSkin {
   void relight(std::vector<std::uint8_t>& relit, std::vector<std::uint8_t>& moved);
   void light_face(std::uint32_t face, bool at_rest);
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
+  struct MixedNodes {  // as a Node's numbers, by pixel
+    alignas(32) float of[SkinPixels::kMost][8];
+  };
+  void find_triangles(const SkinPixels& skin, Triangles& out) const;
+  void mix_nodes(const SkinPixels& skin, MixedNodes& out) const;
+  void add_gloss(const SkinPixels& skin, int y, const MixedNodes& mixed, SkinLight& light) const;
 
   BaseLayer lattice_;  // heights alone
   Lighting lighting_;

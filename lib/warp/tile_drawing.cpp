@@ -37,12 +37,12 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
                                        Scratch& own) const {
   if (blocks.empty()) return nullptr;
   const BaseDrawing& base = placed_->base;
-  own.base.clear(part);
+  own.base.clear(part, placed_->relit != nullptr);
   if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
     own.open.find(part, layers);
   }
   for (const std::uint32_t b : blocks) {
-    base.draw(b, placed_->faces, placed_->relit, placed_->view, own.open, own.base, own.spans);
+    base.draw(b, placed_->faces, placed_->view, own.open, own.base, own.spans);
   }
   own.base_triangles += own.base.triangles;
   return own.base.triangles > 0 ? &own.base : nullptr;
