@@ -63,7 +63,7 @@ std::vector<Stage> describe() {
        .make_options = make_options<MechanicsOptions>,
        .single_file = true},
       {.name = "place",
-       .version = 4,
+       .version = 5,
        .summary = "place virtual cameras round a surface or inside a viewing cone",
        .inputs = {surface},
        .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},

@@ -261,8 +261,9 @@ void bind(OptionList& list, PlaceStageOptions& o) {
       .add("candidates", &o.goal.candidates,
            {.help = "directions to choose from, of a coverage", .min = 16, .max = 8192})
       .add("samples", &o.goal.samples,
-           {.help = "of the surface to choose by, of a coverage; four times as many where it is "
-                    "deeply folded",
+           {.help =
+                "of the surface to choose by, of a coverage; three times as many, the hardest to "
+                "see of 24 times as many, where it is deeply folded",
             .min = 64,
             .max = 65536})
       .add("size", &o.placement.map_size,

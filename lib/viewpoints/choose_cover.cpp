@@ -167,7 +167,11 @@ constexpr auto kAnyOne = [](std::uint32_t) { return true; };
 
 CoverSearch::CoverSearch(const std::vector<SampleBits>& seen, const SampleBits& among,
                          const CoverRelaxation& relaxation, int overlap)
-    : seen_(seen.size()), shares_(relaxation.shares), overlap_(overlap) {
+    : seen_(seen.size()), rounded_(relaxation.rounded), overlap_(overlap) {
+  constexpr double kUsed = 1e-3;
+  for (std::uint32_t c = 0; c < relaxation.shares.size(); ++c) {
+    if (relaxation.shares[c] > kUsed) used_.push_back(c);
+  }
   const std::vector<std::uint32_t> order = by_price(among, relaxation.prices);
   word_weights_ = weights_of_words(order, relaxation.prices);
   tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t c) {
@@ -198,12 +202,9 @@ ChosenCover CoverSearch::greedy(ChosenCover cover, const CoverGoal& goal, std::s
   return cover;
 }
 
-ChosenCover CoverSearch::from_shares(const CoverGoal& goal) const {
-  constexpr double kUsed = 1e-3;
+ChosenCover CoverSearch::pruned(std::vector<std::uint32_t> start, const CoverGoal& goal) const {
   ChosenCover cover;
-  for (std::uint32_t c = 0; c < shares_.size(); ++c) {
-    if (shares_[c] > kUsed) cover.chosen.push_back(c);
-  }
+  cover.chosen = std::move(start);
   cover = greedy(std::move(cover), goal, seen_.size());
   Counts counts(*this, cover.chosen);
   while (cover.chosen.size() > 1) {
@@ -279,9 +280,10 @@ ChosenCover CoverSearch::repaired(const ChosenCover& start, const CoverGoal& goa
 ChosenCover CoverSearch::fewest(const CoverGoal& goal, std::size_t most, int swaps) const {
   ChosenCover best = greedy({}, goal, std::min(most, seen_.size()));
   if (best.covered < goal.samples) return best;
-  if (ChosenCover relaxed = from_shares(goal);
-      relaxed.covered >= goal.samples && relaxed.chosen.size() < best.chosen.size()) {
-    best = std::move(relaxed);
+  for (const auto& start : {used_, rounded_}) {
+    ChosenCover relaxed = pruned(start, goal);
+    if (relaxed.covered >= goal.samples && relaxed.chosen.size() < best.chosen.size())
+      best = std::move(relaxed);
   }
   return thinned(std::move(best), goal, swaps);
 }

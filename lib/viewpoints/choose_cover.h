@@ -15,10 +15,10 @@ struct ChosenCover {
 
 // The fewest candidates found that reach a goal. Deterministic.
 //
-// Two starts, greedy by what each candidate adds and the candidates that the relaxation uses with
-// the least missed dropped one by one; from the better, as long as it succeeds, one more is dropped
-// and the rest repaired by swaps (a tabu search). Samples count by the relaxation's prices:
-// what is hard to cover is looked after first.
+// Three starts: greedy by what each candidate adds, the candidates that the relaxation uses with
+// the least missed dropped one by one, and those that it was rounded to; from the best, as long as
+// it succeeds, one more is dropped and the rest repaired by swaps (a tabu search). Samples count by
+// the relaxation's prices: what is hard to cover is looked after first.
 class CoverSearch {
  public:
   // `seen` of one candidate each; all of the samples `among` that count.
@@ -45,12 +45,13 @@ class CoverSearch {
  private:
   class Counts;
   ChosenCover greedy(ChosenCover start, const CoverGoal& goal, std::size_t most) const;
-  ChosenCover from_shares(const CoverGoal& goal) const;
+  // Completed where it misses the goal; then dropped one by one what is missed least.
+  ChosenCover pruned(std::vector<std::uint32_t> start, const CoverGoal& goal) const;
   ChosenCover swapped(ChosenCover start, const CoverGoal& goal, int swaps) const;
 
   std::vector<SampleBits> seen_;  // samples reordered by price, so that a word has one weight
   std::vector<std::uint32_t> word_weights_;
-  std::vector<double> shares_;
+  std::vector<std::uint32_t> used_, rounded_;  // by the relaxation
   int overlap_;
 };
 

@@ -10,7 +10,9 @@
 #include "core/text.h"
 #include "viewpoints/choose_cover.h"
 #include "viewpoints/complete_views.h"
+#include "viewpoints/cover_program.h"
 #include "viewpoints/outward.h"
+#include "viewpoints/sample_pool.h"
 
 namespace organbake {
 namespace {
@@ -18,21 +20,17 @@ namespace {
 using Directions = CoverScene::Directions;
 
 constexpr std::uint64_t kChoosingSeed = 1, kCheckingSeed = 2;
-constexpr std::size_t kCheckingSamples = 16384;
-// Steps of the relaxation, if all of it takes part in each (for organs with folds little does after
-// the first hundred), and swaps.
-constexpr double kRelaxationSteps = 500, kFoldedRelaxationSteps = 3000;
+constexpr std::size_t kCheckingSamples = 16384, kFoldedCheckingSamples = 65536;
+// Of the relaxations: steps, if all of it takes part in each; pivots.
+constexpr double kRelaxationSteps = 500;
+constexpr int kMostPivots = 60'000;
+constexpr double kRaisedShare = 0.15;  // of what the goal lets go
 constexpr int kSwaps = 1000, kPolishRounds = 2;
 // Swaps per repair, of one camera: many cameras are repaired in many steps.
 constexpr int kRepairSwaps = 12'000;
 // Samples that fewer candidates see get more candidates, out of a finer lattice.
 constexpr double kSameDirection_rad = 1e-3;
 constexpr int kFewCandidates = 6, kFineDirections = 8192;
-// Where these are more than such a share of what the goal lets go, it is them who decide, each in a
-// place of its own: so many times the samples are taken, or others would tell of much less
-// coverage.
-constexpr double kFolded = 0.5;
-constexpr std::size_t kFinerSamples = 4;
 
 class CameraCover {
  public:
@@ -45,11 +43,9 @@ class CameraCover {
 
   Placement run() {
     candidates_ = scene_.stands(goal_.candidates);
-    sample(goal_.samples);
-    folded_ =
-        static_cast<double>(seen_by_fewer_than(kFewCandidates).count()) > kFolded * missable();
-    if (folded_) sample(kFinerSamples * static_cast<std::size_t>(goal_.samples));
-    sample_for_checking();
+    sample();
+    context_.progress(0.2);
+    look();
     add_candidates_for_the_hidden();
     context_.progress(0.3);
     choose();
@@ -65,16 +61,12 @@ class CameraCover {
   }
 
  private:
-  void sample(std::size_t count) {
-    samples_ = scene_.samples(count, kChoosingSeed);
-    reachable_ = scene_.reachable(samples_);
-    seen_ = scene_.seen_well(candidates_, samples_, &reachable_);
-  }
-
-  void sample_for_checking() {
-    checking_ = scene_.samples(kCheckingSamples, kCheckingSeed);
+  void sample() {
+    pool_.emplace(scene_, candidates_, static_cast<std::size_t>(goal_.samples), kChoosingSeed);
+    checking_ =
+        scene_.samples(pool_->folded() ? kFoldedCheckingSamples : kCheckingSamples, kCheckingSeed);
     reachable_checking_ = scene_.reachable(checking_);
-    if (reachable_.count() > 0 && reachable_checking_.count() > 0) return;
+    if (pool_->reachable() > 0 && reachable_checking_.count() > 0) return;
     throw BadDataError(
         "surface to place cameras round: no view of the region shows any of it at less than 60°" +
         (goal_.texel_mm > 0 ? " with texels of " + to_text(goal_.texel_mm) +
@@ -82,14 +74,19 @@ class CameraCover {
                             : std::string("; do its faces look outward?")));
   }
 
-  // How many samples the goal lets go.
-  double missable() const { return (1 - goal_.share) * static_cast<double>(reachable_.count()); }
+  // What the candidates see of the working samples.
+  void look() {
+    seen_ = scene_.seen_well(candidates_, pool_->working(), nullptr);
+    all_ = SampleBits(pool_->working().size());
+    for (std::size_t i = 0; i < all_.size(); ++i) all_.set(i);
+    most_samples_ = all_.size() - seen_by_fewer_than(goal_.overlap).count();
+  }
 
-  // Samples that fewer than so many candidates see, of those that count.
+  // Working samples that fewer candidates see.
   SampleBits seen_by_fewer_than(int limit) const {
-    SampleBits few(samples_.size());
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      if (reachable_.test(i) && times_in(seen_, i, limit) < limit) few.set(i);
+    SampleBits few(all_.size());
+    for (std::size_t i = 0; i < few.size(); ++i) {
+      if (times_in(seen_, i, limit) < limit) few.set(i);
     }
     return few;
   }
@@ -100,9 +97,8 @@ class CameraCover {
     const SampleBits few = seen_by_fewer_than(kFewCandidates);
     if (few.count() == 0) return;
     const Directions fine = scene_.stands(kFineDirections);
-    const std::vector<SampleBits> seen = scene_.seen_well(fine, samples_, &few);
-    const CoverRelaxation unpriced{0, std::vector<double>(samples_.size(), 0.0),
-                                   std::vector<double>(fine.size(), 0.0)};
+    const std::vector<SampleBits> seen = scene_.seen_well(fine, pool_->working(), &few);
+    const CoverRelaxation unpriced{0, std::vector<double>(few.size(), 0.0), {}, {}};
     const ChosenCover more = CoverSearch(seen, few, unpriced, kFewCandidates)
                                  .greedy({few.count(), kFewCandidates}, fine.size());
     Directions added;
@@ -120,24 +116,14 @@ class CameraCover {
       if (std::any_of(directions.begin(), directions.end(), is_same)) continue;
       directions.push_back(d);
     }
-    const std::vector<SampleBits> seen = scene_.seen_well(directions, samples_, &reachable_);
+    const std::vector<SampleBits> seen = scene_.seen_well(directions, pool_->working(), nullptr);
     candidates_.insert(candidates_.end(), directions.begin(), directions.end());
     seen_.insert(seen_.end(), seen.begin(), seen.end());
+    most_samples_ = all_.size() - seen_by_fewer_than(goal_.overlap).count();
   }
 
   void choose() {
-    most_samples_ = reachable_.count() - seen_by_fewer_than(goal_.overlap).count();
-    const auto wanted =
-        static_cast<std::size_t>(std::ceil(goal_.share * static_cast<double>(reachable_.count())));
-    cover_goal_ = {std::min(wanted, most_samples_), goal_.overlap};
-    relaxation_ = relax_cover(seen_, reachable_, cover_goal_,
-                              folded_ ? kFoldedRelaxationSteps : kRelaxationSteps);
-    context_.throw_if_cancelled();
-    summary_.lower_bound = relaxation_.lower_bound;
-    summary_.candidates = candidates_.size();
-    search_.emplace(seen_, reachable_, relaxation_, goal_.overlap);
-    cover_ = search_->fewest(cover_goal_, kMostCoverCameras, kSwaps);
-    if (!folded_) try_without_prices();
+    choose_by_working_samples();
     double reach_rad = scene_.spacing_rad(static_cast<std::size_t>(goal_.candidates));
     for (int round = 0; round < kPolishRounds; ++round) {
       reach_rad /= 2;
@@ -145,15 +131,51 @@ class CameraCover {
     }
   }
 
+  // Samples that the working ones stand for: of the pool, or of its even part.
+  std::size_t judged() const { return pool_->folded() ? pool_->reachable() : all_.size(); }
+  // Those of them that the goal lets go.
+  std::size_t spare() const {
+    return static_cast<std::size_t>((1 - goal_.share) * static_cast<double>(judged()));
+  }
+
+  Directions directions_of(const ChosenCover& cover) const {
+    Directions directions;
+    for (const std::uint32_t c : cover.chosen) directions.push_back(candidates_[c]);
+    return directions;
+  }
+
+  // Cameras are made for their samples; others tell of a little less. Where a few deep places
+  // decide, one that it takes into account at once takes fewer cameras than one added later.
+  std::size_t raised_goal() const {
+    const double more = pool_->folded() ? kRaisedShare * static_cast<double>(spare()) : 0;
+    return std::min(cover_goal_.samples + static_cast<std::size_t>(more), most_samples_);
+  }
+
   // Prices lead to deep places first; where there are none, equal samples may lead to fewer.
   void try_without_prices() {
     CoverRelaxation unpriced = relaxation_;
     std::fill(unpriced.prices.begin(), unpriced.prices.end(), 0.0);
-    const CoverSearch search(seen_, reachable_, unpriced, goal_.overlap);
+    const CoverSearch search(seen_, all_, unpriced, goal_.overlap);
     const ChosenCover cover = search.fewest(cover_goal_, kMostCoverCameras, kSwaps);
     if (cover.covered < cover_goal_.samples || cover.chosen.size() >= cover_.chosen.size()) return;
     cover_ = cover;
     relaxation_.prices = unpriced.prices;
+  }
+
+  void choose_by_working_samples() {
+    context_.throw_if_cancelled();
+    cover_goal_ = {std::min(all_.size() - std::min(all_.size(), spare()), most_samples_),
+                   goal_.overlap};
+    relaxation_ = pool_->folded()
+                      ? solve_cover(seen_, all_, cover_goal_, raised_goal(), kMostPivots, context_)
+                      : relax_cover(seen_, all_, cover_goal_, kRelaxationSteps);
+    context_.throw_if_cancelled();
+    summary_.lower_bound = std::max(summary_.lower_bound, relaxation_.lower_bound);
+    summary_.candidates = candidates_.size();
+    search_.emplace(seen_, all_, relaxation_, goal_.overlap);
+    cover_goal_.samples = raised_goal();
+    cover_ = search_->fewest(cover_goal_, kMostCoverCameras, kSwaps);
+    if (!pool_->folded()) try_without_prices();
   }
 
   // Six more candidates round each camera, and one camera less where they allow it.
@@ -171,7 +193,7 @@ class CameraCover {
     }
     append(moved);
     relaxation_.shares.resize(seen_.size(), 0.0);
-    search_.emplace(seen_, reachable_, relaxation_, goal_.overlap);
+    search_.emplace(seen_, all_, relaxation_, goal_.overlap);
     cover_ = search_->thinned(std::move(cover_), cover_goal_, kSwaps);
   }
 
@@ -184,27 +206,37 @@ class CameraCover {
     return static_cast<double>(covered) / static_cast<double>(reachable_checking_.count());
   }
 
-  // The chosen were made for their samples; others tell a little less. More is asked of the former
-  // until the latter say that it is enough.
+  // The chosen were made for their samples; others tell a little less. Fewer of the former are let
+  // go until the latter say that it is enough.
   void reach_on_checking_samples() {
-    CoverGoal raised = cover_goal_;
     for (;;) {
       context_.throw_if_cancelled();
-      chosen_.clear();
-      for (const std::uint32_t c : cover_.chosen) chosen_.push_back(candidates_[c]);
+      chosen_ = directions_of(cover_);
       summary_.coverage = coverage_of_checking();
       summary_.reached = summary_.coverage >= goal_.share;
       if (summary_.reached || cover_.covered >= most_samples_) return;
-      const double lacking =
-          (goal_.share - summary_.coverage) * static_cast<double>(reachable_.count());
-      raised.samples = std::min(most_samples_, std::max(raised.samples, cover_.covered) + 1 +
-                                                   static_cast<std::size_t>(lacking));
+      const std::size_t missed = join_missed();
+      const auto lacking = static_cast<std::size_t>((goal_.share - summary_.coverage) *
+                                                    static_cast<double>(judged()));
+      const CoverGoal raised{
+          std::min(all_.size() - missed + std::min(missed, lacking + 1), most_samples_),
+          goal_.overlap};
       const int repair_swaps = kRepairSwaps / static_cast<int>(cover_.chosen.size());
-      const ChosenCover repaired =
-          search_->repaired(cover_, raised, kMostCoverCameras, repair_swaps);
-      if (repaired.covered <= cover_.covered) return;
-      cover_ = repaired;
+      ChosenCover repaired = search_->repaired(cover_, raised, kMostCoverCameras, repair_swaps);
+      if (repaired.covered <= search_->covered(cover_.chosen)) return;
+      cover_ = std::move(repaired);
     }
+  }
+
+  // Makes working ones of all samples that the chosen miss; returns their number.
+  std::size_t join_missed() {
+    if (!pool_->folded()) return all_.size() - cover_.covered;
+    const std::vector<std::uint32_t> missed = pool_->missed_by(chosen_, goal_.overlap);
+    if (!pool_->join(missed)) return missed.size();
+    look();
+    relaxation_.prices.assign(all_.size(), 0.0);  // those that joined have none
+    search_.emplace(seen_, all_, relaxation_, goal_.overlap);
+    return missed.size();
   }
 
   void tell() const {
@@ -219,11 +251,12 @@ class CameraCover {
   CoverScene scene_;
   const CoverageGoal& goal_;
   const RunContext& context_;
-  SurfaceSamples samples_, checking_;
-  SampleBits reachable_, reachable_checking_;
+  SurfaceSamples checking_;
+  SampleBits reachable_checking_;
   Directions candidates_, chosen_;
-  std::vector<SampleBits> seen_;
-  bool folded_ = false;           // deep places decide
+  std::optional<SamplePool> pool_;
+  std::vector<SampleBits> seen_;  // of the pool's working samples, by candidate
+  SampleBits all_;                // of them
   std::size_t most_samples_ = 0;  // that enough candidates see at all
   CoverGoal cover_goal_;
   CoverRelaxation relaxation_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "viewpoints/sample_bits.h"
@@ -21,13 +22,14 @@ struct CoverRelaxation {
   double lower_bound = 0;
   std::vector<double>
       prices;  // one a sample, ≥ 0: what covering it costs (dual); 0 = comes by itself
-  std::vector<double> shares;  // one a candidate, 0…1: how much of it the relaxation uses
+  std::vector<double> shares;          // one a candidate, 0…1: how much of it the relaxation uses
+  std::vector<std::uint32_t> rounded;  // a choice of candidates made of it, if any
 };
 
-// By the primal-dual hybrid gradient with diagonal steps and restarts at the mean (Pock & Chambolle
-// 2011; Applegate et al. 2021), until the bound cannot become another whole number or its steps
-// have cost what `most_steps` over the whole matrix seen_ij would. Samples outside `among` are left
-// out. Deterministic.
+// For samples that all matter alike, as on smooth surfaces. By the primal-dual hybrid gradient with
+// diagonal steps and restarts at the mean (Pock & Chambolle 2011; Applegate et al. 2021), until the
+// bound cannot become another whole number or its steps have cost what `most_steps` over the whole
+// matrix seen_ij would. Samples outside `among` are left out. Deterministic.
 CoverRelaxation relax_cover(const std::vector<SampleBits>& seen, const SampleBits& among,
                             const CoverGoal& goal, double most_steps);
 

@@ -7,12 +7,13 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "viewpoints/cover_program.h"
 
 namespace organbake {
 namespace {
 
 constexpr double kSteps = 2000;
-constexpr int kSwaps = 200;
+constexpr int kSwaps = 200, kPivots = 10'000;
 
 SampleBits all_of(std::size_t size) {
   SampleBits bits(size);
@@ -87,6 +88,54 @@ TEST(RelaxCover, IsNeverAboveTheTrueFewest) {
       }
     }
   }
+}
+
+TEST(SolveCover, KnowsWhatDisjointGroupsTake) {
+  const auto bound = [&](int copies, const CoverGoal& goal) {
+    return solve_cover(disjoint_groups(5, 100, copies), all_of(500), goal, goal.samples, kPivots)
+        .lower_bound;
+  };
+  constexpr double kRounding = 1e-6;
+  EXPECT_NEAR(bound(1, {500, 1}), 5, kRounding);
+  EXPECT_NEAR(bound(3, {500, 2}), 10, kRounding);
+  EXPECT_NEAR(bound(1, {450, 1}), 4.5, kRounding);
+  EXPECT_EQ(bound(1, {0, 1}), 0);
+}
+
+TEST(SolveCover, IsNeverAboveTheTrueFewestAndRoundsToACover) {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    const auto seen = random_sets(seed, 11, 100, 0.35);
+    for (const CoverGoal& goal : {CoverGoal{85, 1}, CoverGoal{70, 2}, CoverGoal{50, 3}}) {
+      const std::size_t fewest = true_fewest(seen, goal);
+      if (fewest > seen.size()) continue;
+      for (const int pivots : {0, 3, 20, kPivots}) {
+        const CoverRelaxation relaxation =
+            solve_cover(seen, all_of(100), goal, goal.samples, pivots);
+        EXPECT_LE(std::ceil(relaxation.lower_bound), fewest) << seed;
+        if (pivots < kPivots) continue;
+        std::uint32_t subset = 0;
+        for (const std::uint32_t c : relaxation.rounded) subset |= 1u << c;
+        EXPECT_GE(covered_by(seen, subset, goal.overlap), goal.samples) << seed;
+      }
+    }
+  }
+}
+
+// Places in folds, each seen by its own few: one candidate does not stand for two.
+TEST(SolveCover, IsTighterWhereACandidateCannotCountTwice) {
+  // 40 places seen by three candidates each; half of them may be given up.
+  const auto seen = disjoint_groups(40, 1, 3);
+  const CoverGoal goal{20, 2};
+  const CoverRelaxation tight = solve_cover(seen, all_of(40), goal, goal.samples, kPivots);
+  EXPECT_NEAR(tight.lower_bound, 40, 1e-6);
+  EXPECT_EQ(tight.rounded.size(), 40u);
+}
+
+TEST(SolveCover, AimsAtMoreThanTheGoalItBounds) {
+  const auto seen = disjoint_groups(5, 100, 1);
+  const CoverRelaxation raised = solve_cover(seen, all_of(500), {300, 1}, 500, kPivots);
+  EXPECT_NEAR(raised.lower_bound, 3, 1e-6);
+  EXPECT_EQ(raised.rounded.size(), 5u);
 }
 
 // A search by swaps proves nothing: one more is allowed, seldom.
