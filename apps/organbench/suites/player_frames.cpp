@@ -241,6 +241,33 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const Size& si
   }
 }
 
+// What light costs where all skin moves: kept as it was baked, and made anew.
+void time_light(Bench& bench, PlayerBundles& bundles, const Size& size) {
+  bench.now("skin lit anew");
+  const OneThread one_thread;
+  const Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
+  Warper warper(bundle);
+  const View view = view_at(bundle, size, 0);
+  const std::array poses = {dented(bundle, 1, 1), dented(bundle, 1, 2)};
+  Frame frame;
+  const auto draw = [&](bool relight) {
+    return [&, relight] {
+      DrawOptions options;
+      options.relight = relight;
+      for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, options, frame);
+    };
+  };
+  const auto timings = bench.time(std::vector<std::function<void()>>{draw(false), draw(true)});
+  const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew"};
+  for (int i = 0; i < 2; ++i)
+    bench.add(Point{size.name() + ", one thread, all skin moves",
+                    names[i],
+                    false,
+                    {{"maps", "px", double(bundles.map_size())}},
+                    of_one_frame(timings[i]),
+                    {}});
+}
+
 }  // namespace
 
 void promise_frames(Bench& bench, PlayerBundles& bundles) {
@@ -248,6 +275,7 @@ void promise_frames(Bench& bench, PlayerBundles& bundles) {
   compete(bench, bundles, hd);
   if (!bench.quick()) compete(bench, bundles, full_hd);
   race_meshes(bench, bundles, hd);
+  time_light(bench, bundles, hd);
   promise_threads(bench, bundles, hd);
   promise_partial_frames(bench, bundles, hd);
 }
