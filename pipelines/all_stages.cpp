@@ -69,7 +69,7 @@ std::vector<Stage> describe() {
        .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},
        .make_options = make_options<PlaceStageOptions>},
       {.name = "register",
-       .version = 2,
+       .version = 3,
        .summary = "find a photograph's pose on the surface, with a verdict",
        .inputs = {surface,
                   {.name = "photo",

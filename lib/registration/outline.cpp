@@ -105,6 +105,7 @@ OutlineCheck check_outline(const PhotoLevel& level, const Prediction& p, double 
     for (int x = p.left; x < p.left + p.width; ++x) {
       const Vector2d normal = outward(p, x, y);
       if (normal.isZero()) continue;
+      ++check.places;
       const Vector2d at(x + 0.5, y + 0.5);
       const auto ours = profile<kHalf>(at, normal, predicted);
       const auto theirs = profile<kHalf + kReach>(at, normal, seen);

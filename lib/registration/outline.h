@@ -7,6 +7,7 @@
 namespace organbake {
 
 struct OutlineCheck {
+  int places = 0;    // pixels of the outline
   int asked = 0;     // places along the outline where photograph and prediction vary at all
   double share = 0;  // of those, the prediction fits best within a pixel of where it is
 };

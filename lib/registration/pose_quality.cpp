@@ -20,6 +20,7 @@ using Eigen::Vector3d;
 constexpr double kLeastVisible = 0.6;
 constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
 constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
+constexpr double kLeastAsked = 0.2;  // right poses: 0.43 and more
 constexpr double kLeastInliers = 0.6;
 constexpr double kLargestSurfaceSdMm = 1.0;
 constexpr double kLeastMargin = 0.1;
@@ -108,6 +109,9 @@ void judge(PoseQuality& q, double organ_px) {
       {!(q.outline_share >= sure_outline(organ_px)), Verdict::doubtful,
        "only " + percent(q.outline_share) + " of the outline fits; " +
            percent(sure_outline(organ_px)) + " should, of an organ as large in its picture"},
+      {!(q.outline_asked_share >= kLeastAsked), Verdict::doubtful,
+       "only " + percent(q.outline_asked_share) + " of the outline could be looked at, " +
+           percent(kLeastAsked) + " are needed: it must lie well inside the picture, unmasked"},
       {!(q.correlation >= kSureCorrelation), Verdict::doubtful,
        "the photograph looks little like the surface: R = " + to_text(q.correlation, 3)},
       {!(q.inlier_share >= kLeastInliers), Verdict::doubtful,
@@ -192,8 +196,11 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   Prediction prediction;
   predict(surface, pyramid[level], state.solver.object_pose(), found, basis, state.solver.light, {},
           prediction);
-  quality.outline_share =
-      check_outline(pyramid[level], prediction, state.solver.light[basis.size() - 1]).share;
+  const OutlineCheck outline =
+      check_outline(pyramid[level], prediction, state.solver.light[basis.size() - 1]);
+  quality.outline_share = outline.share;
+  if (outline.places > 0)
+    quality.outline_asked_share = static_cast<double>(outline.asked) / outline.places;
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
   quality.focal_scale =
       options.free_focal ? 1 : wanted_focal_scale(surface, pyramid, options, state, context);

@@ -54,8 +54,9 @@ struct PoseQuality {
   double correlation = 0;    // R over the overlap
   double inlier_share = 0;   // of the organ's pixels, within 3 robust standard deviations
   double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
-  double outline_share = 0;  // of the outline that the photograph confirms within a pixel
-  double position_sd_mm = 0;  // of the organ's centre
+  double outline_asked_share = 0;  // of the outline: clear in the picture, so that it can confirm
+  double outline_share = 0;        // of that: the photograph confirms it within a pixel
+  double position_sd_mm = 0;       // of the organ's centre
   double rotation_sd_deg = 0;
   double surface_sd_mm = 0;  // RMS over the surface: the expected mTRE
   // By what share the pose leaves less of the photograph unexplained than the best one of the

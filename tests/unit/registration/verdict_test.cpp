@@ -78,5 +78,29 @@ TEST(Verdict, AnOrganMostlyOutOfThePictureFails) {
   EXPECT_EQ(found.quality.verdict, Verdict::failed);
 }
 
+// Of almost all of the outline nothing beyond the organ counts: what is left confirms the pose by
+// chance as easily as not.
+TEST(Verdict, AnOutlineThatHardlyShowsConfirmsNothing) {
+  PhotoToRegister photo = near_start(6);
+  const PosedCamera& camera = lamp_studio().cameras[0];
+  const int width = photo.image.width, height = photo.image.height;
+  photo.mask = Rgb8Image(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      Ray ray;
+      ray.origin = camera.center_world_mm();
+      ray.direction = camera.camera_from_world.rotation.transpose() *
+                      unproject(camera.intrinsics, {x + 0.5, y + 0.5});
+      std::uint8_t organ = 0;
+      lamp_studio().surface.scene().occluded({&ray, 1}, {&organ, 1});
+      const bool window = std::abs(x - width / 2) < width / 8 && y < height / 2;
+      if (organ || window) std::fill_n(photo.mask.at(x, y), 3, 255);
+    }
+  const auto found = register_photo(lamp_studio().surface, photo, {});
+  EXPECT_GT(found.quality.outline_asked_share, 0) << found.quality.reason;
+  EXPECT_LT(found.quality.outline_asked_share, 0.2);
+  EXPECT_NE(found.quality.verdict, Verdict::ok) << found.quality.outline_share;
+}
+
 }  // namespace
 }  // namespace organbake
