@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
 
 #include "capture/base_layer_bake.h"
 #include "capture/camera_rays.h"
@@ -49,6 +50,14 @@ std::vector<TileAddress> all_tiles(const std::vector<PosedCamera>& cameras) {
   return tiles;
 }
 
+// Where a texel is a small part of the smallest spot, the mean over it is the colour at its centre.
+int rays_needed(const PosedCamera& camera, const Bounds& surface, double detail_mm) {
+  constexpr double kTexelsPerDetail = 4;
+  const double distance = (camera.camera_from_world * surface.center()).norm();
+  const double texel_mm = distance / std::min(camera.intrinsics.fx, camera.intrinsics.fy);
+  return kTexelsPerDetail * texel_mm <= detail_mm ? 1 : 2;
+}
+
 void add_counts(const std::vector<TileCounts>& counts, CaptureSummary& summary) {
   for (const TileCounts& tile : counts) {
     summary.bound_in_prism += tile.in_prism;
@@ -58,7 +67,7 @@ void add_counts(const std::vector<TileCounts>& counts, CaptureSummary& summary) 
   }
 }
 
-void capture_maps(const CaptureScene& scene, const std::vector<PosedCamera>& cameras,
+void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<PosedCamera>& cameras,
                   CaptureSummary& summary, const RunContext& context) {
   for (const PosedCamera& camera : cameras)
     summary.maps.push_back(background_maps(camera.intrinsics));
@@ -68,20 +77,23 @@ void capture_maps(const CaptureScene& scene, const std::vector<PosedCamera>& cam
   tbb::parallel_for(std::size_t{0}, tiles.size(), [&](std::size_t t) {
     const auto [camera, left, top] = tiles[t];
     context.throw_if_cancelled();
-    counts[t] = capture_tile(scene, cameras[camera], left, top, summary.maps[camera]);
+    counts[t] = capture_tile(scenes[camera], cameras[camera], left, top, summary.maps[camera]);
     context.progress(0.9 * static_cast<double>(++done) / static_cast<double>(tiles.size()));
   });
   add_counts(counts, summary);
-  tbb::parallel_for(std::size_t{0}, cameras.size(),
-                    [&](std::size_t c) { fade_at_edges(cameras[c].intrinsics, summary.maps[c]); });
+  std::vector<std::size_t> dropped(cameras.size());
+  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
+    dropped[c] = fade_at_edges(cameras[c].intrinsics, summary.maps[c]);
+  });
+  summary.unsure_texels = std::accumulate(dropped.begin(), dropped.end(), std::size_t{0});
 }
 
 }  // namespace
 
 void CaptureOptions::check() const {
-  if (rays_per_texel_side < 1 || rays_per_texel_side > 16)
+  if (rays_per_texel_side < 0 || rays_per_texel_side > 16)
     throw UsageError("rays_per_texel_side = " + std::to_string(rays_per_texel_side) +
-                     ": take 1…16 (n × n rays are averaged for one texel)");
+                     ": take 1…16 (n × n rays are averaged for one texel), or 0: what is needed");
   if (!(base_step_mm >= 0.01 && base_step_mm <= 1000))
     throw UsageError("base_step_mm = " + to_text(base_step_mm) + ": take 0.01…1000 mm");
 }
@@ -105,8 +117,14 @@ CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
   context.throw_if_cancelled();
 
   CaptureSummary summary;
-  capture_maps({rays, normals, shell, color, options.rays_per_texel_side}, cameras, summary,
-               context);
+  const Bounds box = bounds(surface);
+  std::vector<CaptureScene> scenes;
+  for (const PosedCamera& camera : cameras) {
+    const int side = options.rays_per_texel_side > 0 ? options.rays_per_texel_side
+                                                     : rays_needed(camera, box, color.detail_mm());
+    scenes.push_back({rays, normals, shell, color, side});
+  }
+  capture_maps(scenes, cameras, summary, context);
   summary.base = bake_base_layer({proxy, rays, normals, color, cameras, summary.maps, reach_mm},
                                  options.base_step_mm, context);
   context.progress(1);

@@ -12,8 +12,10 @@
 namespace organbake {
 
 struct CaptureOptions {
-  int rays_per_texel_side = 2;  // n×n rays are averaged for the colour of one texel, 1…16
-  double base_step_mm = 2.0;    // spacing of the base layer's nodes, 0.01…1000
+  // n×n rays are averaged for the colour of one texel, up to 16; 0: one where the colour hardly
+  // changes within a texel, or else 2.
+  int rays_per_texel_side = 0;
+  double base_step_mm = 2.0;  // spacing of the base layer's nodes, 0.01…1000
 
   // Throws UsageError.
   void check() const;
@@ -25,6 +27,7 @@ struct CaptureSummary {
   std::size_t bound_in_prism = 0;
   std::size_t bound_by_fallback = 0;  // unclamped, nearest face
   std::size_t back_face_texels = 0;   // saw the surface from inside: stored as background
+  std::size_t unsure_texels = 0;      // of no confidence: stored as background, too
   double largest_height_mm = 0;
 };
 
@@ -36,8 +39,8 @@ struct CaptureSummary {
 //               2·10⁻⁶ of the depth; the player solves b1, b2 again from depth and height
 //   confidence  smooth in the angle between surface and view (0 from 80°, 1 up to 60°) times
 //               smooth in the distance to a depth edge (1 from three texels on)
-// The same bytes for any number of threads. Throws UsageError, or BadDataError for a broken or
-// empty mesh, no cameras, or bad intrinsics.
+// Texels without confidence are background. The same bytes for any number of threads. Throws
+// UsageError, or BadDataError for a broken or empty mesh, no cameras, or bad intrinsics.
 CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
                        const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
                        const CaptureOptions& options, const RunContext& context = {});

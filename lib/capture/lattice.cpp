@@ -76,14 +76,8 @@ std::vector<Lattice::ShellLine> Lattice::shell_lines() const {
 
 std::uint32_t lattice_steps(const TriangleMesh& proxy, double step_mm, std::size_t max_nodes) {
   constexpr double kMostSteps = 64;
-  double length = 0;
-  for (const auto& [a, b, c] : proxy.faces)
-    length += (proxy.vertices[a] - proxy.vertices[b]).norm() +
-              (proxy.vertices[b] - proxy.vertices[c]).norm() +
-              (proxy.vertices[c] - proxy.vertices[a]).norm();
-  const double mean_edge = length / (3.0 * static_cast<double>(proxy.faces.size()));
-  auto steps =
-      static_cast<std::uint32_t>(std::clamp(std::round(mean_edge / step_mm), 1.0, kMostSteps));
+  const double wanted = std::round(mean_edge_length(proxy) / step_mm);
+  auto steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, kMostSteps));
   while (steps > 1 && proxy.faces.size() * ((steps + 1) * (steps + 2) / 2) > max_nodes) --steps;
   return steps;
 }

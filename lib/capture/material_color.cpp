@@ -17,7 +17,9 @@ class MaterialColor : public SurfaceColor {
       : material_(material),
         lighting_(material.lighting()),
         spots_(kSpotSeed, material.feature_mm),
-        grain_(kSpotSeed + 1, material.feature_mm / 2.6) {}
+        grain_(kSpotSeed + 1, material.feature_mm / kGrainsPerSpot) {}
+
+  double detail_mm() const override { return material_.feature_mm / kGrainsPerSpot; }
 
   void shade(const std::vector<Vector3d>& points, const std::vector<Vector3d>& normals,
              const std::vector<RayHit>&, std::vector<Eigen::Vector3f>& colors) const override {
@@ -33,6 +35,7 @@ class MaterialColor : public SurfaceColor {
 
  private:
   static constexpr std::uint64_t kSpotSeed = 20;  // one look for all bakes
+  static constexpr double kGrainsPerSpot = 2.6;
 
   Material material_;
   Lighting lighting_;

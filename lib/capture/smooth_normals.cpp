@@ -15,17 +15,11 @@ namespace {
 // paint the stairs onto the skin. Slices are up to this thick.
 constexpr double kStairsMm = 3;
 
-double mean_edge_mm(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const Face& f : mesh.faces) sum += (mesh.vertices[f[1]] - mesh.vertices[f[0]]).norm();
-  return mesh.faces.empty() ? 0 : sum / static_cast<double>(mesh.faces.size());
-}
-
 // Each round averages over a vertex's neighbours; n rounds reach about √n edges far. A mesh whose
 // edges are longer than the stairs shows none and is left alone.
 int averaging_rounds(const TriangleMesh& mesh) {
   constexpr double kMostRounds = 32;
-  const double edge = mean_edge_mm(mesh);
+  const double edge = mean_edge_length(mesh);
   return edge > 0 ? static_cast<int>(std::min(kMostRounds, std::pow(kStairsMm / edge, 2))) : 0;
 }
 

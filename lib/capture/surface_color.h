@@ -39,6 +39,8 @@ struct Material {
 class SurfaceColor {
  public:
   virtual ~SurfaceColor() = default;
+  // The size of the smallest spots, mm: over a quarter of it the colour hardly changes. 0: any.
+  virtual double detail_mm() const { return 0; }
   // Scene-linear colours at surface points (mm, world) on the given faces with unit normals; the
   // three inputs have one length, which colors is set to.
   virtual void shade(const std::vector<Eigen::Vector3d>& points,

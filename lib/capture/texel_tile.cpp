@@ -32,20 +32,34 @@ float rounded_below(double depth_mm, int bits, double value) {
       std::ldexp(std::round(std::ldexp(value, bits - exponent)), exponent - bits));
 }
 
-void store_texel(const CaptureScene& scene, const Ray& ray, const RayHit& hit, std::size_t texel,
-                 CameraMaps& maps, TileCounts& counts) {
-  // A player has the depth as it is stored, so that is what must be bound.
-  const float depth = rounded_below(hit.t, kDepthBits, hit.t);
-  const Eigen::Vector3d point = ray.origin + double(depth) * ray.direction;
-  const ShellBinding bound = scene.shell.bind(point);
-  ++(scene.shell.inside(bound, point) ? counts.in_prism : counts.by_fallback);
-  counts.largest_height_mm = std::max(counts.largest_height_mm, std::abs(bound.height_mm));
-
+// By the angle between surface and view.
+float confidence_at(const CaptureScene& scene, const Ray& ray, const RayHit& hit) {
   const double cosine = -scene.normals.at(hit).dot(ray.direction.normalized());
-  maps.depth_mm[texel] = depth;
-  maps.face[texel] = bound.face;
-  maps.height_mm[texel] = rounded_below(hit.t, kHeightBits, bound.height_mm);
-  maps.confidence[texel] = static_cast<float>(smooth_step(kGrazingCosine, kSureCosine, cosine));
+  return static_cast<float>(smooth_step(kGrazingCosine, kSureCosine, cosine));
+}
+
+// Depth, face and height of texels that see the surface.
+void store_texels(const CaptureScene& scene, const CameraRays& camera,
+                  const std::vector<CenterHit>& centers, CameraMaps& maps, TileCounts& counts) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(centers.size());
+  for (const CenterHit& center : centers) {
+    // A player has the depth as it is stored, so that is what must be bound.
+    const Ray ray = camera.through(center.x + 0.5, center.y + 0.5);
+    const float depth = rounded_below(center.hit.t, kDepthBits, center.hit.t);
+    maps.depth_mm[std::size_t(center.y) * maps.width + center.x] = depth;
+    points.push_back(ray.origin + double(depth) * ray.direction);
+  }
+  std::vector<ShellBinding> bindings(points.size());
+  scene.shell.bind(points, bindings);
+  for (std::size_t i = 0; i < centers.size(); ++i) {
+    const ShellBinding& bound = bindings[i];
+    const std::size_t texel = std::size_t(centers[i].y) * maps.width + centers[i].x;
+    ++(scene.shell.inside(bound, points[i]) ? counts.in_prism : counts.by_fallback);
+    counts.largest_height_mm = std::max(counts.largest_height_mm, std::abs(bound.height_mm));
+    maps.face[texel] = bound.face;
+    maps.height_mm[texel] = rounded_below(centers[i].hit.t, kHeightBits, bound.height_mm);
+  }
 }
 
 }  // namespace
@@ -85,14 +99,19 @@ TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, in
         ++counts.back_faces;
         continue;
       }
-      store_texel(scene, rays[next], hits[next], std::size_t(y) * maps.width + x, maps, counts);
-      centers.push_back({x, y, hits[next]});
+      const std::size_t texel = std::size_t(y) * maps.width + x;
+      maps.confidence[texel] = confidence_at(scene, rays[next], hits[next]);
+      // Of those without, till fade_at_edges has seen where the surface is.
+      maps.depth_mm[texel] = static_cast<float>(hits[next].t);
+      if (maps.confidence[texel] > 0) centers.push_back({x, y, hits[next]});
     }
+  store_texels(scene, camera_rays, centers, maps, counts);
   color_texels(scene, camera_rays, centers, maps);
   return counts;
 }
 
-void fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps) {
+std::size_t fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps) {
+  std::size_t dropped = 0;
   const double focal = std::min(intrinsics.fx, intrinsics.fy);
   const std::vector<float> distance =
       depth_edge_distance(maps.depth_mm, maps.width, maps.height, focal, kSureEdgeDistance);
@@ -100,7 +119,14 @@ void fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps) {
     const auto from_edge = static_cast<float>(smooth_step(0, kSureEdgeDistance, distance[i]));
     const float confidence = maps.confidence[i] * from_edge;
     maps.confidence[i] = std::ceil(kConfidenceSteps * confidence) / kConfidenceSteps;
+    if (maps.confidence[i] > 0 || !std::isfinite(maps.depth_mm[i])) continue;
+    ++dropped;
+    maps.depth_mm[i] = std::numeric_limits<float>::infinity();
+    maps.color[i].setZero();
+    maps.height_mm[i] = 0;
+    maps.face[i] = kNoFace;
   }
+  return dropped;
 }
 
 }  // namespace organbake

@@ -32,11 +32,12 @@ struct TileCounts {
 CameraMaps background_maps(const Intrinsics& intrinsics);
 
 // Fills the texels of one tile: depth at their centres, colour, face and height; confidence holds
-// the incidence alone until fade_at_edges.
+// the incidence alone until fade_at_edges, where it is 0 they have a depth alone.
 TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, int left, int top,
                         CameraMaps& maps);
 
-// Lowers the confidence of texels near a depth edge, where cameras disagree.
-void fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps);
+// Lowers the confidence of texels near a depth edge, where cameras disagree. Texels that have none
+// become background: nobody draws them. Returns how many did.
+std::size_t fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps);
 
 }  // namespace organbake

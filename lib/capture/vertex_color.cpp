@@ -9,7 +9,9 @@ namespace {
 class VertexColor : public SurfaceColor {
  public:
   explicit VertexColor(const TriangleMesh& surface)
-      : faces_(surface.faces), colors_(surface.colors) {}
+      : faces_(surface.faces), colors_(surface.colors), edge_mm_(mean_edge_length(surface)) {}
+
+  double detail_mm() const override { return edge_mm_; }
 
   void shade(const std::vector<Eigen::Vector3d>& points, const std::vector<Eigen::Vector3d>&,
              const std::vector<RayHit>& hits, std::vector<Eigen::Vector3f>& colors) const override {
@@ -24,6 +26,7 @@ class VertexColor : public SurfaceColor {
  private:
   std::vector<Face> faces_;
   std::vector<Eigen::Vector3f> colors_;
+  double edge_mm_;
 };
 
 }  // namespace

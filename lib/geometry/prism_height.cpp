@@ -10,11 +10,7 @@
 namespace organbake {
 namespace {
 
-struct Cubic {
-  double c0, c1, c2, c3;
-  double value(double h) const { return c0 + h * (c1 + h * (c2 + h * c3)); }
-  double slope(double h) const { return c1 + h * (2 * c2 + h * 3 * c3); }
-};
+using Cubic = HeightCubic<double>;
 
 // Closed forms lose digits near double roots and tiny leading coefficients; two Newton steps on the
 // polynomial itself bring every simple root back to full precision.
@@ -108,9 +104,7 @@ PrismCubic::PrismCubic(const ShellMatrix& m) : corner_(m.col(0)) {
 }
 
 PrismCubic::Roots PrismCubic::heights(const Eigen::Vector3d& point, double max_height) const {
-  const Eigen::Vector3d d = point - corner_;
-  const Cubic f = {d.dot(slope0_), d.dot(slope1_) + constant1_, d.dot(slope2_) + constant2_,
-                   constant3_};
+  const Cubic f = at(point.x(), point.y(), point.z());
   Roots result;
   if (is_monotone(f, max_height)) {
     const double root = monotone_root(f, max_height);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -9,25 +10,20 @@
 #include "geometry/nearest_on_triangle.h"
 #include "geometry/prism_bounds.h"
 #include "geometry/prism_height.h"
+#include "geometry/prism_lanes.h"
 #include "geometry/shell_map.h"
 
 namespace organbake {
 namespace {
 
-// Side walls are shared by two prisms; this much outside still counts as in, so that rounding
-// leaves no gap between neighbours.
-constexpr double kWallTolerance = 1e-9;
-
 bool in_triangle(double b1, double b2) {
   return b1 >= -kWallTolerance && b2 >= -kWallTolerance && b1 + b2 <= 1 + kWallTolerance;
 }
 
-// Where a proxy is folded flat the cubic vanishes and its roots mean nothing.
 bool reproduces(const ShellMatrix& m, const ShellBinding& binding, const Eigen::Vector3d& point) {
-  constexpr double kRounding = 1e-6;
   const double size = m.col(1).lpNorm<1>() + m.col(2).lpNorm<1>() + std::abs(binding.height_mm);
   const Eigen::Vector3d bound = shell_point(m, binding.b1, binding.b2, binding.height_mm);
-  return (bound - point).lpNorm<1>() <= kRounding * size;
+  return (bound - point).lpNorm<1>() <= kRebindRounding * size;
 }
 
 }  // namespace
@@ -35,7 +31,8 @@ bool reproduces(const ShellMatrix& m, const ShellBinding& binding, const Eigen::
 struct ShellBinder::Impl {
   TriangleMesh proxy;
   double max_height_mm;
-  double reach_mm;  // bounds heights of the fallback
+  double beyond_max_height;  // the next number
+  double reach_mm;           // bounds heights of the fallback
   std::vector<ShellMatrix> matrices;
   std::vector<PrismCubic> cubics;
   std::vector<std::uint32_t> usable;  // faces with area
@@ -49,9 +46,19 @@ struct ShellBinder::Impl {
   std::vector<std::uint32_t> cell_start, cell_faces;
 
   void build_grid();
-  // Where the face's prism holds the point at a height smaller than the best yet, that is the best.
-  void in_prism(std::uint32_t face, const Eigen::Vector3d& point, ShellBinding& best,
-                double& best_height) const;
+  std::span<const std::uint32_t> faces_of(std::size_t cell) const {
+    if (cell + 1 >= cell_start.size()) return {};
+    return std::span(cell_faces).subspan(cell_start[cell], cell_start[cell + 1] - cell_start[cell]);
+  }
+  // Of the cell that holds the point; a number beyond all where none does.
+  std::size_t cell_of(const Eigen::Vector3d& point) const;
+  // Up to kLanes points.
+  void bind_some(std::span<const Eigen::Vector3d> points, std::span<ShellBinding> bindings) const;
+  // The bindings of the lanes `asked`, all in one cell.
+  void search(std::size_t cell, const LanePoints& points, const LaneMask& asked,
+              LaneBindings& best) const;
+  void bind_alone(std::uint32_t face, const LanePoints& points, const LaneMask& asked,
+                  LaneBindings& best) const;
   ShellBinding unclamped(const Eigen::Vector3d& point) const;
   std::uint32_t nearest_face(const Eigen::Vector3d& point) const;
 };
@@ -94,20 +101,6 @@ void ShellBinder::Impl::build_grid() {
   }
 }
 
-void ShellBinder::Impl::in_prism(std::uint32_t face, const Eigen::Vector3d& point,
-                                 ShellBinding& best, double& best_height) const {
-  const PrismCubic::Roots roots = cubics[face].heights(point, max_height_mm);
-  for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < best_height; ++i) {
-    const Eigen::Vector2d b = barycentric_at_height(matrices[face], roots.heights[i], point);
-    if (!in_triangle(b.x(), b.y())) continue;
-    const ShellBinding found{face, b.x(), b.y(), roots.heights[i]};
-    if (!reproduces(matrices[face], found, point)) continue;
-    best = found;
-    best_height = std::abs(found.height_mm);
-    return;  // the others are larger
-  }
-}
-
 std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) const {
   double best = std::numeric_limits<double>::infinity();
   std::uint32_t face = usable.front();
@@ -134,11 +127,74 @@ ShellBinding ShellBinder::Impl::unclamped(const Eigen::Vector3d& point) const {
   return {face, b.x(), b.y(), h};
 }
 
+std::size_t ShellBinder::Impl::cell_of(const Eigen::Vector3d& point) const {
+  const Eigen::Array3d cell = ((point - grid_min) / cell_mm).array().floor();
+  if (!((cell >= 0).all() && (cell < cells.cast<double>()).all())) return cell_start.size() - 1;
+  const Eigen::Array3i c = cell.cast<int>();
+  return (std::size_t(c.z()) * cells.y() + c.y()) * cells.x() + c.x();
+}
+
+void ShellBinder::Impl::bind_some(std::span<const Eigen::Vector3d> points,
+                                  std::span<ShellBinding> bindings) const {
+  LanePoints lanes;
+  LaneMask cell, waiting;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const Eigen::Vector3d& point = points[std::min(k, points.size() - 1)];
+    lanes.x[k] = point.x(), lanes.y[k] = point.y(), lanes.z[k] = point.z();
+    cell[k] = static_cast<std::int64_t>(cell_of(point));
+    waiting[k] = k < points.size() ? -1 : 0;
+  }
+  LaneBindings best{};
+  best.least_height += beyond_max_height;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!waiting[k]) continue;
+    const LaneMask here = cell == cell[k];  // as a rule all of them
+    search(static_cast<std::size_t>(cell[k]), lanes, here, best);
+    waiting &= ~here;
+  }
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    bindings[k] = best.least_height[k] < beyond_max_height
+                      ? ShellBinding{static_cast<std::uint32_t>(best.face[k]), best.b1[k],
+                                     best.b2[k], best.height[k]}
+                      : unclamped(points[k]);
+  }
+}
+
+void ShellBinder::Impl::search(std::size_t cell, const LanePoints& points, const LaneMask& asked,
+                               LaneBindings& best) const {
+  for (const std::uint32_t near : faces_of(cell)) {
+    const LaneMask held = asked & holds(prisms[near], points);
+    if (!any(held)) continue;
+    const std::uint32_t face = usable[near];
+    const LaneMask open = bind_lanes(matrices[face], cubics[face], face, points, held, best);
+    if (any(open)) bind_alone(face, points, open, best);
+  }
+}
+
+void ShellBinder::Impl::bind_alone(std::uint32_t face, const LanePoints& points,
+                                   const LaneMask& asked, LaneBindings& best) const {
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    if (!asked[k]) continue;
+    const Eigen::Vector3d point(points.x[k], points.y[k], points.z[k]);
+    const PrismCubic::Roots roots = cubics[face].heights(point, best.least_height[k]);
+    for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < best.least_height[k]; ++i) {
+      const double h = roots.heights[i];
+      const Eigen::Vector2d b = barycentric_at_height(matrices[face], h, point);
+      if (!in_triangle(b.x(), b.y())) continue;
+      if (!reproduces(matrices[face], {face, b.x(), b.y(), h}, point)) continue;
+      best.least_height[k] = std::abs(h);
+      best.b1[k] = b.x(), best.b2[k] = b.y(), best.height[k] = h;
+      best.face[k] = face;
+    }
+  }
+}
+
 ShellBinder::ShellBinder(const TriangleMesh& proxy, double max_height_mm)
     : impl_(std::make_unique<Impl>()) {
   check_mesh(proxy, "proxy");
   impl_->proxy = proxy;
   impl_->max_height_mm = max_height_mm;
+  impl_->beyond_max_height = std::nextafter(max_height_mm, std::numeric_limits<double>::infinity());
   impl_->reach_mm = 10 * (bounds(proxy).diagonal() + max_height_mm);
   const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
@@ -158,20 +214,17 @@ ShellBinder::~ShellBinder() = default;
 ShellBinder::ShellBinder(ShellBinder&&) noexcept = default;
 
 ShellBinding ShellBinder::bind(const Eigen::Vector3d& point) const {
-  const Impl& s = *impl_;
-  const Eigen::Array3d cell = ((point - s.grid_min) / s.cell_mm).array().floor();
-  if ((cell >= 0).all() && (cell < s.cells.cast<double>()).all()) {
-    const Eigen::Array3i c = cell.cast<int>();
-    const std::size_t index = (std::size_t(c.z()) * s.cells.y() + c.y()) * s.cells.x() + c.x();
-    ShellBinding best;
-    double best_height = std::numeric_limits<double>::infinity();
-    for (std::uint32_t i = s.cell_start[index]; i < s.cell_start[index + 1]; ++i) {
-      const std::uint32_t near = s.cell_faces[i];
-      if (s.prisms[near].holds(point)) s.in_prism(s.usable[near], point, best, best_height);
-    }
-    if (std::isfinite(best_height)) return best;
+  ShellBinding binding;
+  bind({&point, 1}, {&binding, 1});
+  return binding;
+}
+
+void ShellBinder::bind(std::span<const Eigen::Vector3d> points,
+                       std::span<ShellBinding> bindings) const {
+  for (std::size_t first = 0; first < points.size(); first += kLanes) {
+    const std::size_t count = std::min(kLanes, points.size() - first);
+    impl_->bind_some(points.subspan(first, count), bindings.subspan(first, count));
   }
-  return s.unclamped(point);
 }
 
 bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {

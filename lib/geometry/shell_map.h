@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
@@ -44,6 +45,8 @@ class ShellBinder {
   ShellBinder(ShellBinder&&) noexcept;
 
   ShellBinding bind(const Eigen::Vector3d& point) const;
+  // Of many points, faster where neighbours lie next to each other; as bind() up to rounding.
+  void bind(std::span<const Eigen::Vector3d> points, std::span<ShellBinding> bindings) const;
   // Whether the point lies in the prism that it was bound to: not when by the fallback.
   bool inside(const ShellBinding& binding, const Eigen::Vector3d& point) const;
 

@@ -38,6 +38,15 @@ double face_area(const TriangleMesh& mesh, std::size_t face) {
   return 0.5 * scaled_normal(mesh, mesh.faces[face]).norm();
 }
 
+double mean_edge_length(const TriangleMesh& mesh) {
+  if (mesh.faces.empty()) return 0;
+  double sum = 0;
+  for (const Face& f : mesh.faces) {
+    for (int k = 0; k < 3; ++k) sum += (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).norm();
+  }
+  return sum / (3 * static_cast<double>(mesh.faces.size()));
+}
+
 double signed_volume(const TriangleMesh& mesh) {
   if (mesh.vertices.empty()) return 0;
   // About the first vertex, so that a mesh far from the origin loses no digits.

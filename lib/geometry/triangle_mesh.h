@@ -36,6 +36,8 @@ Eigen::Vector3d face_normal(const TriangleMesh& mesh,
 double face_area(const TriangleMesh& mesh, std::size_t face);  // mm²
 double signed_volume(const TriangleMesh& mesh);  // mm³; positive when faces look outward
 double surface_area(const TriangleMesh& mesh);   // mm²
+// mm; an edge counts for each of its faces. 0 without faces.
+double mean_edge_length(const TriangleMesh& mesh);
 // Unit vertex normals, faces weighted by their angle at the vertex (Thürmer & Wüthrich 1998);
 // a vertex without a face of area gets +z.
 std::vector<Eigen::Vector3d> vertex_normals(const TriangleMesh& mesh);

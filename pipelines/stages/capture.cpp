@@ -110,6 +110,7 @@ StageReport run(const StageCall& call) {
   report.add("bound_in_prism", captured.bound_in_prism);
   report.add("bound_by_fallback", captured.bound_by_fallback);
   report.add("back_face_texels", captured.back_face_texels);
+  report.add("unsure_texels", captured.unsure_texels);
   report.add("largest_height_mm", captured.largest_height_mm);
   report.add("base_steps", captured.base.steps);
   return report;

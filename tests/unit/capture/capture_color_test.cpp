@@ -43,6 +43,7 @@ TEST(CaptureColor, ASurfaceInFrontDoesNotBleedIn) {
                               .maps[0];
   int red = 0, green = 0;
   for (std::size_t p = 0; p < maps.color.size(); ++p) {
+    if (maps.face[p] == kNoFace) continue;  // at a sphere's outline
     const bool is_red = (maps.color[p] - kRed).norm() < 1e-6;
     const bool is_green = (maps.color[p] - kGreen).norm() < 1e-6;
     EXPECT_TRUE(is_red || is_green) << maps.color[p].transpose();

@@ -24,7 +24,7 @@ TEST(CaptureOptions, EachBoundIsKept) {
     change(options);
     EXPECT_THROW(options.check(), UsageError);
   };
-  refused([](auto& o) { o.rays_per_texel_side = 0; });
+  refused([](auto& o) { o.rays_per_texel_side = -1; });
   refused([](auto& o) { o.rays_per_texel_side = 17; });
   refused([](auto& o) { o.base_step_mm = 0; });
   refused([](auto& o) { o.base_step_mm = 1001; });

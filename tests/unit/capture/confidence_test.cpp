@@ -34,9 +34,8 @@ TEST(Confidence, FollowsIncidenceAndFadesAtTheOutline) {
       if (degrees < 58) {
         EXPECT_FLOAT_EQ(confidence, 1);
       }
-      if (degrees > 82) {
-        EXPECT_EQ(confidence, 0);
-      }
+      EXPECT_LT(degrees, 82) << "kept without confidence";
+      EXPECT_GT(confidence, 0);
       if (degrees > 66 && degrees < 69) {
         EXPECT_GT(confidence, 0.1);
         EXPECT_LT(confidence, 0.9);
@@ -47,7 +46,7 @@ TEST(Confidence, FollowsIncidenceAndFadesAtTheOutline) {
       }
     }
   ASSERT_GT(outline_texels, 50);
-  EXPECT_LT(outline / outline_texels, 0.01);
+  EXPECT_LT(outline / outline_texels, 0.04);
 }
 
 // A cross-fade shows every jump of the weights.
