@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "viewpoints/cover_cameras.h"
 
-#include <Eigen/Geometry>
+#include <tbb/task_group.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <optional>
 
 #include "core/error.h"
 #include "core/text.h"
 #include "viewpoints/choose_cover.h"
 #include "viewpoints/complete_views.h"
-#include "viewpoints/cover_program.h"
+#include "viewpoints/cover_bound.h"
+#include "viewpoints/cover_candidates.h"
 #include "viewpoints/outward.h"
 #include "viewpoints/sample_pool.h"
 
@@ -21,16 +23,34 @@ using Directions = CoverScene::Directions;
 
 constexpr std::uint64_t kChoosingSeed = 1, kCheckingSeed = 2;
 constexpr std::size_t kCheckingSamples = 16384, kFoldedCheckingSamples = 65536;
-// Of the relaxations: steps, if all of it takes part in each; pivots.
-constexpr double kRelaxationSteps = 500;
+// Of the bounds: steps, if all of the relaxation takes part in each; pivots.
+constexpr double kMostSteps = 500;
 constexpr int kMostPivots = 60'000;
-constexpr double kRaisedShare = 0.15;  // of what the goal lets go
-constexpr int kSwaps = 1000, kPolishRounds = 2;
-// Swaps per repair, of one camera: many cameras are repaired in many steps.
-constexpr int kRepairSwaps = 12'000;
-// Samples that fewer candidates see get more candidates, out of a finer lattice.
-constexpr double kSameDirection_rad = 1e-3;
-constexpr int kFewCandidates = 6, kFineDirections = 8192;
+// So often each chosen camera is tried against each candidate, on average: for the first choice,
+// and for one that goes on from there, where it need not get so hot again.
+constexpr double kFirstTries = 10, kFurtherTries = 5;
+constexpr double kWarm = 0.1;
+constexpr int kPolishRounds = 2;
+
+// Work that the rest need not wait for until its end. What it throws comes out of wait().
+class Alongside {
+ public:
+  Alongside() = default;
+  ~Alongside() {
+    try {
+      wait();
+    } catch (...) {  // whoever did not wait has an error of its own
+    }
+  }
+  template <class Work>
+  void start(Work work) {
+    group_.run(std::move(work));
+  }
+  void wait() { group_.wait(); }
+
+ private:
+  tbb::task_group group_;
+};
 
 class CameraCover {
  public:
@@ -42,18 +62,16 @@ class CameraCover {
         context_(context) {}
 
   Placement run() {
-    candidates_ = scene_.stands(goal_.candidates);
     sample();
-    context_.progress(0.2);
-    look();
-    add_candidates_for_the_hidden();
     context_.progress(0.3);
     choose();
+    if (pool_->folded()) refine();
     context_.progress(0.7);
     reach_on_checking_samples();
-    summary_.for_coverage = chosen_.size();
+    bounding_.wait();
     context_.progress(0.9);
     Placement placement = complete_views(scene_, chosen_);
+    summary_.for_coverage = chosen_.size();
     summary_.for_views = placement.cameras.size() - chosen_.size();
     tell();
     placement.cover = summary_;
@@ -62,181 +80,119 @@ class CameraCover {
 
  private:
   void sample() {
-    pool_.emplace(scene_, candidates_, static_cast<std::size_t>(goal_.samples), kChoosingSeed);
+    Directions even = scene_.stands(goal_.candidates);
+    pool_.emplace(scene_, even, static_cast<std::size_t>(goal_.samples), kChoosingSeed);
     checking_ =
         scene_.samples(pool_->folded() ? kFoldedCheckingSamples : kCheckingSamples, kCheckingSeed);
     reachable_checking_ = scene_.reachable(checking_);
-    if (pool_->reachable() > 0 && reachable_checking_.count() > 0) return;
-    throw BadDataError(
+    if (pool_->reachable() == 0 || reachable_checking_.count() == 0) throw nothing_reachable();
+    candidates_.emplace(scene_, *pool_, std::move(even));
+    candidates_->add_for_the_hidden();
+  }
+
+  BadDataError nothing_reachable() const {
+    return BadDataError(
         "surface to place cameras round: no view of the region shows any of it at less than 60°" +
         (goal_.texel_mm > 0 ? " with texels of " + to_text(goal_.texel_mm) +
                                   " mm; allow larger texels or make larger maps"
                             : std::string("; do its faces look outward?")));
   }
 
-  // What the candidates see of the working samples.
-  void look() {
-    seen_ = scene_.seen_well(candidates_, pool_->working(), nullptr);
-    all_ = SampleBits(pool_->working().size());
-    for (std::size_t i = 0; i < all_.size(); ++i) all_.set(i);
-    most_samples_ = all_.size() - seen_by_fewer_than(goal_.overlap).count();
-  }
-
-  // Working samples that fewer candidates see.
-  SampleBits seen_by_fewer_than(int limit) const {
-    SampleBits few(all_.size());
-    for (std::size_t i = 0; i < few.size(); ++i) {
-      if (times_in(seen_, i, limit) < limit) few.set(i);
-    }
-    return few;
-  }
-
-  // What lies deep shows itself from a few directions only, and the even candidates may pass them
-  // by: of a finer lattice those join that together show each of these samples often enough.
-  void add_candidates_for_the_hidden() {
-    const SampleBits few = seen_by_fewer_than(kFewCandidates);
-    if (few.count() == 0) return;
-    const Directions fine = scene_.stands(kFineDirections);
-    const std::vector<SampleBits> seen = scene_.seen_well(fine, pool_->working(), &few);
-    const CoverRelaxation unpriced{0, std::vector<double>(few.size(), 0.0), {}, {}};
-    const ChosenCover more = CoverSearch(seen, few, unpriced, kFewCandidates)
-                                 .greedy({few.count(), kFewCandidates}, fine.size());
-    Directions added;
-    for (const std::uint32_t c : more.chosen) added.push_back(fine[c]);
-    append(added);
-  }
-
-  // Those that are candidates already are left out: two cameras in one place have no VPM.
-  void append(const Directions& given) {
-    const double same = std::cos(kSameDirection_rad);
-    Directions directions;
-    for (const Eigen::Vector3d& d : given) {
-      const auto is_same = [&](const Eigen::Vector3d& other) { return d.dot(other) > same; };
-      if (std::any_of(candidates_.begin(), candidates_.end(), is_same)) continue;
-      if (std::any_of(directions.begin(), directions.end(), is_same)) continue;
-      directions.push_back(d);
-    }
-    const std::vector<SampleBits> seen = scene_.seen_well(directions, pool_->working(), nullptr);
-    candidates_.insert(candidates_.end(), directions.begin(), directions.end());
-    seen_.insert(seen_.end(), seen.begin(), seen.end());
-    most_samples_ = all_.size() - seen_by_fewer_than(goal_.overlap).count();
-  }
-
+  // By the working samples; then, twice, with more candidates round each camera.
   void choose() {
-    choose_by_working_samples();
+    let_miss_what_the_goal_lets();
+    summary_.candidates = candidates_->size();
+    bounding_.start([this, seen = candidates_->seen(), goal = cover_goal_] {
+      summary_.lower_bound = pool_->folded()
+                                 ? simplex_cover_bound(seen, goal, kMostPivots, context_)
+                                 : gradient_cover_bound(seen, goal, kMostSteps);
+    });
+    const ChosenCover greedy =
+        greedy_cover(candidates_->seen(), {}, cover_goal_, kMostCoverCameras);
+    cover_ = annealed(greedy, kFirstTries, {});
     double reach_rad = scene_.spacing_rad(static_cast<std::size_t>(goal_.candidates));
     for (int round = 0; round < kPolishRounds; ++round) {
       reach_rad /= 2;
-      polish(reach_rad);
+      candidates_->add_round(cover_, reach_rad);
+      cover_ = annealed(cover_, kFurtherTries, {.hot = kWarm});
     }
   }
 
-  // Samples that the working ones stand for: of the pool, or of its even part.
-  std::size_t judged() const { return pool_->folded() ? pool_->reachable() : all_.size(); }
-  // Those of them that the goal lets go.
-  std::size_t spare() const {
-    return static_cast<std::size_t>((1 - goal_.share) * static_cast<double>(judged()));
+  // On more samples, and with candidates for what hides among them.
+  void refine() {
+    pool_->refine();
+    candidates_->look();
+    candidates_->add_for_the_hidden();
+    let_miss_what_the_goal_lets();
+    cover_ = repaired_cover();
   }
 
-  Directions directions_of(const ChosenCover& cover) const {
-    Directions directions;
-    for (const std::uint32_t c : cover.chosen) directions.push_back(candidates_[c]);
-    return directions;
+  void let_miss_what_the_goal_lets() {
+    may_miss_ =
+        static_cast<std::size_t>((1 - goal_.share) * static_cast<double>(pool_->reachable()));
+    set_cover_goal();
+  }
+  void set_cover_goal() {
+    const std::size_t working = pool_->working().size();
+    cover_goal_ = {
+        std::min(working - std::min(working, may_miss_), candidates_->seen_by(goal_.overlap)),
+        goal_.overlap};
   }
 
-  // Cameras are made for their samples; others tell of a little less. Where a few deep places
-  // decide, one that it takes into account at once takes fewer cameras than one added later.
-  std::size_t raised_goal() const {
-    const double more = pool_->folded() ? kRaisedShare * static_cast<double>(spare()) : 0;
-    return std::min(cover_goal_.samples + static_cast<std::size_t>(more), most_samples_);
+  ChosenCover annealed(const ChosenCover& start, double tries, Annealing annealing) const {
+    annealing.moves = static_cast<std::size_t>(tries * static_cast<double>(start.chosen.size()) *
+                                               static_cast<double>(candidates_->size()));
+    return annealed_cover(candidates_->seen(), start, cover_goal_, annealing, context_);
   }
 
-  // Prices lead to deep places first; where there are none, equal samples may lead to fewer.
-  void try_without_prices() {
-    CoverRelaxation unpriced = relaxation_;
-    std::fill(unpriced.prices.begin(), unpriced.prices.end(), 0.0);
-    const CoverSearch search(seen_, all_, unpriced, goal_.overlap);
-    const ChosenCover cover = search.fewest(cover_goal_, kMostCoverCameras, kSwaps);
-    if (cover.covered < cover_goal_.samples || cover.chosen.size() >= cover_.chosen.size()) return;
-    cover_ = cover;
-    relaxation_.prices = unpriced.prices;
-  }
-
-  void choose_by_working_samples() {
-    context_.throw_if_cancelled();
-    cover_goal_ = {std::min(all_.size() - std::min(all_.size(), spare()), most_samples_),
-                   goal_.overlap};
-    relaxation_ = pool_->folded()
-                      ? solve_cover(seen_, all_, cover_goal_, raised_goal(), kMostPivots, context_)
-                      : relax_cover(seen_, all_, cover_goal_, kRelaxationSteps);
-    context_.throw_if_cancelled();
-    summary_.lower_bound = std::max(summary_.lower_bound, relaxation_.lower_bound);
-    summary_.candidates = candidates_.size();
-    search_.emplace(seen_, all_, relaxation_, goal_.overlap);
-    cover_goal_.samples = raised_goal();
-    cover_ = search_->fewest(cover_goal_, kMostCoverCameras, kSwaps);
-    if (!pool_->folded()) try_without_prices();
-  }
-
-  // Six more candidates round each camera, and one camera less where they allow it.
-  void polish(double reach_rad) {
-    context_.throw_if_cancelled();
-    Directions moved;
-    for (const std::uint32_t c : cover_.chosen) {
-      const Eigen::Vector3d d = candidates_[c], side = d.unitOrthogonal(), up = d.cross(side);
-      for (int k = 0; k < 6; ++k) {
-        const double turn = k * std::numbers::pi / 3;
-        const Eigen::Vector3d to =
-            (d + reach_rad * (std::cos(turn) * side + std::sin(turn) * up)).normalized();
-        if (scene_.may_stand(to)) moved.push_back(to);
-      }
+  // As many cameras as do, found from below: so many more at a time as should give half of what is
+  // lacking, by what each of them gives of it.
+  ChosenCover repaired_cover() const {
+    ChosenCover cover = cover_;
+    for (;;) {
+      cover = annealed(cover, kFurtherTries, {.hot = kWarm});
+      const std::size_t count = cover.chosen.size();
+      if (cover.covered >= cover_goal_.samples || count >= kMostCoverCameras) return cover;
+      const double each =
+          std::max(1.0, static_cast<double>(may_miss_) / static_cast<double>(count));
+      const double half = 0.5 * static_cast<double>(cover_goal_.samples - cover.covered);
+      const std::size_t more = 1 + static_cast<std::size_t>(half / each);
+      cover = greedy_cover(candidates_->seen(), cover, cover_goal_,
+                           std::min(kMostCoverCameras, count + more));
+      if (cover.chosen.size() == count) return cover;
     }
-    append(moved);
-    relaxation_.shares.resize(seen_.size(), 0.0);
-    search_.emplace(seen_, all_, relaxation_, goal_.overlap);
-    cover_ = search_->thinned(std::move(cover_), cover_goal_, kSwaps);
   }
 
-  double coverage_of_checking() const {
-    const std::vector<SampleBits> seen = scene_.seen_well(chosen_, checking_, &reachable_checking_);
-    std::size_t covered = 0;
-    for (std::size_t i = 0; i < checking_.size(); ++i) {
-      covered += times_in(seen, i, goal_.overlap) >= goal_.overlap;
-    }
-    return static_cast<double>(covered) / static_cast<double>(reachable_checking_.count());
-  }
-
-  // The chosen were made for their samples; others tell a little less. Fewer of the former are let
-  // go until the latter say that it is enough.
+  // The chosen were made for the working samples. Those that they miss of the pool join, until the
+  // goal is reached there, too; then fewer are let go until other samples say that it is enough.
   void reach_on_checking_samples() {
     for (;;) {
       context_.throw_if_cancelled();
-      chosen_ = directions_of(cover_);
-      summary_.coverage = coverage_of_checking();
-      summary_.reached = summary_.coverage >= goal_.share;
-      if (summary_.reached || cover_.covered >= most_samples_) return;
-      const std::size_t missed = join_missed();
-      const auto lacking = static_cast<std::size_t>((goal_.share - summary_.coverage) *
-                                                    static_cast<double>(judged()));
-      const CoverGoal raised{
-          std::min(all_.size() - missed + std::min(missed, lacking + 1), most_samples_),
-          goal_.overlap};
-      const int repair_swaps = kRepairSwaps / static_cast<int>(cover_.chosen.size());
-      ChosenCover repaired = search_->repaired(cover_, raised, kMostCoverCameras, repair_swaps);
-      if (repaired.covered <= search_->covered(cover_.chosen)) return;
-      cover_ = std::move(repaired);
+      chosen_ = candidates_->directions_of(cover_);
+      const std::vector<std::uint32_t> missed = pool_->missed_by(chosen_);
+      context_.debug(std::to_string(chosen_.size()) + " cameras miss " +
+                     std::to_string(missed.size()) + " samples and may miss " +
+                     std::to_string(may_miss_) + " of " + std::to_string(pool_->reachable()));
+      const SurfaceSamples joined = pool_->join(missed);
+      const bool reached_of_pool = missed.size() <= may_miss_;
+      if (reached_of_pool || joined.size() == 0) {
+        summary_.coverage = coverage_of_checking();
+        summary_.reached = summary_.coverage >= goal_.share;
+        if (summary_.reached || !reached_of_pool || missed.empty()) return;  // or no more to be had
+        const double lacking =
+            (goal_.share - summary_.coverage) * static_cast<double>(pool_->reachable());
+        may_miss_ = missed.size() - std::min(missed.size(), static_cast<std::size_t>(lacking) + 1);
+      }
+      candidates_->look_at_joined(joined);
+      set_cover_goal();
+      cover_ = repaired_cover();
     }
   }
 
-  // Makes working ones of all samples that the chosen miss; returns their number.
-  std::size_t join_missed() {
-    if (!pool_->folded()) return all_.size() - cover_.covered;
-    const std::vector<std::uint32_t> missed = pool_->missed_by(chosen_, goal_.overlap);
-    if (!pool_->join(missed)) return missed.size();
-    look();
-    relaxation_.prices.assign(all_.size(), 0.0);  // those that joined have none
-    search_.emplace(seen_, all_, relaxation_, goal_.overlap);
-    return missed.size();
+  double coverage_of_checking() const {
+    const std::size_t of = reachable_checking_.count();
+    const std::size_t missed = scene_.missed(chosen_, checking_, reachable_checking_).size();
+    return static_cast<double>(of - missed) / static_cast<double>(of);
   }
 
   void tell() const {
@@ -251,18 +207,16 @@ class CameraCover {
   CoverScene scene_;
   const CoverageGoal& goal_;
   const RunContext& context_;
+  std::optional<SamplePool> pool_;
+  std::optional<CoverCandidates> candidates_;
   SurfaceSamples checking_;
   SampleBits reachable_checking_;
-  Directions candidates_, chosen_;
-  std::optional<SamplePool> pool_;
-  std::vector<SampleBits> seen_;  // of the pool's working samples, by candidate
-  SampleBits all_;                // of them
-  std::size_t most_samples_ = 0;  // that enough candidates see at all
-  CoverGoal cover_goal_;
-  CoverRelaxation relaxation_;
-  std::optional<CoverSearch> search_;
+  std::size_t may_miss_ = 0;  // of the pool
+  CoverGoal cover_goal_;      // of its working samples, for that
   ChosenCover cover_;
+  Directions chosen_;
   CoverSummary summary_;
+  Alongside bounding_;  // the last: it ends before what it works on
 };
 
 }  // namespace

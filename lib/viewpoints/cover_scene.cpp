@@ -76,6 +76,17 @@ std::vector<SampleBits> CoverScene::seen_well(const Directions& cameras,
   return sight_.seen_from_each(eyes(cameras, goal().texel_mm), samples, well(), among);
 }
 
+std::vector<std::uint32_t> CoverScene::missed(const Directions& cameras,
+                                              const SurfaceSamples& samples,
+                                              const SampleBits& among) const {
+  const std::vector<SampleBits> seen = seen_well(cameras, samples, &among);
+  std::vector<std::uint32_t> missed;
+  for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    if (among.test(i) && times_in(seen, i, goal().overlap) < goal().overlap) missed.push_back(i);
+  }
+  return missed;
+}
+
 SampleBits CoverScene::reachable(const SurfaceSamples& samples) const {
   context_.throw_if_cancelled();
   return sight_.seen_from_any(eyes(views(kRegionViews), goal().texel_mm), samples, well());

@@ -27,6 +27,7 @@ class CoverScene {
   CoverScene(const TriangleMesh& surface, const OrganFrame& organ, const PlacementOptions& options,
              const RunContext& context);
 
+  const TriangleMesh& surface() const { return surface_; }
   const CoverageGoal& goal() const { return *options_.coverage; }
   const RunContext& context() const { return context_; }
 
@@ -45,6 +46,10 @@ class CoverScene {
   std::vector<SampleBits> seen_well(const Directions& cameras, const SurfaceSamples& samples,
                                     const SampleBits* among) const;
   SampleBits reachable(const SurfaceSamples& samples) const;
+  // Of the samples `among`, by number: those that fewer than goal().overlap of the cameras see
+  // well.
+  std::vector<std::uint32_t> missed(const Directions& cameras, const SurfaceSamples& samples,
+                                    const SampleBits& among) const;
   // Seen at any angle.
   std::vector<SampleBits> visible(const Directions& cameras, const SurfaceSamples& samples) const;
 

@@ -29,6 +29,24 @@ class SampleBits {
     for (const std::uint64_t word : words_) sum += std::popcount(word);
     return sum;
   }
+  // Calls take(i) for each that is set, in order.
+  template <class Take>
+  void for_each(const Take& take) const {
+    for (std::size_t w = 0; w < words_.size(); ++w) {
+      for (std::uint64_t bits = words_[w]; bits; bits &= bits - 1)
+        take(w * kWordBits + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
+  void append(const SampleBits& other) {
+    const std::size_t first = size_;
+    size_ += other.size_;
+    words_.resize((size_ + kWordBits - 1) / kWordBits);
+    other.for_each([&](std::size_t i) { set(first + i); });
+  }
+  SampleBits& operator|=(const SampleBits& other) {
+    for (std::size_t w = 0; w < words_.size(); ++w) words_[w] |= other.words_[w];
+    return *this;
+  }
   SampleBits& operator&=(const SampleBits& other) {
     for (std::size_t w = 0; w < words_.size(); ++w) words_[w] &= other.words_[w];
     return *this;

@@ -15,28 +15,39 @@ namespace organbake {
 // whatever cameras show these; what is not, joins.
 class SamplePool {
  public:
+  using Directions = CoverScene::Directions;
+
   // Some of the candidates judge how hard a sample is to see.
-  SamplePool(const CoverScene& scene, const CoverScene::Directions& candidates, std::size_t working,
+  SamplePool(const CoverScene& scene, const Directions& candidates, std::size_t working,
              std::uint64_t seed);
 
-  std::size_t reachable() const { return reachable_.count(); }
   bool folded() const { return folded_; }
+  // Several times as many samples where some are hard to see: cameras that were chosen by few have
+  // been made for just these. Elsewhere one sample stands for as many.
+  void refine();
+
+  std::size_t reachable() const;
   const SurfaceSamples& working() const { return working_samples_; }
 
-  // Those that fewer than `overlap` of the cameras see, by number.
-  std::vector<std::uint32_t> missed_by(const CoverScene::Directions& cameras, int overlap) const;
-  // Makes samples working ones; false when all of them are already.
-  bool join(const std::vector<std::uint32_t>& samples);
+  // Reachable ones that the cameras miss, by number; as often as the surface that they stand for.
+  std::vector<std::uint32_t> missed_by(const Directions& cameras) const;
+  // Makes samples working ones; returns those that were not yet, the last of the working ones now.
+  SurfaceSamples join(const std::vector<std::uint32_t>& samples);
 
  private:
   using Eased = std::pair<int, std::uint32_t>;  // judges that see it, sample
   void draw(std::size_t count, std::uint64_t seed);
   std::vector<Eased> judged() const;
+  std::vector<bool> hard_faces() const;
+  void work_with_hardest();
 
   const CoverScene& scene_;
-  CoverScene::Directions judges_;
+  Directions judges_;
+  std::uint64_t seed_;
   SurfaceSamples samples_;
+  std::vector<std::uint32_t> stands_for_;  // so many
   SampleBits reachable_, is_working_;
+  std::vector<Eased> hardest_;  // that the pool began to work with
   SurfaceSamples working_samples_;
   bool folded_ = false;
 };

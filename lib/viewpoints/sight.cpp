@@ -88,6 +88,13 @@ double texel_mm(const Eye& eye, const Eigen::Vector3d& point, const Eigen::Vecto
   return depth / (eye.focal_px * cosine);
 }
 
+void append_sample(const SurfaceSamples& from, std::size_t i, SurfaceSamples& to) {
+  to.faces.push_back(from.faces[i]);
+  to.weights.push_back(from.weights[i]);
+  to.points.push_back(from.points[i]);
+  to.normals.push_back(from.normals[i]);
+}
+
 SurfaceSamples sample_surface(const TriangleMesh& surface, std::size_t count, std::uint64_t seed) {
   const AreaSampler sampler(surface, count, seed);
   std::vector<AreaSampler::Sample> drawn(count);

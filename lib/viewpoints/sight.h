@@ -22,6 +22,8 @@ struct SurfaceSamples {
   std::size_t size() const { return points.size(); }
 };
 
+void append_sample(const SurfaceSamples& from, std::size_t i, SurfaceSamples& to);
+
 // One random stream a sample. Throws BadDataError when the surface has no (finite) area.
 SurfaceSamples sample_surface(const TriangleMesh& surface, std::size_t count, std::uint64_t seed);
 

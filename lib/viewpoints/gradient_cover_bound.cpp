@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/cover_relaxation.h"
+#include "viewpoints/cover_bound.h"
 
 #include <tbb/parallel_for.h>
 
@@ -114,24 +114,18 @@ class ActivePart {
 
 class Relaxation {
  public:
-  Relaxation(const std::vector<SampleBits>& seen, const SampleBits& among, const CoverGoal& goal)
-      : needed_(goal.samples), overlap_(static_cast<float>(goal.overlap)) {
-    std::vector<std::uint32_t> row_of(among.size());
-    for (std::uint32_t i = 0; i < among.size(); ++i) {
-      if (!among.test(i)) continue;
-      row_of[i] = static_cast<std::uint32_t>(samples_.size());
-      samples_.push_back(i);
-    }
-    columns_.resize(seen.size());
+  Relaxation(const std::vector<SampleBits>& seen, const CoverGoal& goal)
+      : columns_(seen.size()),
+        needed_(goal.samples),
+        overlap_(static_cast<float>(goal.overlap)),
+        x_(seen.size(), 0),
+        z_(seen[0].size(), 1),
+        y_(seen[0].size(), 0),
+        y_step_(seen[0].size(), overlap_) {
     tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t c) {
-      for (const std::uint32_t i : samples_) {
-        if (seen[c].test(i)) columns_[c].push_back(row_of[i]);
-      }
+      seen[c].for_each(
+          [&](std::size_t i) { columns_[c].push_back(static_cast<std::uint32_t>(i)); });
     });
-    x_.assign(columns_.size(), 0);
-    z_.assign(samples_.size(), 1);
-    y_.assign(samples_.size(), 0);
-    y_step_.assign(samples_.size(), overlap_);
     for (const Indices& column : columns_) {
       for (const std::uint32_t r : column) y_step_[r] += 1;
     }
@@ -154,23 +148,14 @@ class Relaxation {
     return work;
   }
 
-  // What the present prices prove: for any scale s of them,
-  // s · overlap · (the cheapest `needed` of them) − Σ_j max(0, s · their sum in candidate j − 1).
+  // What the present prices prove: they are worth overlap · (the cheapest `needed` of them).
   double lower_bound() const {
     std::vector<double> cheapest(y_.begin(), y_.end());
     const auto needed = static_cast<std::ptrdiff_t>(needed_);
     std::nth_element(cheapest.begin(), cheapest.begin() + (needed - 1), cheapest.end());
     const double worth =
         overlap_ * std::accumulate(cheapest.begin(), cheapest.begin() + needed, 0.0);
-    std::vector<double> sums = payments();
-    std::sort(sums.begin(), sums.end(), std::greater<>());
-    double best = 0, larger = 0;
-    for (std::size_t c = 0; c < sums.size() && sums[c] > 0 && larger <= worth; ++c) {
-      best = std::max(best, (worth - larger) / sums[c] + static_cast<double>(c));
-      larger += sums[c];
-    }
-    constexpr double kRoundingOfSums = 1e-9;
-    return best * (1 - kRoundingOfSums);
+    return best_scaled_bound(worth, payments());
   }
 
   // Of the primal, scaled up until it reaches the goal (an estimate: x ≤ 1 is not asked again).
@@ -189,13 +174,6 @@ class Relaxation {
 
   double entries() const { return entries_of(columns_); }
 
-  std::vector<double> shares() const { return {x_.begin(), x_.end()}; }
-  std::vector<double> prices(std::size_t samples) const {
-    std::vector<double> prices(samples, 0.0);
-    for (std::size_t r = 0; r < samples_.size(); ++r) prices[samples_[r]] = y_[r];
-    return prices;
-  }
-
  private:
   std::vector<double> payments() const {
     std::vector<double> sums(columns_.size(), 0.0);
@@ -206,7 +184,7 @@ class Relaxation {
   }
 
   std::vector<double> times_seen() const {
-    std::vector<double> times(samples_.size(), 0.0);
+    std::vector<double> times(y_.size(), 0.0);
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       if (x_[c] == 0) continue;
       for (const std::uint32_t r : columns_[c]) times[r] += x_[c];
@@ -234,7 +212,7 @@ class Relaxation {
 
   ActivePart part_of(const Indices& rows, const Indices& columns, float balance) const {
     constexpr std::uint32_t kIdle = ~std::uint32_t{0};
-    std::vector<std::uint32_t> place(samples_.size(), kIdle);
+    std::vector<std::uint32_t> place(y_.size(), kIdle);
     for (std::uint32_t k = 0; k < rows.size(); ++k) place[rows[k]] = k;
     Columns active{std::vector<Indices>(columns.size()), rows.size()};
     tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t k) {
@@ -243,7 +221,7 @@ class Relaxation {
       }
     });
     // Idle samples are covered.
-    const std::size_t idle = samples_.size() - rows.size();
+    const std::size_t idle = y_.size() - rows.size();
     ActivePart part(std::move(active), overlap_,
                     static_cast<double>(needed_) - static_cast<double>(idle));
     for (const std::uint32_t c : columns) {
@@ -257,12 +235,11 @@ class Relaxation {
     }
     part.z.step.assign(rows.size(), balance / (overlap_ + 1));
     part.lambda = lambda_;
-    part.lambda_step = 1 / (balance * static_cast<double>(samples_.size()));
+    part.lambda_step = 1 / (balance * static_cast<double>(y_.size()));
     return part;
   }
 
-  Indices samples_;               // of the rows
-  std::vector<Indices> columns_;  // rows seen by each candidate
+  std::vector<Indices> columns_;  // samples seen by each candidate
   std::size_t needed_;
   float overlap_;
   bool first_round_ = true;
@@ -272,29 +249,32 @@ class Relaxation {
 
 }  // namespace
 
-CoverRelaxation relax_cover(const std::vector<SampleBits>& seen, const SampleBits& among,
-                            const CoverGoal& goal, double most_steps) {
-  CoverRelaxation best;
-  best.prices.assign(among.size(), 0.0);
-  best.shares.assign(seen.size(), 0.0);
-  if (goal.samples == 0 || seen.empty()) return best;
-  Relaxation relaxation(seen, among, goal);
+double best_scaled_bound(double worth, std::vector<double> paid) {
+  std::sort(paid.begin(), paid.end(), std::greater<>());
+  double best = 0, larger = 0;
+  for (std::size_t c = 0; c < paid.size() && paid[c] > 0 && larger <= worth; ++c) {
+    best = std::max(best, (worth - larger) / paid[c] + static_cast<double>(c));
+    larger += paid[c];
+  }
+  constexpr double kRoundingOfSums = 1e-9;
+  return best * (1 - kRoundingOfSums);
+}
+
+double gradient_cover_bound(const std::vector<SampleBits>& seen, const CoverGoal& goal,
+                            double most_steps) {
+  if (goal.samples == 0 || seen.empty()) return 0;
+  Relaxation relaxation(seen, goal);
   int steps = kFirstSteps;
-  double work = 0;
+  double work = 0, best = 0;
   float balance = kFirstBalance;
   for (int round = 0; round < kMostRounds && work < most_steps * relaxation.entries(); ++round) {
     work += relaxation.run_round(steps, balance);
     balance = 1 + kBalanceFades * (balance - 1);
     steps = std::min(2 * steps, kMostSteps);
-    const double bound = relaxation.lower_bound();
-    if (bound > best.lower_bound || round == 0) {
-      best.lower_bound = bound;
-      best.prices = relaxation.prices(among.size());
-    }
-    best.shares = relaxation.shares();
+    best = std::max(best, relaxation.lower_bound());
     // A better bound would be the same whole number.
     constexpr double kRounding = 1e-3;
-    if (std::ceil(relaxation.primal_value() - kRounding) <= std::ceil(best.lower_bound)) break;
+    if (std::ceil(relaxation.primal_value() - kRounding) <= std::ceil(best)) break;
   }
   return best;
 }

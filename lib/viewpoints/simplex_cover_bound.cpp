@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/cover_program.h"
-
 #include <glpk.h>
 
 #include <algorithm>
@@ -9,6 +7,8 @@
 #include <map>
 #include <memory>
 #include <numeric>
+
+#include "viewpoints/cover_bound.h"
 
 namespace organbake {
 namespace {
@@ -19,30 +19,24 @@ using Indices = std::vector<std::uint32_t>;
 // most violated one, at first; later more.
 constexpr std::size_t kFewestStretches = 64;
 constexpr double kViolated = 1e-6;
-// Of a dive: candidates whose share is as large are taken without another look.
-constexpr double kNearlyWhole = 0.9;
 
 // Samples that the same candidates see.
 struct Place {
-  Indices candidates, samples;
+  Indices candidates;
+  double samples = 0;
 };
 
 // In order of their first samples, so that neighbours on the surface are neighbours here.
-std::vector<Place> places_of(const std::vector<SampleBits>& seen, const SampleBits& among) {
-  std::vector<Indices> candidates(among.size());
-  for (std::uint32_t c = 0; c < seen.size(); ++c) {
-    for (std::size_t w = 0; w < among.words().size(); ++w) {
-      for (std::uint64_t bits = seen[c].words()[w] & among.words()[w]; bits; bits &= bits - 1)
-        candidates[w * SampleBits::kWordBits + std::countr_zero(bits)].push_back(c);
-    }
-  }
+std::vector<Place> places_of(const std::vector<SampleBits>& seen) {
+  std::vector<Indices> candidates(seen[0].size());
+  for (std::uint32_t c = 0; c < seen.size(); ++c)
+    seen[c].for_each([&](std::size_t sample) { candidates[sample].push_back(c); });
   std::map<Indices, std::size_t> known;
   std::vector<Place> places;
-  for (std::uint32_t i = 0; i < among.size(); ++i) {
-    if (!among.test(i)) continue;
+  for (std::uint32_t i = 0; i < candidates.size(); ++i) {
     const auto [at, is_new] = known.try_emplace(candidates[i], places.size());
-    if (is_new) places.push_back({std::move(candidates[i]), {}});
-    places[at->second].samples.push_back(i);
+    if (is_new) places.push_back({std::move(candidates[i])});
+    ++places[at->second].samples;
   }
   return places;
 }
@@ -61,8 +55,8 @@ struct DeleteProblem {
 
 // The relaxation with u = 1 − z, how much of a place is given up:
 //   min Σ x_c,  Σ_c x_c + times · u ≥ times for each demand,  Σ samples · u ≤ spare,  0 ≤ x, u ≤ 1.
-// At prices of cost ≥ 0 it is dual feasible from the start, and stays so when demands join and when
-// candidates are fixed: every solve is some pivots of the dual simplex method from the last one.
+// At prices of cost ≥ 0 it is dual feasible from the start, and stays so when demands join: every
+// solve is some pivots of the dual simplex method from the last one.
 class Program {
  public:
   Program(std::vector<Place> places, std::size_t candidates, int overlap, std::size_t spare,
@@ -72,6 +66,7 @@ class Program {
         given_up_(places_.size(), 0),
         shares_(candidates, 0.0),
         overlap_(overlap),
+        spare_(static_cast<double>(spare)),
         problem_(glp_create_prob()) {
     glp_prob* const p = problem_.get();
     glp_add_cols(p, static_cast<int>(candidates));
@@ -80,7 +75,7 @@ class Program {
       glp_set_obj_coef(p, c, 1);
     }
     glp_add_rows(p, 1);
-    set_spare(spare);
+    glp_set_row_bnds(p, kSpareRow, GLP_UP, 0, spare_);
   }
 
   // To the end by the demands that have joined. False when the pivots are used up.
@@ -99,47 +94,23 @@ class Program {
     return trouble == 0 && glp_get_status(problem_.get()) == GLP_OPT;
   }
 
-  // By all demands. The prices prove a bound even when the pivots are used up.
-  bool solve(int& pivots) {
-    do {
-      if (!pivot(pivots)) return false;
-    } while (!join_violated());
+  // By all demands, or till the pivots are used up.
+  void solve(int pivots) {
+    while (pivot(pivots) && join_violated()) {
+    }
+  }
+
+  // False when nothing is violated.
+  bool join_violated() {
+    const std::vector<Demand> violated = violated_demands();
+    if (violated.empty()) return false;
+    drop_idle();
+    for (const Demand& demand : violated) add(demand);
     return true;
   }
 
-  // True when nothing is violated.
-  bool join_violated() {
-    const std::vector<Demand> violated = violated_demands();
-    if (violated.empty()) return true;
-    drop_idle();
-    for (const Demand& demand : violated) add(demand);
-    return false;
-  }
-
-  // Samples that may be given up.
-  void set_spare(std::size_t spare) {
-    spare_ = static_cast<double>(spare);
-    glp_set_row_bnds(problem_.get(), kSpareRow, GLP_UP, 0, spare_);
-  }
-
-  const std::vector<double>& shares() const { return shares_; }
-  void take(std::uint32_t candidate) {
-    glp_set_col_bnds(problem_.get(), column_of(candidate), GLP_FX, 1, 1);
-  }
-
-  // Of each sample; 0 for those that nothing was asked for.
-  std::vector<double> prices(std::size_t samples) const {
-    std::vector<double> prices(samples, 0.0);
-    for (std::size_t d = 0; d < demands_.size(); ++d) {
-      const Indices& of = places_[demands_[d].place].samples;
-      for (const std::uint32_t i : of) prices[i] += price(d) / static_cast<double>(of.size());
-    }
-    return prices;
-  }
-
-  // What the prices prove, by weak duality, for any scale s of them:
-  //   s · (Σ price · times − the most that giving up `spare` samples saves)
-  //   − Σ_c max(0, s · (Σ prices of the demands that c answers) − 1).
+  // What the prices prove: they are worth Σ price · times − the most that giving up `spare` samples
+  // saves, and a candidate is paid by the demands that it answers.
   double proved_bound() const {
     std::vector<double> saved(places_.size(), 0.0), paid(shares_.size(), 0.0);
     for (std::size_t d = 0; d < demands_.size(); ++d) {
@@ -148,14 +119,7 @@ class Program {
       for (const std::uint32_t c : answering(demand)) paid[c] += price(d);
     }
     const double worth = std::accumulate(saved.begin(), saved.end(), 0.0) - most_saved(saved);
-    std::sort(paid.begin(), paid.end(), std::greater<>());
-    double best = 0, larger = 0;
-    for (std::size_t c = 0; c < paid.size() && paid[c] > 0 && larger <= worth; ++c) {
-      best = std::max(best, (worth - larger) / paid[c] + static_cast<double>(c));
-      larger += paid[c];
-    }
-    constexpr double kRoundingOfSums = 1e-9;
-    return best * (1 - kRoundingOfSums);
+    return best_scaled_bound(worth, std::move(paid));
   }
 
  private:
@@ -244,7 +208,7 @@ class Program {
       given_up = glp_add_cols(p, 1);
       glp_set_col_bnds(p, given_up, GLP_DB, 0, 1);
       const int row[] = {0, kSpareRow};
-      const double samples[] = {0, static_cast<double>(places_[demand.place].samples.size())};
+      const double samples[] = {0, places_[demand.place].samples};
       glp_set_mat_col(p, given_up, 1, row, samples);
     }
     std::vector<int> columns = {0, given_up};
@@ -263,8 +227,7 @@ class Program {
   double most_saved(const std::vector<double>& saved) const {
     std::vector<std::pair<double, double>> by_sample;  // saved per sample, samples
     for (std::size_t p = 0; p < saved.size(); ++p) {
-      const auto samples = static_cast<double>(places_[p].samples.size());
-      if (saved[p] > 0) by_sample.push_back({saved[p] / samples, samples});
+      if (saved[p] > 0) by_sample.push_back({saved[p] / places_[p].samples, places_[p].samples});
     }
     std::sort(by_sample.begin(), by_sample.end(), std::greater<>());
     double sum = 0, left = spare_;
@@ -281,61 +244,21 @@ class Program {
   std::vector<Demand> demands_;  // rows of the program after the first
   std::vector<double> shares_;
   int overlap_;
-  double spare_ = 0;
+  double spare_;  // samples that may be given up
   std::unique_ptr<glp_prob, DeleteProblem> problem_;
 };
 
-// Takes what the program likes best and solves again, until it leaves no candidate in parts.
-std::vector<std::uint32_t> dive(Program& program, int pivots) {
-  constexpr std::size_t kAtATime = 2;  // one at a time takes longer and ends no better
-  std::vector<bool> taken(program.shares().size(), false);
-  for (;;) {
-    std::vector<std::pair<double, std::uint32_t>> in_parts;  // most first
-    for (std::uint32_t c = 0; c < taken.size(); ++c) {
-      if (!taken[c] && program.shares()[c] > kViolated)
-        in_parts.push_back({-program.shares()[c], c});
-    }
-    std::sort(in_parts.begin(), in_parts.end());
-    for (std::size_t k = 0; k < in_parts.size(); ++k) {
-      if (k >= kAtATime && -in_parts[k].first < kNearlyWhole) break;
-      taken[in_parts[k].second] = true;
-      program.take(in_parts[k].second);
-    }
-    if (!program.pivot(pivots)) break;
-    if (program.join_violated() && in_parts.empty()) break;
-    if (!program.pivot(pivots)) break;
-  }
-  std::vector<std::uint32_t> chosen;
-  for (std::uint32_t c = 0; c < taken.size(); ++c) {
-    if (taken[c]) chosen.push_back(c);
-  }
-  return chosen;
-}
-
 }  // namespace
 
-CoverRelaxation solve_cover(const std::vector<SampleBits>& seen, const SampleBits& among,
-                            const CoverGoal& goal, std::size_t raised, int most_pivots,
-                            const RunContext& context) {
-  CoverRelaxation relaxation;
-  relaxation.prices.assign(among.size(), 0.0);
-  relaxation.shares.assign(seen.size(), 0.0);
-  if (goal.samples == 0 || seen.empty()) return relaxation;
+double simplex_cover_bound(const std::vector<SampleBits>& seen, const CoverGoal& goal,
+                           int most_pivots, const RunContext& context) {
+  if (goal.samples == 0 || seen.empty()) return 0;
   glp_term_out(GLP_OFF);
-  const std::size_t all = among.count();
-  Program program(places_of(seen, among), seen.size(), goal.overlap,
-                  all - std::min(all, goal.samples), context);
-  int pivots = most_pivots;
-  bool solved = program.solve(pivots);
-  relaxation.lower_bound = program.proved_bound();
-  if (solved && raised > goal.samples) {
-    program.set_spare(all - std::min(all, raised));
-    solved = program.solve(pivots);
-  }
-  relaxation.prices = program.prices(among.size());
-  relaxation.shares = program.shares();
-  if (solved) relaxation.rounded = dive(program, most_pivots);
-  return relaxation;
+  const std::size_t all = seen[0].size();
+  Program program(places_of(seen), seen.size(), goal.overlap, all - std::min(all, goal.samples),
+                  context);
+  program.solve(most_pivots);
+  return program.proved_bound();
 }
 
 }  // namespace organbake
