@@ -30,6 +30,7 @@ struct BaseTile {
 
   void clear(const PixelBox& tile, bool keep_places);
   bool keeps_places() const { return !face.empty(); }
+  bool drawn(std::size_t at) const { return depth[at] < std::numeric_limits<float>::infinity(); }
   std::size_t at(int x, int y) const {
     return std::size_t(y - box.y0) * box.width() + (x - box.x0);
   }

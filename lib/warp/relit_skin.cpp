@@ -219,7 +219,19 @@ void RelitSkin::mix_nodes(const SkinPixels& skin, MixedNodes& out) const {
   }
 }
 
-void RelitSkin::light(const SkinPixels& skin, int y, SkinLight& light) const {
+void RelitSkin::light(const SkinPixels& skin, int y, const ColorRow& row) const {
+  if (skin.count == 0) return;
+  SkinLight light;
+  find_light(skin, y, light);
+  float* const planes[3] = {row.red, row.green, row.blue};
+  for (int k = 0; k < skin.count; ++k) {
+    const int i = skin.column[k] - row.first_column;
+    for (int c = 0; c < 3; ++c)
+      planes[c][i] = planes[c][i] * light.gain[c][k] + skin.white[k] * light.gloss[c][k];
+  }
+}
+
+void RelitSkin::find_light(const SkinPixels& skin, int y, SkinLight& light) const {
   MixedNodes mixed;
   mix_nodes(skin, mixed);
   bool shines = false;

@@ -91,21 +91,28 @@ void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict de
   }
 }
 
-// The layer whose sample is a pixel's nearest.
-int nearest_layer(const std::array<LayerRow, 3>& rows, int layers, int i) {
-  int nearest = 0;
-  for (int l = 1; l < layers; ++l) {
-    if (rows[l].depth[i] < rows[nearest].depth[i]) nearest = l;
+// The layer whose sample is nearest, of each pixel.
+void find_nearest_layers(const std::array<LayerRow, 3>& rows, int layers, int count,
+                         std::int32_t* __restrict nearest) {
+  alignas(32) float depth[kRow];
+  std::fill_n(depth, count, kInfinity);
+  std::fill_n(nearest, count, 0);
+  for (int l = 0; l < layers; ++l) {
+    for (int i = 0; i < count; ++i) {
+      nearest[i] = rows[l].depth[i] < depth[i] ? l : nearest[i];
+      depth[i] = rows[l].depth[i] < depth[i] ? rows[l].depth[i] : depth[i];
+    }
   }
-  return nearest;
 }
 
 // Tells what a row's pixels show: the sample of the camera with the largest share of those that see
 // the nearest skin, and the point beside it that the pixel's centre looks at.
 void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int count,
                 const SumRow& sum, Shown* shown) {
+  alignas(32) std::int32_t nearest[kRow];
+  find_nearest_layers(rows, tile.count, count, nearest);
   for (int i = 0; i < count; ++i) {
-    int layer = nearest_layer(rows, tile.count, i);
+    int layer = nearest[i];
     for (int l = 0; l < tile.count; ++l) {
       if (rows[l].depth[i] <= sum.nearest[i] + tile.same_surface_mm &&
           tile.layers[l].weight > tile.layers[layer].weight)
@@ -128,21 +135,8 @@ void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int
   }
 }
 
-// The nearest of each pixel's samples: the others that count lie on the same skin.
-void find_nearest_layers(const std::array<LayerRow, 3>& rows, int layers, int count,
-                         std::int32_t* __restrict nearest) {
-  alignas(32) float depth[kRow];
-  std::fill_n(depth, count, kInfinity);
-  std::fill_n(nearest, count, 0);
-  for (int l = 0; l < layers; ++l) {
-    for (int i = 0; i < count; ++i) {
-      nearest[i] = rows[l].depth[i] < depth[i] ? l : nearest[i];
-      depth[i] = rows[l].depth[i] < depth[i] ? rows[l].depth[i] : depth[i];
-    }
-  }
-}
-
-// Lights what the samples of a row summed to.
+// Lights what the samples of a row summed to, by the nearest of each pixel's samples: the others
+// that count lie on the same skin.
 void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y, int x0, int count,
              SumRow& sum) {
   alignas(32) std::int32_t nearest[kRow];
@@ -153,63 +147,24 @@ void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y,
     const SampleSet& set = *tile.layers[nearest[i]].set;
     const auto slot = static_cast<std::uint32_t>(rows[nearest[i]].slot[i]);
     const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
-    if (!tile.relit->unchanged(face)) skin.add(x0 + i, face, set.b1[slot], set.b2[slot]);
+    if (tile.relit->unchanged(face)) continue;
+    skin.add(x0 + i, face, set.b1[slot], set.b2[slot], sum.weight[i] * kFullScale);
   }
-  if (skin.count == 0) return;
-  SkinLight light;
-  tile.relit->light(skin, y, light);
-  for (int k = 0; k < skin.count; ++k) {
-    const int i = skin.column[k] - x0;
-    const float full = sum.weight[i] * kFullScale;
-    sum.red[i] = sum.red[i] * light.gain[0][k] + full * light.gloss[0][k];
-    sum.green[i] = sum.green[i] * light.gain[1][k] + full * light.gloss[1][k];
-    sum.blue[i] = sum.blue[i] * light.gain[2][k] + full * light.gloss[2][k];
-  }
+  tile.relit->light(skin, y, {x0, sum.red, sum.green, sum.blue});
 }
 
-// A row of the base layer's picture.
-struct BaseRow {
-  alignas(32) float red[kRow], green[kRow], blue[kRow];
-};
-
-void relight_base(const RelitSkin& relit, const BaseTile& base, int y, int x0, int count,
-                  BaseRow& row) {
-  const std::size_t first = base.at(x0, y);
-  SkinPixels skin;
-  for (int i = 0; i < count; ++i) {
-    const std::size_t at = first + static_cast<std::size_t>(i);
-    if (base.depth[at] < kInfinity && !relit.unchanged(base.face[at]))
-      skin.add(x0 + i, base.face[at], base.b1[at], base.b2[at]);
-  }
-  if (skin.count == 0) return;
-  SkinLight light;
-  relit.light(skin, y, light);
-  for (int k = 0; k < skin.count; ++k) {
-    const int i = skin.column[k] - x0;
-    row.red[i] = row.red[i] * light.gain[0][k] + light.gloss[0][k];
-    row.green[i] = row.green[i] * light.gain[1][k] + light.gloss[1][k];
-    row.blue[i] = row.blue[i] * light.gain[2][k] + light.gloss[2][k];
-  }
-}
-
-void add_base(const TileLayers& tile, int y, int x0, int count, float inverse_tolerance,
+void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
               SumRow& sum) {
-  const BaseTile& base = *tile.base;
   const std::size_t first = base.at(x0, y);
-  BaseRow row;
-  std::copy_n(&base.red[first], count, row.red);
-  std::copy_n(&base.green[first], count, row.green);
-  std::copy_n(&base.blue[first], count, row.blue);
-  if (tile.relit) relight_base(*tile.relit, base, y, x0, count, row);
   for (int i = 0; i < count; ++i) {
     const std::size_t at = first + static_cast<std::size_t>(i);
-    if (!(base.depth[at] < kInfinity)) continue;
+    if (!base.drawn(at)) continue;
     // Never quite zero, so that it fills what the samples leave open.
     const float w = std::max(base.weight[at], 1e-6f) *
                     surface_share(base.depth[at], sum.nearest[i], inverse_tolerance);
-    sum.red[i] += w * row.red[i] * kFullScale;
-    sum.green[i] += w * row.green[i] * kFullScale;
-    sum.blue[i] += w * row.blue[i] * kFullScale;
+    sum.red[i] += w * base.red[at] * kFullScale;
+    sum.green[i] += w * base.green[at] * kFullScale;
+    sum.blue[i] += w * base.blue[at] * kFullScale;
     sum.weight[i] += w;
   }
 }
@@ -293,7 +248,7 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
               inverse_tolerance, sum);
   }
   if (tile.relit) relight(tile, rows, y, x0, count, sum);
-  if (tile.base) add_base(tile, y, x0, count, inverse_tolerance, sum);
+  if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
 }
 
 }  // namespace

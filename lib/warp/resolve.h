@@ -23,7 +23,7 @@ struct TileLayers {
   };
   std::array<Layer, 3> layers;
   int count = 0;                   // layers in use
-  const BaseTile* base = nullptr;  // nullptr = nothing below; keeps places when relit
+  const BaseTile* base = nullptr;  // nullptr = nothing below; lit already
   const RelitSkin* relit = nullptr;
   const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
   float tie_mm = 0;                                // as splatted

@@ -7,8 +7,9 @@
 
 namespace organbake {
 
-// Pixels of one row of a tile that are to be lit, and the place on the proxy whose skin each shows.
-// Structure of arrays: the light of a row is worked out for eight pixels at a time.
+// Pixels of one row of a tile that are to be lit, and the place on the proxy whose skin each shows;
+// gloss is added to their colours in parts of `white`. Structure of arrays: the light of a row is
+// worked out for eight pixels at a time.
 struct SkinPixels {
   static constexpr int kMost = TileGrid::kWidth;
 
@@ -16,16 +17,24 @@ struct SkinPixels {
   alignas(32) std::int32_t column[kMost];  // of the picture
   alignas(32) std::uint32_t face[kMost];
   alignas(32) float b1[kMost], b2[kMost];
+  alignas(32) float white[kMost];
 
-  void add(int x, std::uint32_t on_face, float at_b1, float at_b2) {
+  void add(int x, std::uint32_t on_face, float at_b1, float at_b2, float white_there) {
     column[count] = x;
     face[count] = on_face;
     b1[count] = at_b1, b2[count] = at_b2;
+    white[count] = white_there;
     ++count;
   }
 };
 
-// What becomes of each pixel's colour: colour · gain + gloss, linear RGB.
+// A row's linear colours, from one column of the picture on.
+struct ColorRow {
+  int first_column;
+  float *red, *green, *blue;
+};
+
+// What becomes of each pixel's colour: colour · gain + white · gloss.
 struct SkinLight {
   alignas(32) float gain[3][SkinPixels::kMost], gloss[3][SkinPixels::kMost];
 };

@@ -6,6 +6,23 @@
 #include "warp/phase_clock.h"
 
 namespace organbake {
+namespace {
+
+void light_base(const RelitSkin& relit, BaseTile& base) {
+  const PixelBox& box = base.box;
+  for (int y = box.y0; y < box.y1; ++y) {
+    SkinPixels skin;
+    for (int x = box.x0; x < box.x1; ++x) {
+      const std::size_t at = base.at(x, y);
+      if (base.drawn(at) && !relit.unchanged(base.face[at]))
+        skin.add(x, base.face[at], base.b1[at], base.b2[at], 1);
+    }
+    const std::size_t first = base.at(box.x0, y);
+    relit.light(skin, y, {box.x0, &base.red[first], &base.green[first], &base.blue[first]});
+  }
+}
+
+}  // namespace
 
 void TileDrawing::begin(const PlacedFrame& placed) {
   placed_.emplace(placed);
@@ -45,7 +62,9 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
     base.draw(b, placed_->faces, placed_->view, own.open, own.base, own.spans);
   }
   own.base_triangles += own.base.triangles;
-  return own.base.triangles > 0 ? &own.base : nullptr;
+  if (own.base.triangles == 0) return nullptr;
+  if (placed_->relit) light_base(*placed_->relit, own.base);
+  return &own.base;
 }
 
 void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
