@@ -18,7 +18,7 @@ constexpr QualityRow kQualityRows[] = {
     {"decimate", "flips", {"false", "true", "true"}},
     {"place", "count", {"6", "8", "12"}},
     {"place", "size", {"256", "512", "1024"}},
-    {"capture", "rays_per_texel_side", {"1", "2", "2"}},
+    {"capture", "rays_per_texel_side", {"1", "0", "0"}},
     {"capture", "base_step", {"4", "2", "1"}},
 };
 

@@ -262,8 +262,8 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "directions to choose from, of a coverage", .min = 16, .max = 8192})
       .add("samples", &o.goal.samples,
            {.help =
-                "of the surface to choose by, of a coverage; three times as many, the hardest to "
-                "see of 24 times as many, where it is deeply folded",
+                "of the surface to choose by, of a coverage; where it is deeply folded the hardest "
+                "to see of a hundred times as many",
             .min = 64,
             .max = 65536})
       .add("size", &o.placement.map_size,
@@ -322,7 +322,10 @@ void bind(OptionList& list, RegisterStageOptions& o) {
 
 void bind(OptionList& list, CaptureStageOptions& o) {
   list.add("rays_per_texel_side", &o.capture.rays_per_texel_side,
-           {.help = "n×n rays are averaged for a texel's colour", .min = 1, .max = 8})
+           {.help = "n×n rays are averaged for a texel's colour; 0: 1 where it hardly changes "
+                    "within a texel, or else 2",
+            .min = 0,
+            .max = 8})
       .add("base_step", &o.capture.base_step_mm,
            {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.05, .max = 100})
       .add(

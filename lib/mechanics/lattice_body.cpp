@@ -22,17 +22,9 @@ constexpr double kWhole = 1e-9;      // a box of whole cells gets no further lay
 constexpr double kNoWeight = 1e-9;   // a node that carries less of an anchor is no anchor
 constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
 
-double mean_edge(const TriangleMesh& mesh) {
-  double sum = 0;
-  for (const Face& f : mesh.faces) {
-    for (int k = 0; k < 3; ++k) sum += (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).norm();
-  }
-  return sum / (3 * static_cast<double>(mesh.faces.size()));
-}
-
 double automatic_cell(const TriangleMesh& proxy) {
   const double fewest = std::cbrt(std::abs(signed_volume(proxy)) / kMostInner);
-  return std::max(kCellsPerEdge * mean_edge(proxy), fewest);
+  return std::max(kCellsPerEdge * mean_edge_length(proxy), fewest);
 }
 
 // The cells about the proxy, x fastest.

@@ -41,7 +41,7 @@ void OrganPhantomOptions::check() const {
   }
   require(noise_hu >= 0 && noise_hu <= 500, "noise_hu", noise_hu,
           "take 0…500, well below the organ's contrast of 1060 HU");
-  require(photo_count >= 1 && photo_count <= 1000, "photo_count", photo_count, "take 1…1000");
+  require(photo_count >= 0 && photo_count <= 1000, "photo_count", photo_count, "take 0…1000");
   require(photo_size >= 16 && photo_size <= 16384, "photo_size", photo_size,
           "take 16…16384 pixels");
 }

@@ -47,7 +47,7 @@ class OrganPhantom {
   // 20 · 4^subdivisions faces (0…9), every vertex on the formula's surface, coloured as the
   // photographs show it but for the highlights. Throws UsageError.
   TriangleMesh surface(int subdivisions = 7, const RunContext& context = {}) const;
-  // photo_count cameras all round, the whole organ in each frame.
+  // photo_count cameras (none at 0) all round, the whole organ in each frame.
   std::vector<PosedCamera> photo_cameras() const;
   // Lambert + specular under the studio's fixed lights, 2×2 rays a pixel, linear → sRGB, black
   // background.

@@ -93,7 +93,8 @@ StageReport run(const StageCall& call) {
   call.context.progress(0.4);
   write_metaimage(call.output_folder / "ct.mha", ct);
   write_ply(call.output_folder / "truth.ply", truth);
-  write_photos(phantom, call.output_folder / "photos", call.context);
+  if (options.organ.photo_count > 0)
+    write_photos(phantom, call.output_folder / "photos", call.context);
   write_file_atomically(call.output_folder / "phantom.json", phantom_json(call.options_json));
   StageReport report;
   report.add("voxels", ct.voxel_count());

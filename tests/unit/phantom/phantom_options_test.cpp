@@ -31,7 +31,7 @@ TEST(OrganPhantomOptions, EachBoundIsKept) {
   expect_refused([](auto& o) { o.noise_hu = -1; });
   expect_refused([](auto& o) { o.noise_hu = 501; });
   expect_refused([](auto& o) { o.noise_hu = kNaN; });
-  expect_refused([](auto& o) { o.photo_count = 0; });
+  expect_refused([](auto& o) { o.photo_count = -1; });
   expect_refused([](auto& o) { o.photo_count = 1001; });
   expect_refused([](auto& o) { o.photo_size = 15; });
   expect_refused([](auto& o) { o.photo_size = 16385; });
