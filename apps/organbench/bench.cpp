@@ -6,8 +6,10 @@
 namespace organbake {
 namespace {
 
-// A comparison whose rounds take seconds has few of them, or a full run would take hours.
-constexpr Rounds kRounds{.most = 9, .least = 3, .budget_s = 20}, kQuickRounds{1, 1};
+// A comparison whose rounds take seconds has few of them, or a run would take hours.
+constexpr Rounds kRounds[] = {{.most = 1, .least = 1, .budget_s = 0.5},  // quick
+                              {.most = 9, .least = 1, .budget_s = 2},    // standard
+                              {.most = 9, .least = 3, .budget_s = 20}};  // thorough
 
 }  // namespace
 
@@ -21,7 +23,7 @@ std::filesystem::path Bench::data(const std::string& relative_path) {
 
 std::vector<Timing> Bench::time(const std::vector<std::function<void()>>& competitors) const {
   if (options_.rounds > 0) return time_in_turn(competitors, {options_.rounds, options_.rounds});
-  return time_in_turn(competitors, quick() ? kQuickRounds : kRounds);
+  return time_in_turn(competitors, kRounds[int(options_.effort)]);
 }
 
 void Bench::add(Point point) {

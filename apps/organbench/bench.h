@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -13,12 +14,17 @@
 
 namespace organbake {
 
+// How much is asked of all suites together: a first look in two minutes at small inputs; the whole
+// inputs within 20 minutes; or every case that a figure was promised for, with more rounds, in an
+// hour.
+enum class Effort { quick, standard, thorough };
+
 struct BenchOptions {
-  bool quick = false;  // smaller inputs, fewer rounds: all suites together in minutes
-  int rounds = 0;   // of every timing; 0 = 9, or fewer (3 at least) of what is slow; 1 when quick
-  int threads = 0;  // 0 = all
+  Effort effort = Effort::standard;
+  int rounds = 0;                // of every timing; 0 = as many as the effort allows
+  int threads = 0;               // 0 = all
   std::uint64_t first_case = 0;  // of the stability suite, whose cases are numbered by their seeds
-  std::uint64_t cases = 0;       // 0 = 10,000, or 500 when quick
+  std::uint64_t cases = 0;       // 0 = as many as the effort allows
   std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
 };
@@ -57,7 +63,12 @@ class Bench {
         std::function<void(const SuiteResult&)> found)
       : options_(options), context_(context), found_(std::move(found)) {}
 
-  bool quick() const { return options_.quick; }
+  bool quick() const { return options_.effort == Effort::quick; }
+  bool thorough() const { return options_.effort == Effort::thorough; }
+  // How many cases, steps or pixels.
+  int count(int quick, int standard, int thorough) const {
+    return std::array{quick, standard, thorough}[std::size_t(options_.effort)];
+  }
   const BenchOptions& options() const { return options_; }
   const RunContext& context() const { return context_; }
 

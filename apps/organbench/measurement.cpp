@@ -53,13 +53,22 @@ Run run_once(const std::function<void()>& work) {
   return {wall.count(), cpu_now_ms() - cpu};
 }
 
-double peak_mb_of(const std::function<void()>& work) {
+Run run_once(const std::function<void()>& work, double& peak_mb) {
   ::malloc_trim(0);  // what an earlier competitor freed must not be had for nothing
   reset_high_water_mark();
   const double before = status_mb("VmRSS");
-  work();
-  return std::max(0.0, status_mb("VmHWM") - before);
+  const Run run = run_once(work);
+  peak_mb = std::max(0.0, status_mb("VmHWM") - before);
+  return run;
 }
+
+struct Runs {
+  std::vector<double> wall_ms, cpu_ms;
+  void add(const Run& run) {
+    wall_ms.push_back(run.wall_ms);
+    cpu_ms.push_back(run.cpu_ms);
+  }
+};
 
 }  // namespace
 
@@ -74,25 +83,25 @@ std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& compe
                                  const Rounds& rounds) {
   const std::size_t count = competitors.size();
   std::vector<Timing> timings(count);
-  std::vector<std::vector<double>> wall(count), cpu(count);
-  for (std::size_t c = 0; c < count; ++c) timings[c].peak_mb = peak_mb_of(competitors[c]);
-  const auto start = std::chrono::steady_clock::now();
-  const auto go_on = [&](int done) {
-    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-    return done < rounds.least || (done < rounds.most && passed.count() < rounds.budget_s);
+  std::vector<Runs> runs(count);
+  auto start = std::chrono::steady_clock::now();
+  const auto passed_s = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   };
-  int done = 0;
-  for (; go_on(done); ++done) {
-    for (std::size_t c = 0; c < count; ++c) {
-      const Run run = run_once(competitors[c]);
-      wall[c].push_back(run.wall_ms);
-      cpu[c].push_back(run.cpu_ms);
+  for (std::size_t c = 0; c < count; ++c) runs[c].add(run_once(competitors[c], timings[c].peak_mb));
+  const bool one_is_enough = rounds.least <= 1 && rounds.budget_s > 0;
+  if (!one_is_enough || passed_s() < rounds.budget_s) {
+    runs.assign(count, {});
+    start = std::chrono::steady_clock::now();
+    for (int done = 0; done < rounds.least || (done < rounds.most && passed_s() < rounds.budget_s);
+         ++done) {
+      for (std::size_t c = 0; c < count; ++c) runs[c].add(run_once(competitors[c]));
     }
   }
   for (std::size_t c = 0; c < count; ++c) {
-    timings[c].runs = done;
-    timings[c].wall_ms = spread_of(wall[c]);
-    timings[c].cpu_ms = spread_of(cpu[c]);
+    timings[c].runs = static_cast<int>(runs[c].wall_ms.size());
+    timings[c].wall_ms = spread_of(runs[c].wall_ms);
+    timings[c].cpu_ms = spread_of(runs[c].cpu_ms);
   }
   return timings;
 }

@@ -57,7 +57,8 @@ struct Rounds {
 };
 
 // Does the work of all competitors in turn, round after round, so that whatever else the machine
-// does falls on each of them alike; one round before the first is not counted.
+// does falls on each of them alike. A round before the first warms caches up and is not counted,
+// unless it took the whole budget and one is enough.
 std::vector<Timing> time_in_turn(const std::vector<std::function<void()>>& competitors,
                                  const Rounds& rounds);
 

@@ -163,7 +163,7 @@ std::string contents(const RunReport& report) {
 std::string report_page(const RunReport& report) {
   std::string html =
       std::string("<h1>organbench: run time against error</h1><p>") +
-      (report.quick ? "Quick run: small inputs, few rounds. " : "") +
+      (report.effort == Effort::quick ? "Quick run: small inputs, few rounds. " : "") +
       "Rings mark points that nothing beats in both time and error; peers are dashed.</p>"
       "<p class='quiet'>";
   for (const auto& [key, value] : report.machine) html += escape_html(key + ": " + value) + " · ";

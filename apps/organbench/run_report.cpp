@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbench/run_report.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "organbench/result_json.h"
@@ -8,6 +9,17 @@
 namespace organbake {
 
 using Json = nlohmann::ordered_json;
+
+namespace {
+
+constexpr const char* kEfforts[] = {"quick", "standard", "thorough"};
+
+Effort effort_named(const std::string& name) {
+  return Effort(std::find(std::begin(kEfforts), std::end(kEfforts) - 1, name) -
+                std::begin(kEfforts));
+}
+
+}  // namespace
 
 Json to_json(const RunReport& report) {
   Json machine = Json::object(), suites = Json::array();
@@ -18,14 +30,14 @@ Json to_json(const RunReport& report) {
     suites.push_back(suite);
   }
   return {{"schema", "organbake/bench/1"},
-          {"quick", report.quick},
+          {"effort", kEfforts[int(report.effort)]},
           {"machine", machine},
           {"suites", suites}};
 }
 
 RunReport run_report_from_json(const Json& json) {
   RunReport report;
-  report.quick = json.at("quick").get<bool>();
+  report.effort = effort_named(json.at("effort").get<std::string>());
   for (const auto& [key, value] : json.at("machine").items()) {
     report.machine.emplace_back(key, value.get<std::string>());
   }

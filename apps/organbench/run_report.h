@@ -18,7 +18,7 @@ struct RunReport {
     SuiteResult result;
   };
 
-  bool quick = false;
+  Effort effort = Effort::standard;
   std::vector<std::pair<std::string, std::string>> machine;
   std::vector<SuiteReport> suites;
 };

@@ -26,18 +26,16 @@ struct Seeds {
 };
 
 std::string line_of(const Trial& trial) {
-  const Json json = {{"seed", trial.seed},
-                     {"stage", trial.stage},
-                     {"outcome", int(trial.outcome)},
-                     {"error", trial.error},
-                     {"message", trial.message}};
+  const Json json = {
+      {"seed", trial.seed},   {"stage", trial.stage},   {"outcome", int(trial.outcome)},
+      {"error", trial.error}, {"cpu_ms", trial.cpu_ms}, {"message", trial.message}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Trial trial_from(const std::string& line) {
   const Json json = Json::parse(line);
-  return {json.at("seed"), json.at("stage"), Outcome(json.at("outcome").get<int>()),
-          json.at("error"), json.at("message")};
+  return {json.at("seed"),  json.at("stage"),  Outcome(json.at("outcome").get<int>()),
+          json.at("error"), json.at("cpu_ms"), json.at("message")};
 }
 
 void work(const Trials& trials, Seeds seeds, int fd) {
@@ -133,7 +131,7 @@ class Pool {
     const std::string how =
         by != 0 ? ::strsignal(by) : "exit code " + std::to_string(WEXITSTATUS(status));
     const char* stage = trials_.probes[rest.next % trials_.probes.size()].stage;
-    found_.push_back({rest.next, stage, late ? Outcome::hung : Outcome::crashed, 0, how});
+    found_.push_back({rest.next, stage, late ? Outcome::hung : Outcome::crashed, 0, 0, how});
     if (++rest.next < rest.end) waiting_.push_front(rest);
   }
 

@@ -2,6 +2,7 @@
 #include "organbench/stability/trial.h"
 
 #include <cmath>
+#include <ctime>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -16,12 +17,13 @@ const char* name_of(Outcome outcome) {
 Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder,
                 const std::vector<Probe>& probes) {
   const Probe& probe = probes[seed % probes.size()];
-  Trial trial{seed, probe.stage, Outcome::right, 0, {}};
+  Trial trial{seed, probe.stage, Outcome::right};
   const auto end_as = [&trial](Outcome outcome, const std::string& message) {
     trial.outcome = outcome;
     trial.message = message;
   };
   RandomStream random(seed);
+  const std::clock_t start = std::clock();
   try {
     trial.error = probe.run(random, folder);
     if (!std::isfinite(trial.error)) {
@@ -38,6 +40,7 @@ Trial run_trial(std::uint64_t seed, const std::filesystem::path& folder,
   } catch (const std::exception& error) {
     end_as(Outcome::wrong, std::string("no error for users: ") + error.what());
   }
+  trial.cpu_ms = 1e3 * double(std::clock() - start) / CLOCKS_PER_SEC;
   return trial;
 }
 

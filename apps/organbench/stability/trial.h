@@ -29,8 +29,9 @@ struct Trial {
   std::uint64_t seed = 0;
   std::string stage;
   Outcome outcome = Outcome::right;
-  double error = 0;     // of a right or wrong one: share of what is allowed
-  std::string message;  // of any but a right one
+  double error = 0;          // of a right or wrong one: share of what is allowed
+  double cpu_ms = 0;         // 0 where it did not end
+  std::string message = {};  // of any but a right one
 };
 
 // Thrown by a probe that got a result with numbers that are none.

@@ -115,7 +115,7 @@ void promise_table(Bench& bench, PlayerBundles& bundles) {
 
 // The eye goes round in steps of 0.1°: what jumps in the frames and not in the truth.
 void promise_sweep(Bench& bench, PlayerBundles& bundles) {
-  const int steps = bench.quick() ? 20 : 1000;
+  const int steps = bench.count(20, 200, 1000);
   bench.now("a sweep of " + std::to_string(steps) + " steps over the VPM");
   Loaded loaded(bundles.folder({80, "fitted", bundles.map_size()}));
   const CarriedSurface truth(loaded.surface, loaded.player.bundle().proxy);

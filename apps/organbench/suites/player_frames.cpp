@@ -211,6 +211,15 @@ std::vector<Eigen::Vector3d> dented(const Bundle& bundle, double share, double d
   return positions;
 }
 
+// Frames in which all of the proxy, or a share of its faces, moves to and fro.
+std::function<void()> moving(Warper& warper, const Bundle& bundle, const View& view, double share,
+                             const DrawOptions& options, Frame& frame) {
+  return [&warper, &view, options, &frame,
+          poses = std::array{dented(bundle, share, 1), dented(bundle, share, 2)}] {
+    for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, options, frame);
+  };
+}
+
 // A poke that moves a tenth of the surface, against one that moves all of it; then nothing moves.
 void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const Size& size) {
   const OneThread one_thread;
@@ -221,14 +230,8 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const Size& si
     Warper warper(bundle);
     const View view = view_at(bundle, size, 0);
     Frame frame;
-    const auto alternate = [&](double share) {
-      return [&warper, &view, &frame,
-              poses = std::array{dented(bundle, share, 1), dented(bundle, share, 2)}] {
-        for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, {}, frame);
-      };
-    };
-    const auto timings =
-        bench.time(std::vector<std::function<void()>>{alternate(0.1), alternate(1.0)});
+    const auto timings = bench.time(std::vector<std::function<void()>>{
+        moving(warper, bundle, view, 0.1, {}, frame), moving(warper, bundle, view, 1, {}, frame)});
     const std::string scene = size.name() + ", " + std::to_string(faces) + " faces: ";
     bench.add(Figure{scene + "all moves / a tenth moves, CPU time", "×",
                      ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1,
@@ -248,16 +251,11 @@ void time_light(Bench& bench, PlayerBundles& bundles, const Size& size) {
   const Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
   Warper warper(bundle);
   const View view = view_at(bundle, size, 0);
-  const std::array poses = {dented(bundle, 1, 1), dented(bundle, 1, 2)};
   Frame frame;
-  const auto draw = [&](bool relight) {
-    return [&, relight] {
-      DrawOptions options;
-      options.relight = relight;
-      for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, options, frame);
-    };
-  };
-  const auto timings = bench.time(std::vector<std::function<void()>>{draw(false), draw(true)});
+  DrawOptions lit;
+  lit.relight = true;
+  const auto timings = bench.time(std::vector<std::function<void()>>{
+      moving(warper, bundle, view, 1, {}, frame), moving(warper, bundle, view, 1, lit, frame)});
   const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew"};
   for (int i = 0; i < 2; ++i)
     bench.add(Point{size.name() + ", one thread, all skin moves",

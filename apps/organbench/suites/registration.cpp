@@ -76,7 +76,7 @@ void show_worst(Bench& bench, const LampScenes& scenes, const Errors& errors,
 }
 
 void promise_accuracy(Bench& bench, const LampScenes& scenes) {
-  const Starts starts{bench.quick() ? 4 : 200, 10, 10};
+  const Starts starts{bench.count(4, 24, 200), 10, 10};
   bench.now("phantom photographs, noise alone");
   const Errors clean = run(bench, scenes, starts, false);
   const std::string what = "phantom, 2 % noise, gain and offset" + cases(starts.count);
@@ -101,7 +101,7 @@ void promise_efficiency(Bench& bench) {
   bench.now("photographs of the mesh itself");
   const LampScenes scenes(bench.quick() ? 256 : 1024, bench.quick() ? 1 : 4,
                           PhotographedSurface::mesh);
-  const Starts starts{bench.quick() ? 4 : 40, 3, 3};
+  const Starts starts{bench.count(4, 12, 40), 3, 3};
   const Errors errors = run(bench, scenes, starts, false);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < errors.mtre_mm.size(); ++i)
@@ -116,17 +116,17 @@ void promise_efficiency(Bench& bench) {
 
 void promise_reach(Bench& bench, const LampScenes& scenes) {
   bench.now("starts up to 30 mm and 20° off");
-  const Starts far{bench.quick() ? 4 : 40, 30, 20};
+  const Starts far{bench.count(4, 12, 40), 30, 20};
   const Errors reached = run(bench, scenes, far, false);
   bench.add(Figure{"starts up to 30 mm / 20°" + cases(far.count) + ": mTRE ≤ 1 mm", "%",
                    reached.share_below(1), 95, Figure::Goal::at_least});
   bench.now("no start at all");
-  const Starts none{bench.quick() ? 1 : 50, 0, 0};
+  const Starts none{bench.count(1, 8, 50), 0, 0};
   const Errors found = run(bench, scenes, none, false);
   bench.add(Figure{"no start" + cases(none.count) + ": mTRE ≤ 1 mm", "%", found.share_below(1), 95,
                    Figure::Goal::at_least});
   bench.now("an instrument in front");
-  const Starts near{bench.quick() ? 2 : 24, 10, 10};
+  const Starts near{bench.count(2, 8, 24), 10, 10};
   const Errors covered = run(bench, scenes, near, false, true);
   bench.add(
       Figure{"instrument over 20 % of the organ, unmasked" + cases(near.count) + ": mTRE, median",
@@ -173,7 +173,7 @@ void promise_time(Bench& bench, const LampScenes& scenes) {
 // where that is another question, without.
 void promise_verdicts(Bench& bench, const LampScenes& scenes) {
   bench.now("wrong organs, mirrored meshes, wrong lenses, starts out of reach");
-  const int count = bench.quick() ? 4 : 100;
+  const int count = bench.count(4, 24, 100);
   const RegisteredSurface mirrored(scenes.mirrored());
   int false_ok = 0;
   for (int i = 0; i < count; ++i) {
@@ -224,7 +224,7 @@ void promise_rendered_liver(Bench& bench) {
   RegistrationOptions options;
   options.light = LightModel::estimated;
   double worst_mm = 0, worst_deg = 0;
-  const int count = bench.quick() ? 1 : 8;
+  const int count = bench.count(1, 4, 8);
   for (int i = 0; i < count; ++i) {
     photo.start = start_from(surface, truth, 20, 15, static_cast<std::uint64_t>(i));
     const auto found = register_photo(surface, photo, options, bench.context());

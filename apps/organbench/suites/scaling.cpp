@@ -7,6 +7,7 @@
 
 #include "capture/capture.h"
 #include "capture/surface_color.h"
+#include "core/text.h"
 #include "decimate/decimate.h"
 #include "deform/deformer.h"
 #include "isosurface/isosurface.h"
@@ -34,6 +35,7 @@ struct Load {
 struct Growth {
   std::string stage, unit;
   std::vector<Load> loads;  // growing
+  bool solves = false;      // with a sparse factor, whose fill is n log n at best
 };
 
 // The slope of log time over log size, by least squares.
@@ -62,8 +64,14 @@ void measure(Bench& bench, const Growth& growth) {
     sizes.push_back(load.size);
     times.push_back(timing.cpu_ms.median);
   }
-  bench.add(Figure{growth.stage + ": time grows with " + growth.unit + " to the power of", "",
-                   exponent_of(sizes, times), 1.1});
+  std::string what = growth.stage + ": time grows with " + growth.unit + " to the power of";
+  if (growth.solves) {
+    std::vector<double> fill;
+    for (const double n : sizes) fill.push_back(n * std::log(n));
+    what += " (n log n, the least that a sparse factor of a mesh fills: " +
+            to_text(exponent_of(sizes, fill), 3) + ")";
+  }
+  bench.add(Figure{what, "", exponent_of(sizes, times), 1.1});
 }
 
 void measure_threads(Bench& bench, const std::string& stage, const std::function<void()>& work) {
@@ -162,7 +170,7 @@ Growth frame_growth(Player& player, bool quick) {
 }
 
 Growth step_growth(bool quick) {
-  Growth growth{"deformation step", "vertices", {}};
+  Growth growth{"deformation step", "vertices", {}, true};
   for (int subdivisions = 1; subdivisions <= (quick ? 2 : 4); ++subdivisions) {
     const TriangleMesh proxy = OrganPhantom({}).surface(subdivisions);
     auto deformer =

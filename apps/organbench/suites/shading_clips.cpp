@@ -53,7 +53,7 @@ LaparoscopyOptions clip_options(const Bench& bench, int frames) {
 
 void phantom_clip(Bench& bench) {
   bench.now("phantom laparoscopy");
-  const int frames = bench.quick() ? 2 : 8;
+  const int frames = bench.count(2, 4, 8);
   const LaparoscopyPhantom phantom(clip_options(bench, frames));
   const ClipShares shares = measure_clip(phantom, frames, true);
   bench.add(Figure{"phantom clip: relative error on unmasked tissue", "%", shares.error, 3});
@@ -64,7 +64,7 @@ void phantom_clip(Bench& bench) {
 
 // What bringing two tissues to one albedo is worth, where there are two and where there is one.
 void phantom_tissues(Bench& bench) {
-  const int frames = bench.quick() ? 1 : 4;
+  const int frames = bench.count(1, 2, 4);
   for (const bool two : {true, false}) {
     LaparoscopyOptions options = clip_options(bench, frames);
     options.two_tissues = two;
@@ -87,7 +87,7 @@ void real_clip(Bench& bench) {
   const std::filesystem::path path = bench.data("video/laparoscopy_720p_25fps.mp4");
   if (path.empty()) return;
   bench.now("real clip");
-  const int most = bench.quick() ? 8 : 50;
+  const int most = bench.count(8, 25, 50);
   int frames = 0;
   const Timing timing = bench.time([&] {
     VideoReader reader(path);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <thread>
 
 #include "organbench/bench.h"
@@ -14,6 +15,7 @@ namespace {
 struct StageCount {
   std::map<Outcome, int> of;
   double worst_error = 0;
+  std::vector<double> cpu_ms;
   int failures() const {
     int sum = 0;
     for (const auto& [outcome, count] : of) sum += is_failure(outcome) ? count : 0;
@@ -26,6 +28,7 @@ std::map<std::string, StageCount> by_stage(const std::vector<Trial>& trials) {
   for (const Trial& trial : trials) {
     StageCount& stage = stages[trial.stage];
     ++stage.of[trial.outcome];
+    stage.cpu_ms.push_back(trial.cpu_ms);
     if (trial.outcome == Outcome::right || trial.outcome == Outcome::wrong)
       stage.worst_error = std::max(stage.worst_error, trial.error);
   }
@@ -37,7 +40,8 @@ std::map<std::string, StageCount> by_stage(const std::vector<Trial>& trials) {
 void run_stability_suite(Bench& bench) {
   Trials trials;
   trials.first_seed = bench.options().first_case;
-  trials.count = bench.options().cases > 0 ? bench.options().cases : bench.quick() ? 500 : 10000;
+  trials.count = bench.options().cases > 0 ? bench.options().cases
+                                           : std::uint64_t(bench.count(500, 5'000, 10'000));
   trials.jobs = bench.options().threads > 0 ? bench.options().threads
                                             : std::max(1, int(std::thread::hardware_concurrency()));
   trials.folder = bench.scratch();
@@ -52,7 +56,11 @@ void run_stability_suite(Bench& bench) {
       const auto n = count.of.find(outcome);
       point.knobs.push_back({name_of(outcome), "", n == count.of.end() ? 0. : double(n->second)});
     }
-    point.errors = {{"worst error / allowed", "×", count.worst_error}};
+    const Spread cpu_ms = spread_of(count.cpu_ms);
+    point.errors = {{"worst error / allowed", "×", count.worst_error},
+                    {"CPU of a case, median", "ms", cpu_ms.median},
+                    {"of the slowest", "ms", cpu_ms.most},
+                    {"of all", "ms", std::reduce(count.cpu_ms.begin(), count.cpu_ms.end())}};
     bench.add(point);
     bench.add(
         Figure{stage + ": wrong, not finite, crashed or hung", "", double(count.failures()), 0});

@@ -10,7 +10,7 @@ namespace {
 
 RunReport run_with(Spread wall_ms, double error, bool peer = false) {
   const Point point{"task", "who", peer, {}, {3, wall_ms, wall_ms, 1}, {{"error", "mm", error}}};
-  return {true, {}, {{"suite", "", 1, {{point}, {}, {}, {}, {}, ""}}}};
+  return {Effort::quick, {}, {{"suite", "", 1, {{point}, {}, {}, {}, {}, ""}}}};
 }
 
 TEST(CompareRuns, CallsSpreadsThatTouchTheSame) {

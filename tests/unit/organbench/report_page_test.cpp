@@ -21,7 +21,7 @@ TEST(ReportPage, PutsValuesUnderTheirOwnHeadings) {
       {"task", "first", false, {{"cameras", "", 11}}, timing, {{"gap", "%", 0.25}}},
       {"task", "second", false, {{"samples", "points", 77}}, timing, {{"over bound", "×", 1.5}}}};
   const std::string page =
-      report_page({true, {}, {{"suite", "", 1, {points, {}, {}, {}, {}, ""}}}});
+      report_page({Effort::quick, {}, {{"suite", "", 1, {points, {}, {}, {}, {}, ""}}}});
   EXPECT_THAT(page, HasSubstr("<th>cameras</th><th>samples, points</th>"));
   EXPECT_THAT(page, HasSubstr("<td>first</td><td>11</td><td></td>"));
   EXPECT_THAT(page, HasSubstr("<td>second</td><td></td><td>77</td>"));
@@ -35,7 +35,7 @@ TEST(ReportPage, BeginsWithWhatItHoldsAndHowMuchOfItWasReached) {
   SuiteResult result;
   result.figures = {{"small", "mm", 1, 2}, {"large", "mm", 3, 2}};
   const std::string page =
-      report_page({true, {}, {{"suite", "", 1, result}, {"other", "", 1, {}}}});
+      report_page({Effort::quick, {}, {{"suite", "", 1, result}, {"other", "", 1, {}}}});
   EXPECT_THAT(page, HasSubstr("<a href='#suite'>suite</a> 1/2"));
   EXPECT_THAT(page, HasSubstr("<a href='#other'>other</a> ·"));
 }
@@ -43,7 +43,7 @@ TEST(ReportPage, BeginsWithWhatItHoldsAndHowMuchOfItWasReached) {
 TEST(ReportPage, TakesPicturesIntoItself) {
   SuiteResult result;
   result.pictures = {{"where it's <wrong>", "data:image/png;base64,AAAA", 3, 2}};
-  const std::string page = report_page({true, {}, {{"suite", "", 1, result}}});
+  const std::string page = report_page({Effort::quick, {}, {{"suite", "", 1, result}}});
   EXPECT_THAT(page, HasSubstr("width='3' height='2' src='data:image/png;base64,AAAA'"));
   EXPECT_EQ(count(page, "where it&#39;s &lt;wrong&gt;"), 2u) << "for the eye, and read aloud";
 }
