@@ -96,6 +96,24 @@ std::optional<double> margin(const std::vector<RefineState>& states,
   return 1 - (1 - scores[best]) / std::max(1e-12, 1 - second);
 }
 
+// How well each fits: 1 less what it leaves unexplained of all the picture, times what it leaves of
+// the overlap. The picture alone is misled by a cluttered ground, of which a wrong organ may
+// explain a little; the overlap alone by an organ that shows less of itself. Unusable ones: below
+// 0.
+std::vector<double> fits(const std::vector<RefineState>& states,
+                         const std::vector<double>& scores) {
+  std::vector<double> fits(states.size(), -1);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (scores[i] >= 0) fits[i] = 1 - (1 - scores[i]) * (1 - states[i].correlation);
+  return fits;
+}
+
+const RefineState& best_fit(const std::vector<RefineState>& states,
+                            const std::vector<double>& scores) {
+  const std::vector<double> fit = fits(states, scores);
+  return states[std::max_element(fit.begin(), fit.end()) - fit.begin()];
+}
+
 }  // namespace
 
 SearchResult search_all_round(const RegisteredSurface& surface,
@@ -113,38 +131,42 @@ SearchResult search_all_round(const RegisteredSurface& surface,
     if (states.empty()) return result;
     const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
     result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
-    states = best_distinct(poses_of(states), scores, level > 0 ? kept : 1);
+    states = best_distinct(poses_of(states), fits(states, scores), level > 0 ? kept : 1);
     if (level == 0) break;
     --level;
   }
   if (states.empty()) return result;
   const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
   result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
-  result.best = states[std::max_element(scores.begin(), scores.end()) - scores.begin()];
+  result.best = best_fit(states, scores);
   result.level = level;
   return result;
 }
 
-RefineState search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                        const RigidTransform& start, const RefineOptions& options,
-                        const RunContext& context) {
+SearchResult search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                         const RigidTransform& start, const RefineOptions& options,
+                         const RunContext& context) {
   constexpr double kAtHome = 0.998;  // R² that only the right place reaches
   constexpr std::size_t kTried = 6;
-  const int level = static_cast<int>(pyramid.size()) - 1;
+  SearchResult result;
+  result.level = static_cast<int>(pyramid.size()) - 1;
   const ObjectPose given = object_pose(start, surface.center());
   std::vector<RefineState> states = {state_of(given)};
-  std::vector<double> scores = refine_all(surface, pyramid, level, options, states, context);
-  if (scores[0] > kAtHome) return states[0];
-  const PoseCandidates candidates(surface, pyramid[level], options, context);
+  std::vector<double> scores = refine_all(surface, pyramid, result.level, options, states, context);
+  result.best = states[0];
+  if (scores[0] > kAtHome) return result;
+  const PoseCandidates candidates(surface, pyramid[result.level], options, context);
   const std::vector<ObjectPose> poses = candidates.near(given);
   std::vector<RefineState> others =
       best_distinct(poses, candidates.scores(poses), kTried, kApartNear);
   // On a cluttered ground a pose's score says little before it is refined.
   for (const ObjectPose& turned : turned_about_axes(given)) others.push_back(state_of(turned));
-  const std::vector<double> more = refine_all(surface, pyramid, level, options, others, context);
+  const std::vector<double> more =
+      refine_all(surface, pyramid, result.level, options, others, context);
   states.insert(states.end(), others.begin(), others.end());
   scores.insert(scores.end(), more.begin(), more.end());
-  return states[std::max_element(scores.begin(), scores.end()) - scores.begin()];
+  result.best = best_fit(states, scores);
+  return result;
 }
 
 }  // namespace organbake

@@ -91,13 +91,8 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   const RefineOptions refining = refine_options(options);
   RefineOptions searching = refining;  // the rough pose first, then the lens
   searching.free_focal = false;
-  SearchResult found;
-  if (start) {
-    found.best = search_near(surface, pyramid, *start, searching, context);
-    found.level = static_cast<int>(pyramid.size()) - 1;
-  } else {
-    found = search_all_round(surface, pyramid, searching, context);
-  }
+  SearchResult found = start ? search_near(surface, pyramid, *start, searching, context)
+                             : search_all_round(surface, pyramid, searching, context);
   context.progress(0.4);
   RefineState& state = found.best;
   if (state.usable) refine(surface, pyramid, found.level, 0, refining, state, context);
