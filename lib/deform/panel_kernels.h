@@ -124,24 +124,40 @@ void add_transposed_block(const PanelView& panel, float* own) {
   }
 }
 
+// What the rows of kBlocks blocks below the panel lose to its unknowns. Several blocks at once are
+// as many sums that don't wait for each other.
+template <int kLots, int kLanes, int kBlocks>
+void lose_to_panel(const PanelView& panel, std::size_t block, const float* own, float* rows) {
+  constexpr std::size_t kStride = 4 * kLots;
+  const float* value = panel.below + block * panel.width * kBlockRows;
+  Floats8 sum[kBlocks][kLots][kLanes] = {};
+  for (std::size_t k = 0; k < panel.width; ++k) {
+    for (int b = 0; b < kBlocks; ++b) {
+      const Floats8 v =
+          *reinterpret_cast<const Floats8*>(value + (b * panel.width + k) * kBlockRows);
+      for (int lot = 0; lot < kLots; ++lot) {
+        for (int lane = 0; lane < kLanes; ++lane)
+          sum[b][lot][lane] += v * own[k * kStride + 4 * lot + lane];
+      }
+    }
+  }
+  for (int b = 0; b < kBlocks; ++b) {
+    for (int lot = 0; lot < kLots; ++lot) {
+      subtract_planes<kLanes>(sum[b][lot], panel.index + (block + b) * kBlockRows, rows + 4 * lot,
+                              kStride);
+    }
+  }
+}
+
 // Forward: the panel's own unknowns, then what the rows below lose to them.
 template <int kLots, int kLanes>
 void eliminate(const PanelView& panel, float* own, float* rows) {
-  constexpr std::size_t kStride = 4 * kLots;
+  constexpr int kAtOnce = 4 / kLots;  // as many sums as registers hold
   add_block<kLots>(panel, own);
-  const float* value = panel.below;
-  for (std::size_t block = 0; block < panel.blocks; ++block) {
-    Floats8 sum[kLots][kLanes] = {};
-    for (std::size_t k = 0; k < panel.width; ++k, value += kBlockRows) {
-      const Floats8 v = *reinterpret_cast<const Floats8*>(value);
-      for (int lot = 0; lot < kLots; ++lot) {
-        for (int lane = 0; lane < kLanes; ++lane)
-          sum[lot][lane] += v * own[k * kStride + 4 * lot + lane];
-      }
-    }
-    for (int lot = 0; lot < kLots; ++lot)
-      subtract_planes<kLanes>(sum[lot], panel.index + block * kBlockRows, rows + 4 * lot, kStride);
-  }
+  std::size_t block = 0;
+  for (; block + kAtOnce <= panel.blocks; block += kAtOnce)
+    lose_to_panel<kLots, kLanes, kAtOnce>(panel, block, own, rows);
+  for (; block < panel.blocks; ++block) lose_to_panel<kLots, kLanes, 1>(panel, block, own, rows);
 }
 
 // What kColumns of the panel's unknowns lose to the rows below, which planes hold.
