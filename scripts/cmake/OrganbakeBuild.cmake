@@ -34,8 +34,11 @@ target_compile_options(organbake_warnings INTERFACE -Wall -Wextra -Wno-psabi -Wn
   $<$<BOOL:${ORGANBAKE_PRECOMPILE}>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-subobject-linkage>
   $<$<BOOL:${ORGANBAKE_WERROR}>:-Werror>)
 if(ORGANBAKE_SANITIZE)
+  # Tests of pointers make Eigen's small functions too large to be inlined: without them the same
+  # cases take half the time.
   target_compile_options(organbake_build_flags INTERFACE
-    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+    -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+    $<$<STREQUAL:${ORGANBAKE_SANITIZE},stress>:-fno-sanitize=null,alignment,pointer-overflow>)
   target_link_options(organbake_build_flags INTERFACE -fsanitize=address,undefined)
 endif()
 install(TARGETS organbake_build_flags EXPORT organplay COMPONENT organplay)

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <thread>
 
+#include "core/text.h"
 #include "image/difference.h"
 #include "organbench/peers/embree_frames.h"
 #include "organbench/suites/player_parts.h"
@@ -30,8 +31,11 @@ struct Size {
   std::string name() const { return std::to_string(width) + "×" + std::to_string(height); }
 };
 
+// As near as a surgeon looks: the organ fills about 45 % of a wide picture.
 View view_at(const Bundle& bundle, const Size& size, int frame) {
-  return orbit_view(bundle.cameras, {kPerFrame_rad * frame}, size.width, size.height);
+  constexpr double kDistance = 0.69;
+  return orbit_view(bundle.cameras, {.azimuth_rad = kPerFrame_rad * frame, .distance = kDistance},
+                    size.width, size.height);
 }
 
 class OneThread {
@@ -60,6 +64,11 @@ Timing of_one_frame(Timing timing) {
 
 double rms_levels(const Rgb8Image& picture, const TruthFrame& truth) {
   return 255 * std::pow(10.0, -compare_images(picture, truth.color, truth.covered).psnr_db / 20);
+}
+
+double percent_covered(const Frame& frame) {
+  const auto open = std::count(frame.cover.begin(), frame.cover.end(), Cover::background);
+  return 100 - 100.0 * double(open) / double(frame.cover.size());
 }
 
 // The sizes of maps that a frame's time is measured with.
@@ -107,8 +116,9 @@ void compete(Bench& bench, PlayerBundles& bundles, const Size& size) {
                     of_one_frame(timing),
                     {{error, "levels", rms_levels(frame.color, truth)}}});
     if (map_size == 1024)
-      bench.add(Figure{task + ", 3 maps of 1024²: CPU time a frame", "ms", ms_of(timing),
-                       size.target_ms});
+      bench.add(Figure{task + ", in " + to_text(percent_covered(frame), 2) +
+                           " % of the picture, 3 maps of 1024²: CPU time a frame",
+                       "ms", ms_of(timing), size.target_ms});
   }
 }
 
@@ -189,33 +199,65 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const Size& size) {
                    gain(0) / gain(2), 0.8, Figure::Goal::at_least});
 }
 
-// The proxy with a round dent where it is nearest to camera 0. The given share of its faces moves:
-// those with a corner in the dent.
-std::vector<Eigen::Vector3d> dented(const Bundle& bundle, double share, double depth_mm) {
-  auto positions = bundle.proxy.vertices;
-  const Eigen::Vector3d front = bundle.cameras.manifold.directions.front();
-  const Eigen::Vector3d foremost =
-      *std::max_element(positions.begin(), positions.end(),
-                        [&](const auto& a, const auto& b) { return a.dot(front) < b.dot(front); });
-  std::vector<double> distance;  // of each face's nearest corner
-  for (const Face& face : bundle.proxy.faces) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const auto v : face) nearest = std::min(nearest, (positions[v] - foremost).norm());
-    distance.push_back(nearest);
+// The part of the proxy's area whose skin a dent of these vertices moves: their own faces, and
+// those round them, whose normals turn.
+double moved_share(const TriangleMesh& proxy, const std::vector<bool>& dent) {
+  std::vector<bool> turned(dent);
+  for (const Face& face : proxy.faces) {
+    const bool touched = std::any_of(face.begin(), face.end(), [&](auto v) { return dent[v]; });
+    for (const auto v : face) turned[v] = turned[v] || touched;
   }
-  const auto last = static_cast<std::ptrdiff_t>(share * double(distance.size())) - 1;
-  std::nth_element(distance.begin(), distance.begin() + last, distance.end());
-  const double radius = distance[static_cast<std::size_t>(last)];
-  for (Eigen::Vector3d& v : positions)
-    if ((v - foremost).norm() <= radius) v -= depth_mm * front;
-  return positions;
+  double moved_mm2 = 0;
+  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
+    const Face& face = proxy.faces[f];
+    if (std::any_of(face.begin(), face.end(), [&](auto v) { return turned[v]; }))
+      moved_mm2 += face_area(proxy, f);
+  }
+  return moved_mm2 / surface_area(proxy);
 }
 
-// Frames in which all of the proxy, or a share of its faces, moves to and fro.
-std::function<void()> moving(Warper& warper, const Bundle& bundle, const View& view, double share,
-                             const DrawOptions& options, Frame& frame) {
+// A round dent where the proxy is nearest to camera 0: as wide as a share of the surface allows,
+// one vertex at least.
+struct Dent {
+  Eigen::Vector3d front;
+  std::vector<bool> vertices;
+  double share = 0;  // of the surface, that it moves
+
+  Dent(const Bundle& bundle, double most) : front(bundle.cameras.manifold.directions.front()) {
+    const auto& positions = bundle.proxy.vertices;
+    const Eigen::Vector3d foremost = *std::max_element(
+        positions.begin(), positions.end(),
+        [&](const auto& a, const auto& b) { return a.dot(front) < b.dot(front); });
+    std::vector<std::size_t> order(positions.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return (positions[a] - foremost).norm() < (positions[b] - foremost).norm();
+    });
+    vertices.assign(positions.size(), false);
+    for (const std::size_t v : order) {
+      vertices[v] = true;
+      const double wider = moved_share(bundle.proxy, vertices);
+      if (wider > most && v != order.front()) {
+        vertices[v] = false;
+        return;
+      }
+      share = wider;
+    }
+  }
+
+  std::vector<Eigen::Vector3d> positions(const Bundle& bundle, double depth_mm) const {
+    auto positions = bundle.proxy.vertices;
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      if (vertices[v]) positions[v] -= depth_mm * front;
+    return positions;
+  }
+};
+
+// Frames in which the dent moves to and fro.
+std::function<void()> moving(Warper& warper, const Bundle& bundle, const View& view,
+                             const Dent& dent, const DrawOptions& options, Frame& frame) {
   return [&warper, &view, options, &frame,
-          poses = std::array{dented(bundle, share, 1), dented(bundle, share, 2)}] {
+          poses = std::array{dent.positions(bundle, 1), dent.positions(bundle, 2)}] {
     for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, options, frame);
   };
 }
@@ -230,12 +272,15 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const Size& si
     Warper warper(bundle);
     const View view = view_at(bundle, size, 0);
     Frame frame;
-    const auto timings = bench.time(std::vector<std::function<void()>>{
-        moving(warper, bundle, view, 0.1, {}, frame), moving(warper, bundle, view, 1, {}, frame)});
+    const Dent tenth(bundle, 0.1), all(bundle, 1);
+    const auto timings = bench.time(
+        std::vector<std::function<void()>>{moving(warper, bundle, view, tenth, {}, frame),
+                                           moving(warper, bundle, view, all, {}, frame)});
     const std::string scene = size.name() + ", " + std::to_string(faces) + " faces: ";
-    bench.add(Figure{scene + "all moves / a tenth moves, CPU time", "×",
-                     ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1,
-                     Figure::Goal::at_least});
+    bench.add(Figure{
+        scene + "all moves / " + to_text(100 * tenth.share, 2) + " % of the skin moves, CPU time",
+        "×", ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1,
+        Figure::Goal::at_least});
     const Timing still = bench.time([&] {
       for (int i = 0; i < kStill * kFrames; ++i)
         warper.draw(bundle.proxy.vertices, view, {}, frame);
@@ -254,8 +299,9 @@ void time_light(Bench& bench, PlayerBundles& bundles, const Size& size) {
   Frame frame;
   DrawOptions lit;
   lit.relight = true;
+  const Dent all(bundle, 1);
   const auto timings = bench.time(std::vector<std::function<void()>>{
-      moving(warper, bundle, view, 1, {}, frame), moving(warper, bundle, view, 1, lit, frame)});
+      moving(warper, bundle, view, all, {}, frame), moving(warper, bundle, view, all, lit, frame)});
   const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew"};
   for (int i = 0; i < 2; ++i)
     bench.add(Point{size.name() + ", one thread, all skin moves",
