@@ -23,11 +23,11 @@ constexpr double kLongestStep = 1;      // of a logarithm
 constexpr double kLargestScale = 1e4;   // and 1/10,000: no spring leaves the range of the others
 constexpr double kTowardsStart = 1e-8;  // weight of leaving a spring as it is
 constexpr double kEnough = 1e-6;        // relative gain below which more iterations are idle
-// A load's error e counts as √(e² + this²): the median is to be small, and squares would buy a few
-// hopeless loads' fit with everyone's.
+// A load's error e counts as 2 √r with r = √(e² + this²): the median is to be small, and squares
+// would buy a few hopeless loads' fit with everyone's.
 constexpr double kRounded = 0.02;
 constexpr double kNoMove = 1e-6;  // of what the softest load moves
-constexpr double kWeak = 0.05;    // of the mean stiffness: what added springs start with
+constexpr double kWeak = 0.5;     // of the mean stiffness: what added springs start with
 
 class Fit {
  public:
@@ -55,7 +55,7 @@ class Fit {
   }
   double cost(const Eigen::VectorXd& logs) const {
     double sum = 0;
-    for (const double error : errors(logs)) sum += std::hypot(error, kRounded);
+    for (const double error : errors(logs)) sum += 2 * std::sqrt(std::hypot(error, kRounded));
     return sum / static_cast<double>(loads_.cols()) + kTowardsStart * logs.squaredNorm() / 2;
   }
   // The cost's slope, and the Gauss–Newton matrix. With C the compliance, G the springs'
@@ -84,7 +84,7 @@ class Fit {
     const Eigen::ArrayXXd relative = (moved - goal_).colwise().norm().cwiseProduct(inverse_size_);
     const Eigen::ArrayXXd rounded = (relative.square() + kRounded * kRounded).sqrt();
     const auto count = static_cast<double>(loads_.cols());
-    return (inverse_size_.array() / (count * rounded).sqrt()).matrix();
+    return (inverse_size_.array() / (count * rounded.pow(1.5)).sqrt()).matrix();
   }
 
   const LinearSprings& springs_;
