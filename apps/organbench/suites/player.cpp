@@ -10,6 +10,7 @@ void run_player_suite(Bench& bench) {
   promise_accuracy(bench, bundles);
   show_worst_poke(bench, bundles);
   promise_frames(bench, bundles);
+  promise_motion(bench, bundles);
   promise_program(bench, bundles);
 }
 

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <thread>
 
 #include "core/text.h"
 #include "image/difference.h"
 #include "organbench/peers/embree_frames.h"
+#include "organbench/suites/frame_timing.h"
 #include "organbench/suites/player_parts.h"
 #include "phantom/phantom.h"
 #include "player/carried_surface.h"
-#include "player/orbit.h"
 #include "player/player.h"
 #ifdef ORGANBAKE_HAS_EGL
 #include "organbench/peers/software_gl.h"
@@ -21,45 +20,10 @@
 namespace organbake {
 namespace {
 
-constexpr int kFrames = 10;   // of one timing: an orbit, so that no frame is the last one
-constexpr int kStill = 1000;  // times as many when nothing changes: one alone is too short to time
-constexpr double kPerFrame_rad = 0.05;
-
-struct Size {
-  int width, height;
-  double target_ms;  // one thread, gradient-corrected, fill included
-  std::string name() const { return std::to_string(width) + "×" + std::to_string(height); }
-};
-
-// As near as a surgeon looks: the organ fills about 45 % of a wide picture.
-View view_at(const Bundle& bundle, const Size& size, int frame) {
-  constexpr double kDistance = 0.69;
-  return orbit_view(bundle.cameras, {.azimuth_rad = kPerFrame_rad * frame, .distance = kDistance},
-                    size.width, size.height);
-}
-
-class OneThread {
- public:
-  OneThread() : limit_(tbb::global_control::max_allowed_parallelism, 1) {}
-
- private:
-  tbb::global_control limit_;
-};
-
-double ms_of(const Timing& timing) { return timing.cpu_ms.median / kFrames; }
-
-std::function<void()> orbit(Player& player, const Size& size, Frame& frame) {
+std::function<void()> orbit(Player& player, const FrameSize& size, Frame& frame) {
   return [&player, &size, &frame] {
     for (int i = 0; i < kFrames; ++i) player.draw(view_at(player.bundle(), size, i), {}, frame);
   };
-}
-
-// Per frame.
-Timing of_one_frame(Timing timing) {
-  for (Spread* spread : {&timing.wall_ms, &timing.cpu_ms}) {
-    for (double* value : {&spread->median, &spread->least, &spread->most}) *value /= kFrames;
-  }
-  return timing;
 }
 
 double rms_levels(const Rgb8Image& picture, const TruthFrame& truth) {
@@ -77,7 +41,7 @@ std::vector<int> map_sizes(const Bench& bench) {
 }
 
 // Run time against error: our maps' size, beside the truth's own mesh traced with one ray a pixel.
-void compete(Bench& bench, PlayerBundles& bundles, const Size& size) {
+void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   const std::string task = size.name() + ", one thread, organ at rest";
   const std::string error = "image error against 16 rays a pixel, RMS";
   const BundleReader reader(bundles.folder({80, "fitted", bundles.map_size()}));
@@ -123,7 +87,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const Size& size) {
 }
 
 // Against a mesh as engines hold it, in the same run.
-void race_meshes(Bench& bench, PlayerBundles& bundles, const Size& size) {
+void race_meshes(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   const OneThread one_thread;
   const std::string task = size.name() + ", one thread, CPU time of a frame";
   bench.now(task + " beside a mesh of 81,920 faces");
@@ -171,7 +135,7 @@ void be_busy() {
 }
 
 // What two threads gain, beside what this machine lets two loops gain that share nothing.
-void promise_threads(Bench& bench, PlayerBundles& bundles, const Size& size) {
+void promise_threads(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   if (std::thread::hardware_concurrency() < 2)
     return bench.skip("two threads", "the machine has one core");
   bench.now("two threads");
@@ -199,129 +163,14 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const Size& size) {
                    gain(0) / gain(2), 0.8, Figure::Goal::at_least});
 }
 
-// The part of the proxy's area whose skin a dent of these vertices moves: their own faces, and
-// those round them, whose normals turn.
-double moved_share(const TriangleMesh& proxy, const std::vector<bool>& dent) {
-  std::vector<bool> turned(dent);
-  for (const Face& face : proxy.faces) {
-    const bool touched = std::any_of(face.begin(), face.end(), [&](auto v) { return dent[v]; });
-    for (const auto v : face) turned[v] = turned[v] || touched;
-  }
-  double moved_mm2 = 0;
-  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
-    const Face& face = proxy.faces[f];
-    if (std::any_of(face.begin(), face.end(), [&](auto v) { return turned[v]; }))
-      moved_mm2 += face_area(proxy, f);
-  }
-  return moved_mm2 / surface_area(proxy);
-}
-
-// A round dent where the proxy is nearest to camera 0: as wide as a share of the surface allows,
-// one vertex at least.
-struct Dent {
-  Eigen::Vector3d front;
-  std::vector<bool> vertices;
-  double share = 0;  // of the surface, that it moves
-
-  Dent(const Bundle& bundle, double most) : front(bundle.cameras.manifold.directions.front()) {
-    const auto& positions = bundle.proxy.vertices;
-    const Eigen::Vector3d foremost = *std::max_element(
-        positions.begin(), positions.end(),
-        [&](const auto& a, const auto& b) { return a.dot(front) < b.dot(front); });
-    std::vector<std::size_t> order(positions.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      return (positions[a] - foremost).norm() < (positions[b] - foremost).norm();
-    });
-    vertices.assign(positions.size(), false);
-    for (const std::size_t v : order) {
-      vertices[v] = true;
-      const double wider = moved_share(bundle.proxy, vertices);
-      if (wider > most && v != order.front()) {
-        vertices[v] = false;
-        return;
-      }
-      share = wider;
-    }
-  }
-
-  std::vector<Eigen::Vector3d> positions(const Bundle& bundle, double depth_mm) const {
-    auto positions = bundle.proxy.vertices;
-    for (std::size_t v = 0; v < positions.size(); ++v)
-      if (vertices[v]) positions[v] -= depth_mm * front;
-    return positions;
-  }
-};
-
-// Frames in which the dent moves to and fro.
-std::function<void()> moving(Warper& warper, const Bundle& bundle, const View& view,
-                             const Dent& dent, const DrawOptions& options, Frame& frame) {
-  return [&warper, &view, options, &frame,
-          poses = std::array{dent.positions(bundle, 1), dent.positions(bundle, 2)}] {
-    for (int i = 0; i < kFrames; ++i) warper.draw(poses[i % 2], view, options, frame);
-  };
-}
-
-// A poke that moves a tenth of the surface, against one that moves all of it; then nothing moves.
-void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const Size& size) {
-  const OneThread one_thread;
-  for (const int faces : {1000, 80}) {
-    bench.now("a poke on a tenth of the surface, " + std::to_string(faces) + " faces");
-    const Bundle bundle =
-        BundleReader(bundles.folder({faces, "fitted", bundles.map_size()})).read_all();
-    Warper warper(bundle);
-    const View view = view_at(bundle, size, 0);
-    Frame frame;
-    const Dent tenth(bundle, 0.1), all(bundle, 1);
-    const auto timings = bench.time(
-        std::vector<std::function<void()>>{moving(warper, bundle, view, tenth, {}, frame),
-                                           moving(warper, bundle, view, all, {}, frame)});
-    const std::string scene = size.name() + ", " + std::to_string(faces) + " faces: ";
-    bench.add(Figure{
-        scene + "all moves / " + to_text(100 * tenth.share, 2) + " % of the skin moves, CPU time",
-        "×", ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1,
-        Figure::Goal::at_least});
-    const Timing still = bench.time([&] {
-      for (int i = 0; i < kStill * kFrames; ++i)
-        warper.draw(bundle.proxy.vertices, view, {}, frame);
-    });
-    bench.add(Figure{scene + "an unchanged frame, CPU time", "ms", ms_of(still) / kStill, 0.05});
-  }
-}
-
-// What light costs where all skin moves: kept as it was baked, and made anew.
-void time_light(Bench& bench, PlayerBundles& bundles, const Size& size) {
-  bench.now("skin lit anew");
-  const OneThread one_thread;
-  const Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
-  Warper warper(bundle);
-  const View view = view_at(bundle, size, 0);
-  Frame frame;
-  DrawOptions lit;
-  lit.relight = true;
-  const Dent all(bundle, 1);
-  const auto timings = bench.time(std::vector<std::function<void()>>{
-      moving(warper, bundle, view, all, {}, frame), moving(warper, bundle, view, all, lit, frame)});
-  const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew"};
-  for (int i = 0; i < 2; ++i)
-    bench.add(Point{size.name() + ", one thread, all skin moves",
-                    names[i],
-                    false,
-                    {{"maps", "px", double(bundles.map_size())}},
-                    of_one_frame(timings[i]),
-                    {}});
-}
-
 }  // namespace
 
 void promise_frames(Bench& bench, PlayerBundles& bundles) {
-  const Size hd{1280, 720, 7.5}, full_hd{1920, 1080, 14.5};
+  const FrameSize hd{1280, 720, 7.5}, full_hd{1920, 1080, 14.5};
   compete(bench, bundles, hd);
   if (!bench.quick()) compete(bench, bundles, full_hd);
   race_meshes(bench, bundles, hd);
-  time_light(bench, bundles, hd);
   promise_threads(bench, bundles, hd);
-  promise_partial_frames(bench, bundles, hd);
 }
 
 }  // namespace organbake

@@ -15,8 +15,10 @@ struct ComparisonTable;
 void rebuild_paper_table(Bench& bench, const ComparisonTable& fitted, const ComparisonTable& naive);
 // The worst poked view: truth, frame, errors.
 void show_worst_poke(Bench& bench, PlayerBundles& bundles);
-// A frame's time against its error, beside Embree and Mesa's llvmpipe; threads; partial frames.
+// A frame's time against its error, beside Embree and Mesa's llvmpipe; threads.
 void promise_frames(Bench& bench, PlayerBundles& bundles);
+// Frames in which skin moves: all of it, a tenth, none; lit anew.
+void promise_motion(Bench& bench, PlayerBundles& bundles);
 // The deformation's step at three sizes of proxy.
 void promise_deformation(Bench& bench);
 // Static shapes under dead loads: the finite elements' against their own converged ones, the

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/suites/frame_timing.h"
+
+#include "player/orbit.h"
+
+namespace organbake {
+
+View view_at(const Bundle& bundle, const FrameSize& size, int frame) {
+  constexpr double kPerFrame_rad = 0.05, kDistance = 0.69;
+  return orbit_view(bundle.cameras, {.azimuth_rad = kPerFrame_rad * frame, .distance = kDistance},
+                    size.width, size.height);
+}
+
+double ms_of(const Timing& timing) { return timing.cpu_ms.median / kFrames; }
+
+Timing of_one_frame(Timing timing) {
+  for (Spread* spread : {&timing.wall_ms, &timing.cpu_ms}) {
+    for (double* value : {&spread->median, &spread->least, &spread->most}) *value /= kFrames;
+  }
+  return timing;
+}
+
+}  // namespace organbake

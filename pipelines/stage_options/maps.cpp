@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stage_options.h"
+
+namespace organbake {
+
+PlacementOptions PlaceStageOptions::resolved() const {
+  PlacementOptions options = placement;
+  if (cone_angle_rad > 0) options.cone = ViewingCone{cone_axis, cone_angle_rad};
+  if (goal.share > 0) options.coverage = goal;
+  return options;
+}
+
+void bind(OptionList& list, PlaceStageOptions& o) {
+  list.add("count", &o.placement.count,
+           {.help = "virtual cameras, evenly spread", .min = 1, .max = 256})
+      .add("coverage", &o.goal.share,
+           {.help = "instead of a count: the fewest cameras that see this share of the reachable "
+                    "area; 0 = go by count",
+            .min = 0,
+            .max = 1})
+      .add("overlap", &o.goal.overlap,
+           {.help = "cameras that must see it, of a coverage", .min = 1, .max = 4})
+      .add("texel", &o.goal.texel_mm,
+           {.help = "longest side of a texel on what counts as seen; 0 = any",
+            .unit = "mm",
+            .min = 0,
+            .max = 1000})
+      .add("view_gap", &o.goal.view_gap,
+           {.help = "of a coverage: cameras are added until views miss at most this share of what "
+                    "they show; 1 = never",
+            .min = 0,
+            .max = 1})
+      .add("candidates", &o.goal.candidates,
+           {.help = "directions to choose from, of a coverage", .min = 16, .max = 8192})
+      .add("samples", &o.goal.samples,
+           {.help =
+                "of the surface to choose by, of a coverage; where it is deeply folded the hardest "
+                "to see of a hundred times as many",
+            .min = 64,
+            .max = 65536})
+      .add("size", &o.placement.map_size,
+           {.help = "of their maps, square", .unit = "px", .min = 16, .max = 8192})
+      .add("field_of_view", &o.placement.field_of_view_rad,
+           {.help = "of each camera", .unit = "rad", .min = 0.01, .max = 2.5})
+      .add("margin", &o.placement.margin,
+           {.help = "free border round the organ, share of the map", .min = 0, .max = 0.4})
+      .add("cone_axis", &o.cone_axis, {.help = "of the viewing cone, from the organ's centre"})
+      .add("cone_angle", &o.cone_angle_rad,
+           {.help = "half angle of the viewing cone, 1.571 = a hemisphere; 0 = cameras all round",
+            .unit = "rad",
+            .min = 0,
+            .max = 1.571})
+      .add("report", &o.report,
+           {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
+                    "well, at rest and poked, and the surface painted by what cameras see"},
+           {{"brief", CoverageDetail::brief}, {"full", CoverageDetail::full}});
+}
+
+void bind(OptionList& list, CaptureStageOptions& o) {
+  list.add("rays_per_texel_side", &o.capture.rays_per_texel_side,
+           {.help = "n×n rays are averaged for a texel's colour; 0: 1 where it hardly changes "
+                    "within a texel, or else 2",
+            .min = 0,
+            .max = 8})
+      .add("base_step", &o.capture.base_step_mm,
+           {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.05, .max = 100})
+      .add(
+          "micro", &o.detail.split,
+          {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
+                   "(gaussian, bilateral, guided; of depth and of intensity) is written beside it, "
+                   "detail.exr of each camera"},
+          {{"proxy", MicroSplit::proxy},
+           {"gaussian", MicroSplit::gaussian},
+           {"bilateral", MicroSplit::bilateral},
+           {"guided", MicroSplit::guided}})
+      .add("micro_size", &o.detail.size_mm,
+           {.help = "of what a filter takes for detail, at most 32 texels",
+            .unit = "mm",
+            .min = 0.05,
+            .max = 1000})
+      .add("surface_edge", &o.surface_edge_mm,
+           {.help =
+                "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",
+            .unit = "mm",
+            .min = 0,
+            .max = 100})
+      .add(
+          "compression", &o.packing.compression,
+          {.help = "of the maps; all but pxr24 are exact: it takes 0.002 mm from depths of 300 mm"},
+          {{"zip", ExrCompression::zip},
+           {"piz", ExrCompression::piz},
+           {"pxr24", ExrCompression::pxr24},
+           {"none", ExrCompression::none}})
+      .add("zip_level", &o.packing.zip_level,
+           {.help = "of zip; from 10 on maps are 4 % smaller and take seven times as long to write",
+            .min = 1,
+            .max = 12})
+      .add("preset", &o.packing.compact,
+           {.help = "compact: smaller maps, colour as a camera's JPEG would be, depth to 0.002 mm; "
+                    "exact: as computed"},
+           {{"exact", false}, {"compact", true}})
+      .add("albedo", &o.material.albedo,
+           {.help = "of the material that a surface without any colour gets, linear RGB",
+            .min = 0,
+            .max = 1})
+      .add("variation", &o.material.variation,
+           {.help = "of the material's albedo", .min = 0, .max = 1})
+      .add("feature", &o.material.feature_mm,
+           {.help = "size of the material's largest spots", .unit = "mm", .min = 0.01, .max = 1000})
+      .add("light_direction", &o.material.light_direction,
+           {.help = "surface → light, when a material is lit"})
+      .add("ambient", &o.material.ambient,
+           {.help = "share of the material's light that has no direction", .min = 0, .max = 1});
+}
+
+}  // namespace organbake
