@@ -88,6 +88,17 @@ void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<Pos
   summary.unsure_texels = std::accumulate(dropped.begin(), dropped.end(), std::size_t{0});
 }
 
+// A shell has a place for every point, but of what lies far off it says nothing of use.
+void check_together(const TriangleMesh& surface, const TriangleMesh& proxy) {
+  const Bounds a = bounds(surface), b = bounds(proxy);
+  const double apart_mm = (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0).norm();
+  const double size_mm = std::max(a.diagonal(), b.diagonal());
+  if (apart_mm <= size_mm) return;
+  throw BadDataError("the surface and the proxy lie " + to_text(apart_mm, 1) +
+                     " mm apart, the larger is " + to_text(size_mm, 1) +
+                     " mm: check that both show one organ in one coordinate system and unit");
+}
+
 }  // namespace
 
 void CaptureOptions::check() const {
@@ -109,6 +120,7 @@ CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
                                        : "proxy: no faces to bind to");
   if (cameras.empty()) throw BadDataError("cameras: none given, so there is nothing to capture");
   for (const PosedCamera& camera : cameras) check_camera(camera);
+  check_together(surface, proxy);
 
   const RayScene rays(surface);
   const SmoothNormals normals(surface);

@@ -22,8 +22,8 @@ constexpr int kMostIterations = 200;
 constexpr double kLongestStep = 1;      // of a logarithm
 constexpr double kLargestScale = 1e4;   // and 1/10,000: no spring leaves the range of the others
 constexpr double kTowardsStart = 1e-8;  // weight of leaving a spring as it is
-constexpr double kEnough = 1e-6;        // relative gain below which more iterations are idle
-// A load's error e counts as 2 √r with r = √(e² + this²): the median is to be small, and squares
+constexpr double kEnough = 1e-5;  // gain (of a logarithm) below which more iterations are idle
+// A load's error e counts as ln √(e² + this²), so that the geometric mean is made small: squares
 // would buy a few hopeless loads' fit with everyone's.
 constexpr double kRounded = 0.02;
 constexpr double kNoMove = 1e-6;  // of what the softest load moves
@@ -55,7 +55,7 @@ class Fit {
   }
   double cost(const Eigen::VectorXd& logs) const {
     double sum = 0;
-    for (const double error : errors(logs)) sum += 2 * std::sqrt(std::hypot(error, kRounded));
+    for (const double error : errors(logs)) sum += std::log(std::hypot(error, kRounded));
     return sum / static_cast<double>(loads_.cols()) + kTowardsStart * logs.squaredNorm() / 2;
   }
   // The cost's slope, and the Gauss–Newton matrix. With C the compliance, G the springs'
@@ -82,9 +82,9 @@ class Fit {
   // By whose squares the squared misses (mm²) count.
   Eigen::RowVectorXd roots_of_shares(const Eigen::MatrixXd& moved) const {
     const Eigen::ArrayXXd relative = (moved - goal_).colwise().norm().cwiseProduct(inverse_size_);
-    const Eigen::ArrayXXd rounded = (relative.square() + kRounded * kRounded).sqrt();
+    const Eigen::ArrayXXd squares = relative.square() + kRounded * kRounded;
     const auto count = static_cast<double>(loads_.cols());
-    return (inverse_size_.array() / (count * rounded.pow(1.5)).sqrt()).matrix();
+    return (inverse_size_.array() / (count * squares).sqrt()).matrix();
   }
 
   const LinearSprings& springs_;
@@ -114,7 +114,7 @@ int minimise(const Fit& fit, Eigen::VectorXd& logs, const RunContext& context) {
       const Eigen::VectorXd next = bounded(logs + step);
       const double next_cost = fit.cost(next);
       if (!(next_cost < cost)) continue;
-      const bool enough = cost - next_cost < kEnough * cost;
+      const bool enough = cost - next_cost < kEnough;
       logs = next;
       cost = next_cost;
       damping /= 4;

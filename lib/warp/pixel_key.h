@@ -25,6 +25,9 @@ inline constexpr float kReach = 0.65f;
 // inside a patch decide between neighbours.
 inline constexpr float kTieTexels = 1.1f;
 
+// A patch's plane may run behind the eye between its sample and a pixel; what is seen does not.
+inline constexpr float kLeastDepth_mm = 1e-6f;
+
 // share of the reach, −1…1
 inline std::uint32_t offset_bits(float share) {
   return static_cast<std::uint32_t>(static_cast<std::int32_t>(share * 31.0f + 32.5f));

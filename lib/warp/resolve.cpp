@@ -37,7 +37,8 @@ void decode(const std::uint64_t* __restrict keys, int count, float tie_mm, int f
     const float v = offset_share(v_bits_of(high, low));
     row.u[i] = kReach * u;
     row.v[i] = kReach * v;
-    row.depth[i] = depth_of(high) - tie_mm * (u * u + v * v);
+    const float depth = depth_of(high) - tie_mm * (u * u + v * v);
+    row.depth[i] = depth > kLeastDepth_mm ? depth : kLeastDepth_mm;
     row.slot[i] = static_cast<std::int32_t>(slot_of(low));
   }
 }

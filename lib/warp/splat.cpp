@@ -75,7 +75,7 @@ inline Key make_key(float u, float v, float z, const ChunkFrame& c, float tie_mm
   const bool own = highest_of(std::abs(u), std::abs(v)) <= 1;
   const float depth = z + c.z_u * u + c.z_v * v + tie_mm * (u * u + v * v);
   const std::uint32_t v_bits = offset_bits(v);
-  const std::uint32_t high = key_high(highest_of(depth, 1e-6f), v_bits);
+  const std::uint32_t high = key_high(highest_of(depth, kLeastDepth_mm), v_bits);
   // Whatever the low half says, kEmptyHigh never beats an empty cell.
   return {key_low(offset_bits(u), v_bits, slot), own ? high : kEmptyHigh};
 }

@@ -58,6 +58,9 @@ TEST(CaptureInputs, BrokenOnesAreRefused) {
   refused([](auto& in) { in.cameras[0].camera_from_world.translation.y() = kNaN; });
   refused([](auto& in) { in.cameras[0].camera_from_world.rotation *= 2; });
   refused([](auto& in) { in.cameras[0].camera_from_world.rotation.row(0) *= -1; });
+  refused([](Inputs& i) {  // another organ's, or of another coordinate system
+    for (Vector3d& v : i.proxy.vertices) v.x() += 1e5;
+  });
 }
 
 TEST(CaptureInputs, CanBeCancelled) {

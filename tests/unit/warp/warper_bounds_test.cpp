@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/random.h"
 #include "unit/warp/synthetic_bundle.h"
 #include "unit/warp/views_round.h"
 #include "warp/warper.h"
@@ -42,6 +43,31 @@ TEST(WarperBounds, AnEyeAtTheSkinInsideAndAtTheCentreIsHarmless) {
     EXPECT_NO_THROW(draw(front(160, 120, away), frame)) << away;
     EXPECT_EQ(frame.cover.size(), 160u * 120u);
   }
+}
+
+// A texel's patch goes on as a plane as far as the next texel, and so may run behind an eye that is
+// nearer than that to the skin.
+TEST(WarperBounds, NothingIsSeenBehindAnEyeInTheSkin) {
+  Warper warper(bounds_organ());
+  RandomStream random(1);
+  Frame frame;
+  std::size_t covered = 0;
+  for (int i = 0; i < 300; ++i) {
+    View view = front(48, 48);
+    view.near_mm = 1e-3;
+    const std::size_t v = random.below(bounds_organ().proxy.vertices.size());
+    const Eigen::Vector3d eye = bounds_organ().proxy.vertices[v] * random.uniform(0.95, 1.05);
+    const Eigen::Vector3d aside(random.normal(), random.normal(), random.normal());
+    view.camera.camera_from_world = look_at(eye, eye + aside, Eigen::Vector3d::UnitZ());
+    DrawOptions options;
+    options.keep_depth = true;
+    warper.draw(bounds_organ().proxy.vertices, view, options, frame);
+    for (const float depth : frame.depth_mm) {
+      ASSERT_GT(depth, 0) << "view " << i;
+      covered += std::isfinite(depth);
+    }
+  }
+  EXPECT_GT(covered, 1000u);
 }
 
 TEST(WarperBounds, EverySampleIsDrawnOrCountedAsSkipped) {
