@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <array>
 
 #include "core/text.h"
 #include "organbench/chart.h"
@@ -144,30 +145,47 @@ std::string suite_section(const RunReport::SuiteReport& suite) {
   return html;
 }
 
+std::string between_dots(const std::vector<std::string>& pieces) {
+  std::string html;
+  for (const std::string& piece : pieces) html += (html.empty() ? "" : " · ") + piece;
+  return html;
+}
+
 // What there is, and how much of it reached its figures.
 std::string contents(const RunReport& report) {
-  std::string html = "<p>";
+  std::vector<std::string> suites;
   for (const RunReport::SuiteReport& suite : report.suites) {
     const auto& figures = suite.result.figures;
     const auto met =
         std::count_if(figures.begin(), figures.end(), [](const Figure& f) { return f.met(); });
-    html += "<a href='#" + suite.name + "'>" + escape_html(suite.name) + "</a>";
-    if (!figures.empty()) html += " " + std::to_string(met) + "/" + std::to_string(figures.size());
-    html += " · ";
+    std::string link = "<a href='#" + suite.name + "'>" + escape_html(suite.name) + "</a>";
+    if (!figures.empty()) link += " " + std::to_string(met) + "/" + std::to_string(figures.size());
+    suites.push_back(link);
   }
-  return html + "figures reached of those promised</p>";
+  return "<p>Figures reached of those promised: " + between_dots(suites) + "</p>";
+}
+
+std::string how_measured(const RunReport& report) {
+  double seconds = 0;
+  for (const RunReport::SuiteReport& suite : report.suites) seconds += suite.seconds;
+  constexpr std::array kEfforts = {
+      "Quick run: small inputs, few rounds.",
+      "Standard run: whole inputs, of the promised cases as many as 20 minutes allow.",
+      "Thorough run: every promised case."};
+  return std::string(kEfforts[std::size_t(report.effort)]) + " It took " +
+         to_text(seconds / 60, 1) + " minutes.";
 }
 
 }  // namespace
 
 std::string report_page(const RunReport& report) {
-  std::string html =
-      std::string("<h1>organbench: run time against error</h1><p>") +
-      (report.effort == Effort::quick ? "Quick run: small inputs, few rounds. " : "") +
-      "Rings mark points that nothing beats in both time and error; peers are dashed.</p>"
-      "<p class='quiet'>";
-  for (const auto& [key, value] : report.machine) html += escape_html(key + ": " + value) + " · ";
-  html += "</p>" + contents(report);
+  std::vector<std::string> machine;
+  for (const auto& [key, value] : report.machine)
+    machine.push_back(escape_html(key + ": " + value));
+  std::string html = "<h1>organbench: run time against error</h1><p>" + how_measured(report) +
+                     " Rings mark points that nothing beats in both time and error; peers are "
+                     "dashed.</p><p class='quiet'>" +
+                     between_dots(machine) + "</p>" + contents(report);
   for (const RunReport::SuiteReport& suite : report.suites) html += suite_section(suite);
   return html_page("organbench", kStyle, html);
 }

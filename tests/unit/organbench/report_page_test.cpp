@@ -35,9 +35,9 @@ TEST(ReportPage, BeginsWithWhatItHoldsAndHowMuchOfItWasReached) {
   SuiteResult result;
   result.figures = {{"small", "mm", 1, 2}, {"large", "mm", 3, 2}};
   const std::string page =
-      report_page({Effort::quick, {}, {{"suite", "", 1, result}, {"other", "", 1, {}}}});
-  EXPECT_THAT(page, HasSubstr("<a href='#suite'>suite</a> 1/2"));
-  EXPECT_THAT(page, HasSubstr("<a href='#other'>other</a> ·"));
+      report_page({Effort::quick, {}, {{"suite", "", 60, result}, {"other", "", 30, {}}}});
+  EXPECT_THAT(page, HasSubstr("It took 1.5 minutes"));
+  EXPECT_THAT(page, HasSubstr("<a href='#suite'>suite</a> 1/2 · <a href='#other'>other</a></p>"));
 }
 
 TEST(ReportPage, TakesPicturesIntoItself) {
