@@ -6,7 +6,7 @@
 namespace organbake {
 
 View view_at(const Bundle& bundle, const FrameSize& size, int frame) {
-  constexpr double kPerFrame_rad = 0.05, kDistance = 0.69;
+  constexpr double kPerFrame_rad = 0.05, kDistance = 0.74;
   return orbit_view(bundle.cameras, {.azimuth_rad = kPerFrame_rad * frame, .distance = kDistance},
                     size.width, size.height);
 }
