@@ -15,7 +15,7 @@ Eigen::Vector3d nearest_of_sum_3(const Eigen::Vector3d& s, double least) {
     // All but the `kept` largest lie at the bound; those share what is left.
     const double shift = (taken - s.head(kept).sum()) / kept;
     if (kept == 1 || s[kept - 1] + shift >= least) {
-      result.head(kept) = s.head(kept).array() + shift;
+      for (int i = 0; i < kept; ++i) result[i] = s[i] + shift;
       break;
     }
     taken -= least;
