@@ -13,9 +13,9 @@ View view_at(const Bundle& bundle, const FrameSize& size, int frame) {
 
 double ms_of(const Timing& timing) { return timing.cpu_ms.median / kFrames; }
 
-Timing of_one_frame(Timing timing) {
+Timing of_one(Timing timing, std::size_t count) {
   for (Spread* spread : {&timing.wall_ms, &timing.cpu_ms}) {
-    for (double* value : {&spread->median, &spread->least, &spread->most}) *value /= kFrames;
+    for (double* value : {&spread->median, &spread->least, &spread->most}) *value /= double(count);
   }
   return timing;
 }

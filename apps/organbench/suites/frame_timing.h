@@ -31,8 +31,8 @@ class OneThread {
   tbb::global_control limit_;
 };
 
-// Of one of kFrames.
+// Of one of `count`, and of kFrames.
+Timing of_one(Timing timing, std::size_t count);
 double ms_of(const Timing& timing);
-Timing of_one_frame(Timing timing);
 
 }  // namespace organbake

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <Eigen/Geometry>
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "decimate/decimate.h"
 #include "deform/deformer.h"
@@ -70,10 +71,68 @@ void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, do
                    Figure::Goal::at_least});
 }
 
+using Path = std::vector<std::vector<Eigen::Vector3d>>;
+
+// Where the probe presses and drags for three seconds, and then rests for one.
+Path poked_path(const TriangleMesh& proxy, const MechanicsModel& mechanics, int iterations) {
+  constexpr int kMoving = 180, kResting = 60;
+  DeformOptions options;
+  options.iterations = iterations;
+  Deformer deformer(proxy, mechanics, {}, options);
+  const Poking poking(proxy);
+  Path path;
+  for (int step = 0; step < kMoving + kResting; ++step) {
+    deformer.step({poking.at(std::min(step, kMoving) / 60.0)});
+    path.push_back(deformer.positions());
+  }
+  return path;
+}
+
+double mean_square(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+  double sum = 0;
+  for (std::size_t v = 0; v < a.size(); ++v) sum += (a[v] - b[v]).squaredNorm();
+  return sum / double(a.size());
+}
+
+// Run time against error: the iterations of a step.
+void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
+  constexpr int kConverged = 64;
+  bench.now("iterations of a step");
+  DecimateOptions options;
+  options.faces = 996;
+  const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
+  const MechanicsModel mechanics = make_mechanics(proxy, {});
+  const Path truth = poked_path(proxy, mechanics, kConverged);
+  double largest = 0;
+  for (const auto& positions : truth)
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      largest = std::max(largest, (positions[v] - proxy.vertices[v]).norm());
+  for (const int iterations : {1, 2, 3, 4, 6, 8, 16}) {
+    Path path;
+    Timing timing = bench.time([&] { path = poked_path(proxy, mechanics, iterations); });
+    for (Spread* spread : {&timing.wall_ms, &timing.cpu_ms})
+      for (double* value : {&spread->median, &spread->least, &spread->most})
+        *value /= double(path.size());
+    double moving = 0;
+    for (std::size_t step = 0; step < path.size(); ++step)
+      moving += mean_square(path[step], truth[step]) / double(path.size());
+    bench.add(Point{"deformation step, 500 vertices, a probe pressed in and dragged",
+                    "organplay",
+                    false,
+                    {{"iterations", "", double(iterations)}},
+                    timing,
+                    {{"from the converged way, RMS, of the largest displacement", "%",
+                      100 * std::sqrt(moving) / largest},
+                     {"from the converged shape, held, RMS", "%",
+                      100 * std::sqrt(mean_square(path.back(), truth.back())) / largest}}});
+  }
+}
+
 }  // namespace
 
 void promise_deformation(Bench& bench) {
   const TriangleMesh organ = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
+  sweep_iterations(bench, organ);
   promise_step(bench, organ, 80, 0.02);
   promise_step(bench, organ, 80, 1, TissueSolver::fem);
   promise_step(bench, organ, 996, 0.2);

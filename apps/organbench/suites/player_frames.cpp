@@ -62,7 +62,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
                   "Embree refit + trace, the truth's mesh",
                   true,
                   {{"faces", "", double(surface.faces.size())}},
-                  of_one_frame(embree_timing),
+                  of_one(embree_timing, kFrames),
                   {{error, "levels", rms_levels(traced, truth)}}});
   for (const int map_size : map_sizes(bench)) {
     Player player(bundles.folder({80, "fitted", map_size}));
@@ -77,7 +77,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
                     "organplay",
                     false,
                     {{"maps", "px", double(map_size)}},
-                    of_one_frame(timing),
+                    of_one(timing, kFrames),
                     {{error, "levels", rms_levels(frame.color, truth)}}});
     if (map_size == 1024)
       bench.add(Figure{task + ", in " + to_text(percent_covered(frame), 2) +

@@ -122,7 +122,7 @@ void time_light(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
                     names[i],
                     false,
                     {{"maps", "px", double(bundles.map_size())}},
-                    of_one_frame(timings[i]),
+                    of_one(timings[i], kFrames),
                     {}});
 }
 
