@@ -8,6 +8,7 @@
 #include "decimate/decimate.h"
 #include "deform/deformer.h"
 #include "mechanics/mechanics.h"
+#include "organbench/suites/frame_timing.h"
 #include "organbench/suites/player_parts.h"
 #include "phantom/phantom.h"
 
@@ -109,10 +110,7 @@ void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
       largest = std::max(largest, (positions[v] - proxy.vertices[v]).norm());
   for (const int iterations : {1, 2, 3, 4, 6, 8, 16}) {
     Path path;
-    Timing timing = bench.time([&] { path = poked_path(proxy, mechanics, iterations); });
-    for (Spread* spread : {&timing.wall_ms, &timing.cpu_ms})
-      for (double* value : {&spread->median, &spread->least, &spread->most})
-        *value /= double(path.size());
+    const Timing timing = bench.time([&] { path = poked_path(proxy, mechanics, iterations); });
     double moving = 0;
     for (std::size_t step = 0; step < path.size(); ++step)
       moving += mean_square(path[step], truth[step]) / double(path.size());
@@ -120,7 +118,7 @@ void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
                     "organplay",
                     false,
                     {{"iterations", "", double(iterations)}},
-                    timing,
+                    of_one(timing, path.size()),
                     {{"from the converged way, RMS, of the largest displacement", "%",
                       100 * std::sqrt(moving) / largest},
                      {"from the converged shape, held, RMS", "%",
