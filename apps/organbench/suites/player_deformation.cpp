@@ -114,15 +114,15 @@ void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
     double moving = 0;
     for (std::size_t step = 0; step < path.size(); ++step)
       moving += mean_square(path[step], truth[step]) / double(path.size());
-    bench.add(Point{"deformation step, 500 vertices, a probe pressed in and dragged",
-                    "organplay",
-                    false,
-                    {{"iterations", "", double(iterations)}},
-                    of_one(timing, path.size()),
-                    {{"from the converged way, RMS, of the largest displacement", "%",
-                      100 * std::sqrt(moving) / largest},
-                     {"from the converged shape, held, RMS", "%",
-                      100 * std::sqrt(mean_square(path.back(), truth.back())) / largest}}});
+    bench.add(
+        Point{"deformation step, 500 vertices, a probe pressed in and dragged",
+              "organplay",
+              false,
+              {{"iterations", "", double(iterations)}},
+              of_one(timing, path.size()),
+              {{"off the converged way, RMS", "% of the dent", 100 * std::sqrt(moving) / largest},
+               {"off the converged shape, held, RMS", "% of the dent",
+                100 * std::sqrt(mean_square(path.back(), truth.back())) / largest}}});
   }
 }
 
