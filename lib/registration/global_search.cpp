@@ -82,24 +82,9 @@ std::vector<ObjectPose> poses_of(const std::vector<RefineState>& states) {
   return poses;
 }
 
-// How much less the best leaves unexplained than the best pose apart from it, as a share; nothing
-// when there is no other.
-std::optional<double> margin(const std::vector<RefineState>& states,
-                             const std::vector<double>& scores) {
-  const auto best = std::max_element(scores.begin(), scores.end()) - scores.begin();
-  const ObjectPose pose = states[best].solver.object_pose();
-  double second = -1;
-  for (std::size_t i = 0; i < states.size(); ++i)
-    if (angle_between(states[i].solver.object_pose(), pose) > kApart)
-      second = std::max(second, scores[i]);
-  if (second < 0) return std::nullopt;
-  return 1 - (1 - scores[best]) / std::max(1e-12, 1 - second);
-}
-
 // How well each fits: 1 less what it leaves unexplained of all the picture, times what it leaves of
 // the overlap. The picture alone is misled by a cluttered ground, of which a wrong organ may
-// explain a little; the overlap alone by an organ that shows less of itself. Unusable ones: below
-// 0.
+// explain a little; the overlap alone by an organ that shows less of itself. Unusable: below 0.
 std::vector<double> fits(const std::vector<RefineState>& states,
                          const std::vector<double>& scores) {
   std::vector<double> fits(states.size(), -1);
@@ -108,10 +93,23 @@ std::vector<double> fits(const std::vector<RefineState>& states,
   return fits;
 }
 
-const RefineState& best_fit(const std::vector<RefineState>& states,
-                            const std::vector<double>& scores) {
+std::size_t best_fit(const std::vector<RefineState>& states, const std::vector<double>& scores) {
   const std::vector<double> fit = fits(states, scores);
-  return states[std::max_element(fit.begin(), fit.end()) - fit.begin()];
+  return static_cast<std::size_t>(std::max_element(fit.begin(), fit.end()) - fit.begin());
+}
+
+// How much less the best fit leaves unexplained than the best pose apart from it, as a share: 0
+// when it leaves more, nothing when there is no other.
+std::optional<double> margin(const std::vector<RefineState>& states,
+                             const std::vector<double>& scores) {
+  const std::size_t best = best_fit(states, scores);
+  const ObjectPose pose = states[best].solver.object_pose();
+  double second = -1;
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (angle_between(states[i].solver.object_pose(), pose) > kApart)
+      second = std::max(second, scores[i]);
+  if (second < 0) return std::nullopt;
+  return std::max(0.0, 1 - (1 - scores[best]) / std::max(1e-12, 1 - second));
 }
 
 }  // namespace
@@ -138,7 +136,7 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   if (states.empty()) return result;
   const std::vector<double> scores = refine_all(surface, pyramid, level, quick, states, context);
   result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
-  result.best = best_fit(states, scores);
+  result.best = states[best_fit(states, scores)];
   result.level = level;
   return result;
 }
@@ -165,7 +163,7 @@ SearchResult search_near(const RegisteredSurface& surface, const std::vector<Pho
       refine_all(surface, pyramid, result.level, options, others, context);
   states.insert(states.end(), others.begin(), others.end());
   scores.insert(scores.end(), more.begin(), more.end());
-  result.best = best_fit(states, scores);
+  result.best = states[best_fit(states, scores)];
   return result;
 }
 

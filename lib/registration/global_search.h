@@ -22,8 +22,7 @@ SearchResult search_all_round(const RegisteredSurface& surface,
                               const RunContext& context);
 
 // Refines a given start on the coarsest level; when that does not explain the photograph, together
-// with the best of starts turned about it: a wider capture range. Where several poses explain it
-// about as well, the next level decides between them.
+// with the best of starts turned about it: a wider capture range.
 SearchResult search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                          const RigidTransform& start, const RefineOptions& options,
                          const RunContext& context);

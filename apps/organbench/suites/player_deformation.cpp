@@ -74,13 +74,10 @@ void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, do
 
 using Path = std::vector<std::vector<Eigen::Vector3d>>;
 
-// Where the probe presses and drags for three seconds, and then rests for one.
-Path poked_path(const TriangleMesh& proxy, const MechanicsModel& mechanics, int iterations) {
+// From rest on: the probe presses and drags for three seconds, and then stays for one.
+Path poked_path(Deformer& deformer, const Poking& poking) {
   constexpr int kMoving = 180, kResting = 60;
-  DeformOptions options;
-  options.iterations = iterations;
-  Deformer deformer(proxy, mechanics, {}, options);
-  const Poking poking(proxy);
+  deformer.reset();
   Path path;
   for (int step = 0; step < kMoving + kResting; ++step) {
     deformer.step({poking.at(std::min(step, kMoving) / 60.0)});
@@ -103,14 +100,22 @@ void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
   options.faces = 996;
   const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
   const MechanicsModel mechanics = make_mechanics(proxy, {});
-  const Path truth = poked_path(proxy, mechanics, kConverged);
+  const Poking poking(proxy);
+  const auto deformer_of = [&](int iterations) {
+    DeformOptions deform;
+    deform.iterations = iterations;
+    return Deformer(proxy, mechanics, {}, deform);
+  };
+  Deformer converged = deformer_of(kConverged);
+  const Path truth = poked_path(converged, poking);
   double largest = 0;
   for (const auto& positions : truth)
     for (std::size_t v = 0; v < positions.size(); ++v)
       largest = std::max(largest, (positions[v] - proxy.vertices[v]).norm());
   for (const int iterations : {1, 2, 3, 4, 6, 8, 16}) {
+    Deformer deformer = deformer_of(iterations);
     Path path;
-    const Timing timing = bench.time([&] { path = poked_path(proxy, mechanics, iterations); });
+    const Timing timing = bench.time([&] { path = poked_path(deformer, poking); });
     double moving = 0;
     for (std::size_t step = 0; step < path.size(); ++step)
       moving += mean_square(path[step], truth[step]) / double(path.size());
