@@ -6,24 +6,17 @@
 #include <limits>
 #include <vector>
 
-#include "warp/tile_grid.h"
+#include "warp/sum_row.h"
 
 namespace organbake {
 namespace {
 
-constexpr int kRow = TileGrid::kWidth;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kFullScale = 255.0f * 255.0f;  // square-root light squared
 
 // One row of one layer, decoded from its keys.
 struct LayerRow {
   alignas(32) float depth[kRow], u[kRow], v[kRow];
   alignas(32) std::int32_t slot[kRow];
-};
-
-// One row of the picture while it is summed: colour × weight in 0…255², and the weight.
-struct SumRow {
-  alignas(32) float red[kRow], green[kRow], blue[kRow], weight[kRow], nearest[kRow];
 };
 
 // keys[k] goes to place first + k.
@@ -173,46 +166,6 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
     sum.green[i] += w * base.green[at] * kFullScale;
     sum.blue[i] += w * base.blue[at] * kFullScale;
     sum.weight[i] += w;
-  }
-}
-
-// 255 × sRGB of linear light in 0…1. The curve's upper branch is a polynomial in the square root,
-// fitted for the least largest error: 0.083 of a level.
-inline float encoded(float linear) {
-  const float s = std::sqrt(linear);
-  const float upper =
-      -10.2279639f +
-      s * (387.07763f +
-           s * (-357.698542f + s * (518.053022f + s * (-414.034189f + s * 131.912605f))));
-  const float value = linear < 0.0031308f ? 255 * 12.92f * linear : upper;
-  return value < 255 ? value : 255;
-}
-
-// Sums to sRGB bytes.
-void encode(const SumRow& sum, int count, const std::array<std::uint8_t, 3>& background,
-            std::uint8_t* __restrict rgb, Cover* __restrict cover) {
-  alignas(32) std::int32_t level[3][kRow];
-  alignas(32) float scale[kRow];
-  for (int i = 0; i < count; ++i) {
-    scale[i] = 1 / (kFullScale * (sum.weight[i] > 0 ? sum.weight[i] : 1.0f));
-  }
-  const float* const planes[3] = {sum.red, sum.green, sum.blue};
-  for (int k = 0; k < 3; ++k) {
-    const float* __restrict color = planes[k];
-    std::int32_t* __restrict out = level[k];
-    const std::int32_t behind = background[k];
-    for (int i = 0; i < count; ++i) {
-      const auto shown = static_cast<std::int32_t>(encoded(color[i] * scale[i]) + 0.5f);
-      out[i] = sum.weight[i] > 0 ? shown : behind;
-    }
-  }
-  for (int i = 0; i < count; ++i) {
-    rgb[3 * i] = static_cast<std::uint8_t>(level[0][i]);
-    rgb[3 * i + 1] = static_cast<std::uint8_t>(level[1][i]);
-    rgb[3 * i + 2] = static_cast<std::uint8_t>(level[2][i]);
-  }
-  for (int i = 0; i < count; ++i) {
-    cover[i] = sum.weight[i] > 0 ? Cover::samples : Cover::background;
   }
 }
 
