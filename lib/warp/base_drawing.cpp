@@ -26,15 +26,70 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
 
 }  // namespace
 
-// A block's nodes in one frame; those beyond the lattice's long edge are unused.
-struct BaseDrawing::PlacedBlock {
+// A block's nodes in one frame, each placed when a triangle first asks for it: of most blocks along
+// a silhouette a few triangles are drawn.
+class BaseDrawing::PlacedBlock {
+ public:
   struct Node {
     SnappedCorner corner;     // beyond reach if it lies before the near plane
     std::uint32_t index = 0;  // in the layer
     float b1 = 0, b2 = 0, weight = 0;
   };
-  std::array<Node, (kCells + 1) * (kCells + 1)> nodes;
-  Node& at(std::uint32_t i, std::uint32_t j) { return nodes[i * (kCells + 1) + j]; }
+
+  PlacedBlock(const BaseDrawing& base, const Chosen& chosen, const FaceFrame& frame,
+              const View& view)
+      : base_(base), block_(base.blocks_[chosen.block]), frame_(frame), view_(view) {
+    weight_.fill(0);
+    placed_.fill(false);
+    if (!chosen.weighs) return;
+    const std::uint32_t steps = base.layer_.steps;
+    for (std::uint32_t i = block_.i; i <= base.block_end(block_.i); ++i) {
+      for (std::uint32_t j = block_.j; j <= base.block_end(block_.j) && i + j <= steps; ++j) {
+        const std::size_t node = base.node(block_.patch.face, i, j);
+        weight_[at(i - block_.i, j - block_.j)] = base.weight_of(base.layer_.seen_by[node]);
+      }
+    }
+  }
+
+  static std::uint32_t at(std::uint32_t i, std::uint32_t j) { return i * (kCells + 1) + j; }
+  float weight(std::uint32_t at) const { return weight_[at]; }
+  const Node& node(std::uint32_t at) {
+    if (!placed_[at]) place(at), placed_[at] = true;
+    return nodes_[at];
+  }
+
+ private:
+  void place(std::uint32_t at) {
+    const std::uint32_t i = block_.i + at / (kCells + 1), j = block_.j + at % (kCells + 1);
+    const float step = 1 / static_cast<float>(base_.layer_.steps);
+    const Intrinsics& k = view_.camera.intrinsics;
+    Node& out = nodes_[at];
+    out.weight = weight_[at];
+    out.index = static_cast<std::uint32_t>(base_.node(block_.patch.face, i, j));
+    const float b1 = out.b1 = step * static_cast<float>(i);
+    const float b2 = out.b2 = step * static_cast<float>(j);
+    const float h = base_.layer_.height_mm[out.index];
+    float p[3];
+    for (int r = 0; r < 3; ++r) {
+      const auto& m = frame_.metric[r];
+      p[r] = m[0] + b1 * m[1] + b2 * m[2] + h * (m[3] + b1 * m[4] + b2 * m[5]);
+    }
+    out.corner = {};
+    if (!(p[2] > view_.near_mm)) return;
+    const double inverse = 1 / static_cast<double>(p[2]);
+    out.corner =
+        SnappedCorner({k.fx * p[0] * inverse + k.cx, k.fy * p[1] * inverse + k.cy, inverse});
+  }
+
+  const BaseDrawing& base_;
+  const Block& block_;
+  const FaceFrame& frame_;
+  const View& view_;
+  // Those beyond the lattice's long edge are unused.
+  static constexpr std::size_t kNodes = std::size_t(kCells + 1) * (kCells + 1);
+  std::array<float, kNodes> weight_;
+  std::array<bool, kNodes> placed_;
+  std::array<Node, kNodes> nodes_;
 };
 
 void BaseTile::clear(const PixelBox& tile, bool keep_places) {
@@ -81,7 +136,7 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
       const Eigen::Array3f at(step * static_cast<float>(i), step * static_cast<float>(j),
                               height(i, j));
       low = low.min(at), high = high.max(at);
-      block.seen_by_all &= layer_.seen_by[node(face, i, j)];
+      block.seen_by.push_back(layer_.seen_by[node(face, i, j)]);
       if (i == block_end(i0) || j == block_end(j0) || i + j == n) continue;
       slope += Eigen::Vector2f(height(i + 1, j), height(i, j + 1)) -
                Eigen::Vector2f::Constant(height(i, j));
@@ -94,6 +149,8 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
       }
     }
   }
+  std::sort(block.seen_by.begin(), block.seen_by.end());
+  block.seen_by.erase(std::unique(block.seen_by.begin(), block.seen_by.end()), block.seen_by.end());
   slope /= static_cast<float>(cells);
   Patch& patch = block.patch;
   patch.face = face;
@@ -109,7 +166,7 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
     smallest_cosine =
         std::min(smallest_cosine, normal.dot(mean) / std::max(1e-300, normal.norm() * mean.norm()));
   }
-  patch.cone_rad = static_cast<float>(std::acos(std::clamp(smallest_cosine, -1.0, 1.0)));
+  patch.cone = NormalCone(static_cast<float>(std::acos(std::clamp(smallest_cosine, -1.0, 1.0))));
   return block;
 }
 
@@ -121,6 +178,11 @@ float BaseDrawing::weight_of(std::uint32_t seen_by) const {
   return weight_by_active_[bits];
 }
 
+bool BaseDrawing::weighs(const Block& block) const {
+  return std::any_of(block.seen_by.begin(), block.seen_by.end(),
+                     [&](std::uint32_t seen_by) { return weight_of(seen_by) > 0; });
+}
+
 void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
                          const std::vector<std::uint8_t>& gappy, const ViewWeights& weights,
                          const View& view) {
@@ -129,40 +191,11 @@ void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
   chosen_.clear();
   for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
     const Patch& patch = blocks_[b].patch;
-    const bool weighs = weight_of(blocks_[b].seen_by_all) > 0, gaps = gappy[patch.face] != 0;
-    if (!weighs && !gaps) continue;
+    const bool weighing = weighs(blocks_[b]), gaps = gappy[patch.face] != 0;
+    if (!weighing && !gaps) continue;
     const ChunkFrame placed = chunk_frame(patch, faces[patch.face], view);
-    if (placed.fate == ChunkFate::drawn) chosen_.push_back({b, placed.box, weighs, gaps});
+    if (placed.fate == ChunkFate::drawn) chosen_.push_back({b, placed.box, weighing, gaps});
   }
-}
-
-BaseDrawing::PlacedBlock BaseDrawing::place(const Chosen& chosen, const FaceFrame& frame,
-                                            const View& view) const {
-  const Block& block = blocks_[chosen.block];
-  const Intrinsics& k = view.camera.intrinsics;
-  const float step = 1 / static_cast<float>(layer_.steps);
-  PlacedBlock placed;
-  for (std::uint32_t i = block.i; i <= block_end(block.i); ++i) {
-    for (std::uint32_t j = block.j; j <= block_end(block.j) && i + j <= layer_.steps; ++j) {
-      PlacedBlock::Node& out = placed.at(i - block.i, j - block.j);
-      out.index = static_cast<std::uint32_t>(node(block.patch.face, i, j));
-      const float b1 = out.b1 = step * static_cast<float>(i);
-      const float b2 = out.b2 = step * static_cast<float>(j);
-      const float h = layer_.height_mm[out.index];
-      float p[3];
-      for (int r = 0; r < 3; ++r) {
-        const auto& m = frame.metric[r];
-        p[r] = m[0] + b1 * m[1] + b2 * m[2] + h * (m[3] + b1 * m[4] + b2 * m[5]);
-      }
-      if (p[2] > view.near_mm) {
-        const double inverse = 1 / static_cast<double>(p[2]);
-        out.corner =
-            SnappedCorner({k.fx * p[0] * inverse + k.cx, k.fy * p[1] * inverse + k.cy, inverse});
-      }
-      if (chosen.weighs) out.weight = weight_of(layer_.seen_by[out.index]);
-    }
-  }
-  return placed;
 }
 
 void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces, const View& view,
@@ -172,11 +205,12 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
   if (!chosen.weighs && !fills) return;
   const Block& block = blocks_[chosen.block];
   const FaceFrame& frame = faces[block.patch.face];
-  PlacedBlock placed = place(chosen, frame, view);
-  const auto add = [&](const PlacedBlock::Node& a, const PlacedBlock::Node& b,
-                       const PlacedBlock::Node& c) {
-    const bool weighs = a.weight > 0 || b.weight > 0 || c.weight > 0;
+  PlacedBlock placed(*this, chosen, frame, view);
+  const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
+    const bool weighs =
+        placed.weight(at_a) > 0 || placed.weight(at_b) > 0 || placed.weight(at_c) > 0;
     if (!weighs && !fills) return;
+    const PlacedBlock::Node &a = placed.node(at_a), &b = placed.node(at_b), &c = placed.node(at_c);
     const SnappedTriangle triangle(a.corner, b.corner, c.corner);
     if (!frame.two_sided && triangle.doubled_area >= 0) return;
     const PixelBox box = intersected(triangle.box, tile.box);
@@ -203,8 +237,9 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
   for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {
     for (std::uint32_t j = 0; block.j + j < block_end(block.j); ++j) {
       const std::uint32_t along = block.i + i + block.j + j;
-      if (along < n) add(placed.at(i, j), placed.at(i + 1, j), placed.at(i, j + 1));
-      if (along + 1 < n) add(placed.at(i + 1, j), placed.at(i + 1, j + 1), placed.at(i, j + 1));
+      const auto at = PlacedBlock::at;
+      if (along < n) add(at(i, j), at(i + 1, j), at(i, j + 1));
+      if (along + 1 < n) add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
     }
   }
 }

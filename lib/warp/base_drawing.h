@@ -65,15 +65,15 @@ class BaseDrawing {
   static constexpr std::uint32_t kCells = 8;
   struct Block {
     Patch patch;
-    std::uint32_t i = 0, j = 0;       // first cell
-    std::uint32_t seen_by_all = ~0u;  // bits of cameras that see all its nodes
+    std::uint32_t i = 0, j = 0;          // first cell
+    std::vector<std::uint32_t> seen_by;  // of its nodes, each set of cameras once
   };
   struct Chosen {
     std::uint32_t block;
     PixelBox box;
     bool weighs, fills_gaps;
   };
-  struct PlacedBlock;
+  class PlacedBlock;
 
   Block make_block(std::uint32_t face, std::uint32_t i, std::uint32_t j,
                    const ShellMatrix& rest) const;
@@ -84,7 +84,7 @@ class BaseDrawing {
     return std::min(first + kCells, layer_.steps);
   }
   float weight_of(std::uint32_t seen_by) const;
-  PlacedBlock place(const Chosen& chosen, const FaceFrame& frame, const View& view) const;
+  bool weighs(const Block& block) const;
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "geometry/shell_map.h"
 #include "warp/pixel_key.h"
@@ -14,8 +13,6 @@ namespace {
 
 using Vec3 = Eigen::Vector3f;
 
-// Normals of a patch spread a little more once its face bends.
-constexpr float kBendRad = 0.15f;
 // What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
 // normal farther from the mean of its corners' than 6°.
 constexpr double kPushedShare = 0.02, kBentCosine = 0.995;
@@ -51,12 +48,19 @@ Vec3 outward(const PlacedPatch& p, const Patch& patch) {
   return p.along(patch.along_v).cross(p.along(patch.along_u));
 }
 
-bool faces_away(const PlacedPatch& p, const Vec3& normal, float cone_rad) {
-  const float distance = p.center.norm(), radius = p.half.norm();
-  if (distance <= radius) return false;
-  const float spread = cone_rad + kBendRad + std::asin(radius / distance);
-  if (spread >= std::numbers::pi_v<float> / 2) return false;
-  return normal.dot(p.center) > std::sin(spread) * normal.norm() * distance;
+// Whether every normal within the cone about `normal` points away from the eye, wherever in its box
+// the sample lies: seen from the eye the box spans asin(radius / distance), which the cone is
+// widened by.
+bool faces_away(const PlacedPatch& p, const Vec3& normal, const NormalCone& cone) {
+  const float along = normal.dot(p.center);
+  if (!(along > 0)) return false;  // most that is seen
+  const float squared_radius = p.half.squaredNorm();
+  const float squared_tangent = p.center.squaredNorm() - squared_radius;
+  if (!(squared_tangent > 0)) return false;
+  const float radius = std::sqrt(squared_radius), tangent = std::sqrt(squared_tangent);
+  const float sine = cone.sine * tangent + cone.cosine * radius;
+  const float cosine = cone.cosine * tangent - cone.sine * radius;
+  return cosine > 0 && along > sine * normal.norm();
 }
 
 int clamped_int(float value, int low, int high) {
@@ -161,7 +165,7 @@ Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {
 ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view) {
   ChunkFrame out{};
   const PlacedPatch p = place(patch, face);
-  if (!face.two_sided && faces_away(p, outward(p, patch), patch.cone_rad)) {
+  if (!face.two_sided && faces_away(p, outward(p, patch), patch.cone)) {
     out.fate = ChunkFate::faces_away;
     return out;
   }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -77,17 +80,47 @@ struct EdgeWalk {
     }
   }
 
-  // inside(x, y, edges) for each pixel of the box whose centre the triangle holds.
+  // inside(x, y, edges) for each pixel of the box whose centre the triangle holds. Boxes of slivers
+  // are mostly empty, so a row is looked at eight pixels at a time.
   template <class Inside>
   void each(int width, int height, Inside&& inside) const {
+    constexpr int kLanes = 8;
     std::array<Int, 3> row = edge;
     for (int y = 0; y < height; ++y) {
-      std::array<Int, 3> e = row;
-      for (int x = 0; x < width; ++x) {
-        if ((e[0] | e[1] | e[2]) >= 0) inside(x, y, e);
-        for (int i = 0; i < 3; ++i) e[i] += step_x[i];
+      for (int x0 = 0; x0 < width; x0 += kLanes) {
+        const int wanted = width - x0 < kLanes ? (1 << (width - x0)) - 1 : (1 << kLanes) - 1;
+        for (unsigned held = unsigned(holds(row, x0) & wanted); held != 0; held &= held - 1) {
+          const int x = x0 + std::countr_zero(held);
+          std::array<Int, 3> e;
+          for (int i = 0; i < 3; ++i) e[i] = row[i] + x * step_x[i];
+          inside(x, y, e);
+        }
       }
       for (int i = 0; i < 3; ++i) row[i] += step_y[i];
+    }
+  }
+
+ private:
+  // One bit for each of eight pixels from x0 on.
+  int holds(const std::array<Int, 3>& row, int x0) const {
+    if constexpr (sizeof(Int) == sizeof(std::int32_t)) {
+      const __m256i x =
+          _mm256_add_epi32(_mm256_set1_epi32(x0), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+      __m256i any = _mm256_setzero_si256();
+      for (int i = 0; i < 3; ++i) {
+        const __m256i e = _mm256_add_epi32(_mm256_set1_epi32(row[i]),
+                                           _mm256_mullo_epi32(x, _mm256_set1_epi32(step_x[i])));
+        any = _mm256_or_si256(any, e);
+      }
+      return ~_mm256_movemask_ps(_mm256_castsi256_ps(any));
+    } else {
+      int bits = 0;
+      for (int lane = 0; lane < 8; ++lane) {
+        Int any = 0;
+        for (int i = 0; i < 3; ++i) any |= row[i] + (x0 + lane) * step_x[i];
+        bits |= int(any >= 0) << lane;
+      }
+      return bits;
     }
   }
 };

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "warp/sum_row.h"
+#include "warp/wide.h"
 
 namespace organbake {
 namespace {
@@ -20,8 +21,8 @@ struct LayerRow {
 };
 
 // keys[k] goes to place first + k.
-void decode(const std::uint64_t* __restrict keys, int count, float tie_mm, int first,
-            LayerRow& __restrict row) {
+ORGANBAKE_WIDE void decode(const std::uint64_t* __restrict keys, int count, float tie_mm, int first,
+                           LayerRow& __restrict row) {
   for (int k = 0; k < count; ++k) {
     const int i = first + k;
     const std::uint32_t high = static_cast<std::uint32_t>(keys[k] >> 32);
@@ -50,39 +51,34 @@ inline float unsigned_byte(std::uint32_t word, int shift) {
   return static_cast<float>(static_cast<std::int32_t>((word >> shift) & 255u));
 }
 
-// The Taylor colour at the pixel's centre, squared into linear light.
-inline float linear_color(float c, float cu, float cv, float cuu, float cvv, float u, float v) {
-  const float value = c + u * (cu + u * cuu) + v * (cv + v * cvv);
+// Square-root light, squared into linear light.
+inline float linear_color(float value) {
   const float clamped = value > 0 ? value : 0;
   return clamped * clamped;
 }
 
-// Sends for the details of a row's samples, which lie scattered: while the other layers are decoded
-// they come. A frame in an eighth less time.
-void send_for(const LayerRow& row, const PackedDetail* detail, int first, int count) {
-  for (int i = first; i < first + count; ++i) __builtin_prefetch(detail + row.slot[i]);
-}
-
-// Fetches the details of a row's samples. One 16-byte copy each, taken apart in registers
-// afterwards, beats four scattered loads of four bytes.
+// Fetches the details of a row's samples. One copy each, taken apart in registers afterwards, beats
+// scattered loads of bytes.
 void fetch(const LayerRow& row, const PackedDetail* __restrict detail, int first, int count,
            PackedDetail* __restrict fetched) {
   for (int i = first; i < first + count; ++i) fetched[i] = detail[row.slot[i]];
 }
 
-void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict detail, int first,
-               int count, float weight, float inverse_tolerance, SumRow& __restrict sum) {
+ORGANBAKE_WIDE void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict detail,
+                              int first, int count, float weight, float inverse_tolerance,
+                              SumRow& __restrict sum) {
   const float byte_weight = weight / 255;
   for (int i = first; i < first + count; ++i) {
-    const std::uint32_t w0 = detail[i][0], w1 = detail[i][1], w2 = detail[i][2], w3 = detail[i][3];
+    const auto color = static_cast<std::uint32_t>(detail[i]);
+    const auto terms = static_cast<std::uint32_t>(detail[i] >> 32);
     const float u = row.u[i], v = row.v[i];
-    const float r = linear_color(unsigned_byte(w0, 0), signed_byte(w1, 24), signed_byte(w1, 0),
-                                 signed_byte(w2, 8), signed_byte(w3, 16), u, v);
-    const float g = linear_color(unsigned_byte(w0, 8), signed_byte(w1, 16), signed_byte(w2, 24),
-                                 signed_byte(w2, 0), signed_byte(w3, 8), u, v);
-    const float b = linear_color(unsigned_byte(w0, 16), signed_byte(w1, 8), signed_byte(w2, 16),
-                                 signed_byte(w3, 24), signed_byte(w3, 0), u, v);
-    const float w = byte_weight * unsigned_byte(w0, 24) *
+    // The brightness at the pixel's centre beyond the sample's.
+    const float more = u * (signed_byte(terms, 24) + u * signed_byte(terms, 8)) +
+                       v * (signed_byte(terms, 16) + v * signed_byte(terms, 0));
+    const float r = linear_color(unsigned_byte(color, 0) + more);
+    const float g = linear_color(unsigned_byte(color, 8) + more);
+    const float b = linear_color(unsigned_byte(color, 16) + more);
+    const float w = byte_weight * unsigned_byte(color, 24) *
                     surface_share(row.depth[i], sum.nearest[i], inverse_tolerance);
     sum.red[i] += w * r;
     sum.green[i] += w * g;
@@ -125,10 +121,11 @@ void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     const Patch& patch = set.chunks[slot / kChunk].patch;
     const ShellMatrix& shell = (*tile.rest)[patch.face];
+    const std::array<float, 3> bound = set.bound(slot);
     const auto at = [&](float u, float v) -> Eigen::Vector3f {
-      return shell_point(shell, set.b1[slot] + u * patch.along_u[0] + v * patch.along_v[0],
-                         set.b2[slot] + u * patch.along_u[1] + v * patch.along_v[1],
-                         set.h[slot] + u * patch.along_u[2] + v * patch.along_v[2])
+      return shell_point(shell, bound[0] + u * patch.along_u[0] + v * patch.along_v[0],
+                         bound[1] + u * patch.along_u[1] + v * patch.along_v[1],
+                         bound[2] + u * patch.along_u[2] + v * patch.along_v[2])
           .cast<float>();
     };
     shown[i] = {at(rows[layer].u[i], rows[layer].v[i]), at(0, 0)};
@@ -148,7 +145,8 @@ void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y,
     const auto slot = static_cast<std::uint32_t>(rows[nearest[i]].slot[i]);
     const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
     if (tile.relit->unchanged(face)) continue;
-    skin.add(x0 + i, face, set.b1[slot], set.b2[slot], sum.weight[i] * kFullScale);
+    const std::array<float, 3> bound = set.bound(slot);
+    skin.add(x0 + i, face, bound[0], bound[1], sum.weight[i] * kFullScale);
   }
   tile.relit->light(skin, y, {x0, sum.red, sum.green, sum.blue});
 }
@@ -170,12 +168,17 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 }
 
 // Marks the pixels that only the base layer covers.
-void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count, Cover* cover) {
+void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count,
+               Cover* __restrict cover) {
+  alignas(32) float nearest[kRow];
+  std::fill_n(nearest, count, kInfinity);
+  for (int l = 0; l < layers; ++l) {
+    for (int i = 0; i < count; ++i)
+      nearest[i] = rows[l].depth[i] < nearest[i] ? rows[l].depth[i] : nearest[i];
+  }
   for (int i = 0; i < count; ++i) {
-    if (cover[i] != Cover::samples) continue;
-    bool sampled = false;
-    for (int l = 0; l < layers; ++l) sampled |= rows[l].depth[i] < kInfinity;
-    if (!sampled) cover[i] = Cover::base;
+    const bool base = (nearest[i] == kInfinity) & (cover[i] == Cover::samples);
+    cover[i] = base ? Cover::base : cover[i];
   }
 }
 
@@ -196,7 +199,6 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
     LayerRow& layer = rows[l];
     if (tile.base || tile.relit || tile.rest) std::fill_n(layer.depth, padded, kInfinity);
     decode(keys.row(y) + offset + first[l], length[l], tile.tie_mm, first[l], layer);
-    send_for(layer, tile.layers[l].set->detail.data(), first[l], length[l]);
     for (int i = first[l]; i < first[l] + length[l]; ++i) {
       sum.nearest[i] = layer.depth[i] < sum.nearest[i] ? layer.depth[i] : sum.nearest[i];
     }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/error.h"
 #include "warp/texel_detail.h"
@@ -138,6 +139,23 @@ float least_cosine(const MapDetail& detail, const std::uint32_t* texels, const R
   return least;
 }
 
+// Bounds the samples and keeps where they lie within the bounds.
+void put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, SampleSet& set,
+         Patch& patch) {
+  Eigen::Array3f low = bound.front(), high = low;
+  for (const Eigen::Array3f& at : bound) low = low.min(at), high = high.max(at);
+  const Eigen::Array3f center = 0.5f * (low + high), extent = 0.5f * (high - low);
+  const Eigen::Array3f scale = (extent > 0).select(kFullPlace / extent, 0);
+  for (std::size_t i = 0; i < bound.size(); ++i) {
+    const Eigen::Array3f place =
+        ((bound[i] - center) * scale).round().max(-kFullPlace).min(kFullPlace);
+    set.b1[first_slot + i] = static_cast<Place>(place[0]);
+    set.b2[first_slot + i] = static_cast<Place>(place[1]);
+    set.h[first_slot + i] = static_cast<Place>(place[2]);
+  }
+  for (int k = 0; k < 3; ++k) patch.center[k] = center[k], patch.extent[k] = extent[k];
+}
+
 // One run becomes one chunk: slots filled, bounds, tangents and normal cone measured.
 Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& run,
                std::size_t first_slot, SampleSet& set) {
@@ -147,20 +165,14 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
   Chunk chunk;
   chunk.count = run.count;
   chunk.patch.face = run.face;
-  Eigen::Array3f low = Eigen::Array3f::Constant(1e30f), high = -low;
+  std::array<Eigen::Array3f, kChunk> bound;
   for (std::uint32_t i = 0; i < run.count; ++i) {
     const float h = map.maps.height_mm[texels[i]];
     const Eigen::Vector2d b = barycentric_at_height(m, h, at.point(i));
-    const Eigen::Array3f bound(static_cast<float>(b.x()), static_cast<float>(b.y()), h);
-    const std::size_t slot = first_slot + i;
-    set.b1[slot] = bound[0], set.b2[slot] = bound[1], set.h[slot] = h;
-    set.detail[slot] = map.detail.texels[texels[i]];
-    low = low.min(bound), high = high.max(bound);
+    bound[i] = {static_cast<float>(b.x()), static_cast<float>(b.y()), h};
+    set.detail[first_slot + i] = map.detail.texels[texels[i]];
   }
-  for (int k = 0; k < 3; ++k) {
-    chunk.patch.center[k] = 0.5f * (low[k] + high[k]);
-    chunk.patch.extent[k] = 0.5f * (high[k] - low[k]);
-  }
+  put(std::span(bound).first(run.count), first_slot, set, chunk.patch);
   const DepthPlane plane = fit_depth(map, at, m);
   const double u = plane.center.x(), v = plane.center.y();
   const Eigen::Vector3f r0 = map.ray(u, v).cast<float>();
@@ -171,8 +183,8 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
           .at(r0, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
               static_cast<float>(plane.slope.y()))
           .normalized();
-  chunk.patch.cone_rad =
-      std::acos(std::clamp(least_cosine(map.detail, texels, at, normals, middle), -1.0f, 1.0f));
+  chunk.patch.cone = NormalCone(
+      std::acos(std::clamp(least_cosine(map.detail, texels, at, normals, middle), -1.0f, 1.0f)));
   set_tangents(map, plane, chunk.patch);
   return chunk;
 }
@@ -184,6 +196,15 @@ double mean_texel_mm(const CameraMaps& maps, const TexelOrder& order, double foc
 }
 
 }  // namespace
+
+std::array<float, 3> SampleSet::bound(std::size_t slot) const {
+  const Patch& patch = chunks[slot / kChunk].patch;
+  const Place place[3] = {b1[slot], b2[slot], h[slot]};
+  std::array<float, 3> at;
+  for (int k = 0; k < 3; ++k)
+    at[k] = patch.center[k] + patch.extent[k] / kFullPlace * static_cast<float>(place[k]);
+  return at;
+}
 
 SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
                            const std::vector<ShellMatrix>& rest_in_camera) {

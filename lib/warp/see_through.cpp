@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/see_through.h"
+#include "warp/wide.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -12,8 +13,8 @@
 namespace organbake {
 namespace {
 
-constexpr int kReachPx = 2;  // how far to either side
-constexpr int kBlock = 256;  // columns at a time
+constexpr int kReachPx = 2;   // how far to either side
+constexpr int kBlock = 2048;  // columns at a time
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 inline float nearer(float a, float b) { return a < b ? a : b; }
@@ -38,8 +39,8 @@ struct Stretch {
 };
 
 // Looks at one row of a block; rows: the five round it.
-void find_in_block(const std::array<Stretch*, 5>& rows, int width, float deeper_mm,
-                   std::size_t first_pixel, std::vector<std::uint32_t>& found) {
+ORGANBAKE_WIDE void find_in_block(const std::array<Stretch*, 5>& rows, int width, float deeper_mm,
+                                  std::size_t first_pixel, std::vector<std::uint32_t>& found) {
   alignas(32) std::array<std::uint8_t, kBlock> through;
   std::uint8_t any = 0;
   const float* const here = rows[2]->at(0);

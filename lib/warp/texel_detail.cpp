@@ -25,11 +25,13 @@ inline std::uint8_t coded(float share) {  // 0…1 to 0…255
 
 // One row of a map in the samples' units, with a texel of nothing at either end.
 struct MapRow {
-  std::array<Bytes, 3> color;  // square-root light
-  Bytes confidence, shows;     // shows: 1 where there is a surface to look at
+  std::array<Bytes, 3> color;            // square-root light
+  std::vector<std::int16_t> brightness;  // the channels' sum
+  Bytes confidence, shows;               // shows: 1 where there is a surface to look at
   std::vector<float> depth;
 
-  explicit MapRow(int width) : confidence(width + 2), shows(width + 2), depth(width + 2) {
+  explicit MapRow(int width)
+      : brightness(width + 2), confidence(width + 2), shows(width + 2), depth(width + 2) {
     for (Bytes& channel : color) channel.resize(width + 2);
   }
   void load(const CameraMaps& maps, int y);
@@ -48,6 +50,10 @@ void MapRow::load(const CameraMaps& maps, int y) {
       to[x] = coded(std::sqrt(linear));
     }
   }
+  const std::uint8_t *const red = color[0].data(), *const green = color[1].data(),
+                            *const blue = color[2].data();
+  std::int16_t* const sum = brightness.data();
+  for (int x = 1; x <= width; ++x) sum[x] = static_cast<std::int16_t>(red[x] + green[x] + blue[x]);
   std::copy_n(&maps.depth_mm[first], width, depth.data() + 1);
   const float* const sure = &maps.confidence[first];
   const std::uint32_t* const face = &maps.face[first];
@@ -66,13 +72,16 @@ void join(const float* __restrict here, const float* __restrict there,
 inline std::int8_t to_int8(std::int16_t v) {
   return static_cast<std::int8_t>(v > 127 ? 127 : v < -127 ? -127 : v);
 }
-// Half, away from zero.
-inline std::int16_t halved(std::int16_t v) { return static_cast<std::int16_t>((v + (v > 0)) >> 1); }
+// A sixth, to the nearest.
+inline std::int16_t sixth(std::int16_t v) {
+  return static_cast<std::int16_t>((v * 10923 + (1 << 15)) >> 16);
+}
 
-// First difference and half the second difference of a channel between a texel's neighbours: the
-// parabola through all three where both are there, a straight line where one is.
-void terms(const std::uint8_t* __restrict before, const std::uint8_t* __restrict here,
-           const std::uint8_t* __restrict after, const std::uint8_t* __restrict has_before,
+// First difference and half the second difference of the brightness between a texel's neighbours:
+// the parabola through all three where both are there, a straight line where one is. The rows hold
+// three times the brightness.
+void terms(const std::int16_t* __restrict before, const std::int16_t* __restrict here,
+           const std::int16_t* __restrict after, const std::uint8_t* __restrict has_before,
            const std::uint8_t* __restrict has_after, int width, std::int8_t* __restrict first,
            std::int8_t* __restrict half_second) {
   for (int x = 0; x < width; ++x) {
@@ -81,8 +90,8 @@ void terms(const std::uint8_t* __restrict before, const std::uint8_t* __restrict
     const auto sum = static_cast<std::int16_t>(in + out);
     const auto difference = static_cast<std::int16_t>(out - in);
     const bool both = has_before[x] & has_after[x];
-    first[x] = to_int8(both ? halved(sum) : sum);
-    half_second[x] = to_int8(both ? halved(difference) : std::int16_t{0});
+    first[x] = to_int8(sixth(both ? sum : static_cast<std::int16_t>(2 * sum)));
+    half_second[x] = to_int8(both ? sixth(difference) : std::int16_t{0});
   }
 }
 
@@ -100,12 +109,10 @@ void slopes(const float* __restrict before, const float* __restrict here,
 // A row's masks and terms, before they are packed texel by texel.
 struct RowTerms {
   Bytes left, right, up, down;
-  using Plane = std::vector<std::int8_t>;
-  std::array<Plane, 3> along_u, along_v, curve_u, curve_v;
+  std::vector<std::int8_t> along_u, along_v, curve_u, curve_v;
 
   explicit RowTerms(int width) : left(width), right(width), up(width), down(width) {
-    for (auto* planes : {&along_u, &along_v, &curve_u, &curve_v})
-      for (Plane& plane : *planes) plane.resize(width);
+    for (auto* plane : {&along_u, &along_v, &curve_u, &curve_v}) plane->resize(width);
   }
   void make(const MapRow& above, const MapRow& here, const MapRow& below, float steepest);
   void pack(const MapRow& here, PackedDetail* __restrict out) const;
@@ -119,16 +126,14 @@ void RowTerms::make(const MapRow& above, const MapRow& here, const MapRow& below
   join(z, z + 1, shows + 1, steepest, width, right.data());
   join(z, above.depth.data() + 1, above.shows.data() + 1, steepest, width, up.data());
   join(z, below.depth.data() + 1, below.shows.data() + 1, steepest, width, down.data());
-  for (int k = 0; k < 3; ++k) {
-    const std::uint8_t* const c = here.color[k].data() + 1;
-    terms(c - 1, c, c + 1, left.data(), right.data(), width, along_u[k].data(), curve_u[k].data());
-    terms(above.color[k].data() + 1, c, below.color[k].data() + 1, up.data(), down.data(), width,
-          along_v[k].data(), curve_v[k].data());
-  }
+  const std::int16_t* const c = here.brightness.data() + 1;
+  terms(c - 1, c, c + 1, left.data(), right.data(), width, along_u.data(), curve_u.data());
+  terms(above.brightness.data() + 1, c, below.brightness.data() + 1, up.data(), down.data(), width,
+        along_v.data(), curve_v.data());
 }
 
-inline std::uint32_t byte(std::int8_t value, int shift) {
-  return std::uint32_t{static_cast<std::uint8_t>(value)} << shift;
+inline std::uint32_t word(std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d) {
+  return a | std::uint32_t{b} << 8 | std::uint32_t{c} << 16 | std::uint32_t{d} << 24;
 }
 
 void RowTerms::pack(const MapRow& here, PackedDetail* __restrict out) const {
@@ -136,18 +141,15 @@ void RowTerms::pack(const MapRow& here, PackedDetail* __restrict out) const {
   const std::uint8_t *const red = here.color[0].data() + 1, *const green = here.color[1].data() + 1,
                             *const blue = here.color[2].data() + 1,
                             *const sure = here.confidence.data() + 1;
-  const auto *const u0 = along_u[0].data(), *const u1 = along_u[1].data(),
-                    *const u2 = along_u[2].data(), *const v0 = along_v[0].data(),
-                    *const v1 = along_v[1].data(), *const v2 = along_v[2].data();
-  const auto *const uu0 = curve_u[0].data(), *const uu1 = curve_u[1].data(),
-                    *const uu2 = curve_u[2].data(), *const vv0 = curve_v[0].data(),
-                    *const vv1 = curve_v[1].data(), *const vv2 = curve_v[2].data();
+  const auto unsigned_bytes = [](const std::vector<std::int8_t>& plane) {
+    return reinterpret_cast<const std::uint8_t*>(plane.data());
+  };
+  const std::uint8_t *const u = unsigned_bytes(along_u), *const v = unsigned_bytes(along_v),
+                            *const uu = unsigned_bytes(curve_u),
+                            *const vv = unsigned_bytes(curve_v);
   for (int x = 0; x < width; ++x) {
-    out[x] = {red[x] | std::uint32_t{green[x]} << 8 | std::uint32_t{blue[x]} << 16 |
-                  std::uint32_t{sure[x]} << 24,
-              byte(u0[x], 0) | byte(u1[x], 8) | byte(u2[x], 16) | byte(v0[x], 24),
-              byte(v1[x], 0) | byte(v2[x], 8) | byte(uu0[x], 16) | byte(uu1[x], 24),
-              byte(uu2[x], 0) | byte(vv0[x], 8) | byte(vv1[x], 16) | byte(vv2[x], 24)};
+    out[x] = word(red[x], green[x], blue[x], sure[x]) |
+             std::uint64_t{word(u[x], v[x], uu[x], vv[x])} << 32;
   }
 }
 

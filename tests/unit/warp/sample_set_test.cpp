@@ -78,8 +78,9 @@ TEST(SampleSet, EverySampleLiesWhereItsTexelWas) {
       for (std::uint32_t i = 0; i < order.runs[r].count; ++i) {
         const std::uint32_t texel = order.texels[order.runs[r].first + i];
         const std::size_t slot = r * kChunk + i;
+        const std::array<float, 3> bound = set.bound(slot);
         const Eigen::Vector3d point =
-            shell_point(rest[set.chunks[r].patch.face], set.b1[slot], set.b2[slot], set.h[slot]);
+            shell_point(rest[set.chunks[r].patch.face], bound[0], bound[1], bound[2]);
         const Eigen::Vector3d expected =
             double(maps.depth_mm[texel]) *
             unproject(camera.intrinsics,
@@ -98,7 +99,7 @@ TEST(SampleSet, PatchesBoundTheirSamples) {
   for (std::size_t c = 0; c < set.chunks.size(); ++c) {
     const Chunk& chunk = set.chunks[c];
     for (std::size_t i = c * kChunk; i < c * kChunk + chunk.count; ++i) {
-      const float at[3] = {set.b1[i], set.b2[i], set.h[i]};
+      const std::array<float, 3> at = set.bound(i);
       for (int k = 0; k < 3; ++k) {
         EXPECT_LE(std::abs(at[k] - chunk.patch.center[k]), chunk.patch.extent[k] + kRounding);
       }
@@ -131,10 +132,22 @@ TEST(TexelDetail, DifferencesOfARampAndAParabolaAreExact) {
   const auto detail = std::bit_cast<TexelDetail>(all.texels[3 * 8 + 4]);  // row 3, column 4
   EXPECT_EQ(detail.red, 20 + 24 + 18);
   EXPECT_EQ(detail.confidence, 255);
-  EXPECT_EQ(detail.along_u[0], 6);
-  EXPECT_EQ(detail.curve_u[0], 0);
-  EXPECT_EQ(detail.along_v[1], 12);
-  EXPECT_EQ(detail.curve_v[2], 2);
+  EXPECT_EQ(detail.along_u, 6);
+  EXPECT_EQ(detail.curve_u, 0);
+  EXPECT_EQ(detail.along_v, 12);
+  EXPECT_EQ(detail.curve_v, 2);
+}
+
+TEST(TexelDetail, TermsAreOfTheMeanOfTheChannels) {
+  CameraMaps maps = flat_map([](int x, int) { return 20.0f + 9.0f * x; });
+  for (Eigen::Vector3f& color : maps.color) color[1] = color[2] = 0.25f;  // red alone changes
+  const auto detail = std::bit_cast<TexelDetail>(MapDetail(maps, 100).texels[3 * 8 + 4]);
+  EXPECT_EQ(detail.red, 56);
+  EXPECT_EQ(detail.green, 128);
+  EXPECT_EQ(detail.along_u, 3);
+  EXPECT_EQ(detail.along_v, 0);
+  const auto first = std::bit_cast<TexelDetail>(MapDetail(maps, 100).texels[3 * 8]);
+  EXPECT_EQ(first.along_u, 3);  // from its one neighbour
 }
 
 TEST(TexelDetail, NoDifferenceCrossesADepthEdge) {
@@ -145,7 +158,7 @@ TEST(TexelDetail, NoDifferenceCrossesADepthEdge) {
   maps.depth_mm[2 * 8 + 2] = 99;
   const MapDetail all(maps, 100);
   const std::size_t texel = 2 * 8 + 3;  // the last before the edge
-  EXPECT_EQ(std::bit_cast<TexelDetail>(all.texels[texel]).along_u[0], 0);
+  EXPECT_EQ(std::bit_cast<TexelDetail>(all.texels[texel]).along_u, 0);
   EXPECT_EQ(all.slope_u[texel], 1);  // from its left neighbour alone
 }
 
@@ -161,8 +174,8 @@ TEST(TexelDetail, ATexelAloneHasNoSlopeAndBackgroundIsNoNeighbour) {
   EXPECT_TRUE(std::isnan(all.slope_v[3 * 8 + 4]));
   const auto detail = std::bit_cast<TexelDetail>(all.texels[3 * 8 + 4]);
   EXPECT_EQ(detail.red, 60);
-  EXPECT_EQ(detail.along_u[0], 0);
-  EXPECT_EQ(detail.curve_u[0], 0);
+  EXPECT_EQ(detail.along_u, 0);
+  EXPECT_EQ(detail.curve_u, 0);
 }
 
 TEST(PixelKey, KeepsDepthOffsetsAndSlot) {
