@@ -96,9 +96,9 @@ void BaseTile::clear(const PixelBox& tile, bool keep_places) {
   box = tile;
   triangles = 0;
   depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
-  for (auto* plane : {&red, &green, &blue, &weight}) plane->resize(depth.size());
-  face.resize(keep_places ? depth.size() : 0);
-  for (auto* plane : {&b1, &b2}) plane->resize(face.size());
+  spans.clear(tile);
+  shade.resize(depth.size());
+  place.resize(keep_places ? depth.size() : 0);
 }
 
 BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
@@ -199,7 +199,7 @@ void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
 }
 
 void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces, const View& view,
-                       const OpenPixels& open, BaseTile& tile, RowSpans& spans) const {
+                       const OpenPixels& open, BaseTile& tile) const {
   const Chosen& chosen = chosen_[number];
   const bool fills = chosen.fills_gaps && open.any(chosen.box);
   if (!chosen.weighs && !fills) return;
@@ -211,12 +211,13 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
         placed.weight(at_a) > 0 || placed.weight(at_b) > 0 || placed.weight(at_c) > 0;
     if (!weighs && !fills) return;
     const PlacedBlock::Node &a = placed.node(at_a), &b = placed.node(at_b), &c = placed.node(at_c);
+    // Most triangles of the blocks round a silhouette face away.
+    if (!frame.two_sided && doubled_area(a.corner, b.corner, c.corner) >= 0) return;
     const SnappedTriangle triangle(a.corner, b.corner, c.corner);
-    if (!frame.two_sided && triangle.doubled_area >= 0) return;
     const PixelBox box = intersected(triangle.box, tile.box);
     if (box.empty() || (!weighs && !open.any(box))) return;
     ++tile.triangles;
-    spans.add(box);
+    tile.spans.add(box);
     rasterise(triangle, tile.box, [&](int x, int y, double depth, const std::array<double, 3>& w) {
       const std::size_t at = tile.at(x, y);
       if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
@@ -225,12 +226,11 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
       const Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
                                     w3[2] * layer_.color[c.index];
       tile.depth[at] = static_cast<float>(depth);
-      tile.red[at] = color[0], tile.green[at] = color[1], tile.blue[at] = color[2];
-      tile.weight[at] = w3.dot(Eigen::Vector3f(a.weight, b.weight, c.weight));
+      tile.shade[at] = {color[0], color[1], color[2],
+                        w3.dot(Eigen::Vector3f(a.weight, b.weight, c.weight))};
       if (!tile.keeps_places()) return;
-      tile.face[at] = block.patch.face;
-      tile.b1[at] = w3.dot(Eigen::Vector3f(a.b1, b.b1, c.b1));
-      tile.b2[at] = w3.dot(Eigen::Vector3f(a.b2, b.b2, c.b2));
+      tile.place[at] = {block.patch.face, w3.dot(Eigen::Vector3f(a.b1, b.b1, c.b1)),
+                        w3.dot(Eigen::Vector3f(a.b2, b.b2, c.b2))};
     });
   };
   const std::uint32_t n = layer_.steps;

@@ -21,15 +21,24 @@ inline constexpr float kBaseWeight = 0.03f;
 
 // One tile's picture of the base layer; depth +inf where it is not drawn.
 struct BaseTile {
+  struct Shade {
+    float red, green, blue, weight;  // linear
+  };
+  struct Place {
+    std::uint32_t face;
+    float b1, b2;
+  };
+
   PixelBox box;
   std::size_t triangles = 0;  // drawn
-  std::vector<float> depth, red, green, blue, weight;
-  // Only when places are kept: where on the proxy each pixel lies.
-  std::vector<std::uint32_t> face;
-  std::vector<float> b1, b2;
+  RowSpans spans;             // where they may lie
+  std::vector<float> depth;
+  // What lies side by side is written and read together: pixels are few, and strewn about.
+  std::vector<Shade> shade;
+  std::vector<Place> place;  // on the proxy; only when places are kept
 
   void clear(const PixelBox& tile, bool keep_places);
-  bool keeps_places() const { return !face.empty(); }
+  bool keeps_places() const { return !place.empty(); }
   bool drawn(std::size_t at) const { return depth[at] < std::numeric_limits<float>::infinity(); }
   std::size_t at(int x, int y) const {
     return std::size_t(y - box.y0) * box.width() + (x - box.x0);
@@ -55,14 +64,14 @@ class BaseDrawing {
     return blocks_[chosen_[chosen].block].patch.face;
   }
 
-  // Draws a chosen block into a tile and adds what it touched to the spans. `open` is looked at
-  // for blocks that fill gaps only. Thread-safe.
+  // Draws a chosen block into a tile. `open` is looked at for blocks that fill gaps only.
+  // Thread-safe.
   void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const View& view,
-            const OpenPixels& open, BaseTile& tile, RowSpans& spans) const;
+            const OpenPixels& open, BaseTile& tile) const;
 
  private:
   // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.
-  static constexpr std::uint32_t kCells = 8;
+  static constexpr std::uint32_t kCells = 4;
   struct Block {
     Patch patch;
     std::uint32_t i = 0, j = 0;          // first cell

@@ -19,15 +19,25 @@ struct Hole {
   float depth;
 };
 
-// covered[i] counts the covered pixels of a column of three; rows off the picture count as open.
-void count_columns(const Frame& frame, int y, std::vector<std::uint8_t>& columns) {
-  const int width = frame.color.width;
-  std::fill(columns.begin(), columns.end(), std::uint8_t{0});
-  for (int row = std::max(0, y - 1); row <= std::min(frame.color.height - 1, y + 1); ++row) {
-    const Cover* cover = &frame.cover[std::size_t(row) * width];
-    std::uint8_t* out = columns.data() + 1;
-    for (int x = 0; x < width; ++x) out[x] += cover[x] != Cover::background;
+// Counts the covered pixels of each column of three rows.
+void count_columns(const Cover* __restrict above, const Cover* __restrict here,
+                   const Cover* __restrict below, int width, std::uint8_t* __restrict columns) {
+  for (int x = 0; x < width; ++x) {
+    const std::uint8_t a = above[x] != Cover::background, b = here[x] != Cover::background,
+                       c = below[x] != Cover::background;
+    columns[x] = static_cast<std::uint8_t>(a + b + c);
   }
+}
+
+// Whether any pixel of a stretch is a hole; columns[0] belongs to the one before the first.
+bool any_hole(const Cover* __restrict cover, const std::uint8_t* __restrict columns, int width) {
+  std::uint8_t any = 0;
+  for (int x = 0; x < width; ++x) {
+    const auto around = static_cast<std::uint8_t>(columns[x] + columns[x + 1] + columns[x + 2]);
+    const std::uint8_t open = cover[x] == Cover::background, enough = around >= kEnough;
+    any |= static_cast<std::uint8_t>(open & enough);
+  }
+  return any != 0;
 }
 
 void mix_neighbours(const Frame& frame, int x, int y, Hole& hole) {
@@ -49,21 +59,25 @@ void mix_neighbours(const Frame& frame, int x, int y, Hole& hole) {
 }
 
 void find_in_row(const Frame& frame, const PixelBox& box, int y, std::vector<Hole>& holes) {
-  thread_local std::vector<std::uint8_t> columns;
   const int width = frame.color.width;
-  columns.resize(std::size_t(width) + 2);
-  count_columns(frame, y, columns);
-  const Cover* cover = &frame.cover[std::size_t(y) * width];
+  // Beyond the picture everything is open.
+  thread_local std::vector<std::uint8_t> columns;
+  thread_local std::vector<Cover> outside;
+  columns.assign(std::size_t(width) + 2, 0);
+  outside.assign(width, Cover::background);
+  const auto row = [&](int at) {
+    const bool inside = at >= 0 && at < frame.color.height;
+    return inside ? &frame.cover[std::size_t(at) * width] : outside.data();
+  };
+  const int first = std::max(0, box.x0 - 1), last = std::min(width, box.x1 + 1);
+  count_columns(row(y - 1) + first, row(y) + first, row(y + 1) + first, last - first,
+                columns.data() + 1 + first);
+  const Cover* const cover = row(y);
   constexpr int kBlock = 64;
   for (int x0 = box.x0; x0 < box.x1; x0 += kBlock) {
     const int x1 = std::min(x0 + kBlock, box.x1);
-    std::uint8_t any = 0;  // holes are rare: look at whole blocks first, in bytes
-    for (int x = x0; x < x1; ++x) {
-      const auto around = static_cast<std::uint8_t>(columns[x] + columns[x + 1] + columns[x + 2]);
-      any |= static_cast<std::uint8_t>(cover[x] == Cover::background) &
-             static_cast<std::uint8_t>(around >= kEnough);
-    }
-    if (!any) continue;
+    // Holes are rare: whole blocks are looked at first.
+    if (!any_hole(cover + x0, columns.data() + x0, x1 - x0)) continue;
     for (int x = x0; x < x1; ++x) {
       const unsigned around = unsigned(columns[x]) + columns[x + 1] + columns[x + 2];
       if (cover[x] != Cover::background || around < kEnough) continue;

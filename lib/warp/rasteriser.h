@@ -38,21 +38,26 @@ struct SnappedCorner {
   }
 };
 
+// Twice the signed area in 1/256² pixel; negative for a face seen from its counter-clockwise side,
+// because rows run down.
+inline std::int64_t doubled_area(const SnappedCorner& a, const SnappedCorner& b,
+                                 const SnappedCorner& c) {
+  return (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
+         (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
+}
+
 struct SnappedTriangle {
   std::array<SnappedCorner, 3> corners;
-  // Twice the signed area in 1/256² pixel; negative for a face seen from its counter-clockwise
-  // side, because rows run down. 0 for a triangle that has no area or lies beyond reach.
-  std::int64_t doubled_area = 0;
-  PixelBox box;        // of the pixel centres that it may hold
-  bool small = false;  // its products fit 32 bits, which halves its cost
+  std::int64_t doubled_area = 0;  // also when it lies beyond reach
+  PixelBox box;                   // of the pixel centres that it may hold
+  bool small = false;             // its products fit 32 bits, which halves its cost
 
   SnappedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c)
       : corners{a, b, c} {
     const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
     const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
     if (x0 == SnappedCorner::kBeyond) return;
-    doubled_area = (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
-                   (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
+    doubled_area = organbake::doubled_area(a, b, c);
     const auto first_center = [](std::int32_t v) { return (v + 127) >> 8; };
     box = {first_center(x0), first_center(y0), first_center(x1) + 1, first_center(y1) + 1};
     constexpr std::int32_t kSmall = 60 * 256;

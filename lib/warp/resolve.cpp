@@ -151,18 +151,19 @@ void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y,
   tile.relit->light(skin, y, {x0, sum.red, sum.green, sum.blue});
 }
 
-void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
-              SumRow& sum) {
-  const std::size_t first = base.at(x0, y);
-  for (int i = 0; i < count; ++i) {
-    const std::size_t at = first + static_cast<std::size_t>(i);
+void add_base(const BaseTile& base, int y, int x0, float inverse_tolerance, SumRow& sum) {
+  const int row = y - base.box.y0, offset = x0 - base.box.x0;
+  for (int column = base.spans.first(row); column < base.spans.last(row); ++column) {
+    const std::size_t at = base.at(base.box.x0 + column, y);
     if (!base.drawn(at)) continue;
+    const int i = column - offset;
+    const BaseTile::Shade& shade = base.shade[at];
     // Never quite zero, so that it fills what the samples leave open.
-    const float w = std::max(base.weight[at], 1e-6f) *
+    const float w = std::max(shade.weight, 1e-6f) *
                     surface_share(base.depth[at], sum.nearest[i], inverse_tolerance);
-    sum.red[i] += w * base.red[at] * kFullScale;
-    sum.green[i] += w * base.green[at] * kFullScale;
-    sum.blue[i] += w * base.blue[at] * kFullScale;
+    sum.red[i] += w * shade.red * kFullScale;
+    sum.green[i] += w * shade.green * kFullScale;
+    sum.blue[i] += w * shade.blue * kFullScale;
     sum.weight[i] += w;
   }
 }
@@ -211,7 +212,7 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
               inverse_tolerance, sum);
   }
   if (tile.relit) relight(tile, rows, y, x0, count, sum);
-  if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+  if (tile.base) add_base(*tile.base, y, x0, inverse_tolerance, sum);
 }
 
 }  // namespace

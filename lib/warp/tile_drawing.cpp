@@ -11,14 +11,22 @@ namespace {
 void light_base(const RelitSkin& relit, BaseTile& base) {
   const PixelBox& box = base.box;
   for (int y = box.y0; y < box.y1; ++y) {
+    const int x0 = box.x0 + base.spans.first(y - box.y0), x1 = box.x0 + base.spans.last(y - box.y0);
     SkinPixels skin;
-    for (int x = box.x0; x < box.x1; ++x) {
+    alignas(32) float red[SkinPixels::kMost], green[SkinPixels::kMost], blue[SkinPixels::kMost];
+    for (int x = x0; x < x1; ++x) {
       const std::size_t at = base.at(x, y);
-      if (base.drawn(at) && !relit.unchanged(base.face[at]))
-        skin.add(x, base.face[at], base.b1[at], base.b2[at], 1);
+      if (!base.drawn(at) || relit.unchanged(base.place[at].face)) continue;
+      skin.add(x, base.place[at].face, base.place[at].b1, base.place[at].b2, 1);
+      const BaseTile::Shade& shade = base.shade[at];
+      red[x - x0] = shade.red, green[x - x0] = shade.green, blue[x - x0] = shade.blue;
     }
-    const std::size_t first = base.at(box.x0, y);
-    relit.light(skin, y, {box.x0, &base.red[first], &base.green[first], &base.blue[first]});
+    relit.light(skin, y, {x0, red, green, blue});
+    for (int i = 0; i < skin.count; ++i) {
+      const int x = skin.column[i];
+      BaseTile::Shade& shade = base.shade[base.at(x, y)];
+      shade.red = red[x - x0], shade.green = green[x - x0], shade.blue = blue[x - x0];
+    }
   }
 }
 
@@ -59,8 +67,9 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
     own.open.find(part, layers);
   }
   for (const std::uint32_t b : blocks) {
-    base.draw(b, placed_->faces, placed_->view, own.open, own.base, own.spans);
+    base.draw(b, placed_->faces, placed_->view, own.open, own.base);
   }
+  own.spans.add(own.base.spans);
   own.base_triangles += own.base.triangles;
   if (own.base.triangles == 0) return nullptr;
   if (placed_->relit) light_base(*placed_->relit, own.base);

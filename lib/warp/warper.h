@@ -105,8 +105,9 @@ class Warper {
 inline constexpr float kLeastConfidence = 0.5f / 255;
 
 // Shares below this are dropped and the others drawn up to it, continuously: a camera that hardly
-// counts is not worth its samples.
-inline constexpr double kLeastShare = 0.08;
+// counts is not worth its samples. Measured at ten views: up to 0.15 costs no view 0.01 dB; at 0.2
+// one loses 0.8 dB, since the third camera alone sees a part of it.
+inline constexpr double kLeastShare = 0.15;
 ViewWeights trimmed(ViewWeights weights);
 
 }  // namespace organbake

@@ -3,11 +3,37 @@
 
 #include "player/orbit.h"
 
+#include <cmath>
+
 namespace organbake {
+namespace {
+
+constexpr double kDistance = 0.74;
+
+double azimuth(const Eigen::Vector3d& direction) {
+  return std::atan2(direction.y(), direction.x());
+}
+double elevation(const Eigen::Vector3d& direction) { return std::asin(direction.z()); }
+
+}  // namespace
 
 View view_at(const Bundle& bundle, const FrameSize& size, int frame) {
-  constexpr double kPerFrame_rad = 0.05, kDistance = 0.74;
+  constexpr double kPerFrame_rad = 0.05;
   return orbit_view(bundle.cameras, {.azimuth_rad = kPerFrame_rad * frame, .distance = kDistance},
+                    size.width, size.height);
+}
+
+View view_between_three(const Bundle& bundle, const FrameSize& size, int frame) {
+  constexpr double kPerFrame_rad = 0.002;
+  const ViewManifold& manifold = bundle.cameras.manifold;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const std::uint32_t camera : manifold.triangles.at(0)) middle += manifold.directions[camera];
+  middle.normalize();
+  const Eigen::Vector3d& first = manifold.directions.front();
+  return orbit_view(bundle.cameras,
+                    {.azimuth_rad = azimuth(middle) - azimuth(first) + kPerFrame_rad * frame,
+                     .elevation_rad = elevation(middle) - elevation(first),
+                     .distance = kDistance},
                     size.width, size.height);
 }
 

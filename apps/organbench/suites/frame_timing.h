@@ -23,6 +23,9 @@ struct FrameSize {
 // Of the orbit: as near as a surgeon looks, the organ fills about 45 % of a wide picture.
 View view_at(const Bundle& bundle, const FrameSize& size, int frame);
 
+// From the middle between three cameras, all of which are drawn, hardly moving.
+View view_between_three(const Bundle& bundle, const FrameSize& size, int frame);
+
 class OneThread {
  public:
   OneThread() : limit_(tbb::global_control::max_allowed_parallelism, 1) {}
