@@ -32,23 +32,31 @@ std::function<void()> orbit(Player& player, const FrameSize& size, Frame& frame)
   return frames(player, view_at, size, frame);
 }
 
-// How many cameras are drawn, mean.
-double cameras_a_frame(Player& player, ViewAt view, const FrameSize& size, Frame& frame) {
-  double count = 0;
+double percent_covered(const Frame& frame) {
+  const auto open = std::count(frame.cover.begin(), frame.cover.end(), Cover::background);
+  return 100 - 100.0 * double(open) / double(frame.cover.size());
+}
+
+// Of the frames that are timed, means.
+struct FrameContent {
+  double cameras = 0, percent_covered = 0;
+};
+
+FrameContent content_of(Player& player, ViewAt view, const FrameSize& size) {
+  Frame frame;
+  FrameContent mean;
   for (int i = 0; i < kFrames; ++i) {
     const auto weights = player.draw(view(player.bundle(), size, i), {}, frame).weights.weights;
-    count += double(std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0; }));
+    const auto drawn =
+        std::count_if(weights.begin(), weights.end(), [](double w) { return w > 0; });
+    mean.cameras += double(drawn) / kFrames;
+    mean.percent_covered += percent_covered(frame) / kFrames;
   }
-  return count / kFrames;
+  return mean;
 }
 
 double rms_levels(const Rgb8Image& picture, const TruthFrame& truth) {
   return 255 * std::pow(10.0, -compare_images(picture, truth.color, truth.covered).psnr_db / 20);
-}
-
-double percent_covered(const Frame& frame) {
-  const auto open = std::count(frame.cover.begin(), frame.cover.end(), Cover::background);
-  return 100 - 100.0 * double(open) / double(frame.cover.size());
 }
 
 // The sizes of maps that a frame's time is measured with.
@@ -58,10 +66,9 @@ std::vector<int> map_sizes(const Bench& bench) {
 
 void promise_frame_time(Bench& bench, Player& player, ViewAt view, const FrameSize& size,
                         const std::string& task, const Timing& timing) {
-  Frame frame;
-  const double cameras = cameras_a_frame(player, view, size, frame);
-  bench.add(Figure{task + ", in " + to_text(percent_covered(frame), 2) +
-                       " % of the picture, maps of 1024², " + to_text(cameras, 2) +
+  const FrameContent content = content_of(player, view, size);
+  bench.add(Figure{task + ", in " + to_text(content.percent_covered, 1) +
+                       " % of the picture, maps of 1024², " + to_text(content.cameras, 1) +
                        " of the three cameras drawn: CPU time a frame",
                    "ms", ms_of(timing), size.target_ms});
 }
