@@ -59,4 +59,11 @@ class LeftPack {
   int count_;
 };
 
+// One bit for each of eight numbers that is not `value`.
+inline unsigned lanes_unlike(const std::uint32_t* numbers, std::uint32_t value) {
+  const __m256i lanes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(numbers));
+  const __m256i alike = _mm256_cmpeq_epi32(lanes, _mm256_set1_epi32(static_cast<int>(value)));
+  return 255u & ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(alike)));
+}
+
 }  // namespace organbake

@@ -18,8 +18,7 @@ constexpr float kNowhere = 1e6f;  // reaches from its sample: nobody's, and a nu
 struct Landed {
   alignas(32) float u[kChunk], v[kChunk], z[kChunk];
   alignas(32) std::int32_t column[kChunk], row[kChunk];
-  alignas(32) std::int32_t inside[kChunk];
-  alignas(32) std::uint32_t slot[kChunk];
+  alignas(32) std::uint32_t inside[kChunk], slot[kChunk];
 };
 
 struct Placement {
@@ -130,9 +129,7 @@ ORGANBAKE_WIDE void make_bids(const Landed& __restrict in, int count, float du, 
 int pack(const Bids& in, int count, PackedBids& out) {
   int kept = 0;
   for (int i = 0; i < count; i += 8) {
-    const __m256i high = _mm256_load_si256(reinterpret_cast<const __m256i*>(&in.high[i]));
-    const __m256i none = _mm256_cmpeq_epi32(high, _mm256_set1_epi32(static_cast<int>(kEmptyHigh)));
-    const LeftPack packed(255u & ~unsigned(_mm256_movemask_ps(_mm256_castsi256_ps(none))));
+    const LeftPack packed(lanes_unlike(&in.high[i], kEmptyHigh));
     packed(&in.low[i], &in.high[i], &out.key[kept]);
     packed(&in.cell[i], &out.cell[kept]);
     kept += packed.count();
@@ -144,9 +141,7 @@ int pack(const Bids& in, int count, PackedBids& out) {
 int compact(Landed& landed, int count) {
   int kept = 0;
   for (int i = 0; i < count; i += 8) {
-    const __m256i inside = _mm256_load_si256(reinterpret_cast<const __m256i*>(&landed.inside[i]));
-    const LeftPack packed(
-        unsigned(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_slli_epi32(inside, 31)))));
+    const LeftPack packed(lanes_unlike(landed.inside + i, 0));
     packed(landed.u + i, landed.u + kept);
     packed(landed.v + i, landed.v + kept);
     packed(landed.z + i, landed.z + kept);

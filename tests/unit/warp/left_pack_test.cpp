@@ -31,5 +31,12 @@ TEST(LeftPack, MovesTheChosenLanesToTheFrontInOrder) {
   }
 }
 
+TEST(LeftPack, LanesUnlikeAValueAreTold) {
+  const std::array<std::uint32_t, 8> numbers = {7, 0xFF000000u, 0, 7, 0xFF000000u, 1, 2, 0};
+  EXPECT_EQ(lanes_unlike(numbers.data(), 7), 0b11110110u);
+  EXPECT_EQ(lanes_unlike(numbers.data(), 0xFF000000u), 0b11101101u);
+  EXPECT_EQ(lanes_unlike(numbers.data(), 0), 0b01111011u);
+}
+
 }  // namespace
 }  // namespace organbake
