@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/error.h"
@@ -49,6 +50,16 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
+// Names go on into documents that hold nothing but UTF-8.
+void check_name(const std::string& name, long id, const fs::path& path) {
+  try {
+    nlohmann::json(name).dump();
+  } catch (const nlohmann::json::exception&) {
+    throw BadDataError(path, "the name of image " + std::to_string(id) +
+                                 " is no UTF-8 text: rename the image, here and in its folder");
+  }
+}
+
 std::map<long, Intrinsics> read_lenses(const fs::path& path) {
   std::map<long, Intrinsics> lenses;
   for (const std::string& line : lines_of(path)) {
@@ -92,6 +103,7 @@ CameraSet read_colmap_text(const fs::path& folder) {
     if (!words || !lenses.contains(lens) || !(q.norm() > 0)) {
       throw BadDataError(path, "'" + lines[i] + "' is no image with a pose and a known camera");
     }
+    check_name(camera.name, id, path);
     camera.camera_from_world.rotation = q.normalized().toRotationMatrix();
     camera.intrinsics = lenses.at(lens);
     set.images.push_back(camera.name);

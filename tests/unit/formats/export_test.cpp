@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -62,6 +63,20 @@ TEST(ExportedCameras, ComeBackFromColmap) {
   write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
   write_file_atomically(folder.path() / "points3D.txt", colmap_points_text());
   expect_same_cameras(read_camera_file(folder.path()), set);
+}
+
+TEST(ExportedCameras, ANameThatIsNoUtf8IsRefused) {
+  const TemporaryFolder folder;
+  CameraSet set = two_cameras();
+  set.images.front() = "caf\xe9.png";  // Latin-1
+  write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
+  try {
+    read_camera_file(folder.path());
+    FAIL();
+  } catch (const BadDataError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("image 1 is no UTF-8"));
+  }
 }
 
 TEST(ExportedCameras, ComeBackFromTransforms) {
