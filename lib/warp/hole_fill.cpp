@@ -62,9 +62,10 @@ void find_in_row(const Frame& frame, const PixelBox& box, int y, std::vector<Hol
   const int width = frame.color.width;
   // Beyond the picture everything is open.
   thread_local std::vector<std::uint8_t> columns;
-  thread_local std::vector<Cover> outside;
-  columns.assign(std::size_t(width) + 2, 0);
-  outside.assign(width, Cover::background);
+  thread_local std::vector<Cover> outside;  // never written to
+  columns.resize(std::size_t(width) + 2);
+  columns.front() = columns.back() = 0;
+  outside.resize(width, Cover::background);
   const auto row = [&](int at) {
     const bool inside = at >= 0 && at < frame.color.height;
     return inside ? &frame.cover[std::size_t(at) * width] : outside.data();

@@ -48,7 +48,7 @@ inline std::int64_t doubled_area(const SnappedCorner& a, const SnappedCorner& b,
 
 struct SnappedTriangle {
   std::array<SnappedCorner, 3> corners;
-  std::int64_t doubled_area = 0;  // also when it lies beyond reach
+  std::int64_t doubled_area = 0;  // 0 also for a triangle beyond reach, whose box is empty
   PixelBox box;                   // of the pixel centres that it may hold
   bool small = false;             // its products fit 32 bits, which halves its cost
 
@@ -89,7 +89,6 @@ struct EdgeWalk {
   // are mostly empty, so a row is looked at eight pixels at a time.
   template <class Inside>
   void each(int width, int height, Inside&& inside) const {
-    constexpr int kLanes = 8;
     std::array<Int, 3> row = edge;
     for (int y = 0; y < height; ++y) {
       for (int x0 = 0; x0 < width; x0 += kLanes) {
@@ -106,7 +105,9 @@ struct EdgeWalk {
   }
 
  private:
-  // One bit for each of eight pixels from x0 on.
+  static constexpr int kLanes = 8;
+
+  // One bit for each of kLanes pixels from x0 on.
   int holds(const std::array<Int, 3>& row, int x0) const {
     if constexpr (sizeof(Int) == sizeof(std::int32_t)) {
       const __m256i x =
@@ -120,7 +121,7 @@ struct EdgeWalk {
       return ~_mm256_movemask_ps(_mm256_castsi256_ps(any));
     } else {
       int bits = 0;
-      for (int lane = 0; lane < 8; ++lane) {
+      for (int lane = 0; lane < kLanes; ++lane) {
         Int any = 0;
         for (int i = 0; i < 3; ++i) any |= row[i] + (x0 + lane) * step_x[i];
         bits |= int(any >= 0) << lane;

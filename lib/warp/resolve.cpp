@@ -87,28 +87,30 @@ ORGANBAKE_WIDE void add_layer(const LayerRow& __restrict row, const PackedDetail
   }
 }
 
-// The layer whose sample is nearest, of each pixel.
-void find_nearest_layers(const std::array<LayerRow, 3>& rows, int layers, int count,
-                         std::int32_t* __restrict nearest) {
+// The nearest sample of each pixel: its layer, and its depth, +inf where there is none.
+struct NearestSamples {
+  alignas(32) std::int32_t layer[kRow];
   alignas(32) float depth[kRow];
-  std::fill_n(depth, count, kInfinity);
-  std::fill_n(nearest, count, 0);
-  for (int l = 0; l < layers; ++l) {
-    for (int i = 0; i < count; ++i) {
-      nearest[i] = rows[l].depth[i] < depth[i] ? l : nearest[i];
-      depth[i] = rows[l].depth[i] < depth[i] ? rows[l].depth[i] : depth[i];
+
+  NearestSamples(const std::array<LayerRow, 3>& rows, int layers, int count) {
+    std::fill_n(layer, count, 0);
+    std::fill_n(depth, count, kInfinity);
+    for (int l = 0; l < layers; ++l) {
+      for (int i = 0; i < count; ++i) {
+        layer[i] = rows[l].depth[i] < depth[i] ? l : layer[i];
+        depth[i] = rows[l].depth[i] < depth[i] ? rows[l].depth[i] : depth[i];
+      }
     }
   }
-}
+};
 
 // Tells what a row's pixels show: the sample of the camera with the largest share of those that see
 // the nearest skin, and the point beside it that the pixel's centre looks at.
 void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int count,
                 const SumRow& sum, Shown* shown) {
-  alignas(32) std::int32_t nearest[kRow];
-  find_nearest_layers(rows, tile.count, count, nearest);
+  const NearestSamples nearest(rows, tile.count, count);
   for (int i = 0; i < count; ++i) {
-    int layer = nearest[i];
+    int layer = nearest.layer[i];
     for (int l = 0; l < tile.count; ++l) {
       if (rows[l].depth[i] <= sum.nearest[i] + tile.same_surface_mm &&
           tile.layers[l].weight > tile.layers[layer].weight)
@@ -136,13 +138,12 @@ void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int
 // that count lie on the same skin.
 void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y, int x0, int count,
              SumRow& sum) {
-  alignas(32) std::int32_t nearest[kRow];
-  find_nearest_layers(rows, tile.count, count, nearest);
+  const NearestSamples nearest(rows, tile.count, count);
   SkinPixels skin;
   for (int i = 0; i < count; ++i) {
     if (!(sum.weight[i] > 0)) continue;
-    const SampleSet& set = *tile.layers[nearest[i]].set;
-    const auto slot = static_cast<std::uint32_t>(rows[nearest[i]].slot[i]);
+    const SampleSet& set = *tile.layers[nearest.layer[i]].set;
+    const auto slot = static_cast<std::uint32_t>(rows[nearest.layer[i]].slot[i]);
     const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
     if (tile.relit->unchanged(face)) continue;
     const std::array<float, 3> bound = set.bound(slot);
@@ -171,14 +172,9 @@ void add_base(const BaseTile& base, int y, int x0, float inverse_tolerance, SumR
 // Marks the pixels that only the base layer covers.
 void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count,
                Cover* __restrict cover) {
-  alignas(32) float nearest[kRow];
-  std::fill_n(nearest, count, kInfinity);
-  for (int l = 0; l < layers; ++l) {
-    for (int i = 0; i < count; ++i)
-      nearest[i] = rows[l].depth[i] < nearest[i] ? rows[l].depth[i] : nearest[i];
-  }
+  const NearestSamples nearest(rows, layers, count);
   for (int i = 0; i < count; ++i) {
-    const bool base = (nearest[i] == kInfinity) & (cover[i] == Cover::samples);
+    const bool base = (nearest.depth[i] == kInfinity) & (cover[i] == Cover::samples);
     cover[i] = base ? Cover::base : cover[i];
   }
 }

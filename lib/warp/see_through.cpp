@@ -14,7 +14,7 @@ namespace organbake {
 namespace {
 
 constexpr int kReachPx = 2;   // how far to either side
-constexpr int kBlock = 2048;  // columns at a time
+constexpr int kBlock = 2048;  // columns at a time: most pictures' rows as one stream
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 inline float nearer(float a, float b) { return a < b ? a : b; }
