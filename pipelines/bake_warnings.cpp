@@ -53,12 +53,17 @@ void check_capture(const Json& stage, std::vector<std::string>& warnings) {
   const double in_prism = figure(stage, "bound_in_prism").value_or(0);
   const double fallback = figure(stage, "bound_by_fallback").value_or(0);
   const double backs = figure(stage, "back_face_texels").value_or(0);
-  const double all = in_prism + fallback + backs;
+  const double unbound = figure(stage, "unbound_texels").value_or(0);
+  const double all = in_prism + fallback + backs + unbound;
   if (all == 0) warnings.push_back("capture: no camera shows anything of the organ");
   if (fallback > kOdd * all)
     warnings.push_back(
         "capture: " + percent(fallback / all) +
         " of the texels lie outside the proxy's shell; they follow its nearest face");
+  if (unbound > kOdd * all)
+    warnings.push_back("capture: " + percent(unbound / all) +
+                       " of the texels lie where no face of the proxy can carry them, and were "
+                       "left out; check that the proxy has the surface's shape");
   if (backs > kOdd * all)
     warnings.push_back("capture: " + percent(backs / all) +
                        " of the texels saw the surface from behind; it is open or inside out");

@@ -62,6 +62,7 @@ void add_counts(const std::vector<TileCounts>& counts, CaptureSummary& summary) 
   for (const TileCounts& tile : counts) {
     summary.bound_in_prism += tile.in_prism;
     summary.bound_by_fallback += tile.by_fallback;
+    summary.unbound_texels += tile.unbound;
     summary.back_face_texels += tile.back_faces;
     summary.largest_height_mm = std::max(summary.largest_height_mm, tile.largest_height_mm);
   }

@@ -26,6 +26,7 @@ struct CaptureSummary {
   BaseLayer base;
   std::size_t bound_in_prism = 0;
   std::size_t bound_by_fallback = 0;  // unclamped, nearest face
+  std::size_t unbound_texels = 0;     // no face of the proxy carries them: stored as background
   std::size_t back_face_texels = 0;   // saw the surface from inside: stored as background
   std::size_t unsure_texels = 0;      // of no confidence: stored as background, too
   double largest_height_mm = 0;
@@ -39,8 +40,9 @@ struct CaptureSummary {
 //               2·10⁻⁶ of the depth; the player solves b1, b2 again from depth and height
 //   confidence  smooth in the angle between surface and view (0 from 80°, 1 up to 60°) times
 //               smooth in the distance to a depth edge (1 from three texels on)
-// Texels without confidence are background. The same bytes for any number of threads. Throws
-// UsageError, or BadDataError for a broken or empty mesh, no cameras, or bad intrinsics.
+// Texels without confidence are background, and those that no face of the proxy carries. The same
+// bytes for any number of threads. Throws UsageError, or BadDataError for a broken or empty mesh,
+// no cameras, or bad intrinsics.
 CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
                        const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
                        const CaptureOptions& options, const RunContext& context = {});

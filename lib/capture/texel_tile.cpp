@@ -55,6 +55,11 @@ void store_texels(const CaptureScene& scene, const CameraRays& camera,
   for (std::size_t i = 0; i < centers.size(); ++i) {
     const ShellBinding& bound = bindings[i];
     const std::size_t texel = std::size_t(centers[i].y) * maps.width + centers[i].x;
+    if (!scene.shell.carries(bound, points[i])) {
+      maps.confidence[texel] = 0;
+      ++counts.unbound;
+      continue;
+    }
     ++(scene.shell.inside(bound, points[i]) ? counts.in_prism : counts.by_fallback);
     counts.largest_height_mm = std::max(counts.largest_height_mm, std::abs(bound.height_mm));
     maps.face[texel] = bound.face;

@@ -24,7 +24,7 @@ struct CaptureScene {
 };
 
 struct TileCounts {
-  std::size_t in_prism = 0, by_fallback = 0, back_faces = 0;
+  std::size_t in_prism = 0, by_fallback = 0, unbound = 0, back_faces = 0;
   double largest_height_mm = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
@@ -24,6 +25,13 @@ bool reproduces(const ShellMatrix& m, const ShellBinding& binding, const Eigen::
   const double size = m.col(1).lpNorm<1>() + m.col(2).lpNorm<1>() + std::abs(binding.height_mm);
   const Eigen::Vector3d bound = shell_point(m, binding.b1, binding.b2, binding.height_mm);
   return (bound - point).lpNorm<1>() <= kRebindRounding * size;
+}
+
+// How far a binding leaves its face: by its height, and beside the triangle.
+double stray_mm(const ShellMatrix& m, const ShellBinding& binding) {
+  const double b0 = 1 - binding.b1 - binding.b2;
+  const double beside = std::max({0.0, -b0, -binding.b1, -binding.b2});
+  return std::abs(binding.height_mm) + beside * (m.col(1).norm() + m.col(2).norm());
 }
 
 }  // namespace
@@ -59,7 +67,12 @@ struct ShellBinder::Impl {
               LaneBindings& best) const;
   void bind_alone(std::uint32_t face, const LanePoints& points, const LaneMask& asked,
                   LaneBindings& best) const;
+  // Whether the face's triangle is about to collapse at the height: one that is stored rounded
+  // would say nothing there.
+  bool collapses_at(double height_mm, std::uint32_t face) const;
   ShellBinding unclamped(const Eigen::Vector3d& point) const;
+  // The lowest place over the face, beside its triangle too, that gives the point back.
+  std::optional<ShellBinding> over(std::uint32_t face, const Eigen::Vector3d& point) const;
   std::uint32_t nearest_face(const Eigen::Vector3d& point) const;
 };
 
@@ -114,17 +127,47 @@ std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) cons
   return face;
 }
 
-ShellBinding ShellBinder::Impl::unclamped(const Eigen::Vector3d& point) const {
-  const std::uint32_t face = nearest_face(point);
+bool ShellBinder::Impl::collapses_at(double height_mm, std::uint32_t face) const {
+  constexpr double kRounding = 1e-5;  // of the reach; stored heights are off by a tenth of it
   const ShellMatrix& m = matrices[face];
+  const Eigen::Vector3d e1 = m.col(1) + height_mm * m.col(4), e2 = m.col(2) + height_mm * m.col(5);
+  const double per_mm = m.col(4).norm() * e2.norm() + m.col(5).norm() * e1.norm();
+  return !(e1.cross(e2).norm() > kRounding * reach_mm * per_mm);
+}
+
+std::optional<ShellBinding> ShellBinder::Impl::over(std::uint32_t face,
+                                                    const Eigen::Vector3d& point) const {
   const PrismCubic::Roots roots = cubics[face].heights(point, reach_mm);
-  // Without a root nothing reproduces the point; the distance along the face's normal comes
-  // nearest.
+  for (int i = 0; i < roots.count; ++i) {
+    const double h = roots.heights[i];
+    const Eigen::Vector2d b = barycentric_at_height(matrices[face], h, point);
+    const ShellBinding binding{face, b.x(), b.y(), h};
+    if (!collapses_at(h, face) && reproduces(matrices[face], binding, point)) return binding;
+  }
+  return std::nullopt;
+}
+
+ShellBinding ShellBinder::Impl::unclamped(const Eigen::Vector3d& point) const {
+  const std::uint32_t nearest = nearest_face(point);
+  if (const auto binding = over(nearest, point)) return *binding;
+  // The offset planes of the nearest face miss the point: of the faces whose planes meet it, the
+  // one that it leaves least.
+  std::optional<ShellBinding> best;
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t face : usable) {
+    const auto binding = over(face, point);
+    if (!binding) continue;
+    const double away_mm = stray_mm(matrices[face], *binding);
+    if (away_mm < least_mm) least_mm = away_mm, best = binding;
+  }
+  if (best) return *best;
+  // Nothing reproduces the point; the distance along the face's normal comes nearest.
+  const ShellMatrix& m = matrices[nearest];
   const Eigen::Vector3d normal =
       Eigen::Vector3d(m.col(1)).cross(Eigen::Vector3d(m.col(2))).normalized();
-  const double h = roots.count > 0 ? roots.heights[0] : normal.dot(point - m.col(0));
+  const double h = normal.dot(point - m.col(0));
   const Eigen::Vector2d b = barycentric_at_height(m, h, point);
-  return {face, b.x(), b.y(), h};
+  return {nearest, b.x(), b.y(), h};
 }
 
 std::size_t ShellBinder::Impl::cell_of(const Eigen::Vector3d& point) const {
@@ -180,7 +223,7 @@ void ShellBinder::Impl::bind_alone(std::uint32_t face, const LanePoints& points,
     for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < best.least_height[k]; ++i) {
       const double h = roots.heights[i];
       const Eigen::Vector2d b = barycentric_at_height(matrices[face], h, point);
-      if (!in_triangle(b.x(), b.y())) continue;
+      if (!in_triangle(b.x(), b.y()) || collapses_at(h, face)) continue;
       if (!reproduces(matrices[face], {face, b.x(), b.y(), h}, point)) continue;
       best.least_height[k] = std::abs(h);
       best.b1[k] = b.x(), best.b2[k] = b.y(), best.height[k] = h;
@@ -225,6 +268,11 @@ void ShellBinder::bind(std::span<const Eigen::Vector3d> points,
     const std::size_t count = std::min(kLanes, points.size() - first);
     impl_->bind_some(points.subspan(first, count), bindings.subspan(first, count));
   }
+}
+
+bool ShellBinder::carries(const ShellBinding& binding, const Eigen::Vector3d& point) const {
+  return !impl_->collapses_at(binding.height_mm, binding.face) &&
+         reproduces(impl_->matrices[binding.face], binding, point);
 }
 
 bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {

@@ -35,7 +35,8 @@ Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h, const Eige
 
 // Finds the prism that holds a point: of all faces that hold it, the one with the smallest |h|
 // (then the smallest index); a point in no prism is bound unclamped to the face of the nearest
-// proxy point. Thread-safe after construction.
+// proxy point, or, where no height over that one gives the point back, to the face it leaves least.
+// Thread-safe after construction.
 class ShellBinder {
  public:
   // max_height_mm bounds |h| in the prism search; points farther away take the unclamped way.
@@ -49,6 +50,9 @@ class ShellBinder {
   void bind(std::span<const Eigen::Vector3d> points, std::span<ShellBinding> bindings) const;
   // Whether the point lies in the prism that it was bound to: not when by the fallback.
   bool inside(const ShellBinding& binding, const Eigen::Vector3d& point) const;
+  // Whether the binding gives the point back, also from a height that was rounded a little: there
+  // are points of which no face's does, where a body's prisms close deep below its skin.
+  bool carries(const ShellBinding& binding, const Eigen::Vector3d& point) const;
 
  private:
   struct Impl;

@@ -109,6 +109,7 @@ StageReport run(const StageCall& call) {
   report.add("cameras", captured.maps.size());
   report.add("bound_in_prism", captured.bound_in_prism);
   report.add("bound_by_fallback", captured.bound_by_fallback);
+  report.add("unbound_texels", captured.unbound_texels);
   report.add("back_face_texels", captured.back_face_texels);
   report.add("unsure_texels", captured.unsure_texels);
   report.add("largest_height_mm", captured.largest_height_mm);

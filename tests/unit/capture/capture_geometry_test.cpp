@@ -127,6 +127,17 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
   EXPECT_EQ(summary.back_face_texels, 0u);
 }
 
+// About the middle of a box its prisms have closed: no height there says where a texel lies.
+TEST(CaptureBinding, TexelsThatNoFaceCarriesAreBackgroundAndCounted) {
+  TriangleMesh proxy = box_mesh({100, 100, 100});
+  for (auto& v : proxy.vertices) v -= Vector3d::Constant(50);
+  const CaptureSummary summary =
+      capture_plainly(sphere_mesh(0.01, 3), proxy, {plain_camera({0, -0.04, 0}, {0, 0, 0}, 40)});
+  EXPECT_GT(summary.unbound_texels, 400u);
+  EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
+  for (const float depth : summary.maps[0].depth_mm) EXPECT_TRUE(std::isinf(depth));
+}
+
 // A red dot on one side of a green organ must appear where it projects: no mirror, no transpose.
 TEST(CaptureColor, AMarkIsWhereItProjects) {
   TriangleMesh surface = painted(sphere_mesh(30, 5), {0.1f, 0.6f, 0.1f});

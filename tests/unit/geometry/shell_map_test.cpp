@@ -85,6 +85,32 @@ TEST(ShellMap, NoPointStaysUnbound) {
   }
 }
 
+// Where a body's prisms close, about its middle, a height that is stored rounded must not throw the
+// point across the body.
+TEST(ShellMap, ARoundedHeightStillGivesThePointBack) {
+  constexpr double kRounding_mm = 1e-4;  // of heights at depths of some hundred millimetres
+  const Shell shell(box_mesh({100, 100, 100}));
+  const ShellBinder binder(shell.proxy, 200);
+  const std::vector<ShellMatrix> matrices = shell_matrices(shell.proxy);
+  const Eigen::Vector3d middle = bounds(shell.proxy).center();
+  RandomStream random(7);
+  for (int i = 0; i < 3000; ++i) {
+    const double away = std::pow(10, random.uniform(-7, 1));
+    const Eigen::Vector3d p =
+        middle +
+        away * Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const ShellBinding b = binder.bind(p);
+    if (!binder.carries(b, p)) {
+      EXPECT_LT(away, 0.5) << "a point well above where the prisms close";
+      continue;
+    }
+    const double h = b.height_mm + random.uniform(-kRounding_mm, kRounding_mm);
+    const Eigen::Vector2d at = barycentric_at_height(matrices[b.face], h, p);
+    EXPECT_LT((shell_point(matrices[b.face], at.x(), at.y(), h) - p).norm(), 10 * kRounding_mm)
+        << away << " mm from the middle";
+  }
+}
+
 TEST(ShellMap, TheNearestOfTwoPrismsWins) {
   // Two sheets 10 mm apart: a point 1 mm inside the lower one lies in the prisms of both.
   const Shell shell(box_mesh({100, 100, 10}));

@@ -30,6 +30,9 @@ TEST(BakeWarnings, NameTheStageAndTheFigure) {
   const json bound = {{"bound_in_prism", 900}, {"bound_by_fallback", 100}, {"back_face_texels", 0}};
   EXPECT_THAT(bake_warnings(report_of("capture", bound)),
               ElementsAre(testing::StartsWith("capture: 10 % of the texels")));
+  EXPECT_THAT(
+      bake_warnings(report_of("capture", {{"bound_in_prism", 980}, {"unbound_texels", 20}})),
+      ElementsAre(HasSubstr("2 % of the texels lie where no face")));
   EXPECT_THAT(bake_warnings(report_of("capture", {{"bound_in_prism", 0}})),
               ElementsAre(HasSubstr("no camera shows anything")));
   EXPECT_THAT(bake_warnings(report_of("decimate", {{"volume_change", -0.1}})),
