@@ -22,8 +22,9 @@ Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
   const double along = dot(force, normal);
   if (!(along > 0)) return Lanes{};
   const Lanes across = force - along * normal;
-  const double length = std::sqrt(dot(across, across)), limit = friction * along;
-  return along * normal + (length > limit ? limit / length : 1) * across;
+  const double squared = dot(across, across), limit = friction * along;
+  if (!(squared > limit * limit)) return along * normal + across;
+  return along * normal + limit / std::sqrt(squared) * across;
 }
 
 }  // namespace
@@ -80,7 +81,7 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
   for (const Contact& c : contacts) {
     Unknown u{};
     u.free_point = constrained_point(c, x_free, tissue_.rest());
-    u.stick_point = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
+    u.aim = aim_of(c, x_start);
     u.count = c.lever.count;
     for (int k = 0; k < u.count; ++k) {
       u.slots[k] = c.lever.slots[k];
@@ -88,6 +89,7 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
       if (u.weights[k] != 0) slots_.push_back(u.slots[k]);
     }
     for (int first = 0; first < u.count; first += 3) add_side(u, first);
+    u.kept = 1 / (1 + (c.carried ? kGrasperGive : kContactGive));
     unknowns_.push_back(u);
   }
   std::sort(slots_.begin(), slots_.end());
@@ -99,6 +101,13 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
     }
   }
   columns_.require(slots_);
+}
+
+// Where a grasper carries it; else on the tip, and there where friction holds it.
+Row ConstraintSolver::aim_of(const Contact& c, const Rows& x_start) const {
+  if (c.carried) return c.target;
+  const Row stuck = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
+  return stuck - c.normal.dot(stuck - c.target) * c.normal;
 }
 
 // What the pressure in the body of three of a lever's vertices does to the constrained point.
@@ -130,6 +139,8 @@ void ConstraintSolver::couple() {
       }
     }
     for (std::size_t j = i; j < n; ++j) coupling_[j * n + i] = coupling_[i * n + j];
+    unknowns_[i].own = coupling_[i * n + i];
+    unknowns_[i].per_own = unknowns_[i].own > 0 ? 1 / unknowns_[i].own : 0;
   }
 }
 
@@ -138,9 +149,17 @@ void ConstraintSolver::measure_volume_gap(const Rows& x_free, const Rows& x) {
   for (std::size_t b = 0; b < volumes_.size(); ++b) {
     volume_gap_[b] = volume_.bodies()[b].rest_mm3 - volumes_[b];
   }
-  for (std::uint32_t i = 0; i < tissue_.free_count(); ++i) {
+  const Lanes* gradient = as_lanes(gradient_.data());
+  const Lanes* free = as_lanes(x_free.data());
+  const Lanes* at = as_lanes(x.data());
+  const auto count = static_cast<std::uint32_t>(tissue_.free_count());
+  for (std::uint32_t i = 0; i < count;) {  // by runs of one body
     const std::uint32_t body = volume_.body_of_slot(i);
-    if (body != EnclosedVolume::kNoBody) volume_gap_[body] -= gradient_[i].dot(x_free[i] - x[i]);
+    Lanes products{};
+    for (; i < count && volume_.body_of_slot(i) == body; ++i)
+      products += gradient[i] * (free[i] - at[i]);
+    if (body != EnclosedVolume::kNoBody)
+      volume_gap_[body] -= products[0] + products[1] + products[2];
   }
 }
 
@@ -158,34 +177,27 @@ void ConstraintSolver::iterate(std::vector<Contact>& contacts) {
 double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
   const std::size_t n = unknowns_.size();
   Lanes* force = as_lanes(force_.data());
-  double largest = 0;
+  double largest = 0;  // squared
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& u = unknowns_[i];
     const Contact& c = contacts[i];
+    if (u.per_own == 0) continue;
     const double* coupling = coupling_.data() + i * n;
-    const double own = coupling[i];
-    if (!(own > 0)) continue;
     Lanes point = *as_lanes(&u.free_point);
     for (std::size_t j = 0; j < n; ++j) point += coupling[j] * force[j];
     for (int s = 0; s < u.side_count; ++s)
       point += pressure_[u.sides[s].body] * *as_lanes(&u.sides[s].volume_move);
 
-    Lanes next = force[i];
-    if (c.carried) {
-      next -= (point - *as_lanes(&c.target)) / own;
-    } else {
-      const Lanes normal = *as_lanes(&c.normal);
-      const Lanes slip = point - *as_lanes(&u.stick_point);
-      const double gap = dot(normal, point - *as_lanes(&c.target));
-      next -= (slip + (gap - dot(normal, slip)) * normal) / own;
-      next = into_cone(next, normal, c.of_tissue() ? 0 : friction_);  // wet skin slides on skin
+    Lanes next = force[i] - u.per_own * (point - *as_lanes(&u.aim));
+    if (!c.carried) {  // wet skin slides on skin
+      next = into_cone(next, *as_lanes(&c.normal), c.of_tissue() ? 0 : friction_);
     }
-    next /= 1 + (c.carried ? kGrasperGive : kContactGive);
-    const Lanes change = next - force[i];
-    largest = std::max(largest, own * std::sqrt(dot(change, change)));
+    next *= u.kept;
+    const Lanes moved = u.own * (next - force[i]);
+    largest = std::max(largest, dot(moved, moved));
     force[i] = next;
   }
-  return largest;
+  return std::sqrt(largest);
 }
 
 double ConstraintSolver::sweep_pressures() {

@@ -44,12 +44,16 @@ class ConstraintSolver {
     std::uint32_t slots[6];
     std::uint32_t local[6];  // into slots_, for free vertices
     Row free_point;          // mm, without any force
-    Row stick_point;         // where friction would hold it, mm
+    Row aim;                 // where it would come to lie if all forces were allowed, mm
     Side sides[2];
     int side_count;  // of those whose body has a pressure
+    double own;      // w_ii, mm/mN: how far a force moves its own point
+    double per_own;  // its reciprocal; 0 for a point that nothing moves
+    double kept;     // of a force: the rest is give
   };
   void measure_softness();
   void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
+  Row aim_of(const Contact& contact, const Rows& x_start) const;
   void add_side(Unknown& u, int first) const;
   void couple();
   void measure_volume_gap(const Rows& x_free, const Rows& x);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace organbake::deform {
@@ -81,6 +82,13 @@ void ContactSearch::mark_beyond(const Rows& x, const Row& low, const Row& high) 
     beyond_[i] = static_cast<std::uint8_t>((under[0] & 1) | (under[1] & 2) | (under[2] & 4) |
                                            (over[0] & 8) | (over[1] & 16) | (over[2] & 32));
   }
+}
+
+// Half of the margin; the other half is for the motion that the next solve makes.
+double ContactSearch::slack_mm(const std::vector<TipSweep>& sweeps) {
+  double least_radius = std::numeric_limits<double>::infinity();
+  for (const TipSweep& sweep : sweeps) least_radius = std::min(least_radius, sweep.radius_mm);
+  return kReachMargin / 2 * least_radius;
 }
 
 bool ContactSearch::found_any() const {

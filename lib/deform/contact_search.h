@@ -20,6 +20,8 @@ class ContactSearch {
 
   // Broad phase: the faces whose shell may come within a tip's reach on its sweep, x in mm.
   void find_faces(const Rows& x, const std::vector<TipSweep>& sweeps);
+  // How far the skin may move till the faces have to be sought anew.
+  static double slack_mm(const std::vector<TipSweep>& sweeps);
   bool found_any() const;
   const Rows& rest() const { return tissue_.rest(); }
   const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }

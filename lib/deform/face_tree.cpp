@@ -4,25 +4,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 namespace organbake::deform {
 namespace {
 
 constexpr std::uint32_t kLeafFaces = 4;
-// Faces meet when they look against each other by more than this.
-constexpr double kLeastAngle_rad = std::numbers::pi / 2;
 
 Row normal_of(const Row& a, const Row& b, const Row& c) {
   const Row u = b - a, v = c - a;
   const Lanes n = cross(*as_lanes(&u), *as_lanes(&v));
   const double length = std::sqrt(dot(n, n));
   return length > 0 ? Row(n[0] / length, n[1] / length, n[2] / length, 0) : Row(Row::Zero());
-}
-
-double angle_between(const Row& a, const Row& b) {
-  return std::acos(std::clamp(a.dot(b), -1., 1.));
 }
 
 bool share_a_vertex(const Face& f, const Face& g) {
@@ -35,7 +28,6 @@ FaceTree::FaceTree(const Tissue& tissue, Skin& skin)
     : tissue_(tissue),
       skin_(skin),
       order_(tissue.faces().size()),
-      prism_(order_.size()),
       box_(order_.size()),
       normal_(order_.size()) {
   const Rows& x = tissue.rest();
@@ -88,11 +80,12 @@ void FaceTree::find_pairs(double margin_mm, std::vector<FacePair>& pairs) {
 void FaceTree::fit(double margin_mm) {
   margin_mm_ = margin_mm;
   const Rows& x = skin_.shape();
+  skin_.pose_all_normals();
   for (std::uint32_t f = 0; f < order_.size(); ++f) {
     const auto [i, j, k] = tissue_.faces()[f];
-    prism_[f] = skin_.skin_prism(f);
-    Box& box = box_[f] = {prism_[f][0], prism_[f][0]};
-    for (const Row& corner : prism_[f]) {
+    const Prism prism = skin_.skin_prism(f);
+    Box& box = box_[f] = {prism[0], prism[0]};
+    for (const Row& corner : prism) {
       box.low = box.low.cwiseMin(corner), box.high = box.high.cwiseMax(corner);
     }
     box.low.array() -= margin_mm / 2;
@@ -118,10 +111,9 @@ void FaceTree::fit_leaf(Node& node) {
     sum += normal_[order_[k]];
   }
   const double length = sum.norm();
-  node.cone = {length > 0 ? Row(sum / length) : sum, length > 0 ? 0 : std::numbers::pi};
+  node.cone = {length > 0 ? Row(sum / length) : sum, length > 0 ? kNoAngle : kHalfTurn};
   for (std::uint32_t k = node.first; k < node.last; ++k) {
-    node.cone.half_rad =
-        std::max(node.cone.half_rad, angle_between(node.cone.axis, normal_[order_[k]]));
+    node.cone.half = wider(node.cone.half, Angle::between(node.cone.axis, normal_[order_[k]]));
   }
 }
 
@@ -131,17 +123,15 @@ void FaceTree::join(Node& node) const {
   node.box = {left.box.low.cwiseMin(right.box.low), left.box.high.cwiseMax(right.box.high)};
   const Row sum = left.cone.axis + right.cone.axis;
   const double length = sum.norm();
-  node.cone = {length > 0 ? Row(sum / length) : sum, std::numbers::pi};
+  node.cone = {length > 0 ? Row(sum / length) : sum, kHalfTurn};
   if (!(length > 0)) return;
-  node.cone.half_rad =
-      std::min(std::numbers::pi,
-               std::max(angle_between(node.cone.axis, left.cone.axis) + left.cone.half_rad,
-                        angle_between(node.cone.axis, right.cone.axis) + right.cone.half_rad));
+  node.cone.half = wider(Angle::between(node.cone.axis, left.cone.axis) + left.cone.half,
+                         Angle::between(node.cone.axis, right.cone.axis) + right.cone.half);
 }
 
 void FaceTree::meet_itself(std::uint32_t number, std::vector<FacePair>& pairs) const {
   const Node& node = nodes_[number];
-  if (2 * node.cone.half_rad < kLeastAngle_rad) return;
+  if ((node.cone.half + node.cone.half).acute()) return;
   if (node.left) {
     meet_itself(node.left, pairs);
     meet_itself(node.right, pairs);
@@ -156,10 +146,7 @@ void FaceTree::meet(std::uint32_t a, std::uint32_t b, std::vector<FacePair>& pai
   const Node& p = nodes_[a];
   const Node& q = nodes_[b];
   if (!p.box.meets(q.box)) return;
-  if (angle_between(p.cone.axis, q.cone.axis) + p.cone.half_rad + q.cone.half_rad <
-      kLeastAngle_rad) {
-    return;
-  }
+  if ((Angle::between(p.cone.axis, q.cone.axis) + p.cone.half + q.cone.half).acute()) return;
   const bool split_p = p.left && (!q.left || p.last - p.first >= q.last - q.first);
   if (split_p) return meet(p.left, b, pairs), meet(p.right, b, pairs);
   if (q.left) return meet(a, q.left, pairs), meet(a, q.right, pairs);
@@ -169,28 +156,30 @@ void FaceTree::meet(std::uint32_t a, std::uint32_t b, std::vector<FacePair>& pai
 }
 
 void FaceTree::meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair>& pairs) const {
-  if (normal_[f].dot(normal_[g]) > std::cos(kLeastAngle_rad) || !box_[f].meets(box_[g])) return;
+  if (normal_[f].dot(normal_[g]) > 0 || !box_[f].meets(box_[g])) return;
   const bool of_one = tissue_.organ_of_face(f) == tissue_.organ_of_face(g);
   if (of_one &&
       (share_a_vertex(tissue_.faces()[f], tissue_.faces()[g]) || front_and_back_at_rest(f, g))) {
     return;
   }
-  if (apart_along(f, g) || apart_along(g, f)) return;
+  const Prism of_f = skin_.skin_prism(f), of_g = skin_.skin_prism(g);
+  if (apart_along(normal_[f], of_f, of_g) || apart_along(normal_[g], of_g, of_f)) return;
   pairs.push_back({f, g});
 }
 
-// Whether a slab along f's normal that holds its skin and the margin leaves out all of g's.
-bool FaceTree::apart_along(std::uint32_t f, std::uint32_t g) const {
-  const auto span = [&](std::uint32_t face) {
-    double low = normal_[f].dot(prism_[face][0]), high = low;
-    for (const Row& corner : prism_[face]) {
-      const double at = normal_[f].dot(corner);
+// Whether a slab along a face's normal that holds its skin and the margin leaves out all of the
+// other's.
+bool FaceTree::apart_along(const Row& normal, const Prism& own, const Prism& other) const {
+  const auto span = [&](const Prism& prism) {
+    double low = normal.dot(prism[0]), high = low;
+    for (const Row& corner : prism) {
+      const double at = normal.dot(corner);
       low = std::min(low, at), high = std::max(high, at);
     }
     return std::pair(low, high);
   };
-  const auto [low, high] = span(f);
-  const auto [other_low, other_high] = span(g);
+  const auto [low, high] = span(own);
+  const auto [other_low, other_high] = span(other);
   return other_low > high + margin_mm_ || other_high < low - margin_mm_;
 }
 

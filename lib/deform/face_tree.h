@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "deform/angles.h"
 #include "deform/rows.h"
 #include "deform/skin.h"
 #include "deform/tissue.h"
@@ -16,7 +17,8 @@ struct FacePair {
 
 // A hierarchy of boxes over the proxies' faces, for tissue that may meet tissue. Boxes hold the
 // skin over their faces. Beside them cones hold the directions that faces look in: parts that look
-// the same way cannot meet (Volino & Thalmann 1994), so that a smooth organ costs next to nothing.
+// the same way, within a right angle, cannot meet (Volino & Thalmann 1994), so that a smooth organ
+// costs next to nothing.
 class FaceTree {
  public:
   FaceTree(const Tissue& tissue, Skin& skin);
@@ -33,9 +35,10 @@ class FaceTree {
       return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
     }
   };
+  using Prism = std::array<Row, 6>;  // Skin::skin_prism
   struct Cone {
     Row axis;
-    double half_rad;  // π holds everything
+    Angle half;  // half a turn holds everything
   };
   struct Node {
     std::uint32_t first = 0, last = 0;  // of order_
@@ -51,16 +54,15 @@ class FaceTree {
   void meet_itself(std::uint32_t node, std::vector<FacePair>& pairs) const;
   void meet(std::uint32_t a, std::uint32_t b, std::vector<FacePair>& pairs) const;
   void meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair>& pairs) const;
-  bool apart_along(std::uint32_t f, std::uint32_t g) const;
+  bool apart_along(const Row& normal, const Prism& own, const Prism& other) const;
   bool front_and_back_at_rest(std::uint32_t f, std::uint32_t g) const;
 
   const Tissue& tissue_;
   Skin& skin_;
-  Rows rest_center_, rest_normal_;         // of the faces
-  std::vector<std::uint32_t> order_;       // faces
-  std::vector<Node> nodes_;                // parents before their children
-  std::vector<std::array<Row, 6>> prism_;  // of the faces' skin, now
-  std::vector<Box> box_;
+  Rows rest_center_, rest_normal_;    // of the faces
+  std::vector<std::uint32_t> order_;  // faces
+  std::vector<Node> nodes_;           // parents before their children
+  std::vector<Box> box_;              // of the faces' skin, now
   Rows normal_;
   double margin_mm_ = 0;
 };

@@ -56,9 +56,13 @@ std::vector<double> kept_volumes(const DeformBodies& bodies, const DeformOptions
 }
 
 double largest_distance(const Rows& a, const Rows& b) {
+  const Lanes* p = as_lanes(a.data());
+  const Lanes* q = as_lanes(b.data());
   double squared = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    squared = std::max(squared, (a[i] - b[i]).squaredNorm());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Lanes d = p[i] - q[i];
+    squared = std::max(squared, dot(d, d));
+  }
   return std::sqrt(squared);
 }
 
@@ -107,6 +111,7 @@ bool ShapeSolver::near_skin(const std::vector<TipSweep>& sweeps) {
 void ShapeSolver::find_faces(const std::vector<TipSweep>& sweeps) {
   Stopwatch watch;
   search_.find_faces(x_, sweeps);
+  moved_since_found_mm_ = 0;
   collision_ms_ += watch.lap();
 }
 
@@ -181,11 +186,13 @@ void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight
     move_freely(first && with_foresight ? foreseen() : x_);
     if (first) {
       follow_sweeps(sweeps);
-    } else {
+    } else if (moved_since_found_mm_ > ContactSearch::slack_mm(sweeps)) {
       find_faces(sweeps);
     }
     constrain(sweeps, 1);
-    if (largest_distance(x_, x_before_) < kConverged_mm) break;
+    const double moved_mm = largest_distance(x_, x_before_);
+    if (moved_mm < kConverged_mm) break;
+    moved_since_found_mm_ += moved_mm;
   }
 }
 

@@ -84,6 +84,7 @@ class ShapeSolver {
   Rows force_;                            // left at a shape, mN; then the way from there, mm
   Rows load_;                             // dead, on the free slots, mN; or empty
   std::vector<Contact> contacts_;
+  double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
   double collision_ms_ = 0;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };

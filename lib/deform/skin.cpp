@@ -5,18 +5,16 @@
 #include <cmath>
 #include <limits>
 
+#include "deform/angles.h"
 #include "geometry/nearest_on_triangle.h"
 
 namespace organbake::deform {
 namespace {
 
-// The angle-weighted normal of geometry/triangle_mesh.h, one corner's share.
-Lanes corner_normal(const Lanes& at, const Lanes& next, const Lanes& last) {
-  const Lanes u = next - at, v = last - at;
-  const Lanes n = cross(u, v);
-  const double length = std::sqrt(dot(n, n));
-  if (!(length > 0)) return Lanes{};
-  return (std::atan2(length, dot(u, v)) / length) * n;
+// Of normals that are weighed by angles, as in geometry/triangle_mesh.h; nothing for a face of no
+// area.
+Lanes shares(const Lanes& area, const Lanes& cosine) {
+  return area > 0 ? angles_of(area, cosine) / area : Lanes{};
 }
 
 Row from_lanes(const Lanes& v) { return {v[0], v[1], v[2], 0}; }
@@ -94,15 +92,46 @@ const Row& Skin::vertex_normal(std::uint32_t slot) {
   if (posed_[slot] == pose_) return normals_[slot];
   const Lanes* x = as_lanes(x_->data());
   Lanes sum{};
-  for (std::uint32_t k = face_start_[slot]; k < face_start_[slot + 1]; ++k) {
-    const Face& f = faces()[faces_of_slot_[k]];
-    const int corner = f[0] == slot ? 0 : f[1] == slot ? 1 : 2;
-    sum += corner_normal(x[slot], x[f[(corner + 1) % 3]], x[f[(corner + 2) % 3]]);
+  const std::uint32_t end = face_start_[slot + 1];
+  for (std::uint32_t k = face_start_[slot]; k < end; k += 4) {
+    const std::uint32_t count = std::min(end - k, 4u);
+    Lanes normal[4], squared{}, cosine{};
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Face& f = faces()[faces_of_slot_[k + i]];
+      const int corner = f[0] == slot ? 0 : f[1] == slot ? 1 : 2;
+      const Lanes u = x[f[(corner + 1) % 3]] - x[slot], v = x[f[(corner + 2) % 3]] - x[slot];
+      normal[i] = cross(u, v);
+      squared[i] = dot(normal[i], normal[i]);
+      cosine[i] = dot(u, v);
+    }
+    const Lanes share = shares(square_roots(squared), cosine);
+    for (std::uint32_t i = 0; i < count; ++i) sum += share[i] * normal[i];
   }
+  set_normal(slot, sum);
+  return normals_[slot];
+}
+
+void Skin::set_normal(std::uint32_t slot, const Lanes& sum) {
   const double length = std::sqrt(dot(sum, sum));
   normals_[slot] = length > 0 ? from_lanes(sum / length) : Row(0, 0, 1, 0);
   posed_[slot] = pose_;
-  return normals_[slot];
+}
+
+void Skin::pose_all_normals() {
+  std::fill(normals_.begin(), normals_.end(), Row::Zero());
+  const Lanes* x = as_lanes(x_->data());
+  Lanes* sum = as_lanes(normals_.data());
+  for (const auto& [i, j, k] : faces()) {
+    const Lanes ij = x[j] - x[i], jk = x[k] - x[j], ki = x[i] - x[k];
+    const Lanes normal = cross(jk, ki);
+    const double area = std::sqrt(dot(normal, normal));
+    const Lanes share =
+        shares(Lanes{} + area, Lanes{-dot(ij, ki), -dot(jk, ij), -dot(ki, jk), area});
+    sum[i] += share[0] * normal;
+    sum[j] += share[1] * normal;
+    sum[k] += share[2] * normal;
+  }
+  for (std::uint32_t slot = 0; slot < normals_.size(); ++slot) set_normal(slot, sum[slot]);
 }
 
 FaceFrame Skin::frame(std::uint32_t face) {

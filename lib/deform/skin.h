@@ -54,6 +54,8 @@ class Skin {
   // Takes x (mm, by slot; kept by reference until the next pose) as the current shape. Vertex
   // normals are made on demand, once per pose: a contact sees a handful of them.
   void pose(const Rows& x);
+  // All of them at once, for one who needs all: the same up to rounding.
+  void pose_all_normals();
   const Rows& shape() const { return *x_; }
   FaceFrame frame(std::uint32_t face);
   SkinHit hit(const SkinPoint& at, const Row& center);
@@ -68,6 +70,7 @@ class Skin {
 
  private:
   const Row& vertex_normal(std::uint32_t slot);
+  void set_normal(std::uint32_t slot, const Lanes& sum);
   // The lattice over one face.
   struct Lattice {
     std::uint32_t steps = 1;

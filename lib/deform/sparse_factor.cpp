@@ -148,26 +148,27 @@ void SparseFactor::solve_lots(const std::array<Row*, kLots>& lots) const {
   if (size() == 0) return;
   constexpr std::size_t kStride = 4 * kLots;
   float* rows = rows_.data();
+  const auto floats = [rows](std::size_t i, int lot) {
+    return reinterpret_cast<Floats4*>(rows + i * kStride + 4 * lot);
+  };
   for (std::size_t i = 0; i < size(); ++i) {
     for (int lot = 0; lot < kLots; ++lot) {
-      const Row scaled = scale_[i] * lots[lot][i];
-      Eigen::Map<Eigen::Vector4f>(rows + i * kStride + 4 * lot) = scaled.cast<float>();
+      const Lanes scaled = scale_[i] * *as_lanes(lots[lot] + i);
+      *floats(i, lot) = __builtin_convertvector(scaled, Floats4);
     }
   }
   std::fill_n(rows + size() * kStride, kStride, 0.0F);
   for (const Panel& panel : panels_)
     eliminate<kLots, kLanes>(view(panel), rows + panel.first * kStride, rows);
   for (std::size_t i = 0; i < size(); ++i)
-    for (std::size_t lane = 0; lane < kStride; ++lane)
-      rows[i * kStride + lane] *= inverse_diagonal_[i];
+    for (int lot = 0; lot < kLots; ++lot) *floats(i, lot) *= inverse_diagonal_[i];
   for (auto panel = panels_.rbegin(); panel != panels_.rend(); ++panel) {
     substitute<kLots, kLanes>(view(*panel), rows + panel->first * kStride, rows,
                               reinterpret_cast<Floats8*>(planes_.data()));
   }
   for (std::size_t i = 0; i < size(); ++i) {
     for (int lot = 0; lot < kLots; ++lot) {
-      lots[lot][i] = scale_[i] *
-                     Eigen::Map<const Eigen::Vector4f>(rows + i * kStride + 4 * lot).cast<double>();
+      *as_lanes(lots[lot] + i) = scale_[i] * __builtin_convertvector(*floats(i, lot), Lanes);
     }
   }
 }

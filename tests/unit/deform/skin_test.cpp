@@ -50,6 +50,20 @@ TEST(Skin, IsTheShellMapOfTheDeformedProxy) {
   }
 }
 
+TEST(Skin, AllNormalsAtOnceAreThoseOnDemand) {
+  Posed p;
+  std::vector<SkinHit> on_demand;
+  for (std::uint32_t f = 0; f < p.mesh.faces.size(); ++f)
+    on_demand.push_back(p.skin.hit({f, 0.2, 0.3, 1}, Row::Zero()));
+  p.skin.pose(p.x);
+  p.skin.pose_all_normals();
+  for (std::uint32_t f = 0; f < p.mesh.faces.size(); ++f) {
+    const SkinHit at_once = p.skin.hit({f, 0.2, 0.3, 1}, Row::Zero());
+    EXPECT_LT((at_once.point - on_demand[f].point).norm(), kSame_mm);
+    EXPECT_LT((at_once.normal - on_demand[f].normal).norm(), kSame_mm);
+  }
+}
+
 TEST(Skin, NearestPointBeatsAFineSampling) {
   Posed p;
   RandomStream random(5);
