@@ -8,6 +8,7 @@
 #include "actions.h"
 #include "command.h"
 #include "core/error.h"
+#include "core/heap.h"
 #include "stop_signal.h"
 
 namespace organbake {
@@ -44,4 +45,7 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace organbake
 
-int main(int argc, char** argv) { return organbake::run(argc, argv); }
+int main(int argc, char** argv) {
+  organbake::keep_heap_in_large_pages();
+  return organbake::run(argc, argv);
+}
