@@ -25,7 +25,7 @@ struct CaptureSummary {
   std::vector<CameraMaps> maps;  // one per camera
   BaseLayer base;
   std::size_t bound_in_prism = 0;
-  std::size_t bound_by_fallback = 0;  // unclamped, nearest face
+  std::size_t bound_by_fallback = 0;  // unclamped, see ShellBinder
   std::size_t unbound_texels = 0;     // no face of the proxy carries them: stored as background
   std::size_t back_face_texels = 0;   // saw the surface from inside: stored as background
   std::size_t unsure_texels = 0;      // of no confidence: stored as background, too

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/heap.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 
@@ -21,7 +20,7 @@ void keep_heap_in_large_pages() {
   constexpr int kLater = 16 << 20;      // the steps in which the heap grows beyond
   mallopt(M_ARENA_MAX, 1);              // or no thread would take what another freed
   mallopt(M_MMAP_THRESHOLD, kLargest);
-  mallopt(M_TRIM_THRESHOLD, 2 * kReserved - 1);
+  mallopt(M_TRIM_THRESHOLD, 2 * kReserved);
   mallopt(M_TOP_PAD, kReserved);
   const auto heap_end = [] { return reinterpret_cast<std::uintptr_t>(sbrk(0)); };
   const std::uintptr_t begin = (heap_end() + kPage - 1) / kPage * kPage;

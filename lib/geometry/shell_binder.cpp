@@ -70,6 +70,10 @@ struct ShellBinder::Impl {
   // Whether the face's triangle is about to collapse at the height: one that is stored rounded
   // would say nothing there.
   bool collapses_at(double height_mm, std::uint32_t face) const;
+  bool carries(const ShellBinding& binding, const Eigen::Vector3d& point) const {
+    return !collapses_at(binding.height_mm, binding.face) &&
+           reproduces(matrices[binding.face], binding, point);
+  }
   ShellBinding unclamped(const Eigen::Vector3d& point) const;
   // The lowest place over the face, beside its triangle too, that gives the point back.
   std::optional<ShellBinding> over(std::uint32_t face, const Eigen::Vector3d& point) const;
@@ -142,7 +146,7 @@ std::optional<ShellBinding> ShellBinder::Impl::over(std::uint32_t face,
     const double h = roots.heights[i];
     const Eigen::Vector2d b = barycentric_at_height(matrices[face], h, point);
     const ShellBinding binding{face, b.x(), b.y(), h};
-    if (!collapses_at(h, face) && reproduces(matrices[face], binding, point)) return binding;
+    if (carries(binding, point)) return binding;
   }
   return std::nullopt;
 }
@@ -223,8 +227,8 @@ void ShellBinder::Impl::bind_alone(std::uint32_t face, const LanePoints& points,
     for (int i = 0; i < roots.count && std::abs(roots.heights[i]) < best.least_height[k]; ++i) {
       const double h = roots.heights[i];
       const Eigen::Vector2d b = barycentric_at_height(matrices[face], h, point);
-      if (!in_triangle(b.x(), b.y()) || collapses_at(h, face)) continue;
-      if (!reproduces(matrices[face], {face, b.x(), b.y(), h}, point)) continue;
+      if (!in_triangle(b.x(), b.y())) continue;
+      if (!carries({face, b.x(), b.y(), h}, point)) continue;
       best.least_height[k] = std::abs(h);
       best.b1[k] = b.x(), best.b2[k] = b.y(), best.height[k] = h;
       best.face[k] = face;
@@ -271,8 +275,7 @@ void ShellBinder::bind(std::span<const Eigen::Vector3d> points,
 }
 
 bool ShellBinder::carries(const ShellBinding& binding, const Eigen::Vector3d& point) const {
-  return !impl_->collapses_at(binding.height_mm, binding.face) &&
-         reproduces(impl_->matrices[binding.face], binding, point);
+  return impl_->carries(binding, point);
 }
 
 bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {
