@@ -23,6 +23,10 @@ constexpr double kSureEdgeDistance = 3;
 // one. Nobody sees a weight finer than 1/64.
 constexpr int kDepthBits = 17, kHeightBits = 19;
 constexpr float kConfidenceSteps = 64;
+// How far from its texel's surface a rounded height may lead, of the depth: as far as the depth's
+// last bit. Along a straight prism it is at most a quarter of that; where a body's prisms close, the
+// way across the body.
+constexpr double kHeightLeads = 0x1p-17;
 
 // `value` as a whole number of `bits` below the leading bit of `depth_mm` > 0.
 float rounded_below(double depth_mm, int bits, double value) {
@@ -55,7 +59,9 @@ void store_texels(const CaptureScene& scene, const CameraRays& camera,
   for (std::size_t i = 0; i < centers.size(); ++i) {
     const ShellBinding& bound = bindings[i];
     const std::size_t texel = std::size_t(centers[i].y) * maps.width + centers[i].x;
-    if (!scene.shell.carries(bound, points[i])) {
+    const float height_mm = rounded_below(centers[i].hit.t, kHeightBits, bound.height_mm);
+    const double within_mm = kHeightLeads * centers[i].hit.t;
+    if (!scene.shell.gives_back(bound.face, height_mm, points[i], within_mm)) {
       maps.confidence[texel] = 0;
       ++counts.unbound;
       continue;
@@ -63,7 +69,7 @@ void store_texels(const CaptureScene& scene, const CameraRays& camera,
     ++(scene.shell.inside(bound, points[i]) ? counts.in_prism : counts.by_fallback);
     counts.largest_height_mm = std::max(counts.largest_height_mm, std::abs(bound.height_mm));
     maps.face[texel] = bound.face;
-    maps.height_mm[texel] = rounded_below(centers[i].hit.t, kHeightBits, bound.height_mm);
+    maps.height_mm[texel] = height_mm;
   }
 }
 

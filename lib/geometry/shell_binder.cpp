@@ -67,8 +67,8 @@ struct ShellBinder::Impl {
               LaneBindings& best) const;
   void bind_alone(std::uint32_t face, const LanePoints& points, const LaneMask& asked,
                   LaneBindings& best) const;
-  // Whether the face's triangle is about to collapse at the height: one that is stored rounded
-  // would say nothing there.
+  // Whether the face's triangle is about to collapse at the height: one that is rounded would say
+  // nothing there.
   bool collapses_at(double height_mm, std::uint32_t face) const;
   bool carries(const ShellBinding& binding, const Eigen::Vector3d& point) const {
     return !collapses_at(binding.height_mm, binding.face) &&
@@ -274,8 +274,11 @@ void ShellBinder::bind(std::span<const Eigen::Vector3d> points,
   }
 }
 
-bool ShellBinder::carries(const ShellBinding& binding, const Eigen::Vector3d& point) const {
-  return impl_->carries(binding, point);
+bool ShellBinder::gives_back(std::uint32_t face, double height_mm, const Eigen::Vector3d& point,
+                             double within_mm) const {
+  const ShellMatrix& m = impl_->matrices[face];
+  const Eigen::Vector2d b = barycentric_at_height(m, height_mm, point);
+  return (shell_point(m, b.x(), b.y(), height_mm) - point).norm() <= within_mm;
 }
 
 bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {

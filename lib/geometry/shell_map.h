@@ -50,9 +50,10 @@ class ShellBinder {
   void bind(std::span<const Eigen::Vector3d> points, std::span<ShellBinding> bindings) const;
   // Whether the point lies in the prism that it was bound to: not when by the fallback.
   bool inside(const ShellBinding& binding, const Eigen::Vector3d& point) const;
-  // Whether the binding gives the point back, also from a height that was rounded a little: there
-  // are points of which no face's does, where a body's prisms close deep below its skin.
-  bool carries(const ShellBinding& binding, const Eigen::Vector3d& point) const;
+  // Whether a face and a height alone, as maps hold them, give the point back to within_mm. Where a
+  // body's prisms close, deep below its skin, no face's rounded height does.
+  bool gives_back(std::uint32_t face, double height_mm, const Eigen::Vector3d& point,
+                  double within_mm) const;
 
  private:
   struct Impl;

@@ -45,8 +45,8 @@ Bundle any_bundle(RandomStream& random) {
   return memory_bundle(surface, proxy_of(surface, random), options, {.rays_per_texel_side = 1});
 }
 
-// How far macro + micro lies from the surface that the depth map holds, beyond what heights are
-// stored to.
+// How far macro + micro lies from the surface that the depth map holds, beyond the last bit that a
+// depth keeps.
 double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
                       const CameraMaps& maps) {
   const std::vector<ShellMatrix> shell = shell_matrices(proxy);
@@ -56,7 +56,7 @@ double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
     const Eigen::Vector3d point = texel_point(camera, k, maps.depth_mm[k]);
     const Eigen::Vector3d bound = rejoined_point(shell.at(maps.face[k]), maps.height_mm[k], point);
     expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
-    const double stored_mm = std::ldexp(double(maps.depth_mm[k]), -19);
+    const double stored_mm = std::ldexp(double(maps.depth_mm[k]), -17);
     worst_mm = std::max(worst_mm, (bound - point).norm() - stored_mm);
   }
   return worst_mm;

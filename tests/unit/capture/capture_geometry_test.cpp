@@ -138,6 +138,30 @@ TEST(CaptureBinding, TexelsThatNoFaceCarriesAreBackgroundAndCounted) {
   for (const float depth : summary.maps[0].depth_mm) EXPECT_TRUE(std::isinf(depth));
 }
 
+// The farther the camera, the coarser its heights.
+TEST(CaptureBinding, FromAfarNoHeightLeadsAcrossTheBody) {
+  TriangleMesh proxy = box_mesh({100, 100, 100});
+  for (auto& v : proxy.vertices) v -= Vector3d::Constant(50);
+  PosedCamera camera = plain_camera({0, -1e5, 0}, {0, 0, 0}, 40);
+  camera.intrinsics.fx = camera.intrinsics.fy = 4e5;  // 10 mm across
+  const CaptureSummary summary = capture_plainly(sphere_mesh(4, 3), proxy, {camera});
+  const CameraMaps& maps = summary.maps[0];
+  const CameraRays rays(camera);
+  const std::vector<ShellMatrix> shells = shell_matrices(proxy);
+  std::size_t bound = 0;
+  for (int p = 0; p < maps.width * maps.height; ++p) {
+    if (maps.face[p] == kNoFace) continue;
+    const Ray ray = rays.through(p % maps.width + 0.5, p / maps.width + 0.5);
+    const Vector3d point = ray.origin + double(maps.depth_mm[p]) * ray.direction;
+    const ShellMatrix& shell = shells.at(maps.face[p]);
+    const Eigen::Vector2d b = barycentric_at_height(shell, maps.height_mm[p], point);
+    // The depth's last bit.
+    EXPECT_LE((shell_point(shell, b[0], b[1], maps.height_mm[p]) - point).norm(), 1e5 / (1 << 16));
+    ++bound;
+  }
+  EXPECT_GT(bound, 100u);
+}
+
 // A red dot on one side of a green organ must appear where it projects: no mirror, no transpose.
 TEST(CaptureColor, AMarkIsWhereItProjects) {
   TriangleMesh surface = painted(sphere_mesh(30, 5), {0.1f, 0.6f, 0.1f});
