@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
@@ -75,9 +74,19 @@ struct ShellBinder::Impl {
            reproduces(matrices[binding.face], binding, point);
   }
   ShellBinding unclamped(const Eigen::Vector3d& point) const;
-  // The lowest place over the face, beside its triangle too, that gives the point back.
-  std::optional<ShellBinding> over(std::uint32_t face, const Eigen::Vector3d& point) const;
-  std::uint32_t nearest_face(const Eigen::Vector3d& point) const;
+  // The place over a face, beside its triangle too, that gives the point back and leaves the face
+  // least.
+  struct Over {
+    ShellBinding binding;
+    double stray_mm = std::numeric_limits<double>::infinity();
+    bool found() const { return std::isfinite(stray_mm); }
+  };
+  Over over(std::uint32_t face, const Eigen::Vector3d& point) const;
+  struct Nearest {
+    std::uint32_t face;
+    double distance_mm;
+  };
+  Nearest nearest_face(const Eigen::Vector3d& point) const;
 };
 
 void ShellBinder::Impl::build_grid() {
@@ -118,7 +127,7 @@ void ShellBinder::Impl::build_grid() {
   }
 }
 
-std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) const {
+ShellBinder::Impl::Nearest ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) const {
   double best = std::numeric_limits<double>::infinity();
   std::uint32_t face = usable.front();
   for (const std::uint32_t f : usable) {
@@ -128,7 +137,7 @@ std::uint32_t ShellBinder::Impl::nearest_face(const Eigen::Vector3d& point) cons
     const double d2 = (w[0] * a + w[1] * b + w[2] * c - point).squaredNorm();
     if (d2 < best) best = d2, face = f;
   }
-  return face;
+  return {face, std::sqrt(best)};
 }
 
 bool ShellBinder::Impl::collapses_at(double height_mm, std::uint32_t face) const {
@@ -139,32 +148,34 @@ bool ShellBinder::Impl::collapses_at(double height_mm, std::uint32_t face) const
   return !(e1.cross(e2).norm() > kRounding * reach_mm * per_mm);
 }
 
-std::optional<ShellBinding> ShellBinder::Impl::over(std::uint32_t face,
-                                                    const Eigen::Vector3d& point) const {
+ShellBinder::Impl::Over ShellBinder::Impl::over(std::uint32_t face,
+                                                const Eigen::Vector3d& point) const {
   const PrismCubic::Roots roots = cubics[face].heights(point, reach_mm);
+  Over best;
   for (int i = 0; i < roots.count; ++i) {
     const double h = roots.heights[i];
     const Eigen::Vector2d b = barycentric_at_height(matrices[face], h, point);
     const ShellBinding binding{face, b.x(), b.y(), h};
-    if (carries(binding, point)) return binding;
+    if (!carries(binding, point)) continue;
+    const double away_mm = stray_mm(matrices[face], binding);
+    if (away_mm < best.stray_mm) best = {binding, away_mm};
   }
-  return std::nullopt;
+  return best;
 }
 
 ShellBinding ShellBinder::Impl::unclamped(const Eigen::Vector3d& point) const {
-  const std::uint32_t nearest = nearest_face(point);
-  if (const auto binding = over(nearest, point)) return *binding;
-  // The offset planes of the nearest face miss the point: of the faces whose planes meet it, the
-  // one that it leaves least.
-  std::optional<ShellBinding> best;
-  double least_mm = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t face : usable) {
-    const auto binding = over(face, point);
-    if (!binding) continue;
-    const double away_mm = stray_mm(matrices[face], *binding);
-    if (away_mm < least_mm) least_mm = away_mm, best = binding;
+  // Beside a crease the nearest face's offset planes may meet a point only far from the face, and a
+  // poke would fling it: then the face that it leaves least, of all, has it.
+  constexpr double kFlung = 4;  // of the distance; lines that lean take up to twice of it
+  const auto [nearest, distance_mm] = nearest_face(point);
+  Over best = over(nearest, point);
+  if (!(best.stray_mm <= kFlung * distance_mm)) {
+    for (const std::uint32_t face : usable) {
+      const Over other = over(face, point);
+      if (other.stray_mm < best.stray_mm) best = other;
+    }
   }
-  if (best) return *best;
+  if (best.found()) return best.binding;
   // Nothing reproduces the point; the distance along the face's normal comes nearest.
   const ShellMatrix& m = matrices[nearest];
   const Eigen::Vector3d normal =

@@ -35,7 +35,7 @@ Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h, const Eige
 
 // Finds the prism that holds a point: of all faces that hold it, the one with the smallest |h|
 // (then the smallest index); a point in no prism is bound unclamped to the face of the nearest
-// proxy point, or, where no height over that one gives the point back, to the face it leaves least.
+// proxy point, or, where that would take a height or a place far off, to the face it leaves least.
 // Thread-safe after construction.
 class ShellBinder {
  public:

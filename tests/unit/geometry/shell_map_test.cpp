@@ -85,6 +85,29 @@ TEST(ShellMap, NoPointStaysUnbound) {
   }
 }
 
+// Beside a crease a point near the skin may lie in no prism, and the planes of the nearest face meet
+// it only far away: bound there, a poke would fling it out of the picture.
+TEST(ShellMap, BesideACreaseNothingIsBoundFarAway) {
+  constexpr double kNear_mm = 2, kFar_mm = 40;
+  TriangleMesh creased = lumpy_mesh(50, 2);
+  RandomStream random(11);
+  for (auto& v : creased.vertices) v *= random.uniform(0.5, 1.5);
+  const ShellBinder binder(creased, kNear_mm);
+  int outside = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const auto& v = creased.vertices[random.below(creased.vertices.size())];
+    const Eigen::Vector3d p = v + Eigen::Vector3d(random.uniform(-kNear_mm, kNear_mm),
+                                                  random.uniform(-kNear_mm, kNear_mm),
+                                                  random.uniform(-kNear_mm, kNear_mm));
+    const ShellBinding b = binder.bind(p);
+    if (binder.inside(b, p)) continue;
+    ++outside;
+    EXPECT_LT(std::abs(b.height_mm), kFar_mm);
+    EXPECT_LT(std::max(std::abs(b.b1), std::abs(b.b2)), 3) << "faces away from its own";
+  }
+  EXPECT_GT(outside, 10);
+}
+
 // Where a body's prisms close, about its middle, a height that is stored rounded must not throw the
 // point across the body.
 TEST(ShellMap, ARoundedHeightStillGivesThePointBack) {
