@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "warp/outline.h"
+
 namespace organbake {
 namespace {
 
@@ -36,6 +38,10 @@ void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& opt
                         take_nearer(*layers[l], range.begin(), range.end(), frame, depth_mm);
                     });
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
+  if (options.smooth_outline) {
+    const PixelBox all{0, 0, frame.color.width, frame.color.height};
+    Outline().soften(all, options.background, frame);
+  }
 }
 
 DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged) {

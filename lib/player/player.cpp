@@ -126,6 +126,7 @@ DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Fra
   for (Organ& organ : organs_) {
     DrawOptions own = options;
     own.keep_depth = true;
+    own.smooth_outline = false;  // theirs together is
     own.relight = options.relight && organ.warper.can_relight();
     reports.push_back(organ.warper.draw(organ.positions, view, own, organ.picture));
     layers.push_back(&organ.picture);

@@ -47,13 +47,16 @@ void Finish::apply(const View& view, const DrawOptions& options, const PixelBox&
   const HoleCounts holes = fill_holes(drawn, options.fill_holes, frame);
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
-  if (options.solids.empty()) return;
-  keep(solids_box(options.solids, view), frame);
-  draw_solids(options.solids, view, frame);
+  if (!options.solids.empty()) {
+    keep(solids_box(options.solids, view), frame);
+    draw_solids(options.solids, view, frame);
+  }
+  outline_.soften(options.smooth_outline ? drawn : PixelBox{}, options.background, frame);
 }
 
 void Finish::undo(const Background& background, const std::vector<float>& depth_mm,
                   Frame& frame) const {
+  outline_.undo(frame);
   const auto restore = [&](const Pixel& pixel, float depth) {
     std::copy(pixel.color.begin(), pixel.color.end(),
               &frame.color.pixels[3 * std::size_t(pixel.at)]);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "warp/frame.h"
+#include "warp/outline.h"
 #include "warp/pixel_box.h"
 #include "warp/resolve.h"
 #include "warp/solids.h"
@@ -19,9 +20,9 @@ struct DrawReport;
 // Nothing smooth falls this far from one pixel to the next and rises again.
 inline constexpr float kSeeThroughTexels = 8;
 
-// The last steps of a frame, after its tiles: slits opened, holes filled, tools drawn. Remembers
-// what it covers up, so that the next frame of the same view can take it back and draw the tiles
-// that changed alone.
+// The last steps of a frame, after its tiles: slits opened, holes filled, tools drawn, the outline
+// smoothed. Remembers what it covers up, so that the next frame of the same view can take it back
+// and draw the tiles that changed alone.
 class Finish {
  public:
   // drawn: everything but the background. depth_mm: of covered pixels, one per pixel.
@@ -46,6 +47,7 @@ class Finish {
   PixelBox drawn_;
   std::vector<Pixel> opened_;  // as they were
   std::vector<Pixel> hidden_;  // under the tools' box
+  Outline outline_;
 };
 
 }  // namespace organbake

@@ -26,6 +26,9 @@ struct DrawOptions {
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
+  // Blend skin with the background by the share of each pixel that it covers (outline.h); not by
+  // the paper's own warp.
+  bool smooth_outline = true;
   // Light the skin as it lies now, by the bundle's lighting; else it keeps the light that was
   // baked, as the paper's own warp always does.
   bool relight = false;

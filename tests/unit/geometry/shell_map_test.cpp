@@ -85,8 +85,8 @@ TEST(ShellMap, NoPointStaysUnbound) {
   }
 }
 
-// Beside a crease a point near the skin may lie in no prism, and the planes of the nearest face meet
-// it only far away: bound there, a poke would fling it out of the picture.
+// Beside a crease a point near the skin may lie in no prism, and the planes of the nearest face
+// meet it only far away: bound there, a poke would fling it out of the picture.
 TEST(ShellMap, BesideACreaseNothingIsBoundFarAway) {
   constexpr double kNear_mm = 2, kFar_mm = 40;
   TriangleMesh creased = lumpy_mesh(50, 2);

@@ -39,9 +39,12 @@ DrawOptions with_depth() {
   return options;
 }
 
+// One sample a pixel.
 Frame drawn(Player& player, const View& view) {
+  DrawOptions options = with_depth();
+  options.smooth_outline = false;
   Frame frame;
-  player.draw(view, with_depth(), frame);
+  player.draw(view, options, frame);
   return frame;
 }
 
@@ -65,6 +68,29 @@ TEST(SeveralOrgans, TheNearerOneHidesTheOther) {
   EXPECT_GT(of_first, 100u);
   EXPECT_GT(of_second, 100u);
   EXPECT_GT(hidden, 100u);
+}
+
+// Where one hides the other there is no background to blend with.
+TEST(SeveralOrgans, AreSmoothedAgainstTheBackgroundAlone) {
+  Player both({organ_to_play(), organ_at(behind_and_beside())});
+  const View view = view_of(both);
+  const Frame sharp = drawn(both, view);
+  Frame smooth;
+  both.draw(view, with_depth(), smooth);
+  EXPECT_EQ(smooth.cover, sharp.cover);
+  int changed = 0;
+  for (int y = 0; y < sharp.color.height; ++y) {
+    for (int x = 0; x < sharp.color.width; ++x) {
+      if (std::equal(sharp.color.at(x, y), sharp.color.at(x, y) + 3, smooth.color.at(x, y)))
+        continue;
+      ++changed;
+      int covered = 0, open = 0;
+      for (const auto& [nx, ny] : {std::pair{x, y}, {x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}})
+        ++(sharp.covered(nx, ny) ? covered : open);
+      EXPECT_TRUE(covered > 0 && open > 0) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(changed, 100);
 }
 
 TEST(SeveralOrgans, AnUnchangedFrameIsLeftAloneAndAChangedOneIsNot) {

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/outline.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "image/srgb.h"
+
+namespace organbake {
+namespace {
+
+using Linear = std::array<float, 3>;
+
+constexpr double kSteps = 254;  // of a pixel's share; half a pixel is the most that changes
+constexpr int kWord = 64;
+
+template <class Visit>
+void for_each_bit(std::uint64_t bits, const Visit& visit) {
+  for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
+}
+
+// Areas between the outline and a stretch of border.
+struct Areas {
+  double towards_open = 0, towards_skin = 0;
+};
+
+// A step of the border: towards the background, towards the skin, or none where it ends.
+enum Step : int { to_skin = -1, none = 0, to_open = 1 };
+
+// Between a stretch's ends that step to different sides, or of which one does not, the outline is
+// taken for straight from either end to the middle. Of its i-th pixel.
+Areas of_slope(int length, Step before, Step after, int i) {
+  const double half = 0.5 * length;
+  // Falls from half a pixel at the end.
+  const auto area = [half](double from) {
+    const double to = std::min(from + 1, half);
+    return from < to ? (to - from) / 2 * (1 - (to + from) / (2 * half)) : 0;
+  };
+  const double left = area(i), right = area(length - 1 - i);
+  return {std::max<int>(before, 0) * left + std::max<int>(after, 0) * right,
+          std::max<int>(-before, 0) * left + std::max<int>(-after, 0) * right};
+}
+
+// Between ends that both step to the same side it is a parabola from half a pixel on that side to
+// `rise` on the other one from there. Of its i-th pixel: what lies on the ends' side, and beyond.
+std::array<double, 2> of_bow(int length, double rise, int i) {
+  // Of 1/2 − rise (1 − u²), u from −1 to 1.
+  const auto integral = [&](double u) {
+    return 0.5 * length * u * (0.5 - rise + rise * u * u / 3);
+  };
+  const double from = 2.0 * i / length - 1, to = 2.0 * (i + 1) / length - 1;
+  const double crossing = rise > 0.5 ? std::sqrt(1 - 0.5 / rise) : 0;
+  const double a = std::clamp(from, -crossing, crossing), b = std::clamp(to, -crossing, crossing);
+  const double beyond = integral(a) - integral(b);
+  return {integral(to) - integral(from) + beyond, beyond};
+}
+
+Linear linear_color(const std::uint8_t* rgb) {
+  const auto& table = linear_from_srgb8();
+  return {table[rgb[0]], table[rgb[1]], table[rgb[2]]};
+}
+
+}  // namespace
+
+// Skin beside background, from one pair of pixels on to the right or down.
+struct Outline::Border {
+  PixelAt first;    // of the pixels on the left or upper side
+  bool to_right;    // the border runs along a row; else down a column
+  bool skin_first;  // skin is on the left or upper side
+
+  PixelAt near(int i) const {
+    return to_right ? PixelAt{first.x + i, first.y} : PixelAt{first.x, first.y + i};
+  }
+  PixelAt far(int i) const {
+    const PixelAt side = near(i);
+    return to_right ? PixelAt{side.x, side.y + 1} : PixelAt{side.x + 1, side.y};
+  }
+  PixelAt skin(int i) const { return skin_first ? near(i) : far(i); }
+  PixelAt open(int i) const { return skin_first ? far(i) : near(i); }
+};
+
+void Outline::change(PixelAt pixel, double share) {
+  const int steps = static_cast<int>(kSteps * share);
+  if (steps == 0) return;
+  const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
+  // Aslant, a border has stretches both ways: the longer ones tell more.
+  if (std::abs(steps) <= std::abs(int{change_[at]})) return;
+  if (change_[at] == 0) softened_.push_back({at, {}});
+  change_[at] = static_cast<std::int8_t>(steps);
+}
+
+// How far a bow rises from its ends, by the stretches that the border goes on with on both sides.
+double Outline::rise_of(const Border& border, int length, int side) const {
+  Border next = border;
+  (border.to_right ? next.first.y : next.first.x) += border.skin_first ? side : -side;
+  const auto count = [&](int first, int direction) {
+    int n = 0;
+    while (is_border(next, first + direction * n)) ++n;
+    return n;
+  };
+  double sum = 0;
+  int sides = 0;
+  for (const int n : {count(-1, -1), count(length, 1)}) {
+    if (n == 0) continue;
+    sum += 0.25 * length * length / (n * (n + length));
+    ++sides;
+  }
+  // It ends before the next pixels' centres, a pixel from its ends; bumps that follow on each other
+  // would have it end there too often.
+  constexpr double kMost = 0.75, kUnknown = 0.5;
+  return sides > 0 ? std::min(sum / sides, kMost) : kUnknown;
+}
+
+bool Outline::is_border(const Border& border, int i) const {
+  return bits_.is_skin(border.skin(i)) && bits_.is_open(border.open(i));
+}
+
+// A stretch without a step, from its first pixel on. Where the border steps to a side, the outline
+// is half a pixel off on that side.
+void Outline::follow(const Border& border) {
+  int length = 1;
+  while (is_border(border, length)) ++length;
+  const auto step = [&](int i) {
+    const PixelAt near = border.near(i), far = border.far(i);
+    return static_cast<Step>(int{bits_.is_skin(near) && bits_.is_skin(far)} -
+                             int{bits_.is_open(near) && bits_.is_open(far)});
+  };
+  const Step before = step(-1), after = step(length);
+  if (before == none && after == none) return;
+  const bool bow = before == after;
+  const double rise = bow ? rise_of(border, length, before) : 0;
+  for (int i = 0; i < length; ++i) {
+    Areas areas;
+    if (bow) {
+      const auto [ends, beyond] = of_bow(length, rise, i);
+      areas = before == to_open ? Areas{ends, beyond} : Areas{beyond, ends};
+    } else {
+      areas = of_slope(length, before, after, i);
+    }
+    change(border.open(i), areas.towards_open);
+    change(border.skin(i), -areas.towards_skin);
+  }
+}
+
+void Outline::follow_rows() {
+  const PixelBox& box = bits_.box();
+  for (int y = box.y0; y + 1 < box.y1; ++y) {
+    for (const bool skin_first : {true, false}) {
+      const std::uint64_t* skin = bits_.skin(skin_first ? y : y + 1);
+      const std::uint64_t* open = bits_.open(skin_first ? y + 1 : y);
+      std::uint64_t last = 0;  // bit of the word before
+      for (int word = 0; word < bits_.words(); ++word) {
+        const std::uint64_t border = skin[word] & open[word];
+        for_each_bit(border & ~(border << 1 | last), [&](int bit) {
+          follow({{box.x0 + word * kWord + bit, y}, true, skin_first});
+        });
+        last = border >> (kWord - 1);
+      }
+    }
+  }
+}
+
+void Outline::follow_columns() {
+  const PixelBox& box = bits_.box();
+  std::vector<std::uint64_t> above;
+  for (const bool skin_first : {true, false}) {
+    above.assign(bits_.words(), 0);
+    for (int y = box.y0; y < box.y1; ++y) {
+      const std::uint64_t* near = skin_first ? bits_.skin(y) : bits_.open(y);
+      const std::uint64_t* far = skin_first ? bits_.open(y) : bits_.skin(y);
+      for (int word = 0; word < bits_.words(); ++word) {
+        const std::uint64_t next = word + 1 < bits_.words() ? far[word + 1] << (kWord - 1) : 0;
+        const std::uint64_t border = near[word] & (far[word] >> 1 | next);
+        for_each_bit(border & ~above[word], [&](int bit) {
+          follow({{box.x0 + word * kWord + bit, y}, false, skin_first});
+        });
+        above[word] = border;
+      }
+    }
+  }
+}
+
+void Outline::blend(const Pixel& pixel, const Linear& background, Frame& frame) const {
+  const PixelAt at{static_cast<int>(pixel.at) % width_, static_cast<int>(pixel.at) / width_};
+  Linear color{};
+  double share = change_[pixel.at] / kSteps;
+  if (share < 0) {
+    share += 1;
+    color = linear_color(pixel.color.data());
+  } else {
+    int count = 0;
+    for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+      const PixelAt beside{at.x + dx, at.y + dy};
+      if (!bits_.is_skin(beside)) continue;
+      const Linear skin = linear_color(frame.color.at(beside.x, beside.y));
+      for (int c = 0; c < 3; ++c) color[c] += skin[c];
+      ++count;
+    }
+    for (float& c : color) c /= static_cast<float>(count);
+  }
+  for (int c = 0; c < 3; ++c) {
+    const auto mixed = static_cast<float>(share * color[c] + (1 - share) * background[c]);
+    frame.color.at(at.x, at.y)[c] = srgb8_from_linear(mixed);
+  }
+}
+
+void Outline::soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& background,
+                     Frame& frame) {
+  softened_.clear();
+  if (drawn.empty()) return;
+  width_ = frame.color.width;
+  change_.resize(frame.cover.size());
+  const PixelBox picture{0, 0, frame.color.width, frame.color.height};
+  bits_.read(intersected({drawn.x0 - 1, drawn.y0 - 1, drawn.x1 + 1, drawn.y1 + 1}, picture), frame);
+  follow_rows();
+  follow_columns();
+  for (Pixel& pixel : softened_)
+    std::copy_n(&frame.color.pixels[3 * pixel.at], 3, pixel.color.data());
+  const Linear behind = linear_color(background.data());
+  // Background first: it takes its colour from skin as it was.
+  for (const Pixel& pixel : softened_)
+    if (change_[pixel.at] > 0) blend(pixel, behind, frame);
+  for (const Pixel& pixel : softened_)
+    if (change_[pixel.at] < 0) blend(pixel, behind, frame);
+  for (const Pixel& pixel : softened_) change_[pixel.at] = 0;
+}
+
+void Outline::undo(Frame& frame) const {
+  for (const Pixel& pixel : softened_)
+    std::copy(pixel.color.begin(), pixel.color.end(), &frame.color.pixels[3 * pixel.at]);
+}
+
+}  // namespace organbake

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "warp/frame.h"
+#include "warp/pixel_box.h"
+
+namespace organbake {
+
+struct PixelAt {
+  int x, y;
+};
+
+// Which pixels of a box show skin and which the background, one bit each, so that a border is found
+// by whole words. Tools are neither.
+class SkinBits {
+ public:
+  void read(const PixelBox& box, const Frame& frame);
+
+  const PixelBox& box() const { return box_; }
+  // False outside the box.
+  bool is_skin(PixelAt pixel) const { return has(skin_, pixel); }
+  bool is_open(PixelAt pixel) const { return has(open_, pixel); }
+
+  int words() const { return words_; }  // of a row
+  const std::uint64_t* skin(int y) const { return &skin_[std::size_t(y - box_.y0) * words_]; }
+  const std::uint64_t* open(int y) const { return &open_[std::size_t(y - box_.y0) * words_]; }
+
+ private:
+  bool has(const std::vector<std::uint64_t>& bits, PixelAt p) const {
+    if (p.x < box_.x0 || p.y < box_.y0 || p.x >= box_.x1 || p.y >= box_.y1) return false;
+    const int column = p.x - box_.x0;
+    return bits[std::size_t(p.y - box_.y0) * words_ + column / 64] >> (column % 64) & 1;
+  }
+
+  PixelBox box_;
+  int words_ = 0;
+  std::vector<std::uint64_t> skin_, open_;
+};
+
+}  // namespace organbake

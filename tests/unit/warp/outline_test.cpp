@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/outline.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "image/srgb.h"
+
+namespace organbake {
+namespace {
+
+using Inside = std::function<bool(double x, double y)>;
+constexpr std::array<std::uint8_t, 3> kBlack = {0, 0, 0};
+
+// White skin on black, one sample a pixel.
+Frame white_on_black(int width, int height, const Inside& inside) {
+  Frame frame;
+  frame.color = Rgb8Image(width, height);
+  frame.cover.assign(std::size_t(width) * height, Cover::background);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (!inside(x + 0.5, y + 0.5)) continue;
+      frame.cover[std::size_t(y) * width + x] = Cover::samples;
+      std::fill_n(frame.color.at(x, y), 3, std::uint8_t{255});
+    }
+  }
+  return frame;
+}
+
+PixelBox whole(const Frame& frame) { return {0, 0, frame.color.width, frame.color.height}; }
+
+void soften(Frame& frame) { Outline().soften(whole(frame), kBlack, frame); }
+
+double true_share(const Inside& inside, int x, int y) {
+  constexpr int kRays = 32;
+  int hits = 0;
+  for (int j = 0; j < kRays; ++j)
+    for (int i = 0; i < kRays; ++i) hits += inside(x + (i + 0.5) / kRays, y + (j + 0.5) / kRays);
+  return double(hits) / (kRays * kRays);
+}
+
+struct ShareErrors {
+  double mean = 0, rms = 0, largest = 0;
+};
+
+// Of white's share of the light, over pixels that the outline crosses or that are neither black nor
+// white, `margin` inside the picture.
+ShareErrors share_errors(const Frame& frame, const Inside& inside, int margin) {
+  ShareErrors errors;
+  int pixels = 0;
+  for (int y = margin; y < frame.color.height - margin; ++y) {
+    for (int x = margin; x < frame.color.width - margin; ++x) {
+      const double share = true_share(inside, x, y);
+      const double shown = linear_from_srgb8()[frame.color.at(x, y)[0]];
+      if (share == shown) continue;
+      errors.mean += shown - share;
+      errors.rms += (shown - share) * (shown - share);
+      errors.largest = std::max(errors.largest, std::abs(shown - share));
+      ++pixels;
+    }
+  }
+  errors.mean /= pixels;
+  errors.rms = std::sqrt(errors.rms / pixels);
+  return errors;
+}
+
+Inside disc(double radius, double x0, double y0) {
+  return [=](double x, double y) { return std::hypot(x - x0, y - y0) < radius; };
+}
+
+TEST(Outline, OfDiscsHasNearlyTheTrueShares) {
+  for (const double radius : {20.7, 60.3, 95.4}) {
+    const Inside inside = disc(radius, 100.2, 100.9);
+    Frame frame = white_on_black(201, 203, inside);
+    const ShareErrors sharp = share_errors(frame, inside, 0);
+    soften(frame);
+    const ShareErrors soft = share_errors(frame, inside, 0);
+    EXPECT_LT(soft.rms, 0.45 * sharp.rms) << radius;
+    EXPECT_LT(std::abs(soft.mean), 0.045) << radius;
+  }
+}
+
+TEST(Outline, OfLinesOnWholeStepsIsExact) {
+  constexpr double kRounding = 0.015;  // of shares to 1/254 and of light to 8 bits
+  constexpr int kMargin = 20;  // the last stretch before the picture's rim has one end alone
+  for (const int run : {1, 2, 3, 5, 8}) {
+    // Through the middles of the steps' risers.
+    const Inside below = [=](double x, double y) { return (x - run / 2.0) / run + 40 < y; };
+    Frame frame = white_on_black(120, 120, below);
+    soften(frame);
+    EXPECT_LT(share_errors(frame, below, kMargin).largest, kRounding) << run;
+  }
+}
+
+TEST(Outline, IsTheSameMirroredAndTransposed) {
+  const Inside inside = [](double x, double y) {
+    return std::hypot(x - 30.3, 1.7 * (y - 25.1)) < 22 + 2 * std::sin(0.8 * x);
+  };
+  Frame frame = white_on_black(61, 52, inside);
+  Frame mirrored = white_on_black(61, 52, [&](double x, double y) { return inside(61 - x, y); });
+  Frame upside_down = white_on_black(61, 52, [&](double x, double y) { return inside(x, 52 - y); });
+  Frame transposed = white_on_black(52, 61, [&](double x, double y) { return inside(y, x); });
+  for (Frame* each : {&frame, &mirrored, &upside_down, &transposed}) soften(*each);
+  for (int y = 0; y < 52; ++y) {
+    for (int x = 0; x < 61; ++x) {
+      const int value = frame.color.at(x, y)[0];
+      EXPECT_EQ(mirrored.color.at(60 - x, y)[0], value);
+      EXPECT_EQ(upside_down.color.at(x, 51 - y)[0], value);
+      EXPECT_EQ(transposed.color.at(y, x)[0], value);
+    }
+  }
+}
+
+TEST(Outline, IsTakenBack) {
+  Outline outline;
+  const Frame sharp = white_on_black(90, 70, disc(28.4, 44, 33));
+  Frame frame = sharp;
+  for (int round = 0; round < 2; ++round) {
+    outline.soften(whole(frame), kBlack, frame);
+    EXPECT_NE(frame.color.pixels, sharp.color.pixels);
+    EXPECT_EQ(frame.cover, sharp.cover);
+    outline.undo(frame);
+    EXPECT_EQ(frame.color.pixels, sharp.color.pixels);
+  }
+}
+
+// Wherever a word of 64 pixels begins, and however large the box about the skin is.
+TEST(Outline, DoesNotDependOnTheBox) {
+  Frame frame = white_on_black(300, 80, disc(30.2, 140.4, 41.3));
+  Frame tight = frame, shifted = frame;
+  soften(frame);
+  Outline().soften({110, 11, 171, 72}, kBlack, tight);
+  Outline().soften({33, 2, 288, 80}, kBlack, shifted);
+  EXPECT_EQ(tight.color.pixels, frame.color.pixels);
+  EXPECT_EQ(shifted.color.pixels, frame.color.pixels);
+}
+
+TEST(Outline, AgainstToolsStaysAsItIs) {
+  Frame frame = white_on_black(60, 60, disc(20.3, 30, 30));
+  for (auto& cover : frame.cover)
+    if (cover == Cover::background) cover = Cover::solid;
+  const auto before = frame.color.pixels;
+  soften(frame);
+  EXPECT_EQ(frame.color.pixels, before);
+}
+
+TEST(Outline, OfNothingAllOrOnePixelIsNothing) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {1, 7}, {64, 1}, {65, 3}}) {
+    for (const bool all : {false, true}) {
+      Frame frame = white_on_black(width, height, [&](double, double) { return all; });
+      const auto before = frame.color.pixels;
+      soften(frame);
+      EXPECT_EQ(frame.color.pixels, before);
+    }
+  }
+  Frame empty;
+  Outline().soften({}, kBlack, empty);
+}
+
+TEST(Outline, TakesTheBackgroundsColour) {
+  const std::array<std::uint8_t, 3> blue = {0, 0, 255};
+  Frame frame = white_on_black(60, 60, disc(20.3, 30, 30));
+  for (std::size_t i = 0; i < frame.cover.size(); ++i)
+    if (frame.cover[i] == Cover::background)
+      std::copy(blue.begin(), blue.end(), &frame.color.pixels[3 * i]);
+  Outline().soften(whole(frame), blue, frame);
+  int mixed = 0;
+  for (std::size_t i = 0; i < frame.cover.size(); ++i) {
+    const std::uint8_t* rgb = &frame.color.pixels[3 * i];
+    EXPECT_EQ(rgb[0], rgb[1]);
+    EXPECT_EQ(rgb[2], 255) << "white and blue";
+    mixed += rgb[0] > 0 && rgb[0] < 255;
+  }
+  EXPECT_GT(mixed, 100);
+}
+
+}  // namespace
+}  // namespace organbake
