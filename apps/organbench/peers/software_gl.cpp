@@ -7,9 +7,8 @@
 #include <GL/gl.h>
 #include <GL/glext.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstdlib>
-#include <numbers>
 
 #include "core/error.h"
 
@@ -22,7 +21,6 @@ void main() { at = texel; gl_Position = clip_from_world * vec4(position, 1.0); }
 constexpr const char* kPixelShader = R"(#version 140
 in vec2 at; out vec4 color; uniform sampler2D skin;
 void main() { color = vec4(texture(skin, at).rgb, 1.0); })";
-constexpr int kTexture_px = 1024;
 
 void must(bool fine, const char* what) {
   if (!fine) throw Error(ExitCode::internal, std::string("llvmpipe: ") + what + " failed");
@@ -36,27 +34,6 @@ GLuint compiled(GLenum kind, const char* text) {
   glGetShaderiv(shader, GL_COMPILE_STATUS, &fine);
   must(fine, "compiling a shader");
   return shader;
-}
-
-// Longitude and latitude: what a texture costs does not depend on how well it is laid out.
-std::vector<float> texels_of(const TriangleMesh& mesh) {
-  const Eigen::Vector3d center = bounds(mesh).center();
-  std::vector<float> texels;
-  for (const Eigen::Vector3d& v : mesh.vertices) {
-    const Eigen::Vector3d d = (v - center).normalized();
-    texels.push_back(static_cast<float>(0.5 + std::atan2(d.y(), d.x()) / (2 * std::numbers::pi)));
-    texels.push_back(
-        static_cast<float>(std::acos(std::clamp(d.z(), -1.0, 1.0)) / std::numbers::pi));
-  }
-  return texels;
-}
-
-std::vector<std::uint8_t> speckled() {
-  std::vector<std::uint8_t> pixels(std::size_t{4} * kTexture_px * kTexture_px);
-  std::uint32_t state = 1;
-  for (std::uint8_t& p : pixels)
-    p = static_cast<std::uint8_t>((state = state * 1664525 + 1013904223) >> 24);
-  return pixels;
 }
 
 Eigen::Matrix4f clip_from_world(const View& view) {
@@ -86,7 +63,7 @@ struct SoftwareGl::Impl {
 
   void open();
   void make_target();
-  void make_mesh(const TriangleMesh& mesh);
+  void make_mesh(const SkinnedMesh& skinned);
 };
 
 void SoftwareGl::Impl::open() {
@@ -128,7 +105,8 @@ void SoftwareGl::Impl::make_target() {
   glFrontFace(GL_CCW);
 }
 
-void SoftwareGl::Impl::make_mesh(const TriangleMesh& mesh) {
+void SoftwareGl::Impl::make_mesh(const SkinnedMesh& skinned) {
+  const TriangleMesh& mesh = skinned.mesh;
   program = glCreateProgram();
   glAttachShader(program, compiled(GL_VERTEX_SHADER, kVertexShader));
   glAttachShader(program, compiled(GL_FRAGMENT_SHADER, kPixelShader));
@@ -140,10 +118,10 @@ void SoftwareGl::Impl::make_mesh(const TriangleMesh& mesh) {
   glGenVertexArrays(1, &array);
   glBindVertexArray(array);
   glGenBuffers(3, buffers);
-  const std::vector<float> texels = texels_of(mesh);
   glBindBuffer(GL_ARRAY_BUFFER, buffers[1]);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(texels.size() * sizeof(float)),
-               texels.data(), GL_STATIC_DRAW);
+  glBufferData(GL_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(skinned.texels.size() * sizeof(Eigen::Vector2f)),
+               skinned.texels.data(), GL_STATIC_DRAW);
   glVertexAttribPointer(1, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[2]);
   glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.faces.size() * sizeof(Face)),
@@ -156,20 +134,21 @@ void SoftwareGl::Impl::make_mesh(const TriangleMesh& mesh) {
   glEnableVertexAttribArray(1);
   glGenTextures(1, &texture);
   glBindTexture(GL_TEXTURE_2D, texture);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, kTexture_px, kTexture_px, 0, GL_RGBA, GL_UNSIGNED_BYTE,
-               speckled().data());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, skinned.skin.width, skinned.skin.height, 0, GL_RGB,
+               GL_UNSIGNED_BYTE, skinned.skin.pixels.data());
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
 }
 
-SoftwareGl::SoftwareGl(const TriangleMesh& mesh, int width, int height)
+SoftwareGl::SoftwareGl(const SkinnedMesh& skinned, int width, int height)
     : impl_(std::make_unique<Impl>()) {
   impl_->width = width;
   impl_->height = height;
-  impl_->upload.resize(3 * mesh.vertices.size());
+  impl_->upload.resize(3 * skinned.mesh.vertices.size());
   impl_->open();
   impl_->make_target();
-  impl_->make_mesh(mesh);
+  impl_->make_mesh(skinned);
 }
 
 SoftwareGl::~SoftwareGl() {
@@ -196,12 +175,13 @@ std::string SoftwareGl::renderer() const {
   return reinterpret_cast<const char*>(glGetString(GL_RENDERER));
 }
 
-double SoftwareGl::coverage() const {
-  std::vector<std::uint8_t> pixels(std::size_t{4} * impl_->width * impl_->height);
-  glReadPixels(0, 0, impl_->width, impl_->height, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
-  std::size_t covered = 0;
-  for (std::size_t i = 3; i < pixels.size(); i += 4) covered += pixels[i] != 0;
-  return 4.0 * static_cast<double>(covered) / static_cast<double>(pixels.size());
+Rgb8Image SoftwareGl::picture() const {
+  Rgb8Image upright(impl_->width, impl_->height), flipped = upright;
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, impl_->width, impl_->height, GL_RGB, GL_UNSIGNED_BYTE, flipped.pixels.data());
+  for (int y = 0; y < upright.height; ++y)  // GL begins at the bottom
+    std::copy_n(flipped.at(0, upright.height - 1 - y), 3 * upright.width, upright.at(0, y));
+  return upright;
 }
 
 }  // namespace organbake

@@ -5,24 +5,25 @@
 #include <string>
 #include <vector>
 
-#include "geometry/triangle_mesh.h"
+#include "image/channel_image.h"
+#include "organbench/peers/skinned_mesh.h"
 #include "warp/view.h"
 
 namespace organbake {
 
 // Mesa's llvmpipe through EGL without a display: the textured mesh drawn as a game engine draws it,
-// its vertices uploaded anew each frame. It draws on the thread that calls.
+// its vertices uploaded anew each frame, one sample a pixel. It draws on the thread that calls.
 class SoftwareGl {
  public:
   // Throws Error when no software renderer can be had; says why.
-  SoftwareGl(const TriangleMesh& mesh, int width, int height);
+  SoftwareGl(const SkinnedMesh& skinned, int width, int height);
   ~SoftwareGl();
 
   // positions: one per vertex, mm. Returns when the picture is done.
   void draw(const std::vector<Eigen::Vector3d>& positions, const View& view);
   std::string renderer() const;  // as the driver names itself
-  // Share of the last picture that the mesh covers.
-  double coverage() const;
+  // The last one, on black.
+  Rgb8Image picture() const;
 
  private:
   struct Impl;

@@ -8,6 +8,7 @@ void run_player_suite(Bench& bench) {
   promise_deformation(bench);
   PlayerBundles bundles(bench);
   promise_accuracy(bench, bundles);
+  compare_pictures(bench, bundles);
   show_worst_poke(bench, bundles);
   promise_frames(bench, bundles);
   promise_motion(bench, bundles);

@@ -52,15 +52,8 @@ Summary summary_of(const ComparisonTable& table) {
   return s;
 }
 
-CompareOptions compare_options(const Bench& bench) {
-  CompareOptions options;
-  options.size_px = bench.quick() ? 256 : 720;
-  if (bench.quick()) options.angles_rad = {0.705723, 2.44881};
-  return options;
-}
-
 void promise_table(Bench& bench, PlayerBundles& bundles) {
-  const CompareOptions options = compare_options(bench);
+  const CompareOptions options = paper_table(bench);
   const int map_size = bundles.map_size();
   const std::string scene = "80 faces, maps of " + std::to_string(map_size) + "², " +
                             std::to_string(options.angles_rad.size()) +
@@ -144,6 +137,13 @@ void promise_sweep(Bench& bench, PlayerBundles& bundles) {
 }
 
 }  // namespace
+
+CompareOptions paper_table(const Bench& bench) {
+  CompareOptions options;
+  options.size_px = bench.quick() ? 256 : 720;
+  if (bench.quick()) options.angles_rad = {0.705723, 2.44881};
+  return options;
+}
 
 void promise_accuracy(Bench& bench, PlayerBundles& bundles) {
   promise_table(bench, bundles);

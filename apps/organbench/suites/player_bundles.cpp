@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bundle/bundle.h"
 #include "core/files.h"
 
 namespace organbake {
@@ -23,13 +24,15 @@ fs::path PlayerBundles::program(const std::string& name) const { return program_
 
 fs::path PlayerBundles::folder(const BakeChoice& choice) {
   const std::string faces = std::to_string(choice.faces), size = std::to_string(choice.map_size);
-  const fs::path folder = bench_.scratch() / (choice.method + "-" + faces + "-" + size);
+  const fs::path folder = bench_.scratch() / (choice.method + "-" + faces + "-" + size +
+                                              (choice.elements ? "-fem" : ""));
   if (fs::exists(folder)) return folder;
   bench_.now("baking " + faces + " faces (" + choice.method + "), maps of " + size + "²");
   std::vector<std::string> arguments;
   // The truth's colours are as fine as the largest maps' texels, or it would be the blurred one.
   for (const std::string& value :
        {"decimate.faces=" + faces, "decimate.method=" + choice.method, "place.size=" + size,
+        std::string("mechanics.fem=") + (choice.elements ? "true" : "false"),
         std::string("phantom.size=") + (bench_.quick() ? "96,96,40" : "256,256,96"),
         std::string("phantom.photo_size=") + (bench_.quick() ? "256" : "1024"),
         std::string("capture.surface_edge=") + (bench_.quick() ? "2" : "0.7")}) {
@@ -37,6 +40,12 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
   }
   baker_.bake(folder, arguments);
   return folder;
+}
+
+SkinnedMesh PlayerBundles::skinned_mesh() {
+  const BundleReader reader(folder({80, "fitted", map_size()}));
+  constexpr int kSubdivisions = 6, kSkin_px = 1024;
+  return organbake::skinned_mesh(reader.read_surface(), kSubdivisions, kSkin_px);
 }
 
 }  // namespace organbake

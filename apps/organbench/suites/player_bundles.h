@@ -5,6 +5,7 @@
 #include <string>
 
 #include "organbench/bench.h"
+#include "organbench/peers/skinned_mesh.h"
 #include "organbench/suites/baker.h"
 
 namespace organbake {
@@ -13,6 +14,7 @@ struct BakeChoice {
   int faces = 80;                 // of the proxy
   std::string method = "fitted";  // of the decimation
   int map_size = 1024;            // px
+  bool elements = false;          // for the solver fem
 };
 
 // Bundles of the phantom organ, baked as users bake them.
@@ -26,6 +28,8 @@ class PlayerBundles {
   int map_size() const { return bench_.quick() ? 256 : 1024; }
   // Baked when first asked for. Throws Error with organbake's own words when it fails.
   std::filesystem::path folder(const BakeChoice& choice);
+  // Their truth as an engine would hold it: 81,920 faces under a skin of 1024².
+  SkinnedMesh skinned_mesh();
   // A program that lies beside this one.
   std::filesystem::path program(const std::string& name) const;
 

@@ -4,15 +4,20 @@
 #include "geometry/triangle_mesh.h"
 #include "organbench/bench.h"
 #include "organbench/suites/player_bundles.h"
+#include "player/comparison_table.h"
 
 // The player's suite, by what it measures.
 namespace organbake {
 
+// The views of the paper's Table 1; fewer and smaller ones in a quick run.
+CompareOptions paper_table(const Bench& bench);
 // The paper's Table 1, pictures against the truth, a sweep over the VPM.
 void promise_accuracy(Bench& bench, PlayerBundles& bundles);
 // Our rows beside the paper's, at rest and poked.
-struct ComparisonTable;
 void rebuild_paper_table(Bench& bench, const ComparisonTable& fitted, const ComparisonTable& naive);
+// What pictures gain by more faces, lose where the tissue is another, and show beyond a mesh that
+// Mesa's llvmpipe draws.
+void compare_pictures(Bench& bench, PlayerBundles& bundles);
 // The worst poked view: truth, frame, errors.
 void show_worst_poke(Bench& bench, PlayerBundles& bundles);
 // A frame's time against its error, beside Embree and Mesa's llvmpipe; threads.
