@@ -12,11 +12,12 @@
 namespace organbake {
 
 // Mesa's llvmpipe through EGL without a display: the textured mesh drawn as a game engine draws it,
-// its vertices uploaded anew each frame, one sample a pixel. It draws on the thread that calls.
+// its vertices uploaded anew each frame. It draws on the thread that calls.
 class SoftwareGl {
  public:
   // Throws Error when no software renderer can be had; says why.
-  SoftwareGl(const SkinnedMesh& skinned, int width, int height);
+  // samples: of the outlines, a pixel; 1 or 4.
+  SoftwareGl(const SkinnedMesh& skinned, int width, int height, int samples = 1);
   ~SoftwareGl();
 
   // positions: one per vertex, mm. Returns when the picture is done.

@@ -42,10 +42,10 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
   return folder;
 }
 
-SkinnedMesh PlayerBundles::skinned_mesh() {
+SkinnedMesh PlayerBundles::skinned_mesh(int subdivisions) {
   const BundleReader reader(folder({80, "fitted", map_size()}));
-  constexpr int kSubdivisions = 6, kSkin_px = 1024;
-  return organbake::skinned_mesh(reader.read_surface(), kSubdivisions, kSkin_px);
+  constexpr int kSkin_px = 1024;
+  return organbake::skinned_mesh(reader.read_surface(), subdivisions, kSkin_px);
 }
 
 }  // namespace organbake

@@ -28,8 +28,8 @@ class PlayerBundles {
   int map_size() const { return bench_.quick() ? 256 : 1024; }
   // Baked when first asked for. Throws Error with organbake's own words when it fails.
   std::filesystem::path folder(const BakeChoice& choice);
-  // Their truth as an engine would hold it: 81,920 faces under a skin of 1024².
-  SkinnedMesh skinned_mesh();
+  // Their truth as an engine would hold it: 20 · 4^subdivisions faces under a skin of 1024².
+  SkinnedMesh skinned_mesh(int subdivisions);
   // A program that lies beside this one.
   std::filesystem::path program(const std::string& name) const;
 
