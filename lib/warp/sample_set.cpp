@@ -72,6 +72,15 @@ Eigen::Vector2d face_slope(const MapBinder& map, const ShellMatrix& m, const Eig
   return slope.cwiseMax(-steepest).cwiseMin(steepest);
 }
 
+// Skin that the camera sees at more than 72° gets a plane less steep than it is: a sample stands
+// for a piece of the plane, and longer ones leave the curved skin and stick out of a view's
+// outline, by pixels.
+Eigen::Vector2d at_most_steep(const Eigen::Vector2d& slope, double texel_mm) {
+  constexpr double kSteepest = 3;  // texels of depth to one across
+  const double steepest = kSteepest * texel_mm, steepness = slope.norm();
+  return steepness > steepest ? steepest / steepness * slope : slope;
+}
+
 DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatrix& face) {
   DepthPlane plane{.center = Eigen::Vector2d::Zero()};
   for (std::uint32_t i = 0; i < run.count; ++i) {
@@ -88,7 +97,7 @@ DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatr
     normal += d * d.transpose();
     right += d * (run.depth[i] - plane.depth);
   }
-  plane.slope = normal.inverse() * right;
+  plane.slope = at_most_steep(normal.inverse() * right, plane.depth / map.camera.intrinsics.fx);
   return plane;
 }
 
