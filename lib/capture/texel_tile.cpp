@@ -94,7 +94,7 @@ TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, in
   const int right = std::min(left + kTileSide, maps.width);
   const int bottom = std::min(top + kTileSide, maps.height);
   std::vector<Ray> rays;
-  rays.reserve(kTileSide * kTileSide);
+  rays.reserve(std::size_t{kTileSide} * kTileSide);
   for (int y = top; y < bottom; ++y)
     for (int x = left; x < right; ++x) rays.push_back(camera_rays.through(x + 0.5, y + 0.5));
   std::vector<RayHit> hits(rays.size());

@@ -216,7 +216,7 @@ void Outline::soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& b
   follow_rows();
   follow_columns();
   for (Pixel& pixel : softened_)
-    std::copy_n(&frame.color.pixels[3 * pixel.at], 3, pixel.color.data());
+    std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.color.data());
   const Linear behind = linear_color(background.data());
   // Background first: it takes its colour from skin as it was.
   for (const Pixel& pixel : softened_)
@@ -228,7 +228,8 @@ void Outline::soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& b
 
 void Outline::undo(Frame& frame) const {
   for (const Pixel& pixel : softened_)
-    std::copy(pixel.color.begin(), pixel.color.end(), &frame.color.pixels[3 * pixel.at]);
+    std::copy(pixel.color.begin(), pixel.color.end(),
+              &frame.color.pixels[3 * std::size_t{pixel.at}]);
 }
 
 }  // namespace organbake

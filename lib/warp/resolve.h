@@ -40,7 +40,7 @@ class Background {
 
  private:
   std::array<std::uint8_t, 3> color_;
-  std::array<std::uint8_t, 3 * TileGrid::kWidth> row_;
+  std::array<std::uint8_t, std::size_t{3} * TileGrid::kWidth> row_;
 };
 
 // Blends the layers per pixel in linear light and writes colour, cover and (when the frame keeps

@@ -32,6 +32,7 @@ class Outside {
 
   std::vector<Place> look(const std::vector<Eigen::Vector3d>& directions) const {
     std::vector<Ray> rays;
+    rays.reserve(directions.size());
     for (const Eigen::Vector3d& d : directions)
       rays.push_back({.origin = middle_ + beyond_mm_ * d, .direction = -d});
     std::vector<RayHit> hits(rays.size());
@@ -73,6 +74,7 @@ Rgb8Image skin_of(const Outside& outside, int side_px) {
   Rgb8Image skin(side_px, side_px);
   tbb::parallel_for(0, side_px, [&](int y) {
     std::vector<Eigen::Vector3d> row;
+    row.reserve(side_px);
     for (int x = 0; x < side_px; ++x)
       row.push_back(direction_of((x + 0.5) / side_px, (y + 0.5) / side_px));
     const auto places = outside.look(row);
