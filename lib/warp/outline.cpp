@@ -20,42 +20,6 @@ void for_each_bit(std::uint64_t bits, const Visit& visit) {
   for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
 }
 
-// Areas between the outline and a stretch of border.
-struct Areas {
-  double towards_open = 0, towards_skin = 0;
-};
-
-// A step of the border: towards the background, towards the skin, or none where it ends.
-enum Step : int { to_skin = -1, none = 0, to_open = 1 };
-
-// Between a stretch's ends that step to different sides, or of which one does not, the outline is
-// taken for straight from either end to the middle. Of its i-th pixel.
-Areas of_slope(int length, Step before, Step after, int i) {
-  const double half = 0.5 * length;
-  // Falls from half a pixel at the end.
-  const auto area = [half](double from) {
-    const double to = std::min(from + 1, half);
-    return from < to ? (to - from) / 2 * (1 - (to + from) / (2 * half)) : 0;
-  };
-  const double left = area(i), right = area(length - 1 - i);
-  return {std::max<int>(before, 0) * left + std::max<int>(after, 0) * right,
-          std::max<int>(-before, 0) * left + std::max<int>(-after, 0) * right};
-}
-
-// Between ends that both step to the same side it is a parabola from half a pixel on that side to
-// `rise` on the other one from there. Of its i-th pixel: what lies on the ends' side, and beyond.
-std::array<double, 2> of_bow(int length, double rise, int i) {
-  // Of 1/2 − rise (1 − u²), u from −1 to 1.
-  const auto integral = [&](double u) {
-    return 0.5 * length * u * (0.5 - rise + rise * u * u / 3);
-  };
-  const double from = 2.0 * i / length - 1, to = 2.0 * (i + 1) / length - 1;
-  const double crossing = rise > 0.5 ? std::sqrt(1 - 0.5 / rise) : 0;
-  const double a = std::clamp(from, -crossing, crossing), b = std::clamp(to, -crossing, crossing);
-  const double beyond = integral(a) - integral(b);
-  return {integral(to) - integral(from) + beyond, beyond};
-}
-
 Linear linear_color(const std::uint8_t* rgb) {
   const auto& table = linear_from_srgb8();
   return {table[rgb[0]], table[rgb[1]], table[rgb[2]]};
@@ -90,10 +54,11 @@ void Outline::change(PixelAt pixel, double share) {
   change_[at] = static_cast<std::int8_t>(steps);
 }
 
-// How far a bow rises from its ends, by the stretches that the border goes on with on both sides.
-double Outline::rise_of(const Border& border, int length, int side) const {
+// How far the outline of a stretch rises whose ends both step to one side, by the stretches that
+// the border goes on with.
+double Outline::rise_of(const Border& border, int length, BorderStep ends) const {
   Border next = border;
-  (border.to_right ? next.first.y : next.first.x) += border.skin_first ? side : -side;
+  (border.to_right ? next.first.y : next.first.x) += border.skin_first ? ends : -ends;
   const auto count = [&](int first, int direction) {
     int n = 0;
     while (is_border(next, first + direction * n)) ++n;
@@ -103,11 +68,12 @@ double Outline::rise_of(const Border& border, int length, int side) const {
   int sides = 0;
   for (const int n : {count(-1, -1), count(length, 1)}) {
     if (n == 0) continue;
-    sum += 0.25 * length * length / (n * (n + length));
+    // Of the parabola through the ends of both.
+    sum += 0.25 * length * length / (double(n) * (n + length));
     ++sides;
   }
-  // It ends before the next pixels' centres, a pixel from its ends; bumps that follow on each other
-  // would have it end there too often.
+  // A pixel's rise would reach the next pixels' centres; of bumps that follow on each other many
+  // would.
   constexpr double kMost = 0.75, kUnknown = 0.5;
   return sides > 0 ? std::min(sum / sides, kMost) : kUnknown;
 }
@@ -116,30 +82,24 @@ bool Outline::is_border(const Border& border, int i) const {
   return bits_.is_skin(border.skin(i)) && bits_.is_open(border.open(i));
 }
 
-// A stretch without a step, from its first pixel on. Where the border steps to a side, the outline
-// is half a pixel off on that side.
+// A stretch without a step, from its first pixel on.
 void Outline::follow(const Border& border) {
   int length = 1;
   while (is_border(border, length)) ++length;
   const auto step = [&](int i) {
     const PixelAt near = border.near(i), far = border.far(i);
-    return static_cast<Step>(int{bits_.is_skin(near) && bits_.is_skin(far)} -
-                             int{bits_.is_open(near) && bits_.is_open(far)});
+    return static_cast<BorderStep>(int{bits_.is_skin(near) && bits_.is_skin(far)} -
+                                   int{bits_.is_open(near) && bits_.is_open(far)});
   };
-  const Step before = step(-1), after = step(length);
-  if (before == none && after == none) return;
+  const BorderStep before = step(-1), after = step(length);
+  if (before == no_step && after == no_step) return;
   const bool bow = before == after;
   const double rise = bow ? rise_of(border, length, before) : 0;
   for (int i = 0; i < length; ++i) {
-    Areas areas;
-    if (bow) {
-      const auto [ends, beyond] = of_bow(length, rise, i);
-      areas = before == to_open ? Areas{ends, beyond} : Areas{beyond, ends};
-    } else {
-      areas = of_slope(length, before, after, i);
-    }
-    change(border.open(i), areas.towards_open);
-    change(border.skin(i), -areas.towards_skin);
+    const OutlineAreas areas =
+        bow ? areas_of_bow(length, before, rise, i) : areas_of_slope(length, before, after, i);
+    change(border.open(i), areas.of_open);
+    change(border.skin(i), -areas.of_skin);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "warp/frame.h"
+#include "warp/outline_areas.h"
 #include "warp/pixel_box.h"
 #include "warp/skin_bits.h"
 
@@ -34,7 +35,7 @@ class Outline {
   void follow_columns();
   void follow(const Border& border);
   bool is_border(const Border& border, int i) const;
-  double rise_of(const Border& border, int length, int side) const;
+  double rise_of(const Border& border, int length, BorderStep ends) const;
   void change(PixelAt pixel, double share);
   void blend(const Pixel& pixel, const std::array<float, 3>& background, Frame& frame) const;
 

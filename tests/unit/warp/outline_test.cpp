@@ -177,5 +177,29 @@ TEST(Outline, TakesTheBackgroundsColour) {
   EXPECT_GT(mixed, 100);
 }
 
+// Half a pixel of each is on one side, by symmetry; together as much as the figure has.
+TEST(OutlineAreas, AddUpToTheWholeStretch) {
+  constexpr double kRounding = 1e-12;
+  for (const int length : {1, 2, 3, 4, 7, 20}) {
+    OutlineAreas slope, straight_bow, high_bow;
+    for (int i = 0; i < length; ++i) {
+      for (const auto& [sum, areas] :
+           {std::pair{&slope, areas_of_slope(length, to_open, to_skin, i)},
+            {&straight_bow, areas_of_bow(length, to_open, 0.5, i)},
+            {&high_bow, areas_of_bow(length, to_skin, 1, i)}}) {
+        EXPECT_GE(std::min(areas.of_open, areas.of_skin), -kRounding);
+        EXPECT_LE(areas.of_open + areas.of_skin, 0.5 + kRounding);
+        sum->of_open += areas.of_open, sum->of_skin += areas.of_skin;
+      }
+    }
+    EXPECT_NEAR(slope.of_open, length / 8.0, kRounding);  // a triangle
+    EXPECT_NEAR(slope.of_skin, length / 8.0, kRounding);
+    EXPECT_NEAR(straight_bow.of_open, length / 6.0,
+                kRounding);  // between a parabola and its tangent
+    EXPECT_NEAR(straight_bow.of_skin, 0, kRounding);
+    EXPECT_NEAR(high_bow.of_open - high_bow.of_skin, length * (2 / 3.0 - 0.5), kRounding);
+  }
+}
+
 }  // namespace
 }  // namespace organbake
