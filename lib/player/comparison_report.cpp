@@ -47,6 +47,8 @@ std::string comparison_json(const ComparisonTable& table) {
          {"paper_warp",
           {{"psnr_db", row.paper.psnr_db}, {"ssim", row.paper.ssim}, {"holes", row.paper.holes}}},
          {"ideal_resampler", {{"psnr_db", row.ideal.psnr_db}, {"ssim", row.ideal.ssim}}},
+         {"smooth_ideal_resampler",
+          {{"psnr_db", row.smooth_ideal.psnr_db}, {"ssim", row.smooth_ideal.ssim}}},
          {"edge_step_8bit", steps_json(row.seams)}});
   }
   return json_text({{"schema", "organbake/comparison/1"},
@@ -65,15 +67,16 @@ std::string comparison_text(const ComparisonTable& table) {
     const auto& polygons = row.projection.polygons;
     const double no_map = 100.0 * double(row.projection.without_map) /
                           double(std::max<std::size_t>(row.projection.visible, 1));
-    text +=
-        std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
-        cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
-        cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
-        cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
-        cell("(" + to_text(row.paper.psnr_db, 2) + ", " + to_text(row.ideal.psnr_db, 2) + ")", 22) +
-        cell(to_text(row.displayed.point.mean_px, 3), 14) +
-        cell(std::to_string(row.picture.holes), 7) + cell(to_text(row.seams.frame, 1), 10) +
-        cell(to_text(row.seams.truth, 1), 8) + cell(to_text(row.seams.excess, 1), 8) + "\n";
+    text += std::string(row.poked ? "poked" : "rest ") + cell(to_text(row.angle_rad, 6), 10) +
+            cell(to_text(image.mean_px, 4), 16) + cell(to_text(image.max_px, 3), 10) +
+            cell(to_text(no_map, 1) + " %", 12) + cell(to_text(polygons.mean_px, 2), 14) +
+            cell(to_text(polygons.max_px, 1), 8) + cell(to_text(row.picture.psnr_db, 2), 11) +
+            cell("(" + to_text(row.paper.psnr_db, 2) + ", " + to_text(row.smooth_ideal.psnr_db, 2) +
+                     ")",
+                 22) +
+            cell(to_text(row.displayed.point.mean_px, 3), 14) +
+            cell(std::to_string(row.picture.holes), 7) + cell(to_text(row.seams.frame, 1), 10) +
+            cell(to_text(row.seams.truth, 1), 8) + cell(to_text(row.seams.excess, 1), 8) + "\n";
   }
   return text + "camera switches on the orbit: " + std::to_string(table.switches) +
          ", largest step " + to_text(table.camera_switch.frame, 2) + "/255 (truth " +

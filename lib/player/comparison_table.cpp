@@ -14,6 +14,7 @@
 #include "player/ideal_picture.h"
 #include "player/orbit.h"
 #include "player/skin_point.h"
+#include "warp/outline.h"
 
 namespace organbake {
 namespace {
@@ -42,6 +43,20 @@ std::size_t count_holes(const Frame& frame, const std::vector<std::size_t>& inne
   return static_cast<std::size_t>(std::count_if(inner.begin(), inner.end(), [&](std::size_t i) {
     return frame.cover[i] == Cover::background;
   }));
+}
+
+// With an outline as smooth as the player's, so that what is compared is what lies inside.
+Rgb8Image smoothed(Rgb8Image on_black) {
+  Frame frame;
+  frame.cover.assign(on_black.pixels.size() / 3, Cover::background);
+  for (std::size_t i = 0; i < frame.cover.size(); ++i) {
+    if (!std::equal(kBlack.begin(), kBlack.end(), &on_black.pixels[3 * i]))
+      frame.cover[i] = Cover::samples;
+  }
+  const PixelBox all{0, 0, on_black.width, on_black.height};
+  frame.color = std::move(on_black);
+  Outline().soften(all, kBlack, frame);
+  return std::move(frame.color);
 }
 
 class Comparer {
@@ -78,7 +93,10 @@ class Comparer {
     telling.keep_shown = true;
     row.picture = picture_errors(view, telling, truth, inner);
     row.displayed = projection_.displayed(frame_, positions, view);
-    row.ideal = ideal_errors(view, truth);
+    const Rgb8Image ideal =
+        ideal_picture(player_.bundle(), truth_, player_.proxy_positions(), view, kBlack);
+    row.ideal = errors_of(ideal, truth);
+    row.smooth_ideal = errors_of(smoothed(ideal), truth);
     row.seams = edge_steps(frame_.color, truth);
     return row;
   }
@@ -113,15 +131,14 @@ class Comparer {
   }
 
  private:
-  PictureErrors ideal_errors(const View& view, const TruthFrame& truth) const {
-    const Rgb8Image picture =
-        ideal_picture(player_.bundle(), truth_, player_.proxy_positions(), view, kBlack);
+  PictureErrors errors_of(const Rgb8Image& picture, const TruthFrame& truth) const {
     return {compare_images(picture, truth.color, truth.covered).psnr_db,
             structural_similarity(picture, truth.color, truth.covered), 0};
   }
   PictureErrors picture_errors(const View& view, const DrawOptions& options,
                                const TruthFrame& truth, const std::vector<std::size_t>& inner) {
     player_.draw(view, options, frame_);
+    if (options.method == WarpMethod::paper) frame_.color = smoothed(frame_.color);
     // The outline's pixels show skin, too, where it covers a part of them only.
     std::vector<std::uint8_t> either = truth.covered;
     for (std::size_t i = 0; i < either.size(); ++i)

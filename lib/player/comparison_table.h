@@ -36,8 +36,10 @@ struct ComparisonRow {
   ProjectionComparison::Displayed displayed;
   PixelErrors displayed_paper, displayed_polygons;
   PictureErrors picture;
-  PictureErrors paper;  // of the paper's own warp
-  PictureErrors ideal;  // of the best picture that the maps allow (ideal_picture.h)
+  PictureErrors paper;  // of the paper's own warp, its outline smoothed as the player's is
+  // Of the best picture that the maps allow, one sample a pixel (ideal_picture.h); and with a
+  // smooth outline.
+  PictureErrors ideal, smooth_ideal;
   // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
   // before the fill.
   std::size_t inner_pixels = 0, holes_before_fill = 0;
