@@ -144,7 +144,7 @@ class Comparison {
 
   void with_small_maps() {
     bench_.now("pictures with maps of 512²");
-    Sitter sitter(bundles_.folder({80, "fitted", 512}));
+    Sitter sitter(bundles_.folder({80, "fitted", 512}));  // of the same proxy
     const Decibels psnr = judge(poses_, sitter);
     report("organplay, 80 faces, maps of 512²", false, psnr);
     // What the prototype of the peer below reached.
