@@ -48,10 +48,4 @@ Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double
   return ray.origin + depth_mm * ray.direction;
 }
 
-Eigen::Vector3d rejoined_point(const ShellMatrix& shell, double height_mm,
-                               const Eigen::Vector3d& stored) {
-  const Eigen::Vector2d b = barycentric_at_height(shell, height_mm, stored);
-  return shell_point(shell, b.x(), b.y(), height_mm);
-}
-
 }  // namespace organbake

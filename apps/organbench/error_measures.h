@@ -24,10 +24,6 @@ double depth_error_px(const Plane& depth, const Plane& truth);
 Ray texel_ray(const PosedCamera& camera, std::size_t texel);
 Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double depth_mm);
 
-// What a player makes of a stored point and height: macro + micro.
-Eigen::Vector3d rejoined_point(const ShellMatrix& shell, double height_mm,
-                               const Eigen::Vector3d& stored);
-
 // Places in which two sequences of one length are not the same.
 template <class Sequence>
 double count_different(const Sequence& a, const Sequence& b) {

@@ -26,7 +26,7 @@ constexpr float kConfidenceSteps = 64;
 // How far from its texel's surface a rounded height may lead, of the depth: as far as the depth's
 // last bit. Along a straight prism it is at most a quarter of that; where a body's prisms close,
 // the way across the body.
-constexpr double kHeightLeads = 0x1p-17;
+constexpr double kHeightLeads = 1.0 / (1 << kDepthBits);
 
 // `value` as a whole number of `bits` below the leading bit of `depth_mm` > 0.
 float rounded_below(double depth_mm, int bits, double value) {

@@ -287,9 +287,7 @@ void ShellBinder::bind(std::span<const Eigen::Vector3d> points,
 
 bool ShellBinder::gives_back(std::uint32_t face, double height_mm, const Eigen::Vector3d& point,
                              double within_mm) const {
-  const ShellMatrix& m = impl_->matrices[face];
-  const Eigen::Vector2d b = barycentric_at_height(m, height_mm, point);
-  return (shell_point(m, b.x(), b.y(), height_mm) - point).norm() <= within_mm;
+  return (rejoined_point(impl_->matrices[face], height_mm, point) - point).norm() <= within_mm;
 }
 
 bool ShellBinder::inside(const ShellBinding& binding, const Eigen::Vector3d& point) const {

@@ -37,4 +37,9 @@ Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h,
   return {(c * r1 - b * r2) / determinant, (a * r2 - b * r1) / determinant};
 }
 
+Eigen::Vector3d rejoined_point(const ShellMatrix& m, double h, const Eigen::Vector3d& point) {
+  const Eigen::Vector2d b = barycentric_at_height(m, h, point);
+  return shell_point(m, b.x(), b.y(), h);
+}
+
 }  // namespace organbake

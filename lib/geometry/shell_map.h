@@ -32,6 +32,9 @@ inline Eigen::Vector3d shell_point(const ShellMatrix& m, double b1, double b2, d
 
 // b1, b2 of a point known to lie at height h over a face: linear, least squares in 3-D.
 Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h, const Eigen::Vector3d& point);
+// Macro + micro: what a height over a face alone, as maps store it, makes of the point that it was
+// stored for.
+Eigen::Vector3d rejoined_point(const ShellMatrix& m, double h, const Eigen::Vector3d& point);
 
 // Finds the prism that holds a point: of all faces that hold it, the one with the smallest |h|
 // (then the smallest index); a point in no prism is bound unclamped to the face of the nearest
@@ -50,7 +53,7 @@ class ShellBinder {
   void bind(std::span<const Eigen::Vector3d> points, std::span<ShellBinding> bindings) const;
   // Whether the point lies in the prism that it was bound to: not when by the fallback.
   bool inside(const ShellBinding& binding, const Eigen::Vector3d& point) const;
-  // Whether a face and a height alone, as maps hold them, give the point back to within_mm. Where a
+  // Whether a face and a height alone give the point back (rejoined_point) to within_mm. Where a
   // body's prisms close, deep below its skin, no face's rounded height does.
   bool gives_back(std::uint32_t face, double height_mm, const Eigen::Vector3d& point,
                   double within_mm) const;

@@ -45,13 +45,16 @@ std::size_t count_holes(const Frame& frame, const std::vector<std::size_t>& inne
   }));
 }
 
+bool shows_any(const Rgb8Image& on_black, std::size_t pixel) {
+  return !std::equal(kBlack.begin(), kBlack.end(), &on_black.pixels[3 * pixel]);
+}
+
 // With an outline as smooth as the player's, so that what is compared is what lies inside.
 Rgb8Image smoothed(Rgb8Image on_black) {
   Frame frame;
   frame.cover.assign(on_black.pixels.size() / 3, Cover::background);
   for (std::size_t i = 0; i < frame.cover.size(); ++i) {
-    if (!std::equal(kBlack.begin(), kBlack.end(), &on_black.pixels[3 * i]))
-      frame.cover[i] = Cover::samples;
+    if (shows_any(on_black, i)) frame.cover[i] = Cover::samples;
   }
   const PixelBox all{0, 0, on_black.width, on_black.height};
   frame.color = std::move(on_black);
@@ -141,8 +144,7 @@ class Comparer {
     if (options.method == WarpMethod::paper) frame_.color = smoothed(frame_.color);
     // The outline's pixels show skin, too, where it covers a part of them only.
     std::vector<std::uint8_t> either = truth.covered;
-    for (std::size_t i = 0; i < either.size(); ++i)
-      either[i] |= !std::equal(kBlack.begin(), kBlack.end(), &frame_.color.pixels[3 * i]);
+    for (std::size_t i = 0; i < either.size(); ++i) either[i] |= shows_any(frame_.color, i);
     return {compare_images(frame_.color, truth.color, either).psnr_db,
             structural_similarity(frame_.color, truth.color, either), count_holes(frame_, inner)};
   }

@@ -13,7 +13,7 @@ namespace {
 using Linear = std::array<float, 3>;
 
 constexpr double kSteps = 254;  // of a pixel's share; half a pixel is the most that changes
-constexpr int kWord = 64;
+constexpr int kWord = SkinBits::kWord;
 
 template <class Visit>
 void for_each_bit(std::uint64_t bits, const Visit& visit) {

@@ -9,7 +9,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kWord = 64;
+constexpr int kWord = SkinBits::kWord;
 
 // One bit for each of 64 covers that are `wanted`. The compiler makes bytes of bits, one by one.
 std::uint64_t bits_of(const Cover* covers, Cover wanted) {

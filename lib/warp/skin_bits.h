@@ -17,6 +17,8 @@ struct PixelAt {
 // by whole words. Tools are neither.
 class SkinBits {
  public:
+  static constexpr int kWord = 64;  // pixels
+
   void read(const PixelBox& box, const Frame& frame);
 
   const PixelBox& box() const { return box_; }
@@ -32,7 +34,7 @@ class SkinBits {
   bool has(const std::vector<std::uint64_t>& bits, PixelAt p) const {
     if (p.x < box_.x0 || p.y < box_.y0 || p.x >= box_.x1 || p.y >= box_.y1) return false;
     const int column = p.x - box_.x0;
-    return bits[std::size_t(p.y - box_.y0) * words_ + column / 64] >> (column % 64) & 1;
+    return bits[std::size_t(p.y - box_.y0) * words_ + column / kWord] >> (column % kWord) & 1;
   }
 
   PixelBox box_;

@@ -6,6 +6,7 @@
 #include "capture/surface_color.h"
 #include "decimate/decimate.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/shell_map.h"
 #include "mechanics/mechanics.h"
 #include "organbench/error_measures.h"
 #include "organbench/memory_bundle.h"

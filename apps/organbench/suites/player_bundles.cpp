@@ -42,10 +42,13 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
   return folder;
 }
 
-SkinnedMesh PlayerBundles::skinned_mesh(int subdivisions) {
+const SkinnedMesh& PlayerBundles::skinned_mesh(int subdivisions) {
+  const auto known = skinned_.find(subdivisions);
+  if (known != skinned_.end()) return known->second;
   const BundleReader reader(folder({80, "fitted", map_size()}));
   constexpr int kSkin_px = 1024;
-  return organbake::skinned_mesh(reader.read_surface(), subdivisions, kSkin_px);
+  return skinned_[subdivisions] =
+             organbake::skinned_mesh(reader.read_surface(), subdivisions, kSkin_px);
 }
 
 }  // namespace organbake

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "organbench/bench.h"
@@ -29,13 +30,15 @@ class PlayerBundles {
   // Baked when first asked for. Throws Error with organbake's own words when it fails.
   std::filesystem::path folder(const BakeChoice& choice);
   // Their truth as an engine would hold it: 20 · 4^subdivisions faces under a skin of 1024².
-  SkinnedMesh skinned_mesh(int subdivisions);
+  // Made when first asked for.
+  const SkinnedMesh& skinned_mesh(int subdivisions);
   // A program that lies beside this one.
   std::filesystem::path program(const std::string& name) const;
 
  private:
   const Bench& bench_;
   Baker baker_;
+  std::map<int, SkinnedMesh> skinned_;  // by subdivisions
 };
 
 }  // namespace organbake

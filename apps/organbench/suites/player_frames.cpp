@@ -120,67 +120,63 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   }
 }
 
-#ifdef ORGANBAKE_HAS_EGL
-// How llvmpipe draws, and how much less time we are to take with maps of 512² and of 1024²; 0: is
-// told.
-struct GlRival {
-  std::string how;
-  int subdivisions, samples;
+// Who draws a mesh as engines hold it, and how much less time we are to take with maps of 512² and
+// of 1024²; 0: is told.
+struct Rival {
+  std::string name;
   std::array<double, 2> target;
+  std::function<void(const View&)> draw;
 };
 
 // Its time of a frame over ours.
-void race_llvmpipe(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
+void race(Bench& bench, PlayerBundles& bundles, const FrameSize& size, const Rival& rival) {
   const OneThread one_thread;
-  const std::vector<GlRival> rivals = {{"81,920 faces", 6, 1, {5, 2.5}},
-                                       {"81,920 faces, 4 samples a pixel", 6, 4, {0, 0}},
-                                       {"1,310,720 faces", 8, 1, {0, 0}}};
-  for (const GlRival& rival : rivals) {
-    if (bench.quick() && rival.target[0] == 0) continue;
-    bench.now("llvmpipe beside it: " + rival.how);
-    const SkinnedMesh skinned = bundles.skinned_mesh(rival.subdivisions);
-    SoftwareGl gl(skinned, size.width, size.height, rival.samples);
-    for (const int map_size : map_sizes(bench)) {
-      Player player(bundles.folder({80, "fitted", map_size}));
-      player.load_all();
-      Frame frame;
-      const auto timings = bench.time(std::vector<std::function<void()>>{
-          orbit(player, size, frame), [&] {
-            for (int i = 0; i < kFrames; ++i)
-              gl.draw(skinned.mesh.vertices, view_at(player.bundle(), size, i));
-          }});
-      bench.add(Figure{size.name() + ", one thread, CPU time of a frame, maps of " +
-                           std::to_string(map_size) + "²: " + gl.renderer() +
-                           ", textured, uploaded each frame, " + rival.how + " / organplay",
-                       "×", ms_of(timings[1]) / ms_of(timings[0]),
-                       rival.target[map_size > 512 ? 1 : 0], Figure::Goal::at_least});
-    }
-  }
-}
-#endif
-
-// Against a mesh as engines hold it, traced in the same run.
-void race_embree(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
-  const OneThread one_thread;
-  const std::string task = size.name() + ", one thread, CPU time of a frame";
-  bench.now(task + " beside a mesh of 81,920 faces");
-  const TriangleMesh mesh = bundles.skinned_mesh(6).mesh;
+  bench.now(size.name() + ", one thread, beside " + rival.name);
   for (const int map_size : map_sizes(bench)) {
     Player player(bundles.folder({80, "fitted", map_size}));
     player.load_all();
     Frame frame;
-    EmbreeFrames embree(mesh);
-    Rgb8Image traced;
-    const auto timings = bench.time(std::vector<std::function<void()>>{
-        orbit(player, size, frame), [&] {
-          for (int i = 0; i < kFrames; ++i)
-            embree.draw(mesh.vertices, view_at(player.bundle(), size, i), traced);
-        }});
-    bench.add(Figure{
-        task + ", maps of " + std::to_string(map_size) + "²: Embree refit + trace / organplay", "×",
-        ms_of(timings[1]) / ms_of(timings[0]), 5, Figure::Goal::at_least});
+    const auto timings = bench.time(
+        std::vector<std::function<void()>>{orbit(player, size, frame), [&] {
+                                             for (int i = 0; i < kFrames; ++i)
+                                               rival.draw(view_at(player.bundle(), size, i));
+                                           }});
+    bench.add(Figure{size.name() + ", one thread, CPU time of a frame, maps of " +
+                         std::to_string(map_size) + "²: " + rival.name + " / organplay",
+                     "×", ms_of(timings[1]) / ms_of(timings[0]),
+                     rival.target[map_size > 512 ? 1 : 0], Figure::Goal::at_least});
   }
 }
+
+void race_embree(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
+  const TriangleMesh& mesh = bundles.skinned_mesh(6).mesh;
+  EmbreeFrames embree(mesh);
+  Rgb8Image traced;
+  race(bench, bundles, size, {"Embree refit + trace", {5, 5}, [&](const View& view) {
+                                embree.draw(mesh.vertices, view, traced);
+                              }});
+}
+
+#ifdef ORGANBAKE_HAS_EGL
+void race_llvmpipe(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
+  struct Way {
+    std::string name;
+    int subdivisions, samples;
+    std::array<double, 2> target;
+  };
+  const std::vector<Way> ways = {{"81,920 faces", 6, 1, {5, 2.5}},
+                                 {"81,920 faces, 4 samples a pixel", 6, 4, {0, 0}},
+                                 {"1,310,720 faces", 8, 1, {0, 0}}};
+  for (const Way& way : ways) {
+    if (bench.quick() && way.target[0] == 0) continue;
+    const SkinnedMesh& skinned = bundles.skinned_mesh(way.subdivisions);
+    SoftwareGl gl(skinned, size.width, size.height, way.samples);
+    race(bench, bundles, size,
+         {gl.renderer() + ", textured, uploaded each frame, " + way.name, way.target,
+          [&](const View& view) { gl.draw(skinned.mesh.vertices, view); }});
+  }
+}
+#endif
 
 // Work that shares nothing and fits the caches.
 void be_busy() {

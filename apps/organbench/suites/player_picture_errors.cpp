@@ -186,7 +186,7 @@ class Comparison {
 
 #ifdef ORGANBAKE_HAS_EGL
   Decibels of_mesh(int samples) {
-    const SkinnedMesh skinned = bundles_.skinned_mesh(6);
+    const SkinnedMesh& skinned = bundles_.skinned_mesh(6);
     const CarriedSurface carried(skinned.mesh, sitter_.proxy());
     SoftwareGl gl(skinned, table_.size_px, table_.size_px, samples);
     return judge(poses_, [&](const Pose& pose) {
