@@ -69,24 +69,25 @@ int clamped_int(float value, int low, int high) {
 }
 
 // Pixels that a box of camera space can reach, by interval arithmetic, grown by half a splat.
-PixelBox pixel_box(const PlacedPatch& p, const View& view, int columns, int rows) {
+void set_box(const PlacedPatch& p, const View& view, ChunkFrame& out) {
   const Intrinsics& k = view.camera.intrinsics;
   const float near = static_cast<float>(view.near_mm);
   const float z0 = std::max(p.center.z() - p.half.z(), near), z1 = p.center.z() + p.half.z();
-  if (z1 < near) return {};
-  const auto interval = [&](float c, float r, float f, float middle) {
+  if (z1 < near) return;
+  const auto interval = [&](float c, float r, float f, float middle, int pixels) {
+    const float grow = 0.5f * static_cast<float>(pixels) + 1;
     const float low = c - r, high = c + r;
-    return std::pair(static_cast<float>(middle) + f * (low < 0 ? low / z0 : low / z1),
-                     static_cast<float>(middle) + f * (high > 0 ? high / z0 : high / z1));
+    return std::pair(middle + f * (low < 0 ? low / z0 : low / z1) - grow,
+                     middle + f * (high > 0 ? high / z0 : high / z1) + grow + 1);
   };
-  const auto [x0, x1] =
-      interval(p.center.x(), p.half.x(), static_cast<float>(k.fx), static_cast<float>(k.cx));
-  const auto [y0, y1] =
-      interval(p.center.y(), p.half.y(), static_cast<float>(k.fy), static_cast<float>(k.cy));
-  const float grow_x = 0.5f * static_cast<float>(columns) + 1,
-              grow_y = 0.5f * static_cast<float>(rows) + 1;
-  return {clamped_int(x0 - grow_x, 0, k.width), clamped_int(y0 - grow_y, 0, k.height),
-          clamped_int(x1 + grow_x + 1, 0, k.width), clamped_int(y1 + grow_y + 1, 0, k.height)};
+  const auto [x0, x1] = interval(p.center.x(), p.half.x(), static_cast<float>(k.fx),
+                                 static_cast<float>(k.cx), out.columns);
+  const auto [y0, y1] = interval(p.center.y(), p.half.y(), static_cast<float>(k.fy),
+                                 static_cast<float>(k.cy), out.rows);
+  out.box = {clamped_int(x0, 0, k.width), clamped_int(y0, 0, k.height), clamped_int(x1, 0, k.width),
+             clamped_int(y1, 0, k.height)};
+  out.whole = z0 > near && x0 >= 0 && y0 >= 0 && x1 <= static_cast<float>(k.width) &&
+              y1 <= static_cast<float>(k.height);
 }
 
 // Texels smaller than this many pixels are all alike; keeps offsets within an int's range.
@@ -170,7 +171,7 @@ ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& vi
     return out;
   }
   set_footprint(p, p.along(patch.along_u), p.along(patch.along_v), view, out);
-  out.box = pixel_box(p, view, out.columns, out.rows);
+  set_box(p, view, out);
   out.fate = out.box.empty() ? ChunkFate::outside_view : ChunkFate::drawn;
   return out;
 }

@@ -66,4 +66,7 @@ inline unsigned lanes_unlike(const std::uint32_t* numbers, std::uint32_t value) 
   return 255u & ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(alike)));
 }
 
+// The bits of the first `count` of eight lanes, all of them for more.
+inline unsigned first_lanes(int count) { return count < 8 ? (1u << count) - 1 : 255u; }
+
 }  // namespace organbake

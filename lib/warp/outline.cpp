@@ -2,7 +2,6 @@
 #include "warp/outline.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "image/srgb.h"
@@ -14,11 +13,6 @@ using Linear = std::array<float, 3>;
 
 constexpr double kSteps = 254;  // of a pixel's share; half a pixel is the most that changes
 constexpr int kWord = SkinBits::kWord;
-
-template <class Visit>
-void for_each_bit(std::uint64_t bits, const Visit& visit) {
-  for (; bits != 0; bits &= bits - 1) visit(std::countr_zero(bits));
-}
 
 Linear linear_color(const std::uint8_t* rgb) {
   const auto& table = linear_from_srgb8();
@@ -112,8 +106,8 @@ void Outline::follow_rows() {
       std::uint64_t last = 0;  // bit of the word before
       for (int word = 0; word < bits_.words(); ++word) {
         const std::uint64_t border = skin[word] & open[word];
-        for_each_bit(border & ~(border << 1 | last), [&](int bit) {
-          follow({{box.x0 + word * kWord + bit, y}, true, skin_first});
+        bits_.for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
+          follow({first, true, skin_first});
         });
         last = border >> (kWord - 1);
       }
@@ -132,8 +126,8 @@ void Outline::follow_columns() {
       for (int word = 0; word < bits_.words(); ++word) {
         const std::uint64_t next = word + 1 < bits_.words() ? far[word + 1] << (kWord - 1) : 0;
         const std::uint64_t border = near[word] & (far[word] >> 1 | next);
-        for_each_bit(border & ~above[word], [&](int bit) {
-          follow({{box.x0 + word * kWord + bit, y}, false, skin_first});
+        bits_.for_each(border & ~above[word], word, y, [&](PixelAt first) {
+          follow({first, false, skin_first});
         });
         above[word] = border;
       }

@@ -12,6 +12,7 @@ struct PixelBox {
   int width() const { return x1 - x0; }
   int height() const { return y1 - y0; }
   bool empty() const { return x0 >= x1 || y0 >= y1; }
+  bool operator==(const PixelBox&) const = default;
 };
 
 // The smallest box round both.

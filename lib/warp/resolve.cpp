@@ -14,19 +14,32 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// One row of one layer, decoded from its keys.
+// A stretch of one layer's row, decoded from its keys.
 struct LayerRow {
-  alignas(32) float depth[kRow], u[kRow], v[kRow];
-  alignas(32) std::int32_t slot[kRow];
+  alignas(64) float depth[kStretch], u[kStretch], v[kStretch];
+  alignas(64) std::int32_t slot[kStretch];
 };
 
-// keys[k] goes to place first + k.
-ORGANBAKE_WIDE void decode(const std::uint64_t* __restrict keys, int count, float tie_mm, int first,
+// Whole vectors of a stretch.
+struct Part {
+  std::size_t first = 0;
+  int count = 0;
+
+  // That hold the pixels from `from` to `to`.
+  static Part holding(int from, int to) {
+    if (from >= to) return {};
+    const int first = from & ~(static_cast<int>(kLanes) - 1);
+    return {static_cast<std::size_t>(first), static_cast<int>(whole_vectors(to - first))};
+  }
+};
+
+// The stretch's keys into their places.
+ORGANBAKE_WIDE void decode(const std::uint64_t* __restrict keys, const Part& part, float tie_mm,
                            LayerRow& __restrict row) {
-  for (int k = 0; k < count; ++k) {
-    const int i = first + k;
-    const std::uint32_t high = static_cast<std::uint32_t>(keys[k] >> 32);
-    const std::uint32_t low = static_cast<std::uint32_t>(keys[k]);
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
+    const std::uint32_t high = static_cast<std::uint32_t>(keys[i] >> 32);
+    const std::uint32_t low = static_cast<std::uint32_t>(keys[i]);
     const float u = offset_share(u_bits_of(low));
     const float v = offset_share(v_bits_of(high, low));
     row.u[i] = kReach * u;
@@ -59,16 +72,26 @@ inline float linear_color(float value) {
 
 // Fetches the details of a row's samples. One copy each, taken apart in registers afterwards, beats
 // scattered loads of bytes.
-void fetch(const LayerRow& row, const PackedDetail* __restrict detail, int first, int count,
+void fetch(const LayerRow& row, const PackedDetail* __restrict detail, const Part& part,
            PackedDetail* __restrict fetched) {
-  for (int i = first; i < first + count; ++i) fetched[i] = detail[row.slot[i]];
+  for (std::size_t i = part.first; i < part.first + part.count; ++i)
+    fetched[i] = detail[row.slot[i]];
+}
+
+ORGANBAKE_WIDE void find_nearest(const LayerRow& __restrict row, const Part& part,
+                                 SumRow& __restrict sum) {
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
+    sum.nearest[i] = row.depth[i] < sum.nearest[i] ? row.depth[i] : sum.nearest[i];
+  }
 }
 
 ORGANBAKE_WIDE void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict detail,
-                              int first, int count, float weight, float inverse_tolerance,
+                              const Part& part, float weight, float inverse_tolerance,
                               SumRow& __restrict sum) {
   const float byte_weight = weight / 255;
-  for (int i = first; i < first + count; ++i) {
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
     const auto color = static_cast<std::uint32_t>(detail[i]);
     const auto terms = static_cast<std::uint32_t>(detail[i] >> 32);
     const float u = row.u[i], v = row.v[i];
@@ -89,8 +112,8 @@ ORGANBAKE_WIDE void add_layer(const LayerRow& __restrict row, const PackedDetail
 
 // The nearest sample of each pixel: its layer, and its depth, +inf where there is none.
 struct NearestSamples {
-  alignas(32) std::int32_t layer[kRow];
-  alignas(32) float depth[kRow];
+  alignas(64) std::int32_t layer[kStretch];
+  alignas(64) float depth[kStretch];
 
   NearestSamples(const std::array<LayerRow, 3>& rows, int layers, int count) {
     std::fill_n(layer, count, 0);
@@ -152,9 +175,11 @@ void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y,
   tile.relit->light(skin, y, {x0, sum.red, sum.green, sum.blue});
 }
 
-void add_base(const BaseTile& base, int y, int x0, float inverse_tolerance, SumRow& sum) {
+void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
+              SumRow& sum) {
   const int row = y - base.box.y0, offset = x0 - base.box.x0;
-  for (int column = base.spans.first(row); column < base.spans.last(row); ++column) {
+  const int last = std::min(base.spans.last(row), offset + count);
+  for (int column = std::max(base.spans.first(row), offset); column < last; ++column) {
     const std::size_t at = base.at(base.box.x0 + column, y);
     if (!base.drawn(at)) continue;
     const int i = column - offset;
@@ -179,36 +204,32 @@ void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count,
   }
 }
 
-// The row's layers, base included, as colour and weight sums.
+// The stretch's layers, base included, as colour and weight sums.
 void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerRow, 3>& rows,
              SumRow& sum) {
-  const int padded = (count + 7) & ~7;  // whole vectors; the guard band makes them safe to read
+  const unsigned whole = whole_vectors(count);  // the guard band makes them safe to read
   const float inverse_tolerance = 1 / tile.same_surface_mm;
-  std::fill_n(sum.nearest, padded, kInfinity);
+  std::fill_n(sum.nearest, whole, kInfinity);
   if (tile.base) std::copy_n(tile.base->depth.data() + tile.base->at(x0, y), count, sum.nearest);
-  // Each layer's own stretch of the row, in whole vectors.
-  std::array<int, 3> first, length;
+  std::array<Part, 3> parts;  // each layer's own
   for (int l = 0; l < tile.count; ++l) {
     const TileKeys& keys = *tile.layers[l].keys;
+    const RowSpans& spans = *tile.layers[l].spans;
     const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
-    first[l] = std::max(0, tile.layers[l].spans->first(row) - offset) & ~7;
-    length[l] = std::max(0, (tile.layers[l].spans->last(row) - offset - first[l] + 7) & ~7);
-    LayerRow& layer = rows[l];
-    if (tile.base || tile.relit || tile.rest) std::fill_n(layer.depth, padded, kInfinity);
-    decode(keys.row(y) + offset + first[l], length[l], tile.tie_mm, first[l], layer);
-    for (int i = first[l]; i < first[l] + length[l]; ++i) {
-      sum.nearest[i] = layer.depth[i] < sum.nearest[i] ? layer.depth[i] : sum.nearest[i];
-    }
+    parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
+                             std::min(count, spans.last(row) - offset));
+    if (tile.base || tile.relit || tile.rest) std::fill_n(rows[l].depth, whole, kInfinity);
+    decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
+    find_nearest(rows[l], parts[l], sum);
   }
-  for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) std::fill_n(plane, padded, 0.0f);
-  alignas(32) std::array<PackedDetail, kRow> fetched;
+  for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) std::fill_n(plane, whole, 0.0f);
+  alignas(64) std::array<PackedDetail, kStretch> fetched;
   for (int l = 0; l < tile.count; ++l) {
-    fetch(rows[l], tile.layers[l].set->detail.data(), first[l], length[l], fetched.data());
-    add_layer(rows[l], fetched.data(), first[l], length[l], tile.layers[l].weight,
-              inverse_tolerance, sum);
+    fetch(rows[l], tile.layers[l].set->detail.data(), parts[l], fetched.data());
+    add_layer(rows[l], fetched.data(), parts[l], tile.layers[l].weight, inverse_tolerance, sum);
   }
   if (tile.relit) relight(tile, rows, y, x0, count, sum);
-  if (tile.base) add_base(*tile.base, y, x0, inverse_tolerance, sum);
+  if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
 }
 
 }  // namespace
@@ -217,15 +238,7 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
                   const Background& background, std::vector<float>& depth_mm, Frame& frame) {
   std::array<LayerRow, 3> rows;
   SumRow sum;
-  for (int y = box.y0; y < box.y1; ++y) {
-    const int x0 = spans.first(y - box.y0) + box.x0, x1 = spans.last(y - box.y0) + box.x0;
-    if (x0 >= x1) {
-      background.fill({box.x0, y, box.x1, y + 1}, frame);
-      continue;
-    }
-    background.fill({box.x0, y, x0, y + 1}, frame);
-    background.fill({x1, y, box.x1, y + 1}, frame);
-    const int count = x1 - x0;
+  const auto blend = [&](int x0, int count, int y) {
     sum_row(tile, y, x0, count, rows, sum);
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
@@ -234,6 +247,16 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     if (tile.base) mark_base(rows, tile.count, count, cover);
     std::copy_n(sum.nearest, count, &depth_mm[first]);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
+  };
+  for (int y = box.y0; y < box.y1; ++y) {
+    const int x0 = spans.first(y - box.y0) + box.x0, x1 = spans.last(y - box.y0) + box.x0;
+    if (x0 >= x1) {
+      background.fill({box.x0, y, box.x1, y + 1}, frame);
+      continue;
+    }
+    background.fill({box.x0, y, x0, y + 1}, frame);
+    background.fill({x1, y, box.x1, y + 1}, frame);
+    for (int x = x0; x < x1; x += kStretch) blend(x, std::min(kStretch, x1 - x), y);
   }
 }
 

@@ -9,8 +9,8 @@
 
 namespace organbake {
 
-// Which columns of a tile's rows anything may have been drawn to: a convex guess per row, cheap to
-// keep and enough to pass over what lies outside a silhouette.
+// Which columns of a tile's rows anything may have been drawn to: a convex guess for each few rows,
+// cheap to keep and enough to pass over what lies outside a silhouette.
 class RowSpans {
  public:
   void clear(const PixelBox& tile) {
@@ -19,27 +19,30 @@ class RowSpans {
     last_.fill(0);
   }
   void add(const PixelBox& drawn) {
-    const int x0 = std::max(drawn.x0, tile_.x0) - tile_.x0;
-    const int x1 = std::min(drawn.x1, tile_.x1) - tile_.x0;
-    const int y1 = std::min(drawn.y1, tile_.y1) - tile_.y0;
-    for (int y = std::max(drawn.y0, tile_.y0) - tile_.y0; y < y1; ++y) {
-      first_[y] = std::min(first_[y], x0);
-      last_[y] = std::max(last_[y], x1);
+    const PixelBox part = intersected(drawn, tile_);
+    if (part.empty()) return;
+    const int end = (part.y1 - 1 - tile_.y0) / kRows;
+    for (int band = (part.y0 - tile_.y0) / kRows; band <= end; ++band) {
+      first_[band] = std::min(first_[band], part.x0 - tile_.x0);
+      last_[band] = std::max(last_[band], part.x1 - tile_.x0);
     }
   }
   void add(const RowSpans& other) {
-    for (int y = 0; y < TileGrid::kHeight; ++y) {
-      first_[y] = std::min(first_[y], other.first_[y]);
-      last_[y] = std::max(last_[y], other.last_[y]);
+    for (std::size_t band = 0; band < first_.size(); ++band) {
+      first_[band] = std::min(first_[band], other.first_[band]);
+      last_[band] = std::max(last_[band], other.last_[band]);
     }
   }
   // Columns and rows are counted from the tile's corner; empty when first ≥ last.
-  int first(int row) const { return first_[row]; }
-  int last(int row) const { return last_[row]; }
+  int first(int row) const { return first_[row / kRows]; }
+  int last(int row) const { return last_[row / kRows]; }
 
  private:
+  static constexpr int kRows = 4;
+  static_assert(TileGrid::kHeight % kRows == 0);
+
   PixelBox tile_;
-  std::array<int, TileGrid::kHeight> first_, last_;
+  std::array<int, TileGrid::kHeight / kRows> first_, last_;
 };
 
 }  // namespace organbake

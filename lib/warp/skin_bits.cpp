@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 namespace organbake {
 namespace {
@@ -21,6 +22,22 @@ std::uint64_t bits_of(const Cover* covers, Cover wanted) {
   return half(covers) | std::uint64_t{half(covers + kWord / 2)} << (kWord / 2);
 }
 
+// Calls visit(covers) for each 64 covers of the box, row after row; of a row's last, those outside
+// are `beyond`.
+template <class Visit>
+void for_each_word(const Frame& frame, const PixelBox& box, Cover beyond, const Visit& visit) {
+  for (int y = box.y0; y < box.y1; ++y) {
+    const Cover* row = &frame.cover[std::size_t(y) * frame.color.width + box.x0];
+    int x = 0;
+    for (; x + kWord <= box.width(); x += kWord) visit(row + x);
+    if (x == box.width()) continue;
+    std::array<Cover, kWord> last;
+    last.fill(beyond);
+    std::copy_n(row + x, box.width() - x, last.begin());
+    visit(last.data());
+  }
+}
+
 }  // namespace
 
 void SkinBits::read(const PixelBox& box, const Frame& frame) {
@@ -28,21 +45,21 @@ void SkinBits::read(const PixelBox& box, const Frame& frame) {
   words_ = (box.width() + kWord - 1) / kWord;
   skin_.clear();
   open_.clear();
-  for (int y = box.y0; y < box.y1; ++y) {
-    const Cover* row = &frame.cover[std::size_t(y) * frame.color.width + box.x0];
-    for (int x = 0; x < box.width(); x += kWord) {
-      const int count = std::min(kWord, box.width() - x);
-      std::array<Cover, kWord> last;  // tools, as nothing else is neither
-      if (count < kWord) {
-        last.fill(Cover::solid);
-        std::copy_n(row + x, count, last.begin());
-      }
-      const Cover* covers = count < kWord ? last.data() : row + x;
-      const std::uint64_t open = bits_of(covers, Cover::background);
-      open_.push_back(open);
-      skin_.push_back(~(open | bits_of(covers, Cover::solid)));
-    }
-  }
+  // Tools, as nothing else is neither.
+  for_each_word(frame, box, Cover::solid, [&](const Cover* covers) {
+    const std::uint64_t open = bits_of(covers, Cover::background);
+    open_.push_back(open);
+    skin_.push_back(~(open | bits_of(covers, Cover::solid)));
+  });
+}
+
+std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
+  const Cover other = wanted == Cover::solid ? Cover::background : Cover::solid;
+  std::size_t count = 0;
+  for_each_word(frame, box, other, [&](const Cover* covers) {
+    count += static_cast<std::size_t>(std::popcount(bits_of(covers, wanted)));
+  });
+  return count;
 }
 
 }  // namespace organbake

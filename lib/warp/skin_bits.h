@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -13,8 +14,8 @@ struct PixelAt {
   int x, y;
 };
 
-// Which pixels of a box show skin and which the background, one bit each, so that a border is found
-// by whole words. Tools are neither.
+// Which pixels of a box show skin and which the background, one bit each, so that borders, slits
+// and holes are found by whole words. Tools are neither.
 class SkinBits {
  public:
   static constexpr int kWord = 64;  // pixels
@@ -30,6 +31,13 @@ class SkinBits {
   const std::uint64_t* skin(int y) const { return &skin_[std::size_t(y - box_.y0) * words_]; }
   const std::uint64_t* open(int y) const { return &open_[std::size_t(y - box_.y0) * words_]; }
 
+  // Calls visit(pixel) for each bit of a row's word.
+  template <class Visit>
+  void for_each(std::uint64_t bits, int word, int y, const Visit& visit) const {
+    for (; bits != 0; bits &= bits - 1)
+      visit(PixelAt{box_.x0 + word * kWord + std::countr_zero(bits), y});
+  }
+
  private:
   bool has(const std::vector<std::uint64_t>& bits, PixelAt p) const {
     if (p.x < box_.x0 || p.y < box_.y0 || p.x >= box_.x1 || p.y >= box_.y1) return false;
@@ -41,5 +49,8 @@ class SkinBits {
   int words_ = 0;
   std::vector<std::uint64_t> skin_, open_;
 };
+
+// How many pixels of the box have the cover.
+std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted);
 
 }  // namespace organbake

@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/slit_fill.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <array>
-#include <atomic>
 #include <cstdint>
-#include <cstring>
+
+#include "warp/skin_bits.h"
 
 namespace organbake {
 namespace {
-
-constexpr int kLanes = 64;  // columns side by side: one cache line of a row
 
 // Mixes the pixels between two covered ones, `step` apart, `count` of them.
 void bridge(std::size_t before, std::size_t step, int count, Frame& frame) {
@@ -33,50 +26,58 @@ void bridge(std::size_t before, std::size_t step, int count, Frame& frame) {
   }
 }
 
-// Runs of uncovered pixels above each column of a strip; far off the picture at its top.
-std::size_t fill_columns(const PixelBox& strip, bool fill, Frame& frame) {
+struct Step {
+  int x, y;
+};
+
+// Fills the slit that ends beside a covered pixel; `back` leads into it. Returns its pixels, 0 when
+// it is none.
+int fill_slit(const SkinBits& bits, PixelAt end, Step back, bool fill, Frame& frame) {
+  int run = 0;
+  PixelAt at = end;
+  do {
+    at = {at.x + back.x, at.y + back.y};
+  } while (bits.is_open(at) && ++run <= kWidestSlit);
+  if (!bits.is_skin(at)) return 0;
   const std::size_t width = frame.color.width;
-  std::array<std::uint8_t, kLanes> run;
-  run.fill(255);
+  if (fill) bridge(at.y * width + at.x, back.y != 0 ? width : 1, run, frame);
+  return run;
+}
+
+// Bits of the pixels whose left neighbour's bit is set.
+class RightOf {
+ public:
+  std::uint64_t operator()(std::uint64_t word) {
+    const std::uint64_t right = word << 1 | last_;
+    last_ = word >> (SkinBits::kWord - 1);
+    return right;
+  }
+
+ private:
+  std::uint64_t last_ = 0;  // bit of the word before
+};
+
+std::size_t fill_columns(const SkinBits& bits, bool fill, Frame& frame) {
   std::size_t pixels = 0;
-  for (int y = strip.y0; y < strip.y1; ++y) {
-    const Cover* cover = &frame.cover[y * width + strip.x0];
-    std::array<std::uint8_t, kLanes> ends;
-    std::uint8_t any =
-        0;  // slits are rare: a row is looked at in bytes, lane by lane only if need be
-    for (int x = 0; x < strip.width(); ++x) {
-      const bool covered = cover[x] != Cover::background;
-      ends[x] = covered && run[x] >= 1 && run[x] <= kWidestSlit ? run[x] : 0;
-      any |= ends[x];
-      run[x] = covered ? 0 : static_cast<std::uint8_t>(run[x] + (run[x] < 255));
-    }
-    for (int x = 0; any && x < strip.width(); ++x) {
-      if (ends[x] == 0) continue;
-      pixels += ends[x];
-      if (fill) bridge((y - ends[x] - 1) * width + strip.x0 + x, width, ends[x], frame);
+  for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y) {
+    for (int word = 0; word < bits.words(); ++word) {
+      bits.for_each(bits.skin(y)[word] & bits.open(y - 1)[word], word, y, [&](PixelAt end) {
+        pixels += fill_slit(bits, end, {0, -1}, fill, frame);
+      });
     }
   }
   return pixels;
 }
 
-std::size_t fill_row(const PixelBox& box, int y, bool fill, Frame& frame) {
-  const std::size_t row = std::size_t(y) * frame.color.width;
-  const auto* const cover = reinterpret_cast<const std::uint8_t*>(frame.cover.data()) + row;
+std::size_t fill_rows(const SkinBits& bits, bool fill, Frame& frame) {
   std::size_t pixels = 0;
-  const auto covered = [&](int x) { return frame.cover[row + x] != Cover::background; };
-  int x = box.x0;
-  while (x < box.x1 && !covered(x)) ++x;
-  while (x < box.x1) {
-    // Almost all of a row is covered without a break: let the library find the next one.
-    const void* open = std::memchr(cover + x, static_cast<int>(Cover::background), box.x1 - x);
-    if (!open) break;
-    const int first = static_cast<int>(static_cast<const std::uint8_t*>(open) - cover);
-    x = first;
-    while (x < box.x1 && !covered(x)) ++x;
-    const int run = x - first;
-    if (x == box.x1 || run > kWidestSlit) continue;
-    pixels += run;
-    if (fill) bridge(row + first - 1, 1, run, frame);
+  for (int y = bits.box().y0; y < bits.box().y1; ++y) {
+    RightOf right_of;
+    for (int word = 0; word < bits.words(); ++word) {
+      bits.for_each(bits.skin(y)[word] & right_of(bits.open(y)[word]), word, y, [&](PixelAt end) {
+        pixels += fill_slit(bits, end, {-1, 0}, fill, frame);
+      });
+    }
   }
   return pixels;
 }
@@ -84,19 +85,11 @@ std::size_t fill_row(const PixelBox& box, int y, bool fill, Frame& frame) {
 }  // namespace
 
 std::size_t fill_slits(const PixelBox& box, bool fill, Frame& frame) {
-  std::atomic<std::size_t> pixels{0};
-  const int strips = (box.width() + kLanes - 1) / kLanes;
-  tbb::parallel_for(0, strips, [&](int s) {
-    const int x0 = box.x0 + s * kLanes;
-    pixels += fill_columns({x0, box.y0, std::min(x0 + kLanes, box.x1), box.y1}, fill, frame);
-  });
-  tbb::parallel_for(tbb::blocked_range<int>(box.y0, box.y1, 32),
-                    [&](const tbb::blocked_range<int>& rows) {
-                      for (int y = rows.begin(); y < rows.end(); ++y) {
-                        pixels += fill_row(box, y, fill, frame);
-                      }
-                    });
-  return pixels;
+  thread_local SkinBits bits;  // for its memory
+  bits.read(box, frame);
+  const std::size_t of_columns = fill_columns(bits, fill, frame);
+  if (fill && of_columns > 0) bits.read(box, frame);
+  return of_columns + fill_rows(bits, fill, frame);
 }
 
 }  // namespace organbake

@@ -5,6 +5,7 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace organbake {
@@ -41,9 +42,11 @@ void pack_rgb(const std::int32_t* pixels, int count, std::uint8_t* rgb) {
 ORGANBAKE_WIDE void encode(const SumRow& sum, int count,
                            const std::array<std::uint8_t, 3>& background,
                            std::uint8_t* __restrict rgb, Cover* __restrict cover) {
-  alignas(32) std::int32_t level[3][kRow];
-  alignas(32) float scale[kRow];
-  for (int i = 0; i < count; ++i) {
+  alignas(64) std::int32_t level[3][kStretch];
+  alignas(64) float scale[kStretch];
+  alignas(64) Cover covered[kStretch];
+  const unsigned whole = whole_vectors(count);
+  for (unsigned i = 0; i < whole; ++i) {
     scale[i] = 1 / (kFullScale * (sum.weight[i] > 0 ? sum.weight[i] : 1.0f));
   }
   const float* const planes[3] = {sum.red, sum.green, sum.blue};
@@ -51,16 +54,17 @@ ORGANBAKE_WIDE void encode(const SumRow& sum, int count,
     const float* __restrict color = planes[k];
     std::int32_t* __restrict out = level[k];
     const std::int32_t behind = background[k];
-    for (int i = 0; i < count; ++i) {
+    for (unsigned i = 0; i < whole; ++i) {
       const auto shown = static_cast<std::int32_t>(encoded(color[i] * scale[i]) + 0.5f);
       out[i] = sum.weight[i] > 0 ? shown : behind;
     }
   }
-  for (int i = 0; i < count; ++i) level[0][i] |= level[1][i] << 8 | level[2][i] << 16;
+  for (unsigned i = 0; i < whole; ++i) level[0][i] |= level[1][i] << 8 | level[2][i] << 16;
   pack_rgb(level[0], count, rgb);
-  for (int i = 0; i < count; ++i) {
-    cover[i] = sum.weight[i] > 0 ? Cover::samples : Cover::background;
+  for (unsigned i = 0; i < whole; ++i) {
+    covered[i] = sum.weight[i] > 0 ? Cover::samples : Cover::background;
   }
+  std::copy_n(covered, count, cover);
 }
 
 }  // namespace organbake

@@ -9,13 +9,16 @@
 
 namespace organbake {
 
-inline constexpr int kRow = TileGrid::kWidth;
+// Pixels at a time. A stretch's planes and what it reads then stay in the first-level cache, which
+// those of a tile's whole row don't.
+inline constexpr int kStretch = 128;
 inline constexpr float kFullScale = 255.0f * 255.0f;  // square-root light squared
 
-// One row of a tile while it is summed: colour × weight in 0…255², the weight, and the depth of the
-// nearest skin (mm).
+// A stretch of a tile's row while it is summed: colour × weight in 0…255², the weight, and the
+// depth of the nearest skin (mm).
 struct SumRow {
-  alignas(32) float red[kRow], green[kRow], blue[kRow], weight[kRow], nearest[kRow];
+  alignas(64) float red[kStretch], green[kStretch], blue[kStretch], weight[kStretch];
+  alignas(64) float nearest[kStretch];
 };
 
 // Sums to sRGB bytes; background where nothing weighs.

@@ -49,7 +49,10 @@ bool TileDrawing::is_empty(int tile) const {
 
 void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks,
                         float tie_mm, const PixelBox& part, TileKeys& keys, RowSpans& spans) const {
-  for (const std::uint32_t c : chunks) {
+  constexpr std::size_t kAhead = 2;  // chunks that are sent for
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    if (i + kAhead < chunks.size()) send_for_chunk(*camera.set, chunks[i + kAhead]);
+    const std::uint32_t c = chunks[i];
     if (intersected(camera.chunks[c].box, part).empty()) continue;
     spans.add(camera.chunks[c].box);
     splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],

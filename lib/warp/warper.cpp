@@ -16,6 +16,7 @@
 #include "warp/relit_skin.h"
 #include "warp/resolve.h"
 #include "warp/sample_store.h"
+#include "warp/skin_bits.h"
 #include "warp/tile_drawing.h"
 #include "warp/tile_grid.h"
 
@@ -29,15 +30,6 @@ std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
     matrix.col(0) += frame_from_world.translation;
   }
   return matrices;
-}
-
-std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
-  std::size_t count = 0;
-  for (int y = box.y0; y < box.y1; ++y) {
-    const Cover* const row = &frame.cover[std::size_t(y) * frame.color.width];
-    count += static_cast<std::size_t>(std::count(row + box.x0, row + box.x1, wanted));
-  }
-  return count;
 }
 
 }  // namespace
