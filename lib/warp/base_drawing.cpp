@@ -69,11 +69,9 @@ class BaseDrawing::PlacedBlock {
     const float b1 = out.b1 = step * static_cast<float>(i);
     const float b2 = out.b2 = step * static_cast<float>(j);
     const float h = base_.layer_.height_mm[out.index];
-    float p[3];
-    for (int r = 0; r < 3; ++r) {
-      const auto& m = frame_.metric[r];
-      p[r] = m[0] + b1 * m[1] + b2 * m[2] + h * (m[3] + b1 * m[4] + b2 * m[5]);
-    }
+    const ShellColumns& m = frame_.metric;
+    const Eigen::Vector4f p =
+        m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
     out.corner = {};
     if (!(p[2] > view_.near_mm)) return;
     const double inverse = 1 / static_cast<double>(p[2]);

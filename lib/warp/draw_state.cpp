@@ -11,31 +11,33 @@
 namespace organbake {
 namespace {
 
-using Vec3 = Eigen::Vector3f;
+using Vec4 = Eigen::Vector4f;  // of three dimensions, the fourth zero
 
 // What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
 // normal farther from the mean of its corners' than 6°.
 constexpr double kPushedShare = 0.02, kBentCosine = 0.995;
 
-Vec3 column(const FaceFrame& face, int c) {
-  return {face.metric[0][c], face.metric[1][c], face.metric[2][c]};
+ShellColumns columns_of(const ShellMatrix& matrix) {
+  ShellColumns columns = ShellColumns::Zero();
+  columns.topRows<3>() = matrix.cast<float>();
+  return columns;
 }
 
 // The patch's middle in the view's frame, its derivatives along b1, b2, h, and the half size of a
 // box that surely holds all of it.
 struct PlacedPatch {
-  Vec3 center, by_b1, by_b2, by_h, half;
-  Vec3 along(const float (&t)[3]) const { return by_b1 * t[0] + by_b2 * t[1] + by_h * t[2]; }
+  Vec4 center, by_b1, by_b2, by_h, half;
+  Vec4 along(const float (&t)[3]) const { return by_b1 * t[0] + by_b2 * t[1] + by_h * t[2]; }
 };
 
-PlacedPatch place(const Patch& patch, const FaceFrame& face) {
+PlacedPatch place(const Patch& patch, const ShellColumns& m) {
   const auto [b1, b2, h] = std::tuple(patch.center[0], patch.center[1], patch.center[2]);
-  const Vec3 c4 = column(face, 4), c5 = column(face, 5);
+  const Vec4 c4 = m.col(4), c5 = m.col(5);
   PlacedPatch p;
-  p.by_b1 = column(face, 1) + h * c4;
-  p.by_b2 = column(face, 2) + h * c5;
-  p.by_h = column(face, 3) + b1 * c4 + b2 * c5;
-  p.center = column(face, 0) + b1 * column(face, 1) + b2 * column(face, 2) + h * p.by_h;
+  p.by_b1 = m.col(1) + h * c4;
+  p.by_b2 = m.col(2) + h * c5;
+  p.by_h = m.col(3) + b1 * c4 + b2 * c5;
+  p.center = m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * p.by_h;
   const auto [e1, e2, eh] = std::tuple(patch.extent[0], patch.extent[1], patch.extent[2]);
   // Exact for the shell map, which is linear but for the products h·b.
   p.half = e1 * p.by_b1.cwiseAbs() + e2 * p.by_b2.cwiseAbs() + eh * p.by_h.cwiseAbs() +
@@ -44,14 +46,14 @@ PlacedPatch place(const Patch& patch, const FaceFrame& face) {
 }
 
 // Columns run right, rows down, so v × u points out of the surface.
-Vec3 outward(const PlacedPatch& p, const Patch& patch) {
-  return p.along(patch.along_v).cross(p.along(patch.along_u));
+Vec4 outward(const PlacedPatch& p, const Patch& patch) {
+  return p.along(patch.along_v).cross3(p.along(patch.along_u));
 }
 
 // Whether every normal within the cone about `normal` points away from the eye, wherever in its box
 // the sample lies: seen from the eye the box spans asin(radius / distance), which the cone is
 // widened by.
-bool faces_away(const PlacedPatch& p, const Vec3& normal, const NormalCone& cone) {
+bool faces_away(const PlacedPatch& p, const Vec4& normal, const NormalCone& cone) {
   const float along = normal.dot(p.center);
   if (!(along > 0)) return false;  // most that is seen
   const float squared_radius = p.half.squaredNorm();
@@ -94,7 +96,7 @@ void set_box(const PlacedPatch& p, const View& view, ChunkFrame& out) {
 constexpr float kSmallestTexel = 0.02f;
 
 // Fills the 2 × 2 map between pixels and texels at the patch's middle, and what follows from it.
-void set_footprint(const PlacedPatch& p, const Vec3& s_u, const Vec3& s_v, const View& view,
+void set_footprint(const PlacedPatch& p, const Vec4& s_u, const Vec4& s_v, const View& view,
                    ChunkFrame& out) {
   const Intrinsics& k = view.camera.intrinsics;
   const float z = std::max(p.center.z(), static_cast<float>(view.near_mm));
@@ -144,28 +146,19 @@ std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const TriangleM
     ShellMatrix metric = pose.rotation * shell_matrix(deformed, normals, f);
     metric.col(0) += pose.translation;
     const ShellMatrix pixel = projection * metric;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 6; ++c) {
-        frames[f].metric[r][c] = static_cast<float>(metric(r, c));
-        frames[f].pixel[r][c] = static_cast<float>(pixel(r, c));
-      }
-    }
+    frames[f].metric = columns_of(metric);
+    frames[f].pixel = columns_of(pixel);
   }
   return frames;
 }
 
 Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {
-  FaceFrame frame{};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 6; ++c) frame.metric[r][c] = static_cast<float>(face(r, c));
-  }
-  const PlacedPatch p = place(patch, frame);
-  return outward(p, patch).cast<double>();
+  return outward(place(patch, columns_of(face)), patch).head<3>().cast<double>();
 }
 
 ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view) {
   ChunkFrame out{};
-  const PlacedPatch p = place(patch, face);
+  const PlacedPatch p = place(patch, face.metric);
   if (!face.two_sided && faces_away(p, outward(p, patch), patch.cone)) {
     out.fate = ChunkFate::faces_away;
     return out;

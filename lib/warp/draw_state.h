@@ -12,14 +12,17 @@
 
 namespace organbake {
 
+// A shell matrix, each column in a register of its own: the fourth row is zero.
+using ShellColumns = Eigen::Matrix<float, 4, 6>;
+
 // One proxy face in one frame: its deformed shell matrix in the view's frame, in millimetres and
 // multiplied by the intrinsics, so that a sample lands with 15 multiply-adds and one reciprocal.
 struct FaceFrame {
-  float metric[3][6];  // camera millimetres
-  float pixel[3][6];   // pixel × depth, pixel × depth, depth
+  ShellColumns metric;  // camera millimetres
+  ShellColumns pixel;   // pixel × depth, pixel × depth, depth
   // Pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a coarse proxy over.
   // Both its sides are skin then, or the fold would be a hole.
-  bool two_sided;
+  bool two_sided = false;
 
   bool operator==(const FaceFrame&) const = default;
 };

@@ -50,25 +50,20 @@ inline float highest_of(float a, float b) { return a > b ? a : b; }
 
 // A face's matrix for one of its patches: from the samples' places instead of (b1, b2, h). The
 // shell map's terms are the same, 1, b1, b2, h, h·b1 and h·b2.
-struct PatchMatrix {
-  float m[3][6];
-
-  PatchMatrix(const float (&face)[3][6], const Patch& patch) {
-    const auto [c1, c2, ch] = patch.center;
-    const float e1 = patch.extent[0] / kFullPlace, e2 = patch.extent[1] / kFullPlace,
-                eh = patch.extent[2] / kFullPlace;
-    for (int r = 0; r < 3; ++r) {
-      const auto& f = face[r];
-      const float by_h = f[3] + c1 * f[4] + c2 * f[5];
-      m[r][0] = f[0] + c1 * f[1] + c2 * f[2] + ch * by_h;
-      m[r][1] = e1 * (f[1] + ch * f[4]);
-      m[r][2] = e2 * (f[2] + ch * f[5]);
-      m[r][3] = eh * by_h;
-      m[r][4] = eh * e1 * f[4];
-      m[r][5] = eh * e2 * f[5];
-    }
-  }
-};
+ShellColumns patch_matrix(const ShellColumns& face, const Patch& patch) {
+  const auto [c1, c2, ch] = patch.center;
+  const float e1 = patch.extent[0] / kFullPlace, e2 = patch.extent[1] / kFullPlace,
+              eh = patch.extent[2] / kFullPlace;
+  const Eigen::Vector4f by_h = face.col(3) + c1 * face.col(4) + c2 * face.col(5);
+  ShellColumns m;
+  m.col(0) = face.col(0) + c1 * face.col(1) + c2 * face.col(2) + ch * by_h;
+  m.col(1) = e1 * (face.col(1) + ch * face.col(4));
+  m.col(2) = e2 * (face.col(2) + ch * face.col(5));
+  m.col(3) = eh * by_h;
+  m.col(4) = eh * e1 * face.col(4);
+  m.col(5) = eh * e2 * face.col(5);
+  return m;
+}
 
 // Three streams of samples' places within their patch.
 struct Sampled {
@@ -79,9 +74,14 @@ struct Sampled {
 // all slots of the chunk. Where the tile cuts the chunk, it tells which of its `count` samples are
 // inside.
 template <bool kCut>
-[[gnu::always_inline]] inline void land(const Sampled& sampled, int count, const float (&m)[3][6],
-                                        const ChunkFrame& c, const Placement& at, float near_mm,
+[[gnu::always_inline]] inline void land(const Sampled& sampled, int count,
+                                        const ShellColumns& matrix, const ChunkFrame& c,
+                                        const Placement& at, float near_mm,
                                         Landed& __restrict out) {
+  float m[3][6];
+  for (int r = 0; r < 3; ++r) {
+    for (int k = 0; k < 6; ++k) m[r][k] = matrix(r, k);
+  }
   for (int i = 0; i < static_cast<int>(kChunk); ++i) {
     const float b1 = sampled.b1[i], b2 = sampled.b2[i], h = sampled.h[i];
     const float x =
@@ -108,15 +108,15 @@ template <bool kCut>
   }
 }
 
-ORGANBAKE_WIDE void land_cut(const Sampled& sampled, int count, const float (&m)[3][6],
+ORGANBAKE_WIDE void land_cut(const Sampled& sampled, int count, const ShellColumns& matrix,
                              const ChunkFrame& c, const Placement& at, float near_mm,
                              Landed& __restrict out) {
-  land<true>(sampled, count, m, c, at, near_mm, out);
+  land<true>(sampled, count, matrix, c, at, near_mm, out);
 }
 
-ORGANBAKE_WIDE void land_whole(const Sampled& sampled, const float (&m)[3][6], const ChunkFrame& c,
-                               const Placement& at, Landed& __restrict out) {
-  land<false>(sampled, static_cast<int>(kChunk), m, c, at, 0, out);
+ORGANBAKE_WIDE void land_whole(const Sampled& sampled, const ShellColumns& matrix,
+                               const ChunkFrame& c, const Placement& at, Landed& __restrict out) {
+  land<false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
 }
 
 // A key's two halves.
@@ -289,16 +289,16 @@ void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& fr
   const std::uint32_t first = chunk * kChunk;
   const bool small = frame.columns <= kGuard && frame.rows <= kGuard;
   const Placement at = placement(frame, tile, small ? CellGrid{tile.stride, kGuard} : kAnySplat);
-  const PatchMatrix matrix(face.pixel, set.chunks[chunk].patch);
+  const ShellColumns matrix = patch_matrix(face.pixel, set.chunks[chunk].patch);
   const Sampled sampled{set.b1.data() + first, set.b2.data() + first, set.h.data() + first};
   int count = static_cast<int>(set.chunks[chunk].count);
   Landed landed;
   Places left;
   const bool whole = frame.whole && intersected(frame.box, tile.box) == frame.box;
   if (whole) {
-    land_whole(sampled, matrix.m, frame, at, landed);
+    land_whole(sampled, matrix, frame, at, landed);
   } else {
-    land_cut(sampled, count, matrix.m, frame, at, near_mm, landed);
+    land_cut(sampled, count, matrix, frame, at, near_mm, landed);
     left = kAllPlaces;
     count = compact(landed, left);
   }
