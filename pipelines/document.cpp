@@ -137,12 +137,15 @@ Document Document::parse_yaml(std::string text, std::string name) {
 }
 
 void Document::set(const std::string& pointer, const Json& value, const std::string& origin) {
+  // With the groups of keys that it is the first in: they stand nowhere else.
+  Json::json_pointer first(pointer);
+  while (!first.empty() && !json_->contains(first.parent_pointer())) first.pop_back();
   try {
     (*json_)[Json::json_pointer(pointer)] = value;
   } catch (const Json::exception&) {
     throw RecipeError(origin + ": " + name_ + " holds something else than keys there");
   }
-  origins_[pointer] = origin;
+  origins_[first.to_string()] = origins_[pointer] = origin;
 }
 
 void Document::remove(const std::string& pointer) {
@@ -151,8 +154,9 @@ void Document::remove(const std::string& pointer) {
 }
 
 std::string Document::location(const std::string& pointer) const {
-  for (const auto& [set_pointer, origin] : origins_) {
-    if (pointer.starts_with(set_pointer)) return origin;
+  // The longest that leads there: the map holds it after the shorter ones.
+  for (auto set = origins_.rbegin(); set != origins_.rend(); ++set) {
+    if ((pointer + "/").starts_with(set->first + "/")) return set->second;
   }
   try {
     // JSON is YAML, so one parser that keeps its marks serves both; it is slow, and asked only

@@ -171,6 +171,7 @@ int bake_cases(const std::vector<std::string>& words, const BatchFlags& flags, S
   const auto cases = cases_of_shard(read_cases(words, flags.cases, "batch"), shard);
   const fs::path& output = flags.cases.output;
   const std::string stem = flags.shard.empty() ? "batch" : report_stem(shard);
+  check_spares_tables(words, output / (stem + ".csv"));
   make_batch_folder(output);
   lock_batch(output, stem);
   const RunContext context = session.context("batch");

@@ -44,7 +44,19 @@ std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases,
   return estimates;
 }
 
+void check_spares_tables(const std::vector<std::string>& words, const fs::path& file) {
+  std::error_code ignored;
+  for (const std::string& word : words) {
+    if (!fs::equivalent(word, file, ignored)) continue;
+    throw IoError::writing(file,
+                           "is the table of cases, and would be overwritten by one of that "
+                           "name; rename it or name another -o");
+  }
+}
+
 void make_batch_folder(const fs::path& folder) {
+  if (fs::exists(folder / "manifest.json"))
+    throw IoError::writing(folder, "is a bundle; name another folder for the cases");
   std::error_code error;
   fs::create_directories(folder / "logs", error);
   if (!fs::is_directory(folder / "logs")) {

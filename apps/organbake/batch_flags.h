@@ -29,7 +29,10 @@ std::vector<BatchCase> read_cases(const std::vector<std::string>& words, const C
 // What each is thought to need.
 std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags);
 
-// Creates the batch's folder with its logs. Throws IoError.
+// Creates the batch's folder with its logs. Throws IoError, also for a bundle's folder, which other
+// files would damage.
 void make_batch_folder(const std::filesystem::path& folder);
+// Throws IoError when a table of cases among the words would be overwritten by `file`.
+void check_spares_tables(const std::vector<std::string>& words, const std::filesystem::path& file);
 
 }  // namespace organbake

@@ -14,7 +14,8 @@ namespace fs = std::filesystem;
 
 struct Check {
   std::string what, finding;
-  bool ok;
+  ExitCode code = ExitCode::ok;
+  bool ok() const { return code == ExitCode::ok; }
 };
 
 Check check_modules() {
@@ -25,7 +26,7 @@ Check check_modules() {
     if (!fs::exists(module_file(name))) missing += " " + module_file(name).string();
   }
   return {"modules", missing.empty() ? module_folder().string() : "missing:" + missing,
-          missing.empty()};
+          missing.empty() ? ExitCode::ok : ExitCode::internal};
 }
 
 std::string megabytes(const fs::path& folder) {
@@ -39,9 +40,10 @@ std::string megabytes(const fs::path& folder) {
 Check check_cache(const fs::path& folder) {
   try {
     const AtomicFolder trial(folder / "doctor");  // never committed, so it leaves nothing
-    return {"cache", folder.string() + ", " + megabytes(folder), true};
+    return {"cache", folder.string() + ", " + megabytes(folder)};
   } catch (const Error& error) {
-    return {"cache", error.what(), false};
+    return {"cache", std::string(error.what()) + "; name another by --cache or ORGANBAKE_CACHE",
+            error.code()};
   }
 }
 
@@ -55,21 +57,21 @@ int run_doctor(const Arguments& arguments, Session& session) {
       arguments, "doctor", "Checks this installation: modules, cache, processor.", options, 0);
   if (!words) return 0;
   const std::vector<Check> checks = {
-      {"version", ORGANBAKE_VERSION, true},
-      {"processor", std::to_string(std::thread::hardware_concurrency()) + " threads, AVX2", true},
+      {"version", ORGANBAKE_VERSION},
+      {"processor", std::to_string(std::thread::hardware_concurrency()) + " threads, AVX2"},
       check_modules(),
       check_cache(cache.empty() ? Cache::default_folder() : cache)};
   std::string text;
   nlohmann::json json = nlohmann::json::object();
-  bool all_ok = true;
+  ExitCode code = ExitCode::ok;  // of the first that is not
   for (const Check& check : checks) {
-    text += (text.empty() ? "" : "\n") + std::string(check.ok ? "ok   " : "BAD  ") + check.what +
+    text += (text.empty() ? "" : "\n") + std::string(check.ok() ? "ok   " : "BAD  ") + check.what +
             ": " + check.finding;
-    json[check.what] = {{"ok", check.ok}, {"finding", check.finding}};
-    all_ok = all_ok && check.ok;
+    json[check.what] = {{"ok", check.ok()}, {"finding", check.finding}};
+    if (code == ExitCode::ok) code = check.code;
   }
   session.print_result(text, json);
-  return static_cast<int>(all_ok ? ExitCode::ok : ExitCode::internal);
+  return static_cast<int>(code);
 }
 
 }  // namespace organbake

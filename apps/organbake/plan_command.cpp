@@ -196,6 +196,7 @@ int run_plan(const Arguments& arguments, Session& session) {
   JobPlan plan = job_plan(estimates, flags, threads);
   if (flags.emit == "lines") plan.threads = session.threads();  // 0: all there are
   const std::string table = case_table_text(cases), script = script_of(plan, flags.emit);
+  check_spares_tables(*words, plan.output / "cases.csv");
   make_batch_folder(plan.output);
   write_file_atomically(plan.output / "cases.csv", table);
   tell(cases, estimates, plan, session.terminal());

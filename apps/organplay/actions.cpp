@@ -10,6 +10,7 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "image/png.h"
+#include "outputs.h"
 #include "player/comparison_table.h"
 #include "player/contact_sheet.h"
 #include "player/play.h"
@@ -128,6 +129,7 @@ View view_of(const Command& command, const Bundle& bundle) {
 void run_command(const Command& command, const RunContext& context) {
   if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
+  check_outputs(command);
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;
   DeformOptions deform;

@@ -26,6 +26,9 @@ void check(const Command& c) {
     throw UsageError("--script needs --out DIR, --video FILE, --report FILE or --reference DIR");
   if (c.script.empty() && shows)
     throw UsageError("--out, --video, --report and --reference need --script FILE");
+  if (c.bench_frames > 0 &&
+      (!c.script.empty() || !c.frame_file.empty() || !c.sheet.empty() || c.compare))
+    throw UsageError("--bench goes alone, without --script, -o, --sheet and --compare");
   if (c.paper_warp && c.script.empty() && c.frame_file.empty())
     throw UsageError("--warp paper needs --script or -o; --compare measures both warps");
   if (c.bundles.size() > 1 && (c.paper_warp || c.compare))

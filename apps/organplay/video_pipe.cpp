@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "core/text.h"
 
 extern char** environ;
@@ -30,10 +31,11 @@ std::filesystem::path temporary_name(const std::filesystem::path& file) {
 
 VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
                      double frames_per_second)
-    : file_(file), temporary_(temporary_name(file)) {
+    : file_(file_to_write(file)), temporary_(temporary_name(file_)) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height),
                     rate = to_text(frames_per_second);
-  // Even sides are what yuv420p, the one format every viewer plays, can hold.
+  // Even sides are what yuv420p, the one format every viewer plays, can hold. Untagged, its colours
+  // would be read by one matrix or another, by the picture's size.
   const std::vector<std::string> arguments = {"ffmpeg",
                                               "-loglevel",
                                               "error",
@@ -49,7 +51,14 @@ VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
                                               "-i",
                                               "-",
                                               "-vf",
-                                              "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                                              "pad=ceil(iw/2)*2:ceil(ih/2)*2,"
+                                              "scale=out_color_matrix=bt709",
+                                              "-colorspace",
+                                              "bt709",
+                                              "-color_primaries",
+                                              "bt709",
+                                              "-color_trc",
+                                              "iec61966-2-1",
                                               "-pix_fmt",
                                               "yuv420p",
                                               "-fflags",

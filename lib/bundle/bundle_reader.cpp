@@ -61,7 +61,9 @@ void check_texels(const CameraMaps& maps, std::size_t face_count, const std::str
 }  // namespace
 
 BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
-  if (!fs::is_directory(folder_)) throw NoInputError(folder_, "is not a bundle folder");
+  if (!fs::exists(folder_)) throw NoInputError(folder_, "there is no such folder");
+  if (!fs::is_directory(folder_))
+    throw NoInputError(folder_, "is a file; a bundle is the folder made by 'organbake bake'");
   const fs::path manifest = folder_ / "manifest.json";
   if (!fs::exists(manifest)) {
     throw NoInputError(folder_, "has no manifest.json; bundles are made by 'organbake bake'");

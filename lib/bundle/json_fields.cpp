@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bundle/json_fields.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -48,6 +49,17 @@ JsonField JsonField::operator[](const std::string& key) const {
   const auto found = find(key);
   if (!found) fail("has no key '" + key + "'");
   return *found;
+}
+
+void JsonField::allow_only(std::initializer_list<std::string_view> keys) const {
+  if (!value_->is_object()) fail("must be an object");
+  for (const auto& [key, ignored] : value_->items()) {
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+    std::string known;
+    for (const std::string_view each : keys)
+      known += (known.empty() ? "" : ", ") + std::string(each);
+    fail("has the key '" + key + "', which means nothing here; known are " + known);
+  }
 }
 
 std::size_t JsonField::size() const {

@@ -3,10 +3,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace organbake {
 
@@ -28,6 +30,8 @@ class JsonField {
   JsonField operator[](const std::string& key) const;  // throws when missing
   std::optional<JsonField> find(const std::string& key) const;
   JsonField at(std::size_t index) const;
+  // Throws for a key that is none of these: a mistyped one would be as if it were not there.
+  void allow_only(std::initializer_list<std::string_view> keys) const;
   std::size_t size() const;  // of an array; throws for anything else
 
   double number(double min = -std::numeric_limits<double>::max(),

@@ -78,7 +78,19 @@ std::string read_text_file(const fs::path& path, std::size_t max_bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-void write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+fs::path file_to_write(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) throw IoError::writing(path, "is a folder; name a file");
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw IoError::writing(path, "is a device or a pipe; name a file");
+  if (!fs::is_symlink(fs::symlink_status(path, ignored))) return path;
+  if (fs::exists(status)) return fs::canonical(path);
+  return path.parent_path() / fs::read_symlink(path);  // of a file that is still to come
+}
+
+void write_file_atomically(const fs::path& named, std::span<const std::byte> bytes) {
+  const fs::path path = file_to_write(named);
   fs::path temporary = path;
   temporary += ".tmp-" + std::to_string(::getpid());
   try {

@@ -17,8 +17,13 @@ std::vector<std::byte> read_file(const std::filesystem::path& path,
 std::string read_text_file(const std::filesystem::path& path,
                            std::size_t max_bytes = std::size_t{1} << 28);
 
+// Where a result of that name is to be written: behind a symbolic link. Throws IoError for what is
+// there and no regular file: a folder, a device, a pipe.
+std::filesystem::path file_to_write(const std::filesystem::path& path);
+
 // Writes through a temporary name in the same folder and renames it: the file is there whole or
-// not at all. Throws IoError (also when the disk is full) and leaves nothing behind.
+// not at all. Throws IoError (also when the disk is full, and see file_to_write) and leaves nothing
+// behind.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
 

@@ -16,6 +16,8 @@ constexpr int kMostFrames = 100000;
 constexpr double kFarMm = 1e6;
 
 CameraKeyframe keyframe_from(const JsonField& field) {
+  field.allow_only(
+      {"frame", "azimuth_rad", "elevation_rad", "distance", "roll_rad", "right", "up"});
   CameraKeyframe key;
   key.frame = static_cast<int>(field["frame"].integer(0, kMostFrames));
   key.pose.azimuth_rad = field["azimuth_rad"].number(-1e3, 1e3);
@@ -30,6 +32,7 @@ CameraKeyframe keyframe_from(const JsonField& field) {
 }
 
 Waypoint waypoint_from(const JsonField& field) {
+  field.allow_only({"time_s", "direction", "depth_mm", "position_mm"});
   Waypoint waypoint;
   constexpr double kLongest = 1e5;  // seconds
   waypoint.time_s = field["time_s"].number(0, kLongest);
@@ -46,6 +49,7 @@ Waypoint waypoint_from(const JsonField& field) {
 }
 
 InstrumentPath instrument_from(const JsonField& field) {
+  field.allow_only({"name", "radius_mm", "mode", "axis_mm", "shaft", "path"});
   InstrumentPath instrument;
   instrument.name = field["name"].text();
   if (const auto radius = field.find("radius_mm"))
@@ -89,6 +93,9 @@ Script script_from_json(const std::string& text, const std::string& name) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
   document.require_schema(kSchema);
+  document.allow_only(
+      {"schema", "name", "time_step_s", "frames", "size", "solver", "camera", "instruments"});
+  document["camera"].allow_only({"keyframes"});
   Script script;
   script.name = document["name"].text();
   script.time_step_s = document["time_step_s"].number(1e-5, 0.1);

@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "geometry/shell_map.h"
 #include "warp/pixel_key.h"
@@ -88,7 +90,7 @@ void set_box(const PlacedPatch& p, const View& view, ChunkFrame& out) {
                                  static_cast<float>(k.cy), out.rows);
   out.box = {clamped_int(x0, 0, k.width), clamped_int(y0, 0, k.height), clamped_int(x1, 0, k.width),
              clamped_int(y1, 0, k.height)};
-  out.whole = z0 > near && x0 >= 0 && y0 >= 0 && x1 <= static_cast<float>(k.width) &&
+  out.uncut = z0 > near && x0 >= 0 && y0 >= 0 && x1 <= static_cast<float>(k.width) &&
               y1 <= static_cast<float>(k.height);
 }
 

@@ -40,7 +40,7 @@ struct ChunkFrame {
   int columns, rows;         // pixels to try per sample, ≥ 1
   PixelBox box;              // of all pixels it may touch, clipped to the view
   ChunkFate fate;
-  bool whole;  // neither the view's border nor its near plane cuts it
+  bool uncut;  // neither the view's border nor its near plane cuts it
 };
 
 // A texel is drawn over at most this many pixels along each axis; nearer still, the base layer

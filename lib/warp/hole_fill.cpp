@@ -45,9 +45,7 @@ std::optional<Hole> hole_at(const Frame& frame, PixelAt open) {
 // Open pixels of a word with skin above, below or beside them: no hole has less.
 std::uint64_t open_beside_skin(const SkinBits& bits, int word, int y) {
   const std::uint64_t* const skin = bits.skin(y);
-  std::uint64_t beside = skin[word] << 1 | skin[word] >> 1;
-  if (word > 0) beside |= skin[word - 1] >> (SkinBits::kWord - 1);
-  if (word + 1 < bits.words()) beside |= skin[word + 1] << (SkinBits::kWord - 1);
+  std::uint64_t beside = bits.right_of(skin, word) | bits.left_of(skin, word);
   if (y > bits.box().y0) beside |= bits.skin(y - 1)[word];
   if (y + 1 < bits.box().y1) beside |= bits.skin(y + 1)[word];
   return bits.open(y)[word] & beside;

@@ -14,8 +14,8 @@ struct HoleCounts {
 };
 
 // A hole is an uncovered pixel of which at least five of the eight neighbours are covered: inside a
-// silhouette, not outside a straight or convex one. Holes get the mean of their covered neighbours,
-// in at most kFillRounds rounds, each from the round before it only.
+// silhouette, not outside a straight or convex one; before tools are drawn. Holes get the mean of
+// their covered neighbours, in at most kFillRounds rounds, each from the round before it only.
 inline constexpr int kFillRounds = 4;
 HoleCounts fill_holes(const PixelBox& box, bool fill, Frame& frame);
 

@@ -12,7 +12,6 @@ namespace {
 using Linear = std::array<float, 3>;
 
 constexpr double kSteps = 254;  // of a pixel's share; half a pixel is the most that changes
-constexpr int kWord = SkinBits::kWord;
 
 Linear linear_color(const std::uint8_t* rgb) {
   const auto& table = linear_from_srgb8();
@@ -109,7 +108,7 @@ void Outline::follow_rows() {
         bits_.for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
           follow({first, true, skin_first});
         });
-        last = border >> (kWord - 1);
+        last = border >> (SkinBits::kWord - 1);
       }
     }
   }
@@ -124,8 +123,7 @@ void Outline::follow_columns() {
       const std::uint64_t* near = skin_first ? bits_.skin(y) : bits_.open(y);
       const std::uint64_t* far = skin_first ? bits_.open(y) : bits_.skin(y);
       for (int word = 0; word < bits_.words(); ++word) {
-        const std::uint64_t next = word + 1 < bits_.words() ? far[word + 1] << (kWord - 1) : 0;
-        const std::uint64_t border = near[word] & (far[word] >> 1 | next);
+        const std::uint64_t border = near[word] & bits_.left_of(far, word);
         bits_.for_each(border & ~above[word], word, y, [&](PixelAt first) {
           follow({first, false, skin_first});
         });

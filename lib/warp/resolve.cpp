@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "warp/sum_row.h"
+#include "warp/sum_stretch.h"
 #include "warp/wide.h"
 
 namespace organbake {
@@ -15,7 +15,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // A stretch of one layer's row, decoded from its keys.
-struct LayerRow {
+struct LayerStretch {
   alignas(64) float depth[kStretch], u[kStretch], v[kStretch];
   alignas(64) std::int32_t slot[kStretch];
 };
@@ -33,9 +33,11 @@ struct Part {
   }
 };
 
-// The stretch's keys into their places.
+// The stretch's keys into their places. Beyond a row's end lie its own guard and the next row's.
+// (That the count is one of whole vectors already is what the compiler has to see, here and below.)
+static_assert(2 * TileKeys::kGuard >= kLanes - 1);
 ORGANBAKE_WIDE void decode(const std::uint64_t* __restrict keys, const Part& part, float tie_mm,
-                           LayerRow& __restrict row) {
+                           LayerStretch& __restrict row) {
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
     const std::uint32_t high = static_cast<std::uint32_t>(keys[i] >> 32);
@@ -70,25 +72,25 @@ inline float linear_color(float value) {
   return clamped * clamped;
 }
 
-// Fetches the details of a row's samples. One copy each, taken apart in registers afterwards, beats
-// scattered loads of bytes.
-void fetch(const LayerRow& row, const PackedDetail* __restrict detail, const Part& part,
+// Fetches the details of a stretch's samples. One copy each, taken apart in registers afterwards,
+// beats scattered loads of bytes.
+void fetch(const LayerStretch& row, const PackedDetail* __restrict detail, const Part& part,
            PackedDetail* __restrict fetched) {
   for (std::size_t i = part.first; i < part.first + part.count; ++i)
     fetched[i] = detail[row.slot[i]];
 }
 
-ORGANBAKE_WIDE void find_nearest(const LayerRow& __restrict row, const Part& part,
-                                 SumRow& __restrict sum) {
+ORGANBAKE_WIDE void find_nearest(const LayerStretch& __restrict row, const Part& part,
+                                 SumStretch& __restrict sum) {
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
     sum.nearest[i] = row.depth[i] < sum.nearest[i] ? row.depth[i] : sum.nearest[i];
   }
 }
 
-ORGANBAKE_WIDE void add_layer(const LayerRow& __restrict row, const PackedDetail* __restrict detail,
-                              const Part& part, float weight, float inverse_tolerance,
-                              SumRow& __restrict sum) {
+ORGANBAKE_WIDE void add_layer(const LayerStretch& __restrict row,
+                              const PackedDetail* __restrict detail, const Part& part, float weight,
+                              float inverse_tolerance, SumStretch& __restrict sum) {
   const float byte_weight = weight / 255;
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
@@ -115,7 +117,7 @@ struct NearestSamples {
   alignas(64) std::int32_t layer[kStretch];
   alignas(64) float depth[kStretch];
 
-  NearestSamples(const std::array<LayerRow, 3>& rows, int layers, int count) {
+  NearestSamples(const std::array<LayerStretch, 3>& rows, int layers, int count) {
     std::fill_n(layer, count, 0);
     std::fill_n(depth, count, kInfinity);
     for (int l = 0; l < layers; ++l) {
@@ -127,10 +129,10 @@ struct NearestSamples {
   }
 };
 
-// Tells what a row's pixels show: the sample of the camera with the largest share of those that see
-// the nearest skin, and the point beside it that the pixel's centre looks at.
-void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int count,
-                const SumRow& sum, Shown* shown) {
+// Tells what a stretch's pixels show: the sample of the camera with the largest share of those that
+// see the nearest skin, and the point beside it that the pixel's centre looks at.
+void tell_shown(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int count,
+                const SumStretch& sum, Shown* shown) {
   const NearestSamples nearest(rows, tile.count, count);
   for (int i = 0; i < count; ++i) {
     int layer = nearest.layer[i];
@@ -157,10 +159,10 @@ void tell_shown(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int
   }
 }
 
-// Lights what the samples of a row summed to, by the nearest of each pixel's samples: the others
-// that count lie on the same skin.
-void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y, int x0, int count,
-             SumRow& sum) {
+// Lights what the samples of a stretch summed to, by the nearest of each pixel's samples: the
+// others that count lie on the same skin.
+void relight(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int y, int x0,
+             int count, SumStretch& sum) {
   const NearestSamples nearest(rows, tile.count, count);
   SkinPixels skin;
   for (int i = 0; i < count; ++i) {
@@ -176,7 +178,7 @@ void relight(const TileLayers& tile, const std::array<LayerRow, 3>& rows, int y,
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
-              SumRow& sum) {
+              SumStretch& sum) {
   const int row = y - base.box.y0, offset = x0 - base.box.x0;
   const int last = std::min(base.spans.last(row), offset + count);
   for (int column = std::max(base.spans.first(row), offset); column < last; ++column) {
@@ -195,7 +197,7 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 }
 
 // Marks the pixels that only the base layer covers.
-void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count,
+void mark_base(const std::array<LayerStretch, 3>& rows, int layers, int count,
                Cover* __restrict cover) {
   const NearestSamples nearest(rows, layers, count);
   for (int i = 0; i < count; ++i) {
@@ -205,11 +207,11 @@ void mark_base(const std::array<LayerRow, 3>& rows, int layers, int count,
 }
 
 // The stretch's layers, base included, as colour and weight sums.
-void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerRow, 3>& rows,
-             SumRow& sum) {
-  const unsigned whole = whole_vectors(count);  // the guard band makes them safe to read
+void sum_stretch(const TileLayers& tile, int y, int x0, int count,
+                 std::array<LayerStretch, 3>& rows, SumStretch& sum) {
+  const unsigned padded = whole_vectors(count);
   const float inverse_tolerance = 1 / tile.same_surface_mm;
-  std::fill_n(sum.nearest, whole, kInfinity);
+  std::fill_n(sum.nearest, padded, kInfinity);
   if (tile.base) std::copy_n(tile.base->depth.data() + tile.base->at(x0, y), count, sum.nearest);
   std::array<Part, 3> parts;  // each layer's own
   for (int l = 0; l < tile.count; ++l) {
@@ -218,11 +220,11 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
     const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
     parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
                              std::min(count, spans.last(row) - offset));
-    if (tile.base || tile.relit || tile.rest) std::fill_n(rows[l].depth, whole, kInfinity);
+    if (tile.base || tile.relit || tile.rest) std::fill_n(rows[l].depth, padded, kInfinity);
     decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
     find_nearest(rows[l], parts[l], sum);
   }
-  for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) std::fill_n(plane, whole, 0.0f);
+  for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) std::fill_n(plane, padded, 0.0f);
   alignas(64) std::array<PackedDetail, kStretch> fetched;
   for (int l = 0; l < tile.count; ++l) {
     fetch(rows[l], tile.layers[l].set->detail.data(), parts[l], fetched.data());
@@ -236,10 +238,10 @@ void sum_row(const TileLayers& tile, int y, int x0, int count, std::array<LayerR
 
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
                   const Background& background, std::vector<float>& depth_mm, Frame& frame) {
-  std::array<LayerRow, 3> rows;
-  SumRow sum;
+  std::array<LayerStretch, 3> rows;
+  SumStretch sum;
   const auto blend = [&](int x0, int count, int y) {
-    sum_row(tile, y, x0, count, rows, sum);
+    sum_stretch(tile, y, x0, count, rows, sum);
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);

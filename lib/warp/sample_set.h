@@ -57,7 +57,8 @@ using Place = std::int16_t;
 inline constexpr float kFullPlace = 32767;
 
 // Samples come in chunks of at most kChunk, each of one patch; chunk c owns the slots from
-// kChunk·c on, so that a slot number alone finds its chunk.
+// kChunk·c on, so that a slot number alone finds its chunk. Slots without a sample lie at the
+// patch's middle: whole chunks are placed.
 inline constexpr std::uint32_t kChunk = 64;
 
 struct Chunk {

@@ -45,7 +45,7 @@ void SkinBits::read(const PixelBox& box, const Frame& frame) {
   words_ = (box.width() + kWord - 1) / kWord;
   skin_.clear();
   open_.clear();
-  // Tools, as nothing else is neither.
+  // Beyond the box: tools, which are neither skin nor open.
   for_each_word(frame, box, Cover::solid, [&](const Cover* covers) {
     const std::uint64_t open = bits_of(covers, Cover::background);
     open_.push_back(open);

@@ -31,6 +31,14 @@ class SkinBits {
   const std::uint64_t* skin(int y) const { return &skin_[std::size_t(y - box_.y0) * words_]; }
   const std::uint64_t* open(int y) const { return &open_[std::size_t(y - box_.y0) * words_]; }
 
+  // Of a row's word, those one pixel to the right, or the left, of the row's bits.
+  std::uint64_t right_of(const std::uint64_t* row, int word) const {
+    return row[word] << 1 | (word > 0 ? row[word - 1] >> (kWord - 1) : 0);
+  }
+  std::uint64_t left_of(const std::uint64_t* row, int word) const {
+    return row[word] >> 1 | (word + 1 < words_ ? row[word + 1] << (kWord - 1) : 0);
+  }
+
   // Calls visit(pixel) for each bit of a row's word.
   template <class Visit>
   void for_each(std::uint64_t bits, int word, int y, const Visit& visit) const {

@@ -30,7 +30,7 @@ struct Step {
   int x, y;
 };
 
-// Fills the slit that ends beside a covered pixel; `back` leads into it. Returns its pixels, 0 when
+// Fills the slit that ends beside a pixel of skin; `back` leads into it. Returns its pixels, 0 when
 // it is none.
 int fill_slit(const SkinBits& bits, PixelAt end, Step back, bool fill, Frame& frame) {
   int run = 0;
@@ -43,19 +43,6 @@ int fill_slit(const SkinBits& bits, PixelAt end, Step back, bool fill, Frame& fr
   if (fill) bridge(at.y * width + at.x, back.y != 0 ? width : 1, run, frame);
   return run;
 }
-
-// Bits of the pixels whose left neighbour's bit is set.
-class RightOf {
- public:
-  std::uint64_t operator()(std::uint64_t word) {
-    const std::uint64_t right = word << 1 | last_;
-    last_ = word >> (SkinBits::kWord - 1);
-    return right;
-  }
-
- private:
-  std::uint64_t last_ = 0;  // bit of the word before
-};
 
 std::size_t fill_columns(const SkinBits& bits, bool fill, Frame& frame) {
   std::size_t pixels = 0;
@@ -72,9 +59,9 @@ std::size_t fill_columns(const SkinBits& bits, bool fill, Frame& frame) {
 std::size_t fill_rows(const SkinBits& bits, bool fill, Frame& frame) {
   std::size_t pixels = 0;
   for (int y = bits.box().y0; y < bits.box().y1; ++y) {
-    RightOf right_of;
     for (int word = 0; word < bits.words(); ++word) {
-      bits.for_each(bits.skin(y)[word] & right_of(bits.open(y)[word]), word, y, [&](PixelAt end) {
+      const std::uint64_t ends = bits.skin(y)[word] & bits.right_of(bits.open(y), word);
+      bits.for_each(ends, word, y, [&](PixelAt end) {
         pixels += fill_slit(bits, end, {-1, 0}, fill, frame);
       });
     }

@@ -8,13 +8,13 @@
 
 namespace organbake {
 
-// A slit is a run of at most this many uncovered pixels between covered ones, down a column or
-// along a row: what opens between two terraces of a CT's slices when they are seen more from the
-// side than any camera saw them. Longer runs may be the gap between two lobes.
+// A slit is a run of at most this many uncovered pixels between skin, down a column or along a row,
+// before tools are drawn: what opens between two terraces of a CT's slices when they are seen more
+// from the side than any camera saw them. Longer runs may be the gap between two lobes.
 inline constexpr int kWidestSlit = 4;
 
 // Counts the pixels of all slits in the box and, with `fill`, gives each the colour between its two
-// ends. Columns go first, rows take what is left. The same for any number of threads.
+// ends. Columns go first, rows take what is left.
 std::size_t fill_slits(const PixelBox& box, bool fill, Frame& frame);
 
 }  // namespace organbake

@@ -14,7 +14,8 @@ namespace {
 constexpr int kGuard = TileKeys::kGuard;
 
 // Where a chunk's samples land: offset from each sample to its first pixel's centre, depth, that
-// pixel's cell, and whether the splat touches the tile at all.
+// pixel's cell; and of a chunk that the tile cuts, whether the splat touches the tile at all.
+static_assert(kChunk % kLanes == 0);
 struct Landed {
   alignas(64) float u[kChunk], v[kChunk], z[kChunk];
   alignas(64) std::int32_t cell[kChunk];
@@ -91,11 +92,11 @@ template <bool kCut>
     const float z =
         m[2][0] + b1 * m[2][1] + b2 * m[2][2] + h * (m[2][3] + b1 * m[2][4] + b2 * m[2][5]);
     const float inverse = 1 / (kCut ? highest_of(z, near_mm) : z);
-    float s = x * inverse - at.left, t = y * inverse - at.top;
-    if (kCut) {
-      // Clamped one step beyond what is accepted, which also keeps the conversions defined.
-      s = lowest_of(highest_of(s, at.low_x - 1), at.high_x + 1);
-      t = lowest_of(highest_of(t, at.low_y - 1), at.high_y + 1);
+    // Clamped one step beyond what is accepted: whatever rounding makes of a view from a thousand
+    // kilometres or of a vertex as far off, a splat stays within the guard band. NaN goes low.
+    const float s = lowest_of(highest_of(x * inverse - at.left, at.low_x - 1), at.high_x + 1);
+    const float t = lowest_of(highest_of(y * inverse - at.top, at.low_y - 1), at.high_y + 1);
+    if constexpr (kCut) {
       out.inside[i] = (i < count) & (z > near_mm) & (s > at.low_x - 1) & (s <= at.high_x) &
                       (t > at.low_y - 1) & (t <= at.high_y);
     }
@@ -114,7 +115,7 @@ ORGANBAKE_WIDE void land_cut(const Sampled& sampled, int count, const ShellColum
   land<true>(sampled, count, matrix, c, at, near_mm, out);
 }
 
-ORGANBAKE_WIDE void land_whole(const Sampled& sampled, const ShellColumns& matrix,
+ORGANBAKE_WIDE void land_uncut(const Sampled& sampled, const ShellColumns& matrix,
                                const ChunkFrame& c, const Placement& at, Landed& __restrict out) {
   land<false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
 }
@@ -294,15 +295,16 @@ void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& fr
   int count = static_cast<int>(set.chunks[chunk].count);
   Landed landed;
   Places left;
-  const bool whole = frame.whole && intersected(frame.box, tile.box) == frame.box;
-  if (whole) {
-    land_whole(sampled, matrix, frame, at, landed);
+  const bool uncut = frame.uncut && intersected(frame.box, tile.box) == frame.box;
+  if (uncut) {
+    land_uncut(sampled, matrix, frame, at, landed);
   } else {
     land_cut(sampled, count, matrix, frame, at, near_mm, landed);
     left = kAllPlaces;
     count = compact(landed, left);
+    if (count == 0) return;
   }
-  const Touching samples{landed, whole ? kAllPlaces : left, count, first};
+  const Touching samples{landed, uncut ? kAllPlaces : left, count, first};
   small ? splat_small(samples, frame, tie_mm, tile) : splat_large(samples, frame, tie_mm, tile);
 }
 

@@ -51,9 +51,13 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
                         float tie_mm, const PixelBox& part, TileKeys& keys, RowSpans& spans) const {
   constexpr std::size_t kAhead = 2;  // chunks that are sent for
   for (std::size_t i = 0; i < chunks.size(); ++i) {
-    if (i + kAhead < chunks.size()) send_for_chunk(*camera.set, chunks[i + kAhead]);
+    const auto touches = [&](std::size_t at) {
+      return !intersected(camera.chunks[chunks[at]].box, part).empty();
+    };
+    if (i + kAhead < chunks.size() && touches(i + kAhead))
+      send_for_chunk(*camera.set, chunks[i + kAhead]);
+    if (!touches(i)) continue;
     const std::uint32_t c = chunks[i];
-    if (intersected(camera.chunks[c].box, part).empty()) continue;
     spans.add(camera.chunks[c].box);
     splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],
                 static_cast<float>(placed_->view.near_mm), tie_mm, keys);

@@ -13,8 +13,8 @@
 namespace organbake {
 
 // Such loops run over whole vectors of the widest kind: what lies beyond the last number is worked
-// out, too, and never read. A remainder is a loop of its own, number by number: as dear as the rest
-// where a chunk or a row is as short as ours.
+// out, too, and its result is never read. A remainder is a loop of its own, number by number: as
+// dear as the rest where a chunk or a row is as short as ours.
 inline constexpr unsigned kLanes = 16;
 constexpr unsigned whole_vectors(int count) {
   return (static_cast<unsigned>(count) + kLanes - 1) & ~(kLanes - 1);

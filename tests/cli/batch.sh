@@ -112,3 +112,12 @@ expect 65 organbake batch bad.csv --recipe r.yaml -o x
 printf 'case\na\na\n' >bad.csv
 expect 65 organbake batch bad.csv --recipe r.yaml -o x
 expect_err "twice"
+
+# Nobody's table or bundle is lost to an -o.
+mkdir own && printf 'case\na\n' >own/batch.csv && cp own/batch.csv kept.csv
+expect 73 organbake batch own/batch.csv --recipe r.yaml -o own
+expect_err "is the table of cases"
+cmp -s own/batch.csv kept.csv || fail "the table of cases was overwritten"
+expect 73 organbake batch kept.csv --recipe r.yaml -o baked/one
+expect_err "is a bundle"
+expect 0 organbake verify baked/one

@@ -26,5 +26,7 @@ for thing in p/ct.mha p/truth.ply b b/base.exr b/mechanics.json r.yaml; do
   expect 0 organbake inspect $thing --json
   python3 -c 'import json; json.load(open("out"))["kind"]' || fail "$thing: no JSON with a kind"
 done
+expect 73 organbake doctor --cache /proc/none
+expect_out "name another by --cache or ORGANBAKE_CACHE"
 expect 0 organbake doctor --json
 python3 -c 'import json; assert all(c["ok"] for c in json.load(open("out")).values())' || fail doctor

@@ -2,6 +2,7 @@
 #include "core/files.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -33,6 +34,25 @@ TEST_F(Files, ReadingNamesWhatIsWrong) {
   write_file_atomically(at("big"), "12345");
   EXPECT_THROW(read_file(at("big"), 4), BadDataError);
   EXPECT_EQ(read_file(at("big"), 5).size(), 5u);
+}
+
+TEST_F(Files, DevicesPipesAndFoldersAreNoFilesToWrite) {
+  const fs::path pipe = at("pipe");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0666), 0);
+  for (const fs::path& path : {pipe, folder_.path(), fs::path("/dev/full")}) {
+    EXPECT_THROW(write_file_atomically(path, "x"), IoError) << path;
+  }
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST_F(Files, ALinkStaysAndItsFileIsWritten) {
+  fs::create_symlink("a.txt", at("link.txt"));
+  for (const char* text : {"new", "newer"}) {  // there is no a.txt at first
+    write_file_atomically(at("link.txt"), text);
+    EXPECT_TRUE(fs::is_symlink(at("link.txt")));
+    EXPECT_EQ(read_text_file(at("a.txt")), text);
+  }
 }
 
 TEST_F(Files, AFailedWriteLeavesNothing) {

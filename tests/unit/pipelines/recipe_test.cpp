@@ -77,6 +77,9 @@ TEST_F(RecipeTest, ErrorsNameLineKeyAndTheNearestKey) {
 
 TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
   EXPECT_THAT(error("", {"decimate.facs=3"}), HasSubstr("--set decimate.facs=3: unknown key"));
+  // A group that is nowhere in the file is the setting's own.
+  EXPECT_THAT(error("", {"place.size=64", "plase.size=64"}),
+              HasSubstr("--set plase.size=64: unknown key 'plase'"));
   EXPECT_THAT(error("", {"decimate.faces=x"}), HasSubstr("--set decimate.faces=x: 'x' is not"));
   EXPECT_THAT(error("", {"faces=9"}), HasSubstr("say decimate.faces"));
   EXPECT_THAT(error("", {"label=soft"}), HasSubstr("--set label=soft"));

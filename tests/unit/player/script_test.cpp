@@ -57,6 +57,10 @@ TEST(Script, HostileOnesAreRefusedByKey) {
   EXPECT_TRUE(names(refusal("[1, 2, 3]", "[1, 2]"), "/position_mm"));
   EXPECT_TRUE(names(refusal("[1, 2, 3]", "[1e9, 2, 3]"), "/position_mm"));
   EXPECT_TRUE(names(refusal("\"depth_mm\": 5", "\"deep\": 5"), "depth_mm"));
+  // A mistyped key would be as if it were not there.
+  EXPECT_TRUE(names(refusal("\"distance\": 2", "\"distnce\": 2"), "'distnce'"));
+  EXPECT_TRUE(names(refusal("radius_mm", "radius_m"), "'radius_m'"));
+  EXPECT_TRUE(names(refusal("\"size\"", "\"sise\""), "'sise'"));
   EXPECT_TRUE(names(refusal("interaction/1", "interaction/2"), "/schema"));
 }
 

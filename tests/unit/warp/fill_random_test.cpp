@@ -116,5 +116,19 @@ TEST(FillOfRandomPictures, CoversAreCounted) {
   }
 }
 
+// Only the bit carried from one word to the next tells of these.
+TEST(FillOfRandomPictures, AHoleAtAWordsBorderIsFound) {
+  for (const int x : {63, 64}) {
+    Frame frame;
+    frame.color = Rgb8Image(128, 3);
+    frame.cover.assign(std::size_t{128} * 3, Cover::background);
+    const auto cover = [&](int px, int py) { frame.cover[py * 128 + px] = Cover::samples; };
+    cover(x == 63 ? 64 : 63, 1);
+    for (const int dx : {-1, 1}) cover(x + dx, 0), cover(x + dx, 2);
+    fill_holes({0, 0, 128, 3}, true, frame);
+    EXPECT_EQ(frame.cover[128 + x], Cover::filled) << x;
+  }
+}
+
 }  // namespace
 }  // namespace organbake

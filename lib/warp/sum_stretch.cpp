@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/sum_row.h"
+#include "warp/sum_stretch.h"
 
 #include "warp/wide.h"
 
@@ -39,14 +39,14 @@ void pack_rgb(const std::int32_t* pixels, int count, std::uint8_t* rgb) {
 
 }  // namespace
 
-ORGANBAKE_WIDE void encode(const SumRow& sum, int count,
+ORGANBAKE_WIDE void encode(const SumStretch& sum, int count,
                            const std::array<std::uint8_t, 3>& background,
                            std::uint8_t* __restrict rgb, Cover* __restrict cover) {
   alignas(64) std::int32_t level[3][kStretch];
   alignas(64) float scale[kStretch];
   alignas(64) Cover covered[kStretch];
-  const unsigned whole = whole_vectors(count);
-  for (unsigned i = 0; i < whole; ++i) {
+  const unsigned padded = whole_vectors(count);
+  for (unsigned i = 0; i < padded; ++i) {
     scale[i] = 1 / (kFullScale * (sum.weight[i] > 0 ? sum.weight[i] : 1.0f));
   }
   const float* const planes[3] = {sum.red, sum.green, sum.blue};
@@ -54,14 +54,14 @@ ORGANBAKE_WIDE void encode(const SumRow& sum, int count,
     const float* __restrict color = planes[k];
     std::int32_t* __restrict out = level[k];
     const std::int32_t behind = background[k];
-    for (unsigned i = 0; i < whole; ++i) {
+    for (unsigned i = 0; i < padded; ++i) {
       const auto shown = static_cast<std::int32_t>(encoded(color[i] * scale[i]) + 0.5f);
       out[i] = sum.weight[i] > 0 ? shown : behind;
     }
   }
-  for (unsigned i = 0; i < whole; ++i) level[0][i] |= level[1][i] << 8 | level[2][i] << 16;
+  for (unsigned i = 0; i < padded; ++i) level[0][i] |= level[1][i] << 8 | level[2][i] << 16;
   pack_rgb(level[0], count, rgb);
-  for (unsigned i = 0; i < whole; ++i) {
+  for (unsigned i = 0; i < padded; ++i) {
     covered[i] = sum.weight[i] > 0 ? Cover::samples : Cover::background;
   }
   std::copy_n(covered, count, cover);

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Where organplay writes to: said before the work, and nothing of the user's is lost.
+source "$(dirname "$0")/assert.sh"
+[ -x "$BIN/organplay" ] || { echo "SKIPPED: organplay was not built"; exit 0; }
+quick_recipe >r.yaml
+expect 0 organbake bake r.yaml -o b --quiet
+checksums b >before
+cat >s.json <<'END'
+{"schema": "organbake/interaction/1", "name": "s", "time_step_s": 0.02, "frames": 2,
+ "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0}]}, "instruments": []}
+END
+
+refused() {  # CODE TEXT ARGUMENTS…
+  local code=$1 text=$2
+  shift 2
+  expect "$code" "$BIN/organplay" "$@" --size 64x48 --quiet
+  expect_err "$text"
+  expect_sentence
+}
+refused 2 "give it that ending" b -o x.jpg
+refused 2 "give it that ending" b --sheet x
+refused 2 "is written as .mp4, .mkv, .mov, .webm or .avi" b --script s.json --video x.gif
+refused 2 "is the script itself" b --script s.json --report s.json
+refused 2 "name the same file" b -o x.png --sheet ./x.png
+refused 2 "--bench goes alone" b -o x.png --bench 2
+refused 73 "there is no such folder" b -o none/x.png
+refused 73 "there is no such folder" b --script s.json --report none/x.json
+refused 73 "there is no such folder" b --script s.json --video none/x.mp4
+for file in b/picture.png b/cam_000/new.png ./b/../b/x.png; do
+  refused 73 "lies in the bundle" b -o $file
+done
+refused 73 "lies in the bundle" b --script s.json --out b/frames
+refused 66 "there is no such folder" nowhere -o x.png
+refused 66 "is a file; a bundle is the folder" s.json -o x.png
+mkfifo pipe.png && mkdir folder.png
+refused 73 "is a device or a pipe" b -o pipe.png
+refused 73 "is a folder" b -o folder.png
+[ -p pipe.png ] || fail "the pipe was replaced"
+for file in x.png x.jpg x frames; do expect_gone $file; done
+checksums b | diff - before >/dev/null || fail "the bundle was changed"
+
+# A link's file is written, the link stays.
+ln -s real.png link.png
+expect 0 "$BIN/organplay" b -o link.png --size 64x48 --quiet
+[ -L link.png ] && [ -s real.png ] || fail "the link was replaced"
+sed 's/azimuth_rad/azimut_rad/' s.json >typo.json
+refused 65 "has the key 'azimut_rad'" b --script typo.json --out frames

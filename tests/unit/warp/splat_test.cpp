@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random chunks over one face, near and far: however a tile cuts them, a pixel gets the same key.
+#include "warp/splat.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/random.h"
+#include "warp/tile_grid.h"
+#include "warp/view.h"
+
+namespace organbake {
+namespace {
+
+constexpr PixelBox kTile{0, 0, TileGrid::kWidth, TileGrid::kHeight};
+constexpr float kNear_mm = 1, kTie_mm = 0.3f;
+
+View tile_view() {
+  View view;
+  view.camera.intrinsics = {kTile.x1, kTile.y1, 300, 300, 128, 64};
+  view.near_mm = kNear_mm;
+  return view;
+}
+
+struct Scene {
+  View view = tile_view();
+  FaceFrame face;
+  SampleSet set;  // one chunk
+  ChunkFrame chunk;
+
+  explicit Scene(RandomStream& random, std::uint32_t count, bool large) {
+    const auto about = [&](double reach) { return random.uniform(-reach, reach); };
+    TriangleMesh mesh;
+    mesh.faces = {{0, 1, 2}};
+    const Eigen::Vector3d middle(about(20), about(10), random.uniform(30, 200));
+    for (int i = 0; i < 3; ++i)
+      mesh.vertices.push_back(middle + Eigen::Vector3d(about(20), about(20), about(20)));
+    face = face_frames(mesh, mesh, view).front();
+    face.two_sided = true;
+    Chunk one;
+    one.count = count;
+    const double extent = std::pow(10, random.uniform(-2.5, -1));
+    one.patch.center[0] = static_cast<float>(random.uniform(0, 0.5));
+    one.patch.center[1] = static_cast<float>(random.uniform(0, 0.5));
+    one.patch.extent[0] = one.patch.extent[1] = static_cast<float>(extent);
+    one.patch.extent[2] = static_cast<float>(random.uniform(0, 0.3));
+    const double texel = large ? random.uniform(0.1, 1.5) : extent / 4;
+    one.patch.along_u[0] = one.patch.along_v[1] = static_cast<float>(texel);
+    set.chunks = {one};
+    set.detail.assign(kChunk, 0);
+    for (auto* place : {&set.b1, &set.b2, &set.h}) {
+      place->assign(kChunk, 0);
+      for (std::uint32_t i = 0; i < count; ++i) (*place)[i] = static_cast<Place>(about(kFullPlace));
+    }
+    chunk = chunk_frame(one.patch, face, view);
+  }
+
+  TileKeys keys(const PixelBox& part, bool uncut) const {
+    ChunkFrame frame = chunk;
+    frame.uncut = frame.uncut && uncut;
+    TileKeys keys;
+    keys.clear(kTile, part);
+    splat_chunk(set, 0, frame, face, kNear_mm, kTie_mm, keys);
+    return keys;
+  }
+};
+
+std::uint64_t key_at(const TileKeys& keys, int x, int y) { return keys.row(y)[x - keys.box.x0]; }
+
+// Calls visit(scene) for as many scenes with chunks that are drawn.
+template <class Visit>
+void for_scenes(int count, const Visit& visit) {
+  RandomStream random(7);
+  const std::array<std::uint32_t, 7> counts = {1, 8, 15, 16, 17, 63, 64};
+  for (int i = 0; count > 0; ++i) {
+    const Scene scene(random, counts[i % counts.size()], i % 2 == 1);
+    if (scene.chunk.fate != ChunkFate::drawn) continue;
+    visit(scene, random);
+    --count;
+  }
+}
+
+TEST(Splat, AChunkWithinItsTileIsDrawnAsIfItWereCut) {
+  int uncut = 0, large = 0;
+  for_scenes(1500, [&](const Scene& scene, RandomStream&) {
+    if (!scene.chunk.uncut) return;
+    ++uncut;
+    large += scene.chunk.columns > TileKeys::kGuard || scene.chunk.rows > TileKeys::kGuard;
+    ASSERT_EQ(scene.keys(kTile, true).keys, scene.keys(kTile, false).keys);
+  });
+  EXPECT_GT(uncut, 500);
+  EXPECT_GT(large, 100);
+}
+
+TEST(Splat, APartOfATileGetsTheKeysOfTheWhole) {
+  for_scenes(1500, [&](const Scene& scene, RandomStream& random) {
+    const int x0 = 32 * static_cast<int>(random.below(7)),
+              y0 = 32 * static_cast<int>(random.below(3));
+    const PixelBox part{x0, y0, x0 + 32, y0 + 64 < kTile.y1 ? y0 + 64 : kTile.y1};
+    const TileKeys whole = scene.keys(kTile, true), own = scene.keys(part, true);
+    for (int y = part.y0; y < part.y1; ++y) {
+      for (int x = part.x0; x < part.x1; ++x)
+        ASSERT_EQ(key_at(own, x, y), key_at(whole, x, y)) << x << ',' << y;
+    }
+  });
+}
+
+TEST(Splat, NothingIsDrawnOutsideTheChunksBox) {
+  std::size_t drawn = 0;
+  for_scenes(800, [&](const Scene& scene, RandomStream&) {
+    const TileKeys keys = scene.keys(kTile, true);
+    const PixelBox& box = scene.chunk.box;
+    for (int y = kTile.y0; y < kTile.y1; ++y) {
+      for (int x = kTile.x0; x < kTile.x1; ++x) {
+        if (key_at(keys, x, y) == kEmptyKey) continue;
+        ++drawn;
+        ASSERT_TRUE(x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1);
+      }
+    }
+  });
+  EXPECT_GT(drawn, 10000u);
+}
+
+// Rounding then puts samples hundreds of pixels off their chunk's box, or nowhere.
+TEST(Splat, AbsurdPlacesStayWithinTheGuardBand) {
+  for (const double far_mm : {1e7, 1e9, 1e15, 1e37}) {
+    RandomStream random(3);
+    for (int i = 0; i < 200; ++i) {
+      Scene scene(random, 64, false);
+      scene.face.pixel.col(0).array() += static_cast<float>(random.uniform(-far_mm, far_mm));
+      scene.face.pixel.col(3).array() *= static_cast<float>(far_mm);
+      ChunkFrame& chunk = scene.chunk;
+      chunk.uncut = true;
+      chunk.fate = ChunkFate::drawn;
+      chunk.box = {100, 50, 120, 60};
+      chunk.columns = chunk.rows = TileKeys::kGuard;
+      scene.keys(kTile, true);  // the sanitizers look on
+    }
+  }
+}
+
+}  // namespace
+}  // namespace organbake
