@@ -99,6 +99,11 @@ StageReport inspect(const fs::path& path, const OptionList& reading, Session& se
   if (ending == ".exr") return inspect_exr(path);
   if (ending == ".json") return inspect_document(path);
   if (one_of(ending, {".yaml", ".yml"})) return inspect_recipe(path);
+  if (is_picture_name(path)) {
+    throw UsageError(path.string() +
+                     ": inspect takes a bundle, a volume, a mesh, an EXR map, a JSON document or a "
+                     "recipe, no picture");
+  }
   const bool mesh = one_of(ending, {".ply", ".obj", ".stl", ".vtk", ".vtp"});
   return inspect_in_module(path, mesh ? "mesh" : "volume", reading, session);
 }

@@ -42,6 +42,10 @@ std::string verify(const fs::path& path) {
     read_recipe(path, {});
     return "recipe";
   }
+  if (ending != ".json") {
+    throw UsageError(path.string() +
+                     ": verify takes a bundle's folder, a JSON document or a recipe (.yaml)");
+  }
   return verify_document(path);
 }
 

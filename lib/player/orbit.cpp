@@ -23,8 +23,9 @@ void check(const OrbitPose& pose, int width, int height) {
     if (!std::isfinite(value)) throw UsageError("a view's angles and shifts must be finite");
   }
   if (!(pose.distance > 0 && pose.distance < 1e6)) {
-    throw UsageError("a view's distance is " + to_text(pose.distance) +
-                     ", must be a positive multiple of the capture distance");
+    throw UsageError(
+        "a view's distance is " + to_text(pose.distance) +
+        "; it must lie above 0 and below a million times the virtual cameras' distance");
   }
 }
 

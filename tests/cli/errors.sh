@@ -57,6 +57,9 @@ expect 0 organbake capture p/truth.ply proxy.ply texel.json -o texel --quiet
 refused 66 "is a folder, a file is needed" organbake decimate p -o made
 refused 66 "there is no such" organbake inspect missing
 refused 66 "there is no such" organbake verify missing
+refused 2 "verify takes a bundle's folder" organbake verify empty.ply
+: >a.png
+refused 2 "inspect takes a bundle" organbake inspect a.png
 refused 66 "has no manifest.json" organbake verify p
 
 # Outputs. Nobody loses a file to a mistyped -o.
