@@ -48,8 +48,7 @@ void check_output_file(const fs::path& file, const fs::path& ending) {
     throw UsageError(file.string() + ": the result is written as " + ending.string() +
                      "; give it that ending");
   }
-  if (fs::is_directory(file)) throw IoError::writing(file, "is a folder; name a file");
-  check_parent(file);
+  check_parent(file_to_write(file));
 }
 
 void check_output_folder(const fs::path& folder) {
