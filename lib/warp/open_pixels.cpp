@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/open_pixels.h"
 
+#include "warp/pixel_key.h"
+
 namespace organbake {
 namespace {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
-#include "warp/splat.h"
 #include "warp/tile_grid.h"
+#include "warp/tile_keys.h"
 
 namespace organbake {
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "warp/pixel_key.h"
+#include "warp/sample_set.h"
 #include "warp/sum_stretch.h"
 #include "warp/wide.h"
 

@@ -9,7 +9,7 @@
 #include "warp/frame.h"
 #include "warp/relit_skin.h"
 #include "warp/row_spans.h"
-#include "warp/splat.h"
+#include "warp/tile_keys.h"
 
 namespace organbake {
 

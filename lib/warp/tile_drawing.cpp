@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "warp/phase_clock.h"
+#include "warp/pixel_key.h"
 
 namespace organbake {
 namespace {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "warp/pixel_key.h"
 
 namespace organbake {
 namespace {

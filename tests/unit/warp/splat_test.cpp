@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "warp/pixel_key.h"
 #include "warp/tile_grid.h"
 #include "warp/view.h"
 
