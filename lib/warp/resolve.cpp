@@ -131,18 +131,33 @@ struct NearestSamples {
   }
 };
 
-// Tells what a stretch's pixels show: the sample of the camera with the largest share of those that
-// see the nearest skin, and the point beside it that the pixel's centre looks at.
+// The sample that speaks for each pixel: of the camera with the largest share of those that see the
+// nearest skin. The nearest sample itself may be of a camera that hardly counts there.
+struct LeadingSamples {
+  alignas(64) std::int32_t layer[kStretch];
+
+  LeadingSamples(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int count,
+                 const SumStretch& sum) {
+    const NearestSamples nearest(rows, tile.count, count);
+    for (int i = 0; i < count; ++i) {
+      int leading = nearest.layer[i];
+      for (int l = 0; l < tile.count; ++l) {
+        if (rows[l].depth[i] <= sum.nearest[i] + tile.same_surface_mm &&
+            tile.layers[l].weight > tile.layers[leading].weight)
+          leading = l;
+      }
+      layer[i] = leading;
+    }
+  }
+};
+
+// Tells what a stretch's pixels show: their leading samples, and the point beside each that the
+// pixel's centre looks at.
 void tell_shown(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int count,
                 const SumStretch& sum, Shown* shown) {
-  const NearestSamples nearest(rows, tile.count, count);
+  const LeadingSamples leading(tile, rows, count, sum);
   for (int i = 0; i < count; ++i) {
-    int layer = nearest.layer[i];
-    for (int l = 0; l < tile.count; ++l) {
-      if (rows[l].depth[i] <= sum.nearest[i] + tile.same_surface_mm &&
-          tile.layers[l].weight > tile.layers[layer].weight)
-        layer = l;
-    }
+    const int layer = leading.layer[i];
     shown[i] = kNothingShown;
     if (tile.count == 0 || !(rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm))
       continue;  // none, or hidden by the base layer
@@ -161,16 +176,16 @@ void tell_shown(const TileLayers& tile, const std::array<LayerStretch, 3>& rows,
   }
 }
 
-// Lights what the samples of a stretch summed to, by the nearest of each pixel's samples: the
-// others that count lie on the same skin.
+// Lights what the samples of a stretch summed to, by each pixel's leading sample: the others that
+// count lie on the same skin.
 void relight(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int y, int x0,
              int count, SumStretch& sum) {
-  const NearestSamples nearest(rows, tile.count, count);
+  const LeadingSamples leading(tile, rows, count, sum);
   SkinPixels skin;
   for (int i = 0; i < count; ++i) {
     if (!(sum.weight[i] > 0)) continue;
-    const SampleSet& set = *tile.layers[nearest.layer[i]].set;
-    const auto slot = static_cast<std::uint32_t>(rows[nearest.layer[i]].slot[i]);
+    const SampleSet& set = *tile.layers[leading.layer[i]].set;
+    const auto slot = static_cast<std::uint32_t>(rows[leading.layer[i]].slot[i]);
     const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
     if (tile.relit->unchanged(face)) continue;
     const std::array<float, 3> bound = set.bound(slot);
