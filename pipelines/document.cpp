@@ -137,15 +137,16 @@ Document Document::parse_yaml(std::string text, std::string name) {
 }
 
 void Document::set(const std::string& pointer, const Json& value, const std::string& origin) {
-  // With the groups of keys that it is the first in: they stand nowhere else.
-  Json::json_pointer first(pointer);
-  while (!first.empty() && !json_->contains(first.parent_pointer())) first.pop_back();
   try {
-    (*json_)[Json::json_pointer(pointer)] = value;
+    const Json::json_pointer target(pointer);
+    // The outermost that is new: the groups of keys that it is the first in stand nowhere else.
+    Json::json_pointer first = target;
+    while (!first.empty() && !json_->contains(first.parent_pointer())) first.pop_back();
+    (*json_)[target] = value;
+    origins_[first.to_string()] = origin;
   } catch (const Json::exception&) {
     throw RecipeError(origin + ": " + name_ + " holds something else than keys there");
   }
-  origins_[first.to_string()] = origins_[pointer] = origin;
 }
 
 void Document::remove(const std::string& pointer) {

@@ -25,7 +25,14 @@ std::string verify_bundle(const fs::path& folder) {
 }
 
 std::string verify_document(const fs::path& file) {
-  const Document document = Document::parse_json(read_text_file(file), file.string());
+  const std::string text = read_text_file(file);
+  // A document may have any name; what begins otherwise is something else.
+  const std::size_t begin = text.find_first_not_of(" \t\r\n");
+  if (file.extension() != ".json" && (begin == std::string::npos || text[begin] != '{')) {
+    throw UsageError(file.string() +
+                     ": verify takes a bundle's folder, a JSON document or a recipe (.yaml)");
+  }
+  const Document document = Document::parse_json(text, file.string());
   const std::string schema = schema_of(document);
   check_document(document, schema);
   // Beyond the schema: rotations are rotations, triangles name cameras that exist.
@@ -41,10 +48,6 @@ std::string verify(const fs::path& path) {
   if (ending == ".yaml" || ending == ".yml") {
     read_recipe(path, {});
     return "recipe";
-  }
-  if (ending != ".json") {
-    throw UsageError(path.string() +
-                     ": verify takes a bundle's folder, a JSON document or a recipe (.yaml)");
   }
   return verify_document(path);
 }

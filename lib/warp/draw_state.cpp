@@ -72,7 +72,8 @@ int clamped_int(float value, int low, int high) {
   return value > low ? (value < high ? static_cast<int>(value) : high) : low;
 }
 
-// Pixels that a box of camera space can reach, by interval arithmetic, grown by half a splat.
+// Pixels that a box of camera space can reach, by interval arithmetic, grown by half a splat; and
+// whether the view cuts it.
 void set_box(const PlacedPatch& p, const View& view, ChunkFrame& out) {
   const Intrinsics& k = view.camera.intrinsics;
   const float near = static_cast<float>(view.near_mm);

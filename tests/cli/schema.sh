@@ -30,3 +30,6 @@ expect_err "line 3"
 echo '{"a": 1}' >bad.json
 expect 65 organbake verify bad.json
 expect_err "has no key 'schema'"
+# A document may have any name.
+{ echo; cat b/cameras.json; } >cameras.txt
+expect 0 organbake verify cameras.txt
