@@ -3,12 +3,10 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <optional>
+
+#include "warp/lattice_normals.h"
 
 namespace organbake {
 namespace {
@@ -19,63 +17,24 @@ using Eigen::Vector3f;
 // Skin that no lamp reached tells little of what it would show in full light.
 constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
 
-// A lattice's nodes as a visitor sees them: their place on the face.
-template <class Visit>
-void each_node(std::uint32_t steps, Visit&& visit) {
-  for (std::uint32_t i = 0; i <= steps; ++i)
-    for (std::uint32_t j = 0; i + j <= steps; ++j) visit(i, j, base_node_index(steps, i, j));
-}
-
-// A node on a face's rim by what its neighbours know it as: the edge's vertices, the smaller first,
-// and its steps from the second; a corner is the vertex twice.
-using RimNode = std::array<std::uint32_t, 3>;
-
-// Nothing for a node inside the face.
-std::optional<RimNode> rim_node(const Face& face, std::uint32_t steps, std::uint32_t i,
-                                std::uint32_t j) {
-  const std::array<std::uint32_t, 3> steps_from = {steps - i - j, i, j};
-  for (int k = 0; k < 3; ++k) {
-    if (steps_from[k] == steps) return RimNode{face[k], face[k], 0};
-  }
-  for (int k = 0; k < 3; ++k) {
-    if (steps_from[k] > 0) continue;
-    const int a = (k + 1) % 3, b = (k + 2) % 3;  // the edge's ends
-    return face[a] < face[b] ? RimNode{face[a], face[b], steps_from[a]}
-                             : RimNode{face[b], face[a], steps_from[b]};
-  }
-  return std::nullopt;
-}
-
 }  // namespace
 
 RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting)
     : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
       lighting_(lighting),
       gloss_(lighting),
+      turns_(proxy),
       placed_(shell_matrices(proxy)),
-      own_normals_(std::size_t(layer.face_count) * layer.nodes_per_face()),
-      places_(own_normals_.size()),
-      rest_light_(own_normals_.size()),
-      nodes_(own_normals_.size()),
+      rest_normals_(lattice_normals(layer, proxy)),
+      places_(rest_normals_.size()),
+      nodes_(rest_normals_.size()),
       turned_(layer.face_count, 0),
       shines_(layer.face_count, 0) {
-  number_rim(proxy);
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) raise_face(f);
-  join();
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) light_face(f, true);
-}
-
-void RelitSkin::number_rim(const TriangleMesh& proxy) {
-  std::map<RimNode, std::uint32_t> numbers;
-  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
-    each_node(lattice_.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-      const auto rim = rim_node(proxy.faces[f], lattice_.steps, i, j);
-      if (!rim) return;
-      const auto next = static_cast<std::uint32_t>(numbers.size());
-      rim_.push_back({first_node(f) + node, numbers.try_emplace(*rim, next).first->second});
-    });
+  for (const Vector3d& normal : rest_normals_) rest_light_.push_back(light_on(normal));
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
+    place_face(f, placed_[f]);
+    light_face(f);
   }
-  joined_.resize(numbers.size());
 }
 
 void RelitSkin::place(const std::vector<ShellMatrix>& deformed, const View& view,
@@ -86,79 +45,48 @@ void RelitSkin::place(const std::vector<ShellMatrix>& deformed, const View& view
   ray_down_ = (world_from_view.col(1) / k.fy).cast<float>();
   ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
                 static_cast<float>(k.cy) * ray_down_;
-  std::vector<std::uint8_t> relit(placed_.size());
+  std::vector<std::uint8_t> turned(placed_.size());
+  turns_.place(deformed, turned);
   tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
-    relit[f] = deformed[f] != placed_[f];
-    if (!relit[f]) return;
-    placed_[f] = deformed[f];
-    raise_face(f);
+    if (deformed[f] != placed_[f]) place_face(f, deformed[f]);
+    if (!turned[f]) return;
+    light_face(f);
+    if (!moved.empty()) moved[f] = 1;
   });
-  if (std::find(relit.begin(), relit.end(), 1) != relit.end()) relight(relit, moved);
   if (gloss_.none()) return;
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
   tbb::parallel_for(std::uint32_t{0}, lattice_.face_count,
                     [&](std::uint32_t f) { shines_[f] = may_shine(f, eye); });
 }
 
-// Of the faces in `relit`, and of those that a join changes; these are added to `moved`.
-void RelitSkin::relight(std::vector<std::uint8_t>& relit, std::vector<std::uint8_t>& moved) {
-  // A face that stayed takes new normals along the edges that it shares with one that moved.
-  const std::vector<Vector3d> before = joined_;
-  join();
-  const std::size_t rim_of_face = rim_.size() / placed_.size();
-  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
-    for (std::size_t r = f * rim_of_face; !relit[f] && r < (f + 1) * rim_of_face; ++r)
-      relit[f] = before[rim_[r].number] != joined_[rim_[r].number];
-    if (!relit[f]) return;
-    light_face(f, false);
-    if (!moved.empty()) moved[f] = 1;
-  });
-}
-
-// The lattice's normals over one face: those of its small triangles, by area, at their corners.
-void RelitSkin::raise_face(std::uint32_t face) {
+void RelitSkin::place_face(std::uint32_t face, const ShellMatrix& shell) {
+  placed_[face] = shell;
   const std::uint32_t n = lattice_.steps;
-  std::vector<Vector3d> points(lattice_.nodes_per_face());
-  Vector3d* const normals = &own_normals_[first_node(face)];
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-    points[node] = shell_point(placed_[face], double(i) / n, double(j) / n,
-                               lattice_.height_mm[first_node(face) + node]);
-    places_[first_node(face) + node] = points[node].cast<float>();
-    normals[node].setZero();
-  });
-  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const Vector3d normal = (points[b] - points[a]).cross(points[c] - points[a]);
-    for (const std::uint32_t node : {a, b, c}) normals[node] += normal;
-  };
-  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-    if (i + j + 1 > n) return;
-    const std::uint32_t down = base_node_index(n, i + 1, j), right = base_node_index(n, i, j + 1);
-    add(node, down, right);
-    if (i + j + 2 <= n) add(down, base_node_index(n, i + 1, j + 1), right);
+    const std::size_t at = first_node(face) + node;
+    places_[at] =
+        shell_point(shell, double(i) / n, double(j) / n, lattice_.height_mm[at]).cast<float>();
   });
 }
 
-// Nodes that faces share get one normal: the light must not break at an edge.
-void RelitSkin::join() {
-  std::fill(joined_.begin(), joined_.end(), Vector3d::Zero());
-  for (const Rim& rim : rim_) joined_[rim.number] += own_normals_[rim.node];
+Vector3f RelitSkin::light_on(const Vector3d& normal) const {
+  return lighting_.diffuse(normal).cast<float>().cwiseMax(kLeastLight);
 }
 
-void RelitSkin::light_face(std::uint32_t face, bool at_rest) {
-  const auto light = [&](std::size_t at, const Vector3d& sum) {
-    const Vector3d normal = sum.stableNormalized();
-    const Vector3f light = lighting_.diffuse(normal).cast<float>().cwiseMax(kLeastLight);
-    if (at_rest) rest_light_[at] = light;
-    nodes_[at].gain() = light.cwiseQuotient(rest_light_[at]).cwiseMin(kLargestGain);
+void RelitSkin::light_face(std::uint32_t face) {
+  const std::uint32_t n = lattice_.steps;
+  const bool at_rest = turns_.at_rest(face);
+  turned_[face] = 0;
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    const std::size_t at = first_node(face) + node;
+    const Vector3d& rest = rest_normals_[at];
+    const Vector3d normal =
+        at_rest ? rest : (turns_.at(face, double(i) / n, double(j) / n) * rest).stableNormalized();
+    const Vector3f gain = light_on(normal).cwiseQuotient(rest_light_[at]);
+    nodes_[at].gain() = gain.cwiseMin(kLargestGain);
     nodes_[at].normal() = normal.cast<float>();
-  };
-  const std::size_t first = first_node(face), end = first + lattice_.nodes_per_face();
-  for (std::size_t at = first; at < end; ++at) light(at, own_normals_[at]);
-  const std::size_t rim_of_face = rim_.size() / placed_.size();
-  for (std::size_t r = face * rim_of_face; r < (face + 1) * rim_of_face; ++r)
-    light(rim_[r].node, joined_[rim_[r].number]);
-  turned_[face] = !std::all_of(nodes_.begin() + first, nodes_.begin() + end,
-                               [](const Node& node) { return node.gain() == Vector3f::Ones(); });
+    turned_[face] |= nodes_[at].gain() != Vector3f::Ones();
+  });
 }
 
 // Where a view can see gloss: on faces with a node whose normal is near enough to half-way.

@@ -12,6 +12,7 @@
 #include "geometry/triangle_mesh.h"
 #include "warp/gloss.h"
 #include "warp/skin_light.h"
+#include "warp/skin_turns.h"
 #include "warp/view.h"
 
 namespace organbake {
@@ -20,8 +21,8 @@ namespace organbake {
 // colour is intensity microstructure × the macro surface's shading at rest; so the shading of the
 // deformed macro surface over that at rest, times the colour, is the skin lit anew:
 //   gain(n', n) = diffuse(n') / diffuse(n) per channel, and gloss is added for the eye.
-// The macro surface is the base layer's lattice with its smooth normals n, joined over the proxy's
-// edges. No shadows: a fold's own shade stays as it was baked.
+// The macro surface is the base layer's lattice; its smooth normals n turn with the proxy, smoothly
+// over its edges (SkinTurns). No shadows: a fold's own shade stays as it was baked.
 class RelitSkin {
  public:
   // proxy: at rest; the layer is its own.
@@ -48,19 +49,12 @@ class RelitSkin {
     auto normal() const { return Eigen::Map<const Eigen::Vector3f>(mixed.data() + 3); }
   };
   struct Triangles;
-  // A node on a face's edge, and the number by which its neighbours know it.
-  struct Rim {
-    std::size_t node;
-    std::uint32_t number;
-  };
   std::size_t first_node(std::uint32_t face) const {
     return std::size_t(face) * lattice_.nodes_per_face();
   }
-  void number_rim(const TriangleMesh& proxy);
-  void raise_face(std::uint32_t face);
-  void join();
-  void relight(std::vector<std::uint8_t>& relit, std::vector<std::uint8_t>& moved);
-  void light_face(std::uint32_t face, bool at_rest);
+  void place_face(std::uint32_t face, const ShellMatrix& shell);
+  void light_face(std::uint32_t face);
+  Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
   struct MixedNodes {  // as a Node's numbers, by pixel
     alignas(32) float of[SkinPixels::kMost][8];
@@ -73,11 +67,10 @@ class RelitSkin {
   BaseLayer lattice_;  // heights alone
   Lighting lighting_;
   Gloss gloss_;
-  std::vector<ShellMatrix> placed_;           // by face, world, of the last frame
-  std::vector<Eigen::Vector3d> own_normals_;  // by node, each face's alone; not of unit length
+  SkinTurns turns_;
+  std::vector<ShellMatrix> placed_;                   // by face, world, of the last frame
+  std::vector<Eigen::Vector3d> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
-  std::vector<Rim> rim_;                              // by face, as many for each
-  std::vector<Eigen::Vector3d> joined_;               // by rim number
   std::vector<Node> nodes_;
   std::vector<std::uint8_t> turned_, shines_;  // by face: gain or gloss in this view
   // From the view's pixels to directions of the world: origin + x · right + y · down.

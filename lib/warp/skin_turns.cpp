@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/skin_turns.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+namespace organbake {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kCorners = 3, kPlaces = 6;
+
+// b1, b2 of a face's places.
+Vector2d place_on_face(int place) {
+  static const std::array<Vector2d, kPlaces> places = {
+      {{0, 0}, {1, 0}, {0, 1}, {0.5, 0.5}, {0, 0.5}, {0.5, 0}}};
+  return places[place];
+}
+
+Vector3d skin_normal(const ShellMatrix& m, int place) {
+  const Vector2d b = place_on_face(place);
+  return m.col(3) + b.x() * m.col(4) + b.y() * m.col(5);
+}
+
+// Cofactor of (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
+Matrix3d cofactor(const ShellMatrix& m, int place) {
+  const Vector3d e1 = m.col(1), e2 = m.col(2), normal = skin_normal(m, place);
+  Matrix3d columns;
+  columns << e2.cross(normal), normal.cross(e1), e1.cross(e2);
+  return columns;
+}
+
+// How much a face counts at its place: by its angle at a vertex, and as the other at an edge.
+double weight_at(const ShellMatrix& m, int place) {
+  if (place >= kCorners) return 1;
+  const std::array<Vector3d, kCorners> corners = {Vector3d::Zero(), m.col(1), m.col(2)};
+  const Vector3d a = corners[(place + 1) % 3] - corners[place];
+  const Vector3d b = corners[(place + 2) % 3] - corners[place];
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+// A face that leans farther than this from its vertices' normals tells nothing of the skin there: a
+// sliver folded over, or one of no area.
+constexpr double kLeastCosine = 0.1;
+
+bool tells_of_skin(const ShellMatrix& m, int place) {
+  const Vector3d area = m.col(1).cross(m.col(2)), normal = skin_normal(m, place);
+  return area.dot(normal) > kLeastCosine * area.norm() * normal.norm();
+}
+
+}  // namespace
+
+SkinTurns::SkinTurns(const TriangleMesh& at_rest)
+    : rest_(shell_matrices(at_rest)), knots_of_face_(at_rest.faces.size()) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;  // by its two vertices
+  for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
+    const Face& face = at_rest.faces[f];
+    for (int place = 0; place < kPlaces; ++place) {
+      const bool corner = place < kCorners;
+      const std::uint32_t a = face[corner ? place : (place + 1) % 3];
+      const std::uint32_t b = face[corner ? place : (place + 2) % 3];
+      const auto next = static_cast<std::uint32_t>(numbers.size());
+      knots_of_face_[f][place] = numbers.try_emplace(std::minmax(a, b), next).first->second;
+    }
+  }
+  knots_.resize(numbers.size());
+  add_shares();
+}
+
+void SkinTurns::add_shares() {
+  std::vector<double> weights(knots_.size(), 0);
+  for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
+    for (int place = 0; place < kPlaces; ++place) {
+      if (!tells_of_skin(rest_[f], place)) continue;
+      const std::uint32_t knot = knots_of_face_[f][place];
+      const double weight = weight_at(rest_[f], place);
+      weights[knot] += weight;
+      knots_[knot].shares.push_back({f, place, weight * cofactor(rest_[f], place).inverse()});
+    }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k)
+    for (Share& share : knots_[k].shares) share.of_rest /= weights[k];
+}
+
+void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& turned) {
+  std::vector<std::uint8_t> changed(knots_.size());
+  tbb::parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
+    const Matrix3d turn = mean_turn(knots_[k], deformed);
+    changed[k] = turn != knots_[k].turn;
+    knots_[k].turn = turn;
+  });
+  for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
+    const auto& own = knots_of_face_[f];
+    if (std::any_of(own.begin(), own.end(), [&](std::uint32_t k) { return changed[k]; }))
+      turned[f] = 1;
+  }
+}
+
+Matrix3d SkinTurns::mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const {
+  // To the bit, so that skin which stays keeps its light; so does skin that no face tells of.
+  const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
+  if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Matrix3d::Identity();
+  Matrix3d mean = Matrix3d::Zero();
+  for (const Share& s : knot.shares) mean += cofactor(deformed[s.face], s.place) * s.of_rest;
+  return mean;
+}
+
+bool SkinTurns::at_rest(std::uint32_t face) const {
+  const auto& own = knots_of_face_[face];
+  return std::all_of(own.begin(), own.end(),
+                     [&](std::uint32_t k) { return knots_[k].turn == Matrix3d::Identity(); });
+}
+
+Matrix3d SkinTurns::at(std::uint32_t face, double b1, double b2) const {
+  const std::array<double, kCorners> b = {1 - b1 - b2, b1, b2};
+  const auto turn = [&](int place) -> const Matrix3d& {
+    return knots_[knots_of_face_[face][place]].turn;
+  };
+  Matrix3d sum = Matrix3d::Zero();
+  for (int k = 0; k < kCorners; ++k) {
+    sum += b[k] * (2 * b[k] - 1) * turn(k);
+    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turn(kCorners + k);
+  }
+  return sum;
+}
+
+}  // namespace organbake
