@@ -50,7 +50,7 @@ std::vector<Stage> describe() {
        .make_options = make_options<IsosurfaceStageOptions>,
        .single_file = true},
       {.name = "decimate",
-       .version = 2,
+       .version = 3,
        .summary = "reduce a surface to the coarse proxy that the player deforms",
        .inputs = {surface},
        .outputs = {{"proxy", "proxy.ply"}},

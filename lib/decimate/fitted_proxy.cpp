@@ -13,6 +13,7 @@
 #include "decimate/proxy_moves.h"
 #include "decimate/refined_proxy.h"
 #include "decimate/self_intersections.h"
+#include "decimate/unfold_faces.h"
 #include "decimate/unit_frame.h"
 #include "decimate/vertex_fit.h"
 
@@ -100,18 +101,25 @@ void lower_the_largest(TriangleMesh& proxy, const FitReference& reference, bool 
   if (thorough) fit_with(32);
 }
 
+TriangleMesh collapsed(const TriangleMesh& surface, std::size_t faces, const RunContext& context) {
+  TriangleMesh proxy = collapse_edges(surface, faces, context);
+  const std::size_t flips = unfold_faces(proxy);
+  context.debug("fitted: " + std::to_string(flips) + " edges of folded faces flipped");
+  return proxy;
+}
+
 // Lindstrom–Turk's proxy of the thinned surface. Where that meets itself, others are tried: from
 // surfaces thinned further, the same collapses end elsewhere.
 TriangleMesh start_of(const TriangleMesh& thinned, std::size_t faces, const RunContext& context) {
   constexpr int kAttempts = 4;
   constexpr std::size_t kLeastPerFace = 3;
-  TriangleMesh best = collapse_edges(thinned, faces, context);
+  TriangleMesh best = collapsed(thinned, faces, context);
   if (faces > kMostFacesToFit) return best;
   std::size_t fewest = self_intersecting_faces(best).size();
   std::size_t thin_to = thinned.faces.size();
   for (int i = 0; i < kAttempts && fewest > 0 && thin_to > kLeastPerFace * faces; ++i) {
     thin_to = thin_to * 2 / 3;
-    TriangleMesh other = collapse_edges(fast_collapse(thinned, thin_to, context), faces, context);
+    TriangleMesh other = collapsed(fast_collapse(thinned, thin_to, context), faces, context);
     const std::size_t meeting = self_intersecting_faces(other).size();
     if (meeting >= fewest || other.faces.size() > best.faces.size()) continue;
     fewest = meeting;

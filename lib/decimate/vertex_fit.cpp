@@ -88,20 +88,43 @@ std::vector<Eigen::Vector3d> face_normals(const TriangleMesh& mesh) {
   return normals;
 }
 
-// Shortens the steps round faces that would turn far or lose most of their area.
+// Whether a face may go so far: it neither turns far nor loses most of its area, nor leans farther
+// from the skin about its corners than a face on a ridge does. (Small turns add up over the steps:
+// slivers would fold over onto their neighbours.)
+class AllowedFaces {
+ public:
+  explicit AllowedFaces(const TriangleMesh& from)
+      : from_(&from), normals_(face_normals(from)), skin_(vertex_normals(from)) {}
+
+  bool operator()(const TriangleMesh& to, std::size_t f) const {
+    constexpr double kLeastCosine = 0.5, kLeastArea = 0.1, kLeastAlongSkin = 0.2;
+    const Eigen::Vector3d normal = face_normal(to, f);
+    if (normals_[f].dot(normal) < kLeastCosine) return false;
+    const auto leans = [&](std::uint32_t v) {
+      const double along = normal.dot(skin_[v]);
+      return along < kLeastAlongSkin && along < normals_[f].dot(skin_[v]);
+    };
+    const Face& face = from_->faces[f];
+    if (std::any_of(face.begin(), face.end(), leans)) return false;
+    return face_area(to, f) >= kLeastArea * face_area(*from_, f);
+  }
+
+ private:
+  const TriangleMesh* from_;
+  std::vector<Eigen::Vector3d> normals_, skin_;
+};
+
+// Shortens the steps round faces that would go too far.
 TriangleMesh stepped(const TriangleMesh& from, std::vector<Eigen::Vector3d> step) {
-  constexpr double kLeastCosine = 0.5, kLeastArea = 0.1;
   constexpr int kHalvings = 6;
+  const AllowedFaces allowed(from);
   TriangleMesh to = from;
   for (int attempt = 0; attempt <= kHalvings; ++attempt) {
     for (std::size_t v = 0; v < step.size(); ++v) to.vertices[v] = from.vertices[v] + step[v];
     std::vector<bool> shorten(step.size(), false);
     bool any = false;
     for (std::size_t f = 0; f < from.faces.size(); ++f) {
-      if (face_normal(from, f).dot(face_normal(to, f)) >= kLeastCosine &&
-          face_area(to, f) >= kLeastArea * face_area(from, f)) {
-        continue;
-      }
+      if (allowed(to, f)) continue;
       any = true;
       for (const std::uint32_t v : from.faces[f]) shorten[v] = true;
     }

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -31,30 +30,17 @@ Vector3d skin_normal(const ShellMatrix& m, int place) {
   return m.col(3) + b.x() * m.col(4) + b.y() * m.col(5);
 }
 
-// Cofactor of (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
-Matrix3d cofactor(const ShellMatrix& m, int place) {
-  const Vector3d e1 = m.col(1), e2 = m.col(2), normal = skin_normal(m, place);
+// (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
+Matrix3d tangents(const ShellMatrix& m, int place) {
   Matrix3d columns;
-  columns << e2.cross(normal), normal.cross(e1), e1.cross(e2);
+  columns << m.col(1), m.col(2), skin_normal(m, place);
   return columns;
 }
 
-// How much a face counts at its place: by its angle at a vertex, and as the other at an edge.
-double weight_at(const ShellMatrix& m, int place) {
-  if (place >= kCorners) return 1;
-  const std::array<Vector3d, kCorners> corners = {Vector3d::Zero(), m.col(1), m.col(2)};
-  const Vector3d a = corners[(place + 1) % 3] - corners[place];
-  const Vector3d b = corners[(place + 2) % 3] - corners[place];
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-// A face that leans farther than this from its vertices' normals tells nothing of the skin there: a
-// sliver folded over, or one of no area.
-constexpr double kLeastCosine = 0.1;
-
-bool tells_of_skin(const ShellMatrix& m, int place) {
-  const Vector3d area = m.col(1).cross(m.col(2)), normal = skin_normal(m, place);
-  return area.dot(normal) > kLeastCosine * area.norm() * normal.norm();
+Matrix3d cofactor(const Matrix3d& m) {
+  Matrix3d columns;
+  columns << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
+  return columns;
 }
 
 }  // namespace
@@ -77,18 +63,19 @@ SkinTurns::SkinTurns(const TriangleMesh& at_rest)
 }
 
 void SkinTurns::add_shares() {
-  std::vector<double> weights(knots_.size(), 0);
+  std::vector<double> areas(knots_.size(), 0);
   for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
     for (int place = 0; place < kPlaces; ++place) {
-      if (!tells_of_skin(rest_[f], place)) continue;
-      const std::uint32_t knot = knots_of_face_[f][place];
-      const double weight = weight_at(rest_[f], place);
-      weights[knot] += weight;
-      knots_[knot].shares.push_back({f, place, weight * cofactor(rest_[f], place).inverse()});
+      const Matrix3d rest = tangents(rest_[f], place);
+      // Twice the area along the skin: a face folded over, or of no area, tells nothing.
+      const double area = rest.determinant();
+      if (!(area > 0)) continue;
+      areas[knots_of_face_[f][place]] += area;
+      knots_[knots_of_face_[f][place]].shares.push_back({f, place, rest.transpose()});
     }
   }
   for (std::size_t k = 0; k < knots_.size(); ++k)
-    for (Share& share : knots_[k].shares) share.of_rest /= weights[k];
+    for (Share& share : knots_[k].shares) share.of_rest /= areas[k];
 }
 
 void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& turned) {
@@ -110,7 +97,8 @@ Matrix3d SkinTurns::mean_turn(const Knot& knot, const std::vector<ShellMatrix>& 
   const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
   if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Matrix3d::Identity();
   Matrix3d mean = Matrix3d::Zero();
-  for (const Share& s : knot.shares) mean += cofactor(deformed[s.face], s.place) * s.of_rest;
+  for (const Share& s : knot.shares)
+    mean += cofactor(tangents(deformed[s.face], s.place)) * s.of_rest;
   return mean;
 }
 
