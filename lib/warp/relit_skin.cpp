@@ -79,9 +79,11 @@ void RelitSkin::light_face(std::uint32_t face) {
   turned_[face] = 0;
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::size_t at = first_node(face) + node;
-    const Vector3d& rest = rest_normals_[at];
-    const Vector3d normal =
-        at_rest ? rest : (turns_.at(face, double(i) / n, double(j) / n) * rest).stableNormalized();
+    Vector3d normal = rest_normals_[at];
+    if (!at_rest) {
+      const auto turn = turns_.at(face, double(i) / n, double(j) / n);
+      normal = (turn * normal).eval().head<3>().normalized();
+    }
     const Vector3f gain = light_on(normal).cwiseQuotient(rest_light_[at]);
     nodes_[at].gain() = gain.cwiseMin(kLargestGain);
     nodes_[at].normal() = normal.cast<float>();
@@ -147,19 +149,7 @@ void RelitSkin::mix_nodes(const SkinPixels& skin, MixedNodes& out) const {
   }
 }
 
-void RelitSkin::light(const SkinPixels& skin, int y, const ColorRow& row) const {
-  if (skin.count == 0) return;
-  SkinLight light;
-  find_light(skin, y, light);
-  float* const planes[3] = {row.red, row.green, row.blue};
-  for (int k = 0; k < skin.count; ++k) {
-    const int i = skin.column[k] - row.first_column;
-    for (int c = 0; c < 3; ++c)
-      planes[c][i] = planes[c][i] * light.gain[c][k] + skin.white[k] * light.gloss[c][k];
-  }
-}
-
-void RelitSkin::find_light(const SkinPixels& skin, int y, SkinLight& light) const {
+void RelitSkin::light(const SkinPixels& skin, int y, SkinLight& light) const {
   MixedNodes mixed;
   mix_nodes(skin, mixed);
   bool shines = false;

@@ -36,8 +36,8 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // Lights skin that row y of the view shows.
-  void light(const SkinPixels& skin, int y, const ColorRow& row) const;
+  // How skin that row y of the view shows is lit.
+  void light(const SkinPixels& skin, int y, SkinLight& light) const;
 
  private:
   // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
@@ -60,7 +60,6 @@ class RelitSkin {
     alignas(32) float of[SkinPixels::kMost][8];
   };
   void find_triangles(const SkinPixels& skin, Triangles& out) const;
-  void find_light(const SkinPixels& skin, int y, SkinLight& light) const;
   void mix_nodes(const SkinPixels& skin, MixedNodes& out) const;
   void add_gloss(const SkinPixels& skin, int y, const MixedNodes& mixed, SkinLight& light) const;
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "warp/lit_stretch.h"
 #include "warp/pixel_key.h"
 #include "warp/sample_set.h"
 #include "warp/sum_stretch.h"
@@ -138,16 +139,34 @@ struct LeadingSamples {
 
   LeadingSamples(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int count,
                  const SumStretch& sum) {
-    const NearestSamples nearest(rows, tile.count, count);
-    for (int i = 0; i < count; ++i) {
-      int leading = nearest.layer[i];
-      for (int l = 0; l < tile.count; ++l) {
-        if (rows[l].depth[i] <= sum.nearest[i] + tile.same_surface_mm &&
-            tile.layers[l].weight > tile.layers[leading].weight)
-          leading = l;
-      }
-      layer[i] = leading;
+    std::array<int, 3> by_share = {0, 1, 2};
+    std::sort(by_share.begin(), by_share.begin() + tile.count, [&](int a, int b) {
+      return tile.layers[a].weight < tile.layers[b].weight ||
+             (tile.layers[a].weight == tile.layers[b].weight && a > b);
+    });
+    set_nearest(rows, tile.count, count);
+    for (int k = 0; k < tile.count; ++k)
+      prefer(by_share[k], rows[by_share[k]], tile.same_surface_mm, count, sum);
+  }
+
+ private:
+  void set_nearest(const std::array<LayerStretch, 3>& rows, int layers, int count) {
+    alignas(64) float nearest[kStretch];
+    std::fill_n(nearest, kStretch, kInfinity);
+    std::fill_n(layer, kStretch, 0);
+    for (int l = 0; l < layers; ++l) closer(l, rows[l], count, nearest);
+  }
+  ORGANBAKE_WIDE void closer(int l, const LayerStretch& __restrict row, int count,
+                             float* __restrict nearest) {
+    for (unsigned i = 0; i < whole_vectors(count); ++i) {
+      layer[i] = row.depth[i] < nearest[i] ? l : layer[i];
+      nearest[i] = row.depth[i] < nearest[i] ? row.depth[i] : nearest[i];
     }
+  }
+  ORGANBAKE_WIDE void prefer(int l, const LayerStretch& __restrict row, float tolerance_mm,
+                             int count, const SumStretch& __restrict sum) {
+    for (unsigned i = 0; i < whole_vectors(count); ++i)
+      layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : layer[i];
   }
 };
 
@@ -176,22 +195,30 @@ void tell_shown(const TileLayers& tile, const std::array<LayerStretch, 3>& rows,
   }
 }
 
-// Lights what the samples of a stretch summed to, by each pixel's leading sample: the others that
-// count lie on the same skin.
+// Lights what the samples of a stretch summed to, by pixels' leading samples: the others that count
+// lie on the same skin.
 void relight(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int y, int x0,
              int count, SumStretch& sum) {
+  alignas(64) float depth[kStretch], white[kStretch];
+  for (int i = 0; i < count; ++i) {
+    depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
+    white[i] = sum.weight[i] * kFullScale;
+  }
+  const LitStretch lit(depth, count, tile.smooth_mm);
   const LeadingSamples leading(tile, rows, count, sum);
   SkinPixels skin;
-  for (int i = 0; i < count; ++i) {
-    if (!(sum.weight[i] > 0)) continue;
-    const SampleSet& set = *tile.layers[leading.layer[i]].set;
-    const auto slot = static_cast<std::uint32_t>(rows[leading.layer[i]].slot[i]);
-    const std::uint32_t face = set.chunks[slot / kChunk].patch.face;
-    if (tile.relit->unchanged(face)) continue;
-    const std::array<float, 3> bound = set.bound(slot);
-    skin.add(x0 + i, face, bound[0], bound[1], sum.weight[i] * kFullScale);
+  for (int k = 0; k < lit.post_count(); ++k) {
+    const int i = lit.post(k), layer = leading.layer[i];
+    const SampleSet& set = *tile.layers[layer].set;
+    const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+    if (tile.relit->unchanged(set.face(slot))) continue;
+    const auto [b1, b2] = set.place_on_face(slot);
+    skin.add(x0 + i, set.face(slot), b1, b2);
   }
-  tile.relit->light(skin, y, {x0, sum.red, sum.green, sum.blue});
+  if (skin.count == 0) return;
+  SkinLight light;
+  tile.relit->light(skin, y, light);
+  lit.light(skin, light, x0, white, count, {sum.red, sum.green, sum.blue});
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
@@ -268,7 +295,9 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
   };
   for (int y = box.y0; y < box.y1; ++y) {
-    const int x0 = spans.first(y - box.y0) + box.x0, x1 = spans.last(y - box.y0) + box.x0;
+    // Boxes begin at such columns, too.
+    const int x0 = (spans.first(y - box.y0) + box.x0) & ~(LitStretch::kGroup - 1);
+    const int x1 = spans.last(y - box.y0) + box.x0;
     if (x0 >= x1) {
       background.fill({box.x0, y, box.x1, y + 1}, frame);
       continue;

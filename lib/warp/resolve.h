@@ -28,6 +28,7 @@ struct TileLayers {
   const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
   float tie_mm = 0;                                // as splatted
   float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
+  float smooth_mm = 0;        // see LitStretch
 };
 
 // A tile's row of background pixels.

@@ -206,15 +206,6 @@ double mean_texel_mm(const CameraMaps& maps, const TexelOrder& order, double foc
 
 }  // namespace
 
-std::array<float, 3> SampleSet::bound(std::size_t slot) const {
-  const Patch& patch = chunks[slot / kChunk].patch;
-  const Place place[3] = {b1[slot], b2[slot], h[slot]};
-  std::array<float, 3> at;
-  for (int k = 0; k < 3; ++k)
-    at[k] = patch.center[k] + patch.extent[k] / kFullPlace * static_cast<float>(place[k]);
-  return at;
-}
-
 SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
                            const std::vector<ShellMatrix>& rest_in_camera) {
   const TexelOrder order = order_texels(maps);

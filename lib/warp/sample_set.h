@@ -75,8 +75,22 @@ struct SampleSet {
   std::size_t sample_count = 0;
   double texel_mm = 0;  // mean size of a texel on the surface, facing the camera
 
+  std::uint32_t face(std::size_t slot) const { return chunks[slot / kChunk].patch.face; }
   // (b1, b2, h) of one sample.
-  std::array<float, 3> bound(std::size_t slot) const;
+  std::array<float, 3> bound(std::size_t slot) const {
+    const Patch& patch = chunks[slot / kChunk].patch;
+    return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot]), at(patch, 2, h[slot])};
+  }
+  // b1, b2 alone.
+  std::array<float, 2> place_on_face(std::size_t slot) const {
+    const Patch& patch = chunks[slot / kChunk].patch;
+    return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot])};
+  }
+
+ private:
+  static float at(const Patch& patch, int axis, Place place) {
+    return patch.center[axis] + patch.extent[axis] / kFullPlace * static_cast<float>(place);
+  }
 };
 
 // Slot numbers share a 64-bit key with depth and offsets.

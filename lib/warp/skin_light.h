@@ -3,35 +3,26 @@
 
 #include <cstdint>
 
-#include "warp/tile_grid.h"
+#include "warp/sum_stretch.h"
 
 namespace organbake {
 
-// Pixels of one row of a tile that are to be lit, and the place on the proxy whose skin each shows;
-// gloss is added to their colours in parts of `white`. Structure of arrays: the light of a row is
-// worked out for eight pixels at a time.
+// Pixels of one row of a tile that are to be lit, and the place on the proxy whose skin each shows.
+// Structure of arrays: light is worked out for eight pixels at a time.
 struct SkinPixels {
-  static constexpr int kMost = TileGrid::kWidth;
+  static constexpr int kMost = kStretch;
 
   int count = 0;
   alignas(32) std::int32_t column[kMost];  // of the picture
   alignas(32) std::uint32_t face[kMost];
   alignas(32) float b1[kMost], b2[kMost];
-  alignas(32) float white[kMost];
 
-  void add(int x, std::uint32_t on_face, float at_b1, float at_b2, float white_there) {
+  void add(int x, std::uint32_t on_face, float at_b1, float at_b2) {
     column[count] = x;
     face[count] = on_face;
     b1[count] = at_b1, b2[count] = at_b2;
-    white[count] = white_there;
     ++count;
   }
-};
-
-// A row's linear colours, from one column of the picture on.
-struct ColorRow {
-  int first_column;
-  float *red, *green, *blue;
 };
 
 // What becomes of each pixel's colour: colour · gain + white · gloss.

@@ -81,7 +81,7 @@ void SkinTurns::add_shares() {
 void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& turned) {
   std::vector<std::uint8_t> changed(knots_.size());
   tbb::parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
-    const Matrix3d turn = mean_turn(knots_[k], deformed);
+    const Turn turn = mean_turn(knots_[k], deformed);
     changed[k] = turn != knots_[k].turn;
     knots_[k].turn = turn;
   });
@@ -92,28 +92,29 @@ void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std:
   }
 }
 
-Matrix3d SkinTurns::mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const {
+SkinTurns::Turn SkinTurns::mean_turn(const Knot& knot,
+                                     const std::vector<ShellMatrix>& deformed) const {
   // To the bit, so that skin which stays keeps its light; so does skin that no face tells of.
   const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
-  if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Matrix3d::Identity();
-  Matrix3d mean = Matrix3d::Zero();
+  if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Turn::Identity();
+  Turn mean = Turn::Zero();
   for (const Share& s : knot.shares)
-    mean += cofactor(tangents(deformed[s.face], s.place)) * s.of_rest;
+    mean.topRows<3>() += cofactor(tangents(deformed[s.face], s.place)) * s.of_rest;
   return mean;
 }
 
 bool SkinTurns::at_rest(std::uint32_t face) const {
   const auto& own = knots_of_face_[face];
   return std::all_of(own.begin(), own.end(),
-                     [&](std::uint32_t k) { return knots_[k].turn == Matrix3d::Identity(); });
+                     [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
 }
 
-Matrix3d SkinTurns::at(std::uint32_t face, double b1, double b2) const {
+SkinTurns::Turn SkinTurns::at(std::uint32_t face, double b1, double b2) const {
   const std::array<double, kCorners> b = {1 - b1 - b2, b1, b2};
-  const auto turn = [&](int place) -> const Matrix3d& {
+  const auto turn = [&](int place) -> const Turn& {
     return knots_[knots_of_face_[face][place]].turn;
   };
-  Matrix3d sum = Matrix3d::Zero();
+  Turn sum = Turn::Zero();
   for (int k = 0; k < kCorners; ++k) {
     sum += b[k] * (2 * b[k] - 1) * turn(k);
     sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turn(kCorners + k);

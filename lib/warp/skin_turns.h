@@ -20,6 +20,9 @@ namespace organbake {
 // A smooth dent's light comes out 2 to 6 dB nearer to the truth than by each face's own F.
 class SkinTurns {
  public:
+  // Each column in a register of its own: the fourth row is zero.
+  using Turn = Eigen::Matrix<double, 4, 3>;
+
   explicit SkinTurns(const TriangleMesh& at_rest);
 
   // Takes the proxy's shell matrices as they are now; sets turned[f] of each face where C changed
@@ -29,7 +32,7 @@ class SkinTurns {
   // Whether a face's normals are those at rest, to the bit.
   bool at_rest(std::uint32_t face) const;
   // C where the face has the barycentric coordinates b1, b2.
-  Eigen::Matrix3d at(std::uint32_t face, double b1, double b2) const;
+  Turn at(std::uint32_t face, double b1, double b2) const;
 
  private:
   // A face's view of a knot: 0…2 are its corners, 3…5 the middles of the edges opposite to them.
@@ -42,10 +45,10 @@ class SkinTurns {
   // A vertex or an edge.
   struct Knot {
     std::vector<Share> shares;
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // mean cof F
+    Turn turn = Turn::Identity();  // mean cof F
   };
   void add_shares();
-  Eigen::Matrix3d mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const;
+  Turn mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const;
 
   std::vector<ShellMatrix> rest_;
   std::vector<std::array<std::uint32_t, 6>> knots_of_face_;

@@ -9,25 +9,35 @@
 namespace organbake {
 namespace {
 
-void light_base(const RelitSkin& relit, BaseTile& base) {
+// Lights `count` pixels of a row of the base layer from column x0 on.
+void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float smooth_mm,
+                        BaseTile& base) {
+  const std::size_t first = base.at(x0, y);
+  const LitStretch lit(&base.depth[first], count, smooth_mm);
+  SkinPixels skin;
+  for (int k = 0; k < lit.post_count(); ++k) {
+    const BaseTile::Place& place = base.place[first + lit.post(k)];
+    if (!relit.unchanged(place.face)) skin.add(x0 + lit.post(k), place.face, place.b1, place.b2);
+  }
+  if (skin.count == 0) return;
+  SkinLight light;
+  relit.light(skin, y, light);
+  alignas(64) float red[kStretch], green[kStretch], blue[kStretch], white[kStretch];
+  BaseTile::Shade* const shade = &base.shade[first];
+  for (int i = 0; i < count; ++i)
+    red[i] = shade[i].red, green[i] = shade[i].green, blue[i] = shade[i].blue, white[i] = 1;
+  lit.light(skin, light, x0, white, count, {red, green, blue});
+  for (int i = 0; i < count; ++i)
+    shade[i].red = red[i], shade[i].green = green[i], shade[i].blue = blue[i];
+}
+
+void light_base(const RelitSkin& relit, float smooth_mm, BaseTile& base) {
   const PixelBox& box = base.box;
   for (int y = box.y0; y < box.y1; ++y) {
-    const int x0 = box.x0 + base.spans.first(y - box.y0), x1 = box.x0 + base.spans.last(y - box.y0);
-    SkinPixels skin;
-    alignas(32) float red[SkinPixels::kMost], green[SkinPixels::kMost], blue[SkinPixels::kMost];
-    for (int x = x0; x < x1; ++x) {
-      const std::size_t at = base.at(x, y);
-      if (!base.drawn(at) || relit.unchanged(base.place[at].face)) continue;
-      skin.add(x, base.place[at].face, base.place[at].b1, base.place[at].b2, 1);
-      const BaseTile::Shade& shade = base.shade[at];
-      red[x - x0] = shade.red, green[x - x0] = shade.green, blue[x - x0] = shade.blue;
-    }
-    relit.light(skin, y, {x0, red, green, blue});
-    for (int i = 0; i < skin.count; ++i) {
-      const int x = skin.column[i];
-      BaseTile::Shade& shade = base.shade[base.at(x, y)];
-      shade.red = red[x - x0], shade.green = green[x - x0], shade.blue = blue[x - x0];
-    }
+    const int first = base.spans.first(y - box.y0) & ~(LitStretch::kGroup - 1);
+    const int x0 = box.x0 + first, x1 = box.x0 + base.spans.last(y - box.y0);
+    for (int x = x0; x < x1; x += kStretch)
+      light_base_stretch(relit, x, std::min(kStretch, x1 - x), y, smooth_mm, base);
   }
 }
 
@@ -80,7 +90,7 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
   own.spans.add(own.base.spans);
   own.base_triangles += own.base.triangles;
   if (own.base.triangles == 0) return nullptr;
-  if (placed_->relit) light_base(*placed_->relit, own.base);
+  if (placed_->relit) light_base(*placed_->relit, smooth_mm(), own.base);
   return &own.base;
 }
 
@@ -93,6 +103,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
   TileLayers layers;
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
+  layers.smooth_mm = smooth_mm();
   layers.relit = placed_->relit;
   layers.rest = placed_->rest;
   std::array<const TileKeys*, 3> drawn;

@@ -40,7 +40,7 @@ TEST(SkinTurns, ATurnedProxyTurnsItsNormals) {
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
     EXPECT_TRUE(turned[f]);
     EXPECT_FALSE(turns.at_rest(f));
-    EXPECT_LT((turns.at(f, 0.2, 0.5) - turn).norm(), 1e-12);
+    EXPECT_LT((turns.at(f, 0.2, 0.5).topRows<3>() - turn).norm(), 1e-12);
   }
 }
 
@@ -107,7 +107,7 @@ TEST(SkinTurns, ASliverHardlyTurnsTheSkinAboutIt) {
   const auto sliver = static_cast<std::uint32_t>(rest.faces.size() - 1);
   for (const std::uint32_t f : {0u, sliver - 1, sliver}) {
     for (const auto& [b1, b2] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.5, 0.5}, {0.3, 0.3}}) {
-      const Vector3d normal = (turns.at(f, b1, b2) * outward).normalized();
+      const Vector3d normal = (turns.at(f, b1, b2).topRows<3>() * outward).normalized();
       EXPECT_LT(std::acos(normal.dot(outward)), kMostTurn) << "face " << f;
     }
   }
