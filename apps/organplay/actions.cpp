@@ -109,6 +109,7 @@ void compare(const Command& command, Player& player, const RunContext& context) 
   }
   CompareOptions options;
   if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
+  if (command.compare_size_px) options.size_px = *command.compare_size_px;
   const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
   std::fputs((command.json ? comparison_json(table) : comparison_text(table)).c_str(), stdout);
 }

@@ -16,6 +16,7 @@ void read_size(const std::string& text, Command& command) {
   if (fields != 2 || end != static_cast<int>(text.size())) {
     throw UsageError("--size " + text + " is no size; write WIDTHxHEIGHT, for example 1280x720");
   }
+  command.compare_size_px = command.height;
 }
 
 void check(const Command& c) {
@@ -69,7 +70,8 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
   app.add_option("--size", size,
-                 "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720)");
+                 "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720); --compare's "
+                 "pictures are squares of its height (default 512)");
   app.add_option("--warp", warp, "bound, or the paper's own chain as a baseline: paper")
       ->check(CLI::IsMember({"bound", "paper"}))
       ->capture_default_str();

@@ -22,6 +22,7 @@ struct Command {
   std::optional<TissueSolver> solver;  // else the script's, or springs
   bool compare = false;
   std::vector<double> angles_rad;
+  std::optional<int> compare_size_px;
   int bench_frames = 0;
   double threshold_db = 45;
   int threads = 0;  // 0 = all

@@ -54,10 +54,10 @@ void LitStretch::light(const SkinPixels& skin, const SkinLight& light, int x0, c
       gain[skin.column[k] - x0] = light.gain[c][k];
       gloss[skin.column[k] - x0] = light.gloss[c][k];
     }
-    for (int g = 0; g < kGroups; ++g) {
+    for (std::size_t g = 0; g < smooth_.size(); ++g) {
       if (!smooth_[g]) continue;
-      mix_group(gain + g * kGroup);
-      mix_group(gloss + g * kGroup);
+      mix_group(&gain[g * kGroup]);
+      mix_group(&gloss[g * kGroup]);
     }
     for (int i = 0; i < count; ++i) planes[c][i] = planes[c][i] * gain[i] + white[i] * gloss[i];
   }
