@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <optional>
 
 #include "core/error.h"
@@ -31,6 +32,12 @@ OrbitPose pose_from(const std::string& text) {
   if (fields < 2 || end != static_cast<int>(text.size())) {
     throw UsageError("--view " + text +
                      " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
+  }
+  constexpr double kTurn = 2 * std::numbers::pi;
+  if (std::abs(pose.azimuth_rad) > kTurn || std::abs(pose.elevation_rad) > kTurn / 4) {
+    throw UsageError("--view " + text +
+                     ": angles are in radians, at most a turn of azimuth and a quarter of "
+                     "elevation; 45 degrees are 0.785");
   }
   return pose;
 }

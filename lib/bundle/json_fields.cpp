@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <vector>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -13,13 +15,33 @@ namespace {
 // Whatever walks a document calls itself once a level: a million brackets would end the stack.
 constexpr int kDeepest = 100;
 
+// Looks at a document while it is read: of a key that is there twice, reading would silently take
+// the last.
+class Scrutiny {
+ public:
+  explicit Scrutiny(const std::string& name) : name_(&name) {}
+
+  bool operator()(int depth, Json::parse_event_t event, const Json& value) {
+    if (depth > kDeepest) throw BadDataError(*name_ + ": is nested too deeply");
+    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys_.pop_back();
+    if (event == Json::parse_event_t::key && !keys_.back().insert(value.get<std::string>()).second)
+      throw BadDataError(*name_ + ": has the key '" + value.get<std::string>() + "' twice");
+    return true;
+  }
+
+ private:
+  const std::string* name_;
+  std::vector<std::set<std::string>> keys_;  // of the objects that are open
+};
+
 }  // namespace
 
 Json parse_json(const std::string& text, const std::string& name) {
   try {
-    return Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
-      if (depth > kDeepest) throw BadDataError(name + ": is nested too deeply");
-      return true;
+    Scrutiny scrutiny(name);
+    return Json::parse(text, [&](int depth, Json::parse_event_t event, const Json& value) {
+      return scrutiny(depth, event, value);
     });
   } catch (const Json::exception& error) {
     // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
@@ -56,8 +78,7 @@ void JsonField::allow_only(std::initializer_list<std::string_view> keys) const {
   for (const auto& [key, ignored] : value_->items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
     std::string known;
-    for (const std::string_view each : keys)
-      known += (known.empty() ? "" : ", ") + std::string(each);
+    for (const std::string_view each : keys) known.append(known.empty() ? "" : ", ").append(each);
     fail("has the key '" + key + "', which means nothing here; known are " + known);
   }
 }

@@ -14,7 +14,8 @@ namespace organbake {
 
 using Json = nlohmann::ordered_json;
 
-// Throws BadDataError naming the document, line and column.
+// Throws BadDataError naming the document, and what is wrong: line and column of text that is no
+// JSON, or a key that an object has twice.
 Json parse_json(const std::string& text, const std::string& name);
 // Two-space indentation and a final newline, the form of every JSON file the project writes.
 std::string json_text(const Json& json);

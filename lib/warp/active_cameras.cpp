@@ -64,52 +64,36 @@ void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const s
   }
 }
 
-void ActiveCameras::count(DrawReport& report) const {
+// In one pass: there are tens of thousands of chunks.
+void ActiveCameras::survey(DrawReport& report, Survey& survey) const {
+  int largest_px = 0;
   for (const ActiveCamera& camera : all()) {
     const std::vector<Chunk>& chunks = camera.set->chunks;
     for (std::size_t c = 0; c < chunks.size();) {
       const std::uint32_t face = chunks[c].patch.face;
       std::array<std::size_t, 3> samples{};
+      int face_px = 0;
       for (; c < chunks.size() && chunks[c].patch.face == face; ++c) {
-        samples[static_cast<int>(camera.chunks[c].fate)] += chunks[c].count;
+        const ChunkFrame& chunk = camera.chunks[c];
+        samples[static_cast<int>(chunk.fate)] += chunks[c].count;
+        if (chunk.fate != ChunkFate::drawn) continue;
+        face_px = std::max({face_px, chunk.columns, chunk.rows});
+        survey.box = united(survey.box, chunk.box);
       }
       report.samples_drawn += samples[0];
       report.samples_facing_away += samples[1];
       report.samples_outside_view += samples[2];
+      largest_px = std::max(largest_px, face_px);
+      survey.shown[face] |= samples[0] > 0;
+      survey.stretched[face] |= face_px >= kMostSplat;
       if (samples[0] > 0) {
         ++report.faces_drawn;
       } else {
         ++(samples[2] > 0 ? report.faces_outside_view : report.faces_facing_away);
       }
     }
-    for (const ChunkFrame& chunk : camera.chunks) {
-      if (chunk.fate != ChunkFate::drawn) continue;
-      report.largest_stretch_px =
-          std::max<double>(report.largest_stretch_px, std::max(chunk.columns, chunk.rows));
-    }
   }
-}
-
-PixelBox ActiveCameras::drawn_box() const {
-  PixelBox box;
-  for (const ActiveCamera& camera : all()) {
-    for (const ChunkFrame& chunk : camera.chunks) {
-      if (chunk.fate == ChunkFate::drawn) box = united(box, chunk.box);
-    }
-  }
-  return box;
-}
-
-void ActiveCameras::mark_stretched(std::vector<std::uint8_t>& gappy) const {
-  for (const ActiveCamera& camera : all()) {
-    for (std::size_t c = 0; c < camera.chunks.size(); ++c) {
-      const ChunkFrame& chunk = camera.chunks[c];
-      if (chunk.fate != ChunkFate::drawn || std::max(chunk.columns, chunk.rows) < kMostSplat) {
-        continue;
-      }
-      gappy[camera.set->chunks[c].patch.face] = 1;
-    }
-  }
+  report.largest_stretch_px = std::max<double>(report.largest_stretch_px, largest_px);
 }
 
 }  // namespace organbake

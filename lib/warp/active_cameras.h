@@ -9,6 +9,7 @@
 #include "geometry/view_manifold.h"
 #include "warp/draw_state.h"
 #include "warp/moved_cells.h"
+#include "warp/pixel_box.h"
 #include "warp/sample_store.h"
 #include "warp/tile_grid.h"
 #include "warp/view.h"
@@ -30,6 +31,13 @@ struct ActiveCamera {
   TileLists tiles;  // chunks drawn, by tile
 };
 
+// What the chunks of a frame come to.
+struct Survey {
+  PixelBox box;  // of all pixels that a sample may touch
+  // By face: whether samples of it are drawn, and lie farther apart than the largest splat.
+  std::vector<std::uint8_t> shown, stretched;
+};
+
 // The up to three cameras that the viewing manifold names for a view, their chunks placed, culled
 // and listed by tile. Kept between frames for its memory.
 class ActiveCameras {
@@ -45,12 +53,8 @@ class ActiveCameras {
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
   // without a step. 1 when there are no samples.
   float texel_mm() const;
-  // Adds samples and faces drawn and skipped.
-  void count(DrawReport& report) const;
-  // Of all pixels that a sample may touch.
-  PixelBox drawn_box() const;
-  // Sets gappy[f] of the faces whose samples lie farther apart than the largest splat.
-  void mark_stretched(std::vector<std::uint8_t>& gappy) const;
+  // Adds samples and faces drawn and skipped to the report, and looks what becomes of the faces.
+  void survey(DrawReport& report, Survey& survey) const;
 
  private:
   std::array<ActiveCamera, 3> cameras_;

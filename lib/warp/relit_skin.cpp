@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "warp/lattice_normals.h"
 
@@ -24,48 +25,51 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Li
       lighting_(lighting),
       gloss_(lighting),
       turns_(proxy),
-      placed_(shell_matrices(proxy)),
+      shells_(shell_matrices(proxy)),
       rest_normals_(lattice_normals(layer, proxy)),
       places_(rest_normals_.size()),
       nodes_(rest_normals_.size()),
       turned_(layer.face_count, 0),
-      shines_(layer.face_count, 0) {
+      shines_(layer.face_count, 0),
+      replace_(layer.face_count, 1),
+      relight_(layer.face_count, 1) {
   for (const Vector3d& normal : rest_normals_) rest_light_.push_back(light_on(normal));
-  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
-    place_face(f, placed_[f]);
-    light_face(f);
-  }
 }
 
-void RelitSkin::place(const std::vector<ShellMatrix>& deformed, const View& view,
-                      std::vector<std::uint8_t>& moved) {
+void RelitSkin::turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved) {
+  std::vector<std::uint8_t> turned(shells_.size());
+  turns_.place(deformed, turned);
+  for (std::size_t f = 0; f < shells_.size(); ++f) {
+    replace_[f] |= deformed[f] != shells_[f];
+    relight_[f] |= turned[f];
+    if (!moved.empty()) moved[f] |= turned[f];
+  }
+  shells_ = deformed;
+}
+
+void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& shown) {
   const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
   const Intrinsics& k = view.camera.intrinsics;
   ray_right_ = (world_from_view.col(0) / k.fx).cast<float>();
   ray_down_ = (world_from_view.col(1) / k.fy).cast<float>();
   ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
                 static_cast<float>(k.cy) * ray_down_;
-  std::vector<std::uint8_t> turned(placed_.size());
-  turns_.place(deformed, turned);
-  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
-    if (deformed[f] != placed_[f]) place_face(f, deformed[f]);
-    if (!turned[f]) return;
-    light_face(f);
-    if (!moved.empty()) moved[f] = 1;
-  });
-  if (gloss_.none()) return;
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
-  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count,
-                    [&](std::uint32_t f) { shines_[f] = may_shine(f, eye); });
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    if (!shown[f]) return;
+    if (std::exchange(relight_[f], 0)) light_face(f);
+    if (gloss_.none()) return;
+    if (std::exchange(replace_[f], 0)) place_face(f);
+    shines_[f] = may_shine(f, eye);
+  });
 }
 
-void RelitSkin::place_face(std::uint32_t face, const ShellMatrix& shell) {
-  placed_[face] = shell;
+void RelitSkin::place_face(std::uint32_t face) {
   const std::uint32_t n = lattice_.steps;
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::size_t at = first_node(face) + node;
-    places_[at] =
-        shell_point(shell, double(i) / n, double(j) / n, lattice_.height_mm[at]).cast<float>();
+    places_[at] = shell_point(shells_[face], double(i) / n, double(j) / n, lattice_.height_mm[at])
+                      .cast<float>();
   });
 }
 

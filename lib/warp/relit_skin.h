@@ -28,10 +28,11 @@ class RelitSkin {
   // proxy: at rest; the layer is its own.
   RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting);
 
-  // Lights the skin for one frame. moved[f], unless empty, is set where the light changed since the
-  // last one.
-  void place(const std::vector<ShellMatrix>& deformed, const View& view,
-             std::vector<std::uint8_t>& moved);
+  // Takes the proxy as it is now. moved[f], unless empty, is set where that changes the light.
+  void turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved);
+  // Lights the faces for one view, shown[f] ≠ 0 those that it can see: of the others nothing is
+  // asked.
+  void light_faces(const View& view, const std::vector<std::uint8_t>& shown);
 
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
@@ -52,7 +53,7 @@ class RelitSkin {
   std::size_t first_node(std::uint32_t face) const {
     return std::size_t(face) * lattice_.nodes_per_face();
   }
-  void place_face(std::uint32_t face, const ShellMatrix& shell);
+  void place_face(std::uint32_t face);
   void light_face(std::uint32_t face);
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
@@ -67,11 +68,12 @@ class RelitSkin {
   Lighting lighting_;
   Gloss gloss_;
   SkinTurns turns_;
-  std::vector<ShellMatrix> placed_;                   // by face, world, of the last frame
+  std::vector<ShellMatrix> shells_;                   // by face, world
   std::vector<Eigen::Vector3d> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;
-  std::vector<std::uint8_t> turned_, shines_;  // by face: gain or gloss in this view
+  std::vector<std::uint8_t> turned_, shines_;    // by face: gain or gloss in this view
+  std::vector<std::uint8_t> replace_, relight_;  // by face: what it was when last seen has changed
   // From the view's pixels to directions of the world: origin + x · right + y · down.
   Eigen::Vector3f ray_origin_, ray_right_, ray_down_;
 };

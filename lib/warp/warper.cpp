@@ -64,6 +64,7 @@ struct Warper::Impl {
   std::vector<std::uint8_t> moved;  // per face, since the last frame; empty: all is new
   MovedCells moved_cells;
   Finish finish;
+  Survey survey;
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
   std::vector<float> depth_mm;  // of covered pixels
@@ -77,7 +78,6 @@ struct Warper::Impl {
   bool continues(const View& view, const DrawOptions& options, const Frame& frame) const;
   void choose_cameras(const View& view, DrawReport& report);
   void place_faces(const View& view, bool continued);
-  void place_light(const View& view, const DrawOptions& options);
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
   void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
@@ -139,20 +139,18 @@ void Warper::Impl::place_faces(const View& view, bool continued) {
   for (std::size_t f = 0; f < faces.size(); ++f) moved[f] = !(faces[f] == last_faces[f]);
 }
 
-void Warper::Impl::place_light(const View& view, const DrawOptions& options) {
-  if (options.relight) relit->place(shell_matrices(deformed), view, moved);
-}
-
 void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
   active.place(faces, moved, view, grid, moved_cells);
-  active.count(report);
-  drawn_box = active.drawn_box();
+  survey.box = {};
+  survey.shown.assign(faces.size(), 0);
+  survey.stretched.assign(faces.size(), 0);
+  active.survey(report, survey);
+  drawn_box = survey.box;
 }
 
 void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report) {
-  gappy.assign(faces.size(), 0);
-  for (std::size_t f = 0; f < faces.size(); ++f) gappy[f] = faces[f].two_sided;
-  active.mark_stretched(gappy);
+  gappy = survey.stretched;
+  for (std::size_t f = 0; f < faces.size(); ++f) gappy[f] |= faces[f].two_sided;
   const auto mark_moved = [&] {
     for (std::uint32_t b = 0; !moved.empty() && b < base.chosen_count(); ++b) {
       if (moved[base.face(b)]) moved_cells.mark(base.box(b));
@@ -162,7 +160,10 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
   base.choose(faces, gappy, report.weights, view);
   mark_moved();
   const auto box_of = [&](std::uint32_t block) { return base.box(block); };
-  for (std::uint32_t b = 0; b < base.chosen_count(); ++b) drawn_box = united(drawn_box, box_of(b));
+  for (std::uint32_t b = 0; b < base.chosen_count(); ++b) {
+    drawn_box = united(drawn_box, box_of(b));
+    survey.shown[base.face(b)] = 1;
+  }
   base_tiles.build(grid, base.chosen_count(), box_of);
 }
 
@@ -242,10 +243,11 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.choose_cameras(view, report);
   if (continued) s.finish.undo(background, s.depth_mm, frame);
   s.place_faces(view, continued);
-  s.place_light(view, options);
+  if (options.relight) s.relit->turn(shell_matrices(s.deformed), s.moved);
   s.place_samples(view, grid, report);
   clock.lap(report.times.transform);
   s.place_base(view, grid, report);
+  if (options.relight) s.relit->light_faces(view, s.survey.shown);
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
   clock.restart();

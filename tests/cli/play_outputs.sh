@@ -46,3 +46,7 @@ expect 0 "$BIN/organplay" b -o link.png --size 64x48 --quiet
 [ -L link.png ] && [ -s real.png ] || fail "the link was replaced"
 sed 's/azimuth_rad/azimut_rad/' s.json >typo.json
 refused 65 "has the key 'azimut_rad'" b --script typo.json --out frames
+sed 's/"frames": 2,/"frames": 2, "frames": 3,/' s.json >twice.json
+refused 65 "has the key 'frames' twice" b --script twice.json --out frames
+refused 2 "angles are in radians" b --view 30,10 -o x.png
+refused 2 "angles are in radians" b --view 1,-2 -o x.png

@@ -208,14 +208,24 @@ TEST(RelitSkin, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
   glossy.gloss = {{0.2, 40}};
   for (const Lighting& light : {oblique_light(), glossy}) {
     const Bundle bundle = lit_bundle(light, Matrix3d::Identity());
-    const View view = front_view(bundle);
     Warper warper(bundle);
     Frame frame;
+    // The dent faces the cameras in turn, or away: its light is worked out when it comes into view.
     for (const double depth_mm : {0.0, 6.0, 9.0, 3.0, 0.0}) {
       const auto positions = dented(bundle.proxy, {0, -1, 0}, depth_mm);
-      warper.draw(positions, view, relit(), frame);
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-      EXPECT_EQ(frame.color.pixels, draw_once(bundle, positions, view, relit()).color.pixels)
+      for (const PosedCamera& camera : bundle.cameras.cameras) {
+        const View view{camera, 1};
+        warper.draw(positions, view, relit(), frame);
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        EXPECT_EQ(frame.color.pixels, draw_once(bundle, positions, view, relit()).color.pixels)
+            << "dented by " << depth_mm << " mm, from " << camera.name;
+      }
+    }
+    for (const double depth_mm : {0.0, 6.0, 9.0, 3.0, 0.0}) {  // and within one view
+      const auto positions = dented(bundle.proxy, {0, -1, 0}, depth_mm);
+      warper.draw(positions, front_view(bundle), relit(), frame);
+      EXPECT_EQ(frame.color.pixels,
+                draw_once(bundle, positions, front_view(bundle), relit()).color.pixels)
           << "dented by " << depth_mm << " mm";
     }
   }
