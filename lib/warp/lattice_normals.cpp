@@ -2,7 +2,9 @@
 #include "warp/lattice_normals.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -54,6 +56,45 @@ void add_face(const BaseLayer& layer, const ShellMatrix& shell, const float* hei
   });
 }
 
+// Narrower than this share of a usual face, lattice triangles are so small that the rounding of
+// their heights turns them about.
+constexpr double kNarrow = 1.0 / 8;
+
+double altitude(const TriangleMesh& proxy, std::uint32_t face) {
+  const Face& f = proxy.faces[face];
+  double longest = 0;
+  for (int k = 0; k < 3; ++k)
+    longest = std::max(longest, (proxy.vertices[f[k]] - proxy.vertices[f[(k + 1) % 3]]).norm());
+  return longest > 0 ? 2 * face_area(proxy, face) / longest : 0;
+}
+
+double usual_size(const TriangleMesh& proxy) {
+  double area = 0;
+  for (std::size_t f = 0; f < proxy.faces.size(); ++f) area += face_area(proxy, f);
+  return std::sqrt(2 * area / double(std::max<std::size_t>(1, proxy.faces.size())));
+}
+
+// Spreads the normals on a face's rim over its inner nodes, each of which becomes the mean of its
+// neighbours.
+void spread_rim(std::uint32_t steps, Vector3d* normals) {
+  const auto at = [&](std::uint32_t i, std::uint32_t j) -> Vector3d& {
+    return normals[base_node_index(steps, i, j)];
+  };
+  const auto each_inner = [&](auto&& visit) {
+    for (std::uint32_t i = 1; i < steps; ++i)
+      for (std::uint32_t j = 1; i + j < steps; ++j) visit(i, j);
+  };
+  const Vector3d corners = at(0, 0) + at(steps, 0) + at(0, steps);
+  each_inner([&](std::uint32_t i, std::uint32_t j) { at(i, j) = corners.stableNormalized(); });
+  for (std::uint32_t sweep = 0; sweep < steps; ++sweep) {
+    each_inner([&](std::uint32_t i, std::uint32_t j) {
+      at(i, j) = (at(i + 1, j) + at(i - 1, j) + at(i, j + 1) + at(i, j - 1) + at(i + 1, j - 1) +
+                  at(i - 1, j + 1))
+                     .stableNormalized();
+    });
+  }
+}
+
 }  // namespace
 
 std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy) {
@@ -75,6 +116,9 @@ std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh
   }
   for (const auto& [node, sum] : rim) normals[node] = *sum;
   for (Vector3d& normal : normals) normal.stableNormalize();
+  const double narrow_mm = kNarrow * usual_size(proxy);
+  for (std::uint32_t f = 0; f < layer.face_count; ++f)
+    if (altitude(proxy, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
   return normals;
 }
 

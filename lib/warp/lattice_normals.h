@@ -18,7 +18,8 @@ void each_node(std::uint32_t steps, Visit&& visit) {
 }
 
 // Smooth unit normals of the macro surface at rest, by the layer's nodes: those of the lattice's
-// small triangles, by area. Nodes that faces share along the proxy's edges have one normal.
+// small triangles, by area. Nodes that faces share along the proxy's edges have one normal; slivers
+// between them take those of their rim.
 std::vector<Eigen::Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy);
 
 }  // namespace organbake

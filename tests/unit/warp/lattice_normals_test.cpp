@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/lattice_normals.h"
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// A flat square of 20 mm in two faces and, along its diagonal, a sliver of 0.02 mm between them.
+TriangleMesh square_with_sliver() {
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {20, 0, 0}, {20, 20, 0}, {0, 20, 0}, {10.014, 9.986, 0}};
+  mesh.faces = {{0, 1, 4}, {1, 2, 4}, {0, 4, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+BaseLayer layer_of(const TriangleMesh& proxy, double noise_mm) {
+  BaseLayer layer;
+  layer.steps = 10;
+  layer.face_count = static_cast<std::uint32_t>(proxy.faces.size());
+  RandomStream random(1);
+  for (std::size_t i = 0; i < layer.face_count * std::size_t(layer.nodes_per_face()); ++i)
+    layer.height_mm.push_back(static_cast<float>(random.uniform(-noise_mm, noise_mm)));
+  return layer;
+}
+
+TEST(LatticeNormals, AreThoseOfAFlatFace) {
+  const TriangleMesh proxy = square_with_sliver();
+  for (const Vector3d& normal : lattice_normals(layer_of(proxy, 0), proxy))
+    EXPECT_LT((normal - Vector3d::UnitZ()).norm(), 1e-12);
+}
+
+TEST(LatticeNormals, ASliverTakesThoseOfItsRim) {
+  const TriangleMesh proxy = square_with_sliver();
+  constexpr double kNoise_mm = 0.005;  // of what a sliver's own triangles are high
+  for (const Vector3d& normal : lattice_normals(layer_of(proxy, kNoise_mm), proxy))
+    EXPECT_GT(normal.z(), 0.99);  // the sliver's own: down to −1
+}
+
+TEST(LatticeNormals, AreOneWhereFacesMeet) {
+  const TriangleMesh proxy = square_with_sliver();
+  const BaseLayer layer = layer_of(proxy, 0.3);
+  const std::vector<Vector3d> normals = lattice_normals(layer, proxy);
+  const auto at = [&](std::uint32_t face, std::uint32_t i, std::uint32_t j) {
+    return normals[std::size_t(face) * layer.nodes_per_face() + base_node_index(layer.steps, i, j)];
+  };
+  for (std::uint32_t k = 0; k <= layer.steps; ++k) {
+    EXPECT_EQ(at(2, 0, k), at(3, k, 0));                // edge 0–2
+    EXPECT_EQ(at(0, 0, k), at(2, k, 0));                // edge 0–4
+    EXPECT_EQ(at(0, layer.steps - k, k), at(1, 0, k));  // edge 1–4
+  }
+}
+
+}  // namespace
+}  // namespace organbake
