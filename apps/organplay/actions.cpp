@@ -33,10 +33,11 @@ OrbitPose pose_from(const std::string& text) {
     throw UsageError("--view " + text +
                      " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
   }
+  // Both are counted from camera 0, which may stand at a pole.
   constexpr double kTurn = 2 * std::numbers::pi;
-  if (std::abs(pose.azimuth_rad) > kTurn || std::abs(pose.elevation_rad) > kTurn / 4) {
+  if (std::abs(pose.azimuth_rad) > kTurn || std::abs(pose.elevation_rad) > kTurn / 2) {
     throw UsageError("--view " + text +
-                     ": angles are in radians, at most a turn of azimuth and a quarter of "
+                     ": angles are in radians, at most a turn of azimuth and half a turn of "
                      "elevation; 45 degrees are 0.785");
   }
   return pose;

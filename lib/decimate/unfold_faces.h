@@ -8,10 +8,10 @@
 namespace organbake {
 
 // Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
-// alone leave them: face the wrong way, and what is bound to them is drawn inside out. An edge is
-// flipped where one of its faces faces away from its neighbours, all faces about the edge lie
-// flatter afterwards, and the surface hardly moves. The mesh must be manifold; it stays so. Returns
-// the number of flips.
+// alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked
+// at are faces more than a right angle from a neighbour. An edge of theirs is flipped where the
+// sharpest of the edges concerned gets flatter and the surface hardly moves: a real ridge stays.
+// The mesh must be manifold; it stays so. Returns the number of flips.
 std::size_t unfold_faces(TriangleMesh& mesh);
 
 }  // namespace organbake

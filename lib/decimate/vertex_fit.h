@@ -15,9 +15,9 @@ struct FitOptions {
 };
 
 // Moves a proxy's vertices so that the two-sided sampled distance to the reference gets small
-// (Gauss–Newton, closest points renewed at each step). No face turns over, and no sliver folds onto
-// its neighbours; the result is the best of the iterates, at worst the proxy given. The same for
-// any number of threads.
+// (Gauss–Newton, closest points renewed at each step). No face turns over within a step, and
+// slivers are kept from folding onto their neighbours; the result is the best of the iterates, at
+// worst the proxy given. The same for any number of threads.
 TriangleMesh fit_vertices(TriangleMesh proxy, const FitReference& reference,
                           const FitOptions& options, const RunContext& context = {});
 

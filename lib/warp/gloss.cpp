@@ -38,16 +38,16 @@ Gloss::Gloss(const Lighting& lighting) {
 }
 
 void Gloss::shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
-                  SkinLight& light) const {
-  for (auto& channel : light.gloss) std::fill_n(channel, count, 0.0f);
+                  SkinPlanes<3>& gloss) const {
+  for (auto& channel : gloss.of) std::fill_n(channel, count, 0.0f);
   // Where the loop's conditions could hide a load, it would not vectorise.
   const float least_cosine = least_cosine_, inverse_range = inverse_range_;
   for (const Lamp& lamp : lamps_) {
     const float lx = lamp.toward.x(), ly = lamp.toward.y(), lz = lamp.toward.z();
-    alignas(32) float place[SkinPixels::kMost], share[SkinPixels::kMost];
+    alignas(32) float place[kStretch], share[kStretch];
     for (int i = 0; i < count; ++i) {
-      const float nx = normals.x[i], ny = normals.y[i], nz = normals.z[i];
-      const float ex = toward_eye.x[i], ey = toward_eye.y[i], ez = toward_eye.z[i];
+      const float nx = normals.of[0][i], ny = normals.of[1][i], nz = normals.of[2][i];
+      const float ex = toward_eye.of[0][i], ey = toward_eye.of[1][i], ez = toward_eye.of[2][i];
       const float inverse = 1 / std::sqrt(ex * ex + ey * ey + ez * ez);
       const float hx = lx + inverse * ex, hy = ly + inverse * ey, hz = lz + inverse * ez;
       const float along = nx * hx + ny * hy + nz * hz, facing = nx * lx + ny * ly + nz * lz;
@@ -63,7 +63,7 @@ void Gloss::shine(const SkinDirections& normals, const SkinDirections& toward_ey
       share[i] = low + (place[i] - static_cast<float>(step)) * (high - low);
     }
     for (int c = 0; c < 3; ++c) {
-      float* const sum = light.gloss[c];
+      float* const sum = gloss.of[c];
       const float color = lamp.color[c];
       for (int i = 0; i < count; ++i) sum[i] += share[i] * color;
     }

@@ -18,9 +18,9 @@ class Gloss {
 
   bool none() const { return lamps_.empty(); }
 
-  // Makes light.gloss of `count` pixels whose vectors may have any length.
+  // Of `count` pixels whose vectors may have any length; RGB. Nothing for a normal that is 0.
   void shine(const SkinDirections& normals, const SkinDirections& toward_eye, int count,
-             SkinLight& light) const;
+             SkinPlanes<3>& gloss) const;
 
   // Whether it shows on a unit normal, or on one that leans from it by up to kLean.
   bool may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const;

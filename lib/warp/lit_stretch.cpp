@@ -10,8 +10,7 @@ namespace {
 
 constexpr int kGroup = LitStretch::kGroup, kMiddle = 4;
 
-// A group's light from that of its first, middle and last pixel, linear between them. Equal light
-// stays what it is, to the bit.
+// A group's numbers from those of its first, middle and last pixel, linear between them.
 void mix_group(float* group) {
   alignas(32) static constexpr float kFirstHalf[kGroup] = {0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1};
   alignas(32) static constexpr float kSecondHalf[kGroup] = {0, 0, 0, 0, 0, 1 / 3.0f, 2 / 3.0f, 1};
@@ -44,23 +43,9 @@ LitStretch::LitStretch(const float* depth_mm, int count, float smooth_mm) {
   }
 }
 
-void LitStretch::light(const SkinPixels& skin, const SkinLight& light, int x0, const float* white,
-                       int count, const std::array<float*, 3>& planes) const {
-  for (int c = 0; c < 3; ++c) {
-    alignas(64) float gain[kStretch], gloss[kStretch];
-    std::fill_n(gain, kStretch, 1.0f);
-    std::fill_n(gloss, kStretch, 0.0f);
-    for (int k = 0; k < skin.count; ++k) {
-      gain[skin.column[k] - x0] = light.gain[c][k];
-      gloss[skin.column[k] - x0] = light.gloss[c][k];
-    }
-    for (std::size_t g = 0; g < smooth_.size(); ++g) {
-      if (!smooth_[g]) continue;
-      mix_group(&gain[g * kGroup]);
-      mix_group(&gloss[g * kGroup]);
-    }
-    for (int i = 0; i < count; ++i) planes[c][i] = planes[c][i] * gain[i] + white[i] * gloss[i];
-  }
+void LitStretch::mix(float* plane) const {
+  for (std::size_t g = 0; g < smooth_.size(); ++g)
+    if (smooth_[g]) mix_group(plane + g * kGroup);
 }
 
 }  // namespace organbake

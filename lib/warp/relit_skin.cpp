@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "warp/lattice_normals.h"
@@ -107,9 +106,8 @@ bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
 // Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
 // the face. By its nodes, and the weights of the second and the third.
 struct RelitSkin::Triangles {
-  alignas(32) std::int32_t corner[SkinPixels::kMost], below[SkinPixels::kMost],
-      beside[SkinPixels::kMost];
-  alignas(32) float along[SkinPixels::kMost], down[SkinPixels::kMost];
+  alignas(32) std::int32_t corner[kStretch], below[kStretch], beside[kStretch];
+  alignas(32) float along[kStretch], down[kStretch];
 };
 
 void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
@@ -153,35 +151,42 @@ void RelitSkin::mix_nodes(const SkinPixels& skin, MixedNodes& out) const {
   }
 }
 
-void RelitSkin::light(const SkinPixels& skin, int y, SkinLight& light) const {
+void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
+                      const StretchColors& colors) const {
+  if (skin.count == 0) return;
   MixedNodes mixed;
   mix_nodes(skin, mixed);
-  bool shines = false;
-  for (int k = 0; k < skin.count; ++k) {
-    shines |= shines_[skin.face[k]] != 0;
-    for (int c = 0; c < 3; ++c) light.gain[c][k] = mixed.of[k][c];
+  const auto spread = [&](int number, float elsewhere, float* plane) {
+    std::fill_n(plane, kStretch, elsewhere);
+    for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
+    stretch.mix(plane);
+  };
+  for (int c = 0; c < 3; ++c) {
+    alignas(64) float gain[kStretch];
+    spread(c, 1, gain);
+    float* const plane = colors.planes[c];
+    for (int i = 0; i < colors.count; ++i) plane[i] *= gain[i];
   }
-  if (shines) return add_gloss(skin, y, mixed, light);
-  for (auto& channel : light.gloss) std::fill_n(channel, skin.count, 0.0f);
+  const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
+  if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
+  SkinDirections normals;
+  for (int c = 0; c < 3; ++c) spread(3 + c, 0, normals.of[c]);
+  add_gloss(normals, colors);
 }
 
-void RelitSkin::add_gloss(const SkinPixels& skin, int y, const MixedNodes& mixed,
-                          SkinLight& light) const {
-  SkinDirections normals, toward_eye;
-  const Vector3f row = ray_origin_ + (static_cast<float>(y) + 0.5f) * ray_down_;
-  for (int k = 0; k < skin.count; ++k) {
-    normals.x[k] = mixed.of[k][3];
-    normals.y[k] = mixed.of[k][4];
-    normals.z[k] = mixed.of[k][5];
-    const float x = static_cast<float>(skin.column[k]) + 0.5f;
-    toward_eye.x[k] = -(row.x() + x * ray_right_.x());
-    toward_eye.y[k] = -(row.y() + x * ray_right_.y());
-    toward_eye.z[k] = -(row.z() + x * ray_right_.z());
+// By the pixel: a highlight may be narrower than the distance of posts.
+void RelitSkin::add_gloss(const SkinDirections& normals, const StretchColors& colors) const {
+  SkinDirections toward_eye;
+  const Vector3f row = ray_origin_ + (static_cast<float>(colors.y) + 0.5f) * ray_down_;
+  for (int c = 0; c < 3; ++c) {
+    for (int i = 0; i < colors.count; ++i)
+      toward_eye.of[c][i] = -(row[c] + (static_cast<float>(colors.x0 + i) + 0.5f) * ray_right_[c]);
   }
-  gloss_.shine(normals, toward_eye, skin.count, light);
-  for (int k = 0; k < skin.count; ++k) {
-    if (shines_[skin.face[k]]) continue;
-    for (auto& channel : light.gloss) channel[k] = 0;
+  SkinPlanes<3> gloss;
+  gloss_.shine(normals, toward_eye, colors.count, gloss);
+  for (int c = 0; c < 3; ++c) {
+    float* const plane = colors.planes[c];
+    for (int i = 0; i < colors.count; ++i) plane[i] += colors.white[i] * gloss.of[c][i];
   }
 }
 

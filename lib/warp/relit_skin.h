@@ -11,6 +11,7 @@
 #include "geometry/shell_map.h"
 #include "geometry/triangle_mesh.h"
 #include "warp/gloss.h"
+#include "warp/lit_stretch.h"
 #include "warp/skin_light.h"
 #include "warp/skin_turns.h"
 #include "warp/view.h"
@@ -37,8 +38,8 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // How skin that row y of the view shows is lit.
-  void light(const SkinPixels& skin, int y, SkinLight& light) const;
+  // Lights a stretch, its posts in `skin`; those that are not among them keep their light.
+  void light(const SkinPixels& skin, const LitStretch& stretch, const StretchColors& colors) const;
 
  private:
   // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
@@ -58,11 +59,11 @@ class RelitSkin {
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
   struct MixedNodes {  // as a Node's numbers, by pixel
-    alignas(32) float of[SkinPixels::kMost][8];
+    alignas(32) float of[kStretch][8];
   };
   void find_triangles(const SkinPixels& skin, Triangles& out) const;
   void mix_nodes(const SkinPixels& skin, MixedNodes& out) const;
-  void add_gloss(const SkinPixels& skin, int y, const MixedNodes& mixed, SkinLight& light) const;
+  void add_gloss(const SkinDirections& normals, const StretchColors& colors) const;
 
   BaseLayer lattice_;  // heights alone
   Lighting lighting_;

@@ -213,12 +213,9 @@ void relight(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, in
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     if (tile.relit->unchanged(set.face(slot))) continue;
     const auto [b1, b2] = set.place_on_face(slot);
-    skin.add(x0 + i, set.face(slot), b1, b2);
+    skin.add(i, set.face(slot), b1, b2);
   }
-  if (skin.count == 0) return;
-  SkinLight light;
-  tile.relit->light(skin, y, light);
-  lit.light(skin, light, x0, white, count, {sum.red, sum.green, sum.blue});
+  tile.relit->light(skin, lit, {x0, y, count, {sum.red, sum.green, sum.blue}, white});
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,

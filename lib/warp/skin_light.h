@@ -1,38 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "warp/sum_stretch.h"
 
 namespace organbake {
 
-// Pixels of one row of a tile that are to be lit, and the place on the proxy whose skin each shows.
-// Structure of arrays: light is worked out for eight pixels at a time.
+// Pixels of a stretch whose light is worked out, and the place on the proxy whose skin each shows.
 struct SkinPixels {
-  static constexpr int kMost = kStretch;
-
   int count = 0;
-  alignas(32) std::int32_t column[kMost];  // of the picture
-  alignas(32) std::uint32_t face[kMost];
-  alignas(32) float b1[kMost], b2[kMost];
+  alignas(32) std::int32_t at[kStretch];  // of the stretch
+  alignas(32) std::uint32_t face[kStretch];
+  alignas(32) float b1[kStretch], b2[kStretch];
 
-  void add(int x, std::uint32_t on_face, float at_b1, float at_b2) {
-    column[count] = x;
+  void add(int pixel, std::uint32_t on_face, float at_b1, float at_b2) {
+    at[count] = pixel;
     face[count] = on_face;
     b1[count] = at_b1, b2[count] = at_b2;
     ++count;
   }
 };
 
-// What becomes of each pixel's colour: colour · gain + white · gloss.
-struct SkinLight {
-  alignas(32) float gain[3][SkinPixels::kMost], gloss[3][SkinPixels::kMost];
+// The colours of a stretch: `count` pixels of the picture's row y from column x0 on. Gloss is added
+// in parts of `white`.
+struct StretchColors {
+  int x0 = 0, y = 0, count = 0;
+  std::array<float*, 3> planes;
+  const float* white = nullptr;
 };
 
-// One direction for each pixel.
-struct SkinDirections {
-  alignas(32) float x[SkinPixels::kMost], y[SkinPixels::kMost], z[SkinPixels::kMost];
+// One plane for each of a pixel's numbers.
+template <int numbers>
+struct SkinPlanes {
+  alignas(64) float of[numbers][kStretch];
 };
+using SkinDirections = SkinPlanes<3>;  // x, y, z
 
 }  // namespace organbake

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -76,6 +77,27 @@ void SkinTurns::add_shares() {
   }
   for (std::size_t k = 0; k < knots_.size(); ++k)
     for (Share& share : knots_[k].shares) share.of_rest /= areas[k];
+  borrow_shares();
+}
+
+// A knot between slivers alone goes with the other knots of its faces.
+void SkinTurns::borrow_shares() {
+  std::vector<std::vector<std::uint32_t>> lenders(knots_.size());
+  for (const auto& own : knots_of_face_) {
+    for (const std::uint32_t knot : own) {
+      if (!knots_[knot].shares.empty()) continue;
+      std::copy_if(own.begin(), own.end(), std::back_inserter(lenders[knot]),
+                   [&](std::uint32_t other) { return !knots_[other].shares.empty(); });
+    }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    for (const std::uint32_t lender : lenders[k]) {
+      for (Share share : knots_[lender].shares) {
+        share.of_rest /= double(lenders[k].size());
+        knots_[k].shares.push_back(share);
+      }
+    }
+  }
 }
 
 void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& turned) {
@@ -94,7 +116,7 @@ void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std:
 
 SkinTurns::Turn SkinTurns::mean_turn(const Knot& knot,
                                      const std::vector<ShellMatrix>& deformed) const {
-  // To the bit, so that skin which stays keeps its light; so does skin that no face tells of.
+  // To the bit, so that skin which stays keeps its light.
   const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
   if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Turn::Identity();
   Turn mean = Turn::Zero();

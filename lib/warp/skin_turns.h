@@ -48,6 +48,7 @@ class SkinTurns {
     Turn turn = Turn::Identity();  // mean cof F
   };
   void add_shares();
+  void borrow_shares();
   Turn mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const;
 
   std::vector<ShellMatrix> rest_;

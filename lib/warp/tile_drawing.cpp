@@ -17,16 +17,14 @@ void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float 
   SkinPixels skin;
   for (int k = 0; k < lit.post_count(); ++k) {
     const BaseTile::Place& place = base.place[first + lit.post(k)];
-    if (!relit.unchanged(place.face)) skin.add(x0 + lit.post(k), place.face, place.b1, place.b2);
+    if (!relit.unchanged(place.face)) skin.add(lit.post(k), place.face, place.b1, place.b2);
   }
   if (skin.count == 0) return;
-  SkinLight light;
-  relit.light(skin, y, light);
   alignas(64) float red[kStretch], green[kStretch], blue[kStretch], white[kStretch];
   BaseTile::Shade* const shade = &base.shade[first];
   for (int i = 0; i < count; ++i)
     red[i] = shade[i].red, green[i] = shade[i].green, blue[i] = shade[i].blue, white[i] = 1;
-  lit.light(skin, light, x0, white, count, {red, green, blue});
+  relit.light(skin, lit, {x0, y, count, {red, green, blue}, white});
   for (int i = 0; i < count; ++i)
     shade[i].red = red[i], shade[i].green = green[i], shade[i].blue = blue[i];
 }

@@ -49,4 +49,4 @@ refused 65 "has the key 'azimut_rad'" b --script typo.json --out frames
 sed 's/"frames": 2,/"frames": 2, "frames": 3,/' s.json >twice.json
 refused 65 "has the key 'frames' twice" b --script twice.json --out frames
 refused 2 "angles are in radians" b --view 30,10 -o x.png
-refused 2 "angles are in radians" b --view 1,-2 -o x.png
+refused 2 "angles are in radians" b --view 1,-4 -o x.png

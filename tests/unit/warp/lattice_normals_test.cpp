@@ -38,7 +38,7 @@ TEST(LatticeNormals, ASliverTakesThoseOfItsRim) {
   const TriangleMesh proxy = square_with_sliver();
   constexpr double kNoise_mm = 0.005;  // of what a sliver's own triangles are high
   for (const Vector3d& normal : lattice_normals(layer_of(proxy, kNoise_mm), proxy))
-    EXPECT_GT(normal.z(), 0.99);  // the sliver's own: down to −1
+    EXPECT_GT(normal.z(), 0.99);  // the sliver's own: down to 0.57
 }
 
 TEST(LatticeNormals, AreOneWhereFacesMeet) {

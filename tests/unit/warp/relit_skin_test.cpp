@@ -221,6 +221,12 @@ TEST(RelitSkin, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
             << "dented by " << depth_mm << " mm, from " << camera.name;
       }
     }
+    // Unlit while it moves, lit after it.
+    const auto moved = dented(bundle.proxy, {0, -1, 0}, 8);
+    warper.draw(moved, front_view(bundle), as_baked(), frame);
+    warper.draw(moved, front_view(bundle), relit(), frame);
+    EXPECT_EQ(frame.color.pixels,
+              draw_once(bundle, moved, front_view(bundle), relit()).color.pixels);
     for (const double depth_mm : {0.0, 6.0, 9.0, 3.0, 0.0}) {  // and within one view
       const auto positions = dented(bundle.proxy, {0, -1, 0}, depth_mm);
       warper.draw(positions, front_view(bundle), relit(), frame);

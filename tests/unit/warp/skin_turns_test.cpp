@@ -44,6 +44,27 @@ TEST(SkinTurns, ATurnedProxyTurnsItsNormals) {
   }
 }
 
+// Of a vertex whose faces are all folded or without area no gradient is known: it turns with what
+// lies about it.
+TEST(SkinTurns, AKnotBetweenCollapsedFacesTurnsWithTheOthers) {
+  const Matrix3d turn = Eigen::AngleAxisd(1.2, Vector3d(1, 2, -1).normalized()).matrix();
+  TriangleMesh proxy = ball();
+  const Face face = proxy.faces[0];
+  const auto middle = static_cast<std::uint32_t>(proxy.vertices.size());
+  proxy.vertices.push_back(proxy.vertices[face[0]]);  // upon a corner
+  proxy.faces[0] = {middle, face[1], face[2]};
+  proxy.faces.push_back({face[0], middle, face[2]});
+  proxy.faces.push_back({face[0], face[1], middle});
+  SkinTurns turns(proxy);
+  for (Vector3d& v : proxy.vertices) v = turn * v;
+  std::vector<std::uint8_t> turned(proxy.faces.size());
+  turns.place(shell_matrices(proxy), turned);
+  for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
+    for (const auto& [b1, b2] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.5, 0.5}, {0.3, 0.3}})
+      EXPECT_LT((turns.at(f, b1, b2).topRows<3>() - turn).norm(), 1e-12) << "face " << f;
+  }
+}
+
 TEST(SkinTurns, OnlyFacesNearWhatMovedAreTurnedAndComeBackToTheBit) {
   const TriangleMesh rest = ball();
   TriangleMesh pushed = rest;
