@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kStyle =
     "h3{font-size:1rem;margin:1.5rem 0 .3rem}table{margin:.5rem 0 1rem}"
-    ".met{color:#00702f}.missed{color:#b00020;font-weight:600}"
+    ".figures td+td{white-space:nowrap}.met{color:#00702f}.missed{color:#b00020;font-weight:600}"
     "svg{max-width:100%;font:11px system-ui,sans-serif}.grid{stroke:#e6e6e6}"
     ".front{fill:none;stroke:#444}figure{margin:1rem 0}figure img{max-width:100%;height:auto}";
 
@@ -22,7 +22,8 @@ std::string heading(const Quantity& q) {
 
 std::string figures_table(const std::vector<Figure>& figures) {
   if (figures.empty()) return {};
-  std::string html = "<table><tr><th>figure</th><th>target</th><th>measured</th></tr>";
+  std::string html =
+      "<table class='figures'><tr><th>figure</th><th>target</th><th>measured</th></tr>";
   for (const Figure& f : figures) {
     const std::string goal = f.goal == Figure::Goal::at_most ? "≤ " : "≥ ";
     html += "<tr>" + html_cell(f.what) + html_cell(goal + page_number(f.target) + " " + f.unit) +

@@ -30,8 +30,8 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Li
       nodes_(rest_normals_.size()),
       turned_(layer.face_count, 0),
       shines_(layer.face_count, 0),
-      replace_(layer.face_count, 1),
-      relight_(layer.face_count, 1) {
+      to_place_(layer.face_count, 1),
+      to_light_(layer.face_count, 1) {
   for (const Vector3d& normal : rest_normals_) rest_light_.push_back(light_on(normal));
 }
 
@@ -39,8 +39,8 @@ void RelitSkin::turn(const std::vector<ShellMatrix>& deformed, std::vector<std::
   std::vector<std::uint8_t> turned(shells_.size());
   turns_.place(deformed, turned);
   for (std::size_t f = 0; f < shells_.size(); ++f) {
-    replace_[f] |= deformed[f] != shells_[f];
-    relight_[f] |= turned[f];
+    to_place_[f] |= deformed[f] != shells_[f];
+    to_light_[f] |= turned[f];
     if (!moved.empty()) moved[f] |= turned[f];
   }
   shells_ = deformed;
@@ -56,9 +56,9 @@ void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& s
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
   tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
     if (!shown[f]) return;
-    if (std::exchange(relight_[f], 0)) light_face(f);
+    if (std::exchange(to_light_[f], 0)) light_face(f);
     if (gloss_.none()) return;
-    if (std::exchange(replace_[f], 0)) place_face(f);
+    if (std::exchange(to_place_[f], 0)) place_face(f);
     shines_[f] = may_shine(f, eye);
   });
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "warp/leading_samples.h"
 #include "warp/lit_stretch.h"
 #include "warp/pixel_key.h"
 #include "warp/sample_set.h"
@@ -16,12 +17,6 @@ namespace organbake {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-// A stretch of one layer's row, decoded from its keys.
-struct LayerStretch {
-  alignas(64) float depth[kStretch], u[kStretch], v[kStretch];
-  alignas(64) std::int32_t slot[kStretch];
-};
 
 // Whole vectors of a stretch.
 struct Part {
@@ -115,66 +110,11 @@ ORGANBAKE_WIDE void add_layer(const LayerStretch& __restrict row,
   }
 }
 
-// The nearest sample of each pixel: its layer, and its depth, +inf where there is none.
-struct NearestSamples {
-  alignas(64) std::int32_t layer[kStretch];
-  alignas(64) float depth[kStretch];
-
-  NearestSamples(const std::array<LayerStretch, 3>& rows, int layers, int count) {
-    std::fill_n(layer, count, 0);
-    std::fill_n(depth, count, kInfinity);
-    for (int l = 0; l < layers; ++l) {
-      for (int i = 0; i < count; ++i) {
-        layer[i] = rows[l].depth[i] < depth[i] ? l : layer[i];
-        depth[i] = rows[l].depth[i] < depth[i] ? rows[l].depth[i] : depth[i];
-      }
-    }
-  }
-};
-
-// The sample that speaks for each pixel: of the camera with the largest share of those that see the
-// nearest skin. The nearest sample itself may be of a camera that hardly counts there.
-struct LeadingSamples {
-  alignas(64) std::int32_t layer[kStretch];
-
-  LeadingSamples(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int count,
-                 const SumStretch& sum) {
-    std::array<int, 3> by_share = {0, 1, 2};
-    std::sort(by_share.begin(), by_share.begin() + tile.count, [&](int a, int b) {
-      return tile.layers[a].weight < tile.layers[b].weight ||
-             (tile.layers[a].weight == tile.layers[b].weight && a > b);
-    });
-    set_nearest(rows, tile.count, count);
-    for (int k = 0; k < tile.count; ++k)
-      prefer(by_share[k], rows[by_share[k]], tile.same_surface_mm, count, sum);
-  }
-
- private:
-  void set_nearest(const std::array<LayerStretch, 3>& rows, int layers, int count) {
-    alignas(64) float nearest[kStretch];
-    std::fill_n(nearest, kStretch, kInfinity);
-    std::fill_n(layer, kStretch, 0);
-    for (int l = 0; l < layers; ++l) closer(l, rows[l], count, nearest);
-  }
-  ORGANBAKE_WIDE void closer(int l, const LayerStretch& __restrict row, int count,
-                             float* __restrict nearest) {
-    for (unsigned i = 0; i < whole_vectors(count); ++i) {
-      layer[i] = row.depth[i] < nearest[i] ? l : layer[i];
-      nearest[i] = row.depth[i] < nearest[i] ? row.depth[i] : nearest[i];
-    }
-  }
-  ORGANBAKE_WIDE void prefer(int l, const LayerStretch& __restrict row, float tolerance_mm,
-                             int count, const SumStretch& __restrict sum) {
-    for (unsigned i = 0; i < whole_vectors(count); ++i)
-      layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : layer[i];
-  }
-};
-
 // Tells what a stretch's pixels show: their leading samples, and the point beside each that the
 // pixel's centre looks at.
-void tell_shown(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int count,
+void tell_shown(const TileLayers& tile, const LayerStretches& rows, int count,
                 const SumStretch& sum, Shown* shown) {
-  const LeadingSamples leading(tile, rows, count, sum);
+  const LeadingSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
   for (int i = 0; i < count; ++i) {
     const int layer = leading.layer[i];
     shown[i] = kNothingShown;
@@ -197,15 +137,15 @@ void tell_shown(const TileLayers& tile, const std::array<LayerStretch, 3>& rows,
 
 // Lights what the samples of a stretch summed to, by pixels' leading samples: the others that count
 // lie on the same skin.
-void relight(const TileLayers& tile, const std::array<LayerStretch, 3>& rows, int y, int x0,
-             int count, SumStretch& sum) {
+void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
+             SumStretch& sum) {
   alignas(64) float depth[kStretch], white[kStretch];
   for (int i = 0; i < count; ++i) {
     depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
     white[i] = sum.weight[i] * kFullScale;
   }
   const LitStretch lit(depth, count, tile.smooth_mm);
-  const LeadingSamples leading(tile, rows, count, sum);
+  const LeadingSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
   SkinPixels skin;
   for (int k = 0; k < lit.post_count(); ++k) {
     const int i = lit.post(k), layer = leading.layer[i];
@@ -238,8 +178,7 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 }
 
 // Marks the pixels that only the base layer covers.
-void mark_base(const std::array<LayerStretch, 3>& rows, int layers, int count,
-               Cover* __restrict cover) {
+void mark_base(const LayerStretches& rows, int layers, int count, Cover* __restrict cover) {
   const NearestSamples nearest(rows, layers, count);
   for (int i = 0; i < count; ++i) {
     const bool base = (nearest.depth[i] == kInfinity) & (cover[i] == Cover::samples);
@@ -248,8 +187,8 @@ void mark_base(const std::array<LayerStretch, 3>& rows, int layers, int count,
 }
 
 // The stretch's layers, base included, as colour and weight sums.
-void sum_stretch(const TileLayers& tile, int y, int x0, int count,
-                 std::array<LayerStretch, 3>& rows, SumStretch& sum) {
+void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretches& rows,
+                 SumStretch& sum) {
   const unsigned padded = whole_vectors(count);
   const float inverse_tolerance = 1 / tile.same_surface_mm;
   std::fill_n(sum.nearest, padded, kInfinity);
@@ -279,7 +218,7 @@ void sum_stretch(const TileLayers& tile, int y, int x0, int count,
 
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
                   const Background& background, std::vector<float>& depth_mm, Frame& frame) {
-  std::array<LayerStretch, 3> rows;
+  LayerStretches rows;
   SumStretch sum;
   const auto blend = [&](int x0, int count, int y) {
     sum_stretch(tile, y, x0, count, rows, sum);

@@ -7,6 +7,7 @@
 #include "geometry/shell_map.h"
 #include "warp/base_drawing.h"
 #include "warp/frame.h"
+#include "warp/leading_samples.h"
 #include "warp/relit_skin.h"
 #include "warp/row_spans.h"
 #include "warp/tile_keys.h"
@@ -29,6 +30,10 @@ struct TileLayers {
   float tie_mm = 0;                                // as splatted
   float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
   float smooth_mm = 0;        // see LitStretch
+
+  LayerShares shares() const {
+    return {{layers[0].weight, layers[1].weight, layers[2].weight}, count};
+  }
 };
 
 // A tile's row of background pixels.
