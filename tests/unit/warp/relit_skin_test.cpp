@@ -211,9 +211,10 @@ TEST(RelitSkin, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
     Warper warper(bundle);
     Frame frame;
     // The dent faces the cameras in turn, or away: its light is worked out when it comes into view.
-    for (const double depth_mm : {0.0, 6.0, 9.0, 3.0, 0.0}) {
+    for (const double depth_mm : {6.0, 0.0}) {
       const auto positions = dented(bundle.proxy, {0, -1, 0}, depth_mm);
-      for (const PosedCamera& camera : bundle.cameras.cameras) {
+      for (const std::size_t c : {2, 0, 3}) {  // the dent lies behind, in front, at the side
+        const PosedCamera& camera = bundle.cameras.cameras[c];
         const View view{camera, 1};
         warper.draw(positions, view, relit(), frame);
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
