@@ -93,16 +93,16 @@ std::vector<Eigen::Vector3d> face_normals(const TriangleMesh& mesh) {
 // slivers would fold over onto their neighbours.)
 class AllowedFaces {
  public:
-  explicit AllowedFaces(const TriangleMesh& from)
-      : from_(&from), normals_(face_normals(from)), skin_(vertex_normals(from)) {}
+  AllowedFaces(const TriangleMesh& from, const std::vector<Eigen::Vector3d>& normals)
+      : from_(&from), normals_(&normals), skin_(vertex_normals(from)) {}
 
   bool operator()(const TriangleMesh& to, std::size_t f) const {
     constexpr double kLeastCosine = 0.5, kLeastArea = 0.1, kLeastAlongSkin = 0.2;
     const Eigen::Vector3d normal = face_normal(to, f);
-    if (normals_[f].dot(normal) < kLeastCosine) return false;
+    if ((*normals_)[f].dot(normal) < kLeastCosine) return false;
     const auto leans = [&](std::uint32_t v) {
       const double along = normal.dot(skin_[v]);
-      return along < kLeastAlongSkin && along < normals_[f].dot(skin_[v]);
+      return along < kLeastAlongSkin && along < (*normals_)[f].dot(skin_[v]);
     };
     const Face& face = from_->faces[f];
     if (std::any_of(face.begin(), face.end(), leans)) return false;
@@ -111,13 +111,15 @@ class AllowedFaces {
 
  private:
   const TriangleMesh* from_;
-  std::vector<Eigen::Vector3d> normals_, skin_;
+  const std::vector<Eigen::Vector3d>* normals_;  // of the faces
+  std::vector<Eigen::Vector3d> skin_;            // by vertex
 };
 
 // Shortens the steps round faces that would go too far.
-TriangleMesh stepped(const TriangleMesh& from, std::vector<Eigen::Vector3d> step) {
+TriangleMesh stepped(const TriangleMesh& from, const std::vector<Eigen::Vector3d>& normals,
+                     std::vector<Eigen::Vector3d> step) {
   constexpr int kHalvings = 6;
-  const AllowedFaces allowed(from);
+  const AllowedFaces allowed(from, normals);
   TriangleMesh to = from;
   for (int attempt = 0; attempt <= kHalvings; ++attempt) {
     for (std::size_t v = 0; v < step.size(); ++v) to.vertices[v] = from.vertices[v] + step[v];
@@ -203,7 +205,7 @@ TriangleMesh fit_vertices(TriangleMesh proxy, const FitReference& reference,
             ? equations.solve(volume_gradient(proxy), reference.volume_mm3() - signed_volume(proxy))
             : equations.solve({}, 0);
     if (step.empty()) break;
-    proxy = stepped(proxy, std::move(step));
+    proxy = stepped(proxy, normals, std::move(step));
   }
   if (keep_volume) correct_volume(best, reference.volume_mm3());
   return best;

@@ -65,7 +65,10 @@ void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const s
 }
 
 // In one pass: there are tens of thousands of chunks.
-void ActiveCameras::survey(DrawReport& report, Survey& survey) const {
+void ActiveCameras::survey(std::size_t faces, DrawReport& report, Survey& survey) const {
+  survey.box = {};
+  survey.shown.assign(faces, 0);
+  survey.stretched.assign(faces, 0);
   int largest_px = 0;
   for (const ActiveCamera& camera : all()) {
     const std::vector<Chunk>& chunks = camera.set->chunks;

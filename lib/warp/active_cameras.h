@@ -53,8 +53,9 @@ class ActiveCameras {
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
   // without a step. 1 when there are no samples.
   float texel_mm() const;
-  // Adds samples and faces drawn and skipped to the report, and looks what becomes of the faces.
-  void survey(DrawReport& report, Survey& survey) const;
+  // Looks what becomes of the chunks of all faces, and adds samples and faces drawn and skipped to
+  // the report. `survey` is begun anew.
+  void survey(std::size_t faces, DrawReport& report, Survey& survey) const;
 
  private:
   std::array<ActiveCamera, 3> cameras_;

@@ -69,9 +69,7 @@ double altitude(const TriangleMesh& proxy, std::uint32_t face) {
 }
 
 double usual_size(const TriangleMesh& proxy) {
-  double area = 0;
-  for (std::size_t f = 0; f < proxy.faces.size(); ++f) area += face_area(proxy, f);
-  return std::sqrt(2 * area / double(std::max<std::size_t>(1, proxy.faces.size())));
+  return std::sqrt(2 * surface_area(proxy) / double(std::max<std::size_t>(1, proxy.faces.size())));
 }
 
 // Spreads the normals on a face's rim over its inner nodes, each of which becomes the mean of its

@@ -10,6 +10,10 @@ namespace {
 
 constexpr int kGroup = LitStretch::kGroup, kMiddle = 4;
 
+// Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
+// seen at a grazing angle.
+constexpr float kSmoothTexels = 4;
+
 // A group's numbers from those of its first, middle and last pixel, linear between them.
 void mix_group(float* group) {
   alignas(32) static constexpr float kFirstHalf[kGroup] = {0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1};
@@ -22,8 +26,9 @@ void mix_group(float* group) {
 
 }  // namespace
 
-LitStretch::LitStretch(const float* depth_mm, int count, float smooth_mm) {
+LitStretch::LitStretch(const float* depth_mm, int count, float texel_mm) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float smooth_mm = kSmoothTexels * texel_mm;
   std::array<std::uint8_t, kStretch> runs_on;  // to the next pixel; not where either is +inf
   for (int i = 0; i + 1 < count; ++i)
     runs_on[i] = std::abs(depth_mm[i + 1] - depth_mm[i]) <= smooth_mm;

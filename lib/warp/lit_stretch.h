@@ -15,13 +15,10 @@ namespace organbake {
 class LitStretch {
  public:
   static constexpr int kGroup = 8;
-  // Neighbours whose depths differ by more texels than this lie beside a break, or on skin that is
-  // seen at a grazing angle.
-  static constexpr float kSmoothTexels = 4;
 
   // depth_mm: of the stretch's skin, +inf where none is to be lit; its first column is a multiple
-  // of kGroup. smooth_mm: kSmoothTexels texels.
-  LitStretch(const float* depth_mm, int count, float smooth_mm);
+  // of kGroup. texel_mm: of the cameras, on the surface.
+  LitStretch(const float* depth_mm, int count, float texel_mm);
 
   // The pixels that are asked for, by their place in the stretch, ascending.
   int post_count() const { return post_count_; }

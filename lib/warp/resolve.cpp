@@ -144,7 +144,7 @@ void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, 
     depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
     white[i] = sum.weight[i] * kFullScale;
   }
-  const LitStretch lit(depth, count, tile.smooth_mm);
+  const LitStretch lit(depth, count, tile.texel_mm);
   const LeadingSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
   SkinPixels skin;
   for (int k = 0; k < lit.post_count(); ++k) {
@@ -152,8 +152,8 @@ void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, 
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     if (tile.relit->unchanged(set.face(slot))) continue;
-    const auto [b1, b2] = set.place_on_face(slot);
-    skin.add(i, set.face(slot), b1, b2);
+    const std::array<float, 3> bound = set.bound(slot);
+    skin.add(i, set.face(slot), bound[0], bound[1]);
   }
   tile.relit->light(skin, lit, {x0, y, count, {sum.red, sum.green, sum.blue}, white});
 }

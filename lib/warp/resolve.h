@@ -29,7 +29,7 @@ struct TileLayers {
   const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
   float tie_mm = 0;                                // as splatted
   float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
-  float smooth_mm = 0;        // see LitStretch
+  float texel_mm = 0;         // of the cameras, on the surface
 
   LayerShares shares() const {
     return {{layers[0].weight, layers[1].weight, layers[2].weight}, count};

@@ -81,11 +81,6 @@ struct SampleSet {
     const Patch& patch = chunks[slot / kChunk].patch;
     return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot]), at(patch, 2, h[slot])};
   }
-  // b1, b2 alone.
-  std::array<float, 2> place_on_face(std::size_t slot) const {
-    const Patch& patch = chunks[slot / kChunk].patch;
-    return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot])};
-  }
 
  private:
   static float at(const Patch& patch, int axis, Place place) {

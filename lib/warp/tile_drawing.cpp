@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "warp/lit_stretch.h"
 #include "warp/phase_clock.h"
 #include "warp/pixel_key.h"
 
@@ -10,10 +11,10 @@ namespace organbake {
 namespace {
 
 // Lights `count` pixels of a row of the base layer from column x0 on.
-void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float smooth_mm,
+void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float texel_mm,
                         BaseTile& base) {
   const std::size_t first = base.at(x0, y);
-  const LitStretch lit(&base.depth[first], count, smooth_mm);
+  const LitStretch lit(&base.depth[first], count, texel_mm);
   SkinPixels skin;
   for (int k = 0; k < lit.post_count(); ++k) {
     const BaseTile::Place& place = base.place[first + lit.post(k)];
@@ -29,13 +30,13 @@ void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float 
     shade[i].red = red[i], shade[i].green = green[i], shade[i].blue = blue[i];
 }
 
-void light_base(const RelitSkin& relit, float smooth_mm, BaseTile& base) {
+void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
   const PixelBox& box = base.box;
   for (int y = box.y0; y < box.y1; ++y) {
     const int first = base.spans.first(y - box.y0) & ~(LitStretch::kGroup - 1);
     const int x0 = box.x0 + first, x1 = box.x0 + base.spans.last(y - box.y0);
     for (int x = x0; x < x1; x += kStretch)
-      light_base_stretch(relit, x, std::min(kStretch, x1 - x), y, smooth_mm, base);
+      light_base_stretch(relit, x, std::min(kStretch, x1 - x), y, texel_mm, base);
   }
 }
 
@@ -88,7 +89,7 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
   own.spans.add(own.base.spans);
   own.base_triangles += own.base.triangles;
   if (own.base.triangles == 0) return nullptr;
-  if (placed_->relit) light_base(*placed_->relit, smooth_mm(), own.base);
+  if (placed_->relit) light_base(*placed_->relit, placed_->texel_mm, own.base);
   return &own.base;
 }
 
@@ -101,7 +102,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
   TileLayers layers;
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
-  layers.smooth_mm = smooth_mm();
+  layers.texel_mm = placed_->texel_mm;
   layers.relit = placed_->relit;
   layers.rest = placed_->rest;
   std::array<const TileKeys*, 3> drawn;

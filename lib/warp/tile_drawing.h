@@ -10,7 +10,6 @@
 
 #include "warp/active_cameras.h"
 #include "warp/base_drawing.h"
-#include "warp/lit_stretch.h"
 #include "warp/open_pixels.h"
 #include "warp/relit_skin.h"
 #include "warp/resolve.h"
@@ -58,7 +57,6 @@ class TileDrawing {
   };
   std::span<const std::uint32_t> base_blocks(int tile) const;
   bool is_empty(int tile) const;
-  float smooth_mm() const { return LitStretch::kSmoothTexels * placed_->texel_mm; }
   void splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks, float tie_mm,
              const PixelBox& part, TileKeys& keys, RowSpans& spans) const;
   const BaseTile* draw_base(std::span<const std::uint32_t> blocks, const PixelBox& part,

@@ -64,11 +64,10 @@ struct Warper::Impl {
   std::vector<std::uint8_t> moved;  // per face, since the last frame; empty: all is new
   MovedCells moved_cells;
   Finish finish;
-  Survey survey;
+  Survey survey;                    // once the base layer is placed, of that, too
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
   std::vector<float> depth_mm;  // of covered pixels
-  PixelBox drawn_box;           // of everything but the background
   TileDrawing tiles;
   std::optional<RelitSkin> relit;  // when the bundle knows its light
 
@@ -141,11 +140,7 @@ void Warper::Impl::place_faces(const View& view, bool continued) {
 
 void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
   active.place(faces, moved, view, grid, moved_cells);
-  survey.box = {};
-  survey.shown.assign(faces.size(), 0);
-  survey.stretched.assign(faces.size(), 0);
-  active.survey(report, survey);
-  drawn_box = survey.box;
+  active.survey(faces.size(), report, survey);
 }
 
 void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report) {
@@ -161,7 +156,7 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
   mark_moved();
   const auto box_of = [&](std::uint32_t block) { return base.box(block); };
   for (std::uint32_t b = 0; b < base.chosen_count(); ++b) {
-    drawn_box = united(drawn_box, box_of(b));
+    survey.box = united(survey.box, box_of(b));
     survey.shown[base.face(b)] = 1;
   }
   base_tiles.build(grid, base.chosen_count(), box_of);
@@ -190,8 +185,8 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
   tiles.count(report);
   report.tiles_drawn = drawn;
   report.tiles_kept = grid.count() - drawn;
-  report.sample_pixels = count_cover(frame, drawn_box, Cover::samples);
-  report.base_pixels = count_cover(frame, drawn_box, Cover::base);
+  report.sample_pixels = count_cover(frame, survey.box, Cover::samples);
+  report.base_pixels = count_cover(frame, survey.box, Cover::base);
 }
 
 Warper::Warper(const Bundle& bundle)
@@ -251,7 +246,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
   clock.restart();
-  s.finish.apply(view, options, s.drawn_box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame,
+  s.finish.apply(view, options, s.survey.box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame,
                  report);
   clock.lap(report.times.fill);
 

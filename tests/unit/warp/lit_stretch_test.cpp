@@ -10,12 +10,13 @@ namespace organbake {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kTexel_mm = 0.25f;  // steps of 1 mm are smooth, of 2 mm are not
 // A plane over a stretch of this depth: number_of tells what it is at the pixels that are asked
 // for, and −1 stands elsewhere.
 template <class NumberOf>
 std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
                          int* asked = nullptr) {
-  const LitStretch stretch(depth.data(), static_cast<int>(depth.size()), 1);
+  const LitStretch stretch(depth.data(), static_cast<int>(depth.size()), kTexel_mm);
   std::vector<float> plane(kStretch, -1);
   for (int k = 0; k < stretch.post_count(); ++k)
     plane[stretch.post(k)] = number_of(stretch.post(k));
@@ -52,8 +53,8 @@ TEST(LitStretch, BrokenSkinIsAskedForByThePixel) {
 }
 
 TEST(LitStretch, NoSkinAsksForNoLight) {
-  EXPECT_EQ(LitStretch(std::vector<float>(40, kInfinity).data(), 40, 1).post_count(), 0);
-  EXPECT_EQ(LitStretch(nullptr, 0, 1).post_count(), 0);
+  EXPECT_EQ(LitStretch(std::vector<float>(40, kInfinity).data(), 40, kTexel_mm).post_count(), 0);
+  EXPECT_EQ(LitStretch(nullptr, 0, kTexel_mm).post_count(), 0);
 }
 
 }  // namespace
