@@ -101,7 +101,7 @@ class NodeBatch {
 
   // A camera sees a point when its map has that depth there, with confidence.
   std::uint32_t seen_by(const Vector3d& point) const {
-    constexpr float kSureConfidence = 0.5f;
+    constexpr float kSureConfidence = 0.05f;
     // Half a texel's diagonal off the texel's centre, on a surface seen at up to 70°.
     constexpr double kTexels = 2.5;
     std::uint32_t bits = 0;

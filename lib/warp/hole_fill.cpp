@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "warp/skin_bits.h"
@@ -20,8 +19,8 @@ struct Hole {
   float depth;
 };
 
-// The mean of the covered pixels round an open one, if they are enough.
-std::optional<Hole> hole_at(const Frame& frame, PixelAt open) {
+// The mean of the covered pixels round an open one.
+Hole hole_at(const Frame& frame, PixelAt open) {
   std::array<int, 3> sum{};
   int count = 0;
   float depth = 0;
@@ -34,7 +33,6 @@ std::optional<Hole> hole_at(const Frame& frame, PixelAt open) {
       ++count;
     }
   }
-  if (count < kEnough) return std::nullopt;
   Hole hole{static_cast<std::uint32_t>(open.y * width + open.x), {}, 0};
   for (int k = 0; k < 3; ++k)
     hole.color[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
@@ -42,13 +40,41 @@ std::optional<Hole> hole_at(const Frame& frame, PixelAt open) {
   return hole;
 }
 
-// Open pixels of a word with skin above, below or beside them: no hole has less.
-std::uint64_t open_beside_skin(const SkinBits& bits, int word, int y) {
+std::uint64_t majority(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+  return (a & b) | (c & (a | b));
+}
+
+// A row's pixels beside those of a word: numbers of two bits.
+struct Beside {
+  std::uint64_t ones = 0, twos = 0;
+};
+Beside all_three(const SkinBits& bits, int word, int y) {
+  if (y < bits.box().y0 || y >= bits.box().y1) return {};
   const std::uint64_t* const skin = bits.skin(y);
-  std::uint64_t beside = bits.right_of(skin, word) | bits.left_of(skin, word);
-  if (y > bits.box().y0) beside |= bits.skin(y - 1)[word];
-  if (y + 1 < bits.box().y1) beside |= bits.skin(y + 1)[word];
-  return bits.open(y)[word] & beside;
+  const std::uint64_t a = bits.right_of(skin, word), b = skin[word], c = bits.left_of(skin, word);
+  return {a ^ b ^ c, majority(a, b, c)};
+}
+Beside both_sides(const SkinBits& bits, int word, int y) {
+  const std::uint64_t* const skin = bits.skin(y);
+  const std::uint64_t a = bits.right_of(skin, word), b = bits.left_of(skin, word);
+  return {a ^ b, a & b};
+}
+
+// Open pixels of a word with enough skin round them. All are counted at once: a full adder a bit.
+std::uint64_t holes_of_word(const SkinBits& bits, int word, int y) {
+  static_assert(kEnough == 5);
+  const std::uint64_t open = bits.open(y)[word];
+  if (open == 0) return 0;
+  const Beside above = all_three(bits, word, y - 1), here = both_sides(bits, word, y),
+               below = all_three(bits, word, y + 1);
+  const std::uint64_t ones = above.ones ^ here.ones ^ below.ones;
+  const std::uint64_t carried = majority(above.ones, here.ones, below.ones);
+  const std::uint64_t two_twos = majority(above.twos, here.twos, below.twos);
+  const std::uint64_t any_two = above.twos | here.twos | below.twos;
+  const std::uint64_t all_twos = above.twos & here.twos & below.twos;
+  const std::uint64_t at_least_4 = two_twos | (any_two & carried);
+  const std::uint64_t at_least_6 = all_twos | (two_twos & carried);
+  return open & (at_least_6 | (at_least_4 & ones));
 }
 
 std::vector<Hole> find_holes(const PixelBox& box, const Frame& frame) {
@@ -57,9 +83,8 @@ std::vector<Hole> find_holes(const PixelBox& box, const Frame& frame) {
   std::vector<Hole> holes;
   for (int y = box.y0; y < box.y1; ++y) {
     for (int word = 0; word < bits.words(); ++word) {
-      bits.for_each(open_beside_skin(bits, word, y), word, y, [&](PixelAt open) {
-        if (const auto hole = hole_at(frame, open)) holes.push_back(*hole);
-      });
+      bits.for_each(holes_of_word(bits, word, y), word, y,
+                    [&](PixelAt open) { holes.push_back(hole_at(frame, open)); });
     }
   }
   return holes;
