@@ -19,7 +19,7 @@ constexpr QualityRow kQualityRows[] = {
     {"place", "count", {"6", "8", "12"}},
     {"place", "size", {"256", "512", "1024"}},
     {"capture", "rays_per_texel_side", {"1", "0", "0"}},
-    {"capture", "base_step", {"4", "2", "1"}},
+    {"capture", "base_step", {"4", "1.5", "1"}},
 };
 
 }  // namespace

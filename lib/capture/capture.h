@@ -15,7 +15,7 @@ struct CaptureOptions {
   // n×n rays are averaged for the colour of one texel, up to 16; 0: one where the colour hardly
   // changes within a texel, or else 2.
   int rays_per_texel_side = 0;
-  double base_step_mm = 2.0;  // spacing of the base layer's nodes, 0.01…1000
+  double base_step_mm = 1.5;  // spacing of the base layer's nodes, 0.01…1000
 
   // Throws UsageError.
   void check() const;

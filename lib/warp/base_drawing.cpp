@@ -26,68 +26,76 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
 
 }  // namespace
 
-// A block's nodes in one frame, each placed when a triangle first asks for it: of most blocks along
-// a silhouette a few triangles are drawn.
+// A block's nodes in one frame.
 class BaseDrawing::PlacedBlock {
  public:
-  struct Node {
-    SnappedCorner corner;     // beyond reach if it lies before the near plane
-    std::uint32_t index = 0;  // in the layer
-    float b1 = 0, b2 = 0, weight = 0;
-  };
-
   PlacedBlock(const BaseDrawing& base, const Chosen& chosen, const FaceFrame& frame,
               const View& view)
-      : base_(base), block_(base.blocks_[chosen.block]), frame_(frame), view_(view) {
-    weight_.fill(0);
-    placed_.fill(false);
-    if (!chosen.weighs) return;
-    const std::uint32_t steps = base.layer_.steps;
-    for (std::uint32_t i = block_.i; i <= base.block_end(block_.i); ++i) {
-      for (std::uint32_t j = block_.j; j <= base.block_end(block_.j) && i + j <= steps; ++j) {
-        const std::size_t node = base.node(block_.patch.face, i, j);
-        weight_[at(i - block_.i, j - block_.j)] = base.weight_of(base.layer_.seen_by[node]);
-      }
-    }
+      : base_(base), block_(base.blocks_[chosen.block]) {
+    const std::uint32_t rows = base.block_end(block_.i) - block_.i;
+    for (std::uint32_t i = 0; i <= rows; ++i) read_row(i, chosen.weighs);
+    place(frame.pixel, static_cast<float>(view.near_mm));
   }
 
-  static std::uint32_t at(std::uint32_t i, std::uint32_t j) { return i * (kCells + 1) + j; }
+  static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
+    return i * (kCells + 1) + j;
+  }
   float weight(std::uint32_t at) const { return weight_[at]; }
-  const Node& node(std::uint32_t at) {
-    if (!placed_[at]) place(at), placed_[at] = true;
-    return nodes_[at];
+  float b1(std::uint32_t at) const { return b1_[at]; }
+  float b2(std::uint32_t at) const { return b2_[at]; }
+  const Eigen::Vector3f& color(std::uint32_t at) const {
+    return base_.layer_.color[row_[at / (kCells + 1)] + at % (kCells + 1)];
+  }
+  // Beyond reach if it lies before the near plane.
+  SnappedCorner corner(std::uint32_t at) const {
+    SnappedCorner corner;
+    corner.x = x_[at], corner.y = y_[at], corner.inverse_depth = inverse_depth_[at];
+    return corner;
   }
 
  private:
-  void place(std::uint32_t at) {
-    const std::uint32_t i = block_.i + at / (kCells + 1), j = block_.j + at % (kCells + 1);
-    const float step = 1 / static_cast<float>(base_.layer_.steps);
-    const Intrinsics& k = view_.camera.intrinsics;
-    Node& out = nodes_[at];
-    out.weight = weight_[at];
-    out.index = static_cast<std::uint32_t>(base_.node(block_.patch.face, i, j));
-    const float b1 = out.b1 = step * static_cast<float>(i);
-    const float b2 = out.b2 = step * static_cast<float>(j);
-    const float h = base_.layer_.height_mm[out.index];
-    const ShellColumns& m = frame_.metric;
-    const Eigen::Vector4f p =
-        m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
-    out.corner = {};
-    if (!(p[2] > view_.near_mm)) return;
-    const double inverse = 1 / static_cast<double>(p[2]);
-    out.corner =
-        SnappedCorner({k.fx * p[0] * inverse + k.cx, k.fy * p[1] * inverse + k.cy, inverse});
+  void read_row(std::uint32_t i, bool weighs) {
+    const std::uint32_t steps = base_.layer_.steps, row = block_.i + i;
+    const float step = 1 / static_cast<float>(steps);
+    row_[i] = base_.node(block_.patch.face, row, block_.j);
+    const std::uint32_t last = std::min(base_.block_end(block_.j), steps - row);
+    for (std::uint32_t j = 0; block_.j + j <= last; ++j) {
+      const std::uint32_t k = at(i, j);
+      b1_[k] = step * static_cast<float>(row);
+      b2_[k] = step * static_cast<float>(block_.j + j);
+      h_[k] = base_.layer_.height_mm[row_[i] + j];
+      if (weighs) weight_[k] = base_.weight_of(base_.layer_.seen_by[row_[i] + j]);
+    }
   }
+
+  // All at once, those beyond the lattice's long edge, too: one by one, as triangles ask for them,
+  // takes longer.
+  void place(const ShellColumns& m, float near_mm) {
+    const float reach = static_cast<float>(kRasterReach);
+    for (std::uint32_t k = 0; k < kNodes; ++k) {
+      const float b1 = b1_[k], b2 = b2_[k], h = h_[k];
+      const auto row = [&](int r) {
+        return m(r, 0) + b1 * m(r, 1) + b2 * m(r, 2) + h * (m(r, 3) + b1 * m(r, 4) + b2 * m(r, 5));
+      };
+      const float z = row(2), inverse = 1 / z, x = row(0) * inverse, y = row(1) * inverse;
+      const bool in_reach = (z > near_mm) & (std::abs(x) < reach) & (std::abs(y) < reach);
+      inverse_depth_[k] = inverse;
+      x_[k] = in_reach ? SnappedCorner::snapped(x) : SnappedCorner::kBeyond;
+      y_[k] = in_reach ? SnappedCorner::snapped(y) : 0;
+    }
+  }
+
+  // Whole vectors.
+  static constexpr std::size_t kNodes = 32;
+  static_assert((kCells + 1) * (kCells + 1) <= kNodes);
+  template <class Number>
+  using PerNode = std::array<Number, kNodes>;
 
   const BaseDrawing& base_;
   const Block& block_;
-  const FaceFrame& frame_;
-  const View& view_;
-  // Those beyond the lattice's long edge are unused.
-  static constexpr std::size_t kNodes = std::size_t(kCells + 1) * (kCells + 1);
-  std::array<float, kNodes> weight_;
-  std::array<bool, kNodes> placed_;
-  std::array<Node, kNodes> nodes_;
+  std::array<std::size_t, kCells + 1> row_{};  // each row's first node, of the layer's
+  alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, weight_{}, inverse_depth_;
+  alignas(32) PerNode<std::int32_t> x_, y_;
 };
 
 void BaseTile::clear(const PixelBox& tile, bool keep_places) {
@@ -169,11 +177,8 @@ BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0,
 }
 
 float BaseDrawing::weight_of(std::uint32_t seen_by) const {
-  std::uint32_t bits = 0;
-  for (int i = 0; i < 3; ++i) {
-    if (active_[i] < 32 && (seen_by >> active_[i] & 1)) bits |= 1u << i;
-  }
-  return weight_by_active_[bits];
+  const auto sees = [&](int i) { return std::uint64_t{seen_by} >> active_[i] & 1; };
+  return weight_by_active_[sees(0) | sees(1) << 1 | sees(2) << 2];
 }
 
 bool BaseDrawing::weighs(const Block& block) const {
@@ -184,7 +189,8 @@ bool BaseDrawing::weighs(const Block& block) const {
 void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
                          const std::vector<std::uint8_t>& gappy, const ViewWeights& weights,
                          const View& view) {
-  active_ = weights.cameras;
+  // The layer knows of the first 32 cameras; no other sees a node.
+  for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
   weight_by_active_ = weight_table(weights);
   chosen_.clear();
   for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
@@ -203,32 +209,34 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
   if (!chosen.weighs && !fills) return;
   const Block& block = blocks_[chosen.block];
   const FaceFrame& frame = faces[block.patch.face];
-  PlacedBlock placed(*this, chosen, frame, view);
+  const PlacedBlock placed(*this, chosen, frame, view);
+  PixelBox drawn;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
     const bool weighs =
         placed.weight(at_a) > 0 || placed.weight(at_b) > 0 || placed.weight(at_c) > 0;
     if (!weighs && !fills) return;
-    const PlacedBlock::Node &a = placed.node(at_a), &b = placed.node(at_b), &c = placed.node(at_c);
+    const SnappedCorner a = placed.corner(at_a), b = placed.corner(at_b), c = placed.corner(at_c);
     // Most triangles of the blocks round a silhouette face away.
-    if (!frame.two_sided && doubled_area(a.corner, b.corner, c.corner) >= 0) return;
-    const SnappedTriangle triangle(a.corner, b.corner, c.corner);
+    if (!frame.two_sided && doubled_area(a, b, c) >= 0) return;
+    const SnappedTriangle triangle(a, b, c);
     const PixelBox box = intersected(triangle.box, tile.box);
     if (box.empty() || (!weighs && !open.any(box))) return;
     ++tile.triangles;
-    tile.spans.add(box);
+    drawn = united(drawn, box);
+    const Eigen::Vector3f weights(placed.weight(at_a), placed.weight(at_b), placed.weight(at_c));
     rasterise(triangle, tile.box, [&](int x, int y, double depth, const std::array<double, 3>& w) {
       const std::size_t at = tile.at(x, y);
       if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
       const Eigen::Vector3f w3(static_cast<float>(w[0]), static_cast<float>(w[1]),
                                static_cast<float>(w[2]));
-      const Eigen::Vector3f color = w3[0] * layer_.color[a.index] + w3[1] * layer_.color[b.index] +
-                                    w3[2] * layer_.color[c.index];
+      const Eigen::Vector3f color =
+          w3[0] * placed.color(at_a) + w3[1] * placed.color(at_b) + w3[2] * placed.color(at_c);
       tile.depth[at] = static_cast<float>(depth);
-      tile.shade[at] = {color[0], color[1], color[2],
-                        w3.dot(Eigen::Vector3f(a.weight, b.weight, c.weight))};
+      tile.shade[at] = {color[0], color[1], color[2], w3.dot(weights)};
       if (!tile.keeps_places()) return;
-      tile.place[at] = {block.patch.face, w3.dot(Eigen::Vector3f(a.b1, b.b1, c.b1)),
-                        w3.dot(Eigen::Vector3f(a.b2, b.b2, c.b2))};
+      tile.place[at] = {block.patch.face,
+                        w3.dot(Eigen::Vector3f(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c))),
+                        w3.dot(Eigen::Vector3f(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)))};
     });
   };
   const std::uint32_t n = layer_.steps;
@@ -240,6 +248,7 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
       if (along + 1 < n) add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
     }
   }
+  tile.spans.add(drawn);
 }
 
 }  // namespace organbake

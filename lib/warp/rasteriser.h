@@ -32,9 +32,12 @@ struct SnappedCorner {
   SnappedCorner() = default;
   explicit SnappedCorner(const RasterCorner& c) : inverse_depth(c.inverse_depth) {
     if (!(std::abs(c.x) < kRasterReach && std::abs(c.y) < kRasterReach)) return;
-    // floor is an instruction, llround a call.
-    x = static_cast<std::int32_t>(std::floor(c.x * 256 + 0.5));
-    y = static_cast<std::int32_t>(std::floor(c.y * 256 + 0.5));
+    x = snapped(c.x), y = snapped(c.y);
+  }
+  // Pixels, within reach. (floor is an instruction, llround a call.)
+  template <class Number>
+  static std::int32_t snapped(Number pixels) {
+    return static_cast<std::int32_t>(std::floor(pixels * 256 + Number(0.5)));
   }
 };
 
