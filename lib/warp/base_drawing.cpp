@@ -86,7 +86,7 @@ class BaseDrawing::PlacedBlock {
   }
 
   // Whole vectors.
-  static constexpr std::size_t kNodes = 32;
+  static constexpr std::uint32_t kNodes = 32;
   static_assert((kCells + 1) * (kCells + 1) <= kNodes);
   template <class Number>
   using PerNode = std::array<Number, kNodes>;
