@@ -99,10 +99,9 @@ class NodeBatch {
     found_[i].t = length2 > 0 ? (closest.point - line.foot).dot(line.direction) / length2 : 0;
   }
 
-  // A camera sees a point when its map has that depth there, with confidence enough to outweigh the
-  // base layer.
+  // A camera sees a point when its map has that depth there, with confidence.
   std::uint32_t seen_by(const Vector3d& point) const {
-    constexpr float kLeastConfidence = 0.05f;  // the player draws the base layer with 0.03
+    constexpr float kSureConfidence = 0.5f;
     // Half a texel's diagonal off the texel's centre, on a surface seen at up to 70°.
     constexpr double kTexels = 2.5;
     std::uint32_t bits = 0;
@@ -116,7 +115,7 @@ class NodeBatch {
         continue;
       const auto texel = std::size_t(pixel.y()) * maps.width + std::size_t(pixel.x());
       const double tolerance = kTexels * in_camera.z() / camera.intrinsics.fx;
-      if (maps.confidence[texel] > kLeastConfidence &&
+      if (maps.confidence[texel] > kSureConfidence &&
           std::abs(maps.depth_mm[texel] - in_camera.z()) <= tolerance)
         bits |= 1u << c;
     }
