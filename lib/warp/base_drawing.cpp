@@ -29,12 +29,11 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
 // A block's nodes in one frame.
 class BaseDrawing::PlacedBlock {
  public:
-  PlacedBlock(const BaseDrawing& base, const Chosen& chosen, const FaceFrame& frame,
-              const View& view)
-      : base_(base), block_(base.blocks_[chosen.block]) {
-    const std::uint32_t rows = base.block_end(block_.i) - block_.i;
-    for (std::uint32_t i = 0; i <= rows; ++i) read_row(i, chosen.weighs);
-    place(frame.pixel, static_cast<float>(view.near_mm));
+  PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
+      : base_(base) {
+    const std::uint32_t rows = base.block_end(block.i) - block.i;
+    for (std::uint32_t i = 0; i <= rows; ++i) read_row(block, i);
+    place(frame.pixel, near_mm);
   }
 
   static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
@@ -54,17 +53,18 @@ class BaseDrawing::PlacedBlock {
   }
 
  private:
-  void read_row(std::uint32_t i, bool weighs) {
-    const std::uint32_t steps = base_.layer_.steps, row = block_.i + i;
-    const float step = 1 / static_cast<float>(steps);
-    row_[i] = base_.node(block_.patch.face, row, block_.j);
-    const std::uint32_t last = std::min(base_.block_end(block_.j), steps - row);
-    for (std::uint32_t j = 0; block_.j + j <= last; ++j) {
+  void read_row(const Block& block, std::uint32_t i) {
+    const BaseLayer& layer = base_.layer_;
+    const std::uint32_t row = block.i + i;
+    const float step = 1 / static_cast<float>(layer.steps);
+    row_[i] = base_.node(block.patch.face, row, block.j);
+    const std::uint32_t last = std::min(base_.block_end(block.j), layer.steps - row);
+    for (std::uint32_t j = 0; block.j + j <= last; ++j) {
       const std::uint32_t k = at(i, j);
       b1_[k] = step * static_cast<float>(row);
-      b2_[k] = step * static_cast<float>(block_.j + j);
-      h_[k] = base_.layer_.height_mm[row_[i] + j];
-      if (weighs) weight_[k] = base_.weight_of(base_.layer_.seen_by[row_[i] + j]);
+      b2_[k] = step * static_cast<float>(block.j + j);
+      h_[k] = layer.height_mm[row_[i] + j];
+      weight_[k] = base_.weight_of(layer.seen_by[row_[i] + j]);
     }
   }
 
@@ -85,14 +85,13 @@ class BaseDrawing::PlacedBlock {
     }
   }
 
-  // Whole vectors.
+  // Whole vectors of them.
   static constexpr std::uint32_t kNodes = 32;
   static_assert((kCells + 1) * (kCells + 1) <= kNodes);
   template <class Number>
   using PerNode = std::array<Number, kNodes>;
 
   const BaseDrawing& base_;
-  const Block& block_;
   std::array<std::size_t, kCells + 1> row_{};  // each row's first node, of the layer's
   alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, weight_{}, inverse_depth_;
   alignas(32) PerNode<std::int32_t> x_, y_;
@@ -209,7 +208,7 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
   if (!chosen.weighs && !fills) return;
   const Block& block = blocks_[chosen.block];
   const FaceFrame& frame = faces[block.patch.face];
-  const PlacedBlock placed(*this, chosen, frame, view);
+  const PlacedBlock placed(*this, block, frame, static_cast<float>(view.near_mm));
   PixelBox drawn;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
     const bool weighs =

@@ -33,7 +33,10 @@ struct Stretch {
     const auto* const cover = reinterpret_cast<const std::uint8_t*>(&frame.cover[at]);
     const float* const from = &depth_mm[at];
     float* const to = depth.data() + (first - (x0 - kReachPx));
-    for (int i = 0; i < last - first; i += 16) __builtin_prefetch(from + frame.color.width + i);
+    // The row below is asked for next: each lies in pages of its own, which no prefetcher enters.
+    constexpr int kLine = 64 / sizeof(float);  // of a cache's
+    for (int i = 0; y + 1 < frame.color.height && i < last - first; i += kLine)
+      __builtin_prefetch(from + frame.color.width + i);
     for (int i = 0; i < last - first; ++i) to[i] = cover[i] ? from[i] : kInfinity;
   }
   const float* at(int x) const { return depth.data() + kReachPx + x; }
