@@ -46,12 +46,15 @@ class BakeScene {
     std::vector<double> seconds;
     const Timing timing =
         bench_.time([&] { seconds.push_back(seconds_of(baker_.bake(bundle, all))); });
-    bench_.add(Point{task_, subject, false, std::move(knobs), timing,
-                     bundle_errors(bundle, bench_.quick() ? 360 : 720)});
+    const std::vector<Quantity> errors = bundle_errors(bundle, bench_.quick() ? 360 : 720);
+    picture_levels_ = errors.front().value;
+    bench_.add(Point{task_, subject, false, std::move(knobs), timing, errors});
     return spread_of(seconds).median - 1e-3 * reading_.wall_ms.median;
   }
 
   const std::string& task() const { return task_; }
+  // Of the last bake.
+  double picture_levels() const { return picture_levels_; }
 
  private:
   fs::path ct() const { return bench_.scratch() / "ct.mha"; }
@@ -60,10 +63,11 @@ class BakeScene {
   Baker baker_;
   std::string task_;
   Timing reading_;
+  double picture_levels_ = 0;
 };
 
 // In a quick run with maps of a quarter of their size.
-void bake_quality(const Bench& bench, BakeScene& scene, const std::string& quality) {
+void bake_quality(Bench& bench, BakeScene& scene, const std::string& quality) {
   std::vector<std::string> arguments = {"--quality", quality};
   for (const auto& [section, key, value] : quality_options(quality)) {
     if (bench.quick() && key == "size")
@@ -71,6 +75,8 @@ void bake_quality(const Bench& bench, BakeScene& scene, const std::string& quali
                        {"--set", "place.size=" + std::to_string(std::stoi(value) / 4)});
   }
   scene.bake("--quality " + quality + (bench.quick() ? ", small maps" : ""), arguments, {});
+  if (!bench.quick() && quality == "standard")
+    bench.add(Figure{scene.task() + ": pictures, RMS", "levels", scene.picture_levels(), 2});
 }
 
 void sweep_map_sizes(Bench& bench, BakeScene& scene) {

@@ -4,9 +4,8 @@
 #include <cmath>
 
 #include "bundle/bundle.h"
-#include "capture/capture.h"
 #include "image/difference.h"
-#include "image/srgb.h"
+#include "organbench/suites/material_picture.h"
 #include "player/orbit.h"
 #include "player/player.h"
 #include "player/projection_error.h"
@@ -14,27 +13,6 @@
 
 namespace organbake {
 namespace {
-
-struct MaterialPicture {
-  Rgb8Image color;
-  std::vector<std::uint8_t> covered;
-};
-
-MaterialPicture true_picture(const TriangleMesh& surface, const TriangleMesh& proxy,
-                             const View& view) {
-  constexpr double kNoBaseLayer_mm = 100;  // it is not looked at
-  const CaptureOptions options{.rays_per_texel_side = 4, .base_step_mm = kNoBaseLayer_mm};
-  const CameraMaps maps =
-      capture(surface, proxy, {view.camera}, *make_material_color({}), options).maps.front();
-  MaterialPicture picture{{maps.width, maps.height}, {}};
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    const bool covered = maps.face[i] != kNoFace;
-    picture.covered.push_back(covered);
-    for (int c = 0; c < 3 && covered; ++c)
-      picture.color.pixels[3 * i + c] = srgb8_from_linear(maps.color[i][c]);
-  }
-  return picture;
-}
 
 double mean_square_levels(Player& player, MaterialPicture truth, const View& view) {
   DrawOptions options;
@@ -50,10 +28,9 @@ double mean_square_levels(Player& player, MaterialPicture truth, const View& vie
 double picture_error_levels(const std::filesystem::path& bundle, const TriangleMesh& surface,
                             const std::vector<View>& views) {
   Player player(bundle);
+  const MaterialTruth truth(surface);
   double sum = 0;
-  for (const View& view : views) {
-    sum += mean_square_levels(player, true_picture(surface, player.bundle().proxy, view), view);
-  }
+  for (const View& view : views) sum += mean_square_levels(player, truth.draw(view.camera), view);
   return std::sqrt(sum / double(views.size()));
 }
 

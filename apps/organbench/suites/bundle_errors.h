@@ -12,9 +12,8 @@ namespace organbake {
 //   pictures (16:9, of a height in px) of three views between the cameras, RMS over both
 //   silhouettes, levels of 255; the surface's vertices projected in one of them, mean px,
 //   image-based and by polygons; the surface's vertices to the proxy, RMS in mm.
-// The picture's truth is what capture itself sees from the viewers' places by 16 rays a pixel: the
-// material is a formula, so no map and no mesh limits its colours. Throws BadDataError for a bundle
-// without its surface.
+// The picture's truth is the surface traced in the same material (material_picture.h). Throws
+// BadDataError for a bundle without its surface.
 std::vector<Quantity> bundle_errors(const std::filesystem::path& bundle, int height_px);
 
 }  // namespace organbake
