@@ -29,8 +29,7 @@ MaterialTruth::MaterialTruth(const TriangleMesh& surface)
 
 MaterialPicture MaterialTruth::draw(const PosedCamera& camera) const {
   const auto [width, height] = std::pair(camera.intrinsics.width, camera.intrinsics.height);
-  MaterialPicture picture{{width, height},
-                          std::vector<std::uint8_t>(std::size_t(width) * height)};
+  MaterialPicture picture{{width, height}, std::vector<std::uint8_t>(std::size_t(width) * height)};
   tbb::parallel_for(0, height, [&](int y) { draw_row(camera, y, picture); });
   return picture;
 }
