@@ -20,9 +20,8 @@ Finish::Pixel Finish::pixel_of(const Frame& frame, std::size_t at) {
           frame.depth_mm.empty() ? 0 : frame.depth_mm[at]};
 }
 
-void Finish::open(const PixelBox& drawn, const std::vector<float>& depth_mm, float deeper_mm,
-                  Frame& frame) {
-  for (const std::uint32_t pixel : find_see_through(drawn, depth_mm, deeper_mm, frame)) {
+void Finish::open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame) {
+  for (const std::uint32_t pixel : find_see_through(drawn, depth, deeper_mm)) {
     opened_.push_back(pixel_of(frame, pixel));
     frame.cover[pixel] = Cover::background;
   }
@@ -37,25 +36,26 @@ void Finish::keep(const PixelBox& box, const Frame& frame) {
 }
 
 void Finish::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
-                   const std::vector<float>& depth_mm, float deeper_mm, Frame& frame,
-                   DrawReport& report) {
+                   const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report) {
   drawn_ = drawn;
   opened_.clear();
   hidden_.clear();
-  if (options.fill_holes) open(drawn, depth_mm, deeper_mm, frame);
-  const std::size_t slits = fill_slits(drawn, options.fill_holes, frame);
-  const HoleCounts holes = fill_holes(drawn, options.fill_holes, frame);
+  if (options.fill_holes) open(drawn, depth, deeper_mm, frame);
+  skin_.read_with_border(drawn, frame);
+  const std::size_t slits = fill_slits(skin_, options.fill_holes, frame);
+  const HoleCounts holes = fill_holes(skin_, options.fill_holes, frame);
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
   if (!options.solids.empty()) {
     keep(solids_box(options.solids, view), frame);
     draw_solids(options.solids, view, frame);
+    skin_.read_with_border(drawn, frame);
   }
-  outline_.soften(options.smooth_outline ? drawn : PixelBox{}, options.background, frame);
+  if (!options.smooth_outline) skin_ = {};
+  outline_.soften(skin_, options.background, frame);
 }
 
-void Finish::undo(const Background& background, const std::vector<float>& depth_mm,
-                  Frame& frame) const {
+void Finish::undo(const Background& background, Frame& frame) const {
   outline_.undo(frame);
   const auto restore = [&](const Pixel& pixel, float depth) {
     std::copy(pixel.color.begin(), pixel.color.end(),
@@ -77,7 +77,7 @@ void Finish::undo(const Background& background, const std::vector<float>& depth_
               kNothing);
     }
   }
-  for (const Pixel& pixel : opened_) restore(pixel, depth_mm[pixel.at]);
+  for (const Pixel& pixel : opened_) restore(pixel, pixel.depth);
 }
 
 }  // namespace organbake

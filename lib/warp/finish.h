@@ -9,6 +9,8 @@
 #include "warp/outline.h"
 #include "warp/pixel_box.h"
 #include "warp/resolve.h"
+#include "warp/skin_bits.h"
+#include "warp/skin_depth.h"
 #include "warp/solids.h"
 #include "warp/view.h"
 
@@ -25,12 +27,11 @@ inline constexpr float kSeeThroughTexels = 8;
 // and draw the tiles that changed alone.
 class Finish {
  public:
-  // drawn: everything but the background. depth_mm: of covered pixels, one per pixel.
-  // deeper_mm: see find_see_through().
+  // drawn: everything but the background. depth, deeper_mm: see find_see_through().
   void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
-             const std::vector<float>& depth_mm, float deeper_mm, Frame& frame, DrawReport& report);
+             const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report);
   // The frame as it was before apply().
-  void undo(const Background& background, const std::vector<float>& depth_mm, Frame& frame) const;
+  void undo(const Background& background, Frame& frame) const;
 
  private:
   struct Pixel {
@@ -41,10 +42,10 @@ class Finish {
   };
   static Pixel pixel_of(const Frame& frame, std::size_t at);
   void keep(const PixelBox& box, const Frame& frame);
-  void open(const PixelBox& drawn, const std::vector<float>& depth_mm, float deeper_mm,
-            Frame& frame);
+  void open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame);
 
   PixelBox drawn_;
+  SkinBits skin_;  // with a border
   std::vector<Pixel> opened_;  // as they were
   std::vector<Pixel> hidden_;  // under the tools' box
   Outline outline_;

@@ -6,15 +6,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "warp/skin_bits.h"
-
 namespace organbake {
 namespace {
 
 constexpr int kEnough = 5;
 
 struct Hole {
-  std::uint32_t pixel;
+  PixelAt pixel;
   std::array<std::uint8_t, 3> color;
   float depth;
 };
@@ -33,7 +31,7 @@ Hole hole_at(const Frame& frame, PixelAt open) {
       ++count;
     }
   }
-  Hole hole{static_cast<std::uint32_t>(open.y * width + open.x), {}, 0};
+  Hole hole{open, {}, 0};
   for (int k = 0; k < 3; ++k)
     hole.color[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
   hole.depth = depth / static_cast<float>(count);
@@ -77,11 +75,9 @@ std::uint64_t holes_of_word(const SkinBits& bits, int word, int y) {
   return open & (at_least_6 | (at_least_4 & ones));
 }
 
-std::vector<Hole> find_holes(const PixelBox& box, const Frame& frame) {
-  thread_local SkinBits bits;  // for its memory
-  bits.read(box, frame);
+std::vector<Hole> find_holes(const SkinBits& bits, const Frame& frame) {
   std::vector<Hole> holes;
-  for (int y = box.y0; y < box.y1; ++y) {
+  for (int y = bits.box().y0; y < bits.box().y1; ++y) {
     for (int word = 0; word < bits.words(); ++word) {
       bits.for_each(holes_of_word(bits, word, y), word, y,
                     [&](PixelAt open) { holes.push_back(hole_at(frame, open)); });
@@ -92,18 +88,19 @@ std::vector<Hole> find_holes(const PixelBox& box, const Frame& frame) {
 
 }  // namespace
 
-HoleCounts fill_holes(const PixelBox& box, bool fill, Frame& frame) {
+HoleCounts fill_holes(SkinBits& bits, bool fill, Frame& frame) {
   HoleCounts counts;
   for (int round = 0; round <= kFillRounds; ++round) {
-    const std::vector<Hole> holes = find_holes(box, frame);
+    const std::vector<Hole> holes = find_holes(bits, frame);
     counts.after = holes.size();
     if (round == 0) counts.before = counts.after;
     if (counts.after == 0 || round == kFillRounds || !fill) break;
     for (const Hole& hole : holes) {
-      std::copy(hole.color.begin(), hole.color.end(),
-                &frame.color.pixels[3 * std::size_t(hole.pixel)]);
-      frame.cover[hole.pixel] = Cover::filled;
-      if (!frame.depth_mm.empty()) frame.depth_mm[hole.pixel] = hole.depth;
+      const std::size_t at = std::size_t(hole.pixel.y) * frame.color.width + hole.pixel.x;
+      std::copy(hole.color.begin(), hole.color.end(), &frame.color.pixels[3 * at]);
+      frame.cover[at] = Cover::filled;
+      if (!frame.depth_mm.empty()) frame.depth_mm[at] = hole.depth;
+      bits.close(hole.pixel);
     }
   }
   return counts;

@@ -72,7 +72,7 @@ double Outline::rise_of(const Border& border, int length, BorderStep ends) const
 }
 
 bool Outline::is_border(const Border& border, int i) const {
-  return bits_.is_skin(border.skin(i)) && bits_.is_open(border.open(i));
+  return bits_->is_skin(border.skin(i)) && bits_->is_open(border.open(i));
 }
 
 // A stretch without a step, from its first pixel on.
@@ -81,8 +81,8 @@ void Outline::follow(const Border& border) {
   while (is_border(border, length)) ++length;
   const auto step = [&](int i) {
     const PixelAt near = border.near(i), far = border.far(i);
-    return static_cast<BorderStep>(int{bits_.is_skin(near) && bits_.is_skin(far)} -
-                                   int{bits_.is_open(near) && bits_.is_open(far)});
+    return static_cast<BorderStep>(int{bits_->is_skin(near) && bits_->is_skin(far)} -
+                                   int{bits_->is_open(near) && bits_->is_open(far)});
   };
   const BorderStep before = step(-1), after = step(length);
   if (before == no_step && after == no_step) return;
@@ -97,15 +97,15 @@ void Outline::follow(const Border& border) {
 }
 
 void Outline::follow_rows() {
-  const PixelBox& box = bits_.box();
+  const PixelBox& box = bits_->box();
   for (int y = box.y0; y + 1 < box.y1; ++y) {
     for (const bool skin_first : {true, false}) {
-      const std::uint64_t* skin = bits_.skin(skin_first ? y : y + 1);
-      const std::uint64_t* open = bits_.open(skin_first ? y + 1 : y);
+      const std::uint64_t* skin = bits_->skin(skin_first ? y : y + 1);
+      const std::uint64_t* open = bits_->open(skin_first ? y + 1 : y);
       std::uint64_t last = 0;  // bit of the word before
-      for (int word = 0; word < bits_.words(); ++word) {
+      for (int word = 0; word < bits_->words(); ++word) {
         const std::uint64_t border = skin[word] & open[word];
-        bits_.for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
+        bits_->for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
           follow({first, true, skin_first});
         });
         last = border >> (SkinBits::kWord - 1);
@@ -115,16 +115,16 @@ void Outline::follow_rows() {
 }
 
 void Outline::follow_columns() {
-  const PixelBox& box = bits_.box();
+  const PixelBox& box = bits_->box();
   std::vector<std::uint64_t> above;
   for (const bool skin_first : {true, false}) {
-    above.assign(bits_.words(), 0);
+    above.assign(bits_->words(), 0);
     for (int y = box.y0; y < box.y1; ++y) {
-      const std::uint64_t* near = skin_first ? bits_.skin(y) : bits_.open(y);
-      const std::uint64_t* far = skin_first ? bits_.open(y) : bits_.skin(y);
-      for (int word = 0; word < bits_.words(); ++word) {
-        const std::uint64_t border = near[word] & bits_.left_of(far, word);
-        bits_.for_each(border & ~above[word], word, y, [&](PixelAt first) {
+      const std::uint64_t* near = skin_first ? bits_->skin(y) : bits_->open(y);
+      const std::uint64_t* far = skin_first ? bits_->open(y) : bits_->skin(y);
+      for (int word = 0; word < bits_->words(); ++word) {
+        const std::uint64_t border = near[word] & bits_->left_of(far, word);
+        bits_->for_each(border & ~above[word], word, y, [&](PixelAt first) {
           follow({first, false, skin_first});
         });
         above[word] = border;
@@ -144,7 +144,7 @@ void Outline::blend(const Pixel& pixel, const Linear& background, Frame& frame) 
     int count = 0;
     for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
       const PixelAt beside{at.x + dx, at.y + dy};
-      if (!bits_.is_skin(beside)) continue;
+      if (!bits_->is_skin(beside)) continue;
       const Linear skin = linear_color(frame.color.at(beside.x, beside.y));
       for (int c = 0; c < 3; ++c) color[c] += skin[c];
       ++count;
@@ -159,12 +159,18 @@ void Outline::blend(const Pixel& pixel, const Linear& background, Frame& frame) 
 
 void Outline::soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& background,
                      Frame& frame) {
+  SkinBits skin;
+  skin.read_with_border(drawn, frame);
+  soften(skin, background, frame);
+}
+
+void Outline::soften(const SkinBits& skin, const std::array<std::uint8_t, 3>& background,
+                     Frame& frame) {
   softened_.clear();
-  if (drawn.empty()) return;
+  if (skin.box().empty()) return;
   width_ = frame.color.width;
   change_.resize(frame.cover.size());
-  const PixelBox picture{0, 0, frame.color.width, frame.color.height};
-  bits_.read(intersected({drawn.x0 - 1, drawn.y0 - 1, drawn.x1 + 1, drawn.y1 + 1}, picture), frame);
+  bits_ = &skin;
   follow_rows();
   follow_columns();
   for (Pixel& pixel : softened_)

@@ -20,7 +20,9 @@ namespace organbake {
 // Where skin meets skin or a tool nothing is smoothed.
 class Outline {
  public:
-  // drawn: all pixels that have skin. Forgets what it softened before.
+  // skin: the frame's, with a border; looked at here alone. Forgets what it softened before.
+  void soften(const SkinBits& skin, const std::array<std::uint8_t, 3>& background, Frame& frame);
+  // drawn: all pixels that have skin.
   void soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& background, Frame& frame);
   // The frame as it was before soften().
   void undo(Frame& frame) const;
@@ -39,7 +41,7 @@ class Outline {
   void change(PixelAt pixel, double share);
   void blend(const Pixel& pixel, const std::array<float, 3>& background, Frame& frame) const;
 
-  SkinBits bits_;
+  const SkinBits* bits_ = nullptr;  // while softening
   int width_ = 0;
   // By how much more of a pixel, or less, skin covers than its centre says, in steps of 1/254; 0
   // between calls.

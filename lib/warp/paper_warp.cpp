@@ -248,18 +248,20 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
   frame.depth_mm.clear();
   if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kInfinity);
-  std::vector<float> depth_mm(pixels, kInfinity);
+  SkinDepth depth;
+  depth.resize(width, height);
   const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
   for (std::size_t i = 0; i < pixels; ++i) {
-    depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
-    report.sample_pixels += depth_mm[i] < kInfinity;
+    float& shown_mm = depth.row(static_cast<int>(i / width))[i % width];
+    shown_mm = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
+    report.sample_pixels += shown_mm < kInfinity;
   }
   const double distance_mm = (bundle.cameras.cameras[cameras[0]].center_world_mm() -
                               bundle.cameras.manifold.center_world_mm)
                                  .norm();
   const auto deeper_mm =
       static_cast<float>(kSeeThroughTexels / kSameSurfaceTexels * same_surface * distance_mm);
-  Finish().apply(view, options, {0, 0, width, height}, depth_mm, deeper_mm, frame, report);
+  Finish().apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
   return report;
 }
 

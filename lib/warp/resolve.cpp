@@ -221,7 +221,7 @@ void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretche
 }  // namespace
 
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                  const Background& background, std::vector<float>& depth_mm, Frame& frame) {
+                  const Background& background, SkinDepth& depth, Frame& frame) {
   LayerStretches rows;
   SumStretch sum;
   const auto blend = [&](int x0, int count, int y) {
@@ -231,7 +231,7 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
     if (tile.rest) tell_shown(tile, rows, count, sum, &frame.shown[first]);
     if (tile.base) mark_base(rows, tile.count, count, cover);
-    std::copy_n(sum.nearest, count, &depth_mm[first]);
+    std::copy_n(sum.nearest, count, depth.row(y) + x0);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
   };
   for (int y = box.y0; y < box.y1; ++y) {
@@ -239,11 +239,11 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     const int x0 = (spans.first(y - box.y0) + box.x0) & ~(LitStretch::kGroup - 1);
     const int x1 = spans.last(y - box.y0) + box.x0;
     if (x0 >= x1) {
-      background.fill({box.x0, y, box.x1, y + 1}, frame);
+      background.fill({box.x0, y, box.x1, y + 1}, depth, frame);
       continue;
     }
-    background.fill({box.x0, y, x0, y + 1}, frame);
-    background.fill({x1, y, box.x1, y + 1}, frame);
+    background.fill({box.x0, y, x0, y + 1}, depth, frame);
+    background.fill({x1, y, box.x1, y + 1}, depth, frame);
     for (int x = x0; x < x1; x += kStretch) blend(x, std::min(kStretch, x1 - x), y);
   }
 }
@@ -252,8 +252,9 @@ Background::Background(const std::array<std::uint8_t, 3>& color) : color_(color)
   for (std::size_t i = 0; i < row_.size(); ++i) row_[i] = color[i % 3];
 }
 
-void Background::fill(const PixelBox& box, Frame& frame) const {
+void Background::fill(const PixelBox& box, SkinDepth& depth, Frame& frame) const {
   if (box.empty()) return;
+  depth.clear(box);
   for (int y = box.y0; y < box.y1; ++y) {
     const std::size_t first = std::size_t(y) * frame.color.width + box.x0;
     std::copy_n(row_.data(), 3 * box.width(), frame.color.pixels.data() + 3 * first);

@@ -10,6 +10,7 @@
 #include "warp/leading_samples.h"
 #include "warp/relit_skin.h"
 #include "warp/row_spans.h"
+#include "warp/skin_depth.h"
 #include "warp/tile_keys.h"
 
 namespace organbake {
@@ -41,8 +42,8 @@ class Background {
  public:
   explicit Background(const std::array<std::uint8_t, 3>& color);
   const std::array<std::uint8_t, 3>& color() const { return color_; }
-  // Makes the box, within one tile, background in all planes of the frame.
-  void fill(const PixelBox& box, Frame& frame) const;
+  // Makes the box, within one tile, background in all planes of the frame, and shows no skin there.
+  void fill(const PixelBox& box, SkinDepth& depth, Frame& frame) const;
 
  private:
   std::array<std::uint8_t, 3> color_;
@@ -53,8 +54,8 @@ class Background {
 // it) depth for the pixels of `box`. A layer counts by camera share × sample confidence, fading out
 // between one and two same_surface_mm behind the nearest.
 // Only the spans are looked at; the rest of the box becomes background.
-// depth_mm, of the picture's size, gets the depth of every pixel that is covered.
+// `depth` gets the depth of the skin of every pixel of the box.
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
-                  const Background& background, std::vector<float>& depth_mm, Frame& frame);
+                  const Background& background, SkinDepth& depth, Frame& frame);
 
 }  // namespace organbake

@@ -43,14 +43,22 @@ void for_each_word(const Frame& frame, const PixelBox& box, Cover beyond, const 
 void SkinBits::read(const PixelBox& box, const Frame& frame) {
   box_ = box;
   words_ = (box.width() + kWord - 1) / kWord;
-  skin_.clear();
-  open_.clear();
+  const std::size_t words = std::size_t(words_) * std::max(0, box.height());
+  skin_.resize(words);
+  open_.resize(words);
+  std::size_t at = 0;
   // Beyond the box: tools, which are neither skin nor open.
   for_each_word(frame, box, Cover::solid, [&](const Cover* covers) {
     const std::uint64_t open = bits_of(covers, Cover::background);
-    open_.push_back(open);
-    skin_.push_back(~(open | bits_of(covers, Cover::solid)));
+    open_[at] = open;
+    skin_[at++] = ~(open | bits_of(covers, Cover::solid));
   });
+}
+
+void SkinBits::read_with_border(const PixelBox& box, const Frame& frame) {
+  const PixelBox picture{0, 0, frame.color.width, frame.color.height};
+  if (box.empty()) return read({}, frame);
+  read(intersected({box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}, picture), frame);
 }
 
 std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {

@@ -21,6 +21,14 @@ class SkinBits {
   static constexpr int kWord = 64;  // pixels
 
   void read(const PixelBox& box, const Frame& frame);
+  // The box and the pixels round it, where its skin ends.
+  void read_with_border(const PixelBox& box, const Frame& frame);
+  // A pixel of the box that was open is filled.
+  void close(PixelAt pixel) {
+    const std::size_t word = word_of(pixel);
+    const std::uint64_t bit = bit_of(pixel);
+    skin_[word] |= bit, open_[word] &= ~bit;
+  }
 
   const PixelBox& box() const { return box_; }
   // False outside the box.
@@ -49,8 +57,13 @@ class SkinBits {
  private:
   bool has(const std::vector<std::uint64_t>& bits, PixelAt p) const {
     if (p.x < box_.x0 || p.y < box_.y0 || p.x >= box_.x1 || p.y >= box_.y1) return false;
-    const int column = p.x - box_.x0;
-    return bits[std::size_t(p.y - box_.y0) * words_ + column / kWord] >> (column % kWord) & 1;
+    return (bits[word_of(p)] & bit_of(p)) != 0;
+  }
+  std::size_t word_of(PixelAt p) const {
+    return std::size_t(p.y - box_.y0) * words_ + (p.x - box_.x0) / kWord;
+  }
+  std::uint64_t bit_of(PixelAt p) const {
+    return std::uint64_t{1} << ((p.x - box_.x0) % kWord);
   }
 
   PixelBox box_;

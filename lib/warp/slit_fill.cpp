@@ -3,48 +3,49 @@
 
 #include <cstdint>
 
-#include "warp/skin_bits.h"
-
 namespace organbake {
 namespace {
-
-// Mixes the pixels between two covered ones, `step` apart, `count` of them.
-void bridge(std::size_t before, std::size_t step, int count, Frame& frame) {
-  const std::size_t after = before + step * (count + 1);
-  for (int i = 1; i <= count; ++i) {
-    const std::size_t at = before + step * i;
-    for (int c = 0; c < 3; ++c) {
-      const int a = frame.color.pixels[3 * before + c], b = frame.color.pixels[3 * after + c];
-      frame.color.pixels[3 * at + c] =
-          static_cast<std::uint8_t>((a * (count + 1 - i) + b * i + (count + 1) / 2) / (count + 1));
-    }
-    if (!frame.depth_mm.empty()) {
-      const float t = static_cast<float>(i) / static_cast<float>(count + 1);
-      frame.depth_mm[at] = (1 - t) * frame.depth_mm[before] + t * frame.depth_mm[after];
-    }
-    frame.cover[at] = Cover::filled;
-  }
-}
 
 struct Step {
   int x, y;
 };
 
+// Mixes the pixels between two covered ones, `count` of them.
+void bridge(PixelAt before, Step step, int count, SkinBits& bits, Frame& frame) {
+  const auto index = [&](int i) {
+    return std::size_t(before.y + i * step.y) * frame.color.width + before.x + i * step.x;
+  };
+  const std::size_t first = index(0), last = index(count + 1);
+  for (int i = 1; i <= count; ++i) {
+    const std::size_t at = index(i);
+    for (int c = 0; c < 3; ++c) {
+      const int a = frame.color.pixels[3 * first + c], b = frame.color.pixels[3 * last + c];
+      frame.color.pixels[3 * at + c] =
+          static_cast<std::uint8_t>((a * (count + 1 - i) + b * i + (count + 1) / 2) / (count + 1));
+    }
+    if (!frame.depth_mm.empty()) {
+      const float t = static_cast<float>(i) / static_cast<float>(count + 1);
+      frame.depth_mm[at] = (1 - t) * frame.depth_mm[first] + t * frame.depth_mm[last];
+    }
+    frame.cover[at] = Cover::filled;
+    bits.close({before.x + i * step.x, before.y + i * step.y});
+  }
+}
+
 // Fills the slit that ends beside a pixel of skin; `back` leads into it. Returns its pixels, 0 when
 // it is none.
-int fill_slit(const SkinBits& bits, PixelAt end, Step back, bool fill, Frame& frame) {
+int fill_slit(SkinBits& bits, PixelAt end, Step back, bool fill, Frame& frame) {
   int run = 0;
   PixelAt at = end;
   do {
     at = {at.x + back.x, at.y + back.y};
   } while (bits.is_open(at) && ++run <= kWidestSlit);
   if (!bits.is_skin(at)) return 0;
-  const std::size_t width = frame.color.width;
-  if (fill) bridge(at.y * width + at.x, back.y != 0 ? width : 1, run, frame);
+  if (fill) bridge(at, {-back.x, -back.y}, run, bits, frame);
   return run;
 }
 
-std::size_t fill_columns(const SkinBits& bits, bool fill, Frame& frame) {
+std::size_t fill_columns(SkinBits& bits, bool fill, Frame& frame) {
   std::size_t pixels = 0;
   for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y) {
     for (int word = 0; word < bits.words(); ++word) {
@@ -56,7 +57,7 @@ std::size_t fill_columns(const SkinBits& bits, bool fill, Frame& frame) {
   return pixels;
 }
 
-std::size_t fill_rows(const SkinBits& bits, bool fill, Frame& frame) {
+std::size_t fill_rows(SkinBits& bits, bool fill, Frame& frame) {
   std::size_t pixels = 0;
   for (int y = bits.box().y0; y < bits.box().y1; ++y) {
     for (int word = 0; word < bits.words(); ++word) {
@@ -71,11 +72,8 @@ std::size_t fill_rows(const SkinBits& bits, bool fill, Frame& frame) {
 
 }  // namespace
 
-std::size_t fill_slits(const PixelBox& box, bool fill, Frame& frame) {
-  thread_local SkinBits bits;  // for its memory
-  bits.read(box, frame);
+std::size_t fill_slits(SkinBits& bits, bool fill, Frame& frame) {
   const std::size_t of_columns = fill_columns(bits, fill, frame);
-  if (fill && of_columns > 0) bits.read(box, frame);
   return of_columns + fill_rows(bits, fill, frame);
 }
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "warp/frame.h"
-#include "warp/pixel_box.h"
+#include "warp/skin_bits.h"
 
 namespace organbake {
 
@@ -13,8 +13,9 @@ namespace organbake {
 // from the side than any camera saw them. Longer runs may be the gap between two lobes.
 inline constexpr int kWidestSlit = 4;
 
-// Counts the pixels of all slits in the box and, with `fill`, gives each the colour between its two
-// ends. Columns go first, rows take what is left.
-std::size_t fill_slits(const PixelBox& box, bool fill, Frame& frame);
+// Counts the pixels of all slits in the box of `bits`, which tell the frame's skin, and, with `fill`,
+// gives each the colour between its two ends, in the frame and the bits. Columns go first, rows take
+// what is left.
+std::size_t fill_slits(SkinBits& bits, bool fill, Frame& frame);
 
 }  // namespace organbake

@@ -94,8 +94,8 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
 }
 
 void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
-                       std::vector<float>& depth_mm, Frame& frame) {
-  if (is_empty(tile)) return placed_->background.fill(part, frame);
+                       SkinDepth& depth, Frame& frame) {
+  if (is_empty(tile)) return placed_->background.fill(part, depth, frame);
   Scratch& own = scratch_.local();
   PhaseClock clock(placed_->measure);
   own.spans.clear(part);
@@ -121,7 +121,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
   clock.lap(own.times.splat);
   layers.base = draw_base(base_blocks(tile), part, std::span(drawn).first(layers.count), own);
   clock.lap(own.times.base);
-  resolve_tile(layers, own.spans, part, placed_->background, depth_mm, frame);
+  resolve_tile(layers, own.spans, part, placed_->background, depth, frame);
   clock.lap(own.times.resolve);
 }
 

@@ -38,8 +38,8 @@ class TileDrawing {
  public:
   // What `placed` refers to must last until the frame's last tile.
   void begin(const PlacedFrame& placed);
-  // A part of a tile. depth_mm: see resolve_tile().
-  void draw(int tile, const PixelBox& tile_box, const PixelBox& part, std::vector<float>& depth_mm,
+  // A part of a tile. depth: see resolve_tile().
+  void draw(int tile, const PixelBox& tile_box, const PixelBox& part, SkinDepth& depth,
             Frame& frame);
   // Adds what the frame's tiles took.
   void count(DrawReport& report) const;

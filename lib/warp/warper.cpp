@@ -67,7 +67,7 @@ struct Warper::Impl {
   Survey survey;                    // once the base layer is placed, of that, too
   std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
   TileLists base_tiles;
-  std::vector<float> depth_mm;  // of covered pixels
+  SkinDepth depth;
   TileDrawing tiles;
   std::optional<RelitSkin> relit;  // when the bundle knows its light
 
@@ -179,7 +179,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
   tbb::parallel_for(0, grid.count(), [&](int t) {
     const PixelBox part = moved_cells.within(grid.box(t));
     if (part.empty()) return;
-    tiles.draw(t, grid.box(t), part, depth_mm, frame);
+    tiles.draw(t, grid.box(t), part, depth, frame);
     ++drawn;
   });
   tiles.count(report);
@@ -230,13 +230,13 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   frame.depth_mm.resize(options.keep_depth || !options.solids.empty() ? pixels : 0);
 
   frame.shown.resize(options.keep_shown ? pixels : 0);
-  s.depth_mm.resize(pixels);
+  s.depth.resize(width, height);
 
   const TileGrid grid(width, height);
   const Background background(options.background);
   PhaseClock clock(options.measure);
   s.choose_cameras(view, report);
-  if (continued) s.finish.undo(background, s.depth_mm, frame);
+  if (continued) s.finish.undo(background, frame);
   s.place_faces(view, continued);
   if (options.relight) s.relit->turn(shell_matrices(s.deformed), s.moved);
   s.place_samples(view, grid, report);
@@ -246,8 +246,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
   clock.restart();
-  s.finish.apply(view, options, s.survey.box, s.depth_mm, kSeeThroughTexels * s.texel_mm, frame,
-                 report);
+  s.finish.apply(view, options, s.survey.box, s.depth, kSeeThroughTexels * s.texel_mm, frame, report);
   clock.lap(report.times.fill);
 
   s.last_view = view;
