@@ -42,9 +42,8 @@ class BaseDrawing::PlacedBlock {
   float weight(std::uint32_t at) const { return weight_[at]; }
   float b1(std::uint32_t at) const { return b1_[at]; }
   float b2(std::uint32_t at) const { return b2_[at]; }
-  const Eigen::Vector3f& color(std::uint32_t at) const {
-    return base_.layer_.color[row_[at / (kCells + 1)] + at % (kCells + 1)];
-  }
+  // Colour and weight.
+  const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
   // Beyond reach if it lies before the near plane.
   SnappedCorner corner(std::uint32_t at) const {
     SnappedCorner corner;
@@ -57,14 +56,15 @@ class BaseDrawing::PlacedBlock {
     const BaseLayer& layer = base_.layer_;
     const std::uint32_t row = block.i + i;
     const float step = 1 / static_cast<float>(layer.steps);
-    row_[i] = base_.node(block.patch.face, row, block.j);
+    const std::size_t at_row = base_.node(block.patch.face, row, block.j);
     const std::uint32_t last = std::min(base_.block_end(block.j), layer.steps - row);
     for (std::uint32_t j = 0; block.j + j <= last; ++j) {
       const std::uint32_t k = at(i, j);
       b1_[k] = step * static_cast<float>(row);
       b2_[k] = step * static_cast<float>(block.j + j);
-      h_[k] = layer.height_mm[row_[i] + j];
-      weight_[k] = base_.weight_of(layer.seen_by[row_[i] + j]);
+      h_[k] = layer.height_mm[at_row + j];
+      weight_[k] = base_.weight_of(layer.seen_by[at_row + j]);
+      shade_[k] << layer.color[at_row + j], weight_[k];
     }
   }
 
@@ -92,7 +92,7 @@ class BaseDrawing::PlacedBlock {
   using PerNode = std::array<Number, kNodes>;
 
   const BaseDrawing& base_;
-  std::array<std::size_t, kCells + 1> row_{};  // each row's first node, of the layer's
+  PerNode<Eigen::Vector4f> shade_;
   alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, weight_{}, inverse_depth_;
   alignas(32) PerNode<std::int32_t> x_, y_;
 };
@@ -222,21 +222,20 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
     if (box.empty() || (!weighs && !open.any(box))) return;
     ++tile.triangles;
     drawn = united(drawn, box);
-    const Eigen::Vector3f weights(placed.weight(at_a), placed.weight(at_b), placed.weight(at_c));
-    rasterise(triangle, tile.box, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+    const Eigen::Vector4f of_a = placed.shade(at_a), of_b = placed.shade(at_b),
+                          of_c = placed.shade(at_c);
+    const auto draw_pixel = [&](int x, int y, float depth, const std::array<float, 3>& w) {
       const std::size_t at = tile.at(x, y);
       if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
-      const Eigen::Vector3f w3(static_cast<float>(w[0]), static_cast<float>(w[1]),
-                               static_cast<float>(w[2]));
-      const Eigen::Vector3f color =
-          w3[0] * placed.color(at_a) + w3[1] * placed.color(at_b) + w3[2] * placed.color(at_c);
-      tile.depth[at] = static_cast<float>(depth);
-      tile.shade[at] = {color[0], color[1], color[2], w3.dot(weights)};
+      tile.depth[at] = depth;
+      tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
       if (!tile.keeps_places()) return;
+      const auto mean = [&w](float a, float b, float c) { return w[0] * a + w[1] * b + w[2] * c; };
       tile.place[at] = {block.patch.face,
-                        w3.dot(Eigen::Vector3f(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c))),
-                        w3.dot(Eigen::Vector3f(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)))};
-    });
+                        mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
+                        mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c))};
+    };
+    rasterise<float>(triangle, tile.box, draw_pixel);
   };
   const std::uint32_t n = layer_.steps;
   for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {

@@ -21,9 +21,7 @@ inline constexpr float kBaseWeight = 0.03f;
 
 // One tile's picture of the base layer; depth +inf where it is not drawn.
 struct BaseTile {
-  struct Shade {
-    float red, green, blue, weight;  // linear
-  };
+  using Shade = Eigen::Vector4f;  // red, green, blue, linear; weight
   struct Place {
     std::uint32_t face;
     float b1, b2;

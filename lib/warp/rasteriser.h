@@ -136,30 +136,31 @@ struct EdgeWalk {
 
 // Visits each pixel of the window whose centre lies in the triangle, whichever way it winds:
 // pixel(x, y, depth, weights) with the corners' perspective-correct weights. Triangles that share
-// an edge draw each pixel along it exactly once.
-template <class Pixel>
+// an edge draw each pixel along it exactly once, whatever kind of number Real is.
+template <class Real = double, class Pixel>
 void rasterise(const SnappedTriangle& triangle, const PixelBox& window, Pixel&& pixel) {
   const PixelBox box = intersected(triangle.box, window);
   if (box.empty() || triangle.doubled_area == 0) return;
-  std::array<int, 3> order = {0, 1, 2};
-  if (triangle.doubled_area < 0) std::swap(order[1], order[2]);
+  const bool swapped = triangle.doubled_area < 0;
+  const std::array<int, 3> order = swapped ? std::array{0, 2, 1} : std::array{0, 1, 2};
   const auto walk = [&]<class Int>(Int) {
     std::array<Int, 3> x, y;
+    std::array<Real, 3> inverse_depth;
     for (int i = 0; i < 3; ++i) {
+      inverse_depth[i] = static_cast<Real>(triangle.corners[order[i]].inverse_depth);
       x[i] = Int(triangle.corners[order[i]].x) - Int(256) * box.x0;
       y[i] = Int(triangle.corners[order[i]].y) - Int(256) * box.y0;
     }
     EdgeWalk<Int>(x, y).each(
         box.width(), box.height(), [&](int px, int py, const std::array<Int, 3>& e) {
-          std::array<double, 3> weights;
-          for (int i = 0; i < 3; ++i) {
-            weights[order[i]] =
-                static_cast<double>(e[i]) * triangle.corners[order[i]].inverse_depth;
-          }
-          const double inverse = 1 / (weights[0] + weights[1] + weights[2]);
-          for (double& w : weights) w *= inverse;
+          std::array<Real, 3> in_order;
+          for (int i = 0; i < 3; ++i) in_order[i] = static_cast<Real>(e[i]) * inverse_depth[i];
+          const Real inverse = 1 / (in_order[0] + in_order[1] + in_order[2]);
+          for (Real& w : in_order) w *= inverse;
           // 1/z is the mean of the corners' by the edges.
-          const double depth = static_cast<double>(e[0] + e[1] + e[2]) * inverse;
+          const Real depth = static_cast<Real>(e[0] + e[1] + e[2]) * inverse;
+          const std::array<Real, 3> weights =
+              swapped ? std::array{in_order[0], in_order[2], in_order[1]} : in_order;
           pixel(box.x0 + px, box.y0 + py, depth, weights);
         });
   };

@@ -168,11 +168,11 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
     const int i = column - offset;
     const BaseTile::Shade& shade = base.shade[at];
     // Never quite zero, so that it fills what the samples leave open.
-    const float w = std::max(shade.weight, 1e-6f) *
+    const float w = std::max(shade[3], 1e-6f) *
                     surface_share(base.depth[at], sum.nearest[i], inverse_tolerance);
-    sum.red[i] += w * shade.red * kFullScale;
-    sum.green[i] += w * shade.green * kFullScale;
-    sum.blue[i] += w * shade.blue * kFullScale;
+    sum.red[i] += w * shade[0] * kFullScale;
+    sum.green[i] += w * shade[1] * kFullScale;
+    sum.blue[i] += w * shade[2] * kFullScale;
     sum.weight[i] += w;
   }
 }

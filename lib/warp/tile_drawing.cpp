@@ -24,10 +24,10 @@ void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float 
   alignas(64) float red[kStretch], green[kStretch], blue[kStretch], white[kStretch];
   BaseTile::Shade* const shade = &base.shade[first];
   for (int i = 0; i < count; ++i)
-    red[i] = shade[i].red, green[i] = shade[i].green, blue[i] = shade[i].blue, white[i] = 1;
+    red[i] = shade[i][0], green[i] = shade[i][1], blue[i] = shade[i][2], white[i] = 1;
   relit.light(skin, lit, {x0, y, count, {red, green, blue}, white});
   for (int i = 0; i < count; ++i)
-    shade[i].red = red[i], shade[i].green = green[i], shade[i].blue = blue[i];
+    shade[i].head<3>() << red[i], green[i], blue[i];
 }
 
 void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
