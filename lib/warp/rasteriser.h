@@ -34,6 +34,9 @@ struct SnappedCorner {
     if (!(std::abs(c.x) < kRasterReach && std::abs(c.y) < kRasterReach)) return;
     x = snapped(c.x), y = snapped(c.y);
   }
+  // The first pixel whose centre does not lie before a place, and the last not behind it.
+  static std::int32_t center_from(std::int32_t place) { return (place + 127) >> 8; }
+  static std::int32_t center_to(std::int32_t place) { return (place - 128) >> 8; }
   // Pixels, within reach. (floor is an instruction, llround a call.)
   template <class Number>
   static std::int32_t snapped(Number pixels) {
@@ -61,8 +64,8 @@ struct SnappedTriangle {
     const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
     if (x0 == SnappedCorner::kBeyond) return;
     doubled_area = organbake::doubled_area(a, b, c);
-    const auto first_center = [](std::int32_t v) { return (v + 127) >> 8; };
-    box = {first_center(x0), first_center(y0), first_center(x1) + 1, first_center(y1) + 1};
+    box = {SnappedCorner::center_from(x0), SnappedCorner::center_from(y0),
+           SnappedCorner::center_to(x1) + 1, SnappedCorner::center_to(y1) + 1};
     constexpr std::int32_t kSmall = 60 * 256;
     small = x1 - x0 < kSmall && y1 - y0 < kSmall;
   }
