@@ -45,6 +45,9 @@ void find_in_row(const PixelBox& box, int y, const SkinDepth& depth, float deepe
     const int width = std::min(kBlock, box.x1 - x0);
     std::array<const float*, 5> rows;
     for (int i = 0; i < 5; ++i) rows[i] = depth.row(y + i - 2) + x0;
+    constexpr int kLine = 64 / sizeof(float);  // of a cache's
+    const float* const next = depth.row(std::min(y + 4, depth.height() + 1)) + x0;
+    for (int i = 0; i < width; i += kLine) __builtin_prefetch(next + i);
     if (!look_through(rows, width, deeper_mm, through)) continue;
     for (int x = 0; x < width; ++x) {
       if (through[x])

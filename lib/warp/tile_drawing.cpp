@@ -59,8 +59,12 @@ bool TileDrawing::is_empty(int tile) const {
 
 void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks,
                         float tie_mm, const PixelBox& part, TileKeys& keys, RowSpans& spans) const {
-  constexpr std::size_t kAhead = 2;  // chunks that are sent for
+  constexpr std::size_t kAhead = 2, kFarAhead = 8;  // chunks that are sent for
   for (std::size_t i = 0; i < chunks.size(); ++i) {
+    if (i + kFarAhead < chunks.size()) {
+      __builtin_prefetch(&camera.chunks[chunks[i + kFarAhead]]);
+      __builtin_prefetch(&camera.set->chunks[chunks[i + kFarAhead]]);
+    }
     const auto touches = [&](std::size_t at) {
       return !intersected(camera.chunks[chunks[at]].box, part).empty();
     };
