@@ -231,8 +231,7 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
       tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
       if (!tile.keeps_places()) return;
       const auto mean = [&w](float a, float b, float c) { return w[0] * a + w[1] * b + w[2] * c; };
-      tile.place[at] = {block.patch.face,
-                        mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
+      tile.place[at] = {block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
                         mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c))};
     };
     rasterise<float>(triangle, tile.box, draw_pixel);

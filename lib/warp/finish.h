@@ -45,7 +45,7 @@ class Finish {
   void open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame);
 
   PixelBox drawn_;
-  SkinBits skin_;  // with a border
+  SkinBits skin_;              // with a border
   std::vector<Pixel> opened_;  // as they were
   std::vector<Pixel> hidden_;  // under the tools' box
   Outline outline_;

@@ -15,8 +15,8 @@ struct HoleCounts {
 
 // A hole is an uncovered pixel of which at least five of the eight neighbours are covered: inside a
 // silhouette, not outside a straight or convex one; before tools are drawn. Holes get the mean of
-// their covered neighbours, in at most kFillRounds rounds, each from the round before it only. `bits`
-// tell the skin of the frame's box that is looked at, and are kept true.
+// their covered neighbours, in at most kFillRounds rounds, each from the round before it only.
+// `bits` tell the skin of the frame's box that is looked at, and are kept true.
 inline constexpr int kFillRounds = 4;
 HoleCounts fill_holes(SkinBits& bits, bool fill, Frame& frame);
 

@@ -25,7 +25,7 @@ using Flags = std::array<std::uint8_t, kBlock>;
 ORGANBAKE_WIDE bool look_through(const std::array<const float*, 5>& rows, int width,
                                  float deeper_mm, Flags& __restrict through) {
   const float *const above2 = rows[0], *const above = rows[1], *const here = rows[2],
-              *const below = rows[3], *const below2 = rows[4];
+                     *const below = rows[3], *const below2 = rows[4];
   std::uint8_t any = 0;
   const int count = static_cast<int>(whole_vectors(width));
   for (int x = 0; x < count; ++x) {
@@ -50,8 +50,7 @@ void find_in_row(const PixelBox& box, int y, const SkinDepth& depth, float deepe
     for (int i = 0; i < width; i += kLine) __builtin_prefetch(next + i);
     if (!look_through(rows, width, deeper_mm, through)) continue;
     for (int x = 0; x < width; ++x) {
-      if (through[x])
-        found.push_back(static_cast<std::uint32_t>(y * depth.width() + x0 + x));
+      if (through[x]) found.push_back(static_cast<std::uint32_t>(y * depth.width() + x0 + x));
     }
   }
 }

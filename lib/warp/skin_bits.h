@@ -35,6 +35,8 @@ class SkinBits {
   bool is_skin(PixelAt pixel) const { return has(skin_, pixel); }
   bool is_open(PixelAt pixel) const { return has(open_, pixel); }
 
+  bool operator==(const SkinBits&) const = default;
+
   int words() const { return words_; }  // of a row
   const std::uint64_t* skin(int y) const { return &skin_[std::size_t(y - box_.y0) * words_]; }
   const std::uint64_t* open(int y) const { return &open_[std::size_t(y - box_.y0) * words_]; }
@@ -62,9 +64,7 @@ class SkinBits {
   std::size_t word_of(PixelAt p) const {
     return std::size_t(p.y - box_.y0) * words_ + (p.x - box_.x0) / kWord;
   }
-  std::uint64_t bit_of(PixelAt p) const {
-    return std::uint64_t{1} << ((p.x - box_.x0) % kWord);
-  }
+  std::uint64_t bit_of(PixelAt p) const { return std::uint64_t{1} << ((p.x - box_.x0) % kWord); }
 
   PixelBox box_;
   int words_ = 0;

@@ -13,9 +13,9 @@ namespace organbake {
 // from the side than any camera saw them. Longer runs may be the gap between two lobes.
 inline constexpr int kWidestSlit = 4;
 
-// Counts the pixels of all slits in the box of `bits`, which tell the frame's skin, and, with `fill`,
-// gives each the colour between its two ends, in the frame and the bits. Columns go first, rows take
-// what is left.
+// Counts the pixels of all slits in the box of `bits`, which tell the frame's skin, and, with
+// `fill`, gives each the colour between its two ends, in the frame and the bits. Columns go first,
+// rows take what is left.
 std::size_t fill_slits(SkinBits& bits, bool fill, Frame& frame);
 
 }  // namespace organbake

@@ -26,8 +26,7 @@ void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float 
   for (int i = 0; i < count; ++i)
     red[i] = shade[i][0], green[i] = shade[i][1], blue[i] = shade[i][2], white[i] = 1;
   relit.light(skin, lit, {x0, y, count, {red, green, blue}, white});
-  for (int i = 0; i < count; ++i)
-    shade[i].head<3>() << red[i], green[i], blue[i];
+  for (int i = 0; i < count; ++i) shade[i].head<3>() << red[i], green[i], blue[i];
 }
 
 void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
@@ -97,8 +96,8 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
   return &own.base;
 }
 
-void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
-                       SkinDepth& depth, Frame& frame) {
+void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part, SkinDepth& depth,
+                       Frame& frame) {
   if (is_empty(tile)) return placed_->background.fill(part, depth, frame);
   Scratch& own = scratch_.local();
   PhaseClock clock(placed_->measure);

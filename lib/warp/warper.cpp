@@ -246,7 +246,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
   clock.restart();
-  s.finish.apply(view, options, s.survey.box, s.depth, kSeeThroughTexels * s.texel_mm, frame, report);
+  s.finish.apply(view, options, s.survey.box, s.depth, kSeeThroughTexels * s.texel_mm, frame,
+                 report);
   clock.lap(report.times.fill);
 
   s.last_view = view;

@@ -5,9 +5,8 @@
 #include <algorithm>
 
 #include "core/random.h"
-#include "warp/hole_fill.h"
+#include "unit/warp/filled_frame.h"
 #include "warp/skin_bits.h"
-#include "warp/slit_fill.h"
 
 namespace organbake {
 namespace {
@@ -87,7 +86,8 @@ TEST(FillOfRandomPictures, SlitsAreThoseFoundByThePixel) {
     Picture expected = random_picture(random);
     Frame frame = expected.frame;
     const std::size_t of_columns = fill_runs(expected, true);
-    ASSERT_EQ(fill_slits(expected.box, true, frame), of_columns + fill_runs(expected, false)) << i;
+    ASSERT_EQ(slits_filled_in(expected.box, true, frame), of_columns + fill_runs(expected, false))
+        << i;
     ASSERT_EQ(frame.cover, expected.frame.cover) << i;
   }
 }
@@ -97,7 +97,7 @@ TEST(FillOfRandomPictures, HolesAreThoseFoundByThePixel) {
   for (int i = 0; i < kPictures; ++i) {
     Picture expected = random_picture(random);
     Frame frame = expected.frame;
-    const HoleCounts counts = fill_holes(expected.box, true, frame);
+    const HoleCounts counts = holes_filled_in(expected.box, true, frame);
     ASSERT_EQ(counts.before, fill_round(expected)) << i;
     for (int round = 1; round < kFillRounds; ++round) fill_round(expected);
     ASSERT_EQ(frame.cover, expected.frame.cover) << i;
@@ -125,7 +125,7 @@ TEST(FillOfRandomPictures, AHoleAtAWordsBorderIsFound) {
     const auto cover = [&](int px, int py) { frame.cover[py * 128 + px] = Cover::samples; };
     cover(x == 63 ? 64 : 63, 1);
     for (const int dx : {-1, 1}) cover(x + dx, 0), cover(x + dx, 2);
-    fill_holes({0, 0, 128, 3}, true, frame);
+    holes_filled_in({0, 0, 128, 3}, true, frame);
     EXPECT_EQ(frame.cover[128 + x], Cover::filled) << x;
   }
 }

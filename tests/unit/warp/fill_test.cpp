@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "warp/hole_fill.h"
-#include "warp/slit_fill.h"
+#include "unit/warp/filled_frame.h"
 
 namespace organbake {
 namespace {
@@ -32,17 +31,17 @@ void open(Frame& frame, int x, int y) {
 TEST(HoleFill, LeavesAWholeShapeAlone) {
   Frame frame = square(8, 30);
   const auto before = frame.color.pixels;
-  const HoleCounts counts = fill_holes(kAll, true, frame);
+  const HoleCounts counts = holes_filled_in(kAll, true, frame);
   EXPECT_EQ(counts.before, 0u);
   EXPECT_EQ(counts.after, 0u);
-  EXPECT_EQ(fill_slits(kAll, true, frame), 0u);
+  EXPECT_EQ(slits_filled_in(kAll, true, frame), 0u);
   EXPECT_EQ(frame.color.pixels, before);
 }
 
 TEST(HoleFill, ClosesPinholesWithTheirNeighbours) {
   Frame frame = square(8, 30);
   for (const auto& [x, y] : {std::pair{12, 12}, {20, 15}, {21, 15}, {25, 25}}) open(frame, x, y);
-  const HoleCounts counts = fill_holes(kAll, true, frame);
+  const HoleCounts counts = holes_filled_in(kAll, true, frame);
   EXPECT_EQ(counts.before, 4u);
   EXPECT_EQ(counts.after, 0u);
   EXPECT_EQ(frame.color.at(20, 15)[1], 100);
@@ -52,7 +51,7 @@ TEST(HoleFill, ClosesPinholesWithTheirNeighbours) {
 TEST(HoleFill, OnlyCountsWhenNotAskedToFill) {
   Frame frame = square(8, 30);
   open(frame, 12, 12);
-  const HoleCounts counts = fill_holes(kAll, false, frame);
+  const HoleCounts counts = holes_filled_in(kAll, false, frame);
   EXPECT_EQ(counts.before, 1u);
   EXPECT_EQ(counts.after, 1u);
   EXPECT_FALSE(frame.covered(12, 12));
@@ -65,7 +64,7 @@ TEST(SlitFill, BridgesANarrowSlitButNotAGapBetweenLobes) {
       for (int i = 4; i < 36; ++i) {
         for (int w = 0; w < wide; ++w) along_rows ? open(frame, i, 15 + w) : open(frame, 15 + w, i);
       }
-      const std::size_t filled = fill_slits(kAll, true, frame);
+      const std::size_t filled = slits_filled_in(kAll, true, frame);
       EXPECT_EQ(filled, wide <= kWidestSlit ? std::size_t(32) * wide : 0u) << wide;
       EXPECT_EQ(frame.covered(15, 15), wide <= kWidestSlit);
     }
@@ -74,7 +73,7 @@ TEST(SlitFill, BridgesANarrowSlitButNotAGapBetweenLobes) {
 
 TEST(SlitFill, NeedsCoverAtBothEnds) {
   Frame frame = square(2, kSide);  // reaches two borders of the picture
-  EXPECT_EQ(fill_slits(kAll, true, frame), 0u);
+  EXPECT_EQ(slits_filled_in(kAll, true, frame), 0u);
   EXPECT_FALSE(frame.covered(1, 20));
 }
 

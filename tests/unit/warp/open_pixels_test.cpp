@@ -43,9 +43,10 @@ void check_tile(const PixelBox& tile) {
 }
 
 TEST(OpenPixels, AreThoseThatNoLayerTook) {
-  check_tile({256, 128, 512, 256});
-  check_tile({0, 0, 256, 7});
-  check_tile({512, 0, 577, 128});
+  constexpr int kWidth = TileGrid::kWidth, kHeight = TileGrid::kHeight;
+  check_tile({kWidth, kHeight, 2 * kWidth, 2 * kHeight});
+  check_tile({0, 0, kWidth, 7});
+  check_tile({2 * kWidth, 0, 2 * kWidth + 65, kHeight});
   check_tile({3, 5, 4, 6});
 }
 

@@ -157,7 +157,7 @@ TEST(Outline, OfNothingAllOrOnePixelIsNothing) {
     }
   }
   Frame empty;
-  Outline().soften({}, kBlack, empty);
+  Outline().soften(PixelBox{}, kBlack, empty);
 }
 
 TEST(Outline, TakesTheBackgroundsColour) {

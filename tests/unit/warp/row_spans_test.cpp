@@ -46,7 +46,7 @@ TEST(RowSpans, JoinThoseOfOtherLayers) {
   RowSpans left, right;
   left.clear(kTile);
   right.clear(kTile);
-  const PixelBox a{512, 256, 520, 260}, b{700, 256, 710, 270};
+  const PixelBox a{512, 256, 520, 260}, b{660, 256, 670, 270};
   left.add(a);
   right.add(b);
   left.add(right);

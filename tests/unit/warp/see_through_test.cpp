@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "core/random.h"
+#include "warp/frame.h"
 
 namespace organbake {
 namespace {
@@ -16,21 +17,20 @@ constexpr float kDeeperMm = 4;
 
 struct Picture {
   Frame frame;
-  std::vector<float> depth_mm =
-      std::vector<float>(std::size_t(kPictureWidth) * kPictureHeight, 100);
+  SkinDepth depth;
 
   Picture() {
+    depth.resize(kPictureWidth, kPictureHeight);
+    set_depth(0, 0, kPictureWidth, kPictureHeight, 100);
     frame.color = Rgb8Image(kPictureWidth, kPictureHeight);
-    frame.cover.assign(depth_mm.size(), Cover::samples);
+    frame.cover.assign(std::size_t(kPictureWidth) * kPictureHeight, Cover::samples);
   }
-  void set_depth(int x0, int y0, int x1, int y1, float depth) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x) depth_mm[std::size_t(y) * kPictureWidth + x] = depth;
-    }
+  void set_depth(int x0, int y0, int x1, int y1, float mm) {
+    for (int y = y0; y < y1; ++y) std::fill(depth.row(y) + x0, depth.row(y) + x1, mm);
   }
-  std::size_t open() {
-    const auto found =
-        find_see_through({0, 0, kPictureWidth, kPictureHeight}, depth_mm, kDeeperMm, frame);
+  std::size_t open(const PixelBox& box = {0, 0, kPictureWidth, kPictureHeight}) {
+    const auto found = find_see_through(box, depth, kDeeperMm);
+    EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
     for (const std::uint32_t pixel : found) frame.cover[pixel] = Cover::background;
     return found.size();
   }
@@ -59,19 +59,28 @@ TEST(SeeThrough, LeavesStepsSlopesAndWideGapsAlone) {
 TEST(SeeThrough, TheBackgroundIsNoSide) {
   Picture picture;
   picture.set_depth(50, 0, 52, kPictureHeight, 150);
-  for (int y = 0; y < kPictureHeight; ++y) {
-    for (int x = 0; x < 50; ++x) {
-      picture.frame.cover[std::size_t(y) * kPictureWidth + x] = Cover::background;
-      picture.depth_mm[std::size_t(y) * kPictureWidth + x] = 1;  // stale
-    }
-  }
+  picture.depth.clear({0, 0, 50, kPictureHeight});
+  // The picture's border is none, either.
+  picture.set_depth(kPictureWidth - 1, 0, kPictureWidth, kPictureHeight, 150);
+  picture.set_depth(0, 0, kPictureWidth, 1, 150);
   EXPECT_EQ(picture.open(), 0u);
+}
+
+TEST(SeeThrough, LooksBeyondTheBoxButFindsNothingThere) {
+  Picture picture;
+  picture.set_depth(100, 0, 102, kPictureHeight, 150);
+  EXPECT_EQ(picture.open({101, 10, 300, 20}), 10u);
+  EXPECT_EQ(picture.open({60, 10, 101, 20}), 10u);
+  EXPECT_EQ(picture.open({102, 10, 300, 20}), 0u);
 }
 
 TEST(SeeThrough, IsTheSameForAnyNumberOfThreads) {
   RandomStream random(7);
   Picture one;
-  for (float& depth : one.depth_mm) depth = random.uniform(0, 1) < 0.1 ? 150.0f : 100.0f;
+  for (int y = 0; y < kPictureHeight; ++y) {
+    for (int x = 0; x < kPictureWidth; ++x)
+      one.depth.row(y)[x] = random.uniform(0, 1) < 0.1 ? 150.0f : 100.0f;
+  }
   Picture two = one;
   {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);

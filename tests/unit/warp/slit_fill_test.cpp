@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "unit/warp/filled_frame.h"
+
 namespace organbake {
 namespace {
 
@@ -33,7 +35,7 @@ TEST(FillSlits, ClosesLongThinOnesEitherWay) {
   Frame frame = grey_frame(150, 90);
   open(frame, 10, 20, 140, 22);
   open(frame, 70, 40, 73, 88);
-  EXPECT_EQ(fill_slits({0, 0, 150, 90}, true, frame), 130u * 2 + 3u * 48);
+  EXPECT_EQ(slits_filled_in({0, 0, 150, 90}, true, frame), 130u * 2 + 3u * 48);
   EXPECT_EQ(open_pixels(frame), 0u);
   EXPECT_EQ(frame.color.at(75, 21)[0], 100);
 }
@@ -42,7 +44,7 @@ TEST(FillSlits, MixesFromEndToEnd) {
   Frame frame = grey_frame(9, 9);
   open(frame, 0, 4, 9, 5);
   std::fill_n(frame.color.at(3, 3), 3, std::uint8_t{50});
-  fill_slits({0, 0, 9, 9}, true, frame);
+  slits_filled_in({0, 0, 9, 9}, true, frame);
   EXPECT_EQ(frame.color.at(3, 4)[0], 75);
 }
 
@@ -51,14 +53,14 @@ TEST(FillSlits, LeavesWideGapsAndTheOutsideAlone) {
   open(frame, 20, 20, 60, 20 + kWidestSlit + 1);
   open(frame, 0, 97, 100, 100);  // open to the picture's border
   const std::size_t before = open_pixels(frame);
-  EXPECT_EQ(fill_slits({0, 0, 100, 100}, true, frame), 0u);
+  EXPECT_EQ(slits_filled_in({0, 0, 100, 100}, true, frame), 0u);
   EXPECT_EQ(open_pixels(frame), before);
 }
 
 TEST(FillSlits, OnlyCountsWhenToldTo) {
   Frame frame = grey_frame(20, 20);
   open(frame, 5, 5, 15, 6);
-  EXPECT_EQ(fill_slits({0, 0, 20, 20}, false, frame), 10u);
+  EXPECT_EQ(slits_filled_in({0, 0, 20, 20}, false, frame), 10u);
   EXPECT_EQ(open_pixels(frame), 10u);
 }
 

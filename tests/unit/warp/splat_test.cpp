@@ -96,8 +96,8 @@ TEST(Splat, AChunkWithinItsTileIsDrawnAsIfItWereCut) {
 
 TEST(Splat, APartOfATileGetsTheKeysOfTheWhole) {
   for_scenes(1500, [&](const Scene& scene, RandomStream& random) {
-    const int x0 = 32 * static_cast<int>(random.below(7)),
-              y0 = 32 * static_cast<int>(random.below(3));
+    const int x0 = 32 * static_cast<int>(random.below(kTile.x1 / 32)),
+              y0 = 32 * static_cast<int>(random.below(kTile.y1 / 32));
     const PixelBox part{x0, y0, x0 + 32, y0 + 64 < kTile.y1 ? y0 + 64 : kTile.y1};
     const TileKeys whole = scene.keys(kTile, true), own = scene.keys(part, true);
     for (int y = part.y0; y < part.y1; ++y) {
