@@ -182,6 +182,7 @@ void Outline::soften(const SkinBits& skin, const std::array<std::uint8_t, 3>& ba
   for (const Pixel& pixel : softened_)
     if (change_[pixel.at] < 0) blend(pixel, behind, frame);
   for (const Pixel& pixel : softened_) change_[pixel.at] = 0;
+  bits_ = nullptr;
 }
 
 void Outline::undo(Frame& frame) const {

@@ -12,12 +12,11 @@ struct Step {
 
 // Mixes the pixels between two covered ones, `count` of them.
 void bridge(PixelAt before, Step step, int count, SkinBits& bits, Frame& frame) {
-  const auto index = [&](int i) {
-    return std::size_t(before.y + i * step.y) * frame.color.width + before.x + i * step.x;
-  };
-  const std::size_t first = index(0), last = index(count + 1);
+  const auto pixel = [&](int i) { return PixelAt{before.x + i * step.x, before.y + i * step.y}; };
+  const auto index = [&](PixelAt at) { return std::size_t(at.y) * frame.color.width + at.x; };
+  const std::size_t first = index(before), last = index(pixel(count + 1));
   for (int i = 1; i <= count; ++i) {
-    const std::size_t at = index(i);
+    const std::size_t at = index(pixel(i));
     for (int c = 0; c < 3; ++c) {
       const int a = frame.color.pixels[3 * first + c], b = frame.color.pixels[3 * last + c];
       frame.color.pixels[3 * at + c] =
@@ -28,7 +27,7 @@ void bridge(PixelAt before, Step step, int count, SkinBits& bits, Frame& frame) 
       frame.depth_mm[at] = (1 - t) * frame.depth_mm[first] + t * frame.depth_mm[last];
     }
     frame.cover[at] = Cover::filled;
-    bits.close({before.x + i * step.x, before.y + i * step.y});
+    bits.close(pixel(i));
   }
 }
 
