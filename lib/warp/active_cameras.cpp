@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "warp/patch_frames.h"
 #include "warp/warper.h"
 
 namespace organbake {
@@ -47,17 +48,27 @@ void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const s
   for (ActiveCamera& camera : std::span(cameras_).first(count_)) {
     const std::vector<Chunk>& chunks = camera.set->chunks;
     camera.chunks.resize(chunks.size());
-    const auto place_one = [&](std::size_t c) {
-      const Patch& patch = chunks[c].patch;
-      if (!moved.empty() && !moved[patch.face]) return;
-      ChunkFrame& chunk = camera.chunks[c];
-      if (!moved.empty()) cells.mark(chunk.box);
-      chunk = chunk_frame(patch, faces[patch.face], view);
-      if (!moved.empty()) cells.mark(chunk.box);
+    const auto face_of = [&](std::size_t c) { return chunks[c].patch.face; };
+    const auto place_batch = [&](std::size_t first, std::size_t last) {
+      const std::uint32_t face = face_of(first);
+      if (!moved.empty() && !moved[face]) return;
+      const std::span placed = std::span(camera.chunks).subspan(first, last - first);
+      const auto mark = [&] {
+        if (moved.empty()) return;
+        for (const ChunkFrame& chunk : placed) cells.mark(chunk.box);
+      };
+      mark();
+      place_patches(camera.set->patches, first, static_cast<int>(last - first), faces[face], view,
+                    placed.data());
+      mark();
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks.size(), 256),
                       [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t c = range.begin(); c < range.end(); ++c) place_one(c);
+                        for (std::size_t c = range.begin(); c < range.end();) {
+                          const std::size_t end = end_of_batch(c, range.end(), face_of);
+                          place_batch(c, end);
+                          c = end;
+                        }
                       });
     camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
                        [&](std::uint32_t c) { return camera.chunks[c].box; });

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "warp/patch_frames.h"
 #include "warp/rasteriser.h"
 
 namespace organbake {
@@ -108,13 +109,16 @@ void BaseTile::clear(const PixelBox& tile, bool keep_places) {
 
 BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
     : layer_(layer) {
+  std::vector<Patch> patches;
   for (std::uint32_t f = 0; f < layer_.face_count; ++f) {
     for (std::uint32_t i = 0; i < layer_.steps; i += kCells) {
       for (std::uint32_t j = 0; i + j < layer_.steps; j += kCells) {
         blocks_.push_back(make_block(f, i, j, rest[f]));
+        patches.push_back(blocks_.back().patch);
       }
     }
   }
+  patches_ = PatchTable(patches);
 }
 
 // Bounds, mean slopes and normal cone of the block's cells, as a patch whose columns run along b2
@@ -192,12 +196,25 @@ void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
   for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
   weight_by_active_ = weight_table(weights);
   chosen_.clear();
-  for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
-    const Patch& patch = blocks_[b].patch;
-    const bool weighing = weighs(blocks_[b]), gaps = gappy[patch.face] != 0;
-    if (!weighing && !gaps) continue;
-    const ChunkFrame placed = chunk_frame(patch, faces[patch.face], view);
-    if (placed.fate == ChunkFate::drawn) chosen_.push_back({b, placed.box, weighing, gaps});
+  std::array<ChunkFrame, kPatchBatch> placed;
+  const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
+  for (std::size_t first = 0, end = 0; first < blocks_.size(); first = end) {
+    end = end_of_batch(first, blocks_.size(), face_of);
+    const std::uint32_t face = face_of(first);
+    const bool gaps = gappy[face] != 0;
+    bool is_placed = false;
+    for (std::size_t b = first; b < end; ++b) {
+      const bool weighing = weighs(blocks_[b]);
+      if (!weighing && !gaps) continue;
+      if (!is_placed) {
+        place_patches(patches_, first, static_cast<int>(end - first), faces[face], view,
+                      placed.data());
+        is_placed = true;
+      }
+      const ChunkFrame& frame = placed[b - first];
+      if (frame.fate == ChunkFate::drawn)
+        chosen_.push_back({static_cast<std::uint32_t>(b), frame.box, weighing, gaps});
+    }
   }
 }
 

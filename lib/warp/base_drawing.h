@@ -95,6 +95,7 @@ class BaseDrawing {
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face
+  PatchTable patches_;         // theirs, once more
   std::vector<Chosen> chosen_;
   std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
   std::array<float, 8> weight_by_active_ = {};

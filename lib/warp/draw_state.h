@@ -41,15 +41,12 @@ struct ChunkFrame {
   PixelBox box;              // of all pixels it may touch, clipped to the view
   ChunkFate fate;
   bool uncut;  // neither the view's border nor its near plane cuts it
+
+  bool operator==(const ChunkFrame&) const = default;
 };
 
 // A texel is drawn over at most this many pixels along each axis; nearer still, the base layer
 // shows between the samples.
 inline constexpr int kMostSplat = 64;
-
-// The patch's outward normal at its middle, unnormalised, where a face's shell matrix puts it.
-Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face);
-
-ChunkFrame chunk_frame(const Patch& patch, const FaceFrame& face, const View& view);
 
 }  // namespace organbake

@@ -230,6 +230,10 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
                         set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
                       }
                     });
+  std::vector<Patch> patches;
+  patches.reserve(set.chunks.size());
+  for (const Chunk& chunk : set.chunks) patches.push_back(chunk.patch);
+  set.patches = PatchTable(patches);
   return set;
 }
 

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <vector>
 
 #include "bundle/bundle.h"
 #include "geometry/shell_map.h"
+#include "warp/patch.h"
 
 namespace organbake {
 
@@ -27,29 +25,6 @@ struct TexelDetail {
 // As one little-endian number, the form in which the inner loop gathers it.
 using PackedDetail = std::uint64_t;
 static_assert(sizeof(TexelDetail) == sizeof(PackedDetail));
-
-// How far normals lean from a middle one. They lean a little more once their face bends.
-struct NormalCone {
-  float sine = 0, cosine = 1;  // of the widest angle
-
-  NormalCone() = default;
-  explicit NormalCone(float widest_rad) {
-    constexpr float kBend_rad = 0.15f;
-    const float angle = std::min(widest_rad + kBend_rad, std::numbers::pi_v<float>);
-    sine = std::sin(angle), cosine = std::cos(angle);
-  }
-};
-
-// A small piece of one camera's map over one proxy face, described in the face's shell coordinates
-// (b1, b2, h): enough to place, measure and cull it under any deformation without its samples.
-struct Patch {
-  std::uint32_t face = 0;
-  float center[3] = {};   // b1, b2, h
-  float extent[3] = {};   // half sizes about the centre
-  float along_u[3] = {};  // change of (b1, b2, h) per texel column …
-  float along_v[3] = {};  // … and per row
-  NormalCone cone;        // of the samples' normals, about the patch's
-};
 
 // Where samples lie within their patch: center + extent × place / kFullPlace, each coordinate of a
 // sample in two bytes. A ten-thousandth of a texel is lost.
@@ -72,6 +47,7 @@ struct SampleSet {
   std::vector<Place> b1, b2, h;
   std::vector<PackedDetail> detail;
   std::vector<Chunk> chunks;
+  PatchTable patches;  // the chunks', once more
   std::size_t sample_count = 0;
   double texel_mm = 0;  // mean size of a texel on the surface, facing the camera
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "warp/patch_frames.h"
 #include "warp/pixel_key.h"
 #include "warp/tile_grid.h"
 #include "warp/view.h"
@@ -54,7 +55,7 @@ struct Scene {
       place->assign(kChunk, 0);
       for (std::uint32_t i = 0; i < count; ++i) (*place)[i] = static_cast<Place>(about(kFullPlace));
     }
-    chunk = chunk_frame(one.patch, face, view);
+    place_patches(PatchTable(std::span(&one.patch, 1)), 0, 1, face, view, &chunk);
   }
 
   TileKeys keys(const PixelBox& part, bool uncut) const {
