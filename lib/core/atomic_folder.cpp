@@ -1,59 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <linux/fs.h>
-#include <signal.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
-#include <fstream>
-#include <optional>
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/leftovers.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::string_view kMark = ".tmp-";
-
 // Hidden, next to the target (rename needs one file system), named after the process that owns it.
 std::string temporary_prefix(const fs::path& target) {
-  return "." + target.filename().string() + std::string(kMark);
-}
-
-std::optional<pid_t> owner(const std::string& name, const std::string& prefix) {
-  if (!name.starts_with(prefix)) return std::nullopt;
-  pid_t pid = 0;
-  const char* begin = name.data() + prefix.size();
-  const auto result = std::from_chars(begin, name.data() + name.size(), pid);
-  if (result.ec != std::errc() || pid <= 0) return std::nullopt;
-  return pid;
-}
-
-// A process that nobody has waited for yet (a zombie) keeps its id, but will write no more. Its
-// state stands behind its name, which is in parentheses and may hold some itself.
-bool is_zombie(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string line;
-  std::getline(file, line);
-  const std::size_t name_end = line.rfind(')');
-  return name_end != std::string::npos && name_end + 2 < line.size() && line[name_end + 2] == 'Z';
-}
-
-bool alive(pid_t pid) { return (::kill(pid, 0) == 0 || errno == EPERM) && !is_zombie(pid); }
-
-// Removes what killed processes left of the same target.
-void sweep(const fs::path& parent, const std::string& prefix) {
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(parent, ignored)) {
-    const auto pid = owner(entry.path().filename().string(), prefix);
-    if (pid && !alive(*pid)) fs::remove_all(entry.path(), ignored);
-  }
+  return "." + target.filename().string() + std::string(kTemporaryMark);
 }
 
 // renameat2, or its nearest likeness on file systems that know no flags (NFS): then a moment exists
@@ -85,7 +50,7 @@ AtomicFolder::AtomicFolder(fs::path target) : target_(std::move(target)) {
   std::error_code error;
   fs::create_directories(parent, error);
   const std::string prefix = temporary_prefix(target_);
-  if (!error) sweep(parent, prefix);
+  if (!error) remove_leftovers(parent, prefix);
   static std::atomic<unsigned> counter{0};
   temporary_ = parent / (prefix + std::to_string(::getpid()) + "-" + std::to_string(counter++));
   if (!error) fs::create_directory(temporary_, error);

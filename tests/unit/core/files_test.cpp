@@ -96,6 +96,18 @@ TEST_F(Files, WhatAKilledProcessLeftIsSwept) {
   EXPECT_FALSE(fs::exists(stale));
 }
 
+TEST_F(Files, WhatAKilledProcessLeftOfAFileIsSweptWhenItIsWritten) {
+  const fs::path stale = at("a.txt.tmp-999999999");
+  const std::vector<fs::path> others = {
+      at("b.txt.tmp-999999999"), at("a.txt.tmp-x"), at("a.txt.tmp"),
+      folder_.path() / ("a.txt.tmp-" + std::to_string(::getppid()))};  // alive
+  std::ofstream{stale} << "half";
+  for (const fs::path& other : others) std::ofstream{other} << "x";
+  write_file_atomically(at("a.txt"), "whole");
+  EXPECT_FALSE(fs::exists(stale));
+  for (const fs::path& other : others) EXPECT_TRUE(fs::exists(other)) << other;
+}
+
 TEST_F(Files, WhatAnUnburiedProcessLeftIsSweptToo) {
   const pid_t child = ::fork();
   if (child == 0) ::_exit(0);

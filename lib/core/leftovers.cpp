@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/leftovers.h"
+
+#include <signal.h>
+
+#include <cerrno>
+#include <charconv>
+#include <fstream>
+#include <optional>
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+std::optional<pid_t> owner(const std::string& name, const std::string& prefix) {
+  if (!name.starts_with(prefix)) return std::nullopt;
+  pid_t pid = 0;
+  const char* begin = name.data() + prefix.size();
+  const auto result = std::from_chars(begin, name.data() + name.size(), pid);
+  if (result.ec != std::errc() || pid <= 0) return std::nullopt;
+  return pid;
+}
+
+// A process that nobody has waited for yet (a zombie) keeps its id, but will write no more. Its
+// state stands behind its name, which is in parentheses and may hold some itself.
+bool is_zombie(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  std::getline(file, line);
+  const std::size_t name_end = line.rfind(')');
+  return name_end != std::string::npos && name_end + 2 < line.size() && line[name_end + 2] == 'Z';
+}
+
+bool alive(pid_t pid) { return (::kill(pid, 0) == 0 || errno == EPERM) && !is_zombie(pid); }
+
+}  // namespace
+
+void remove_leftovers(const fs::path& folder, const std::string& prefix) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const auto pid = owner(entry.path().filename().string(), prefix);
+    if (pid && !alive(*pid)) fs::remove_all(entry.path(), ignored);
+  }
+}
+
+}  // namespace organbake
