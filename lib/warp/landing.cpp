@@ -128,6 +128,13 @@ void compact(Landed& landed) {
   landed.count = kept;
 }
 
+// Whether moving the inner samples together is not worth it: those outside are placed beyond the
+// tile's border, in its guard band, and what they bring there is never looked at.
+bool mostly_within(const PixelBox& box, const PixelBox& tile) {
+  const PixelBox part = intersected(box, tile);
+  return 5 * part.width() * part.height() > 3 * box.width() * box.height();
+}
+
 }  // namespace
 
 void land_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
@@ -139,7 +146,7 @@ void land_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& fra
   const Sampled sampled{set.b1.data() + first, set.b2.data() + first, set.h.data() + first};
   landed.count = static_cast<int>(set.chunks[chunk].count);
   landed.sample = &kAllSamples;
-  if (frame.uncut && intersected(frame.box, tile.box) == frame.box)
+  if (frame.uncut && mostly_within(frame.box, tile.box))
     return land_uncut(sampled, matrix, frame, at, landed);
   land_cut(sampled, landed.count, matrix, frame, at, near_mm, landed);
   compact(landed);

@@ -15,7 +15,7 @@ namespace organbake {
 // one thread from the first splat to the last pixel, so no result depends on the number of threads.
 class TileGrid {
  public:
-  static constexpr int kWidth = 192, kHeight = 96;
+  static constexpr int kWidth = 192, kHeight = 128;
 
   TileGrid() = default;
   TileGrid(int width, int height)
