@@ -4,8 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
-#include <utility>
 
 #include "geometry/shell_map.h"
 

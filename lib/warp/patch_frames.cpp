@@ -167,7 +167,7 @@ struct Batch {
   alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, uncut;
 };
 
-// In a tenth of the time that one by one takes.
+// By whole vectors: one by one, choosing and placing what a frame draws takes half as long again.
 [[gnu::flatten]] ORGANBAKE_WIDE void place_batch(
     const std::array<const float*, PatchTable::kNumbers>& n, int count, Placing to,
     Batch& __restrict out) {
