@@ -36,6 +36,9 @@ bool alive(pid_t pid) { return (::kill(pid, 0) == 0 || errno == EPERM) && !is_zo
 }  // namespace
 
 void remove_leftovers(const fs::path& folder, const std::string& prefix) {
+  // A folder under a temporary name is new, and its writer's alone. It may get thousands of frames,
+  // and looking through it for each would take longer than writing them.
+  if (folder.native().find(kTemporaryMark) != std::string::npos) return;
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const auto pid = owner(entry.path().filename().string(), prefix);

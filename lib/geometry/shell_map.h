@@ -29,6 +29,12 @@ std::vector<ShellMatrix> shell_matrices(const TriangleMesh& proxy);  // of every
 inline Eigen::Vector3d shell_point(const ShellMatrix& m, double b1, double b2, double h) {
   return m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
 }
+// Of shell_point by b1, b2 and h.
+inline Eigen::Matrix3d shell_jacobian(const ShellMatrix& m, double b1, double b2, double h) {
+  Eigen::Matrix3d by;
+  by << m.col(1) + h * m.col(4), m.col(2) + h * m.col(5), m.col(3) + b1 * m.col(4) + b2 * m.col(5);
+  return by;
+}
 
 // b1, b2 of a point known to lie at height h over a face: linear, least squares in 3-D.
 Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h, const Eigen::Vector3d& point);

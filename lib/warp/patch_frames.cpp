@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "geometry/shell_map.h"
 #include "warp/pixel_key.h"
 #include "warp/wide.h"
 
@@ -220,10 +221,8 @@ void place_patches(const PatchTable& patches, std::size_t first, int count, cons
 }
 
 Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {
-  const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3f>(patch.center).cast<double>();
-  Eigen::Matrix3d shell;  // by b1, b2, h
-  shell << face.col(1) + at[2] * face.col(4), face.col(2) + at[2] * face.col(5),
-      face.col(3) + at[0] * face.col(4) + at[1] * face.col(5);
+  const Eigen::Matrix3d shell =
+      shell_jacobian(face, patch.center[0], patch.center[1], patch.center[2]);
   const Eigen::Vector3d u = shell * Eigen::Map<const Eigen::Vector3f>(patch.along_u).cast<double>();
   const Eigen::Vector3d v = shell * Eigen::Map<const Eigen::Vector3f>(patch.along_v).cast<double>();
   return v.cross(u);

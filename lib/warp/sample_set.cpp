@@ -105,10 +105,8 @@ DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatr
 // fitted plane, through the inverse of the shell map's Jacobian.
 void set_tangents(const MapBinder& map, const DepthPlane& plane, Patch& patch) {
   const ShellMatrix& m = map.rest[patch.face];
-  const double b1 = patch.center[0], b2 = patch.center[1], h = patch.center[2];
-  Eigen::Matrix3d shell;
-  shell << m.col(1) + h * m.col(4), m.col(2) + h * m.col(5),
-      m.col(3) + b1 * m.col(4) + b2 * m.col(5);
+  const Eigen::Matrix3d shell =
+      shell_jacobian(m, patch.center[0], patch.center[1], patch.center[2]);
   const Eigen::Vector3d r = map.ray(plane.center.x(), plane.center.y());
   const Eigen::Vector3d r_u = map.ray(plane.center.x() + 1, plane.center.y()) - r;
   const Eigen::Vector3d r_v = map.ray(plane.center.x(), plane.center.y() + 1) - r;
