@@ -57,7 +57,7 @@ std::vector<Stage> describe() {
        .make_options = make_options<DecimateOptions>,
        .single_file = true},
       {.name = "mechanics",
-       .version = 2,
+       .version = 3,
        .summary = "give a proxy its springs, masses and anchors",
        .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
        .outputs = {{"mechanics", "mechanics.json"}},

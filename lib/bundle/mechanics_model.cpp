@@ -21,6 +21,27 @@ Spring spring_from(const JsonField& field, std::int64_t vertex_count) {
   return spring;
 }
 
+// Each vertex that is no anchor, once.
+std::vector<std::uint32_t> order_from(const JsonField& field, const MechanicsModel& model) {
+  std::vector<bool> waits(model.mass_kg.size(), true);
+  for (const std::uint32_t anchor : model.anchors) waits[anchor] = false;
+  const std::size_t free = waits.size() - model.anchors.size();
+  if (field.size() != free) {
+    field.fail("holds " + std::to_string(field.size()) + " vertices of the " +
+               std::to_string(free) + " that are no anchors");
+  }
+  std::vector<std::uint32_t> order;
+  for (std::size_t i = 0; i < free; ++i) {
+    const JsonField entry = field.at(i);
+    const auto v =
+        static_cast<std::uint32_t>(entry.integer(0, static_cast<std::int64_t>(waits.size()) - 1));
+    if (!waits[v]) entry.fail("names an anchor, or a vertex for the second time");
+    waits[v] = false;
+    order.push_back(v);
+  }
+  return order;
+}
+
 }  // namespace
 
 std::string mechanics_to_json(const MechanicsModel& model) {
@@ -42,6 +63,7 @@ std::string mechanics_to_json(const MechanicsModel& model) {
                {"mass_kg", model.mass_kg},
                {"anchors", model.anchors},
                {"springs", springs}};
+  if (!model.elimination_order.empty()) json["elimination_order"] = model.elimination_order;
   if (model.body) json["tetrahedra"] = tetrahedral_body_to_json(*model.body);
   return json_text(json);
 }
@@ -76,6 +98,9 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
   const JsonField springs = document["springs"];
   for (std::size_t i = 0; i < springs.size(); ++i) {
     model.springs.push_back(spring_from(springs.at(i), vertices));
+  }
+  if (const auto order = document.find("elimination_order")) {
+    model.elimination_order = order_from(*order, model);
   }
   if (const auto body = document.find("tetrahedra")) {
     model.body = tetrahedral_body_from_json(*body, vertex_count);

@@ -25,7 +25,10 @@ struct MechanicsModel {
   std::vector<double> mass_kg;  // one per proxy vertex, > 0
   std::vector<Spring> springs;
   std::vector<std::uint32_t> anchors;  // fixed vertices, increasing
-  double young_modulus_kpa = 0;        // the tissue constants that the springs were made from
+  // The other vertices in the order in which the player's factor best eliminates them; empty: the
+  // player looks for one itself, slower and, for large proxies, worse.
+  std::vector<std::uint32_t> elimination_order = {};
+  double young_modulus_kpa = 0;  // the tissue constants that the springs were made from
   double density_kg_per_m3 = 0;
   double thickness_mm = 0;
   double volume_stiffness = 1;      // 0 = volume free, 1 = kept

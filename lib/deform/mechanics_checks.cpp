@@ -66,6 +66,23 @@ void check_embedded(const TetrahedralBody& body, std::size_t vertex) {
   }
 }
 
+// Each vertex that is no anchor once, or nothing.
+void check_order(const MechanicsModel& mechanics) {
+  if (mechanics.elimination_order.empty()) return;
+  std::vector<int> times(mechanics.mass_kg.size(), 0);
+  for (const std::uint32_t anchor : mechanics.anchors) times[anchor] = 1;
+  for (const std::uint32_t v : mechanics.elimination_order) {
+    require(v < times.size(), "the elimination order names vertex " + std::to_string(v) + " of " +
+                                  std::to_string(times.size()));
+    ++times[v];
+  }
+  for (std::size_t v = 0; v < times.size(); ++v) {
+    require(times[v] == 1, "the elimination order and the anchors name vertex " +
+                               std::to_string(v) + " " + std::to_string(times[v]) +
+                               " times; it must be once");
+  }
+}
+
 }  // namespace
 
 void check_tetrahedra(const TriangleMesh& proxy, const MechanicsModel& mechanics) {
@@ -108,6 +125,7 @@ void check_mechanics(const TriangleMesh& proxy, const MechanicsModel& mechanics)
     require(anchor < vertices, "anchor " + std::to_string(anchor) +
                                    " is no vertex of the proxy's " + std::to_string(vertices));
   }
+  check_order(mechanics);
   require(mechanics.volume_stiffness >= 0 && mechanics.volume_stiffness <= 1,
           "volume stiffness is " + to_text(mechanics.volume_stiffness) + "; it must be 0 to 1");
 }

@@ -128,7 +128,7 @@ void add_transposed_block(const PanelView& panel, float* own) {
 // as many sums that don't wait for each other.
 template <int kLots, int kLanes, int kBlocks>
 void lose_to_panel(const PanelView& panel, std::size_t block, const float* own, float* rows) {
-  constexpr std::size_t kStride = 4 * kLots;
+  constexpr std::size_t kStride = std::size_t{4} * kLots;
   const float* value = panel.below + block * panel.width * kBlockRows;
   Floats8 sum[kBlocks][kLots][kLanes] = {};
   for (std::size_t k = 0; k < panel.width; ++k) {
@@ -137,14 +137,14 @@ void lose_to_panel(const PanelView& panel, std::size_t block, const float* own, 
           *reinterpret_cast<const Floats8*>(value + (b * panel.width + k) * kBlockRows);
       for (int lot = 0; lot < kLots; ++lot) {
         for (int lane = 0; lane < kLanes; ++lane)
-          sum[b][lot][lane] += v * own[k * kStride + 4 * lot + lane];
+          sum[b][lot][lane] += v * own[k * kStride + std::size_t{4} * lot + lane];
       }
     }
   }
   for (int b = 0; b < kBlocks; ++b) {
     for (int lot = 0; lot < kLots; ++lot) {
-      subtract_planes<kLanes>(sum[b][lot], panel.index + (block + b) * kBlockRows, rows + 4 * lot,
-                              kStride);
+      subtract_planes<kLanes>(sum[b][lot], panel.index + (block + b) * kBlockRows,
+                              rows + std::size_t{4} * lot, kStride);
     }
   }
 }
@@ -174,7 +174,7 @@ void lose_to_below(const PanelView& panel, std::size_t column, const Floats8* pl
   }
   for (int c = 0; c < kColumns; ++c) {
     for (int lot = 0; lot < kLots; ++lot) {
-      *reinterpret_cast<Floats4*>(own + (column + c) * 4 * kLots + 4 * lot) -=
+      *reinterpret_cast<Floats4*>(own + (column + c) * 4 * kLots + std::size_t{4} * lot) -=
           sums_of_planes<kLanes>(sum[c] + lot * kLanes);
     }
   }
@@ -185,7 +185,8 @@ template <int kLots, int kLanes>
 void substitute(const PanelView& panel, float* own, const float* rows, Floats8* planes) {
   for (std::size_t block = 0; block < panel.blocks; ++block) {
     for (int lot = 0; lot < kLots; ++lot)
-      gather_planes<kLanes>(rows + 4 * lot, 4 * kLots, panel.index + block * kBlockRows,
+      gather_planes<kLanes>(rows + std::size_t{4} * lot, std::size_t{4} * kLots,
+                            panel.index + block * kBlockRows,
                             planes + (block * kLots + lot) * kLanes);
   }
   constexpr std::size_t kColumns = 4 / kLots;  // as many sums as registers hold

@@ -16,6 +16,14 @@ std::vector<std::uint32_t> number_free(std::size_t points,
   return free_of_point;
 }
 
+std::vector<std::uint32_t> number_free_in_order(std::size_t points,
+                                                const std::vector<std::uint32_t>& order) {
+  std::vector<std::uint32_t> free_of_point(points, kAnchored);
+  std::uint32_t next = 0;
+  for (const std::uint32_t point : order) free_of_point[point] = next++;
+  return free_of_point;
+}
+
 std::size_t count_free(const std::vector<std::uint32_t>& free_of_point) {
   return free_of_point.size() - std::count(free_of_point.begin(), free_of_point.end(), kAnchored);
 }

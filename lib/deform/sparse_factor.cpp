@@ -16,7 +16,7 @@ using Matrix = Eigen::SparseMatrix<double>;
 
 // Panels may hold this share of explicit zeros: a wider panel costs less than the zeros do.
 constexpr double kZeroShare = 1;
-constexpr int kMostLots = 2;
+constexpr std::size_t kMostLots = 2;
 constexpr std::uint32_t kMaxWidth = 64;  // keeps a panel's solution in the first-level cache
 
 Matrix lower_half(std::size_t size, const std::vector<Coefficient>& coefficients) {
@@ -29,6 +29,19 @@ Matrix lower_half(std::size_t size, const std::vector<Coefficient>& coefficients
   Matrix matrix(n, n);
   matrix.setFromTriplets(triplets.begin(), triplets.end());
   return matrix;
+}
+
+// Where each unknown goes.
+using Places = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
+Places places(const Matrix& lower, UnknownOrder order) {
+  Places to(lower.cols());
+  to.setIdentity();
+  if (order == UnknownOrder::given) return to;
+  const Matrix all = lower.selfadjointView<Eigen::Lower>();
+  Places from;
+  Eigen::AMDOrdering<int>()(all, from);
+  to = from.inverse();
+  return to;
 }
 
 // The last column (exclusive) of the panel that starts at `first`: columns join while each one's
@@ -64,13 +77,17 @@ void invert_unit_block(std::size_t width, std::vector<double>& block) {
 
 }  // namespace
 
-SparseFactor::SparseFactor(std::size_t size, const std::vector<Coefficient>& coefficients) {
+SparseFactor::SparseFactor(std::size_t size, const std::vector<Coefficient>& coefficients,
+                           UnknownOrder order) {
   if (size == 0) return;
   Matrix matrix = lower_half(size, coefficients);
   // Scaled to a unit diagonal: what single precision then holds does not hang on the units.
   const Eigen::VectorXd scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   matrix = scale.asDiagonal() * matrix * scale.asDiagonal();
-  const Eigen::SimplicialLDLT<Matrix, Eigen::Lower> factor(matrix);
+  const Places to = places(matrix, order);
+  Matrix in_order(matrix.rows(), matrix.cols());
+  in_order.selfadjointView<Eigen::Lower>() = matrix.selfadjointView<Eigen::Lower>().twistedBy(to);
+  const Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(in_order);
   const Eigen::VectorXd diagonal = factor.vectorD();
   if (!scale.allFinite() || factor.info() != Eigen::Success || !(diagonal.array() > 0).all() ||
       !diagonal.allFinite()) {
@@ -78,8 +95,7 @@ SparseFactor::SparseFactor(std::size_t size, const std::vector<Coefficient>& coe
         "the tissue's masses and springs make a system that is not positive definite; check for "
         "stiffnesses or masses that differ by more than 1e12");
   }
-  const auto& order = factor.permutationP().indices();
-  position_.assign(order.data(), order.data() + size);
+  position_.assign(to.indices().data(), to.indices().data() + size);
   scale_.resize(size);
   for (std::size_t i = 0; i < size; ++i) scale_[position_[i]] = scale[static_cast<int>(i)];
   inverse_diagonal_.resize(size);
@@ -124,7 +140,7 @@ void SparseFactor::add_panel(std::uint32_t first, std::uint32_t last, const int*
   row_index_.insert(row_index_.end(), rows, rows + below);
   // The last block is filled up with a row of zeros that is nobody's.
   row_index_.resize(panel.rows_at + panel.blocks * kBlockRows, static_cast<std::uint32_t>(size()));
-  values_.insert(values_.end(), dense.begin(), dense.begin() + width * width);
+  values_.insert(values_.end(), dense.begin(), dense.begin() + std::ptrdiff_t{width} * width);
   for (std::size_t block = 0; block < panel.blocks; ++block) {
     for (std::size_t column = 0; column < width; ++column) {
       for (std::size_t i = 0; i < kBlockRows; ++i) {
@@ -146,10 +162,10 @@ PanelView SparseFactor::view(const Panel& panel) const {
 template <int kLots, int kLanes>
 void SparseFactor::solve_lots(const std::array<Row*, kLots>& lots) const {
   if (size() == 0) return;
-  constexpr std::size_t kStride = 4 * kLots;
+  constexpr std::size_t kStride = std::size_t{4} * kLots;
   float* rows = rows_.data();
   const auto floats = [rows](std::size_t i, int lot) {
-    return reinterpret_cast<Floats4*>(rows + i * kStride + 4 * lot);
+    return reinterpret_cast<Floats4*>(rows + i * kStride + std::size_t{4} * lot);
   };
   for (std::size_t i = 0; i < size(); ++i) {
     for (int lot = 0; lot < kLots; ++lot) {

@@ -16,9 +16,12 @@ struct Coefficient {
   double value = 0;
 };
 
-// Sparse L D Lᵀ of a symmetric positive definite matrix, made once (fill-reducing order: AMD), and
-// back-substitution on several right sides at a time. Columns of L with the same pattern are kept
-// as dense panels (supernodes; Ng & Peyton 1993), so that the inner loops are plain dense products.
+// Whether the unknowns come in a good elimination order already, or one has to be found (AMD).
+enum class UnknownOrder { to_be_found, given };
+
+// Sparse L D Lᵀ of a symmetric positive definite matrix, made once, and back-substitution on
+// several right sides at a time. Columns of L with the same pattern are kept as dense panels
+// (supernodes; Ng & Peyton 1993), so that the inner loops are plain dense products.
 //
 // Factorised in double precision, kept and solved in single: a solve moves the whole factor
 // through the caches, and half the bytes are twice the speed. Errors are about 1e-6 of the
@@ -27,7 +30,8 @@ struct Coefficient {
 class SparseFactor {
  public:
   // Throws BadDataError when the matrix is not positive definite in double precision.
-  SparseFactor(std::size_t size, const std::vector<Coefficient>& coefficients);
+  SparseFactor(std::size_t size, const std::vector<Coefficient>& coefficients,
+               UnknownOrder order = UnknownOrder::to_be_found);
 
   std::size_t size() const { return inverse_diagonal_.size(); }
   // Where the elimination order puts each unknown: position()[i] is the row of unknown i in

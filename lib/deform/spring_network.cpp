@@ -42,6 +42,7 @@ struct SpringNetwork::Net {
     mass_kg.insert(mass_kg.end(), mechanics.mass_kg.begin(), mechanics.mass_kg.end());
     for (const Face& f : proxy.faces) faces.push_back({first + f[0], first + f[1], first + f[2]});
     for (const std::uint32_t anchor : mechanics.anchors) anchors.push_back(first + anchor);
+    for (const std::uint32_t v : mechanics.elimination_order) order.push_back(first + v);
     for (Spring spring : mechanics.springs) {
       spring.a += first, spring.b += first;
       springs.push_back(spring);
@@ -53,14 +54,23 @@ struct SpringNetwork::Net {
   std::vector<double> mass_kg;
   std::vector<Spring> springs;
   std::vector<std::uint32_t> anchors, organ_of_vertex;
+  std::vector<std::uint32_t> order;  // to eliminate the free vertices in, of organs that have one
   std::uint32_t organs = 0;
+
+  // Whether every organ has one.
+  bool ordered() const { return order.size() + anchors.size() == vertices.size(); }
+  std::vector<std::uint32_t> free_of_vertex() const {
+    return ordered() ? number_free_in_order(vertices.size(), order)
+                     : number_free(vertices.size(), anchors);
+  }
 };
 
 SpringNetwork::SpringNetwork(const DeformBodies& bodies, double time_step_s) {
   const Net net(bodies);
-  const auto free_of_vertex = number_free(net.vertices.size(), net.anchors);
+  const auto free_of_vertex = net.free_of_vertex();
   factor_ =
-      SparseFactor(count_free(free_of_vertex), matrix_of_free(net, time_step_s, free_of_vertex));
+      SparseFactor(count_free(free_of_vertex), matrix_of_free(net, time_step_s, free_of_vertex),
+                   net.ordered() ? UnknownOrder::given : UnknownOrder::to_be_found);
   place_slots(net, time_step_s, free_of_vertex);
   place_springs(net, time_step_s);
   find_parts(net);

@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "geometry/mesh_checks.h"
 #include "mechanics/body_struts.h"
+#include "mechanics/elimination_order.h"
 #include "mechanics/lattice_body.h"
 #include "mechanics/spring_fit.h"
 #include "mechanics/spring_network.h"
@@ -200,6 +201,7 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   model.instrument_radius_mm = options.instrument_radius_mm;
   if (options.fem) model.body = body_of(proxy, model, options, context);
   if (options.fit_to_fem) fit_springs(proxy, model, context);
+  model.elimination_order = elimination_order(model);
   return model;
 }
 

@@ -10,9 +10,15 @@ namespace organbake {
 namespace {
 
 TEST(MechanicsModel, RoundTripIsExact) {
-  const MechanicsModel model = small_bundle().mechanics;
-  const std::string text = mechanics_to_json(model);
-  EXPECT_EQ(mechanics_to_json(mechanics_from_json(text, "m", 4)), text);
+  MechanicsModel model = small_bundle().mechanics;
+  model.anchors = {1};
+  for (const auto& order : std::vector<std::vector<std::uint32_t>>{{}, {3, 0, 2}}) {
+    model.elimination_order = order;
+    const std::string text = mechanics_to_json(model);
+    const MechanicsModel read = mechanics_from_json(text, "m", 4);
+    EXPECT_EQ(read.elimination_order, order);
+    EXPECT_EQ(mechanics_to_json(read), text);
+  }
 }
 
 TEST(MechanicsModel, RefusesWhatTheDeformerCouldNotBear) {
@@ -31,6 +37,14 @@ TEST(MechanicsModel, RefusesWhatTheDeformerCouldNotBear) {
   refused([](auto& m) { m.anchors = {1, 1}; });
   refused([](auto& m) { m.anchors = {9}; });
   refused([](auto& m) { m.volume_stiffness = 2; });
+  const auto refused_order = [&](std::vector<std::uint32_t> order) {
+    refused([&](auto& m) { m.anchors = {1}, m.elimination_order = order; });
+  };
+  refused_order({0, 2});
+  refused_order({0, 2, 4});
+  refused_order({0, 2, 2});
+  refused_order({0, 2, 1});
+  refused_order({0, 2, 3, 3});
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ Bundle small_bundle() {
     bundle.maps.push_back(maps_of(bundle.cameras.cameras.back().intrinsics));
   }
   bundle.mechanics = {
-      {0.1, 0.1, 0.1, 0.1}, {{0, 1, 1, 2, 0.5}, {2, 3, 1.5, 2, 0}}, {0}, 10, 1060, 15, 1, 5};
+      {0.1, 0.1, 0.1, 0.1}, {{0, 1, 1, 2, 0.5}, {2, 3, 1.5, 2, 0}}, {0}, {}, 10, 1060, 15, 1, 5};
   bundle.base = {2, 4, std::vector<float>(24, 0.5f),
                  std::vector<Eigen::Vector3f>(24, {0.5f, 0.25f, 0.125f}),
                  std::vector<std::uint32_t>(24, 3)};

@@ -67,6 +67,10 @@ TEST(Deformer, RefusesMechanicsThatDoNotFit) {
   refuses("stiffness", [](Mesh&, Model& m, Base&) { m.springs[0].stiffness_n_per_mm = -1; });
   refuses("damping", [](Mesh&, Model& m, Base&) { m.springs[0].damping_n_s_per_mm = NAN; });
   refuses("anchor 99", [](Mesh&, Model& m, Base&) { m.anchors.push_back(99); });
+  refuses("vertex 42", [](Mesh&, Model& m, Base&) { m.elimination_order = {42}; });
+  refuses("0 times", [](Mesh&, Model& m, Base&) { m.elimination_order = {41}; });
+  refuses("42 times",
+          [](Mesh&, Model& m, Base&) { m.anchors = {}, m.elimination_order.resize(42); });
   refuses("volume stiffness", [](Mesh&, Model& m, Base&) { m.volume_stiffness = 1.5; });
 }
 

@@ -32,8 +32,8 @@ std::vector<Coefficient> random_system(std::uint32_t size, std::uint32_t edges,
 }
 
 double relative_residual(std::uint32_t size, const std::vector<Coefficient>& entries,
-                         std::uint64_t seed) {
-  const SparseFactor factor(size, entries);
+                         std::uint64_t seed, UnknownOrder order = UnknownOrder::to_be_found) {
+  const SparseFactor factor(size, entries, order);
   RandomStream random(seed);
   Rows right_side(size), solved(size);
   for (auto& row : right_side) {
@@ -61,6 +61,9 @@ TEST(SparseFactor, SolvesSystemsOfEveryShape) {
     for (const std::uint32_t edges : {0u, 20u, 150u, 600u, 6000u}) {
       EXPECT_LT(relative_residual(150, random_system(150, edges, seed), seed), kResidual)
           << "seed " << seed << ", edges " << edges;
+      EXPECT_LT(relative_residual(150, random_system(150, edges, seed), seed, UnknownOrder::given),
+                kResidual)
+          << "in the order given, seed " << seed << ", edges " << edges;
     }
   }
 }
@@ -91,6 +94,11 @@ TEST(SparseFactor, OrderIsAPermutation) {
   std::vector<int> seen(60, 0);
   for (const std::uint32_t p : factor.position()) ++seen.at(p);
   for (const int count : seen) EXPECT_EQ(count, 1);
+}
+
+TEST(SparseFactor, AGivenOrderStands) {
+  const SparseFactor factor(60, random_system(60, 120, 5), UnknownOrder::given);
+  for (std::uint32_t i = 0; i < 60; ++i) EXPECT_EQ(factor.position()[i], i);
 }
 
 TEST(SparseFactor, EmptySystemIsFine) {
