@@ -77,7 +77,8 @@ void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const s
 
 // In one pass: there are tens of thousands of chunks.
 void ActiveCameras::survey(std::size_t faces, DrawReport& report, Survey& survey) const {
-  survey.box = {};
+  // In registers: a box in memory is a chain of loads that wait for stores.
+  PixelBox box;
   survey.shown.assign(faces, 0);
   survey.stretched.assign(faces, 0);
   int largest_px = 0;
@@ -92,7 +93,7 @@ void ActiveCameras::survey(std::size_t faces, DrawReport& report, Survey& survey
         samples[static_cast<int>(chunk.fate)] += chunks[c].count;
         if (chunk.fate != ChunkFate::drawn) continue;
         face_px = std::max({face_px, chunk.columns, chunk.rows});
-        survey.box = united(survey.box, chunk.box);
+        box = united(box, chunk.box);
       }
       report.samples_drawn += samples[0];
       report.samples_facing_away += samples[1];
@@ -107,6 +108,7 @@ void ActiveCameras::survey(std::size_t faces, DrawReport& report, Survey& survey
       }
     }
   }
+  survey.box = box;
   report.largest_stretch_px = std::max<double>(report.largest_stretch_px, largest_px);
 }
 

@@ -248,14 +248,18 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
   frame.depth_mm.clear();
   if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kInfinity);
-  SkinDepth depth;
-  depth.resize(width, height);
   const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
+  std::vector<float> depth_mm(pixels + kLanes, kInfinity);  // read in whole vectors
+  float farthest_mm = 1;
   for (std::size_t i = 0; i < pixels; ++i) {
-    float& shown_mm = depth.row(static_cast<int>(i / width))[i % width];
-    shown_mm = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
-    report.sample_pixels += shown_mm < kInfinity;
+    depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
+    if (!(depth_mm[i] < kInfinity)) continue;
+    ++report.sample_pixels;
+    farthest_mm = std::max(farthest_mm, depth_mm[i]);
   }
+  SkinDepth depth;
+  depth.resize(width, height, farthest_mm);
+  for (int y = 0; y < height; ++y) depth.put(0, y, width, depth_mm.data() + std::size_t(y) * width);
   const double distance_mm = (bundle.cameras.cameras[cameras[0]].center_world_mm() -
                               bundle.cameras.manifold.center_world_mm)
                                  .norm();

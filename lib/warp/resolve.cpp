@@ -231,7 +231,7 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
     if (tile.rest) tell_shown(tile, rows, count, sum, &frame.shown[first]);
     if (tile.base) mark_base(rows, tile.count, count, cover);
-    std::copy_n(sum.nearest, count, depth.row(y) + x0);
+    depth.put(x0, y, count, sum.nearest);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
   };
   for (int y = box.y0; y < box.y1; ++y) {

@@ -79,6 +79,7 @@ struct Warper::Impl {
   void place_faces(const View& view, bool continued);
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
+  float reach_mm(const View& view) const;
   void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
                   const Background& background, Frame& frame, DrawReport& report);
 };
@@ -126,6 +127,13 @@ bool Warper::Impl::continues(const View& view, const DrawOptions& options,
   return same_tools == last_options &&
          frame.depth_mm.empty() == !(options.keep_depth || !options.solids.empty()) &&
          frame.shown.empty() == !options.keep_shown;
+}
+
+// Farther away lies no skin, poked skin within reason included.
+float Warper::Impl::reach_mm(const View& view) const {
+  const Bounds organ = bounds(at_rest);
+  const double away = (view.camera.center_world_mm() - organ.center()).norm();
+  return static_cast<float>(away + organ.diagonal());
 }
 
 void Warper::Impl::place_faces(const View& view, bool continued) {
@@ -230,7 +238,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   frame.depth_mm.resize(options.keep_depth || !options.solids.empty() ? pixels : 0);
 
   frame.shown.resize(options.keep_shown ? pixels : 0);
-  s.depth.resize(width, height);
+  s.depth.resize(width, height, s.reach_mm(view));
 
   const TileGrid grid(width, height);
   const Background background(options.background);

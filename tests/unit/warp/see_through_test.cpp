@@ -20,13 +20,14 @@ struct Picture {
   SkinDepth depth;
 
   Picture() {
-    depth.resize(kPictureWidth, kPictureHeight);
+    depth.resize(kPictureWidth, kPictureHeight, 400);
     set_depth(0, 0, kPictureWidth, kPictureHeight, 100);
     frame.color = Rgb8Image(kPictureWidth, kPictureHeight);
     frame.cover.assign(std::size_t(kPictureWidth) * kPictureHeight, Cover::samples);
   }
   void set_depth(int x0, int y0, int x1, int y1, float mm) {
-    for (int y = y0; y < y1; ++y) std::fill(depth.row(y) + x0, depth.row(y) + x1, mm);
+    const std::vector<float> row(whole_vectors(x1 - x0), mm);
+    for (int y = y0; y < y1; ++y) depth.put(x0, y, x1 - x0, row.data());
   }
   std::size_t open(const PixelBox& box = {0, 0, kPictureWidth, kPictureHeight}) {
     const auto found = find_see_through(box, depth, kDeeperMm);
@@ -66,6 +67,16 @@ TEST(SeeThrough, TheBackgroundIsNoSide) {
   EXPECT_EQ(picture.open(), 0u);
 }
 
+TEST(SeeThrough, SkinBeyondTheReachIsOneDepth) {
+  Picture picture;
+  picture.set_depth(0, 0, kPictureWidth, kPictureHeight, 500);
+  picture.set_depth(50, 0, 52, kPictureHeight, 1e30f);
+  EXPECT_EQ(picture.open(), 0u);
+  picture.set_depth(0, 0, kPictureWidth, kPictureHeight, 390);
+  picture.set_depth(50, 0, 52, kPictureHeight, 1e30f);
+  EXPECT_EQ(picture.open(), 2u * kPictureHeight);
+}
+
 TEST(SeeThrough, LooksBeyondTheBoxButFindsNothingThere) {
   Picture picture;
   picture.set_depth(100, 0, 102, kPictureHeight, 150);
@@ -79,7 +90,7 @@ TEST(SeeThrough, IsTheSameForAnyNumberOfThreads) {
   Picture one;
   for (int y = 0; y < kPictureHeight; ++y) {
     for (int x = 0; x < kPictureWidth; ++x)
-      one.depth.row(y)[x] = random.uniform(0, 1) < 0.1 ? 150.0f : 100.0f;
+      one.set_depth(x, y, x + 1, y + 1, random.uniform(0, 1) < 0.1 ? 150.0f : 100.0f);
   }
   Picture two = one;
   {
