@@ -59,7 +59,7 @@ void Deformer::Impl::to_rest() {
 
 const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) {
   deform::check_tips(asked);
-  const std::vector<InstrumentTip> tips = deform::held_apart(asked);
+  const std::vector<InstrumentTip> tips = deform::moved_apart(instruments.tips(), asked);
   moved = false;
   const bool unchanged = instruments.unchanged(tips);
   if (asleep && unchanged) {
@@ -84,6 +84,7 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
   const deform::Penetration deepest = solver.step(sweeps, closing);
   report.penetration_mm = deepest.in_tips;
   report.tissue_penetration_mm = deepest.in_tissue;
+  report.tip_too_fast = solver.tip_too_fast();
   finish_step(unchanged);
   report.collision_ms = solver.take_collision_ms();
   return report;
@@ -118,6 +119,7 @@ void Deformer::Impl::finish_step(bool tips_unchanged) {
 }
 
 void Deformer::Impl::report_positions(const std::vector<InstrumentTip>& tips) {
+  report.tool_contacts = deform::count_touching(tips);
   report.tip_position_mm.clear();
   for (const InstrumentTip& tip : tips) report.tip_position_mm.push_back(tip.position_mm);
 }

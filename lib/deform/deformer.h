@@ -15,9 +15,12 @@ enum class InstrumentMode { poke, grab };
 
 // A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
 // at the position. A grabbing tip carries the tissue that its sphere touched when it closed.
+// A thinner tip would slip between what contacts are exact to.
+inline constexpr double kThinnestTip_mm = 0.05;
+
 struct InstrumentTip {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
-  double radius_mm = 5;
+  double radius_mm = 5;  // from kThinnestTip_mm on
   InstrumentMode mode = InstrumentMode::poke;
   bool active = false;
   Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
@@ -43,9 +46,12 @@ struct DeformOptions {
 struct StepReport {
   std::size_t contacts = 0;                  // of instruments
   std::size_t tissue_contacts = 0;           // of tissue with tissue
+  std::size_t tool_contacts = 0;             // pairs of tools that hold each other off
   std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
   // Where each tip was held, world: tools that run into each other stop there.
   std::vector<Eigen::Vector3d> tip_position_mm;
+  // A tip moved farther than can be followed, and may have passed through skin.
+  bool tip_too_fast = false;
   bool recovered = false;            // a non-finite state was reset to rest, and said
   double penetration_mm = 0;         // deepest skin point left inside a tip
   double tissue_penetration_mm = 0;  // or below other skin, deeper than at rest

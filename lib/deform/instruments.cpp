@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPieceOfRadius =
     0.5;  // a piece this long cannot bring the centre through the skin
-constexpr int kMostPieces = 64;
+constexpr int kMostPieces = 2048;
 
 std::string describe(const Eigen::Vector3d& p) {
   std::string text = "(";
@@ -42,8 +42,9 @@ void check_tips(const std::vector<InstrumentTip>& tips) {
       throw UsageError(name + " has the axis " + describe(tip.axis_mm) +
                        " mm; give a finite one within 1e9 mm, zero for a sphere");
     }
-    if (!(tip.radius_mm > 0) || tip.radius_mm > kFarthest_mm) {
-      throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be > 0");
+    if (!(tip.radius_mm >= kThinnestTip_mm) || tip.radius_mm > kFarthest_mm) {
+      throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be " +
+                       to_text(kThinnestTip_mm) + " to 1e9");
     }
     if (tip.mode != InstrumentMode::poke && tip.mode != InstrumentMode::grab) {
       throw UsageError(name + " has an unknown mode; use poke or grab");
@@ -89,13 +90,13 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
   return sweeps;
 }
 
-int sweep_pieces(const std::vector<TipSweep>& sweeps) {
+SweepPieces sweep_pieces(const std::vector<TipSweep>& sweeps) {
   double most = 1;
   for (const TipSweep& s : sweeps) {
     const double way_mm = std::max(s.motion(0).norm(), s.motion(1).norm());
     if (!s.grabs) most = std::max(most, way_mm / (kPieceOfRadius * s.radius_mm));
   }
-  return static_cast<int>(std::ceil(std::min<double>(most, kMostPieces)));
+  return {static_cast<int>(std::ceil(std::min<double>(most, kMostPieces))), most <= kMostPieces};
 }
 
 }  // namespace organbake::deform

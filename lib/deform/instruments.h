@@ -15,6 +15,8 @@ void check_tips(const std::vector<InstrumentTip>& tips);
 // What the tips did since the last step.
 class Instruments {
  public:
+  // As given to the last advance().
+  const std::vector<InstrumentTip>& tips() const { return last_; }
   // Whether nothing about the active tips differs from the last advance().
   bool unchanged(const std::vector<InstrumentTip>& tips) const;
   // The sweeps of all active tips, in tip order. Contacts of tips that opened, went away or changed
@@ -26,7 +28,12 @@ class Instruments {
   std::vector<InstrumentTip> last_;
 };
 
-// In how many pieces a step's sweeps are followed, so that no piece carries a tip past the skin.
-int sweep_pieces(const std::vector<TipSweep>& sweeps);
+// In how many pieces a step's sweeps are followed, so that no piece carries a tip past the skin. At
+// most some thousand: a tip that is faster still may pass through.
+struct SweepPieces {
+  int count = 1;
+  bool enough = true;
+};
+SweepPieces sweep_pieces(const std::vector<TipSweep>& sweeps);
 
 }  // namespace organbake::deform

@@ -24,7 +24,9 @@ constexpr double kConverged_mm = 1e-4;  // local/global iterations stop below th
 constexpr double kFastestPerStep = 0.25;
 constexpr double kForesight = 0.8;  // of the last motion; 1 would leave the slow modes ringing
 constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther ahead are guesses
-constexpr double kRunaway = 10;           // diagonals away from rest: the state is lost
+// Of a sweep: in a longer one a tip that lost what it touched on the way may have left it behind.
+constexpr int kFewPieces = 8;
+constexpr double kRunaway = 10;  // diagonals away from rest: the state is lost
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
 const DeformBodies& checked(const DeformBodies& bodies) {
@@ -133,13 +135,16 @@ Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
     close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
   }
   for (Contact& c : contacts_) c.touched_at = 0;
+  tip_too_fast_ = touched_on_the_way_ = false;
   x_start_ = x_;
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
   }
   constraints_.begin_step(x_start_);
   advance(sweeps);
-  return close_gaps(sweeps);
+  const Penetration deepest = close_gaps(sweeps);
+  tip_too_fast_ = tip_too_fast_ || (touched_on_the_way_ && !tools_touch());
+  return deepest;
 }
 
 // Foresight may climb out of a valley that it ran through. Nothing feeds a body that no tip
@@ -221,8 +226,20 @@ const Rows& ShapeSolver::foreseen() {
 
 // A fast tip pushes the skin ahead of it piece by piece, so that it cannot end up behind.
 void ShapeSolver::follow_sweeps(const std::vector<TipSweep>& sweeps) {
-  const int pieces = sweep_pieces(sweeps);
-  for (int piece = 1; piece < pieces; ++piece) constrain(sweeps, double(piece) / pieces);
+  if (!search_.found_any()) return;
+  const auto [pieces, enough] = sweep_pieces(sweeps);
+  if (!enough) tip_too_fast_ = true;
+  for (int piece = 1; piece < pieces; ++piece) {
+    refresh(sweeps, double(piece) / pieces);
+    if (contacts_.empty()) continue;
+    touched_on_the_way_ = touched_on_the_way_ || (pieces > kFewPieces && tools_touch());
+    constraints_.solve(x_start_, x_free_, contacts_, x_);
+  }
+}
+
+bool ShapeSolver::tools_touch() const {
+  return std::any_of(contacts_.begin(), contacts_.end(),
+                     [](const Contact& c) { return !c.of_tissue(); });
 }
 
 // One pass of the constraints at a place of the tips; x becomes the shape that keeps them there.

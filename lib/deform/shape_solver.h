@@ -48,6 +48,8 @@ class ShapeSolver {
   bool near_skin(const std::vector<TipSweep>& sweeps);
   // One time step; `closing` are the sweeps of graspers that close in it.
   Penetration step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
+  // Whether in the last step a tip moved so far that it may have left skin behind.
+  bool tip_too_fast() const { return tip_too_fast_; }
   // Takes the step's motion for the velocity and returns its largest (mm).
   double settle_motion();
 
@@ -63,6 +65,7 @@ class ShapeSolver {
   void move_freely(const Rows& from);
   const Rows& foreseen();
   void follow_sweeps(const std::vector<TipSweep>& sweeps);
+  bool tools_touch() const;
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
   Penetration close_gaps(const std::vector<TipSweep>& sweeps);
@@ -85,6 +88,7 @@ class ShapeSolver {
   Rows load_;                             // dead, on the free slots, mN; or empty
   std::vector<Contact> contacts_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
+  bool tip_too_fast_ = false, touched_on_the_way_ = false;
   double collision_ms_ = 0;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };

@@ -12,6 +12,10 @@ using Eigen::Vector3d;
 
 constexpr int kRounds = 32;
 constexpr double kTouching = 1e-9;  // of both radii
+// Of both radii: a piece this long brings no centre past the other's.
+constexpr double kPieceOfRadii = 0.5;
+constexpr int kMostPieces = 256;
+constexpr double kTouchWithin = 1e-6;  // of both radii: pushed apart, tools touch by rounding
 
 double share_of(double part, double whole) {
   return whole > 0 ? std::clamp(part / whole, 0.0, 1.0) : 0;
@@ -36,6 +40,35 @@ bool part(InstrumentTip& a, InstrumentTip& b) {
   return true;
 }
 
+double gap_mm(const InstrumentTip& a, const InstrumentTip& b) {
+  const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
+  return ((b.position_mm + t * b.axis_mm) - (a.position_mm + s * a.axis_mm)).norm() -
+         (a.radius_mm + b.radius_mm);
+}
+
+// How far at most a point of the tip moves, mm.
+double way_mm(const InstrumentTip& from, const InstrumentTip& to) {
+  const Vector3d at_base = to.position_mm - from.position_mm;
+  return std::max(at_base.norm(), (at_base + to.axis_mm - from.axis_mm).norm());
+}
+
+bool both_there(const InstrumentTip& a, const InstrumentTip& b) { return a.active && b.active; }
+
+// In how many pieces tips have to be moved so that none passes another; 0: they don't meet.
+int pieces_between(const std::vector<InstrumentTip>& from, const std::vector<InstrumentTip>& to) {
+  double most = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    for (std::size_t j = i + 1; j < to.size(); ++j) {
+      if (!both_there(to[i], to[j])) continue;
+      const double way = way_mm(from[i], to[i]) + way_mm(from[j], to[j]);
+      if (gap_mm(from[i], from[j]) > way) continue;
+      const double piece = kPieceOfRadii * (to[i].radius_mm + to[j].radius_mm);
+      most = std::max(most, 1 + way / piece);
+    }
+  }
+  return static_cast<int>(std::min<double>(most, kMostPieces));
+}
+
 }  // namespace
 
 // Ericson, Real-Time Collision Detection (2005), 5.1.9.
@@ -56,12 +89,52 @@ std::vector<InstrumentTip> held_apart(std::vector<InstrumentTip> tips) {
     bool any = false;
     for (std::size_t i = 0; i < tips.size(); ++i) {
       for (std::size_t j = i + 1; j < tips.size(); ++j) {
-        if (tips[i].active && tips[j].active && part(tips[i], tips[j])) any = true;
+        if (both_there(tips[i], tips[j]) && part(tips[i], tips[j])) any = true;
       }
     }
     if (!any) break;
   }
   return tips;
+}
+
+std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
+                                       const std::vector<InstrumentTip>& asked) {
+  std::vector<InstrumentTip> from = asked;
+  for (std::size_t i = 0; i < std::min(held.size(), asked.size()); ++i) {
+    if (!both_there(held[i], asked[i])) continue;
+    from[i].position_mm = held[i].position_mm;
+    from[i].axis_mm = held[i].axis_mm;
+  }
+  const int pieces = pieces_between(from, asked);
+  if (pieces == 0) return asked;
+  std::vector<InstrumentTip> tips = from;
+  std::vector<Vector3d> pushed(asked.size(), Vector3d::Zero());
+  for (int piece = 1; piece <= pieces; ++piece) {
+    const double share = double(piece) / pieces;
+    for (std::size_t i = 0; i < tips.size(); ++i) {
+      const Vector3d way = asked[i].position_mm - from[i].position_mm;
+      tips[i].position_mm = from[i].position_mm + share * way + pushed[i];
+      tips[i].axis_mm = from[i].axis_mm + share * (asked[i].axis_mm - from[i].axis_mm);
+    }
+    const std::vector<InstrumentTip> apart = held_apart(tips);
+    for (std::size_t i = 0; i < tips.size(); ++i)
+      pushed[i] += apart[i].position_mm - tips[i].position_mm;
+    tips = apart;
+  }
+  for (std::size_t i = 0; i < tips.size(); ++i)
+    if (pushed[i].isZero(0)) tips[i] = asked[i];
+  return tips;
+}
+
+std::size_t count_touching(const std::vector<InstrumentTip>& tips) {
+  std::size_t touching = 0;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    for (std::size_t j = i + 1; j < tips.size(); ++j) {
+      const double radii = tips[i].radius_mm + tips[j].radius_mm;
+      touching += both_there(tips[i], tips[j]) && gap_mm(tips[i], tips[j]) < kTouchWithin * radii;
+    }
+  }
+  return touching;
 }
 
 }  // namespace organbake::deform

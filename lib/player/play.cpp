@@ -44,6 +44,11 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
       context.warn("frame " + std::to_string(frame) +
                    ": the tissue's state was lost and reset to rest");
     }
+    if (entry.step.tip_too_fast) {
+      context.warn("frame " + std::to_string(frame) +
+                   ": an instrument moved so far in one step that it may have passed through "
+                   "skin; take a shorter time step or a larger tip");
+    }
     if (show) show(frame, picture);
     context.progress(double(frame + 1) / script.frames);
   }

@@ -11,6 +11,8 @@ namespace {
 Json frame_json(const PlayedFrame& f) {
   Json forces = Json::array();
   for (const auto& force : f.step.tip_force_n) forces.push_back(to_json(force));
+  Json places = Json::array();
+  for (const auto& place : f.step.tip_position_mm) places.push_back(to_json(place));
   return {
       {"deform_ms", f.deform_ms},
       {"draw_ms", f.draw_ms},
@@ -19,7 +21,8 @@ Json frame_json(const PlayedFrame& f) {
         {"splat", f.draw.times.splat},
         {"base", f.draw.times.base},
         {"resolve", f.draw.times.resolve},
-        {"fill", f.draw.times.fill}}},
+        {"fill", f.draw.times.fill},
+        {"tools", f.draw.times.tools}}},
       {"unchanged", f.draw.unchanged},
       {"tiles", {{"drawn", f.draw.tiles_drawn}, {"kept", f.draw.tiles_kept}}},
       {"cameras", f.draw.weights.cameras},
@@ -34,12 +37,16 @@ Json frame_json(const PlayedFrame& f) {
         {"skipped_outside_view", f.draw.faces_outside_view}}},
       {"pixels", {{"from_samples", f.draw.sample_pixels}, {"from_base_layer", f.draw.base_pixels}}},
       {"base_triangles", f.draw.base_triangles},
+      {"stretch_px_per_texel", f.draw.largest_stretch_px},
       {"holes_before_fill", f.draw.holes_before},
       {"holes_after_fill", f.draw.holes_after},
       {"contacts", f.step.contacts},
       {"tissue_contacts", f.step.tissue_contacts},
+      {"tool_contacts", f.step.tool_contacts},
       {"collision_ms", f.step.collision_ms},
       {"tip_force_n", forces},
+      {"tip_position_mm", places},
+      {"tip_too_fast", f.step.tip_too_fast},
       {"recovered", f.step.recovered}};
 }
 

@@ -53,7 +53,7 @@ InstrumentPath instrument_from(const JsonField& field) {
   InstrumentPath instrument;
   instrument.name = field["name"].text();
   if (const auto radius = field.find("radius_mm"))
-    instrument.radius_mm = radius->number(1e-3, kFarMm);
+    instrument.radius_mm = radius->number(kThinnestTip_mm, kFarMm);
   const JsonField mode = field["mode"];
   if (mode.text() != "poke" && mode.text() != "grab") mode.fail("must be 'poke' or 'grab'");
   instrument.mode = mode.text() == "grab" ? InstrumentMode::grab : InstrumentMode::poke;

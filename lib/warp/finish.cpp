@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "warp/hole_fill.h"
+#include "warp/phase_clock.h"
 #include "warp/see_through.h"
 #include "warp/slit_fill.h"
 #include "warp/warper.h"
@@ -37,6 +38,7 @@ void Finish::keep(const PixelBox& box, const Frame& frame) {
 
 void Finish::apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
                    const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report) {
+  PhaseClock clock(options.measure);
   drawn_ = drawn;
   opened_.clear();
   hidden_.clear();
@@ -47,12 +49,16 @@ void Finish::apply(const View& view, const DrawOptions& options, const PixelBox&
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
   if (!options.solids.empty()) {
-    keep(solids_box(options.solids, view), frame);
-    draw_solids(options.solids, view, frame);
+    clock.lap(report.times.fill);
+    const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
+    for (const SolidBlock& block : blocks) keep(block.box, frame);
+    draw_solids(options.solids, blocks, view, frame);
+    clock.lap(report.times.tools);
     skin_.read_with_border(drawn, frame);
   }
   if (!options.smooth_outline) skin_ = {};
   outline_.soften(skin_, options.background, frame);
+  clock.lap(report.times.fill);
 }
 
 void Finish::undo(const Background& background, Frame& frame) const {

@@ -88,6 +88,9 @@ struct PaperWarp::Warped {
   std::vector<float> depth_mm;  // +inf where nothing landed
   std::vector<Eigen::Vector3f> color;
   std::vector<Eigen::Vector3f> rest_mm;  // the skin that landed, at rest; empty unless asked for
+  // Of its texels, and the widest square.
+  std::size_t drawn = 0, outside_view = 0;
+  double widest_px = 0;
 
   void clear(std::size_t pixels, bool keep_rest) {
     depth_mm.assign(pixels, kInfinity);
@@ -101,8 +104,11 @@ struct PaperWarp::Warped {
         std::clamp(std::ceil(texel_px - kSpareSplat_px), 1.0, double(kWidestSplat_px));
     if (!(place.x() > -side && place.y() > -side && place.x() < k.width + side &&
           place.y() < k.height + side)) {
+      ++outside_view;
       return;
     }
+    ++drawn;
+    widest_px = std::max(widest_px, side);
     const int x0 = static_cast<int>(std::floor(place.x() - side / 2 + 0.5));
     const int y0 = static_cast<int>(std::floor(place.y() - side / 2 + 0.5));
     const int n = static_cast<int>(side);
@@ -204,7 +210,10 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
     const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
     const Eigen::Vector3d p =
         view_from_camera * Eigen::Vector3d(double(z) * unproject(camera.intrinsics, pixel));
-    if (p.z() < view.near_mm) continue;
+    if (p.z() < view.near_mm) {
+      ++out.outside_view;
+      continue;
+    }
     const Eigen::Vector2d landed = project(k, p);
     const Eigen::Vector3f color = at.mixed(Eigen::Vector3f(Eigen::Vector3f::Zero()),
                                            [&](std::size_t t) { return maps.color[t]; });
@@ -240,6 +249,11 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   std::size_t used = 0;
   for (const double weight : report.weights.weights) {
     if (weight > 0) shares[used++] = static_cast<float>(weight);
+  }
+  for (const Warped& warped : std::span(views).first(used)) {
+    report.samples_drawn += warped.drawn;
+    report.samples_outside_view += warped.outside_view;
+    report.largest_stretch_px = std::max(report.largest_stretch_px, warped.widest_px);
   }
 
   frame.serial = 0;

@@ -23,64 +23,69 @@ struct Hit {
   Vector3d normal = Vector3d::Zero();
 };
 
+// A solid in the camera's frame, and what all rays ask of it.
+struct PlacedSolid {
+  Vector3d from, to;
+  double radius;
+  Eigen::Vector3f color;
+  double length;
+  Vector3d axis;                                        // of length 1; zero for a sphere
+  Vector3d from_eye;                                    // of the eye, across the axis
+  double from_clearance, to_clearance, side_clearance;  // squared distance to the eye − radius²
+
+  PlacedSolid(const Solid& solid, const RigidTransform& camera_from_world)
+      : from(camera_from_world * solid.from),
+        to(camera_from_world * solid.to),
+        radius(solid.radius_mm),
+        color(solid.color),
+        length((to - from).norm()),
+        axis(Vector3d::Zero()) {
+    if (length > 0) axis = (to - from) / length;
+    from_eye = -from + axis * axis.dot(from);
+    from_clearance = from.squaredNorm() - radius * radius;
+    to_clearance = to.squaredNorm() - radius * radius;
+    side_clearance = from_eye.squaredNorm() - radius * radius;
+  }
+};
+
 // First hit of the ray t·d (from the eye) with a sphere.
-void hit_sphere(const Vector3d& d, const Vector3d& center, double radius, double near, Hit& hit) {
-  const double a = d.squaredNorm(), b = d.dot(center), c = center.squaredNorm() - radius * radius;
-  const double discriminant = b * b - a * c;
+void hit_sphere(const Vector3d& d, const Vector3d& center, double clearance, double radius,
+                double near, Hit& hit) {
+  const double a = d.squaredNorm(), b = d.dot(center);
+  const double discriminant = b * b - a * clearance;
   if (discriminant < 0) return;
   const double t = (b - std::sqrt(discriminant)) / a;
   if (t > near && t < hit.along) hit = {t, (t * d - center) / radius};
 }
 
-// The same with the side of a cylinder between two points.
-void hit_side(const Vector3d& d, const Vector3d& from, const Vector3d& to, double radius,
-              double near, Hit& hit) {
-  const double length = (to - from).norm();
-  if (!(length > 0)) return;
-  const Vector3d axis = (to - from) / length;
-  const Vector3d across = d - axis * axis.dot(d), origin = -from + axis * axis.dot(from);
-  const double a = across.squaredNorm(), b = across.dot(origin),
-               c = origin.squaredNorm() - radius * radius;
-  const double discriminant = b * b - a * c;
+// The same with the side of a capsule.
+void hit_side(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+  const Vector3d& axis = solid.axis;
+  const Vector3d across = d - axis * axis.dot(d);
+  const double a = across.squaredNorm(), b = across.dot(solid.from_eye);
+  const double discriminant = b * b - a * solid.side_clearance;
   if (!(a > 0) || discriminant < 0) return;
   const double t = (-b - std::sqrt(discriminant)) / a;
-  const double height = axis.dot(t * d - from);
-  if (t > near && t < hit.along && height >= 0 && height <= length) {
-    hit = {t, (t * d - from - axis * height) / radius};
+  const double height = axis.dot(t * d - solid.from);
+  if (t > near && t < hit.along && height >= 0 && height <= solid.length) {
+    hit = {t, (t * d - solid.from - axis * height) / solid.radius};
   }
 }
 
-struct PlacedSolid {
-  Vector3d from, to;
-  double radius;
-  Eigen::Vector3f color;
-};
+void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+  hit_sphere(d, solid.from, solid.from_clearance, solid.radius, near, hit);
+  if (!(solid.length > 0)) return;
+  hit_sphere(d, solid.to, solid.to_clearance, solid.radius, near, hit);
+  hit_side(d, solid, near, hit);
+}
 
 // Brushed metal under a lamp at the eye: diffuse, a highlight, a darker rim.
 Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d) {
   const float facing = static_cast<float>(std::max(0.0, -hit.normal.dot(d.normalized())));
   const float lamp = 0.12f + 0.88f * facing;
-  const float highlight = 0.5f * std::pow(facing, 40.0f);
+  const float squared = facing * facing, eighth = squared * squared * squared * squared;
+  const float highlight = 0.5f * eighth * (eighth * eighth) * (eighth * eighth);  // facing^40
   return (solid.color * lamp + Eigen::Vector3f::Constant(highlight)).cwiseMin(1.0f);
-}
-
-// Pixels around a sphere in camera space, also beside the picture; the whole picture when it
-// reaches the near plane.
-PixelBox sphere_box(const Vector3d& center, double radius, const View& view) {
-  const Intrinsics& k = view.camera.intrinsics;
-  const double z = center.z() - radius;
-  if (z <= view.near_mm) return {0, 0, k.width, k.height};
-  const auto low = [](double c, double r, double z0, double z1) {
-    return (c - r) / (c - r < 0 ? z0 : z1);
-  };
-  const double far = center.z() + radius;
-  const double x0 = k.fx * low(center.x(), radius, z, far) + k.cx;
-  const double x1 = -k.fx * low(-center.x(), radius, z, far) + k.cx;
-  const double y0 = k.fy * low(center.y(), radius, z, far) + k.cy;
-  const double y1 = -k.fy * low(-center.y(), radius, z, far) + k.cy;
-  static constexpr double kFar = 1e6;  // pixels: keeps what becomes an int in range
-  const auto whole = [](double v) { return static_cast<int>(std::clamp(v, -kFar, kFar)); };
-  return {whole(x0 - 1), whole(y0 - 1), whole(x1 + 2), whole(y1 + 2)};
 }
 
 struct PixelHit {
@@ -91,7 +96,7 @@ struct PixelHit {
 
 constexpr int kSide = 2;
 
-PixelHit trace_pixel(const std::vector<PlacedSolid>& solids, const View& view, int x, int y,
+PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y,
                      double tissue_depth) {
   const Intrinsics& k = view.camera.intrinsics;
   PixelHit pixel;
@@ -100,12 +105,10 @@ PixelHit trace_pixel(const std::vector<PlacedSolid>& solids, const View& view, i
     const Vector3d d((px - k.cx) / k.fx, (py - k.cy) / k.fy, 1);
     Hit nearest;
     const PlacedSolid* shown = nullptr;
-    for (const PlacedSolid& solid : solids) {
+    for (const PlacedSolid* solid : solids) {
       const double before = nearest.along;
-      hit_sphere(d, solid.from, solid.radius, view.near_mm, nearest);
-      hit_sphere(d, solid.to, solid.radius, view.near_mm, nearest);
-      hit_side(d, solid.from, solid.to, solid.radius, view.near_mm, nearest);
-      if (nearest.along < before) shown = &solid;
+      hit_solid(d, *solid, view.near_mm, nearest);
+      if (nearest.along < before) shown = solid;
     }
     if (!shown || !(nearest.along < tissue_depth)) continue;
     pixel.color += shade(*shown, nearest, d);
@@ -118,46 +121,102 @@ PixelHit trace_pixel(const std::vector<PlacedSolid>& solids, const View& view, i
 std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& solids) {
   const RigidTransform& pose = view.camera.camera_from_world;
   std::vector<PlacedSolid> placed;
-  for (const Solid& solid : solids) {
-    placed.push_back({pose * solid.from, pose * solid.to, solid.radius_mm, solid.color});
-  }
+  for (const Solid& solid : solids) placed.emplace_back(solid, pose);
   return placed;
+}
+
+constexpr int kBlock = 16;  // pixels a side
+
+// A solid's length is cut into as many pieces as a word has bits: where a long shaft leads across
+// the picture, the boxes of its pieces follow it.
+using Pieces = std::uint32_t;
+constexpr int kPieces = 32;
+
+// For each block along one axis of the picture, the solid's pieces that may be seen there: those
+// not wholly beyond one of the two planes through the eye and the block's sides, or before the near
+// plane.
+std::vector<Pieces> pieces_seen(const PlacedSolid& solid, int axis, double focal, double center,
+                                int size, double near_mm) {
+  std::vector<Pieces> seen;
+  for (int first = 0; first < size; first += kBlock) {
+    const auto beyond = [&](double pixel, double sign) {
+      const double slope = (pixel - center) / focal, length = std::hypot(1, slope);
+      return [=, &solid](const Vector3d& p) {
+        return sign * (p[axis] - slope * p.z()) / length > solid.radius;
+      };
+    };
+    const auto before = beyond(first, -1), behind = beyond(first + kBlock, 1);
+    const auto near = [&](const Vector3d& p) { return p.z() + solid.radius <= near_mm; };
+    const auto end = [&](int i) -> Vector3d {
+      return solid.from + (double(i) / kPieces) * (solid.to - solid.from);
+    };
+    Pieces pieces = 0;
+    for (int i = 0; i < kPieces; ++i) {
+      const Vector3d p = end(i), q = end(i + 1);
+      const bool hidden =
+          (before(p) && before(q)) || (behind(p) && behind(q)) || (near(p) && near(q));
+      pieces |= Pieces{!hidden} << i;
+    }
+    seen.push_back(pieces);
+  }
+  return seen;
+}
+
+void draw_pixel(const PixelHit& hit, int x, int y, Frame& frame) {
+  const std::size_t at = std::size_t(y) * frame.color.width + x;
+  const float share = 1.0f / (kSide * kSide);
+  std::uint8_t* rgb = frame.color.at(x, y);
+  for (int k = 0; k < 3; ++k) {
+    const float below = linear_from_srgb8()[rgb[k]];
+    const float rest = 1 - share * static_cast<float>(hit.rays);
+    rgb[k] = srgb8_from_linear(share * hit.color[k] + rest * below);
+  }
+  frame.cover[at] = Cover::solid;
+  frame.depth_mm[at] = static_cast<float>(hit.depth);
 }
 
 }  // namespace
 
-PixelBox solids_box(const std::vector<Solid>& solids, const View& view) {
-  PixelBox box;
-  for (const PlacedSolid& p : placed_in(view, solids)) {
-    box = united(box, united(sphere_box(p.from, p.radius, view), sphere_box(p.to, p.radius, view)));
+std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  std::vector<std::vector<Pieces>> by_column, by_row;
+  for (const PlacedSolid& solid : placed) {
+    by_column.push_back(pieces_seen(solid, 0, k.fx, k.cx, k.width, view.near_mm));
+    by_row.push_back(pieces_seen(solid, 1, k.fy, k.cy, k.height, view.near_mm));
   }
-  // Cut only now: a shaft that leads out of the picture ends beside it.
-  return intersected(box, {0, 0, view.camera.intrinsics.width, view.camera.intrinsics.height});
+  std::vector<SolidBlock> blocks;
+  for (int y = 0; y < k.height; y += kBlock) {
+    for (int x = 0; x < k.width; x += kBlock) {
+      SolidBlock block{{x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)}, {}};
+      for (std::uint32_t s = 0; s < placed.size(); ++s) {
+        if (by_column[s][x / kBlock] & by_row[s][y / kBlock]) block.solids.push_back(s);
+      }
+      if (!block.solids.empty()) blocks.push_back(std::move(block));
+    }
+  }
+  return blocks;
 }
 
-std::size_t draw_solids(const std::vector<Solid>& solids, const View& view, Frame& frame) {
+std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                        const View& view, Frame& frame) {
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
-  const PixelBox box = solids_box(solids, view);
-  if (box.empty()) return 0;
   std::atomic<std::size_t> touched = 0;
-  tbb::parallel_for(box.y0, box.y1, [&](int y) {
-    std::size_t in_row = 0;
-    for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t at = std::size_t(y) * frame.color.width + x;
-      const PixelHit hit = trace_pixel(placed, view, x, y, frame.depth_mm[at]);
-      if (hit.rays == 0) continue;
-      const float share = 1.0f / (kSide * kSide);
-      std::uint8_t* rgb = frame.color.at(x, y);
-      for (int k = 0; k < 3; ++k) {
-        const float below = linear_from_srgb8()[rgb[k]];
-        const float rest = 1 - share * static_cast<float>(hit.rays);
-        rgb[k] = srgb8_from_linear(share * hit.color[k] + rest * below);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    std::vector<const PlacedSolid*> near;
+    for (const std::uint32_t s : blocks[b].solids) near.push_back(&placed[s]);
+    const PixelBox& box = blocks[b].box;
+    std::size_t in_block = 0;
+    for (int y = box.y0; y < box.y1; ++y) {
+      for (int x = box.x0; x < box.x1; ++x) {
+        const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
+        const PixelHit hit = trace_pixel(near, view, x, y, tissue_mm);
+        if (hit.rays == 0) continue;
+        draw_pixel(hit, x, y, frame);
+        ++in_block;
       }
-      frame.cover[at] = Cover::solid;
-      frame.depth_mm[at] = static_cast<float>(hit.depth);
-      ++in_row;
     }
-    touched += in_row;
+    touched += in_block;
   });
   return touched;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "warp/frame.h"
@@ -20,11 +21,18 @@ struct Solid {
   bool operator==(const Solid& other) const = default;
 };
 
-// All pixels that the solids may touch, clipped to the view.
-PixelBox solids_box(const std::vector<Solid>& solids, const View& view);
+// A block of the picture's pixels, and the solids that may be seen in it.
+struct SolidBlock {
+  PixelBox box;
+  std::vector<std::uint32_t> solids;
+};
 
-// Draws solids lit from the eye into a frame that keeps its depth, hidden where tissue is nearer;
-// edges are smoothed with 2 × 2 rays a pixel. Returns the pixels touched.
-std::size_t draw_solids(const std::vector<Solid>& solids, const View& view, Frame& frame);
+// All blocks that the solids may touch.
+std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view);
+
+// Draws solids lit from the eye into their blocks of a frame that keeps its depth, hidden where
+// tissue is nearer; edges are smoothed with 2 × 2 rays a pixel. Returns the pixels touched.
+std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                        const View& view, Frame& frame);
 
 }  // namespace organbake

@@ -253,10 +253,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   if (options.relight) s.relit->light_faces(view, s.survey.shown);
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
-  clock.restart();
   s.finish.apply(view, options, s.survey.box, s.depth, kSeeThroughTexels * s.texel_mm, frame,
                  report);
-  clock.lap(report.times.fill);
 
   s.last_view = view;
   s.last_options = options;

@@ -44,10 +44,11 @@ struct DrawOptions {
 struct DrawTimes {
   double transform = 0;  // faces and chunks placed, culled and listed by tile
   double splat = 0, base = 0, resolve = 0, fill = 0;
+  double tools = 0;  // instruments drawn into the picture
 
   DrawTimes& operator+=(const DrawTimes& more) {
     transform += more.transform, splat += more.splat, base += more.base;
-    resolve += more.resolve, fill += more.fill;
+    resolve += more.resolve, fill += more.fill, tools += more.tools;
     return *this;
   }
 };

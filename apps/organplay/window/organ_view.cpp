@@ -193,13 +193,14 @@ void OrganView::readings() const {
   ImGui::Text("depth     %7.1f mm", session_.depth_mm());
   ImGui::Text("contacts  %7zu", last_.step.contacts);
   if (last_.step.tissue_contacts > 0) ImGui::Text("of tissue %7zu", last_.step.tissue_contacts);
+  if (last_.step.tool_contacts > 0) ImGui::Text("of tools  %7zu", last_.step.tool_contacts);
   if (last_.step.recovered) ImGui::Text("the tissue's state was lost and reset");
   ImGui::Separator();
   ImGui::Text("deform    %7.2f ms", last_.deform_ms);
   ImGui::Text("draw      %7.2f ms%s", last_.draw_ms, last_.draw.unchanged ? "  unchanged" : "");
   const DrawTimes& t = last_.draw.times;
-  ImGui::TextDisabled("place %.2f  splat %.2f  base %.2f  blend %.2f  fill %.2f", t.transform,
-                      t.splat, t.base, t.resolve, t.fill);
+  ImGui::TextDisabled("place %.2f  splat %.2f  base %.2f  blend %.2f  fill %.2f  tools %.2f",
+                      t.transform, t.splat, t.base, t.resolve, t.fill, t.tools);
   ImGui::Text("window    %7.0f pictures/s", io.Framerate);
   ImGui::Separator();
   const ViewWeights& w = last_.draw.weights;

@@ -131,6 +131,32 @@ TEST(Contact, AFastTipDoesNotTunnel) {
   }
 }
 
+// A hundred radii and more in one step.
+TEST(Contact, AThinFastTipDoesNotTunnel) {
+  for (const double radius : {1.0, 2.0}) {
+    const TriangleMesh mesh = test::geodesic_sphere(2, 40);
+    Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 40, 8));
+    deformer.step({poke_at({3, 1, 150}, radius)});
+    StepReport report;
+    for (int step = 0; step < 10; ++step) report = deformer.step({poke_at({3, 1, 30}, radius)});
+    EXPECT_GT(report.contacts, 0u) << radius;
+    EXPECT_FALSE(inside(posed(mesh, deformer), {3, 1, 30})) << radius;
+  }
+}
+
+TEST(Contact, ATipThatIsLostOnItsWayIsSaid) {
+  const TriangleMesh mesh = test::geodesic_sphere(2, 40);
+  Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 40, 8));
+  deformer.step({poke_at({3, 1, 150}, 2)});
+  EXPECT_TRUE(deformer.step({poke_at({3, 1, -150}, 2)}).tip_too_fast);
+  deformer.reset();
+  deformer.step({poke_at({3, 1, 20000}, 2)});
+  EXPECT_TRUE(deformer.step({poke_at({3, 1, 38}, 2)}).tip_too_fast);
+  deformer.reset();
+  deformer.step({poke_at({300, 1, 150}, 2)});
+  EXPECT_FALSE(deformer.step({poke_at({300, 1, -150}, 2)}).tip_too_fast) << "far from the skin";
+}
+
 TEST(Contact, ATipPlacedOnTheSkinPushesInwards) {
   const TriangleMesh mesh = test::geodesic_sphere(3, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});

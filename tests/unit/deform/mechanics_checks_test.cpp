@@ -105,6 +105,7 @@ TEST(Deformer, RefusesTipsThatMakeNoSense) {
   refuses_tip([](InstrumentTip& t) { t.position_mm.y() = INFINITY; });
   refuses_tip([](InstrumentTip& t) { t.position_mm.y() = 1e200; });
   refuses_tip([](InstrumentTip& t) { t.radius_mm = 0; });
+  refuses_tip([](InstrumentTip& t) { t.radius_mm = 0.01; });
   refuses_tip([](InstrumentTip& t) { t.radius_mm = std::nan(""); });
   refuses_tip([](InstrumentTip& t) { t.mode = static_cast<InstrumentMode>(7); });
 

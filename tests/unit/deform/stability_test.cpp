@@ -97,7 +97,7 @@ TEST(Stability, ALostStateGoesBackToRestAndSaysSo) {
 
 TEST(Stability, HugeAndTinyTips) {
   const TriangleMesh mesh = test::geodesic_sphere(3, 40);
-  for (const double radius : {1e-3, 0.1, 60.0, 5000.0}) {
+  for (const double radius : {kThinnestTip_mm, 0.1, 60.0, 5000.0}) {
     Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 40, 4));
     InstrumentTip tip;
     tip.active = true;

@@ -82,6 +82,48 @@ TEST(ToolContacts, CoincidentToolsStillPart) {
   }
 }
 
+TEST(ToolContacts, AFastToolDoesNotPassThroughAnother) {
+  const std::vector<InstrumentTip> held = {ball({0, 0, 0}, 6), ball({60, 0, 0}, 3)};
+  for (const double y : {0.0, 2.0, 8.5}) {
+    const auto moved = moved_apart(held, {ball({0, 0, 0}, 6), ball({-40, y, 0}, 3)});
+    EXPECT_GT(gap_mm(moved[0], moved[1]), -kTouching_mm) << y;
+  }
+  const auto stopped = moved_apart(held, {ball({0, 0, 0}, 6), ball({-40, 0, 0}, 3)});
+  EXPECT_GT(stopped[1].position_mm.x(), stopped[0].position_mm.x());
+  // Blades that would swing through each other.
+  const std::vector<InstrumentTip> blades = {capsule({-20, 0, 0}, {40, 0, 0}, 1),
+                                             capsule({0, -20, 30}, {0, 40, 0}, 1)};
+  auto through = blades;
+  through[1].position_mm.z() = -30;
+  const auto crossed = moved_apart(blades, through);
+  EXPECT_GT(crossed[1].position_mm.z(), crossed[0].position_mm.z());
+}
+
+TEST(ToolContacts, AToolThatKeepsBeingPushedStaysOnItsSide) {
+  std::vector<InstrumentTip> held = {ball({0, 0, 0}), ball({20, 0, 0})};
+  for (int step = 0; step <= 200; ++step) {
+    held = moved_apart(held, {ball({0, 0, 0}), ball({20 - 0.2 * step, 0, 0})});
+    ASSERT_GT(held[1].position_mm.x(), held[0].position_mm.x()) << step;
+    ASSERT_GT(gap_mm(held[0], held[1]), -kTouching_mm) << step;
+  }
+  EXPECT_EQ(count_touching(held), 1u);
+  // Taken back, both are where they are asked for.
+  for (int step = 200; step >= 0; --step)
+    held = moved_apart(held, {ball({0, 0, 0}), ball({20 - 0.2 * step, 0, 0})});
+  EXPECT_EQ(held[0].position_mm, Vector3d(0, 0, 0));
+  EXPECT_EQ(held[1].position_mm, Vector3d(20, 0, 0));
+  EXPECT_EQ(count_touching(held), 0u);
+}
+
+TEST(ToolContacts, ToolsThatMeetNoneEndWhereTheyAreAskedFor) {
+  const std::vector<InstrumentTip> asked = {ball({1.1, 2.3, 4.7}), ball({100.3, 0.1, 0})};
+  const auto moved = moved_apart({ball({0, 0, 0}), ball({90, 0, 0})}, asked);
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    EXPECT_EQ(moved[i].position_mm, asked[i].position_mm);
+  EXPECT_TRUE(moved_apart({}, {}).empty());
+  EXPECT_EQ(moved_apart({}, asked).size(), 2u);
+}
+
 // Driven into each other on the skin: the report tells where they stopped, both press on.
 TEST(ToolContacts, TheDeformerHoldsThemApart) {
   const TriangleMesh mesh = test::geodesic_sphere(4, 40);
