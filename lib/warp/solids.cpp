@@ -101,7 +101,8 @@ PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& 
   const Intrinsics& k = view.camera.intrinsics;
   PixelHit pixel;
   for (int ray = 0; ray < kSide * kSide; ++ray) {
-    const double px = x + (ray % kSide + 0.5) / kSide, py = y + (ray / kSide + 0.5) / kSide;
+    const int column = ray % kSide, row = ray / kSide;
+    const double px = x + (column + 0.5) / kSide, py = y + (row + 0.5) / kSide;
     const Vector3d d((px - k.cx) / k.fx, (py - k.cy) / k.fy, 1);
     Hit nearest;
     const PlacedSolid* shown = nullptr;
@@ -121,6 +122,7 @@ PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& 
 std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& solids) {
   const RigidTransform& pose = view.camera.camera_from_world;
   std::vector<PlacedSolid> placed;
+  placed.reserve(solids.size());
   for (const Solid& solid : solids) placed.emplace_back(solid, pose);
   return placed;
 }

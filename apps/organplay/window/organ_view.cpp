@@ -184,7 +184,11 @@ void OrganView::controls(Display& display) {
 
 void OrganView::readings() const {
   const ImGuiIO& io = ImGui::GetIO();
-  ImGui::SetNextWindowPos({io.DisplaySize.x - 12, 12}, ImGuiCond_Always, {1, 0});
+  // Beside the controls, or in a narrow window in the corner that they leave free.
+  constexpr float kBothWide = 960;
+  const bool beside = io.DisplaySize.x >= kBothWide;
+  ImGui::SetNextWindowPos({io.DisplaySize.x - 12, beside ? 12 : io.DisplaySize.y - 12},
+                          ImGuiCond_Always, {1, beside ? 0.0f : 1.0f});
   ImGui::SetNextWindowBgAlpha(0.6f);
   ImGui::Begin("readings", nullptr,
                ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoTitleBar |
@@ -199,8 +203,8 @@ void OrganView::readings() const {
   ImGui::Text("deform    %7.2f ms", last_.deform_ms);
   ImGui::Text("draw      %7.2f ms%s", last_.draw_ms, last_.draw.unchanged ? "  unchanged" : "");
   const DrawTimes& t = last_.draw.times;
-  ImGui::TextDisabled("place %.2f  splat %.2f  base %.2f  blend %.2f  fill %.2f  tools %.2f",
-                      t.transform, t.splat, t.base, t.resolve, t.fill, t.tools);
+  ImGui::TextDisabled("place %.2f  splat %.2f  base %.2f", t.transform, t.splat, t.base);
+  ImGui::TextDisabled("blend %.2f  fill %.2f  tools %.2f", t.resolve, t.fill, t.tools);
   ImGui::Text("window    %7.0f pictures/s", io.Framerate);
   ImGui::Separator();
   const ViewWeights& w = last_.draw.weights;
