@@ -7,8 +7,7 @@
 
 namespace organbake {
 void PlayOptions::check() const {
-  constexpr int kLargestSide = 16384;
-  if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
+  if (width < 1 || height < 1 || width > kLargestSide_px || height > kLargestSide_px) {
     throw UsageError("a size of " + std::to_string(width) + "x" + std::to_string(height) +
                      " pixels cannot be drawn; each side needs 1…16384");
   }
