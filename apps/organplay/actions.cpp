@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <optional>
 
 #include "core/error.h"
@@ -24,25 +23,6 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-OrbitPose pose_from(const std::string& text) {
-  OrbitPose pose;
-  int end = 0;
-  const int fields = std::sscanf(text.c_str(), "%lf,%lf%n,%lf%n", &pose.azimuth_rad,
-                                 &pose.elevation_rad, &end, &pose.distance, &end);
-  if (fields < 2 || end != static_cast<int>(text.size())) {
-    throw UsageError("--view " + text +
-                     " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
-  }
-  // Both are counted from camera 0, which may stand at a pole.
-  constexpr double kTurn = 2 * std::numbers::pi;
-  if (std::abs(pose.azimuth_rad) > kTurn || std::abs(pose.elevation_rad) > kTurn / 2) {
-    throw UsageError("--view " + text +
-                     ": angles are in radians, at most a turn of azimuth and half a turn of "
-                     "elevation; 45 degrees are 0.785");
-  }
-  return pose;
-}
-
 // A folder of frames may be replaced by new frames; anything else is the user's.
 void check_replaceable(const fs::path& folder) {
   if (!fs::exists(folder)) return;
@@ -60,13 +40,11 @@ void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
 void play_script(const Command& command, Player& player, const Script& script,
                  const RunContext& context) {
   PlayOptions options;
-  options.width = command.width;
-  options.height = command.height;
+  options.width = script.width;
+  options.height = script.height;
   options.instruments = command.instruments;
   options.draw = drawing(command, player);
   options.draw.measure = !command.report.empty();
-  const int width = script.width > 0 ? script.width : options.width;
-  const int height = script.height > 0 ? script.height : options.height;
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
   player.load_all();  // what is wrong with a camera is said before the first frame
@@ -76,7 +54,8 @@ void play_script(const Command& command, Player& player, const Script& script,
     folder.emplace(command.out_folder);
   }
   std::optional<VideoPipe> video;
-  if (!command.video.empty()) video.emplace(command.video, width, height, 1 / script.time_step_s);
+  if (!command.video.empty())
+    video.emplace(command.video, script.width, script.height, 1 / script.time_step_s);
 
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
   const auto frames = play(
@@ -101,6 +80,13 @@ void play_script(const Command& command, Player& player, const Script& script,
                                           to_text(least_db, 2) + " dB");
 }
 
+// What the command line says goes before the script's own.
+void choose_size(Script& script, const Command& command) {
+  if (script.width > 0 && !command.size) return;
+  script.width = command.picture_size().width;
+  script.height = command.picture_size().height;
+}
+
 void draw_one(const Command& command, Player& player) {
   Frame frame;
   player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
@@ -117,7 +103,7 @@ void compare(const Command& command, Player& player, const RunContext& context) 
   }
   CompareOptions options;
   if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
-  if (command.compare_size_px) options.size_px = *command.compare_size_px;
+  if (command.size) options.size_px = command.size->height;
   const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
   std::fputs((command.json ? comparison_json(table) : comparison_text(table)).c_str(), stdout);
 }
@@ -132,7 +118,8 @@ DrawOptions drawing(const Command& command, const Player& player) {
 }
 
 View view_of(const Command& command, const Bundle& bundle) {
-  return orbit_view(bundle.cameras, pose_from(command.view), command.width, command.height);
+  const auto [width, height] = command.picture_size();
+  return orbit_view(bundle.cameras, command.view, width, height);
 }
 
 void run_command(const Command& command, const RunContext& context) {
@@ -144,6 +131,7 @@ void run_command(const Command& command, const RunContext& context) {
   DeformOptions deform;
   if (!command.script.empty()) {
     script = read_script(command.script);
+    choose_size(*script, command);
     deform.time_step_s = script->time_step_s;
     deform.solver = script->solver.value_or(deform.solver);
   }

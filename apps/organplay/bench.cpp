@@ -18,8 +18,8 @@ Script bench_script(const Command& command) {
   Script script;
   script.name = "bench";
   script.frames = command.bench_frames;
-  script.width = command.width;
-  script.height = command.height;
+  script.width = command.picture_size().width;
+  script.height = command.picture_size().height;
   constexpr double kRadiansPerFrame = 0.01;
   script.camera = {{0, {}}, {command.bench_frames, {kRadiansPerFrame * command.bench_frames, 0.1}}};
   return script;
@@ -75,8 +75,8 @@ void run_bench(const Command& command, const RunContext& context) {
   const double fps = 1000 / ms["frame"].get<double>();
   if (command.json) {
     std::fputs(json_text({{"frames", script.frames},
-                          {"width", command.width},
-                          {"height", command.height},
+                          {"width", script.width},
+                          {"height", script.height},
                           {"load_to_first_frame_ms", first_frame_ms},
                           {"load_all_cameras_ms", all_cameras_ms},
                           {"median_ms", ms},
@@ -93,8 +93,8 @@ void run_bench(const Command& command, const RunContext& context) {
     std::printf("%-10s %8s ms (median of %d)\n", phase.c_str(),
                 to_text(value.get<double>(), 3).c_str(), script.frames);
   }
-  std::printf("%s frames per second at %dx%d\n", to_text(fps, 1).c_str(), command.width,
-              command.height);
+  std::printf("%s frames per second at %dx%d\n", to_text(fps, 1).c_str(), script.width,
+              script.height);
 }
 
 }  // namespace organbake

@@ -14,7 +14,8 @@ END
 refused() {  # CODE TEXT ARGUMENTS…
   local code=$1 text=$2
   shift 2
-  expect "$code" "$BIN/organplay" "$@" --size 64x48 --quiet
+  case " $* " in *" --size "*) ;; *) set -- "$@" --size 64x48 ;; esac
+  expect "$code" "$BIN/organplay" "$@" --quiet
   expect_err "$text"
   expect_sentence
 }
@@ -50,3 +51,33 @@ sed 's/"frames": 2,/"frames": 2, "frames": 3,/' s.json >twice.json
 refused 65 "has the key 'frames' twice" b --script twice.json --out frames
 refused 2 "angles are in radians" b --view 30,10 -o x.png
 refused 2 "angles are in radians" b --view 1,-4 -o x.png
+refused 2 "--view nan,0 is no view" b --view nan,0 -o x.png
+refused 2 "--view 0,0,-1: the distance" b --view 0,0,-1 -o x.png
+refused 2 "--angles 0,,1 are no angles" b --compare --angles 0,,1
+refused 2 "--angles nan are no angles" b --compare --angles nan
+refused 2 "--angles 1e9: angles are in radians" b --compare --angles 1e9
+
+# A size is read whole and within bounds, wherever it is for.
+for size in 4294967297x5 5x4294967297 0x0 -1x5 20000x20000 5x5x5 " 5x5" 5x 1e2x5; do
+  for shown in "-o x.png" "--sheet x.png" "--bench 2" ""; do
+    expect 2 "$BIN/organplay" b $shown --size "$size"
+    expect_err "--size $size: each side needs a whole number of pixels in 1…16384"
+    expect_sentence
+  done
+done
+refused 2 "--size 8x8: --compare needs a height of 16…4096" b --compare --size 8x8
+# That of the command line goes before the script's, as its solver does.
+sed 's/"frames": 2,/"frames": 1, "size": [40, 30],/' s.json >sized.json
+size_of() { od -An -tu1 -j16 -N8 "$1" | awk '{print 256 * $3 + $4 "x" 256 * $7 + $8}'; }
+expect 0 "$BIN/organplay" b --script sized.json --out own --quiet
+expect_equal "$(size_of own/frame_0000.png)" 40x30
+expect 0 "$BIN/organplay" b --script sized.json --out told --size 64x48 --quiet
+expect_equal "$(size_of told/frame_0000.png)" 64x48
+
+if [ "$(id -u)" -eq 0 ] && command -v setpriv >/dev/null; then
+  as_nobody() { setpriv --reuid 65534 --regid 65534 --clear-groups "$BIN/organplay" "$@"; }
+  chmod 755 "$WORK" && cp -r b shut && chmod 700 shut
+  expect 66 as_nobody shut -o x.png
+  expect_err "shut/manifest.json: cannot be looked at"
+  expect_sentence
+fi
