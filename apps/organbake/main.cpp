@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cstdio>
 #include <exception>
-#include <new>
 
 #include "core/error.h"
 #include "organbake/commands.h"
@@ -80,10 +79,8 @@ int run(int argc, char** argv) {
   try {
     return dispatch(Arguments(argv + 1, argv + argc), session);
   } catch (const std::exception& error) {
-    const ExitCode code = exit_code_for(error);
-    const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error);
-    session.terminal().error(no_memory ? "out of memory" : error.what());
-    return static_cast<int>(code);
+    session.terminal().error(message_for(error));
+    return static_cast<int>(exit_code_for(error));
   }
 }
 
