@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/file_ending.h"
 #include "core/files.h"
+#include "video_pipe.h"
 
 namespace organbake {
 namespace {
@@ -61,11 +62,10 @@ bool same(const fs::path& a, const fs::path& b) {
 }  // namespace
 
 void check_outputs(const Command& command) {
-  std::vector<Output> outputs = {
-      {"-o", command.frame_file, {".png"}},
-      {"--sheet", command.sheet, {".png"}},
-      {"--report", command.report, {".json"}},
-      {"--video", command.video, {".mp4", ".mkv", ".mov", ".webm", ".avi"}}};
+  std::vector<Output> outputs = {{"-o", command.frame_file, {".png"}},
+                                 {"--sheet", command.sheet, {".png"}},
+                                 {"--report", command.report, {".json"}},
+                                 {"--video", command.video, VideoPipe::endings()}};
   std::erase_if(outputs, [](const Output& output) { return output.file.empty(); });
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const Output& output = outputs[i];
