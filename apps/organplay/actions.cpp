@@ -66,6 +66,7 @@ void play_script(const Command& command, Player& player, const Script& script,
         if (reference) reference->compare(number, frame.color);
       },
       context);
+  context.throw_if_cancelled();
   if (folder) folder->commit(), print(command.out_folder);
   if (video) video->finish(), print(command.video);
   if (!command.report.empty()) {
@@ -87,11 +88,19 @@ void choose_size(Script& script, const Command& command) {
   script.height = command.picture_size().height;
 }
 
-void draw_one(const Command& command, Player& player) {
+// Drawing and packing a large picture take their time: who asks to stop meanwhile gets none.
+void write_picture(const fs::path& file, const Rgb8Image& picture, const RunContext& context) {
+  context.throw_if_cancelled();
+  const std::string png = encode_png(picture);
+  context.throw_if_cancelled();
+  write_file_atomically(file, png);
+  print(file);
+}
+
+void draw_one(const Command& command, Player& player, const RunContext& context) {
   Frame frame;
   player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
-  write_png(command.frame_file, frame.color);
-  print(command.frame_file);
+  write_picture(command.frame_file, frame.color, context);
 }
 
 void compare(const Command& command, Player& player, const RunContext& context) {
@@ -105,6 +114,7 @@ void compare(const Command& command, Player& player, const RunContext& context) 
   if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
   if (command.size) options.size_px = command.size->height;
   const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
+  context.throw_if_cancelled();
   std::fputs((command.json ? comparison_json(table) : comparison_text(table)).c_str(), stdout);
 }
 
@@ -137,11 +147,12 @@ void run_command(const Command& command, const RunContext& context) {
   }
   deform.solver = command.solver.value_or(deform.solver);
   Player player(command.bundles, deform, command.compare || command.paper_warp);
+  context.throw_if_cancelled();
   if (script) play_script(command, player, *script, context);
-  if (!command.frame_file.empty()) draw_one(command, player);
+  if (!command.frame_file.empty()) draw_one(command, player, context);
   if (!command.sheet.empty()) {
-    write_png(command.sheet, contact_sheet(player, 480, 400, drawing(command, player), context));
-    print(command.sheet);
+    const Rgb8Image sheet = contact_sheet(player, 480, 400, drawing(command, player), context);
+    write_picture(command.sheet, sheet, context);
   }
   if (command.compare) compare(command, player, context);
 }

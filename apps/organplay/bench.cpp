@@ -62,6 +62,7 @@ void run_bench(const Command& command, const RunContext& context) {
   Frame first;
   player.draw(view_of(command, player.bundle()), drawing(command, player), first);
   const double first_frame_ms = watch.lap();
+  context.throw_if_cancelled();
   player.load_all();  // what the timed frames shall not wait for
   const double all_cameras_ms = first_frame_ms + watch.lap();
 

@@ -43,6 +43,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
       context.warn("frame " + std::to_string(frame) +
                    ": the tissue's state was lost and reset to rest");
     }
+    context.throw_if_cancelled();  // a large frame takes its time, too
     if (show) show(frame, picture);
     context.progress(double(frame + 1) / script.frames);
   }
