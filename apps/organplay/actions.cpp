@@ -23,18 +23,6 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-// A folder of frames may be replaced by new frames; anything else is the user's.
-void check_replaceable(const fs::path& folder) {
-  if (!fs::exists(folder)) return;
-  if (!fs::is_directory(folder)) throw IoError::writing(folder, "is a file; name another folder");
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("frame_") && name.ends_with(".png")) continue;
-    throw IoError::writing(folder,
-                           "holds '" + name + "', which is no frame of mine; name another folder");
-  }
-}
-
 void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
 
 void play_script(const Command& command, Player& player, const Script& script,
@@ -49,10 +37,7 @@ void play_script(const Command& command, Player& player, const Script& script,
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
   player.load_all();  // what is wrong with a camera is said before the first frame
   std::optional<AtomicFolder> folder;
-  if (!command.out_folder.empty()) {
-    check_replaceable(command.out_folder);
-    folder.emplace(command.out_folder);
-  }
+  if (!command.out_folder.empty()) folder.emplace(command.out_folder);
   std::optional<VideoPipe> video;
   if (!command.video.empty())
     video.emplace(command.video, script.width, script.height, 1 / script.time_step_s);

@@ -32,6 +32,14 @@ for file in b/picture.png b/cam_000/new.png ./b/../b/x.png; do
   refused 73 "lies in the bundle" b -o $file
 done
 refused 73 "lies in the bundle" b --script s.json --out b/frames
+# Beside the frames, not among them: the next run would not know it from what it may replace.
+refused 2 "--report rc/r.json: lies in --out rc," b --script s.json --out rc --report rc/r.json
+refused 2 "--video ./rc/v.mp4: lies in --out rc/," b --script s.json --out rc/ --video ./rc/v.mp4
+expect_gone rc
+mkdir mine && touch mine/notes.txt
+refused 73 "holds 'notes.txt', which is no frame of mine" b --script s.json --out mine
+refused 73 "s.json: is a file" b --script s.json --out s.json
+refused 73 "s.json: is a file" b --script s.json --out s.json/frames
 refused 66 "there is no such folder" nowhere -o x.png
 refused 66 "is a file; a bundle is the folder" s.json -o x.png
 mkfifo pipe.png && mkdir folder.png
@@ -77,7 +85,28 @@ expect_equal "$(size_of told/frame_0000.png)" 64x48
 if [ "$(id -u)" -eq 0 ] && command -v setpriv >/dev/null; then
   as_nobody() { setpriv --reuid 65534 --regid 65534 --clear-groups "$BIN/organplay" "$@"; }
   chmod 755 "$WORK" && cp -r b shut && chmod 700 shut
-  expect 66 as_nobody shut -o x.png
+  # Where nothing can be written is said before the work, whatever was asked for.
+  before_the_work() {  # FOLDER ARGUMENTS…
+    local folder=$1
+    shift
+    expect 73 as_nobody broken "$@"
+    expect_err "/$folder: cannot be written to: Permission denied"
+    expect_sentence
+  }
+  cp -r b broken && rm broken/proxy.ply  # which would be said next
+  mkdir theirs kept && cp own/frame_0000.png theirs && mkdir open && chmod 777 open
+  before_the_work kept -o kept/x.png
+  before_the_work kept --sheet kept/x.png
+  before_the_work shut/deeper -o shut/deeper/x.png
+  for asked in "--report kept/x.json" "--video kept/x.mp4" "--out kept/x" "--out kept/a/b"; do
+    before_the_work kept --script s.json $asked
+  done
+  before_the_work shut/deeper --script s.json --out shut/deeper/x
+  cp -r theirs open && chmod 755 open/theirs
+  before_the_work open/theirs --script s.json --out open/theirs
+  expect 0 as_nobody b --script s.json --out open/a/b/ --report open/x.json --size 64x48 --quiet
+
+  expect 66 as_nobody shut -o open/y.png
   expect_err "shut/manifest.json: cannot be looked at"
   expect_sentence
 fi
