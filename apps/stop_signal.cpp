@@ -34,6 +34,8 @@ const std::atomic<bool>& catch_stop_signals() {
   // A closed terminal; nohup has it ignored, and that is to stay.
   action.sa_handler = on_hangup;
   if (!is_ignored(SIGHUP)) ::sigaction(SIGHUP, &action, nullptr);
+  // A file that may not grow any more is a full disk like any other: an error, not a signal.
+  ::signal(SIGXFSZ, SIG_IGN);
   return stop_asked;
 }
 

@@ -7,7 +7,7 @@ namespace organbake {
 
 // From now on SIGINT, SIGTERM and, unless it is ignored, SIGHUP ask the program to stop by the flag
 // that is returned; a second SIGINT or SIGTERM ends it at once, with the exit code of what was
-// interrupted.
+// interrupted. SIGXFSZ, of a limit on files' sizes, is ignored: writing fails then.
 const std::atomic<bool>& catch_stop_signals();
 
 }  // namespace organbake

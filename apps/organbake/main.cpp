@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <cstdio>
 #include <exception>
 
 #include "core/error.h"
+#include "core/standard_output.h"
 #include "organbake/commands.h"
 #include "pipelines/nearest_name.h"
 
@@ -53,14 +53,14 @@ std::string overview(const Session& session) {
 int dispatch(Arguments arguments, Session& session) {
   session.read_leading_flags(arguments);
   if (session.version_asked()) {
-    std::puts("organbake " ORGANBAKE_VERSION);
+    write_to_stdout("organbake " ORGANBAKE_VERSION "\n");
     return 0;
   }
   if (arguments.empty() && !session.help_asked()) {
     throw UsageError("a command is missing (--help lists all)");
   }
   if (session.help_asked()) {
-    std::fputs(overview(session).c_str(), stdout);
+    write_to_stdout(overview(session));
     return 0;
   }
   const std::string name = arguments.front();

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "actions.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "core/error.h"
@@ -16,6 +14,7 @@
 #include "player/play.h"
 #include "player/player.h"
 #include "player/reference_frames.h"
+#include "results.h"
 #include "video_pipe.h"
 #include "window_module.h"
 
@@ -23,10 +22,10 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
-
-void play_script(const Command& command, Player& player, const Script& script,
-                 const RunContext& context) {
+// Returns what the frames were held against, where they were.
+std::optional<ReferenceFrames> play_script(const Command& command, Player& player,
+                                           const Script& script, Results& results,
+                                           const RunContext& context) {
   PlayOptions options;
   options.width = script.width;
   options.height = script.height;
@@ -52,15 +51,29 @@ void play_script(const Command& command, Player& player, const Script& script,
       },
       context);
   context.throw_if_cancelled();
-  if (folder) folder->commit(), print(command.out_folder);
-  if (video) video->finish(), print(command.video);
+  if (folder) folder->commit(), results.wrote("out", command.out_folder);
+  if (video) video->finish(), results.wrote("video", command.video);
   if (!command.report.empty()) {
     write_file_atomically(command.report, play_report(script, player, frames));
-    print(command.report);
+    results.wrote("report", command.report);
   }
-  if (!reference) return;
-  reference->check(command.threshold_db);
-  const double least_db = reference->least_psnr_db();
+  return reference;
+}
+
+Json reference_json(const Command& command, const ReferenceFrames& reference) {
+  const double least_db = reference.least_psnr_db();
+  return {{"folder", command.reference.string()},
+          {"least_psnr_db", std::isinf(least_db) ? Json() : Json(least_db)},  // null: all are equal
+          {"worst_frame", std::isinf(least_db) ? Json() : Json(reference.worst_frame())},
+          {"threshold_db", command.threshold_db},
+          {"passed", least_db >= command.threshold_db}};
+}
+
+// Throws where a frame differs by more than was allowed.
+void check_frames(const Command& command, const ReferenceFrames& reference,
+                  const RunContext& context) {
+  reference.check(command.threshold_db);
+  const double least_db = reference.least_psnr_db();
   context.info(std::isinf(least_db) ? "every frame equals its reference"
                                     : "every frame is like its reference: the least PSNR is " +
                                           to_text(least_db, 2) + " dB");
@@ -79,16 +92,16 @@ void write_picture(const fs::path& file, const Rgb8Image& picture, const RunCont
   const std::string png = encode_png(picture);
   context.throw_if_cancelled();
   write_file_atomically(file, png);
-  print(file);
 }
 
-void draw_one(const Command& command, Player& player, const RunContext& context) {
+void draw_one(const Command& command, Player& player, Results& results, const RunContext& context) {
   Frame frame;
   player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
   write_picture(command.frame_file, frame.color, context);
+  results.wrote("frame", command.frame_file);
 }
 
-void compare(const Command& command, Player& player, const RunContext& context) {
+void compare(const Command& command, Player& player, Results& results, const RunContext& context) {
   const BundleReader reader(command.bundles.front());
   if (!reader.has("surface.ply")) {
     throw BadDataError(
@@ -100,7 +113,7 @@ void compare(const Command& command, Player& player, const RunContext& context) 
   if (command.size) options.size_px = command.size->height;
   const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
   context.throw_if_cancelled();
-  std::fputs((command.json ? comparison_json(table) : comparison_text(table)).c_str(), stdout);
+  results.add("comparison", Json::parse(comparison_json(table)), comparison_text(table));
 }
 
 }  // namespace
@@ -133,13 +146,19 @@ void run_command(const Command& command, const RunContext& context) {
   deform.solver = command.solver.value_or(deform.solver);
   Player player(command.bundles, deform, command.compare || command.paper_warp);
   context.throw_if_cancelled();
-  if (script) play_script(command, player, *script, context);
-  if (!command.frame_file.empty()) draw_one(command, player, context);
+  Results results(command.json);
+  std::optional<ReferenceFrames> reference;
+  if (script) reference = play_script(command, player, *script, results, context);
+  if (reference) results.add("reference", reference_json(command, *reference), "");
+  if (!command.frame_file.empty()) draw_one(command, player, results, context);
   if (!command.sheet.empty()) {
     const Rgb8Image sheet = contact_sheet(player, 480, 400, drawing(command, player), context);
     write_picture(command.sheet, sheet, context);
+    results.wrote("sheet", command.sheet);
   }
-  if (command.compare) compare(command, player, context);
+  if (command.compare) compare(command, player, results, context);
+  results.finish();
+  if (reference) check_frames(command, *reference, context);
 }
 
 }  // namespace organbake

@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <iostream>
+#include <sstream>
 
 #include "core/error.h"
+#include "core/standard_output.h"
 #include "player/comparison_table.h"
 
 namespace organbake {
@@ -99,7 +101,9 @@ std::optional<Command> read_command(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
-    app.exit(asked, std::cout, std::cerr);
+    std::ostringstream answer;
+    app.exit(asked, answer, std::cerr);
+    write_to_stdout(answer.str());
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
