@@ -5,8 +5,9 @@
 
 namespace organbake {
 
-// From now on SIGINT and SIGTERM ask the program to stop by the flag that is returned; a second one
-// ends it at once, with the exit code of what was interrupted.
+// From now on SIGINT, SIGTERM and, unless it is ignored, SIGHUP ask the program to stop by the flag
+// that is returned; a second SIGINT or SIGTERM ends it at once, with the exit code of what was
+// interrupted. SIGXFSZ, of a limit on files' sizes, is ignored: writing fails then.
 const std::atomic<bool>& catch_stop_signals();
 
 }  // namespace organbake

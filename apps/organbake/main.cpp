@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <cstdio>
 #include <exception>
-#include <new>
 
 #include "core/error.h"
+#include "core/standard_output.h"
 #include "organbake/commands.h"
 #include "pipelines/nearest_name.h"
 
@@ -54,14 +53,14 @@ std::string overview(const Session& session) {
 int dispatch(Arguments arguments, Session& session) {
   session.read_leading_flags(arguments);
   if (session.version_asked()) {
-    std::puts("organbake " ORGANBAKE_VERSION);
+    write_to_stdout("organbake " ORGANBAKE_VERSION "\n");
     return 0;
   }
   if (arguments.empty() && !session.help_asked()) {
     throw UsageError("a command is missing (--help lists all)");
   }
   if (session.help_asked()) {
-    std::fputs(overview(session).c_str(), stdout);
+    write_to_stdout(overview(session));
     return 0;
   }
   const std::string name = arguments.front();
@@ -80,10 +79,8 @@ int run(int argc, char** argv) {
   try {
     return dispatch(Arguments(argv + 1, argv + argc), session);
   } catch (const std::exception& error) {
-    const ExitCode code = exit_code_for(error);
-    const bool no_memory = dynamic_cast<const std::bad_alloc*>(&error);
-    session.terminal().error(no_memory ? "out of memory" : error.what());
-    return static_cast<int>(code);
+    session.terminal().error(message_for(error));
+    return static_cast<int>(exit_code_for(error));
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "core/standard_output.h"
 #include "organbake/commands.h"
 #include "pipelines/schemas.h"
 
@@ -17,7 +17,7 @@ int run_schema(const Arguments& arguments, Session& session) {
     for (const std::string& name : schema_names()) list += (list.empty() ? "" : "\n") + name;
     session.print_result(list, schema_names());
   } else {
-    std::fputs(schema_text(words->front()).c_str(), stdout);
+    write_to_stdout(schema_text(words->front()));
   }
   return 0;
 }

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/session.h"
 
-#include <signal.h>
 #include <tbb/global_control.h>
 
 #include <atomic>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
+#include "core/standard_output.h"
 #include "pipelines/stage_module.h"
 #include "stop_signal.h"
 
@@ -16,11 +14,6 @@ namespace organbake {
 namespace {
 
 const std::atomic<bool>* stop_asked = nullptr;  // since catch_signals()
-
-void print(const std::string& text) {
-  std::fwrite(text.data(), 1, text.size(), stdout);
-  if (std::fflush(stdout) != 0) throw IoError::writing("stdout", "cannot be written");
-}
 
 }  // namespace
 
@@ -69,8 +62,9 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
   const std::vector<std::string> words = read_arguments(arguments, all);
   if (help_) {
     const std::string own = options_help(options);
-    print("organbake " + usage + "\n\n" + summary + "\n" + (own.empty() ? "" : "\nOptions:\n") +
-          own + "\nShared options:\n" + shared_help());
+    write_to_stdout("organbake " + usage + "\n\n" + summary + "\n" +
+                    (own.empty() ? "" : "\nOptions:\n") + own + "\nShared options:\n" +
+                    shared_help());
     return std::nullopt;
   }
   if (words.size() > most_words) {
@@ -95,13 +89,9 @@ Runner Session::runner(const std::filesystem::path& cache_folder) {
 void Session::print_result(const std::string& text, const nlohmann::json& json) const {
   // File names need not be UTF-8; JSON must be.
   constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
-  print((json_ ? json.dump(2, ' ', false, kReplace) : text) + "\n");
+  write_to_stdout((json_ ? json.dump(2, ' ', false, kReplace) : text) + "\n");
 }
 
-void catch_signals() {
-  stop_asked = &catch_stop_signals();
-  // A file that may not grow any more is a full disk like any other: an error, not a signal.
-  ::signal(SIGXFSZ, SIG_IGN);
-}
+void catch_signals() { stop_asked = &catch_stop_signals(); }
 
 }  // namespace organbake

@@ -60,7 +60,7 @@ class Session {
   std::unique_ptr<Threads> thread_limit_;
 };
 
-// SIGINT and SIGTERM ask the running stage to stop; a second one ends the program at once.
+// SIGINT, SIGTERM and SIGHUP ask the running stage to stop; a second one ends the program at once.
 void catch_signals();
 
 }  // namespace organbake

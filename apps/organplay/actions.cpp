@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "actions.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 #include <optional>
 
 #include "core/error.h"
@@ -17,6 +14,7 @@
 #include "player/play.h"
 #include "player/player.h"
 #include "player/reference_frames.h"
+#include "results.h"
 #include "video_pipe.h"
 #include "window_module.h"
 
@@ -24,59 +22,24 @@ namespace organbake {
 namespace {
 namespace fs = std::filesystem;
 
-OrbitPose pose_from(const std::string& text) {
-  OrbitPose pose;
-  int end = 0;
-  const int fields = std::sscanf(text.c_str(), "%lf,%lf%n,%lf%n", &pose.azimuth_rad,
-                                 &pose.elevation_rad, &end, &pose.distance, &end);
-  if (fields < 2 || end != static_cast<int>(text.size())) {
-    throw UsageError("--view " + text +
-                     " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
-  }
-  // Both are counted from camera 0, which may stand at a pole.
-  constexpr double kTurn = 2 * std::numbers::pi;
-  if (std::abs(pose.azimuth_rad) > kTurn || std::abs(pose.elevation_rad) > kTurn / 2) {
-    throw UsageError("--view " + text +
-                     ": angles are in radians, at most a turn of azimuth and half a turn of "
-                     "elevation; 45 degrees are 0.785");
-  }
-  return pose;
-}
-
-// A folder of frames may be replaced by new frames; anything else is the user's.
-void check_replaceable(const fs::path& folder) {
-  if (!fs::exists(folder)) return;
-  if (!fs::is_directory(folder)) throw IoError::writing(folder, "is a file; name another folder");
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("frame_") && name.ends_with(".png")) continue;
-    throw IoError::writing(folder,
-                           "holds '" + name + "', which is no frame of mine; name another folder");
-  }
-}
-
-void print(const fs::path& path) { std::printf("%s\n", path.c_str()); }
-
-void play_script(const Command& command, Player& player, const Script& script,
-                 const RunContext& context) {
+// Returns what the frames were held against, where they were.
+std::optional<ReferenceFrames> play_script(const Command& command, Player& player,
+                                           const Script& script, Results& results,
+                                           const RunContext& context) {
   PlayOptions options;
-  options.width = command.width;
-  options.height = command.height;
+  options.width = script.width;
+  options.height = script.height;
   options.instruments = command.instruments;
   options.draw = drawing(command, player);
   options.draw.measure = !command.report.empty();
-  const int width = script.width > 0 ? script.width : options.width;
-  const int height = script.height > 0 ? script.height : options.height;
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
   player.load_all();  // what is wrong with a camera is said before the first frame
   std::optional<AtomicFolder> folder;
-  if (!command.out_folder.empty()) {
-    check_replaceable(command.out_folder);
-    folder.emplace(command.out_folder);
-  }
+  if (!command.out_folder.empty()) folder.emplace(command.out_folder);
   std::optional<VideoPipe> video;
-  if (!command.video.empty()) video.emplace(command.video, width, height, 1 / script.time_step_s);
+  if (!command.video.empty())
+    video.emplace(command.video, script.width, script.height, 1 / script.time_step_s);
 
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
   const auto frames = play(
@@ -87,28 +50,58 @@ void play_script(const Command& command, Player& player, const Script& script,
         if (reference) reference->compare(number, frame.color);
       },
       context);
-  if (folder) folder->commit(), print(command.out_folder);
-  if (video) video->finish(), print(command.video);
+  context.throw_if_cancelled();
+  if (folder) folder->commit(), results.wrote("out", command.out_folder);
+  if (video) video->finish(), results.wrote("video", command.video);
   if (!command.report.empty()) {
     write_file_atomically(command.report, play_report(script, player, frames));
-    print(command.report);
+    results.wrote("report", command.report);
   }
-  if (!reference) return;
-  reference->check(command.threshold_db);
-  const double least_db = reference->least_psnr_db();
+  return reference;
+}
+
+Json reference_json(const Command& command, const ReferenceFrames& reference) {
+  const double least_db = reference.least_psnr_db();
+  return {{"folder", command.reference.string()},
+          {"least_psnr_db", std::isinf(least_db) ? Json() : Json(least_db)},  // null: all are equal
+          {"worst_frame", std::isinf(least_db) ? Json() : Json(reference.worst_frame())},
+          {"threshold_db", command.threshold_db},
+          {"passed", least_db >= command.threshold_db}};
+}
+
+// Throws where a frame differs by more than was allowed.
+void check_frames(const Command& command, const ReferenceFrames& reference,
+                  const RunContext& context) {
+  reference.check(command.threshold_db);
+  const double least_db = reference.least_psnr_db();
   context.info(std::isinf(least_db) ? "every frame equals its reference"
                                     : "every frame is like its reference: the least PSNR is " +
                                           to_text(least_db, 2) + " dB");
 }
 
-void draw_one(const Command& command, Player& player) {
-  Frame frame;
-  player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
-  write_png(command.frame_file, frame.color);
-  print(command.frame_file);
+// What the command line says goes before the script's own.
+void choose_size(Script& script, const Command& command) {
+  if (script.width > 0 && !command.size) return;
+  script.width = command.picture_size().width;
+  script.height = command.picture_size().height;
 }
 
-void compare(const Command& command, Player& player, const RunContext& context) {
+// Drawing and packing a large picture take their time: who asks to stop meanwhile gets none.
+void write_picture(const fs::path& file, const Rgb8Image& picture, const RunContext& context) {
+  context.throw_if_cancelled();
+  const std::string png = encode_png(picture);
+  context.throw_if_cancelled();
+  write_file_atomically(file, png);
+}
+
+void draw_one(const Command& command, Player& player, Results& results, const RunContext& context) {
+  Frame frame;
+  player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
+  write_picture(command.frame_file, frame.color, context);
+  results.wrote("frame", command.frame_file);
+}
+
+void compare(const Command& command, Player& player, Results& results, const RunContext& context) {
   const BundleReader reader(command.bundles.front());
   if (!reader.has("surface.ply")) {
     throw BadDataError(
@@ -117,9 +110,10 @@ void compare(const Command& command, Player& player, const RunContext& context) 
   }
   CompareOptions options;
   if (!command.angles_rad.empty()) options.angles_rad = command.angles_rad;
-  if (command.compare_size_px) options.size_px = *command.compare_size_px;
+  if (command.size) options.size_px = command.size->height;
   const ComparisonTable table = compare_with_truth(player, reader.read_surface(), options, context);
-  std::fputs((command.json ? comparison_json(table) : comparison_text(table)).c_str(), stdout);
+  context.throw_if_cancelled();
+  results.add("comparison", Json::parse(comparison_json(table)), comparison_text(table));
 }
 
 }  // namespace
@@ -132,7 +126,8 @@ DrawOptions drawing(const Command& command, const Player& player) {
 }
 
 View view_of(const Command& command, const Bundle& bundle) {
-  return orbit_view(bundle.cameras, pose_from(command.view), command.width, command.height);
+  const auto [width, height] = command.picture_size();
+  return orbit_view(bundle.cameras, command.view, width, height);
 }
 
 void run_command(const Command& command, const RunContext& context) {
@@ -144,18 +139,26 @@ void run_command(const Command& command, const RunContext& context) {
   DeformOptions deform;
   if (!command.script.empty()) {
     script = read_script(command.script);
+    choose_size(*script, command);
     deform.time_step_s = script->time_step_s;
     deform.solver = script->solver.value_or(deform.solver);
   }
   deform.solver = command.solver.value_or(deform.solver);
   Player player(command.bundles, deform, command.compare || command.paper_warp);
-  if (script) play_script(command, player, *script, context);
-  if (!command.frame_file.empty()) draw_one(command, player);
+  context.throw_if_cancelled();
+  Results results(command.json);
+  std::optional<ReferenceFrames> reference;
+  if (script) reference = play_script(command, player, *script, results, context);
+  if (reference) results.add("reference", reference_json(command, *reference), "");
+  if (!command.frame_file.empty()) draw_one(command, player, results, context);
   if (!command.sheet.empty()) {
-    write_png(command.sheet, contact_sheet(player, 480, 400, drawing(command, player), context));
-    print(command.sheet);
+    const Rgb8Image sheet = contact_sheet(player, 480, 400, drawing(command, player), context);
+    write_picture(command.sheet, sheet, context);
+    results.wrote("sheet", command.sheet);
   }
-  if (command.compare) compare(command, player, context);
+  if (command.compare) compare(command, player, results, context);
+  results.finish();
+  if (reference) check_frames(command, *reference, context);
 }
 
 }  // namespace organbake

@@ -12,7 +12,7 @@ namespace organbake {
 // Does everything that the command asks for and prints the results on stdout.
 void run_command(const Command& command, const RunContext& context);
 
-// From --view, in --size. Throws UsageError for one that is no view.
+// From --view, in --size.
 View view_of(const Command& command, const Bundle& bundle);
 
 // How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
+#include <algorithm>
 
 #include "actions.h"
 #include "bundle/json_fields.h"
 #include "core/kernel_files.h"
 #include "core/median.h"
+#include "core/standard_output.h"
 #include "core/stopwatch.h"
 #include "core/text.h"
 #include "player/play.h"
@@ -18,8 +19,8 @@ Script bench_script(const Command& command) {
   Script script;
   script.name = "bench";
   script.frames = command.bench_frames;
-  script.width = command.width;
-  script.height = command.height;
+  script.width = command.picture_size().width;
+  script.height = command.picture_size().height;
   constexpr double kRadiansPerFrame = 0.01;
   script.camera = {{0, {}}, {command.bench_frames, {kRadiansPerFrame * command.bench_frames, 0.1}}};
   return script;
@@ -52,6 +53,16 @@ Json medians(const std::vector<PlayedFrame>& frames) {
           {"frame", of([](const auto& f) { return f.deform_ms + f.draw_ms; })}};
 }
 
+std::string spaces_for(const std::string& text, std::size_t width) {
+  return std::string(width - std::min(width, text.size()), ' ');
+}
+std::string left_aligned(const std::string& text, std::size_t width) {
+  return text + spaces_for(text, width);
+}
+std::string right_aligned(const std::string& text, std::size_t width) {
+  return spaces_for(text, width) + text;
+}
+
 }  // namespace
 
 void run_bench(const Command& command, const RunContext& context) {
@@ -62,6 +73,7 @@ void run_bench(const Command& command, const RunContext& context) {
   Frame first;
   player.draw(view_of(command, player.bundle()), drawing(command, player), first);
   const double first_frame_ms = watch.lap();
+  context.throw_if_cancelled();
   player.load_all();  // what the timed frames shall not wait for
   const double all_cameras_ms = first_frame_ms + watch.lap();
 
@@ -74,27 +86,25 @@ void run_bench(const Command& command, const RunContext& context) {
   const Json ms = medians(play(player, script, options, {}, context));
   const double fps = 1000 / ms["frame"].get<double>();
   if (command.json) {
-    std::fputs(json_text({{"frames", script.frames},
-                          {"width", command.width},
-                          {"height", command.height},
-                          {"load_to_first_frame_ms", first_frame_ms},
-                          {"load_all_cameras_ms", all_cameras_ms},
-                          {"median_ms", ms},
-                          {"peak_memory_mb",
-                           number_behind("VmHWM:", "/proc/self/status").value_or(0) / 1024},
-                          {"frames_per_second", fps}})
-                   .c_str(),
-               stdout);
+    write_to_stdout(json_text(
+        {{"frames", script.frames},
+         {"width", script.width},
+         {"height", script.height},
+         {"load_to_first_frame_ms", first_frame_ms},
+         {"load_all_cameras_ms", all_cameras_ms},
+         {"median_ms", ms},
+         {"peak_memory_mb", number_behind("VmHWM:", "/proc/self/status").value_or(0) / 1024},
+         {"frames_per_second", fps}}));
     return;
   }
-  std::printf("load to first frame  %s ms, all cameras %s ms\n", to_text(first_frame_ms, 1).c_str(),
-              to_text(all_cameras_ms, 1).c_str());
+  std::string text = "load to first frame  " + to_text(first_frame_ms, 1) + " ms, all cameras " +
+                     to_text(all_cameras_ms, 1) + " ms\n";
   for (const auto& [phase, value] : ms.items()) {
-    std::printf("%-10s %8s ms (median of %d)\n", phase.c_str(),
-                to_text(value.get<double>(), 3).c_str(), script.frames);
+    text += left_aligned(phase, 10) + " " + right_aligned(to_text(value.get<double>(), 3), 8) +
+            " ms (median of " + std::to_string(script.frames) + ")\n";
   }
-  std::printf("%s frames per second at %dx%d\n", to_text(fps, 1).c_str(), command.width,
-              command.height);
+  write_to_stdout(text + to_text(fps, 1) + " frames per second at " + std::to_string(script.width) +
+                  "x" + std::to_string(script.height) + "\n");
 }
 
 }  // namespace organbake

@@ -4,20 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <iostream>
+#include <sstream>
 
 #include "core/error.h"
+#include "core/standard_output.h"
+#include "player/comparison_table.h"
 
 namespace organbake {
 namespace {
-
-void read_size(const std::string& text, Command& command) {
-  int end = 0;
-  const int fields = std::sscanf(text.c_str(), "%dx%d%n", &command.width, &command.height, &end);
-  if (fields != 2 || end != static_cast<int>(text.size())) {
-    throw UsageError("--size " + text + " is no size; write WIDTHxHEIGHT, for example 1280x720");
-  }
-  command.compare_size_px = command.height;
-}
 
 void check(const Command& c) {
   if (!c.wants_window() && c.bundles.empty()) throw UsageError("BUNDLE is missing: what to play");
@@ -34,6 +28,13 @@ void check(const Command& c) {
     throw UsageError("--warp paper needs --script or -o; --compare measures both warps");
   if (c.bundles.size() > 1 && (c.paper_warp || c.compare))
     throw UsageError("--warp paper and --compare are for one BUNDLE");
+  using Compare = CompareOptions;
+  if (c.compare && c.size &&
+      (c.size->height < Compare::kSmallestSide_px || c.size->height > Compare::kLargestSide_px))
+    throw UsageError("--size " + std::to_string(c.size->width) + "x" +
+                     std::to_string(c.size->height) + ": --compare needs a height of " +
+                     std::to_string(Compare::kSmallestSide_px) + "…" +
+                     std::to_string(Compare::kLargestSide_px) + " pixels");
   if (!std::isfinite(c.threshold_db)) throw UsageError("--threshold needs a number of dB");
 }
 
@@ -46,7 +47,7 @@ bool Command::wants_window() const {
 
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
-  std::string size, warp = "bound", solver;
+  std::string size, angles, view = "0,0", warp = "bound", solver;
   CLI::App app(
       "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
       "--script, -o, --sheet, --compare, --bench");
@@ -64,14 +65,15 @@ std::optional<Command> read_command(int argc, char** argv) {
       "folder of the script's frames from another run: ends with 3 when one differs more");
   app.add_option("--threshold", c.threshold_db, "least PSNR to the reference, dB")
       ->capture_default_str();
-  app.add_option("--view", c.view,
+  app.add_option("--view", view,
                  "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
       ->capture_default_str();
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
-  app.add_option("--size", size,
-                 "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720); --compare's "
-                 "pictures are squares of its height (default 512)");
+  app.add_option(
+      "--size", size,
+      "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720, or the script's own); "
+      "--compare's pictures are squares of its height (default 512)");
   app.add_option("--warp", warp, "bound, or the paper's own chain as a baseline: paper")
       ->check(CLI::IsMember({"bound", "paper"}))
       ->capture_default_str();
@@ -88,8 +90,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_flag_callback(
       "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
-  app.add_option("--angles", c.angles_rad, "viewing angles of --compare, rad, comma-separated")
-      ->delimiter(',');
+  app.add_option("--angles", angles, "viewing angles of --compare, rad, comma-separated");
   app.add_option("--bench", c.bench_frames,
                  "the first frame from --view, then N of an orbit with a poke; prints times")
       ->check(CLI::Range(1, 1000000));
@@ -100,12 +101,17 @@ std::optional<Command> read_command(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
-    app.exit(asked, std::cout, std::cerr);
+    std::ostringstream answer;
+    app.exit(asked, answer, std::cerr);
+    write_to_stdout(answer.str());
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
-  if (!size.empty()) read_size(size, c);
+  const auto given = [&app](const char* option) { return app.count(option) > 0; };
+  c.view = pose_from(view);
+  if (given("--size")) c.size = size_from(size);
+  if (given("--angles")) c.angles_rad = angles_from(angles);
   c.paper_warp = warp == "paper";
   c.solver = tissue_solver(solver);
   check(c);

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "deform/deformer.h"
+#include "option_values.h"
+#include "player/orbit.h"
 
 namespace organbake {
 
@@ -14,20 +16,20 @@ namespace organbake {
 struct Command {
   std::vector<std::filesystem::path> bundles;  // several: organs that push each other
   std::filesystem::path script, out_folder, video, report, sheet, frame_file, reference;
-  std::string view = "0,0";  // azimuth,elevation[,distance], radians
-  int width = 1280, height = 720;
+  OrbitPose view;
+  std::optional<PictureSize> size;  // else the script's, or what is usual where it is shown
   bool instruments = true;
   bool paper_warp = false;
   bool relight = true;                 // when the bundle knows its light
   std::optional<TissueSolver> solver;  // else the script's, or springs
   bool compare = false;
   std::vector<double> angles_rad;
-  std::optional<int> compare_size_px;
   int bench_frames = 0;
   double threshold_db = 45;
   int threads = 0;  // 0 = all
   bool json = false, quiet = false;
 
+  PictureSize picture_size() const { return size.value_or(PictureSize()); }
   // Nothing that can be done without a display was asked for.
   bool wants_window() const;
 };

@@ -35,10 +35,8 @@ int run(int argc, char** argv) {
     run_command(*command, context_for(*command, stop_asked));
     return 0;
   } catch (const std::exception& error) {
-    const ExitCode code = exit_code_for(error);
-    std::fprintf(stderr, "organplay: error: %s\n",
-                 code == ExitCode::try_again ? "out of memory" : error.what());
-    return static_cast<int>(code);
+    std::fprintf(stderr, "organplay: error: %s\n", message_for(error).c_str());
+    return static_cast<int>(exit_code_for(error));
   }
 }
 

@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/file_ending.h"
 #include "core/files.h"
+#include "core/leftovers.h"
 #include "core/text.h"
 
 extern char** environ;
@@ -21,17 +23,32 @@ extern char** environ;
 namespace organbake {
 namespace {
 
-// ffmpeg tells the container by the name's ending, so the temporary name keeps it.
-std::filesystem::path temporary_name(const std::filesystem::path& file) {
-  return file.parent_path() /
-         (".tmp-" + std::to_string(::getpid()) + "-" + file.filename().string());
+struct Container {
+  const char* ending;
+  const char* name;  // ffmpeg's; it would go by the ending, which a temporary name lacks
+};
+constexpr Container kContainers[] = {
+    {".mp4", "mp4"}, {".mkv", "matroska"}, {".mov", "mov"}, {".webm", "webm"}, {".avi", "avi"}};
+
+std::string container_of(const std::filesystem::path& file) {
+  const std::string ending = lower_ending(file);
+  for (const Container& container : kContainers) {
+    if (ending == container.ending) return container.name;
+  }
+  throw UsageError(file.string() + ": is no video that can be written");
 }
 
 }  // namespace
 
+std::vector<std::string> VideoPipe::endings() {
+  std::vector<std::string> endings;
+  for (const Container& container : kContainers) endings.emplace_back(container.ending);
+  return endings;
+}
+
 VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
                      double frames_per_second)
-    : file_(file_to_write(file)), temporary_(temporary_name(file_)) {
+    : file_(file_to_write(file)), temporary_(temporary_file(file_)) {
   const std::string size = std::to_string(width) + "x" + std::to_string(height),
                     rate = to_text(frames_per_second);
   // Even sides are what yuv420p, the one format every viewer plays, can hold. Untagged, its colours
@@ -65,6 +82,8 @@ VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
                                               "+bitexact",
                                               "-flags:v",
                                               "+bitexact",
+                                              "-f",
+                                              container_of(file),
                                               temporary_.string()};
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
@@ -75,7 +94,13 @@ VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-  const int error = ::posix_spawnp(&process_, "ffmpeg", &actions, nullptr, argv.data(), environ);
+  // In a group of its own, or a terminal's Ctrl-C would end it before we have heard of it.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  const int error =
+      ::posix_spawnp(&process_, "ffmpeg", &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   ::close(ends[0]);
   input_ = ends[1];

@@ -4,6 +4,8 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "image/channel_image.h"
 
@@ -13,7 +15,10 @@ namespace organbake {
 // renames it into place. Without finish() nothing is left.
 class VideoPipe {
  public:
-  // Throws IoError when ffmpeg is not installed or cannot start.
+  // Of the containers that it can write: ".mp4" and so on.
+  static std::vector<std::string> endings();
+
+  // Throws UsageError for another ending, IoError when ffmpeg is not installed or cannot start.
   VideoPipe(const std::filesystem::path& file, int width, int height, double frames_per_second);
   ~VideoPipe();
   VideoPipe(const VideoPipe&) = delete;

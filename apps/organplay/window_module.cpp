@@ -39,8 +39,8 @@ void open_window(const Command& command, const RunContext& context) {
   window.bundles = command.bundles;
   window.solver = command.solver.value_or(window.solver);
   window.relight = command.relight;
-  window.width = command.width;
-  window.height = command.height;
+  window.width = command.picture_size().width;
+  window.height = command.picture_size().height;
   run(window, context);
 }
 

@@ -19,6 +19,14 @@ namespace {
 
 constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26;
 
+// Throws for what the system doesn't let us look at.
+bool is_there(const fs::path& path) {
+  std::error_code error;
+  const bool there = fs::exists(path, error);
+  if (error) throw NoInputError(path, "cannot be looked at: " + error.message());
+  return there;
+}
+
 std::string text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -61,11 +69,11 @@ void check_texels(const CameraMaps& maps, std::size_t face_count, const std::str
 }  // namespace
 
 BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
-  if (!fs::exists(folder_)) throw NoInputError(folder_, "there is no such folder");
+  if (!is_there(folder_)) throw NoInputError(folder_, "there is no such folder");
   if (!fs::is_directory(folder_))
     throw NoInputError(folder_, "is a file; a bundle is the folder made by 'organbake bake'");
   const fs::path manifest = folder_ / "manifest.json";
-  if (!fs::exists(manifest)) {
+  if (!is_there(manifest)) {
     throw NoInputError(folder_, "has no manifest.json; bundles are made by 'organbake bake'");
   }
   manifest_ = manifest_from_json(read_text_file(manifest, kMostManifestBytes), manifest.string());

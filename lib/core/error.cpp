@@ -20,4 +20,11 @@ ExitCode exit_code_for(const std::exception& error) {
   return ExitCode::internal;
 }
 
+std::string message_for(const std::exception& error) {
+  if (dynamic_cast<const std::bad_alloc*>(&error)) return "out of memory";
+  if (const auto* of_file = dynamic_cast<const std::filesystem::filesystem_error*>(&error))
+    return of_file->path1().string() + ": " + of_file->code().message();
+  return error.what();
+}
+
 }  // namespace organbake

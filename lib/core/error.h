@@ -83,4 +83,7 @@ void require(bool holds, const std::string& name, double value, const char* advi
 // std::bad_alloc asks to try again with more memory (75).
 ExitCode exit_code_for(const std::exception& error);
 
+// What to say of it, one line; for what() of the system's own exceptions is none for users.
+std::string message_for(const std::exception& error);
+
 }  // namespace organbake

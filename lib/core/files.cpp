@@ -92,10 +92,7 @@ fs::path file_to_write(const fs::path& path) {
 
 void write_file_atomically(const fs::path& named, std::span<const std::byte> bytes) {
   const fs::path path = file_to_write(named);
-  const std::string prefix = path.filename().string() + std::string(kTemporaryMark);
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  remove_leftovers(folder, prefix);
-  const fs::path temporary = folder / (prefix + std::to_string(::getpid()));
+  const fs::path temporary = temporary_file(path);
   try {
     Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
     if (file.get() < 0) throw IoError::writing(path, "cannot be created: " + reason());

@@ -2,6 +2,7 @@
 #include "core/leftovers.h"
 
 #include <signal.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <charconv>
@@ -34,6 +35,13 @@ bool is_zombie(pid_t pid) {
 bool alive(pid_t pid) { return (::kill(pid, 0) == 0 || errno == EPERM) && !is_zombie(pid); }
 
 }  // namespace
+
+fs::path temporary_file(const fs::path& file) {
+  const std::string prefix = file.filename().string() + std::string(kTemporaryMark);
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  remove_leftovers(folder, prefix);
+  return folder / (prefix + std::to_string(::getpid()));
+}
 
 void remove_leftovers(const fs::path& folder, const std::string& prefix) {
   // A folder under a temporary name is new, and its writer's alone. It may get thousands of frames,

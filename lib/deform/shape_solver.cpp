@@ -230,10 +230,8 @@ void ShapeSolver::follow_sweeps(const std::vector<TipSweep>& sweeps) {
   const auto [pieces, enough] = sweep_pieces(sweeps);
   if (!enough) tip_too_fast_ = true;
   for (int piece = 1; piece < pieces; ++piece) {
-    refresh(sweeps, double(piece) / pieces);
-    if (contacts_.empty()) continue;
+    constrain(sweeps, double(piece) / pieces);
     touched_on_the_way_ = touched_on_the_way_ || (pieces > kFewPieces && tools_touch());
-    constraints_.solve(x_start_, x_free_, contacts_, x_);
   }
 }
 

@@ -176,7 +176,7 @@ void CompareOptions::check() const {
   for (const double angle : angles_rad) {
     if (!std::isfinite(angle)) throw UsageError("viewing angles must be finite numbers of radians");
   }
-  if (size_px < 16 || size_px > 4096) {
+  if (size_px < kSmallestSide_px || size_px > kLargestSide_px) {
     throw UsageError("the comparison's size is " + std::to_string(size_px) +
                      ", needs 16…4096 pixels");
   }

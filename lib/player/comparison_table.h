@@ -14,6 +14,7 @@ namespace organbake {
 struct CompareOptions {
   // The paper's Table 1: rotations about the organ's vertical axis from camera 0.
   std::vector<double> angles_rad = {0.705723, 0.867709, 1.91832, 2.44696, 2.44881};
+  static constexpr int kSmallestSide_px = 16, kLargestSide_px = 4096;
   int size_px = 512;
   double poke_share = 0.3;  // of the organ's thickness
 

@@ -2,10 +2,27 @@
 #include "player/instrument_motion.h"
 
 #include <algorithm>
+#include <string>
 
+#include "core/error.h"
 #include "player/skin_point.h"
 
 namespace organbake {
+namespace {
+
+// The ball's foremost point, not its centre, is at the depth.
+Eigen::Vector3d tip_at_depth(const Waypoint& waypoint, double radius_mm, const Bundle& bundle) {
+  const Eigen::Vector3d outward = waypoint.direction.normalized();
+  return skin_point(bundle, outward) + (radius_mm - waypoint.depth_mm) * outward;
+}
+
+// Where a script's direction stands, before what is wrong with it.
+std::string place_of(const Script& script, std::size_t instrument, std::size_t waypoint) {
+  return "script '" + script.name + "': /instruments/" + std::to_string(instrument) + "/path/" +
+         std::to_string(waypoint) + "/direction: ";
+}
+
+}  // namespace
 
 InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) : bundle_(&bundle) {
   for (const InstrumentPath& instrument : script.instruments) {
@@ -22,10 +39,11 @@ InstrumentMotion::InstrumentMotion(const Script& script, const Bundle& bundle) :
         path.positions.push_back(*waypoint.position_mm);
         continue;
       }
-      // The ball's foremost point, not its centre, is at the depth.
-      const Eigen::Vector3d outward = waypoint.direction.normalized();
-      path.positions.push_back(skin_point(bundle, outward) +
-                               (path.radius_mm - waypoint.depth_mm) * outward);
+      try {
+        path.positions.push_back(tip_at_depth(waypoint, path.radius_mm, bundle));
+      } catch (const BadDataError& error) {
+        throw BadDataError(place_of(script, paths_.size(), path.positions.size()) + error.what());
+      }
     }
     paths_.push_back(std::move(path));
   }

@@ -13,6 +13,7 @@ namespace organbake {
 // A script's instruments with every waypoint brought to world millimetres.
 class InstrumentMotion {
  public:
+  // Throws BadDataError, naming the script and the key, where a direction meets no skin.
   InstrumentMotion(const Script& script, const Bundle& bundle);
 
   // The tips at a time: linear between waypoints, inactive before the first and after the last.

@@ -22,7 +22,7 @@ void check(const OrbitPose& pose, int width, int height) {
        {pose.azimuth_rad, pose.elevation_rad, pose.roll_rad, pose.right, pose.up}) {
     if (!std::isfinite(value)) throw UsageError("a view's angles and shifts must be finite");
   }
-  if (!(pose.distance > 0 && pose.distance < 1e6)) {
+  if (!(pose.distance > 0 && pose.distance < kFarthestDistance)) {
     throw UsageError(
         "a view's distance is " + to_text(pose.distance) +
         "; it must lie above 0 and below a million times the virtual cameras' distance");

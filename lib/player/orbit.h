@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <numbers>
 
 #include "bundle/cameras_json.h"
 #include "warp/view.h"
@@ -18,6 +20,15 @@ struct OrbitPose {
   // the virtual cameras' distance.
   double right = 0, up = 0;
 };
+
+// Beyond these an angle that somebody wrote is no radians, but degrees by mistake. Both are counted
+// from camera 0, which may stand at a pole.
+inline bool can_be_azimuth(double rad) { return std::abs(rad) <= 2 * std::numbers::pi; }
+inline bool can_be_elevation(double rad) { return std::abs(rad) <= std::numbers::pi; }
+inline constexpr const char* kAnglesAreRadians =
+    "angles are in radians, at most a turn of azimuth and half a turn of elevation; 45 degrees are "
+    "0.785";
+inline constexpr double kFarthestDistance = 1e6;  // multiples of the virtual cameras'
 
 // The view of a pose, with virtual camera 0's angle of view across the picture's smaller side.
 // Throws UsageError for a picture without pixels or a pose that is not finite or not outside.

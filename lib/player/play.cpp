@@ -7,8 +7,7 @@
 
 namespace organbake {
 void PlayOptions::check() const {
-  constexpr int kLargestSide = 16384;
-  if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
+  if (width < 1 || height < 1 || width > kLargestSide_px || height > kLargestSide_px) {
     throw UsageError("a size of " + std::to_string(width) + "x" + std::to_string(height) +
                      " pixels cannot be drawn; each side needs 1…16384");
   }
@@ -49,6 +48,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
                    ": an instrument moved so far in one step that it may have passed through "
                    "skin; take a shorter time step or a larger tip");
     }
+    context.throw_if_cancelled();  // a large frame takes its time, too
     if (show) show(frame, picture);
     context.progress(double(frame + 1) / script.frames);
   }

@@ -7,6 +7,8 @@
 #include "bundle/json_fields.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/text.h"
+#include "warp/view.h"
 
 namespace organbake {
 namespace {
@@ -15,6 +17,10 @@ constexpr const char* kSchema = "organbake/interaction/1";
 constexpr int kMostFrames = 100000;
 constexpr double kFarMm = 1e6;
 
+[[noreturn]] void refuse_as_degrees(const JsonField& angle) {
+  angle.fail("is " + to_text(angle.number()) + ": " + kAnglesAreRadians);
+}
+
 CameraKeyframe keyframe_from(const JsonField& field) {
   field.allow_only(
       {"frame", "azimuth_rad", "elevation_rad", "distance", "roll_rad", "right", "up"});
@@ -22,13 +28,26 @@ CameraKeyframe keyframe_from(const JsonField& field) {
   key.frame = static_cast<int>(field["frame"].integer(0, kMostFrames));
   key.pose.azimuth_rad = field["azimuth_rad"].number(-1e3, 1e3);
   key.pose.elevation_rad = field["elevation_rad"].number(-1e3, 1e3);
+  if (!can_be_elevation(key.pose.elevation_rad)) refuse_as_degrees(field["elevation_rad"]);
   constexpr double kNearest = 1e-3, kFarthest = 1e3;  // multiples of the capture distance
   if (const auto distance = field.find("distance"))
     key.pose.distance = distance->number(kNearest, kFarthest);
-  if (const auto roll = field.find("roll_rad")) key.pose.roll_rad = roll->number(-1e3, 1e3);
+  if (const auto roll = field.find("roll_rad")) {
+    key.pose.roll_rad = roll->number(-1e3, 1e3);
+    if (!can_be_azimuth(key.pose.roll_rad)) refuse_as_degrees(*roll);
+  }
   if (const auto right = field.find("right")) key.pose.right = right->number(-1e3, 1e3);
   if (const auto up = field.find("up")) key.pose.up = up->number(-1e3, 1e3);
   return key;
+}
+
+// Of any length, as long as its square neither vanishes nor overflows: it will be normalised.
+Eigen::Vector3d direction_from(const JsonField& field) {
+  const Eigen::Vector3d direction = field.vector3();
+  if (!std::isnormal(direction.squaredNorm()))
+    field.fail("is (" + to_text(direction.x()) + ", " + to_text(direction.y()) + ", " +
+               to_text(direction.z()) + "), must have a length between 1e-150 and 1e150");
+  return direction;
 }
 
 Waypoint waypoint_from(const JsonField& field) {
@@ -37,13 +56,13 @@ Waypoint waypoint_from(const JsonField& field) {
   constexpr double kLongest = 1e5;  // seconds
   waypoint.time_s = field["time_s"].number(0, kLongest);
   if (const auto position = field.find("position_mm")) {
+    if (field.find("direction") || field.find("depth_mm"))
+      position->fail("stands beside direction or depth_mm; a tip is at the one or the other");
     waypoint.position_mm = position->vector3();
     if (waypoint.position_mm->norm() > kFarMm) position->fail("lies more than a kilometre away");
     return waypoint;
   }
-  const JsonField direction = field["direction"];
-  waypoint.direction = direction.vector3();
-  if (!(waypoint.direction.norm() > 0)) direction.fail("must have a length");
+  waypoint.direction = direction_from(field["direction"]);
   waypoint.depth_mm = field["depth_mm"].number(-kFarMm, kFarMm);
   return waypoint;
 }
@@ -61,10 +80,7 @@ InstrumentPath instrument_from(const JsonField& field) {
     instrument.axis_mm = axis->vector3();
     if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
   }
-  if (const auto shaft = field.find("shaft")) {
-    instrument.shaft = shaft->vector3();
-    if (!(instrument.shaft->norm() > 0)) shaft->fail("must have a length");
-  }
+  if (const auto shaft = field.find("shaft")) instrument.shaft = direction_from(*shaft);
   const JsonField path = field["path"];
   if (path.size() == 0) path.fail("must hold a waypoint");
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -101,9 +117,9 @@ Script script_from_json(const std::string& text, const std::string& name) {
   script.time_step_s = document["time_step_s"].number(1e-5, 0.1);
   script.frames = static_cast<int>(document["frames"].integer(1, kMostFrames));
   if (const auto size = document.find("size")) {
-    constexpr int kLargestSide = 16384;
-    script.width = static_cast<int>(size->at(0).integer(1, kLargestSide));
-    script.height = static_cast<int>(size->at(1).integer(1, kLargestSide));
+    if (size->size() != 2) size->fail("must hold two numbers, width and height");
+    script.width = static_cast<int>(size->at(0).integer(1, kLargestSide_px));
+    script.height = static_cast<int>(size->at(1).integer(1, kLargestSide_px));
   }
   if (const auto solver = document.find("solver")) script.solver = solver_from(*solver);
   const JsonField keyframes = document["camera"]["keyframes"];
@@ -113,6 +129,10 @@ Script script_from_json(const std::string& text, const std::string& name) {
     if (i > 0 && script.camera[i].frame <= script.camera[i - 1].frame) {
       keyframes.at(i)["frame"].fail("must be later than the keyframe's before");
     }
+    // A long interaction may go round many times, but no more than once to the next keyframe.
+    const double from = i > 0 ? script.camera[i - 1].pose.azimuth_rad : 0;
+    if (!can_be_azimuth(script.camera[i].pose.azimuth_rad - from))
+      refuse_as_degrees(keyframes.at(i)["azimuth_rad"]);
   }
   const JsonField instruments = document["instruments"];
   constexpr std::size_t kMostInstruments = 1024;

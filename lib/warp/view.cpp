@@ -8,9 +8,8 @@
 namespace organbake {
 
 void View::check() const {
-  constexpr int kLargestSide = 16384;
   const Intrinsics& k = camera.intrinsics;
-  if (k.width < 1 || k.height < 1 || k.width > kLargestSide || k.height > kLargestSide) {
+  if (k.width < 1 || k.height < 1 || k.width > kLargestSide_px || k.height > kLargestSide_px) {
     throw UsageError("view of " + std::to_string(k.width) + " × " + std::to_string(k.height) +
                      " pixels: each side needs 1…16384");
   }

@@ -5,6 +5,8 @@
 
 namespace organbake {
 
+inline constexpr int kLargestSide_px = 16384;  // of a picture that can be drawn
+
 // Whoever looks: a pinhole without distortion, of any size, and the plane in front of which nothing
 // is drawn (mm along the view).
 struct View {

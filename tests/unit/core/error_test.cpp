@@ -25,6 +25,14 @@ TEST(ExitCodeFor, NamesEveryKindOfError) {
   EXPECT_EQ(exit_code_for(std::runtime_error("x")), ExitCode::internal);
 }
 
+TEST(MessageFor, SaysOfTheSystemsErrorsTheFileAndTheReason) {
+  const std::filesystem::filesystem_error refused(
+      "status", "a/b", std::make_error_code(std::errc::permission_denied));
+  EXPECT_EQ(message_for(refused), "a/b: Permission denied");
+  EXPECT_EQ(message_for(std::bad_alloc()), "out of memory");
+  EXPECT_EQ(message_for(UsageError("x")), "x");
+}
+
 TEST(Error, PutsTheFileFirst) {
   EXPECT_STREQ(BadDataError("a/b.ply", "has no faces").what(), "a/b.ply: has no faces");
 }

@@ -83,6 +83,10 @@ TEST(Schemas, InteractionScriptsAreCheckedKeyByKey) {
   EXPECT_THAT(with("\"poke\",\n", "\"stab\",\n"), HasSubstr("instruments.0.mode is \"stab\""));
   EXPECT_THAT(with("\"position_mm\"", "\"position\""), HasSubstr("unknown key"));
   EXPECT_NE(with(", \"depth_mm\": -10", ""), "valid") << "a direction needs a depth";
+  EXPECT_NE(with("\"position_mm\"", "\"depth_mm\": 1, \"position_mm\""), "valid")
+      << "a place does not";
+  EXPECT_THAT(with("\"elevation_rad\": 0.1", "\"elevation_rad\": 45"),
+              HasSubstr("elevation_rad is 45"));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "core/error.h"
 #include "organ_to_play.h"
 #include "player/skin_point.h"
@@ -40,6 +42,24 @@ TEST(InstrumentMotion, PutsTheTipsSurfaceAtTheDepth) {
               1e-9);  // centre: radius − depth above skin
   EXPECT_EQ(motion.solids({tip}).size(), 2u);
   EXPECT_EQ(motion.solids(motion.tips_at(0)).size(), 0u);
+}
+
+TEST(InstrumentMotion, NamesTheDirectionThatMeetsNoSkin) {
+  Bundle beside = organ_to_play();
+  beside.cameras.manifold.center_world_mm.x() += 1000;
+  Script script;
+  script.name = "away";
+  const Eigen::Vector3d at(1, 2, 3), away(1, 0, 0);
+  script.instruments = {{"p", 6, InstrumentMode::poke, {{0, at, {}, 0}}},
+                        {"q", 6, InstrumentMode::poke, {{0, at, {}, 0}, {1, {}, away, 4}}}};
+  try {
+    InstrumentMotion motion(script, beside);
+    FAIL() << "accepted";
+  } catch (const BadDataError& error) {
+    EXPECT_EQ(std::string(error.what()).find("script 'away': /instruments/1/path/1/direction: no"),
+              0u)
+        << error.what();
+  }
 }
 
 TEST(InstrumentMotion, TakesTheBundlesToolWhenTheScriptNamesNoSize) {

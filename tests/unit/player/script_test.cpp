@@ -57,11 +57,34 @@ TEST(Script, HostileOnesAreRefusedByKey) {
   EXPECT_TRUE(names(refusal("[1, 2, 3]", "[1, 2]"), "/position_mm"));
   EXPECT_TRUE(names(refusal("[1, 2, 3]", "[1e9, 2, 3]"), "/position_mm"));
   EXPECT_TRUE(names(refusal("\"depth_mm\": 5", "\"deep\": 5"), "depth_mm"));
+  EXPECT_TRUE(names(refusal("[64, 48]", "[64, 48, 3]"), "/size"));
+  EXPECT_TRUE(names(refusal("[64, 48]", "[64]"), "/size"));
+  EXPECT_TRUE(names(refusal("[0, 1, 0]", "[1e300, 1e300, 0]"), "/path/1/direction: is (1e+300"));
+  EXPECT_TRUE(names(refusal("[0, 1, 0]", "[1e-200, 0, 0]"), "/path/1/direction"));
+  EXPECT_TRUE(names(refusal("\"radius_mm\": 4", "\"shaft\": [1e300, 0, 0]"), "/0/shaft"));
+  EXPECT_TRUE(names(refusal("\"position_mm\"", "\"depth_mm\": 5, \"position_mm\""), "/path/0"));
+  EXPECT_TRUE(names(refusal("\"depth_mm\": 5", "\"depth_mm\": 5, \"position_mm\": [1, 2, 3]"),
+                    "/path/1/position_mm: stands beside"));
   // A mistyped key would be as if it were not there.
   EXPECT_TRUE(names(refusal("\"distance\": 2", "\"distnce\": 2"), "'distnce'"));
   EXPECT_TRUE(names(refusal("radius_mm", "radius_m"), "'radius_m'"));
   EXPECT_TRUE(names(refusal("\"size\"", "\"sise\""), "'sise'"));
   EXPECT_TRUE(names(refusal("interaction/1", "interaction/2"), "/schema"));
+}
+
+TEST(Script, DegreesAreRefusedByKey) {
+  const std::string second = "s.json: /camera/keyframes/1/";
+  EXPECT_TRUE(
+      refusal("\"azimuth_rad\": 1", "\"azimuth_rad\": 90").starts_with(second + "azimuth_rad"));
+  EXPECT_TRUE(refusal("0.5", "45").starts_with(second + "elevation_rad: is 45: angles are in rad"));
+  EXPECT_TRUE(refusal("\"distance\": 2", "\"roll_rad\": 90").starts_with(second + "roll_rad"));
+  EXPECT_TRUE(refusal("0, \"elevation_rad\": 0}", "90, \"elevation_rad\": 0}")
+                  .starts_with("s.json: /camera/keyframes/0/azimuth_rad"));
+  // Once round to each keyframe: the second ends a second turn.
+  std::string twice = kGood;
+  twice.replace(twice.find("\"azimuth_rad\": 0"), 16, "\"azimuth_rad\": 6.28");
+  twice.replace(twice.find("\"azimuth_rad\": 1"), 16, "\"azimuth_rad\": 12.5");
+  EXPECT_EQ(script_from_json(twice, "s.json").camera[1].pose.azimuth_rad, 12.5);
 }
 
 TEST(CameraAt, PassesThroughKeyframesWithoutAJerk) {
