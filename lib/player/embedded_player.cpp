@@ -114,7 +114,12 @@ std::size_t EmbeddedPlayer::vertex_count(std::size_t organ) const {
 }
 
 std::array<double, 3> EmbeddedPlayer::vertex_mm(std::size_t vertex, std::size_t organ) const {
-  const Eigen::Vector3d& v = positions_of(impl_->player, organ).at(vertex);
+  const std::vector<Eigen::Vector3d>& positions = positions_of(impl_->player, organ);
+  if (vertex >= positions.size()) {
+    throw UsageError("there is no vertex " + std::to_string(vertex) + " of " +
+                     std::to_string(positions.size()));
+  }
+  const Eigen::Vector3d& v = positions[vertex];
   return {v.x(), v.y(), v.z()};
 }
 

@@ -65,7 +65,7 @@ class EmbeddedPlayer {
   void draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes);
 
   // Of an organ's coarse proxy, for collisions and haptics of the caller's own; x y z of each
-  // vertex, mm.
+  // vertex, mm. Throws for an organ or a vertex that there is not.
   std::size_t vertex_count(std::size_t organ = 0) const;
   std::array<double, 3> vertex_mm(std::size_t vertex, std::size_t organ = 0) const;
 

@@ -94,8 +94,9 @@ TEST(Capsule, AFastOneDoesNotTunnel) {
     const InstrumentTip tip = capsule({-12, 1, deep_mm}, {24, 0, 0});  // in one step of 1/60 s
     for (int step = 0; step < 30; ++step) deformer.step({tip});
     // After the blow the skin is folded round the capsule: each face is held at its deepest points
-    // alone, up to the tip's most contacts.
-    constexpr double kFolded_mm = 0.2;
+    // alone, up to the tip's most contacts. Rounding decides how it folds: forty starts that differ
+    // by 1e-9 mm fold in four ways, 0.03 to 0.31 mm into the capsule.
+    constexpr double kFolded_mm = 0.35;
     EXPECT_GT(skin_to_axis(mesh, deformer, tip), kRadius_mm - kFolded_mm) << deep_mm;
     for (const Vector3d& p : deformer.positions()) {
       if (std::abs(p.x()) < 8 && std::abs(p.y() - 1) < 2) {
