@@ -43,7 +43,7 @@ CameraKeyframe keyframe_from(const JsonField& field) {
 
 // Of any length, as long as its square neither vanishes nor overflows: it will be normalised.
 Eigen::Vector3d direction_from(const JsonField& field) {
-  const Eigen::Vector3d direction = field.vector3();
+  Eigen::Vector3d direction = field.vector3();
   if (!std::isnormal(direction.squaredNorm()))
     field.fail("is (" + to_text(direction.x()) + ", " + to_text(direction.y()) + ", " +
                to_text(direction.z()) + "), must have a length between 1e-150 and 1e150");
