@@ -6,6 +6,7 @@
 #include <atomic>
 #include <nlohmann/json.hpp>
 
+#include "core/error.h"
 #include "core/standard_output.h"
 #include "pipelines/stage_module.h"
 #include "stop_signal.h"

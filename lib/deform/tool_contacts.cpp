@@ -21,10 +21,15 @@ double share_of(double part, double whole) {
   return whole > 0 ? std::clamp(part / whole, 0.0, 1.0) : 0;
 }
 
+// From the one's axis to the other's, the shortest way.
+Vector3d way_between(const InstrumentTip& a, const InstrumentTip& b) {
+  const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
+  return (b.position_mm + t * b.axis_mm) - (a.position_mm + s * a.axis_mm);
+}
+
 // Moves two tips apart until they touch; false when they lie apart already.
 bool part(InstrumentTip& a, InstrumentTip& b) {
-  const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
-  const Vector3d way = (b.position_mm + t * b.axis_mm) - (a.position_mm + s * a.axis_mm);
+  const Vector3d way = way_between(a, b);
   const double distance = way.norm(), together = a.radius_mm + b.radius_mm;
   const double overlap = together - distance;
   if (!(overlap > kTouching * together)) return false;
@@ -41,9 +46,7 @@ bool part(InstrumentTip& a, InstrumentTip& b) {
 }
 
 double gap_mm(const InstrumentTip& a, const InstrumentTip& b) {
-  const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
-  return ((b.position_mm + t * b.axis_mm) - (a.position_mm + s * a.axis_mm)).norm() -
-         (a.radius_mm + b.radius_mm);
+  return way_between(a, b).norm() - (a.radius_mm + b.radius_mm);
 }
 
 // How far at most a point of the tip moves, mm.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -134,32 +135,41 @@ constexpr int kBlock = 16;  // pixels a side
 using Pieces = std::uint32_t;
 constexpr int kPieces = 32;
 
+using PieceEnds = std::array<Vector3d, kPieces + 1>;
+
+PieceEnds piece_ends(const PlacedSolid& solid) {
+  PieceEnds ends;
+  for (int i = 0; i <= kPieces; ++i)
+    ends[i] = solid.from + (double(i) / kPieces) * (solid.to - solid.from);
+  return ends;
+}
+
+// The pieces that lie wholly beyond a plane: height_of tells how far a place does.
+template <class HeightOf>
+Pieces pieces_beyond(const PieceEnds& ends, double radius, HeightOf&& height_of) {
+  Pieces pieces = 0;
+  bool last = height_of(ends[0]) > radius;
+  for (int i = 0; i < kPieces; ++i) {
+    const bool next = height_of(ends[i + 1]) > radius;
+    pieces |= Pieces{last && next} << i;
+    last = next;
+  }
+  return pieces;
+}
+
 // For each block along one axis of the picture, the solid's pieces that may be seen there: those
-// not wholly beyond one of the two planes through the eye and the block's sides, or before the near
-// plane.
-std::vector<Pieces> pieces_seen(const PlacedSolid& solid, int axis, double focal, double center,
-                                int size, double near_mm) {
+// not wholly beyond one of the two planes through the eye and the block's sides.
+std::vector<Pieces> pieces_seen(const PieceEnds& ends, double radius, int axis, double focal,
+                                double center, int size) {
   std::vector<Pieces> seen;
   for (int first = 0; first < size; first += kBlock) {
     const auto beyond = [&](double pixel, double sign) {
       const double slope = (pixel - center) / focal, length = std::hypot(1, slope);
-      return [=, &solid](const Vector3d& p) {
-        return sign * (p[axis] - slope * p.z()) / length > solid.radius;
-      };
+      return pieces_beyond(ends, radius, [&](const Vector3d& p) {
+        return sign * (p[axis] - slope * p.z()) / length;
+      });
     };
-    const auto before = beyond(first, -1), behind = beyond(first + kBlock, 1);
-    const auto near = [&](const Vector3d& p) { return p.z() + solid.radius <= near_mm; };
-    const auto end = [&](int i) -> Vector3d {
-      return solid.from + (double(i) / kPieces) * (solid.to - solid.from);
-    };
-    Pieces pieces = 0;
-    for (int i = 0; i < kPieces; ++i) {
-      const Vector3d p = end(i), q = end(i + 1);
-      const bool hidden =
-          (before(p) && before(q)) || (behind(p) && behind(q)) || (near(p) && near(q));
-      pieces |= Pieces{!hidden} << i;
-    }
-    seen.push_back(pieces);
+    seen.push_back(~(beyond(first, -1) | beyond(first + kBlock, 1)));
   }
   return seen;
 }
@@ -184,8 +194,12 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
   std::vector<std::vector<Pieces>> by_column, by_row;
   for (const PlacedSolid& solid : placed) {
-    by_column.push_back(pieces_seen(solid, 0, k.fx, k.cx, k.width, view.near_mm));
-    by_row.push_back(pieces_seen(solid, 1, k.fy, k.cy, k.height, view.near_mm));
+    const PieceEnds ends = piece_ends(solid);
+    const Pieces near =
+        pieces_beyond(ends, solid.radius, [&](const Vector3d& p) { return view.near_mm - p.z(); });
+    by_column.push_back(pieces_seen(ends, solid.radius, 0, k.fx, k.cx, k.width));
+    for (Pieces& pieces : by_column.back()) pieces &= ~near;
+    by_row.push_back(pieces_seen(ends, solid.radius, 1, k.fy, k.cy, k.height));
   }
   std::vector<SolidBlock> blocks;
   for (int y = 0; y < k.height; y += kBlock) {

@@ -47,6 +47,7 @@ ViewWeights trimmed(ViewWeights w) {
 struct Warper::Impl {
   TriangleMesh deformed;
   TriangleMesh at_rest;
+  Bounds organ;  // at rest
   ViewManifold manifold;
   std::vector<ShellMatrix> rest;
   BaseDrawing base;
@@ -106,6 +107,7 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   deformed.colors.clear();
   at_rest = deformed;
+  organ = bounds(at_rest);
   if (bundle.lighting && bundle.base.face_count > 0)
     relit.emplace(bundle.base, at_rest, *bundle.lighting);
 }
@@ -131,7 +133,6 @@ bool Warper::Impl::continues(const View& view, const DrawOptions& options,
 
 // Farther away lies no skin, poked skin within reason included.
 float Warper::Impl::reach_mm(const View& view) const {
-  const Bounds organ = bounds(at_rest);
   const double away = (view.camera.center_world_mm() - organ.center()).norm();
   return static_cast<float>(away + organ.diagonal());
 }
