@@ -186,7 +186,7 @@ BundlePictures bundle_pictures(const BundleReader& reader, const Bundle& frame) 
   pictures.thumbnails.resize(frame.cameras.cameras.size());
   tbb::parallel_for(std::size_t{0}, frame.cameras.cameras.size(), [&](std::size_t c) {
     const CameraMaps maps =
-        reader.read_maps(c, frame.cameras.cameras[c].intrinsics, frame.proxy.faces.size());
+        reader.read_maps(c, frame.cameras.cameras[c].intrinsics, shell_face_count(frame));
     pictures.thumbnails[c] = map_thumbnails(maps, pictures.height_limit_mm);
     for (std::size_t i = 0; i < pictures.proxy_cameras.size(); ++i) {
       if (pictures.proxy_cameras[i] == c)

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bundle/bundle.h"
 #include "core/error.h"
 #include "core/files.h"
 
@@ -29,11 +30,12 @@ void check_parent(const fs::path& target) {
   }
 }
 
-void add_listed_files(const fs::path& document, const std::string& schema,
+void add_listed_files(const fs::path& document, const std::set<std::string>& schemas,
                       std::set<std::string>& listed) {
   if (!fs::is_regular_file(document)) return;
   const Json json = Json::parse(read_text_file(document), nullptr, false);
-  if (!json.is_object() || json.value("schema", Json()) != schema) return;
+  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string()) return;
+  if (!schemas.contains(json["schema"].get<std::string>())) return;
   listed.insert(document.filename().string());
   for (const Json& file : json.value("files", Json::array())) {
     const Json path = file.is_object() ? file.value("path", Json()) : file;
@@ -56,8 +58,8 @@ void check_output_folder(const fs::path& folder) {
   if (!fs::exists(folder)) return;
   if (!fs::is_directory(folder)) throw IoError::writing(folder, "is a file; name a folder");
   std::set<std::string> ours;
-  add_listed_files(folder / "manifest.json", "organbake/bundle/1", ours);
-  add_listed_files(folder / "report.json", "organbake/stage-report/1", ours);
+  add_listed_files(folder / "manifest.json", {kBundleSchema, kSkinnedBundleSchema}, ours);
+  add_listed_files(folder / "report.json", {"organbake/stage-report/1"}, ours);
   for (const fs::path& file : list_files(folder)) {
     if (ours.contains(file.generic_string())) continue;
     throw IoError::writing(folder, "holds " + file.generic_string() +

@@ -89,6 +89,7 @@ struct CaptureStageOptions {
   CaptureOptions capture;
   DetailOptions detail;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
+  double skin_edge_mm = 6;     // of the smooth skin over the proxy; 0 = none
   Material material;
   MapPacking packing;
 };

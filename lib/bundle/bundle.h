@@ -10,12 +10,17 @@
 #include "bundle/cameras_json.h"
 #include "bundle/lighting.h"
 #include "bundle/mechanics_model.h"
+#include "bundle/skin_image.h"
+#include "geometry/shell_surface.h"
 #include "geometry/triangle_mesh.h"
 #include "image/channel_image.h"
 
 namespace organbake {
 
+// A bundle with a smooth skin is of version 2, which older players refuse; one without is of
+// version 1 and plays as ever.
 inline constexpr const char* kBundleSchema = "organbake/bundle/1";
+inline constexpr const char* kSkinnedBundleSchema = "organbake/bundle/2";
 
 struct BundleFile {
   std::string path;  // relative, '/'-separated, inside the bundle
@@ -40,7 +45,7 @@ struct CameraMaps {
   std::vector<float> depth_mm;         // planar z, +inf where there is nothing
   std::vector<Eigen::Vector3f> color;  // scene-linear
   std::vector<float> height_mm;        // microstructure h over the face's prism
-  std::vector<std::uint32_t> face;     // proxy face, or kNoFace
+  std::vector<std::uint32_t> face;     // of the shell's surface (the skin or proxy), or kNoFace
   std::vector<float> confidence;       // 0…1: incidence and distance to a depth edge
 };
 
@@ -52,7 +57,14 @@ struct Bundle {
   std::vector<CameraMaps> maps;  // one per camera; those not read yet are empty (width 0)
   BaseLayer base;
   std::optional<Lighting> lighting;  // that the colours were taken in, when it is known
+  std::optional<SmoothSkin> skin;    // over the proxy; samples are then bound to it
+
+  // What samples and base layer are bound to. Throws BadDataError when skin and proxy don't fit.
+  ShellSurface shell() const { return ShellSurface(proxy, skin); }
 };
+
+// How many faces the shell's surface has: what maps and base layer number.
+std::size_t shell_face_count(const Bundle& bundle);
 
 // File names inside a bundle.
 std::string camera_folder(std::size_t camera);  // "cam_000"
@@ -75,7 +87,7 @@ class BundleReader {
 
   // Everything but the maps (they stay empty).
   Bundle read_frame() const;
-  // lens: the camera's; faces: how many the proxy has. Thread-safe.
+  // lens: the camera's; faces: how many the shell's surface has. Thread-safe.
   CameraMaps read_maps(std::size_t camera, const Intrinsics& lens, std::size_t faces) const;
   // The whole bundle; maps are read in parallel.
   Bundle read_all() const;

@@ -54,7 +54,7 @@ void check_texels(const CameraMaps& maps, std::size_t face_count, const std::str
   for (std::size_t i = 0; i < maps.face.size(); ++i) {
     if (maps.face[i] == kNoFace) continue;
     if (maps.face[i] >= face_count)
-      fail(i, "micro.exr", "names a face that the proxy does not have");
+      fail(i, "micro.exr", "names a face that the bundle does not have");
     if (!(maps.depth_mm[i] > 0) || !std::isfinite(maps.depth_mm[i])) {
       fail(i, "depth.exr", "has no finite positive depth");
     }
@@ -67,6 +67,11 @@ void check_texels(const CameraMaps& maps, std::size_t face_count, const std::str
 }
 
 }  // namespace
+
+std::size_t shell_face_count(const Bundle& bundle) {
+  const std::size_t steps = bundle.skin ? bundle.skin->steps : 1;
+  return bundle.proxy.faces.size() * steps * steps;
+}
 
 BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
   if (!is_there(folder_)) throw NoInputError(folder_, "there is no such folder");
@@ -117,9 +122,13 @@ Bundle BundleReader::read_frame() const {
   bundle.mechanics =
       mechanics_from_json(text_of(read("mechanics.json")), (folder_ / "mechanics.json").string(),
                           bundle.proxy.vertices.size());
+  if (has(kSkinFile)) {
+    const std::string skin = (folder_ / kSkinFile).string();
+    bundle.skin = skin_from_image(parse_exr(read(kSkinFile), skin), skin, bundle.proxy);
+  }
   const std::string base = (folder_ / "base.exr").string();
   bundle.base = base_layer_from_image(parse_exr(read("base.exr"), base), base,
-                                      static_cast<std::uint32_t>(bundle.proxy.faces.size()));
+                                      static_cast<std::uint32_t>(shell_face_count(bundle)));
   bundle.maps.resize(bundle.cameras.cameras.size());
   if (has(kLightingFile)) {
     bundle.lighting =
@@ -159,8 +168,9 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
 
 Bundle BundleReader::read_all() const {
   Bundle bundle = read_frame();
+  const std::size_t faces = shell_face_count(bundle);
   tbb::parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
-    bundle.maps[c] = read_maps(c, bundle.cameras.cameras[c].intrinsics, bundle.proxy.faces.size());
+    bundle.maps[c] = read_maps(c, bundle.cameras.cameras[c].intrinsics, faces);
   });
   return bundle;
 }

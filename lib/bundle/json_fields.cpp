@@ -129,10 +129,13 @@ Eigen::Vector3d JsonField::vector3() const {
   return {at(0).number(), at(1).number(), at(2).number()};
 }
 
-void JsonField::require_schema(const std::string& schema) const {
+void JsonField::require_schema(std::initializer_list<std::string_view> any_of) const {
   const JsonField field = (*this)["schema"];
-  if (field.text() != schema)
-    field.fail("is '" + field.text() + "'; this program reads '" + schema + "'");
+  if (std::find(any_of.begin(), any_of.end(), field.text()) != any_of.end()) return;
+  std::string known;
+  for (const std::string_view schema : any_of)
+    known += (known.empty() ? "'" : " and '") + std::string(schema) + "'";
+  field.fail("is '" + field.text() + "'; this program reads " + known);
 }
 
 }  // namespace organbake

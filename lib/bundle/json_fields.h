@@ -40,7 +40,9 @@ class JsonField {
   std::int64_t integer(std::int64_t min, std::int64_t max) const;
   std::string text() const;
   Eigen::Vector3d vector3() const;
-  void require_schema(const std::string& schema) const;  // the document's "schema" key
+  // The document's "schema" key must be one of these.
+  void require_schema(std::initializer_list<std::string_view> any_of) const;
+  void require_schema(std::string_view schema) const { require_schema({schema}); }
 
   [[noreturn]] void fail(const std::string& message) const;
   const Json& json() const { return *value_; }

@@ -63,6 +63,11 @@ void check_seal(const std::string& text, const JsonField& document) {
   document.fail("does not match its own checksum; bake the bundle anew");
 }
 
+bool has_skin(const Manifest& manifest) {
+  return std::any_of(manifest.files.begin(), manifest.files.end(),
+                     [](const BundleFile& file) { return file.path == kSkinFile; });
+}
+
 }  // namespace
 
 std::string manifest_to_json(const Manifest& manifest) {
@@ -72,7 +77,7 @@ std::string manifest_to_json(const Manifest& manifest) {
   for (const BundleFile& file : manifest.files) {
     files.push_back({{"path", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256}});
   }
-  Json json = {{"schema", kBundleSchema},
+  Json json = {{"schema", has_skin(manifest) ? kSkinnedBundleSchema : kBundleSchema},
                {"name", manifest.name},
                {"generator", manifest.generator},
                {"units", {{"length", "mm"}, {"axes", "LPS"}, {"depth", "planar z"}}}};
@@ -90,7 +95,7 @@ std::string manifest_to_json(const Manifest& manifest) {
 Manifest manifest_from_json(const std::string& text, const std::string& name) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
-  document.require_schema(kBundleSchema);
+  document.require_schema({kBundleSchema, kSkinnedBundleSchema});
   Manifest manifest;
   manifest.name = document["name"].text();
   manifest.generator = document["generator"].text();

@@ -10,6 +10,7 @@
 
 #include "capture/base_layer_bake.h"
 #include "capture/camera_rays.h"
+#include "capture/shell_hits.h"
 #include "capture/texel_tile.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -17,24 +18,6 @@
 
 namespace organbake {
 namespace {
-
-// How far from the proxy the shell must reach: some surface points' distances tell, with room for
-// points between them and for shell lines that lean. A point beyond is bound to the nearest face.
-double shell_reach_mm(const TriangleMesh& surface, const TriangleMesh& proxy) {
-  constexpr std::size_t kProbes = 4000;
-  constexpr double kRoom = 2.5;
-  constexpr double kLeastShareOfSize = 1e-3;
-  const RayScene proxy_scene(proxy);
-  const std::size_t stride = std::max<std::size_t>(1, surface.vertices.size() / kProbes);
-  const std::size_t probes = (surface.vertices.size() + stride - 1) / stride;
-  std::vector<double> distances(probes);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, probes, 64), [&](const auto& range) {
-    for (auto i = range.begin(); i != range.end(); ++i)
-      distances[i] = proxy_scene.closest_point(surface.vertices[i * stride]).distance_mm;
-  });
-  return std::max(kRoom * *std::max_element(distances.begin(), distances.end()),
-                  kLeastShareOfSize * bounds(proxy).diagonal());
-}
 
 struct TileAddress {
   std::size_t camera;

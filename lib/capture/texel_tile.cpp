@@ -14,7 +14,7 @@ namespace organbake {
 namespace {
 
 // Confidence by incidence: nothing at 80° from facing, where one texel covers six; all at 60°.
-constexpr double kGrazingCosine = 0.174, kSureCosine = 0.5;
+constexpr double kDarkCosine = 0.174, kSureCosine = 0.5;
 // Confidence by the distance to a depth edge: all of it three texels away.
 constexpr double kSureEdgeDistance = 3;
 
@@ -39,7 +39,7 @@ float rounded_below(double depth_mm, int bits, double value) {
 // By the angle between surface and view.
 float confidence_at(const CaptureScene& scene, const Ray& ray, const RayHit& hit) {
   const double cosine = -scene.normals.at(hit).dot(ray.direction.normalized());
-  return static_cast<float>(smooth_step(kGrazingCosine, kSureCosine, cosine));
+  return static_cast<float>(smooth_step(kDarkCosine, kSureCosine, cosine));
 }
 
 // Depth, face and height of texels that see the surface.

@@ -47,7 +47,9 @@ ContactSearch::ContactSearch(Skin& skin, const Tissue& tissue)
 
 void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
   near_.resize(sweeps.size());
+  if (sweeps.empty()) return;
   beyond_.resize(x.size());
+  if (skin_.smooth()) keep_boxes(x);
   const auto& faces = skin_.faces();
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
     near_[s].clear();
@@ -60,6 +62,12 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweep
         sweeps[s].from.cwiseMax(sweeps[s].to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
     mark_beyond(x, low.array() - skin_.tallest_mm(), high.array() + skin_.tallest_mm());
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      if (skin_.smooth(f)) {
+        const bool beyond = (boxes_[f].low.array() > high.array()).any() ||
+                            (boxes_[f].high.array() < low.array()).any();
+        if (!beyond) near_[s].push_back(f);
+        continue;
+      }
       // Most faces lie on one side of the box with all corners, even under the tallest skin.
       if (beyond_[faces[f][0]] & beyond_[faces[f][1]] & beyond_[faces[f][2]]) continue;
       const Row& a = x[faces[f][0]];
@@ -70,6 +78,32 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweep
                           ((a.cwiseMax(b).cwiseMax(c).array() + tall) < low.array()).any();
       if (!beyond) near_[s].push_back(f);
     }
+  }
+}
+
+// Carrying all of a skin takes as long as a solve: a face's box has some slack, and holds until
+// what carries the face has used it up.
+void ContactSearch::keep_boxes(const Rows& x) {
+  constexpr double kSlack_mm = 1;
+  if (boxes_.empty()) {
+    boxes_.resize(skin_.faces().size());
+    slack_left_mm_.assign(boxes_.size(), -1);
+    x_of_boxes_ = x;
+  }
+  moved_mm_.resize(x.size());
+  for (std::size_t v = 0; v < x.size(); ++v) moved_mm_[v] = (x[v] - x_of_boxes_[v]).norm();
+  x_of_boxes_ = x;
+  skin_.pose(x);
+  for (std::uint32_t f = 0; f < boxes_.size(); ++f) {
+    double farthest_mm = 0;
+    for (const std::uint32_t slot : skin_.carriers(f))
+      farthest_mm = std::max(farthest_mm, moved_mm_[slot]);
+    slack_left_mm_[f] -= skin_.leverage(f) * farthest_mm;
+    if (!skin_.smooth(f) || slack_left_mm_[f] >= 0) continue;
+    boxes_[f] = skin_.node_box(f);
+    boxes_[f].low.array() -= kSlack_mm;
+    boxes_[f].high.array() += kSlack_mm;
+    slack_left_mm_[f] = kSlack_mm;
   }
 }
 
@@ -217,7 +251,7 @@ void ContactSearch::touch(const TipSweep& sweep, const TipPose& tip, std::uint32
   const double reach = tip.radius_mm + skin_.tallest_mm(face);
   // About the middle of a capsule: its own half length is added to what it can reach.
   const Row middle = center + 0.5 * tip.axis;
-  if (skin_.distance_to_proxy_face(face, middle) > reach + 0.5 * tip.axis.norm()) return;
+  if (skin_.least_distance(face, middle) > reach + 0.5 * tip.axis.norm()) return;
   const SkinHit hit = deepest(tip, face, center);
   if (hit.distance_mm >= tip.radius_mm) return;
   const double free_share = lever(hit.at).free_share;

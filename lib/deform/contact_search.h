@@ -45,6 +45,7 @@ class ContactSearch {
     double depth_mm;
     double free_share;
   };
+  void keep_boxes(const Rows& x);
   void mark_beyond(const Rows& x, const Row& low, const Row& high);
   bool update(const TipPose& tip, Contact& contact);
   double violation(const Contact& contact) const;
@@ -57,7 +58,10 @@ class ContactSearch {
   Skin& skin_;
   const Tissue& tissue_;
   std::vector<std::vector<std::uint32_t>> near_;
-  std::vector<std::uint8_t> beyond_;  // by slot: sides of the box that it lies beyond
+  std::vector<Skin::Box> boxes_;                  // of the smooth faces, with some slack for motion
+  Rows x_of_boxes_;                               // mm: the shape that they were last looked at in
+  std::vector<double> slack_left_mm_, moved_mm_;  // by face; by slot
+  std::vector<std::uint8_t> beyond_;              // by slot: sides of the box that it lies beyond
   std::vector<Touch> touches_;
   std::vector<std::uint32_t> front_mark_;  // by slot: on a face that the tip holds from the front
   std::uint32_t mark_ = 0;

@@ -20,7 +20,7 @@ void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& face
   std::vector<SkinHit> candidates;
   for (const std::uint32_t face : faces) {
     const double farthest = kFarthestRadii * radius + skin.tallest_mm(face);
-    if (skin.distance_to_proxy_face(face, sweep.to) > farthest) continue;
+    if (skin.least_distance(face, sweep.to) > farthest) continue;
     const SkinHit nearest = skin.nearest(face, sweep.to);
     if (nearest.distance_mm <= kFarthestRadii * radius) candidates.push_back(nearest);
     skin.nodes_within(face, sweep.to, kGraspRadii * radius, candidates);

@@ -30,7 +30,13 @@ constexpr double kRunaway = 10;  // diagonals away from rest: the state is lost
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
 const DeformBodies& checked(const DeformBodies& bodies) {
-  for (const DeformBody& body : bodies) check_base_fits(body.proxy, body.base);
+  for (const DeformBody& body : bodies) {
+    if (body.skin) {
+      check_smooth_skin(*body.skin, body.proxy, "smooth skin");
+    } else {
+      check_base_fits(body.proxy, body.base);
+    }
+  }
   return bodies;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "deform/angles.h"
+#include "geometry/lattice.h"
 #include "geometry/nearest_on_triangle.h"
 
 namespace organbake::deform {
@@ -29,7 +30,16 @@ Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, 
 
 Skin::Skin(const Tissue& tissue, const DeformBodies& bodies)
     : tissue_(&tissue), normals_(tissue.size(), Row::Zero()), posed_(tissue.size(), 0) {
-  for (const DeformBody& body : bodies) add_lattices(body);
+  std::size_t first_vertex = 0;
+  for (const DeformBody& body : bodies) {
+    if (body.skin) {
+      add_smooth_lattices(body, tissue.slot_of_vertex().data() + first_vertex);
+    } else {
+      add_lattices(body);
+    }
+    first_vertex += body.proxy.vertices.size();
+  }
+  find_carriers();
   const auto& faces = tissue.faces();
   face_start_.assign(tissue.size() + 1, 0);
   for (const Face& f : faces) {
@@ -51,37 +61,87 @@ void Skin::add_lattices(const DeformBody& body) {
       heights->resize(lattices_.size(), 0.0);
     return;
   }
-  const std::uint32_t nodes = base.nodes_per_face();
-  for (std::size_t f = 0; f < body.proxy.faces.size(); ++f) {
-    lattices_.push_back({base.steps, heights_.size()});
-    const auto begin = base.height_mm.begin() + static_cast<std::ptrdiff_t>(f * nodes);
-    heights_.insert(heights_.end(), begin, begin + nodes);
-    const auto [lowest, highest] = std::minmax_element(begin, begin + nodes);
-    lowest_mm_.push_back(*lowest);
-    highest_mm_.push_back(*highest);
-    tallest_mm_.push_back(std::max(std::abs(double{*lowest}), std::abs(double{*highest})));
-    tallest_of_all_mm_ = std::max(tallest_of_all_mm_, tallest_mm_.back());
+  for (std::size_t f = 0; f < body.proxy.faces.size(); ++f)
+    add_lattice(base.steps, base.height_mm.data() + f * base.nodes_per_face());
+}
+
+void Skin::add_lattice(std::uint32_t steps, const float* heights_mm) {
+  const float* const end = heights_mm + (steps + 1) * (steps + 2) / 2;
+  lattices_.push_back({steps, heights_.size()});
+  heights_.insert(heights_.end(), heights_mm, end);
+  const auto [lowest, highest] = std::minmax_element(heights_mm, end);
+  lowest_mm_.push_back(*lowest);
+  highest_mm_.push_back(*highest);
+  tallest_mm_.push_back(std::max(std::abs(double{*lowest}), std::abs(double{*highest})));
+  tallest_of_all_mm_ = std::max(tallest_of_all_mm_, tallest_mm_.back());
+}
+
+// A node's height at rest is its place along the shell line of its lattice.
+void Skin::add_smooth_lattices(const DeformBody& body, const std::uint32_t* slot_of_vertex) {
+  const auto before = static_cast<std::uint32_t>(nodes_.count());
+  nodes_.add(body, slot_of_vertex);
+  std::vector<Eigen::Vector3d> at_rest;
+  carry(*body.skin, body.proxy.vertices, at_rest);
+  const Lattice lattice(body.proxy, body.skin->steps);
+  const std::vector<Lattice::ShellLine> lines = lattice.shell_lines();
+  std::vector<float> heights;
+  for (std::uint32_t f = 0; f < body.proxy.faces.size(); ++f) {
+    heights.clear();
+    const std::size_t first_node = node_of_.size();
+    for (std::uint32_t i = 0; i <= lattice.steps(); ++i) {
+      for (std::uint32_t j = 0; i + j <= lattice.steps(); ++j) {
+        const std::uint32_t n = lattice.node(f, i, j);
+        const double length2 = lines[n].direction.squaredNorm();
+        const double along = (at_rest[n] - lines[n].foot).dot(lines[n].direction);
+        heights.push_back(static_cast<float>(length2 > 0 ? along / length2 : 0));
+        node_of_.push_back(before + n);
+      }
+    }
+    add_lattice(lattice.steps(), heights.data());
+    lattices_.back().first_node = first_node;
   }
 }
 
-SkinPoint Skin::point_over(std::uint32_t face, double b1, double b2) const {
+void Skin::find_carriers() {
+  leverage_.assign(lattices_.size(), 0);
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t f = 0; f < lattices_.size(); ++f) {
+    slots.clear();
+    const std::uint32_t n = smooth(f) ? steps(f) : 0;
+    for (std::uint32_t k = 0; n > 0 && k < (n + 1) * (n + 2) / 2; ++k) {
+      double leverage = 0;
+      for (const auto& [slot, weight] : nodes_.carriers(node_of_[lattices_[f].first_node + k])) {
+        slots.push_back(slot);
+        leverage += std::abs(weight);
+      }
+      leverage_[f] = std::max(leverage_[f], leverage);
+    }
+    std::sort(slots.begin(), slots.end());
+    carriers_.insert(carriers_.end(), slots.begin(), std::unique(slots.begin(), slots.end()));
+    carrier_start_.push_back(static_cast<std::uint32_t>(carriers_.size()));
+  }
+}
+
+Skin::Cell Skin::cell_at(std::uint32_t face, double b1, double b2) const {
   const std::uint32_t n = steps(face);
-  const double u = b1 * n, v = b2 * n;
+  const double u = std::max(0.0, b1 * n), v = std::max(0.0, b2 * n);
   const auto i = std::min(static_cast<std::uint32_t>(u), n - 1);
   const auto j = std::min(static_cast<std::uint32_t>(v), n - 1 - i);
-  const double s = u - i, t = v - j;
-  if (s + t <= 1 || i + j + 2 > n) {
-    return {
-        face, b1, b2,
-        (1 - s - t) * height(face, i, j) + s * height(face, i + 1, j) + t * height(face, i, j + 1)};
-  }
-  return {face, b1, b2,
-          (1 - t) * height(face, i + 1, j) + (1 - s) * height(face, i, j + 1) +
-              (s + t - 1) * height(face, i + 1, j + 1)};
+  const double s = b1 * n - i, t = b2 * n - j;
+  if (s + t <= 1 || i + j + 2 > n) return {{{{i, j}, {i + 1, j}, {i, j + 1}}}, {1 - s - t, s, t}};
+  return {{{{i + 1, j}, {i, j + 1}, {i + 1, j + 1}}}, {1 - t, 1 - s, s + t - 1}};
+}
+
+SkinPoint Skin::point_over(std::uint32_t face, double b1, double b2) const {
+  const auto& [corners, weights] = cell_at(face, b1, b2);
+  double height_mm = 0;
+  for (int k = 0; k < 3; ++k) height_mm += weights[k] * height(face, corners[k][0], corners[k][1]);
+  return {face, b1, b2, height_mm};
 }
 
 void Skin::pose(const Rows& x) {
   x_ = &x;
+  nodes_.pose(x);
   if (++pose_ == 0) {  // the counter came round: no old stamp may look current
     std::fill(posed_.begin(), posed_.end(), 0u);
     pose_ = 1;
@@ -152,16 +212,41 @@ std::array<Row, 6> Skin::skin_prism(std::uint32_t face) {
 }
 
 SkinHit Skin::hit(const SkinPoint& at, const Row& center) {
-  const FaceFrame f = frame(at.face);
-  SkinHit hit{at, from_lanes(f.at(at.b1, at.b2, at.height_mm)),
-              from_lanes(f.normal_at(at.b1, at.b2)), 0};
+  SkinHit hit{at};
+  if (smooth(at.face)) {
+    const auto& [corners, weights] = cell_at(at.face, at.b1, at.b2);
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t n = node(at.face, corners[k][0], corners[k][1]);
+      hit.point += weights[k] * nodes_.point(n);
+      hit.normal += weights[k] * nodes_.normal(n);
+    }
+  } else {
+    const FaceFrame f = frame(at.face);
+    hit.point = from_lanes(f.at(at.b1, at.b2, at.height_mm));
+    hit.normal = from_lanes(f.normal_at(at.b1, at.b2));
+  }
   const double length = hit.normal.norm();
   if (length > 0) hit.normal /= length;
   hit.distance_mm = (hit.point - center).norm();
   return hit;
 }
 
-double Skin::distance_to_proxy_face(std::uint32_t face, const Row& center) const {
+Skin::Box Skin::node_box(std::uint32_t face) {
+  const std::size_t first = lattices_[face].first_node, n = steps(face);
+  Box box{nodes_.point(node_of_[first]), nodes_.point(node_of_[first])};
+  for (std::size_t k = first + 1; k < first + (n + 1) * (n + 2) / 2; ++k) {
+    const Row& point = nodes_.point(node_of_[k]);
+    box.low = box.low.cwiseMin(point);
+    box.high = box.high.cwiseMax(point);
+  }
+  return box;
+}
+
+double Skin::least_distance(std::uint32_t face, const Row& center) {
+  if (smooth(face)) {
+    const Box box = node_box(face);
+    return (box.low - center).cwiseMax(center - box.high).cwiseMax(0).norm();
+  }
   const auto [i, j, k] = faces()[face];
   const Lanes* x = as_lanes(x_->data());
   const Lanes p = *as_lanes(&center);
@@ -170,30 +255,34 @@ double Skin::distance_to_proxy_face(std::uint32_t face, const Row& center) const
   return std::sqrt(dot(d, d));
 }
 
+// Where a node lies now; `frame` is the face's, and not looked at of a smooth one.
 Lanes Skin::node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
-                       std::uint32_t j) const {
+                       std::uint32_t j) {
+  if (smooth(face)) return *as_lanes(&nodes_.point(node(face, i, j)));
   return frame.at(double(i) / steps(face), double(j) / steps(face), height(face, i, j));
 }
 
 SkinPoint Skin::nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
-                                const std::uint32_t (&corners)[3][2], double& squared) const {
+                                const std::uint32_t (&corners)[3][2], double& squared) {
   const auto& [p, q, r] = corners;
-  const Eigen::Vector3d w =
-      nearest_weights(center, node_point(frame, face, p[0], p[1]),
-                      node_point(frame, face, q[0], q[1]), node_point(frame, face, r[0], r[1]));
+  const Lanes a = node_point(frame, face, p[0], p[1]), b = node_point(frame, face, q[0], q[1]),
+              c = node_point(frame, face, r[0], r[1]);
+  const Eigen::Vector3d w = nearest_weights(center, a, b, c);
   const SkinPoint at{face, (w[0] * p[0] + w[1] * q[0] + w[2] * r[0]) / steps(face),
                      (w[0] * p[1] + w[1] * q[1] + w[2] * r[1]) / steps(face),
                      w[0] * height(face, p[0], p[1]) + w[1] * height(face, q[0], q[1]) +
                          w[2] * height(face, r[0], r[1])};
-  const Lanes d = frame.at(at.b1, at.b2, at.height_mm) - center;
+  const Lanes found =
+      smooth(face) ? Lanes(w[0] * a + w[1] * b + w[2] * c) : frame.at(at.b1, at.b2, at.height_mm);
+  const Lanes d = found - center;
   squared = dot(d, d);
   return at;
 }
 
 SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
-  const FaceFrame f = frame(face);
+  const FaceFrame f = smooth(face) ? FaceFrame{} : frame(face);
   const Lanes c = *as_lanes(&center);
-  if (tallest_mm_[face] == 0) {
+  if (tallest_mm_[face] == 0 && !smooth(face)) {
     const Eigen::Vector3d w =
         nearest_weights(c, f.origin, f.origin + f.along1, f.origin + f.along2);
     return hit({face, w[1], w[2], 0}, center);

@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "deform/deform_body.h"
 #include "deform/rows.h"
+#include "deform/smooth_nodes.h"
 #include "deform/tissue.h"
 
 namespace organbake::deform {
@@ -36,8 +38,12 @@ struct SkinHit {
   double distance_mm = 0;
 };
 
-// The true skin over the proxy, where instruments meet it: the base layer's lattice of heights on
-// every face, carried by the shell map. Without a base layer it is the proxy itself.
+// The true skin over the proxy, where instruments meet it. Every face of the proxy has a lattice of
+// nodes: of a smooth skin, which its own weights carry; without one of the base layer, by heights
+// that the shell map carries. With neither it is the proxy itself.
+//
+// A smooth skin's nodes have heights as well, as they are at rest: the prisms over the faces hold
+// the skin where it is bent little, and serve to look for what may touch.
 class Skin {
  public:
   // tissue must outlive the skin; bodies: those that it was made from.
@@ -57,13 +63,29 @@ class Skin {
   // All of them at once, for one who needs all: the same up to rounding.
   void pose_all_normals();
   const Rows& shape() const { return *x_; }
+  // Whether a smooth skin lies over any face.
+  bool smooth() const { return nodes_.count() > 0; }
+  bool smooth(std::uint32_t face) const { return lattices_[face].first_node != kFlat; }
+  // The slots that carry a smooth face's nodes, and its leverage: no node moves farther than the
+  // farthest of them times that.
+  std::span<const std::uint32_t> carriers(std::uint32_t face) const {
+    return std::span(carriers_).subspan(carrier_start_[face],
+                                        carrier_start_[face + 1] - carrier_start_[face]);
+  }
+  double leverage(std::uint32_t face) const { return leverage_[face]; }
+  // The box about a smooth face's nodes as they lie now.
+  struct Box {
+    Row low, high;
+  };
+  Box node_box(std::uint32_t face);
   FaceFrame frame(std::uint32_t face);
   SkinHit hit(const SkinPoint& at, const Row& center);
   // The skin over a place of a face, between the lattice's nodes.
   SkinPoint point_over(std::uint32_t face, double b1, double b2) const;
   // The nearest skin point of one face: the nearest lattice node's neighbourhood.
   SkinHit nearest(std::uint32_t face, const Row& center);
-  double distance_to_proxy_face(std::uint32_t face, const Row& center) const;
+  // How near the face may come: the distance to the proxy's face or, of a smooth one, to its box.
+  double least_distance(std::uint32_t face, const Row& center);
   // All lattice nodes of a face within `radius_mm` of `center`, in lattice order.
   void nodes_within(std::uint32_t face, const Row& center, double radius_mm,
                     std::vector<SkinHit>& hits);
@@ -72,25 +94,44 @@ class Skin {
   const Row& vertex_normal(std::uint32_t slot);
   void set_normal(std::uint32_t slot, const Lanes& sum);
   // The lattice over one face.
-  struct Lattice {
+  struct FaceLattice {
     std::uint32_t steps = 1;
-    std::size_t first = kFlat;  // of its heights
+    std::size_t first = kFlat;       // of its heights
+    std::size_t first_node = kFlat;  // of a smooth skin's nodes, in the heights' order
   };
   static constexpr std::size_t kFlat = ~std::size_t{0};
+  // A place of a face in its lattice: three nodes and their weights.
+  struct Cell {
+    std::array<std::array<std::uint32_t, 2>, 3> corners;
+    std::array<double, 3> weights;
+  };
+  Cell cell_at(std::uint32_t face, double b1, double b2) const;
+  std::size_t lattice_index(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+    return i * (steps(face) + 1) - i * (i - 1) / 2 + j;
+  }
+  std::uint32_t node(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+    return node_of_[lattices_[face].first_node + lattice_index(face, i, j)];
+  }
   std::uint32_t steps(std::uint32_t face) const { return lattices_[face].steps; }
   double height(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
-    const Lattice& l = lattices_[face];
-    return l.first == kFlat ? 0 : heights_[l.first + i * (l.steps + 1) - i * (i - 1) / 2 + j];
+    const FaceLattice& l = lattices_[face];
+    return l.first == kFlat ? 0 : heights_[l.first + lattice_index(face, i, j)];
   }
   void add_lattices(const DeformBody& body);
-  Lanes node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
-                   std::uint32_t j) const;
+  void add_smooth_lattices(const DeformBody& body, const std::uint32_t* slot_of_vertex);
+  void add_lattice(std::uint32_t steps, const float* heights_mm);
+  void find_carriers();
+  Lanes node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i, std::uint32_t j);
   SkinPoint nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
-                            const std::uint32_t (&corners)[3][2], double& squared) const;
+                            const std::uint32_t (&corners)[3][2], double& squared);
 
   const Tissue* tissue_;
-  std::vector<Lattice> lattices_;  // one per face
+  std::vector<FaceLattice> lattices_;  // one per face
   std::vector<float> heights_;
+  std::vector<std::uint32_t> node_of_;  // of the smooth skins, by lattice
+  SmoothNodes nodes_;
+  std::vector<std::uint32_t> carrier_start_ = {0}, carriers_;  // by face
+  std::vector<double> leverage_;                               // by face
   std::vector<double> tallest_mm_;
   std::vector<double> lowest_mm_, highest_mm_;  // of each face's heights
   double tallest_of_all_mm_ = 0;

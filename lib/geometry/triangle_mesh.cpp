@@ -13,10 +13,6 @@ Eigen::Vector3d scaled_normal(const TriangleMesh& mesh, const Face& f) {
   return (mesh.vertices[f[1]] - a).cross(mesh.vertices[f[2]] - a);
 }
 
-double angle_between(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
-  return std::atan2(u.cross(v).norm(), u.dot(v));
-}
-
 }  // namespace
 
 Bounds bounds(const TriangleMesh& mesh) {
@@ -32,6 +28,14 @@ Eigen::Vector3d face_normal(const TriangleMesh& mesh, std::size_t face) {
   const Eigen::Vector3d n = scaled_normal(mesh, mesh.faces[face]);
   const double length = n.norm();
   return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
+}
+
+double corner_angle(const TriangleMesh& mesh, std::size_t face, int corner) {
+  const Face& f = mesh.faces[face];
+  const Eigen::Vector3d& at = mesh.vertices[f[corner]];
+  const Eigen::Vector3d to_next = mesh.vertices[f[(corner + 1) % 3]] - at;
+  const Eigen::Vector3d to_last = mesh.vertices[f[(corner + 2) % 3]] - at;
+  return std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
 }
 
 double face_area(const TriangleMesh& mesh, std::size_t face) {
@@ -69,14 +73,8 @@ std::vector<Eigen::Vector3d> vertex_normals(const TriangleMesh& mesh) {
   std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
   for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
     const Eigen::Vector3d normal = face_normal(mesh, f);
-    for (int corner = 0; corner < 3; ++corner) {
-      const std::uint32_t v = mesh.faces[f][corner];
-      const Eigen::Vector3d to_next =
-          mesh.vertices[mesh.faces[f][(corner + 1) % 3]] - mesh.vertices[v];
-      const Eigen::Vector3d to_last =
-          mesh.vertices[mesh.faces[f][(corner + 2) % 3]] - mesh.vertices[v];
-      normals[v] += angle_between(to_next, to_last) * normal;
-    }
+    for (int corner = 0; corner < 3; ++corner)
+      normals[mesh.faces[f][corner]] += corner_angle(mesh, f, corner) * normal;
   }
   for (auto& n : normals) {
     const double length = n.norm();

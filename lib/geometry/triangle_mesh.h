@@ -32,8 +32,9 @@ struct Bounds {
 
 Bounds bounds(const TriangleMesh& mesh);
 Eigen::Vector3d face_normal(const TriangleMesh& mesh,
-                            std::size_t face);                 // unit; zero if degenerate
-double face_area(const TriangleMesh& mesh, std::size_t face);  // mm²
+                            std::size_t face);  // unit; zero if degenerate
+double corner_angle(const TriangleMesh& mesh, std::size_t face, int corner);  // rad
+double face_area(const TriangleMesh& mesh, std::size_t face);                 // mm²
 double signed_volume(const TriangleMesh& mesh);  // mm³; positive when faces look outward
 double surface_area(const TriangleMesh& mesh);   // mm²
 // mm; an edge counts for each of its faces. 0 without faces.

@@ -66,13 +66,12 @@ void draw_faces(const std::vector<SnappedTriangle>& faces, const PixelBox& windo
 
 }  // namespace
 
-CarriedSurface::CarriedSurface(TriangleMesh surface, TriangleMesh proxy)
-    : rest_(std::move(surface)), proxy_(std::move(proxy)) {
+CarriedSurface::CarriedSurface(TriangleMesh surface, ShellSurface shell)
+    : rest_(std::move(surface)), shell_(std::move(shell)) {
   check_mesh(rest_, "surface");
   if (rest_.faces.empty())
     throw BadDataError("surface: has no faces, there is no truth to compare with");
-  // Any height may occur; half the organ is beyond all of them and keeps the search bounded.
-  const ShellBinder binder(proxy_, 0.5 * bounds(rest_).diagonal());
+  const ShellBinder binder(shell_.at_rest(), shell_.reach_mm());
   bindings_.resize(rest_.vertices.size());
   tbb::parallel_for(std::size_t{0}, bindings_.size(),
                     [&](std::size_t v) { bindings_[v] = binder.bind(rest_.vertices[v]); });
@@ -80,9 +79,7 @@ CarriedSurface::CarriedSurface(TriangleMesh surface, TriangleMesh proxy)
 
 std::vector<Eigen::Vector3d> CarriedSurface::carry(
     const std::vector<Eigen::Vector3d>& proxy_positions) const {
-  TriangleMesh deformed = proxy_;
-  deformed.vertices = proxy_positions;
-  const std::vector<ShellMatrix> matrices = shell_matrices(deformed);
+  const std::vector<ShellMatrix> matrices = shell_matrices(shell_.posed(proxy_positions));
   std::vector<Eigen::Vector3d> positions;
   positions.reserve(bindings_.size());
   for (const ShellBinding& b : bindings_) {
@@ -144,7 +141,7 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
   frame.color = Rgb8Image(k.width, k.height);
   frame.sharp = frame.color;
   frame.covered.resize(std::size_t(k.width) * k.height);
-  frame.proxy_face.assign(frame.covered.size(), kNoFace);
+  frame.shell_face.assign(frame.covered.size(), kNoFace);
 
   const auto color_at = [&](const Hits& hits, std::size_t i) -> Eigen::Vector3f {
     if (hits.face[i] == kNoFace) return behind;
@@ -171,7 +168,7 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
           if (ray == kCentralRay) central = color;
           frame.covered[pixel] += hits.face[i] != kNoFace;
           if (ray == kCentralRay && hits.face[i] != kNoFace) {
-            frame.proxy_face[pixel] = bindings_[rest_.faces[hits.face[i]][0]].face;
+            frame.shell_face[pixel] = bindings_[rest_.faces[hits.face[i]][0]].face;
           }
         }
         sum /= TruthFrame::kRaysPerPixel;

@@ -8,6 +8,7 @@
 
 #include "bundle/bundle.h"
 #include "geometry/shell_map.h"
+#include "geometry/shell_surface.h"
 #include "geometry/triangle_mesh.h"
 #include "image/channel_image.h"
 #include "warp/view.h"
@@ -20,7 +21,7 @@ struct TruthFrame {
   Rgb8Image color;  // mean of all rays
   Rgb8Image sharp;  // the one at the pixel's centre: as a warped frame, which takes one sample
   std::vector<std::uint8_t> covered;      // how many of a pixel's rays meet the surface
-  std::vector<std::uint32_t> proxy_face;  // at the pixel's centre; kNoFace off the surface
+  std::vector<std::uint32_t> shell_face;  // at the pixel's centre; kNoFace off the surface
 };
 
 // The truth for a deformation: every vertex of the original surface carried in double precision by
@@ -28,8 +29,8 @@ struct TruthFrame {
 // It judges binding, drawing and blending; it does not judge the deformation itself.
 class CarriedSurface {
  public:
-  // Throws BadDataError for an empty surface or proxy.
-  CarriedSurface(TriangleMesh surface, TriangleMesh proxy);
+  // Throws BadDataError for an empty surface or shell.
+  CarriedSurface(TriangleMesh surface, ShellSurface shell);
 
   const TriangleMesh& at_rest() const { return rest_; }
   const std::vector<ShellBinding>& bindings() const { return bindings_; }
@@ -56,7 +57,8 @@ class CarriedSurface {
                   const std::array<std::uint8_t, 3>& background) const;
 
  private:
-  TriangleMesh rest_, proxy_;
+  TriangleMesh rest_;
+  ShellSurface shell_;
   std::vector<ShellBinding> bindings_;
 };
 

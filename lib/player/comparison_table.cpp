@@ -66,7 +66,7 @@ class Comparer {
  public:
   Comparer(Player& player, const TriangleMesh& surface, const CompareOptions& options)
       : player_(player),
-        truth_(surface, player.bundle().proxy),
+        truth_(surface, player.bundle().shell()),
         projection_(player.bundle(), truth_),
         size_(options.size_px) {
     draw_options_.background = kBlack;

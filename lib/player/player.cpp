@@ -14,7 +14,8 @@ template <class Organs>
 DeformBodies bodies_of(const Organs& organs) {
   DeformBodies bodies;
   for (const auto& organ : organs)
-    bodies.push_back({organ.bundle.proxy, organ.bundle.mechanics, organ.bundle.base});
+    bodies.push_back({organ.bundle.proxy, organ.bundle.mechanics, organ.bundle.base,
+                      organ.bundle.skin ? &*organ.bundle.skin : nullptr});
   return bodies;
 }
 
@@ -32,7 +33,7 @@ Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool ke
   if (keep_maps) return bound(reader.read_all(), true);
   Bundle bundle = reader.read_frame();
   Warper warper(bundle,
-                [reader, cameras = bundle.cameras.cameras, faces = bundle.proxy.faces.size()](
+                [reader, cameras = bundle.cameras.cameras, faces = shell_face_count(bundle)](
                     std::size_t c) { return reader.read_maps(c, cameras[c].intrinsics, faces); });
   bundle.maps.clear();
   std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;

@@ -39,20 +39,29 @@ PixelErrors summarise(std::vector<double> errors) {
 ProjectionComparison::ProjectionComparison(const Bundle& bundle, const CarriedSurface& truth)
     : bundle_(bundle),
       truth_(truth),
-      binder_(bundle.proxy, 0.5 * bounds(bundle.proxy).diagonal()),
+      shell_(bundle.shell()),
+      binder_(shell_.at_rest(), shell_.reach_mm()),
       closest_(truth.at_rest().vertices.size()) {
-  const TriangleMesh& proxy = bundle.proxy;
-  tbb::parallel_for(std::size_t{0}, closest_.size(), [&](std::size_t v) {
-    const Eigen::Vector3d& p = truth.at_rest().vertices[v];
-    double best = std::numeric_limits<double>::infinity();
-    for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
-      const auto [a, b, c] = proxy.faces[f];
-      const Eigen::Vector3d w =
-          nearest_on_triangle(p, proxy.vertices[a], proxy.vertices[b], proxy.vertices[c]);
-      const double d2 = (on_face(proxy, proxy.vertices, f, w) - p).squaredNorm();
-      if (d2 < best) best = d2, closest_[v] = {f, w};
-    }
-  });
+  tbb::parallel_for(std::size_t{0}, closest_.size(),
+                    [&](std::size_t v) { closest_[v] = closest_to(truth.at_rest().vertices[v]); });
+}
+
+// Of all faces; of a skin's many, on the one that the point is bound to.
+ProjectionComparison::OnFace ProjectionComparison::closest_to(const Eigen::Vector3d& p) const {
+  const TriangleMesh& mesh = shell_.at_rest();
+  const auto on = [&](std::uint32_t f) {
+    const auto [a, b, c] = mesh.faces[f];
+    return OnFace{f, nearest_on_triangle(p, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])};
+  };
+  if (shell_.skin()) return on(binder_.bind(p).face);
+  OnFace closest;
+  double best = std::numeric_limits<double>::infinity();
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const OnFace found = on(f);
+    const double d2 = (on_face(mesh, mesh.vertices, f, found.weights) - p).squaredNorm();
+    if (d2 < best) best = d2, closest = found;
+  }
+  return closest;
 }
 
 bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera, Found& found) const {
@@ -105,8 +114,7 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
                                                const View& view) const {
   const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
   const std::vector<bool> visible = truth_.visible(carried, view);
-  TriangleMesh deformed = bundle_.proxy;
-  deformed.vertices = proxy_positions;
+  const TriangleMesh deformed = shell_.posed(proxy_positions);
   const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
   const ViewManifold& manifold = bundle_.cameras.manifold;
   const ViewWeights shares =
@@ -122,7 +130,7 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
       return (project(view.camera, p) - expected).norm();
     };
     polygons[v] =
-        error(on_face(bundle_.proxy, proxy_positions, closest_[v].face, closest_[v].weights));
+        error(on_face(deformed, deformed.vertices, closest_[v].face, closest_[v].weights));
     Eigen::Vector3d at_rest;
     if (!look_up(v, shares, at_rest)) return;
     const ShellBinding b = binder_.bind(at_rest);
@@ -160,8 +168,7 @@ Eigen::Vector2d center_of(std::size_t pixel, int width) {
 ProjectionComparison::Displayed ProjectionComparison::displayed(
     const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
     const View& view) const {
-  TriangleMesh deformed = bundle_.proxy;
-  deformed.vertices = proxy_positions;
+  const TriangleMesh deformed = shell_.posed(proxy_positions);
   const std::vector<ShellMatrix> shells = shell_matrices(deformed);
   std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
@@ -180,9 +187,10 @@ ProjectionComparison::Displayed ProjectionComparison::displayed(
 PixelErrors ProjectionComparison::displayed_polygons(
     const std::vector<Eigen::Vector3d>& proxy_positions, const View& view) const {
   const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
+  const TriangleMesh deformed = shell_.posed(proxy_positions);
   std::vector<Eigen::Vector3d> flattened;
   for (const OnFace& on : closest_)
-    flattened.push_back(on_face(bundle_.proxy, proxy_positions, on.face, on.weights));
+    flattened.push_back(on_face(deformed, deformed.vertices, on.face, on.weights));
   const auto seen = truth_.seen_at_centers(flattened, view);
   std::vector<double> errors(seen.size(), kNotShown);
   for (std::size_t i = 0; i < seen.size(); ++i) {

@@ -31,8 +31,8 @@ struct ProjectionErrors {
 // pixels; the paper, 3.2). Image-based: each visible original vertex is looked up bilinearly in the
 // depth map of the heaviest of the view's three cameras that see it (share × confidence, as pixels
 // are blended), the surface point found there is bound, carried and projected. Polygons: each
-// vertex is replaced by its closest point on the proxy at rest, which the proxy's own triangle
-// carries.
+// vertex is replaced by its closest point on the shell's surface at rest, the proxy or its smooth
+// skin, whose own triangle carries it.
 class ProjectionComparison {
  public:
   // Both must outlive the comparison; every map of the bundle must have been read.
@@ -50,7 +50,7 @@ class ProjectionComparison {
   };
   Displayed displayed(const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
                       const View& view) const;
-  // The same for the polygon method: the surface flattened onto the deformed proxy.
+  // The same for the polygon method: the surface flattened onto the shell's.
   PixelErrors displayed_polygons(const std::vector<Eigen::Vector3d>& proxy_positions,
                                  const View& view) const;
 
@@ -59,6 +59,7 @@ class ProjectionComparison {
     std::uint32_t face = 0;
     Eigen::Vector3d weights = Eigen::Vector3d::Zero();
   };
+  OnFace closest_to(const Eigen::Vector3d& point) const;
   // The baked surface point, world at rest, at an original vertex as one camera's map has it, and
   // the map's confidence there. False when the camera does not see the vertex.
   struct Found {
@@ -71,8 +72,9 @@ class ProjectionComparison {
 
   const Bundle& bundle_;
   const CarriedSurface& truth_;
+  ShellSurface shell_;
   ShellBinder binder_;
-  std::vector<OnFace> closest_;  // of every vertex, on the proxy at rest
+  std::vector<OnFace> closest_;  // of every vertex, on the shell's surface at rest
 };
 
 }  // namespace organbake

@@ -42,7 +42,7 @@ SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth) {
     if (nx >= frame.width || ny >= frame.height) return;
     const std::size_t here = std::size_t(y) * frame.width + x,
                       there = std::size_t(ny) * frame.width + nx;
-    std::uint32_t a = truth.proxy_face[here], b = truth.proxy_face[there];
+    std::uint32_t a = truth.shell_face[here], b = truth.shell_face[there];
     // A silhouette's pixel mixes in the background, which no proxy edge has made.
     if (truth.covered[here] < TruthFrame::kRaysPerPixel ||
         truth.covered[there] < TruthFrame::kRaysPerPixel) {

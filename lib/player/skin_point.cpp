@@ -27,12 +27,13 @@ double crossing(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
 // How far from the organ's centre the skin lies along a unit direction; negative without any.
 double distance_to_skin(const Bundle& bundle, const Eigen::Vector3d& d) {
   const Eigen::Vector3d center = bundle.cameras.manifold.center_world_mm;
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(bundle.proxy);
+  const TriangleMesh shell = bundle.shell().at_rest();
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(shell);
   const BaseLayer& base = bundle.base;
   const std::uint32_t n = base.steps;
   double farthest = -1;
   for (std::uint32_t f = 0; f < base.face_count; ++f) {
-    const ShellMatrix m = shell_matrix(bundle.proxy, normals, f);
+    const ShellMatrix m = shell_matrix(shell, normals, f);
     const float* heights = &base.height_mm[std::size_t(f) * base.nodes_per_face()];
     const auto node = [&](std::uint32_t i, std::uint32_t j) {
       return shell_point(m, double(i) / n, double(j) / n, heights[base_node_index(n, i, j)]);

@@ -19,7 +19,7 @@ void check_maps_fit(const CameraMaps& m, std::size_t camera, const Intrinsics& k
   for (const std::uint32_t face : m.face) {
     if (face != kNoFace && face >= faces) {
       throw BadDataError("bundle: camera " + std::to_string(camera) + " names face " +
-                         std::to_string(face) + ", the proxy has " + std::to_string(faces));
+                         std::to_string(face) + ", the bundle has " + std::to_string(faces));
     }
   }
 }
@@ -35,7 +35,7 @@ void check_positions(const std::vector<Eigen::Vector3d>& positions, const Triang
 }
 
 void check_fit(const Bundle& bundle) {
-  const std::size_t cameras = bundle.cameras.cameras.size(), faces = bundle.proxy.faces.size();
+  const std::size_t cameras = bundle.cameras.cameras.size(), faces = shell_face_count(bundle);
   if (bundle.maps.size() != cameras || bundle.cameras.manifold.directions.size() != cameras) {
     throw BadDataError("bundle: cameras, maps and viewing manifold differ in number");
   }
@@ -43,7 +43,7 @@ void check_fit(const Bundle& bundle) {
   const std::size_t nodes = std::size_t(b.face_count) * b.nodes_per_face();
   if (b.face_count != 0 && (b.face_count != faces || b.steps < 1 || b.height_mm.size() != nodes ||
                             b.color.size() != nodes || b.seen_by.size() != nodes)) {
-    throw BadDataError("bundle: the base layer does not fit the proxy");
+    throw BadDataError("bundle: the base layer does not fit the proxy or its skin");
   }
 }
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "geometry/triangle_mesh.h"
 #include "warp/pixel_box.h"
+#include "warp/posed_shell.h"
 #include "warp/sample_set.h"
 #include "warp/view.h"
 
@@ -15,20 +15,18 @@ namespace organbake {
 // A shell matrix, each column in a register of its own: the fourth row is zero.
 using ShellColumns = Eigen::Matrix<float, 4, 6>;
 
-// One proxy face in one frame: its deformed shell matrix in the view's frame, in millimetres and
-// multiplied by the intrinsics, so that a sample lands with 15 multiply-adds and one reciprocal.
+// One face of the shell's surface in one frame: its deformed shell matrix in the view's frame, in
+// millimetres and multiplied by the intrinsics, so that a sample lands with 15 multiply-adds and
+// one reciprocal.
 struct FaceFrame {
-  ShellColumns metric;  // camera millimetres
-  ShellColumns pixel;   // pixel × depth, pixel × depth, depth
-  // Pushed, and bent out of its neighbours' skin: a deep poke folds slivers of a coarse proxy over.
-  // Both its sides are skin then, or the fold would be a hole.
-  bool two_sided = false;
+  ShellColumns metric;     // camera millimetres
+  ShellColumns pixel;      // pixel × depth, pixel × depth, depth
+  bool two_sided = false;  // see PosedShell
 
   bool operator==(const FaceFrame&) const = default;
 };
 
-std::vector<FaceFrame> face_frames(const TriangleMesh& deformed, const TriangleMesh& at_rest,
-                                   const View& view);
+void face_frames(const PosedShell& shell, const View& view, std::vector<FaceFrame>& frames);
 
 enum class ChunkFate : std::uint8_t { drawn, faces_away, outside_view };
 

@@ -157,7 +157,7 @@ float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>
 }
 
 PaperWarp::PaperWarp(const Bundle& bundle)
-    : proxy_depth_(bundle.maps.size()), micro_depth_(bundle.maps.size()) {
+    : shell_(bundle.shell()), proxy_depth_(bundle.maps.size()), micro_depth_(bundle.maps.size()) {
   if (bundle.maps.empty() || bundle.maps.size() != bundle.cameras.cameras.size()) {
     throw UsageError("the paper's warp needs the cameras' maps; load the player with them kept");
   }
@@ -165,7 +165,7 @@ PaperWarp::PaperWarp(const Bundle& bundle)
     const CameraMaps& maps = bundle.maps[c];
     std::vector<float>&proxy = proxy_depth_[c], &micro = micro_depth_[c];
     proxy.assign(maps.depth_mm.size(), kInfinity);
-    each_pixel(bundle.proxy, bundle.cameras.cameras[c],
+    each_pixel(shell_.at_rest(), bundle.cameras.cameras[c],
                [&](int x, int y, double depth, std::uint32_t, const auto&) {
                  float& nearest = proxy[std::size_t(y) * maps.width + x];
                  nearest = std::min(nearest, static_cast<float>(depth));
@@ -191,7 +191,8 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
                const std::size_t i = std::size_t(y) * maps.width + x;
                if (!(depth < macro[i])) return;
                macro[i] = static_cast<float>(depth);
-               const Eigen::Vector3d rest = camera.camera_from_world * on_face(bundle.proxy, f, w);
+               const Eigen::Vector3d rest =
+                   camera.camera_from_world * on_face(shell_.at_rest(), f, w);
                rest_pixel[i] = project(camera.intrinsics, rest);
                rest_depth[i] = static_cast<float>(rest.z());
              });
@@ -232,11 +233,10 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
 DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector3d>& positions,
                            const View& view, const DrawOptions& options, Frame& frame) const {
   view.check();
-  check_positions(positions, bundle.proxy);
+  check_positions(positions, shell_.proxy());
   DrawReport report;
   report.weights = drawn_shares(bundle.cameras.manifold, view);
-  TriangleMesh deformed = bundle.proxy;
-  deformed.vertices = positions;
+  const TriangleMesh deformed = shell_.posed(positions);
   const std::vector<std::size_t> cameras = used_cameras(report.weights);
   const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
   const std::size_t pixels = std::size_t(width) * height;

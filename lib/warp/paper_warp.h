@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "geometry/shell_surface.h"
 #include "warp/warper.h"
 
 namespace organbake {
@@ -33,7 +34,8 @@ class PaperWarp {
                      std::size_t pixel, double same_surface, const DrawOptions& options,
                      Frame& frame);
 
-  // Per camera and texel, mm: the proxy's depth at rest, and what the surface lies behind it; +inf
+  ShellSurface shell_;
+  // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf
   // where either is missing.
   std::vector<std::vector<float>> proxy_depth_, micro_depth_;
 };

@@ -19,13 +19,13 @@ constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
 
 }  // namespace
 
-RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting)
+RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting)
     : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
       lighting_(lighting),
       gloss_(lighting),
-      turns_(proxy),
-      shells_(shell_matrices(proxy)),
-      rest_normals_(lattice_normals(layer, proxy)),
+      turns_(shell),
+      shells_(shell_matrices(shell.at_rest())),
+      rest_normals_(lattice_normals(layer, shell.at_rest())),
       places_(rest_normals_.size()),
       nodes_(rest_normals_.size()),
       turned_(layer.face_count, 0),
@@ -36,10 +36,11 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Li
 }
 
 void RelitSkin::turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved) {
-  std::vector<std::uint8_t> turned(shells_.size());
-  turns_.place(deformed, turned);
+  std::vector<std::uint8_t> changed(shells_.size()), turned(shells_.size());
+  for (std::size_t f = 0; f < shells_.size(); ++f) changed[f] = deformed[f] != shells_[f];
+  turns_.place(deformed, changed, turned);
   for (std::size_t f = 0; f < shells_.size(); ++f) {
-    to_place_[f] |= deformed[f] != shells_[f];
+    to_place_[f] |= changed[f];
     to_light_[f] |= turned[f];
     if (!moved.empty()) moved[f] |= turned[f];
   }

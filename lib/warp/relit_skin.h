@@ -9,7 +9,7 @@
 #include "bundle/base_layer.h"
 #include "bundle/lighting.h"
 #include "geometry/shell_map.h"
-#include "geometry/triangle_mesh.h"
+#include "geometry/shell_surface.h"
 #include "warp/gloss.h"
 #include "warp/lit_stretch.h"
 #include "warp/skin_light.h"
@@ -26,10 +26,10 @@ namespace organbake {
 // over its edges (SkinTurns). No shadows: a fold's own shade stays as it was baked.
 class RelitSkin {
  public:
-  // proxy: at rest; the layer is its own.
-  RelitSkin(const BaseLayer& layer, const TriangleMesh& proxy, const Lighting& lighting);
+  // The layer is the shell's own.
+  RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting);
 
-  // Takes the proxy as it is now. moved[f], unless empty, is set where that changes the light.
+  // Takes the shell as it is now. moved[f], unless empty, is set where that changes the light.
   void turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved);
   // Lights the faces for one view, shown[f] ≠ 0 those that it can see: of the others nothing is
   // asked.

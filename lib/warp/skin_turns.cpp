@@ -17,11 +17,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kCorners = 3, kPlaces = 6;
+constexpr int kCorners = 3, kMostPlaces = 6;
 
 // b1, b2 of a face's places.
 Vector2d place_on_face(int place) {
-  static const std::array<Vector2d, kPlaces> places = {
+  static const std::array<Vector2d, kMostPlaces> places = {
       {{0, 0}, {1, 0}, {0, 1}, {0.5, 0.5}, {0, 0.5}, {0.5, 0}}};
   return places[place];
 }
@@ -46,12 +46,14 @@ Matrix3d cofactor(const Matrix3d& m) {
 
 }  // namespace
 
-SkinTurns::SkinTurns(const TriangleMesh& at_rest)
-    : rest_(shell_matrices(at_rest)), knots_of_face_(at_rest.faces.size()) {
+SkinTurns::SkinTurns(const ShellSurface& shell)
+    : places_(shell.skin() ? kCorners : kMostPlaces),
+      rest_(shell_matrices(shell.at_rest())),
+      knots_of_face_(shell.at_rest().faces.size()) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;  // by its two vertices
   for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
-    const Face& face = at_rest.faces[f];
-    for (int place = 0; place < kPlaces; ++place) {
+    const Face& face = shell.at_rest().faces[f];
+    for (int place = 0; place < places_; ++place) {
       const bool corner = place < kCorners;
       const std::uint32_t a = face[corner ? place : (place + 1) % 3];
       const std::uint32_t b = face[corner ? place : (place + 2) % 3];
@@ -66,7 +68,7 @@ SkinTurns::SkinTurns(const TriangleMesh& at_rest)
 void SkinTurns::add_shares() {
   std::vector<double> areas(knots_.size(), 0);
   for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
-    for (int place = 0; place < kPlaces; ++place) {
+    for (int place = 0; place < places_; ++place) {
       const Matrix3d rest = tangents(rest_[f], place);
       // Twice the area along the skin: a face folded over, or of no area, tells nothing.
       const double area = rest.determinant();
@@ -83,7 +85,8 @@ void SkinTurns::add_shares() {
 // A knot between slivers alone goes with the other knots of its faces.
 void SkinTurns::borrow_shares() {
   std::vector<std::vector<std::uint32_t>> lenders(knots_.size());
-  for (const auto& own : knots_of_face_) {
+  for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
+    const auto own = knots_of(f);
     for (const std::uint32_t knot : own) {
       if (!knots_[knot].shares.empty()) continue;
       std::copy_if(own.begin(), own.end(), std::back_inserter(lenders[knot]),
@@ -100,16 +103,20 @@ void SkinTurns::borrow_shares() {
   }
 }
 
-void SkinTurns::place(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& turned) {
-  std::vector<std::uint8_t> changed(knots_.size());
+void SkinTurns::place(const std::vector<ShellMatrix>& deformed,
+                      const std::vector<std::uint8_t>& changed, std::vector<std::uint8_t>& turned) {
+  std::vector<std::uint8_t> knot_turned(knots_.size());
   tbb::parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
-    const Turn turn = mean_turn(knots_[k], deformed);
-    changed[k] = turn != knots_[k].turn;
-    knots_[k].turn = turn;
+    Knot& knot = knots_[k];
+    const auto has_changed = [&](const Share& s) { return changed[s.face] != 0; };
+    if (std::none_of(knot.shares.begin(), knot.shares.end(), has_changed)) return;
+    const Turn turn = mean_turn(knot, deformed);
+    knot_turned[k] = turn != knot.turn;
+    knot.turn = turn;
   });
   for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
-    const auto& own = knots_of_face_[f];
-    if (std::any_of(own.begin(), own.end(), [&](std::uint32_t k) { return changed[k]; }))
+    const auto own = knots_of(f);
+    if (std::any_of(own.begin(), own.end(), [&](std::uint32_t k) { return knot_turned[k] != 0; }))
       turned[f] = 1;
   }
 }
@@ -126,7 +133,7 @@ SkinTurns::Turn SkinTurns::mean_turn(const Knot& knot,
 }
 
 bool SkinTurns::at_rest(std::uint32_t face) const {
-  const auto& own = knots_of_face_[face];
+  const auto own = knots_of(face);
   return std::all_of(own.begin(), own.end(),
                      [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
 }
@@ -137,6 +144,10 @@ SkinTurns::Turn SkinTurns::at(std::uint32_t face, double b1, double b2) const {
     return knots_[knots_of_face_[face][place]].turn;
   };
   Turn sum = Turn::Zero();
+  if (places_ == kCorners) {
+    for (int k = 0; k < kCorners; ++k) sum += b[k] * turn(k);
+    return sum;
+  }
   for (int k = 0; k < kCorners; ++k) {
     sum += b[k] * (2 * b[k] - 1) * turn(k);
     sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turn(kCorners + k);

@@ -4,30 +4,34 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "geometry/shell_map.h"
-#include "geometry/triangle_mesh.h"
+#include "geometry/shell_surface.h"
 
 namespace organbake {
 
-// How a bent proxy turns the normals of its skin. A normal turns with the cofactor of the gradient
+// How a bent shell turns the normals of its skin. A normal turns with the cofactor of the gradient
 // F = ∂(deformed)/∂(rest) (Nanson's formula); but the shell map is only continuous over the proxy's
 // edges, and light that followed its F would break there. So cof F is taken at the proxy's vertices
 // and at the middles of its edges, as the mean of the faces that meet there by area, and
 // interpolated between them as a quadratic finite element is:
 //   n' ∝ C n,   C = Σ over a face's six knots of its quadratic weight · mean cof F.
-// A smooth dent's light comes out 2 to 6 dB nearer to the truth than by each face's own F.
+// A smooth dent's light comes out 2 to 6 dB nearer to the truth than by each face's own F. The many
+// faces of a smooth skin bend so little that the means at their vertices, interpolated linearly,
+// are enough: its knots are the vertices alone.
 class SkinTurns {
  public:
   // Each column in a register of its own: the fourth row is zero.
   using Turn = Eigen::Matrix<double, 4, 3>;
 
-  explicit SkinTurns(const TriangleMesh& at_rest);
+  explicit SkinTurns(const ShellSurface& shell);
 
-  // Takes the proxy's shell matrices as they are now; sets turned[f] of each face where C changed
-  // since the last time.
-  void place(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& turned);
+  // Takes the shell's matrices as they are now, changed[f] of each that is not as it was the last
+  // time (the first time: at rest); sets turned[f] of each face where C changed since then.
+  void place(const std::vector<ShellMatrix>& deformed, const std::vector<std::uint8_t>& changed,
+             std::vector<std::uint8_t>& turned);
 
   // Whether a face's normals are those at rest, to the bit.
   bool at_rest(std::uint32_t face) const;
@@ -47,10 +51,14 @@ class SkinTurns {
     std::vector<Share> shares;
     Turn turn = Turn::Identity();  // mean cof F
   };
+  std::span<const std::uint32_t> knots_of(std::size_t face) const {
+    return std::span(knots_of_face_[face]).first(static_cast<std::size_t>(places_));
+  }
   void add_shares();
   void borrow_shares();
   Turn mean_turn(const Knot& knot, const std::vector<ShellMatrix>& deformed) const;
 
+  int places_;  // a face's knots: all six, or the corners
   std::vector<ShellMatrix> rest_;
   std::vector<std::array<std::uint32_t, 6>> knots_of_face_;
   std::vector<Knot> knots_;

@@ -13,6 +13,7 @@
 #include "warp/finish.h"
 #include "warp/moved_cells.h"
 #include "warp/phase_clock.h"
+#include "warp/posed_shell.h"
 #include "warp/relit_skin.h"
 #include "warp/resolve.h"
 #include "warp/sample_store.h"
@@ -45,8 +46,7 @@ ViewWeights trimmed(ViewWeights w) {
 }
 
 struct Warper::Impl {
-  TriangleMesh deformed;
-  TriangleMesh at_rest;
+  PosedShell shell;
   Bounds organ;  // at rest
   ViewManifold manifold;
   std::vector<ShellMatrix> rest;
@@ -90,7 +90,7 @@ namespace {
 // What turns a camera's maps into its samples, without holding on to the bundle.
 SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
   return [read = std::move(read), cameras = bundle.cameras.cameras,
-          rest = shell_matrices(bundle.proxy)](std::size_t c) {
+          rest = shell_matrices(bundle.shell().at_rest())](std::size_t c) {
     const CameraMaps maps = read(c);
     check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
     return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
@@ -100,16 +100,14 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
 }  // namespace
 
 Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
-    : deformed(bundle.proxy),
+    : shell(bundle.shell()),
       manifold(bundle.cameras.manifold),
-      rest(shell_matrices(bundle.proxy)),
+      rest(shell.matrices()),
       base(bundle.base, rest),
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
-  deformed.colors.clear();
-  at_rest = deformed;
-  organ = bounds(at_rest);
+  organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0)
-    relit.emplace(bundle.base, at_rest, *bundle.lighting);
+    relit.emplace(bundle.base, shell.shell(), *bundle.lighting);
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
@@ -139,7 +137,7 @@ float Warper::Impl::reach_mm(const View& view) const {
 
 void Warper::Impl::place_faces(const View& view, bool continued) {
   last_faces.swap(faces);
-  faces = face_frames(deformed, at_rest, view);
+  face_frames(shell, view, faces);
   moved.clear();
   moved_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
   if (!continued) return;
@@ -213,14 +211,14 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
                         const DrawOptions& options, Frame& frame) {
   Impl& s = *impl_;
   view.check();
-  check_positions(positions, s.at_rest);
+  check_positions(positions, s.shell.shell().proxy());
   if (options.relight && !s.relit)
     throw UsageError(
         "the bundle does not say in what light its colours were taken, or has no base layer: its "
         "skin "
         "cannot be lit anew; bake it with a lighting.json");
   if (s.serial != 0 && frame.serial == s.serial && view == s.last_view &&
-      positions == s.deformed.vertices && options == s.last_options) {
+      positions == s.shell.proxy_positions() && options == s.last_options) {
     DrawReport report = s.last_report;
     report.unchanged = true;
     report.times = {};
@@ -229,7 +227,6 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   DrawReport report;
   const bool continued = s.continues(view, options, frame);
   frame.serial = 0;
-  s.deformed.vertices = positions;
   const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
   const std::size_t pixels = std::size_t(width) * height;
   frame.color.width = width;
@@ -244,10 +241,11 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   const TileGrid grid(width, height);
   const Background background(options.background);
   PhaseClock clock(options.measure);
+  s.shell.pose(positions);
   s.choose_cameras(view, report);
   if (continued) s.finish.undo(background, frame);
   s.place_faces(view, continued);
-  if (options.relight) s.relit->turn(shell_matrices(s.deformed), s.moved);
+  if (options.relight) s.relit->turn(s.shell.matrices(), s.moved);
   s.place_samples(view, grid, report);
   clock.lap(report.times.transform);
   s.place_base(view, grid, report);

@@ -65,6 +65,13 @@ void bind(OptionList& list, CaptureStageOptions& o) {
       .add("base_step", &o.capture.base_step_mm,
            {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.05, .max = 100})
       .add(
+          "skin_edge", &o.skin_edge_mm,
+          {.help = "about how long the edges of the smooth skin are that the proxy carries; 0 = no "
+                   "skin: the organ bends along the proxy's edges, as in the paper",
+           .unit = "mm",
+           .min = 0,
+           .max = 1000})
+      .add(
           "micro", &o.detail.split,
           {.help = "proxy: the split by the proxy's shell, which the player draws by; a filter's "
                    "(gaussian, bilateral, guided; of depth and of intensity) is written beside it, "

@@ -7,7 +7,9 @@
 
 #include "bundle/cameras_json.h"
 #include "bundle/map_files.h"
+#include "bundle/skin_image.h"
 #include "capture/colored_surface.h"
+#include "capture/skin_bake.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
@@ -71,6 +73,23 @@ void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
   }
 }
 
+// What the maps are bound to, written beside them where it is a smooth skin.
+ShellSurface make_shell(const StageCall& call, const TriangleMesh& surface,
+                        const TriangleMesh& proxy, double edge_mm, StageReport& report) {
+  if (edge_mm == 0) {
+    report.skipped.push_back({"the smooth skin", "skin_edge = 0 asks for none"});
+    return ShellSurface(proxy);
+  }
+  SmoothSkin skin = bake_smooth_skin(surface, proxy, edge_mm, call.context);
+  write_exr(call.output_folder / kSkinFile, skin_to_image(skin), {});
+  ShellSurface shell(proxy, std::move(skin));
+  report.add("skin_faces", shell.at_rest().faces.size());
+  report.add("skin_edge_mm", mean_edge_length(shell.at_rest()));
+  report.add("skin_carriers_per_vertex",
+             double(shell.skin()->weight.size()) / double(shell.skin()->node_count()));
+  return shell;
+}
+
 std::optional<Lighting> read_lighting(const StageCall& call) {
   const auto* document = call.input("lighting");
   if (!document) return std::nullopt;
@@ -90,8 +109,9 @@ StageReport run(const StageCall& call) {
   const RayScene scene(surface);
   const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call),
                                                  options.material, read_lighting(call), report);
+  const ShellSurface shell = make_shell(call, surface, proxy, options.skin_edge_mm, report);
   const CaptureSummary captured =
-      capture(surface, proxy, set.cameras, *color, options.capture, call.context);
+      capture(surface, shell.at_rest(), set.cameras, *color, options.capture, call.context);
   if (options.packing.compact) {
     report.skipped.push_back({"the compression", "compact chooses one for each kind of map"});
   }

@@ -31,7 +31,7 @@ CameraSet write_pictures(const BundleReader& reader, const Bundle& frame, const 
     const std::string name = camera_folder(c) + ".png";
     write_png(folder / "images" / name,
               picture_of(reader.read_maps(c, frame.cameras.cameras[c].intrinsics,
-                                          frame.proxy.faces.size())));
+                                          shell_face_count(frame))));
     set.images.push_back(name);
   }
   return set;
@@ -51,7 +51,7 @@ void write_transforms(const BundleReader& reader, const Bundle& frame, const fs:
 }
 
 void write_obj(const Bundle& frame, const fs::path& folder) {
-  const TexturedMesh mesh = textured_base(frame.proxy, frame.base);
+  const TexturedMesh mesh = textured_base(frame.shell().at_rest(), frame.base);
   write_file_atomically(folder / "organ.obj", obj_text(mesh, "organ.mtl"));
   write_file_atomically(folder / "organ.mtl", obj_material_text("organ.png"));
   write_png(folder / "organ.png", mesh.texture);
@@ -64,7 +64,7 @@ StageReport run(const StageCall& call) {
   switch (options.format) {
     case ExportFormat::gltf:
       write_file_atomically(call.output_folder / "organ.glb",
-                            gltf_binary(frame.proxy, frame.cameras));
+                            gltf_binary(frame.shell().at_rest(), frame.cameras));
       break;
     case ExportFormat::colmap:
       write_colmap(reader, frame, call.output_folder);

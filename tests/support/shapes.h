@@ -55,6 +55,7 @@ inline TriangleMesh scaled(TriangleMesh mesh, double factor) {
 inline TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
   const auto offset = static_cast<std::uint32_t>(a.vertices.size());
   a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
+  a.colors.insert(a.colors.end(), b.colors.begin(), b.colors.end());
   for (const Face& f : b.faces) a.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
   return a;
 }

@@ -51,7 +51,7 @@ std::vector<Quantity> bundle_errors(const std::filesystem::path& folder, int hei
   std::vector<View> views;
   for (const OrbitPose& pose : {OrbitPose{0.2, 0.1}, OrbitPose{1.5, -0.4}, OrbitPose{3.4, 0.6}})
     views.push_back(orbit_view(bundle.cameras, pose, height_px * 16 / 9, height_px));
-  const CarriedSurface truth(surface, bundle.proxy);
+  const CarriedSurface truth(surface, bundle.shell());
   const ProjectionErrors projection =
       ProjectionComparison(bundle, truth).measure(bundle.proxy.vertices, views.front());
   return {{"pictures of " + std::to_string(height_px) + "p against 16 rays a pixel, RMS", "levels",

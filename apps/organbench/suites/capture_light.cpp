@@ -38,8 +38,8 @@ PokedErrors errors_of_poke(const TriangleMesh& surface, const OrganPhantom& phan
   const Bundle& bundle = player.bundle();
   hold_poke(player, bundle.cameras.manifold.directions.front(), share,
             bundle.mechanics.instrument_radius_mm);
-  const auto positions = CarriedSurface(surface, bundle.proxy).carry(player.proxy_positions());
-  const CarriedSurface truth(lit_where_it_lies(surface, phantom, positions), bundle.proxy);
+  const auto positions = CarriedSurface(surface, bundle.shell()).carry(player.proxy_positions());
+  const CarriedSurface truth(lit_where_it_lies(surface, phantom, positions), bundle.shell());
   PokedErrors errors;
   for (const double angle_rad : {-0.5, 0.0, 0.5}) {
     const View view = orbit_view(bundle.cameras, {angle_rad}, size_px, size_px);

@@ -19,7 +19,7 @@ Rgb8Image distance_picture(TriangleMesh surface, const TriangleMesh& proxy, cons
     surface.colors.push_back(heat_color(scene.closest_point(v).distance_mm / white_mm));
   // Where it lies at rest, whatever carries it.
   constexpr std::array<std::uint8_t, 3> kGround = {70, 70, 70};  // apart from no error's black
-  const CarriedSurface at_rest(surface, proxy);
+  const CarriedSurface at_rest(surface, ShellSurface(proxy));
   return at_rest.draw(surface.vertices, view, kGround).color;
 }
 

@@ -6,6 +6,7 @@ namespace organbake {
 
 void run_player_suite(Bench& bench) {
   promise_deformation(bench);
+  promise_dents(bench);
   PlayerBundles bundles(bench);
   promise_accuracy(bench, bundles);
   compare_pictures(bench, bundles);

@@ -120,7 +120,7 @@ void promise_sweep(Bench& bench, PlayerBundles& bundles) {
   const int steps = bench.count(20, 200, 1000);
   bench.now("a sweep of " + std::to_string(steps) + " steps over the VPM");
   Loaded loaded(bundles.folder({80, "fitted", bundles.map_size()}));
-  const CarriedSurface truth(loaded.surface, loaded.player.bundle().proxy);
+  const CarriedSurface truth(loaded.surface, loaded.player.bundle().shell());
   const auto positions = truth.carry(loaded.player.proxy_positions());
   DrawOptions options;
   options.background = {0, 0, 0};

@@ -24,8 +24,9 @@ fs::path PlayerBundles::program(const std::string& name) const { return program_
 
 fs::path PlayerBundles::folder(const BakeChoice& choice) {
   const std::string faces = std::to_string(choice.faces), size = std::to_string(choice.map_size);
-  const fs::path folder = bench_.scratch() / (choice.method + "-" + faces + "-" + size +
-                                              (choice.elements ? "-fem" : ""));
+  const fs::path folder =
+      bench_.scratch() / (choice.method + "-" + faces + "-" + size +
+                          (choice.elements ? "-fem" : "") + (choice.skin ? "" : "-prism"));
   if (fs::exists(folder)) return folder;
   bench_.now("baking " + faces + " faces (" + choice.method + "), maps of " + size + "²");
   std::vector<std::string> arguments;
@@ -38,6 +39,7 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
         std::string("capture.surface_edge=") + (bench_.quick() ? "2" : "0.7")}) {
     arguments.insert(arguments.end(), {"--set", value});
   }
+  if (!choice.skin) arguments.insert(arguments.end(), {"--set", "capture.skin_edge=0"});
   baker_.bake(folder, arguments);
   return folder;
 }

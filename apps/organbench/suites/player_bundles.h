@@ -16,6 +16,7 @@ struct BakeChoice {
   std::string method = "fitted";  // of the decimation
   int map_size = 1024;            // px
   bool elements = false;          // for the solver fem
+  bool skin = true;               // smooth, over the proxy; else the proxy's own prisms
 };
 
 // Bundles of the phantom organ, baked as users bake them.

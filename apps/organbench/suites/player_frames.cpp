@@ -82,7 +82,7 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   const Bundle frame_of_truth = reader.read_frame();  // the cameras are the same for all map sizes
   const View first_view = view_at(frame_of_truth, size, 0);
   const TruthFrame truth =
-      CarriedSurface(surface, frame_of_truth.proxy).draw(surface.vertices, first_view, {0, 0, 0});
+      CarriedSurface(surface, frame_of_truth.shell()).draw(surface.vertices, first_view, {0, 0, 0});
   EmbreeFrames embree(surface);
   Rgb8Image traced;
   const OneThread one_thread;

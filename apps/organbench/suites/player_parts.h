@@ -24,6 +24,8 @@ void show_worst_poke(Bench& bench, PlayerBundles& bundles);
 void promise_frames(Bench& bench, PlayerBundles& bundles);
 // Frames in which skin moves: all of it, a tenth, none; lit anew.
 void promise_motion(Bench& bench, PlayerBundles& bundles);
+// What a smooth skin makes of dents that its proxy's vertices know at their own places alone.
+void promise_dents(Bench& bench);
 // The deformation's step at three sizes of proxy.
 void promise_deformation(Bench& bench);
 // Static shapes under dead loads: the finite elements' against their own converged ones, the

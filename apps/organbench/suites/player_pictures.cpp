@@ -46,7 +46,7 @@ void show_worst_poke(Bench& bench, PlayerBundles& bundles) {
   const CompareOptions table;  // the paper's angles, and how deep it is poked
   const auto folder = bundles.folder({80, "fitted", bundles.map_size()});
   Player player(folder, {}, true);
-  const CarriedSurface truth(BundleReader(folder).read_surface(), player.bundle().proxy);
+  const CarriedSurface truth(BundleReader(folder).read_surface(), player.bundle().shell());
   hold_poke(player, player.bundle().cameras.manifold.directions.front(), table.poke_share,
             player.bundle().mechanics.instrument_radius_mm);
   std::optional<PokedView> worst;

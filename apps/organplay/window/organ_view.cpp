@@ -33,7 +33,7 @@ OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
     : save_folder_(std::move(save_folder)),
       player_(bundles, deform_options(solver)),
       session_(player_, kTimeStep_s),
-      truth_(bundles.front(), player_.bundle().proxy) {
+      truth_(bundles.front(), player_.bundle().shell()) {
   options_.measure = true;
   options_.relight = relight && player_.can_relight();
 }

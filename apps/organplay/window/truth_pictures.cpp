@@ -3,33 +3,35 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 #include "bundle/bundle.h"
 
 namespace organbake {
 
-TruthPictures::TruthPictures(const std::filesystem::path& bundle_folder, const TriangleMesh& proxy)
+TruthPictures::TruthPictures(const std::filesystem::path& bundle_folder, ShellSurface shell)
     : bundle_folder_(bundle_folder),
-      proxy_(proxy),
+      shell_(std::move(shell)),
       available_(BundleReader(bundle_folder).has("surface.ply")) {}
 
 const CarriedSurface& TruthPictures::surface() {
   if (!surface_) {
     surface_ =
-        std::make_unique<CarriedSurface>(BundleReader(bundle_folder_).read_surface(), proxy_);
+        std::make_unique<CarriedSurface>(BundleReader(bundle_folder_).read_surface(), shell_);
   }
   return *surface_;
 }
 
-// Every point of the surface at its foot on the proxy: a polygon's texture.
+// Every point of the surface at its foot on the shell's surface: a polygon's texture.
 std::vector<Eigen::Vector3d> TruthPictures::flattened(
     const std::vector<Eigen::Vector3d>& positions) {
+  const TriangleMesh posed = shell_.posed(positions);
   std::vector<Eigen::Vector3d> flat;
   flat.reserve(surface().bindings().size());
   for (const ShellBinding& binding : surface().bindings()) {
-    const auto& [a, b, c] = proxy_.faces[binding.face];
-    flat.push_back((1 - binding.b1 - binding.b2) * positions[a] + binding.b1 * positions[b] +
-                   binding.b2 * positions[c]);
+    const auto& [a, b, c] = posed.faces[binding.face];
+    const auto& v = posed.vertices;
+    flat.push_back((1 - binding.b1 - binding.b2) * v[a] + binding.b1 * v[b] + binding.b2 * v[c]);
   }
   return flat;
 }

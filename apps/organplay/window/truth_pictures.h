@@ -17,10 +17,11 @@ enum class Against { nothing, truth, polygons, difference };
 class TruthPictures {
  public:
   // Nothing can be shown when the bundle carries no surface; that is no error.
-  TruthPictures(const std::filesystem::path& bundle_folder, const TriangleMesh& proxy);
+  TruthPictures(const std::filesystem::path& bundle_folder, ShellSurface shell);
 
   bool available() const { return available_; }
-  // truth: the carried surface. polygons: the same picture painted flat onto the proxy's faces.
+  // truth: the carried surface. polygons: the same picture painted flat onto the faces of
+  // the shell's surface.
   // difference: |frame − truth| times four.
   const Rgb8Image& picture(Against against, const std::vector<Eigen::Vector3d>& positions,
                            const View& view, const Frame& frame, const DrawOptions& options);
@@ -30,7 +31,7 @@ class TruthPictures {
   std::vector<Eigen::Vector3d> flattened(const std::vector<Eigen::Vector3d>& positions);
 
   std::filesystem::path bundle_folder_;
-  TriangleMesh proxy_;
+  ShellSurface shell_;
   bool available_;
   std::unique_ptr<CarriedSurface> surface_;  // read when it is first asked for
   Against kept_against_ = Against::nothing;

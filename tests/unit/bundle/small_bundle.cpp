@@ -53,6 +53,7 @@ void write_bundle(const std::filesystem::path& folder, const Bundle& bundle) {
   write_file_atomically(folder / "cameras.json", cameras_to_json(bundle.cameras));
   write_file_atomically(folder / "mechanics.json", mechanics_to_json(bundle.mechanics));
   write_exr(folder / "base.exr", base_layer_to_image(bundle.base));
+  if (bundle.skin) write_exr(folder / kSkinFile, skin_to_image(*bundle.skin));
   for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
     const auto camera = folder / camera_folder(c);
     std::filesystem::create_directories(camera);

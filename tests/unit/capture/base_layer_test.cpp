@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "capture/lattice.h"
+#include "geometry/lattice.h"
 #include "geometry/shell_map.h"
 #include "unit/capture/scenes.h"
 

@@ -50,14 +50,6 @@ TriangleMesh square_at(const Vector3d& center, const Vector3d& normal, double ha
   return mesh;
 }
 
-TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
-  const auto offset = static_cast<std::uint32_t>(a.vertices.size());
-  a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-  a.colors.insert(a.colors.end(), b.colors.begin(), b.colors.end());
-  for (const Face& f : b.faces) a.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
-  return a;
-}
-
 TriangleMesh painted(TriangleMesh mesh, const Eigen::Vector3f& color) {
   mesh.colors.assign(mesh.vertices.size(), color);
   return mesh;

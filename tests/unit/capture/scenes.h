@@ -5,6 +5,7 @@
 
 #include "capture/capture.h"
 #include "support/meshes.h"
+#include "support/shapes.h"
 
 namespace organbake {
 
@@ -17,7 +18,6 @@ TriangleMesh sphere_at(const Eigen::Vector3d& center, double radius_mm, int subd
 // A square of side 2·half in the plane through `center`, facing `normal`, in cells² · 2 triangles.
 TriangleMesh square_at(const Eigen::Vector3d& center, const Eigen::Vector3d& normal, double half,
                        int cells);
-TriangleMesh joined(TriangleMesh a, const TriangleMesh& b);
 TriangleMesh painted(TriangleMesh mesh, const Eigen::Vector3f& color);
 
 // A photograph of a mesh by its vertex colours (red, green … kept as they are: no light).

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "deform/deformer.h"
 #include "deform/spring_network.h"
 #include "geometry/shell_map.h"
+#include "support/skins.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {
@@ -117,7 +119,7 @@ TEST(Skin, WithoutABaseItIsTheProxy) {
   const SkinHit hit = skin.nearest(5, to_row(middle + 3 * out));
   EXPECT_NEAR(hit.distance_mm, 3, kSame_mm);
   EXPECT_LT((hit.point.head<3>() - middle).norm(), kSame_mm);
-  EXPECT_NEAR(skin.distance_to_proxy_face(5, to_row(middle + 3 * out)), 3, kSame_mm);
+  EXPECT_NEAR(skin.least_distance(5, to_row(middle + 3 * out)), 3, kSame_mm);
 }
 
 TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
@@ -130,6 +132,58 @@ TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
   const SkinHit hit = skin.nearest(0, Row(1, 2, 8, 0));
   EXPECT_TRUE(hit.point.allFinite());
   EXPECT_LT(hit.distance_mm, 8);
+}
+
+// A smooth skin whose nodes lie on the proxy's faces is met where the proxy is.
+TEST(Skin, ASmoothOneIsMetWhereItsNodesLie) {
+  TriangleMesh mesh = test::lumpy_organ(2, 40, 3);
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  const SmoothSkin smooth = flat_skin(mesh, 3);
+  const BaseLayer none;
+  const DeformBodies with = {{mesh, mechanics, none, &smooth}}, without = {{mesh, mechanics, none}};
+  const SpringNetwork network(without, kTimeStep_s);
+  Skin skin(network, with), proxy(network, without);
+  Rows x = network.rest();
+  RandomStream random(12);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    x[network.slot_of_vertex()[v]] +=
+        Row(2 * random.normal(), 2 * random.normal(), 2 * random.normal(), 0);
+  skin.pose(x), proxy.pose(x);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    ASSERT_TRUE(skin.smooth(f));
+    const SkinHit start = proxy.hit({f, 0.3, 0.4, 0}, Row::Zero());
+    const Row center =
+        start.point + 4 * start.normal + Row(random.normal(), random.normal(), random.normal(), 0);
+    const SkinHit found = skin.nearest(f, center), expected = proxy.nearest(f, center);
+    EXPECT_NEAR(found.distance_mm, expected.distance_mm, kSame_mm);
+    EXPECT_LT((found.point - expected.point).norm(), 1e-6);
+    EXPECT_LE(skin.least_distance(f, center), found.distance_mm + kSame_mm);
+    const Skin::Box box = skin.node_box(f);
+    EXPECT_TRUE((found.point.array() >= box.low.array() - kSame_mm).all());
+    EXPECT_TRUE((found.point.array() <= box.high.array() + kSame_mm).all());
+  }
+}
+
+// A tip that sinks into a smooth skin pushes it as it pushes the proxy that the nodes lie on.
+TEST(Skin, ATipPushesASmoothOneAsItPushesTheProxy) {
+  const TriangleMesh mesh = test::geodesic_sphere(2, 40);
+  const MechanicsModel mechanics = test::spring_body(mesh);
+  const SmoothSkin smooth = flat_skin(mesh, 2);
+  const BaseLayer none;
+  Deformer with(DeformBodies{{mesh, mechanics, none, &smooth}}),
+      without(DeformBodies{{mesh, mechanics, none}});
+  double force_N = 0;
+  for (int step = 0; step < 60; ++step) {
+    InstrumentTip tip;
+    tip.position_mm = {0, 0, 46 - std::min(0.4 * step, 12.0)};
+    tip.active = true;
+    const StepReport report = with.step({tip});
+    without.step({tip});
+    force_N = std::max(force_N, report.tip_force_n.front().norm());
+  }
+  EXPECT_GT(force_N, 0);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    EXPECT_LT((with.positions()[v] - without.positions()[v]).norm(), 0.2) << "vertex " << v;
 }
 
 }  // namespace

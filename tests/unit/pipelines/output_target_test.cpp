@@ -44,11 +44,13 @@ TEST_F(OutputTarget, AUsersFolderIsRefused) {
 }
 
 TEST_F(OutputTarget, OurFoldersMayBeReplacedButNotWhatLiesBesideOurFiles) {
-  write_file_atomically(path() / "manifest.json",
-                        R"({"schema": "organbake/bundle/1", "files": [{"path": "a/b.exr"}]})");
   fs::create_directory(path() / "a");
   write_file_atomically(path() / "a" / "b.exr", "x");
-  EXPECT_NO_THROW(check_output_folder(path()));
+  for (const std::string version : {"1", "2"}) {
+    write_file_atomically(path() / "manifest.json", R"({"schema": "organbake/bundle/)" + version +
+                                                        R"(", "files": [{"path": "a/b.exr"}]})");
+    EXPECT_NO_THROW(check_output_folder(path())) << version;
+  }
   write_file_atomically(path() / "notes.txt", "mine");
   expect_refused(path());
 }

@@ -15,7 +15,7 @@ namespace {
 
 class CarriedSurfaceTest : public testing::Test {
  protected:
-  CarriedSurface truth_{organ_options().organ.mesh(4), organ_to_play().proxy};
+  CarriedSurface truth_{organ_options().organ.mesh(4), organ_to_play().shell()};
   View view_ = orbit_view(organ_to_play().cameras, {}, 96, 96);
 };
 
@@ -49,7 +49,7 @@ TEST_F(CarriedSurfaceTest, DrawsRaysInsideAndOutside) {
   EXPECT_EQ(frame.color.at(0, 0)[1], 20);
   const std::size_t middle = 48 * 96 + 48;
   EXPECT_EQ(frame.covered[middle], TruthFrame::kRaysPerPixel);
-  EXPECT_LT(frame.proxy_face[middle], organ_to_play().proxy.faces.size());
+  EXPECT_LT(frame.shell_face[middle], organ_to_play().proxy.faces.size());
   const auto partly = std::count_if(frame.covered.begin(), frame.covered.end(), [](int rays) {
     return rays > 0 && rays < TruthFrame::kRaysPerPixel;
   });
@@ -57,10 +57,10 @@ TEST_F(CarriedSurfaceTest, DrawsRaysInsideAndOutside) {
 }
 
 TEST_F(CarriedSurfaceTest, RefusesWhatItCannotShow) {
-  EXPECT_THROW(CarriedSurface(TriangleMesh(), organ_to_play().proxy), BadDataError);
+  EXPECT_THROW(CarriedSurface(TriangleMesh(), organ_to_play().shell()), BadDataError);
   TriangleMesh grey = truth_.at_rest();
   grey.colors.clear();
-  const CarriedSurface colourless(grey, organ_to_play().proxy);
+  const CarriedSurface colourless(grey, organ_to_play().shell());
   EXPECT_THROW(colourless.draw(grey.vertices, view_, {0, 0, 0}), BadDataError);
 }
 

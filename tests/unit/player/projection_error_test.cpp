@@ -25,7 +25,7 @@ constexpr double kGrazingPx = 2;
 
 class ProjectionErrorTest : public testing::Test {
  protected:
-  CarriedSurface truth_{organ_options().organ.mesh(5), organ_to_play().proxy};
+  CarriedSurface truth_{organ_options().organ.mesh(5), organ_to_play().shell()};
   ProjectionComparison comparison_{organ_to_play(), truth_};
 };
 
@@ -105,7 +105,7 @@ TEST_F(ProjectionErrorTest, NoticesAFrameOfAnotherView) {
 // Within the outline: at it a ray a pixel is as good or bad as a splat.
 TEST(IdealPicture, IsAboveWhatTheWarpMakesOfTheMaps) {
   const Bundle& organ = organ_to_play();
-  const CarriedSurface truth(organ_options().organ.mesh(7), organ.proxy);
+  const CarriedSurface truth(organ_options().organ.mesh(7), organ.shell());
   const auto positions = dented(organ.proxy, organ.cameras.manifold.directions[0], 10);
   const View view = orbit_view(organ.cameras, {0.7}, 128, 128);
   const TruthFrame expected = truth.draw(truth.carry(positions), view, {0, 0, 0});

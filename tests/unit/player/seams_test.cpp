@@ -19,7 +19,7 @@ TruthFrame two_faces() {
   std::fill(truth.color.pixels.begin(), truth.color.pixels.end(), std::uint8_t{100});
   truth.sharp = truth.color;
   truth.covered.assign(kSize * kSize, TruthFrame::kRaysPerPixel);
-  for (int i = 0; i < kSize * kSize; ++i) truth.proxy_face.push_back(i % kSize < kSize / 2 ? 3 : 7);
+  for (int i = 0; i < kSize * kSize; ++i) truth.shell_face.push_back(i % kSize < kSize / 2 ? 3 : 7);
   return truth;
 }
 

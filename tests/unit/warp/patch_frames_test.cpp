@@ -25,7 +25,9 @@ FaceFrame random_face(RandomStream& random, const View& view) {
     mesh.vertices.emplace_back(random.uniform(-60, 60), random.uniform(-60, 60),
                                random.uniform(-20, 150));
   }
-  FaceFrame face = face_frames(mesh, mesh, view).front();
+  std::vector<FaceFrame> frames;
+  face_frames(PosedShell(ShellSurface(mesh)), view, frames);
+  FaceFrame face = frames.front();
   face.two_sided = random.below(4) == 0;
   return face;
 }

@@ -30,13 +30,17 @@ TriangleMesh with_sliver(TriangleMesh mesh) {
   return mesh;
 }
 
+void place(SkinTurns& turns, const TriangleMesh& posed, std::vector<std::uint8_t>& turned) {
+  turns.place(shell_matrices(posed), std::vector<std::uint8_t>(posed.faces.size(), 1), turned);
+}
+
 TEST(SkinTurns, ATurnedProxyTurnsItsNormals) {
   const Matrix3d turn = Eigen::AngleAxisd(0.8, Vector3d(1, 2, -1).normalized()).matrix();
   TriangleMesh proxy = with_sliver(ball());
-  SkinTurns turns(proxy);
+  SkinTurns turns{ShellSurface(proxy)};
   for (Vector3d& v : proxy.vertices) v = turn * v;
   std::vector<std::uint8_t> turned(proxy.faces.size());
-  turns.place(shell_matrices(proxy), turned);
+  place(turns, proxy, turned);
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
     EXPECT_TRUE(turned[f]);
     EXPECT_FALSE(turns.at_rest(f));
@@ -55,10 +59,10 @@ TEST(SkinTurns, AKnotBetweenCollapsedFacesTurnsWithTheOthers) {
   proxy.faces[0] = {middle, face[1], face[2]};
   proxy.faces.push_back({face[0], middle, face[2]});
   proxy.faces.push_back({face[0], face[1], middle});
-  SkinTurns turns(proxy);
+  SkinTurns turns{ShellSurface(proxy)};
   for (Vector3d& v : proxy.vertices) v = turn * v;
   std::vector<std::uint8_t> turned(proxy.faces.size());
-  turns.place(shell_matrices(proxy), turned);
+  place(turns, proxy, turned);
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
     for (const auto& [b1, b2] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.5, 0.5}, {0.3, 0.3}})
       EXPECT_LT((turns.at(f, b1, b2).topRows<3>() - turn).norm(), 1e-12) << "face " << f;
@@ -69,14 +73,14 @@ TEST(SkinTurns, OnlyFacesNearWhatMovedAreTurnedAndComeBackToTheBit) {
   const TriangleMesh rest = ball();
   TriangleMesh pushed = rest;
   pushed.vertices[0] *= 0.9;
-  SkinTurns turns(rest);
+  SkinTurns turns{ShellSurface(rest)};
   std::vector<std::uint8_t> turned(rest.faces.size());
-  turns.place(shell_matrices(pushed), turned);
+  place(turns, pushed, turned);
   const auto count = std::count(turned.begin(), turned.end(), 1);
   EXPECT_GE(count, 5);
   EXPECT_LT(count, static_cast<std::ptrdiff_t>(rest.faces.size()) / 2);
   for (std::uint32_t f = 0; f < turned.size(); ++f) EXPECT_EQ(turns.at_rest(f), !turned[f]);
-  turns.place(shell_matrices(rest), turned);
+  place(turns, rest, turned);
   for (std::uint32_t f = 0; f < turned.size(); ++f) EXPECT_TRUE(turns.at_rest(f));
 }
 
@@ -84,9 +88,9 @@ TEST(SkinTurns, NormalsAreContinuousOverEdges) {
   const TriangleMesh rest = ball();
   TriangleMesh bent = rest;
   for (Vector3d& v : bent.vertices) v += Vector3d(0, 4 * std::sin(v.x() / 9), 3 * std::cos(v.y()));
-  SkinTurns turns(rest);
+  SkinTurns turns{ShellSurface(rest)};
   std::vector<std::uint8_t> turned(rest.faces.size());
-  turns.place(shell_matrices(bent), turned);
+  place(turns, bent, turned);
   const auto along = [&](std::uint32_t f, std::uint32_t a, std::uint32_t b, double share) {
     std::array<double, 3> at{};
     for (int k = 0; k < 3; ++k) {
@@ -121,9 +125,9 @@ TEST(SkinTurns, ASliverHardlyTurnsTheSkinAboutIt) {
   const Vector3d outward = face_normal(rest, 0);
   moved.vertices.back() += 0.5 * outward;  // the sliver is 0.3 mm high
   ASSERT_LT(face_normal(moved, rest.faces.size() - 1).dot(outward), 0.6);
-  SkinTurns turns(rest);
+  SkinTurns turns{ShellSurface(rest)};
   std::vector<std::uint8_t> turned(rest.faces.size());
-  turns.place(shell_matrices(moved), turned);
+  place(turns, moved, turned);
   constexpr double kMostTurn = 0.1;  // rad; by angles it was 0.5
   const auto sliver = static_cast<std::uint32_t>(rest.faces.size() - 1);
   for (const std::uint32_t f : {0u, sliver - 1, sliver}) {

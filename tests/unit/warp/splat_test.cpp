@@ -38,7 +38,9 @@ struct Scene {
     const Eigen::Vector3d middle(about(20), about(10), random.uniform(30, 200));
     for (int i = 0; i < 3; ++i)
       mesh.vertices.push_back(middle + Eigen::Vector3d(about(20), about(20), about(20)));
-    face = face_frames(mesh, mesh, view).front();
+    std::vector<FaceFrame> frames;
+    face_frames(PosedShell(ShellSurface(mesh)), view, frames);
+    face = frames.front();
     face.two_sided = true;
     Chunk one;
     one.count = count;

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/lattice.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/lattice.h"
 
 #include <gtest/gtest.h>
 

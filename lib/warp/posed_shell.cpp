@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/posed_shell.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+namespace organbake {
+namespace {
+
+// What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
+// normal farther from the mean of its corners' than 6°.
+constexpr double kPushedShare = 0.02, kBentCosine = 0.995;
+
+}  // namespace
+
+PosedShell::PosedShell(ShellSurface shell)
+    : shell_(std::move(shell)),
+      pushed_mm_(kPushedShare * bounds(at_rest()).diagonal()),
+      proxy_positions_(shell_.proxy().vertices),
+      posed_(at_rest()),
+      normals_(vertex_normals(posed_)),
+      matrices_(shell_matrices(posed_)),
+      two_sided_(posed_.faces.size(), 0),
+      face_start_(posed_.vertices.size() + 1, 0) {
+  for (const Face& face : posed_.faces) {
+    for (const std::uint32_t v : face) ++face_start_[v + 1];
+  }
+  for (std::size_t v = 0; v < posed_.vertices.size(); ++v) face_start_[v + 1] += face_start_[v];
+  faces_of_vertex_.resize(3 * posed_.faces.size());
+  std::vector<std::uint32_t> next = face_start_;
+  for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {
+    for (const std::uint32_t v : posed_.faces[f]) faces_of_vertex_[next[v]++] = f;
+  }
+}
+
+void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
+  if (proxy_positions == proxy_positions_) return;
+  proxy_positions_ = proxy_positions;
+  shell_.pose(proxy_positions_, next_vertices_);
+  std::swap(posed_.vertices, next_vertices_);
+  const auto mark = [this](std::vector<std::uint8_t>& faces, std::uint32_t vertex) {
+    for (std::uint32_t k = face_start_[vertex]; k < face_start_[vertex + 1]; ++k)
+      faces[faces_of_vertex_[k]] = 1;
+  };
+  // Moved vertices change their faces, those all their corners' normals, and these their faces.
+  face_changed_.assign(posed_.faces.size(), 0);
+  for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
+    if (posed_.vertices[v] != next_vertices_[v]) mark(face_changed_, v);
+  }
+  vertex_changed_.assign(posed_.vertices.size(), 0);
+  for (std::size_t f = 0; f < posed_.faces.size(); ++f) {
+    if (!face_changed_[f]) continue;
+    for (const std::uint32_t v : posed_.faces[f]) vertex_changed_[v] = 1;
+  }
+  for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
+    if (!vertex_changed_[v]) continue;
+    set_normal(v);
+    mark(face_changed_, v);
+  }
+  for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {
+    if (!face_changed_[f]) continue;
+    matrices_[f] = shell_matrix(posed_, normals_, f);
+    two_sided_[f] = bent_over(f);
+  }
+}
+
+// As vertex_normals() has it.
+void PosedShell::set_normal(std::uint32_t vertex) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::uint32_t k = face_start_[vertex]; k < face_start_[vertex + 1]; ++k) {
+    const std::uint32_t f = faces_of_vertex_[k];
+    const Face& face = posed_.faces[f];
+    const int corner = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
+    sum += corner_angle(posed_, f, corner) * face_normal(posed_, f);
+  }
+  const double length = sum.norm();
+  normals_[vertex] = length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d::UnitZ();
+}
+
+bool PosedShell::bent_over(std::uint32_t f) const {
+  const Face& face = posed_.faces[f];
+  const bool pushed = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+    return (posed_.vertices[v] - at_rest().vertices[v]).norm() > pushed_mm_;
+  });
+  if (!pushed) return false;
+  const Eigen::Vector3d skin = normals_[face[0]] + normals_[face[1]] + normals_[face[2]];
+  return face_normal(posed_, f).dot(skin) < kBentCosine * skin.norm();
+}
+
+}  // namespace organbake
