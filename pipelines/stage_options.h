@@ -7,6 +7,7 @@
 #include "capture/capture.h"
 #include "capture/filtered_detail.h"
 #include "decimate/decimate.h"
+#include "formats/mesh_files.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
 #include "phantom/laparoscopy.h"
@@ -49,6 +50,17 @@ struct IsosurfaceStageOptions {
   ReadStageOptions reading;
 };
 
+// A mesh that the command reads, and the unit of files that don't say theirs.
+struct DecimateStageOptions {
+  DecimateOptions decimate;
+  MeshUnit unit = MeshUnit::mm;
+};
+
+struct InspectStageOptions {
+  ReadStageOptions reading;
+  MeshUnit unit = MeshUnit::mm;
+};
+
 struct ShadeStageOptions {
   ShadingOptions shading;
   SelectionOptions selection;
@@ -71,6 +83,7 @@ struct PlaceStageOptions {
   double cone_angle_rad = 0;      // half angle; 0 = cameras all round
   CoverageGoal goal{.share = 0};  // share 0 = go by count
   CoverageDetail report = CoverageDetail::brief;
+  MeshUnit unit = MeshUnit::mm;
 
   PlacementOptions resolved() const;
 };
@@ -83,6 +96,7 @@ struct RegisterStageOptions {
   bool vertex_albedo = false;  // the surface's colours are its albedo
   bool from_poses = false;     // start from the poses that the document of unposed photos has
   CameraExport also = CameraExport::none;
+  MeshUnit unit = MeshUnit::mm;
 };
 
 struct CaptureStageOptions {
@@ -91,6 +105,7 @@ struct CaptureStageOptions {
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   Material material;
   MapPacking packing;
+  MeshUnit unit = MeshUnit::mm;
 };
 
 // What a bundle is written as for other programs.
@@ -106,7 +121,9 @@ struct BundleOptions {
 void bind(OptionList& list, PhantomStageOptions& options);
 void bind(OptionList& list, ReadStageOptions& options);
 void bind(OptionList& list, IsosurfaceStageOptions& options);
-void bind(OptionList& list, DecimateOptions& options);
+void bind_unit(OptionList& list, MeshUnit& unit);
+void bind(OptionList& list, DecimateStageOptions& options);
+void bind(OptionList& list, InspectStageOptions& options);
 void bind(OptionList& list, MechanicsOptions& options);
 void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);

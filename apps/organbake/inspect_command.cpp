@@ -122,7 +122,7 @@ std::string table(const StageReport& report) {
 }  // namespace
 
 int run_inspect(const Arguments& arguments, Session& session) {
-  ReadStageOptions reading;
+  InspectStageOptions reading;
   OptionList options;
   bind(options, reading);
   const auto words = session.read_command(

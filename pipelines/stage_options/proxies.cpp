@@ -3,7 +3,19 @@
 
 namespace organbake {
 
-void bind(OptionList& list, DecimateOptions& o) {
+void bind_unit(OptionList& list, MeshUnit& unit) {
+  list.add(
+      "unit", &unit, {.help = "of a mesh file that doesn't say its own; glTF is in metres"},
+      {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
+}
+
+void bind(OptionList& list, InspectStageOptions& o) {
+  bind(list, o.reading);
+  bind_unit(list, o.unit);
+}
+
+void bind(OptionList& list, DecimateStageOptions& options) {
+  DecimateOptions& o = options.decimate;
   list.add("faces", &o.faces,
            {.help = "the proxy has at most this many", .min = 4, .max = 10000000})
       .add("max_error", &o.max_error_mm,
@@ -23,6 +35,7 @@ void bind(OptionList& list, DecimateOptions& o) {
            {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
       .add("flips", &o.flips,
            {.help = "of the fit: flip edges where that lowers the distance, up to 500 faces"});
+  bind_unit(list, options.unit);
 }
 
 void bind(OptionList& list, MechanicsOptions& o) {

@@ -69,7 +69,7 @@ std::size_t describe_folder(const std::filesystem::path& folder, StageReport& re
 
 void describe_volume_at(const std::filesystem::path& path, const StageCall& call,
                         StageReport& report) {
-  const auto reading = resolved_options<ReadStageOptions>(call.options_json);
+  const ReadStageOptions reading = resolved_options<InspectStageOptions>(call.options_json).reading;
   const bool folder = std::filesystem::is_directory(path);
   StageReport listed;
   const std::size_t series = folder ? describe_folder(path, listed) : 0;
@@ -87,7 +87,8 @@ void describe_volume_at(const std::filesystem::path& path, const StageCall& call
 StageReport run(const StageCall& call) {
   StageReport report;
   if (const auto* path = call.input("mesh")) {
-    describe(read_mesh(*path), report);
+    const auto asked = resolved_options<InspectStageOptions>(call.options_json);
+    describe(read_mesh(*path, asked.unit, call.context), report);
   } else {
     describe_volume_at(*call.input("volume"), call, report);
   }

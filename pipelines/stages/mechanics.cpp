@@ -14,7 +14,7 @@ namespace {
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<MechanicsOptions>(call.options_json);
   options.check();
-  const TriangleMesh proxy = read_mesh(*call.input("proxy"));
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"), MeshUnit::mm, call.context);
   const MechanicsModel model = make_mechanics(proxy, options, call.context);
   write_file_atomically(call.output_folder / "mechanics.json", mechanics_to_json(model));
 
