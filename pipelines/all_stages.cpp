@@ -61,7 +61,7 @@ std::vector<Stage> describe() {
        .summary = "give a proxy its springs, masses and anchors",
        .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
        .outputs = {{"mechanics", "mechanics.json"}},
-       .make_options = make_options<MechanicsOptions>,
+       .make_options = make_options<MechanicsStageOptions>,
        .single_file = true},
       {.name = "place",
        .version = 6,

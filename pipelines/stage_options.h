@@ -56,6 +56,11 @@ struct DecimateStageOptions {
   MeshUnit unit = MeshUnit::mm;
 };
 
+struct MechanicsStageOptions {
+  MechanicsOptions mechanics;
+  MeshUnit unit = MeshUnit::mm;
+};
+
 struct InspectStageOptions {
   ReadStageOptions reading;
   MeshUnit unit = MeshUnit::mm;
@@ -124,7 +129,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options);
 void bind_unit(OptionList& list, MeshUnit& unit);
 void bind(OptionList& list, DecimateStageOptions& options);
 void bind(OptionList& list, InspectStageOptions& options);
-void bind(OptionList& list, MechanicsOptions& options);
+void bind(OptionList& list, MechanicsStageOptions& options);
 void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
 void bind(OptionList& list, RegisterStageOptions& options);

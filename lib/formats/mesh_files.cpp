@@ -9,12 +9,12 @@
 #include <vtkPolyData.h>
 #include <vtkXMLPolyDataReader.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <string>
 
 #include "core/error.h"
+#include "core/file_ending.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/legacy_vtk.h"
@@ -80,17 +80,10 @@ TriangleMesh read_gltf(const fs::path& path) {
   return mesh_from_polydata(all->GetOutput(), path.string(), true);
 }
 
-std::string lower_case_ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c; });
-  return ending;
-}
-
 bool is_gltf(const std::string& ending) { return ending == ".glb" || ending == ".gltf"; }
 
 TriangleMesh read_by_ending(const fs::path& path) {
-  const std::string ending = lower_case_ending(path);
+  const std::string ending = lower_ending(path);
   if (ending == ".ply") return read_ply(path);
   if (ending == ".stl") return parsed(path, parse_stl);
   if (ending == ".obj") return parsed(path, parse_obj);
@@ -180,9 +173,9 @@ TriangleMesh read_mesh(const fs::path& path, MeshUnit unit, const RunContext& co
   check_mesh(mesh, path.string());
   if (mesh.empty()) throw BadDataError(path, "holds no triangles");
   const bool known_mm = unit != MeshUnit::mm && says_mm(path);
-  const double scale = is_gltf(lower_case_ending(path)) ? size_mm(MeshUnit::m)
-                       : known_mm                       ? 1
-                                                        : size_mm(unit);
+  const double scale = is_gltf(lower_ending(path)) ? size_mm(MeshUnit::m)
+                       : known_mm                  ? 1
+                                                   : size_mm(unit);
   if (scale != 1) {
     for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
   }

@@ -38,7 +38,8 @@ void bind(OptionList& list, DecimateStageOptions& options) {
   bind_unit(list, options.unit);
 }
 
-void bind(OptionList& list, MechanicsOptions& o) {
+void bind(OptionList& list, MechanicsStageOptions& options) {
+  MechanicsOptions& o = options.mechanics;
   list.add("young_modulus", &o.young_modulus_kpa,
            {.help = "of the tissue; liver: about 5…15", .unit = "kPa", .min = 1e-3, .max = 1e6})
       .add("density", &o.density_kg_per_m3,
@@ -69,6 +70,7 @@ void bind(OptionList& list, MechanicsOptions& o) {
       .add("fit_to_fem", &o.fit_to_fem,
            {.help = "fit the springs' constants to the tetrahedra's response to dead loads; small "
                     "proxies get springs between all their vertices"});
+  bind_unit(list, options.unit);
 }
 
 }  // namespace organbake
