@@ -65,6 +65,22 @@ std::vector<InputFile> files_of_header(const fs::path& header) {
   return files_of_folder(header.parent_path().empty() ? fs::path(".") : header.parent_path());
 }
 
+// A NIfTI header and its voxels, "scan.hdr" and "scan.img", packed or not; none for other files.
+std::vector<InputFile> files_of_pair(const fs::path& path) {
+  std::vector<InputFile> files;
+  for (const char* ending : {".hdr", ".img"}) {
+    std::string name = path.filename().string();
+    for (const std::string other : {".hdr", ".img"}) {
+      const std::size_t at = name.rfind(other);
+      if (at != std::string::npos) name.replace(at, other.size(), ending);
+    }
+    const fs::path file = path.parent_path() / name;
+    if (name.find(ending) == std::string::npos || !fs::is_regular_file(file)) return {};
+    files.push_back({ending, file});
+  }
+  return files;
+}
+
 std::vector<InputFile> files_of_photos(const fs::path& document) {
   std::vector<InputFile> files = {{"cameras.json", document}};
   for (const std::string& image : read_cameras(document).images) {
@@ -114,6 +130,9 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");
   if (kind == InputKind::photos) return files_of_photos(path);
   const std::string ending = path.extension().string();
+  if (kind == InputKind::volume) {
+    if (const auto pair = files_of_pair(path); !pair.empty()) return pair;
+  }
   if (kind == InputKind::volume && (ending == ".mhd" || ending == ".nhdr")) {
     return files_of_header(path);
   }

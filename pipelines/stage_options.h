@@ -36,10 +36,11 @@ struct ReadStageOptions {
   std::string series;
   bool strict = false;
   std::string roi;  // as parse_region reads it; empty = all
+  int time = 0;     // of several time points, from 1
 
   // Inline, so that only the stages' modules need what parses a region.
   VolumeReadOptions resolved() const {
-    VolumeReadOptions options{.series = series, .strict = strict};
+    VolumeReadOptions options{.series = series, .strict = strict, .time = time};
     if (!roi.empty()) options.region = parse_region(roi, "--roi");
     return options;
   }
@@ -47,6 +48,8 @@ struct ReadStageOptions {
 
 struct IsosurfaceStageOptions {
   IsosurfaceOptions surface;
+  std::string label = "1";  // number, name, or several of them
+  bool each_label = false;  // a file for every label of the mask, in a folder
   ReadStageOptions reading;
 };
 
