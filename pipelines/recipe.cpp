@@ -155,7 +155,8 @@ const std::vector<RecipeInput>& recipe_inputs() {
       {"intrinsics", InputKind::cameras, "of the laparoscope: a cameras.json of one camera"},
       {"unposed", InputKind::photos,
        "photographs whose poses register shall find: a cameras.json with images and lenses"},
-      {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
+      {"surface", InputKind::mesh, "the organ's surface, when there is one already"},
+      {"mesh", InputKind::mesh, "a surface that repair makes fit first"}};
   return inputs;
 }
 
@@ -230,6 +231,13 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
     const fs::path path = inputs[input.name].get<std::string>();
     const bool as_it_is = path.is_absolute() || set_by_user.contains(input.name);
     recipe.inputs[input.name] = as_it_is ? path : file.parent_path() / path;
+  }
+  // A surface that is to be repaired is what repair takes; other surfaces are sound already.
+  if (recipe.sections.contains("repair")) {
+    if (const auto surface = recipe.inputs.extract("surface"); !surface.empty()) {
+      recipe.inputs["mesh"] = surface.mapped();
+    }
+    if (!recipe.inputs.contains("mesh")) recipe.sections.erase("repair");
   }
   sections.erase("bundle");
   recipe.options = std::move(sections);

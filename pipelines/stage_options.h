@@ -15,6 +15,7 @@
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
 #include "registration/register_photo.h"
+#include "repair/repair.h"
 #include "shading/depth_mesh.h"
 #include "shading/frame_depth.h"
 #include "shading/frame_source.h"
@@ -61,6 +62,12 @@ struct DecimateStageOptions {
 
 struct MechanicsStageOptions {
   MechanicsOptions mechanics;
+  MeshUnit unit = MeshUnit::mm;
+};
+
+struct RepairStageOptions {
+  std::string mode = "auto";  // or none: the surface as it is
+  RepairOptions repair;
   MeshUnit unit = MeshUnit::mm;
 };
 
@@ -132,6 +139,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options);
 void bind_unit(OptionList& list, MeshUnit& unit);
 void bind(OptionList& list, DecimateStageOptions& options);
 void bind(OptionList& list, InspectStageOptions& options);
+void bind(OptionList& list, RepairStageOptions& options);
 void bind(OptionList& list, MechanicsStageOptions& options);
 void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
