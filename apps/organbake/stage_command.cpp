@@ -132,6 +132,11 @@ int run_stage_command(const Stage& described, const Arguments& arguments, Sessio
       LogLevel::info,
       stage.name + ": " +
           (result.ran ? "ran in " + to_text(result.entry.record.seconds, 2) + " s" : "cached"));
+  if (!result.ran) {
+    for (const std::string& warning : result.entry.record.warnings) {
+      session.terminal().log(LogLevel::warning, stage.name + ": " + warning);
+    }
+  }
   const nlohmann::json report = nlohmann::json::parse(result.entry.record.report_json);
   const nlohmann::json json = {{"output", flags.output.string()},
                                {"state", result.ran ? "ran" : "cached"},

@@ -122,7 +122,7 @@ DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& opt
   measure(summary, surface, context);
   describe_topology(summary);
   if (summary.self_intersecting_faces > 0) {
-    context.warn("decimate: " + std::to_string(summary.self_intersecting_faces) +
+    context.warn(std::to_string(summary.self_intersecting_faces) +
                  " faces of the proxy meet others; allow more faces");
   }
   return summary;
