@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/read_volume.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string_view>
 
 #include "core/error.h"
 #include "volume/byte_stream.h"
+#include "volume/dicom_folder.h"
 #include "volume/dicom_masks.h"
 #include "volume/dicom_reader.h"
 #include "volume/header_text.h"
@@ -67,6 +69,24 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
                      "(.nrrd, .nhdr), VTI or a folder of DICOM files is needed");
 }
 
+// The segmentation or the contours in a folder that is given as a mask; empty when it holds none.
+fs::path mask_file_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    std::array<std::byte, 132> bytes{};
+    const std::size_t count = ByteStream(entry.path()).read(bytes);
+    const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
+    if (count < bytes.size() || first.substr(128) != "DICM") continue;
+    if (dicom_mask_kind(entry.path()) != DicomMaskKind::none) found.push_back(entry.path());
+  }
+  if (found.empty()) return {};
+  std::sort(found.begin(), found.end());
+  if (found.size() == 1) return found.front();
+  throw BadDataError(folder, "holds " + std::to_string(found.size()) + " masks (" +
+                                 named_files(found) + "); give one of these files");
+}
+
 }  // namespace
 
 Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
@@ -76,6 +96,11 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw NoInputError(path, "does not exist");
   const bool folder = fs::is_directory(status);
+  if (folder && options.is_mask) {
+    if (const fs::path mask = mask_file_in(path); !mask.empty()) {
+      return read_volume(mask, options, context);
+    }
+  }
   Volume volume =
       folder ? read_dicom(path, options, context) : read_file_by_content(path, options, context);
   check_volume(volume, path.string());

@@ -111,6 +111,17 @@ TEST_F(DicomMasks, SegmentsOverlapKeepTheirNamesAndLieWhereTheirFramesDo) {
               HasSubstr("no label 3"));
 }
 
+TEST_F(DicomMasks, AFolderWithOneMaskStandsForIt) {
+  const SegBytes seg{"BINARY", 1, {{1, 0, frame_with({3})}, {1, 2, frame_with({3, 4})}}};
+  const Volume alone = read(seg.bytes(), "liver");
+  const auto from_folder = [&] {
+    return read_volume(folder_.path(), {.label = "liver", .is_mask = true});
+  };
+  EXPECT_EQ(from_folder().voxels, alone.voxels);
+  write_bytes(folder_.path() / "other.dcm", seg.bytes());
+  EXPECT_THAT(message_of(ExitCode::bad_data, from_folder), HasSubstr("holds 2 masks (mask.dcm, o"));
+}
+
 TEST_F(DicomMasks, AFractionalSegmentIsInsideFromOneHalfOn) {
   SegBytes seg{"FRACTIONAL", 8, {{1, 0, frame_with({3}, 99)}, {1, 2, frame_with({3, 4}, 100)}}};
   EXPECT_EQ(label_figures(read(seg.bytes(), "1"))[0].voxels, 2u);
