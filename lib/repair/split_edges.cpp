@@ -14,15 +14,15 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 // A face at an edge from its lower vertex to its higher one; corners are 3·face + corner.
-struct EdgeUse {
+struct CornerUse {
   std::uint64_t edge;
   std::uint32_t low_corner, high_corner;
   bool up;  // the face runs from low to high
   double angle = 0;
 };
 
-std::vector<EdgeUse> sorted_uses(const std::vector<Face>& faces) {
-  std::vector<EdgeUse> uses;
+std::vector<CornerUse> sorted_corner_uses(const std::vector<Face>& faces) {
+  std::vector<CornerUse> uses;
   uses.reserve(3 * faces.size());
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     for (std::uint32_t c = 0; c < 3; ++c) {
@@ -36,7 +36,7 @@ std::vector<EdgeUse> sorted_uses(const std::vector<Face>& faces) {
       uses.push_back({a << 32 | b, low, high, up});
     }
   }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+  std::sort(uses.begin(), uses.end(), [](const CornerUse& a, const CornerUse& b) {
     return a.edge != b.edge ? a.edge < b.edge : a.low_corner < b.low_corner;
   });
   return uses;
@@ -52,7 +52,7 @@ class Fans {
     while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
     return x;
   }
-  void join(const EdgeUse& a, const EdgeUse& b) {
+  void join(const CornerUse& a, const CornerUse& b) {
     unite(a.low_corner, b.low_corner);
     unite(a.high_corner, b.high_corner);
   }
@@ -68,21 +68,21 @@ class Fans {
 // Round the edge, counter-clockwise seen from its higher vertex: outside lies ahead of a face that
 // runs up, behind one that runs down. A solid lies from one that runs down to the next that runs
 // up.
-void join_solids(const TriangleMesh& mesh, std::span<EdgeUse> uses, Fans& fans) {
+void join_solids(const TriangleMesh& mesh, std::span<CornerUse> uses, Fans& fans) {
   const auto corner = [&](std::uint32_t c) { return mesh.vertices[mesh.faces[c / 3][c % 3]]; };
   const Eigen::Vector3d low = corner(uses[0].low_corner), high = corner(uses[0].high_corner);
   const Eigen::Vector3d along = (high - low).normalized();
   const Eigen::Vector3d x = along.unitOrthogonal(), y = along.cross(x);
-  for (EdgeUse& use : uses) {
+  for (CornerUse& use : uses) {
     const std::uint32_t face = use.low_corner / 3;
     const std::uint32_t third = 3 * face + (3 - use.low_corner % 3 - use.high_corner % 3);
     const Eigen::Vector3d out = corner(third) - low;
     use.angle = std::atan2(out.dot(y), out.dot(x));
   }
   std::stable_sort(uses.begin(), uses.end(),
-                   [](const EdgeUse& a, const EdgeUse& b) { return a.angle < b.angle; });
+                   [](const CornerUse& a, const CornerUse& b) { return a.angle < b.angle; });
   for (std::size_t i = 0; i < uses.size(); ++i) {
-    const EdgeUse &from = uses[i], &to = uses[(i + 1) % uses.size()];
+    const CornerUse &from = uses[i], &to = uses[(i + 1) % uses.size()];
     if (!from.up && to.up) fans.join(from, to);
   }
 }
@@ -90,7 +90,7 @@ void join_solids(const TriangleMesh& mesh, std::span<EdgeUse> uses, Fans& fans) 
 }  // namespace
 
 std::size_t split_edges(TriangleMesh& mesh) {
-  std::vector<EdgeUse> uses = sorted_uses(mesh.faces);
+  std::vector<CornerUse> uses = sorted_corner_uses(mesh.faces);
   Fans fans(mesh.faces.size());
   for (std::size_t i = 0; i < uses.size();) {
     const std::size_t begin = i;
