@@ -203,7 +203,6 @@ class Repair {
     summary_.genus = genus_of(topology, summary_.open_loops);
     summary_.max_mm = largest_distance(reference_, mesh_, RayScene(mesh_), context_);
     summary_.reverse_max_mm = largest_distance(mesh_, reference_, RayScene(reference_), context_);
-    if (topology.unused_vertices > 0) mesh_ = largest_components(mesh_, 0);
     summary_.mesh = std::move(mesh_);
   }
 

@@ -118,7 +118,9 @@ std::size_t split_edges(TriangleMesh& mesh) {
     }
     parted.faces.push_back(face);
   }
-  if (added > 0) mesh = std::move(parted);  // else its vertices keep their order
+  // Else its vertices keep their order.
+  const bool all_used = parted.vertices.size() == mesh.vertices.size();
+  if (added > 0 || !all_used) mesh = std::move(parted);
   return added;
 }
 
