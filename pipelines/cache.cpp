@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/cache.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -79,6 +81,13 @@ bool sizes_match(const CacheEntry& entry) {
   });
 }
 
+// Containers run without a home, or with one that nobody may write to.
+bool can_be_made(fs::path folder) {
+  std::error_code error;
+  while (!fs::exists(folder, error) && folder.has_relative_path()) folder = folder.parent_path();
+  return ::access(folder.c_str(), W_OK | X_OK) == 0;
+}
+
 }  // namespace
 
 std::string StepIngredients::key() const {
@@ -117,8 +126,13 @@ fs::path Cache::default_folder() {
   };
   if (const fs::path own = variable("ORGANBAKE_CACHE"); !own.empty()) return own;
   if (const fs::path xdg = variable("XDG_CACHE_HOME"); !xdg.empty()) return xdg / "organbake";
-  if (const fs::path home = variable("HOME"); !home.empty()) return home / ".cache" / "organbake";
-  throw UsageError("no place for the cache is known: HOME is not set; give --cache DIR");
+  const fs::path home = variable("HOME");
+  if (!home.empty() && can_be_made(home)) return home / ".cache" / "organbake";
+  return temporary_folder();
+}
+
+fs::path Cache::temporary_folder() {
+  return fs::temp_directory_path() / ("organbake-cache-" + std::to_string(::getuid()));
 }
 
 std::optional<CacheEntry> Cache::find(const StepIngredients& ingredients) const {

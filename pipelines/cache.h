@@ -60,6 +60,8 @@ class Cache {
   // $ORGANBAKE_CACHE, else $XDG_CACHE_HOME/organbake, else ~/.cache/organbake. Throws UsageError
   // when none can be told.
   static std::filesystem::path default_folder();
+  // What the default falls back to where there is no home to write to.
+  static std::filesystem::path temporary_folder();
 
   const std::filesystem::path& folder() const { return folder_; }
   // Nothing when the entry is missing or a file of it is not of the recorded size.

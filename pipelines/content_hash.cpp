@@ -7,8 +7,10 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <memory>
 
 #include "bundle/cameras_json.h"
@@ -65,6 +67,37 @@ std::vector<InputFile> files_of_header(const fs::path& header) {
   return files_of_folder(header.parent_path().empty() ? fs::path(".") : header.parent_path());
 }
 
+// A NIfTI header and its voxels, "scan.hdr" and "scan.img", packed or not; none for other files.
+std::vector<InputFile> files_of_pair(const fs::path& path) {
+  std::vector<InputFile> files;
+  for (const char* ending : {".hdr", ".img"}) {
+    std::string name = path.filename().string();
+    for (const std::string other : {".hdr", ".img"}) {
+      const std::size_t at = name.rfind(other);
+      if (at != std::string::npos) name.replace(at, other.size(), ending);
+    }
+    const fs::path file = path.parent_path() / name;
+    if (name.find(ending) == std::string::npos || !fs::is_regular_file(file)) return {};
+    files.push_back({ending, file});
+  }
+  return files;
+}
+
+bool is_dicom(const fs::path& path) {
+  std::array<char, 132> first{};
+  std::ifstream(path, std::ios::binary).read(first.data(), first.size());
+  return std::string_view(first.data() + 128, 4) == "DICM";
+}
+
+// One file may stand for the series beside it, or for all that a DICOMDIR lists below it: whatever
+// lies in its folder counts, and which file was named.
+std::vector<InputFile> files_of_dicom(const fs::path& path) {
+  const fs::path folder = path.parent_path();
+  std::vector<InputFile> files = files_of_folder(folder.empty() ? fs::path(".") : folder);
+  files.push_back({"the file that was named", path});
+  return files;
+}
+
 std::vector<InputFile> files_of_photos(const fs::path& document) {
   std::vector<InputFile> files = {{"cameras.json", document}};
   for (const std::string& image : read_cameras(document).images) {
@@ -114,6 +147,10 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");
   if (kind == InputKind::photos) return files_of_photos(path);
   const std::string ending = path.extension().string();
+  if (kind == InputKind::volume) {
+    if (const auto pair = files_of_pair(path); !pair.empty()) return pair;
+    if (is_dicom(path)) return files_of_dicom(path);
+  }
   if (kind == InputKind::volume && (ending == ".mhd" || ending == ".nhdr")) {
     return files_of_header(path);
   }

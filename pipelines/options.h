@@ -39,6 +39,7 @@ struct OptionTraits {
   std::optional<double> min = {};  // of a number, or of each component of a vector
   std::optional<double> max = {};
   std::vector<std::string> choices = {};  // of a text
+  bool number_too = false;                // a text that documents may also give as a whole number
 };
 
 struct Option {

@@ -45,6 +45,9 @@ std::optional<OptionValue> from_json(OptionKind kind, const Json& json) {
     case OptionKind::texts:
       if (json.is_array()) return json.get<std::vector<std::string>>();
       break;
+    case OptionKind::text:
+      if (json.is_number_integer()) return json.dump();  // the schema says where that may be
+      [[fallthrough]];
     default:
       if (json.is_string()) return json.get<std::string>();
   }
@@ -80,6 +83,11 @@ Json value_schema(const Option& option) {
       return {{"type", "string"}, {"enum", option.traits.choices}};
     case OptionKind::texts:
       return {{"type", "array"}, {"items", {{"type", "string"}}}};
+    case OptionKind::text:
+      if (option.traits.number_too) {
+        return {{"anyOf", {number_schema(option, "integer"), {{"type", "string"}}}}};
+      }
+      [[fallthrough]];
     default:
       return {{"type", "string"}};
   }

@@ -148,13 +148,15 @@ const std::vector<RecipeInput>& recipe_inputs() {
   static const std::vector<RecipeInput> inputs = {
       {"ct", InputKind::volume, "CT: a file or a folder of DICOM slices"},
       {"mask", InputKind::volume, "label mask; the organ is one label of it"},
+      {"label_names", InputKind::file, "names of the mask's labels, as ITK-SNAP writes them"},
       {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
       {"lighting", InputKind::file, "the light that the colours were taken in (JSON)"},
       {"frames", InputKind::frames, "laparoscopy: a frame, a folder of frames, or a video"},
       {"intrinsics", InputKind::cameras, "of the laparoscope: a cameras.json of one camera"},
       {"unposed", InputKind::photos,
        "photographs whose poses register shall find: a cameras.json with images and lenses"},
-      {"surface", InputKind::mesh, "the organ's surface, when there is one already"}};
+      {"surface", InputKind::mesh, "the organ's surface, when there is one already"},
+      {"mesh", InputKind::mesh, "a surface that repair makes fit first"}};
   return inputs;
 }
 
@@ -169,10 +171,9 @@ Json recipe_schema() {
   Json inputs = Json::object();
   for (const RecipeInput& input : recipe_inputs()) inputs[input.name] = input_schema(input);
   inputs["label"] = {
-      {"type", "integer"},
-      {"minimum", 1},
-      {"maximum", 32767},
-      {"description", "the organ's label in the mask; the same as isosurface.label"}};
+      {"anyOf", {{{"type", "integer"}, {"minimum", 1}, {"maximum", 32767}}, {{"type", "string"}}}},
+      {"description",
+       "the organ's label in the mask, number or name; the same as isosurface.label"}};
   Json properties = {
       {"schema", {{"type", "string"}, {"enum", {kRecipeSchema}}}},
       {"name", {{"type", "string"}, {"description", "what the bundle is called"}}},
@@ -220,11 +221,23 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
   if (inputs.contains("label")) {
     set_from_json(sections["isosurface"].list, {{"label", inputs["label"]}}, "inputs.");
   }
+  if (section_of(json, "isosurface").value("each_label", false)) {
+    throw RecipeError(file.string() +
+                      ": isosurface.each_label is for the command alone: a bake "
+                      "takes one organ; batch bakes many");
+  }
   for (const RecipeInput& input : recipe_inputs()) {
     if (!inputs.contains(input.name)) continue;
     const fs::path path = inputs[input.name].get<std::string>();
     const bool as_it_is = path.is_absolute() || set_by_user.contains(input.name);
     recipe.inputs[input.name] = as_it_is ? path : file.parent_path() / path;
+  }
+  // A surface that is to be repaired is what repair takes; other surfaces are sound already.
+  if (recipe.sections.contains("repair")) {
+    if (const auto surface = recipe.inputs.extract("surface"); !surface.empty()) {
+      recipe.inputs["mesh"] = surface.mapped();
+    }
+    if (!recipe.inputs.contains("mesh")) recipe.sections.erase("repair");
   }
   sections.erase("bundle");
   recipe.options = std::move(sections);

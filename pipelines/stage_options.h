@@ -7,6 +7,7 @@
 #include "capture/capture.h"
 #include "capture/filtered_detail.h"
 #include "decimate/decimate.h"
+#include "formats/mesh_files.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
 #include "phantom/laparoscopy.h"
@@ -14,6 +15,7 @@
 #include "pipelines/options.h"
 #include "pipelines/options_json.h"
 #include "registration/register_photo.h"
+#include "repair/repair.h"
 #include "shading/depth_mesh.h"
 #include "shading/frame_depth.h"
 #include "shading/frame_source.h"
@@ -35,10 +37,11 @@ struct ReadStageOptions {
   std::string series;
   bool strict = false;
   std::string roi;  // as parse_region reads it; empty = all
+  int time = 0;     // of several time points, from 1
 
   // Inline, so that only the stages' modules need what parses a region.
   VolumeReadOptions resolved() const {
-    VolumeReadOptions options{.series = series, .strict = strict};
+    VolumeReadOptions options{.series = series, .strict = strict, .time = time};
     if (!roi.empty()) options.region = parse_region(roi, "--roi");
     return options;
   }
@@ -46,7 +49,31 @@ struct ReadStageOptions {
 
 struct IsosurfaceStageOptions {
   IsosurfaceOptions surface;
+  std::string label = "1";  // number, name, or several of them
+  bool each_label = false;  // a file for every label of the mask, in a folder
   ReadStageOptions reading;
+};
+
+// A mesh that the command reads, and the unit of files that don't say theirs.
+struct DecimateStageOptions {
+  DecimateOptions decimate;
+  MeshUnit unit = MeshUnit::mm;
+};
+
+struct MechanicsStageOptions {
+  MechanicsOptions mechanics;
+  MeshUnit unit = MeshUnit::mm;
+};
+
+struct RepairStageOptions {
+  std::string mode = "auto";  // or none: the surface as it is
+  RepairOptions repair;
+  MeshUnit unit = MeshUnit::mm;
+};
+
+struct InspectStageOptions {
+  ReadStageOptions reading;
+  MeshUnit unit = MeshUnit::mm;
 };
 
 struct ShadeStageOptions {
@@ -71,6 +98,7 @@ struct PlaceStageOptions {
   double cone_angle_rad = 0;      // half angle; 0 = cameras all round
   CoverageGoal goal{.share = 0};  // share 0 = go by count
   CoverageDetail report = CoverageDetail::brief;
+  MeshUnit unit = MeshUnit::mm;
 
   PlacementOptions resolved() const;
 };
@@ -83,6 +111,7 @@ struct RegisterStageOptions {
   bool vertex_albedo = false;  // the surface's colours are its albedo
   bool from_poses = false;     // start from the poses that the document of unposed photos has
   CameraExport also = CameraExport::none;
+  MeshUnit unit = MeshUnit::mm;
 };
 
 struct CaptureStageOptions {
@@ -92,6 +121,7 @@ struct CaptureStageOptions {
   double skin_edge_mm = 6;     // of the smooth skin over the proxy; 0 = none
   Material material;
   MapPacking packing;
+  MeshUnit unit = MeshUnit::mm;
 };
 
 // What a bundle is written as for other programs.
@@ -107,8 +137,11 @@ struct BundleOptions {
 void bind(OptionList& list, PhantomStageOptions& options);
 void bind(OptionList& list, ReadStageOptions& options);
 void bind(OptionList& list, IsosurfaceStageOptions& options);
-void bind(OptionList& list, DecimateOptions& options);
-void bind(OptionList& list, MechanicsOptions& options);
+void bind_unit(OptionList& list, MeshUnit& unit);
+void bind(OptionList& list, DecimateStageOptions& options);
+void bind(OptionList& list, InspectStageOptions& options);
+void bind(OptionList& list, RepairStageOptions& options);
+void bind(OptionList& list, MechanicsStageOptions& options);
 void bind(OptionList& list, ShadeStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
 void bind(OptionList& list, RegisterStageOptions& options);

@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 
 struct BakeFlags {
   std::filesystem::path output, cache;
-  std::string from, to, quality;
+  std::string from, to, quality, repair;
   std::vector<std::string> settings;
   bool force = false, dry_run = false, explain = false, report = true;
 };
@@ -33,6 +33,9 @@ OptionList flag_list(BakeFlags& flags) {
       .add("set", &flags.settings,
            {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
                     "(decimate.faces=100)"})
+      .add("repair", &flags.repair,
+           {.help = "a surface that is given is made fit first; as --set repair.mode=",
+            .choices = {"auto", "none"}})
       .add("quality", &flags.quality,
            {.help = "sets the options that trade time for error where neither the recipe nor --set "
                     "does; --explain shows them",
@@ -70,7 +73,11 @@ void tell(const StepResult& step, Terminal& terminal) {
       LogLevel::info,
       step.step->stage->name + ": " +
           (step.ran ? "ran in " + to_text(step.entry.record.seconds, 2) + " s" : "cached"));
-  if (step.ran) tell_skipped(step, terminal);
+  if (step.ran) return tell_skipped(step, terminal);
+  // What was wrong when it ran still is.
+  for (const std::string& warning : step.entry.record.warnings) {
+    terminal.log(LogLevel::warning, step.step->stage->name + ": " + warning);
+  }
 }
 
 int show_plan(const Plan& plan, const std::vector<Forecast>& forecasts, bool explain,
@@ -164,6 +171,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   if (flags.output.empty() && !flags.dry_run) {
     throw UsageError("-o is missing: where shall the bundle go?");
   }
+  if (!flags.repair.empty()) flags.settings.push_back("repair.mode=" + flags.repair);
   if (!flags.quality.empty()) flags.settings.push_back("quality=" + flags.quality);
   const Recipe recipe = read_recipe(words->front(), flags.settings);
   const Plan plan = plan_bake(recipe, flags.to);

@@ -104,8 +104,7 @@ StageReport inspect(const fs::path& path, const OptionList& reading, Session& se
                      ": inspect takes a bundle, a volume, a mesh, an EXR map, a JSON document or a "
                      "recipe, no picture");
   }
-  const bool mesh = one_of(ending, {".ply", ".obj", ".stl", ".vtk", ".vtp"});
-  return inspect_in_module(path, mesh ? "mesh" : "volume", reading, session);
+  return inspect_in_module(path, is_mesh_name(path) ? "mesh" : "volume", reading, session);
 }
 
 std::string table(const StageReport& report) {
@@ -122,7 +121,7 @@ std::string table(const StageReport& report) {
 }  // namespace
 
 int run_inspect(const Arguments& arguments, Session& session) {
-  ReadStageOptions reading;
+  InspectStageOptions reading;
   OptionList options;
   bind(options, reading);
   const auto words = session.read_command(

@@ -83,7 +83,13 @@ RunContext Session::context(const std::string& stage) {
 }
 
 Runner Session::runner(const std::filesystem::path& cache_folder) {
-  return {Cache(cache_folder.empty() ? Cache::default_folder() : cache_folder), run_in_module,
+  const std::filesystem::path folder =
+      cache_folder.empty() ? Cache::default_folder() : cache_folder;
+  if (cache_folder.empty() && folder == Cache::temporary_folder()) {
+    terminal_.log(LogLevel::warning, "there is no home folder to write to; the cache is " +
+                                         folder.string() + " (--cache or ORGANBAKE_CACHE)");
+  }
+  return {Cache(folder), run_in_module,
           [this](const std::string& stage) { return context(stage); }};
 }
 

@@ -97,15 +97,27 @@ int exit_code_of(const nlohmann::json& report, Session& session, const Stage& st
   return static_cast<int>(ExitCode::quality_gate);
 }
 
+// With --each-label one file becomes a folder of them, whose names only the run knows.
+Stage as_asked(const Stage& stage, const OptionList& options) {
+  Stage asked = stage;
+  const Option* each = options.find("each_label");
+  if (each && std::get<bool>(each->get())) {
+    asked.single_file = false;
+    asked.outputs = {{"surfaces", "."}};
+  }
+  return asked;
+}
+
 }  // namespace
 
-int run_stage_command(const Stage& stage, const Arguments& arguments, Session& session) {
-  const StageOptions options = stage.make_options();
+int run_stage_command(const Stage& described, const Arguments& arguments, Session& session) {
+  const StageOptions options = described.make_options();
   StageFlags flags;
-  const auto words =
-      session.read_command(arguments, usage_of(stage), "Stage " + stage.name + ": " + stage.summary,
-                           flag_list(stage, options, flags), most_words(stage));
+  const auto words = session.read_command(
+      arguments, usage_of(described), "Stage " + described.name + ": " + described.summary,
+      flag_list(described, options, flags), most_words(described));
   if (!words) return 0;
+  const Stage stage = as_asked(described, options.list);
   if (flags.output.empty()) throw UsageError("-o is missing: where shall the result go?");
   const Plan plan = plan_stage(stage, options.list, inputs_from(stage, *words, flags));
   check_stage_target(stage, flags.output);
@@ -120,6 +132,11 @@ int run_stage_command(const Stage& stage, const Arguments& arguments, Session& s
       LogLevel::info,
       stage.name + ": " +
           (result.ran ? "ran in " + to_text(result.entry.record.seconds, 2) + " s" : "cached"));
+  if (!result.ran) {
+    for (const std::string& warning : result.entry.record.warnings) {
+      session.terminal().log(LogLevel::warning, stage.name + ": " + warning);
+    }
+  }
   const nlohmann::json report = nlohmann::json::parse(result.entry.record.report_json);
   const nlohmann::json json = {{"output", flags.output.string()},
                                {"state", result.ran ? "ran" : "cached"},

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <string_view>
 
 namespace organbake {
 
@@ -15,6 +16,13 @@ std::string lower_ending(const std::filesystem::path& file) {
 bool is_picture_name(const std::filesystem::path& file) {
   const std::string ending = lower_ending(file);
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
+}
+
+bool is_mesh_name(const std::filesystem::path& file) {
+  constexpr std::string_view kEndings[] = {".ply", ".obj", ".stl", ".off",
+                                           ".vtk", ".vtp", ".glb", ".gltf"};
+  return std::find(std::begin(kEndings), std::end(kEndings), lower_ending(file)) !=
+         std::end(kEndings);
 }
 
 }  // namespace organbake

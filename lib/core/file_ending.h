@@ -12,4 +12,7 @@ std::string lower_ending(const std::filesystem::path& file);
 // PNG or JPEG by its name.
 bool is_picture_name(const std::filesystem::path& file);
 
+// A surface mesh of any kind that is read, by its name.
+bool is_mesh_name(const std::filesystem::path& file);
+
 }  // namespace organbake

@@ -7,11 +7,13 @@
 #include "core/error.h"
 #include "decimate/edge_twins.h"
 #include "decimate/error_search.h"
+#include "decimate/largest_distance.h"
 #include "decimate/manifold_faces.h"
 #include "decimate/mesh_distance.h"
 #include "decimate/self_intersections.h"
 #include "decimate/vertex_clustering.h"
 #include "geometry/mesh_checks.h"
+#include "raycast/ray_scene.h"
 
 namespace organbake {
 namespace {
@@ -88,9 +90,9 @@ void measure(DecimateSummary& summary, const TriangleMesh& surface, const RunCon
   const MeshDistance reverse =
       mesh_distance(summary.proxy, surface, kErrorSamples, kErrorSeed + 1, context);
   summary.rms_mm = forward.rms_mm;
-  summary.max_mm = forward.max_mm;
+  summary.max_mm = largest_distance(surface, summary.proxy, RayScene(summary.proxy), context);
   summary.reverse_rms_mm = reverse.rms_mm;
-  summary.reverse_max_mm = reverse.max_mm;
+  summary.reverse_max_mm = largest_distance(summary.proxy, surface, RayScene(surface), context);
   const double volume = std::abs(signed_volume(surface));
   if (volume > 0) summary.volume_change = std::abs(signed_volume(summary.proxy)) / volume - 1;
 }
@@ -120,7 +122,7 @@ DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& opt
   measure(summary, surface, context);
   describe_topology(summary);
   if (summary.self_intersecting_faces > 0) {
-    context.warn("decimate: " + std::to_string(summary.self_intersecting_faces) +
+    context.warn(std::to_string(summary.self_intersecting_faces) +
                  " faces of the proxy meet others; allow more faces");
   }
   return summary;

@@ -26,7 +26,8 @@ struct DecimateOptions {
 
 struct DecimateSummary {
   TriangleMesh proxy;
-  double rms_mm = 0, max_mm = 0;                  // surface → proxy, at area-uniform samples
+  // surface → proxy: RMS at area-uniform samples; the largest of all points, up to 0.5 % more
+  double rms_mm = 0, max_mm = 0;
   double reverse_rms_mm = 0, reverse_max_mm = 0;  // proxy → surface
   double volume_change = 0;  // (proxy − surface) / surface; means little for an open surface
   bool closed_manifold = false;

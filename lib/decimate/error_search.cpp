@@ -1,43 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "decimate/error_search.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "decimate/edge_collapse.h"
 #include "decimate/fitted_proxy.h"
+#include "decimate/largest_distance.h"
 #include "decimate/quadric_collapse.h"
-#include "geometry/area_sampler.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {
 namespace {
-
-constexpr std::size_t kFewestErrorSamples = 40'000, kMostErrorSamples = 400'000;
-constexpr std::size_t kErrorSamplesPerFace = 8;
-constexpr std::uint64_t kSeed = 0x6d61'7865'7272'6f72;
-
-double largest_one_way(const TriangleMesh& from, const RayScene& to, std::uint64_t seed,
-                       const RunContext& context) {
-  const std::size_t samples =
-      std::clamp(kErrorSamplesPerFace * from.faces.size(), kFewestErrorSamples, kMostErrorSamples);
-  const AreaSampler sample(from, samples, seed);
-  const std::size_t points = from.vertices.size() + samples;
-  constexpr std::size_t kBlock = 512;
-  std::vector<double> largest((points + kBlock - 1) / kBlock, 0.0);
-  tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t b) {
-    context.throw_if_cancelled();
-    for (std::size_t i = b * kBlock; i < std::min((b + 1) * kBlock, points); ++i) {
-      const bool vertex = i < from.vertices.size();
-      const Eigen::Vector3d point = vertex ? from.vertices[i] : sample(i - from.vertices.size());
-      largest[b] = std::max(largest[b], to.closest_point(point).distance_mm);
-    }
-  });
-  return *std::max_element(largest.begin(), largest.end());
-}
 
 // Verified distances to one surface, its search tree built once.
 class Verifier {
@@ -46,8 +21,8 @@ class Verifier {
       : surface_(surface), scene_(surface), context_(context) {}
 
   double distance(const TriangleMesh& proxy) const {
-    return std::max(largest_one_way(proxy, scene_, kSeed + 1, context_),
-                    largest_one_way(surface_, RayScene(proxy), kSeed, context_));
+    return std::max(largest_distance(proxy, surface_, scene_, context_),
+                    largest_distance(surface_, proxy, RayScene(proxy), context_));
   }
 
  private:

@@ -72,8 +72,9 @@ class CornerFans {
   std::vector<std::uint32_t> parent_;
 };
 
+// An open surface has no inside: its winding says which side is seen, whatever its "volume" is.
 TriangleMesh outward(TriangleMesh mesh) {
-  if (signed_volume(mesh) < 0) {
+  if (signed_volume(mesh) < 0 && analyse_topology(mesh).boundary_edges == 0) {
     for (Face& face : mesh.faces) std::swap(face[1], face[2]);
   }
   return mesh;

@@ -1,23 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/mesh_files.h"
 
-#include <vtkCellArray.h>
+#include <vtkAppendPolyData.h>
+#include <vtkCompositeDataIterator.h>
+#include <vtkGLTFReader.h>
+#include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
-#include <vtkOBJReader.h>
 #include <vtkPolyData.h>
-#include <vtkSTLReader.h>
 #include <vtkXMLPolyDataReader.h>
 
-#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <string>
 
 #include "core/error.h"
+#include "core/file_ending.h"
+#include "core/files.h"
+#include "core/text.h"
 #include "formats/legacy_vtk.h"
 #include "formats/polydata_mesh.h"
+#include "formats/text_meshes.h"
 #include "formats/vtk_error_log.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
+#include "geometry/weld.h"
 
 namespace organbake {
 namespace {
@@ -41,27 +47,9 @@ TriangleMesh read_through(Reader* reader, const fs::path& path) {
   return mesh_from_polydata(reader->GetOutput(), path.string());
 }
 
-// A truncated binary STL gives VTK's reader a short but valid-looking mesh, without an error.
-void check_stl_size(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::array<unsigned char, 84> header{};
-  file.read(reinterpret_cast<char*>(header.data()), header.size());
-  const std::string_view first(reinterpret_cast<const char*>(header.data()), 5);
-  const auto bytes = static_cast<std::uint64_t>(fs::file_size(path));
-  const std::uint64_t faces = header[80] | header[81] << 8 | header[82] << 16 |
-                              static_cast<std::uint64_t>(header[83]) << 24;
-  const bool binary = bytes == 84 + 50 * faces;
-  if (!binary && first != "solid") {
-    throw BadDataError(path, "claims " + std::to_string(faces) + " triangles but holds " +
-                                 std::to_string(bytes) + " bytes: truncated or not an STL");
-  }
-}
-
-TriangleMesh read_stl(const fs::path& path) {
-  check_stl_size(path);
-  vtkNew<vtkSTLReader> reader;
-  reader->MergingOn();
-  return read_through(reader.Get(), path);
+template <typename Parse>
+TriangleMesh parsed(const fs::path& path, const Parse& parse) {
+  return parse(read_text_file(path), path.string());
 }
 
 TriangleMesh read_vtp(const fs::path& path) {
@@ -73,26 +61,127 @@ TriangleMesh read_vtp(const fs::path& path) {
   return mesh;
 }
 
+TriangleMesh read_gltf(const fs::path& path) {
+  vtkNew<vtkGLTFReader> reader;
+  VtkErrorLog errors;
+  errors.watch(reader);
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  errors.throw_if_any(path);
+  vtkNew<vtkAppendPolyData> all;
+  const auto block = vtk::TakeSmartPointer(reader->GetOutput()->NewIterator());
+  for (block->InitTraversal(); !block->IsDoneWithTraversal(); block->GoToNextItem()) {
+    if (auto* part = vtkPolyData::SafeDownCast(block->GetCurrentDataObject()))
+      all->AddInputData(part);
+  }
+  if (all->GetNumberOfInputConnections(0) == 0) throw BadDataError(path, "holds no triangles");
+  all->Update();
+  // COLOR_0 is linear by glTF's definition.
+  return mesh_from_polydata(all->GetOutput(), path.string(), true);
+}
+
+bool is_gltf(const std::string& ending) { return ending == ".glb" || ending == ".gltf"; }
+
 TriangleMesh read_by_ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return c >= 'A' && c <= 'Z' ? c + ('a' - 'A') : c; });
+  const std::string ending = lower_ending(path);
   if (ending == ".ply") return read_ply(path);
-  if (ending == ".stl") return read_stl(path);
-  if (ending == ".obj") return read_through(vtkNew<vtkOBJReader>().Get(), path);
+  if (ending == ".stl") return parsed(path, parse_stl);
+  if (ending == ".obj") return parsed(path, parse_obj);
+  if (ending == ".off") return parsed(path, parse_off);
   if (ending == ".vtk") return read_legacy_vtk(path);
   if (ending == ".vtp") return read_vtp(path);
+  if (is_gltf(ending)) return read_gltf(path);
   throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
-                   "\"; use .ply, .obj, .stl, .vtk or .vtp");
+                   "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .glb or .gltf");
+}
+
+// Our own PLY names its unit in its third line.
+bool says_mm(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  for (int i = 0; i < 3; ++i) std::getline(file, line);
+  return line == "comment millimetres, LPS";
+}
+
+struct UnitName {
+  MeshUnit unit;
+  const char* name;
+  double size_mm;
+};
+constexpr UnitName kUnits[] = {{MeshUnit::mm, "mm", 1},
+                               {MeshUnit::cm, "cm", 10},
+                               {MeshUnit::inch, "in", 25.4},
+                               {MeshUnit::m, "m", 1000}};
+
+double size_mm(MeshUnit unit) {
+  for (const UnitName& known : kUnits) {
+    if (known.unit == unit) return known.size_mm;
+  }
+  return 1;
+}
+
+// Organs, from a vessel's piece to a whole body, are as large as this.
+constexpr double kSmallest_mm = 5, kLargest_mm = 2000;
+// What most organs are about; a proposed unit is the one that comes nearest.
+constexpr double kTypical_mm = 150;
+
+std::string in_words(double mm) {
+  return mm >= 1000 ? to_text(mm / 1000, 3) + " m" : to_text(mm, 3) + " mm";
+}
+
+void question_size(const TriangleMesh& mesh, double scale, const fs::path& path,
+                   const RunContext& context) {
+  const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
+  if (across_mm >= kSmallest_mm && across_mm <= kLargest_mm) return;
+  std::string text = path.string() + ": is " + in_words(across_mm) + " across, which no organ is; ";
+  const UnitName* best = nullptr;
+  for (const UnitName& unit : kUnits) {
+    const double then_mm = across_mm / scale * unit.size_mm;
+    if (then_mm < kSmallest_mm || then_mm > kLargest_mm) continue;
+    const auto off = [&](const UnitName& u) {
+      return std::abs(std::log(across_mm / scale * u.size_mm / kTypical_mm));
+    };
+    if (!best || off(unit) < off(*best)) best = &unit;
+  }
+  if (best) {
+    text += "in " + std::string(best->name) + " (--unit " + best->name + ", " +
+            to_text(best->size_mm / scale, 3) + " times as large) it would be " +
+            in_words(across_mm / scale * best->size_mm);
+  } else {
+    const double factor = std::pow(10, std::round(std::log10(kTypical_mm / across_mm)));
+    text += "no unit makes sense of it: scale it by about " + to_text(factor, 3);
+  }
+  context.warn(text);
+}
+
+void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext& context) {
+  if (weld.exact + weld.near == 0) return;
+  std::string text = path.string() + ": " + std::to_string(weld.exact) +
+                     " vertices that coincide with others were welded";
+  if (weld.near > 0) {
+    text +=
+        ", and " + std::to_string(weld.near) + " within " + to_text(weld.tolerance_mm, 3) + " mm";
+  }
+  context.info(text);
 }
 
 }  // namespace
 
-TriangleMesh read_mesh(const fs::path& path) {
+TriangleMesh read_mesh(const fs::path& path, MeshUnit unit, const RunContext& context) {
   check_readable(path);
   TriangleMesh mesh = read_by_ending(path);
   check_mesh(mesh, path.string());
   if (mesh.empty()) throw BadDataError(path, "holds no triangles");
+  const bool known_mm = unit != MeshUnit::mm && says_mm(path);
+  const double scale = is_gltf(lower_ending(path)) ? size_mm(MeshUnit::m)
+                       : known_mm                  ? 1
+                                                   : size_mm(unit);
+  if (scale != 1) {
+    for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
+  }
+  tell_welds(weld(mesh), path, context);
+  if (mesh.empty()) throw BadDataError(path, "holds no triangles with an area");
+  question_size(mesh, scale, path, context);
   return mesh;
 }
 

@@ -3,14 +3,21 @@
 
 #include <filesystem>
 
+#include "core/run_context.h"
 #include "geometry/triangle_mesh.h"
 
 namespace organbake {
 
-// Reads a surface mesh by its name's ending: .ply, .obj, .stl, .vtk (legacy polydata), .vtp.
-// Polygons become triangles; coordinates are taken as world millimetres; 8-bit point colours become
-// linear ones. The shared corners of an STL, which stores every triangle apart, are merged. Throws
-// NoInputError, UsageError (unknown ending) or BadDataError (damaged, no faces, bad index, NaN).
-TriangleMesh read_mesh(const std::filesystem::path& path);
+enum class MeshUnit { mm, cm, m, inch };
+
+// Reads a surface mesh by its name's ending: .ply, .obj, .stl, .off, .vtk (legacy polydata), .vtp,
+// .glb, .gltf. Polygons become triangles; colours become linear ones; vertices of open edges
+// that coincide are welded, and their number is told. Coordinates are taken in `unit`, unless the
+// file says its own: glTF is in metres by definition (axes are kept as written), our own PLY
+// in mm. Sizes that no organ has are warned of, with the unit that would make
+// sense. Throws NoInputError, UsageError (unknown ending) or BadDataError (damaged, no faces, bad
+// index, NaN).
+TriangleMesh read_mesh(const std::filesystem::path& path, MeshUnit unit = MeshUnit::mm,
+                       const RunContext& context = {});
 
 }  // namespace organbake

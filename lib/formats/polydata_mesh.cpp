@@ -3,33 +3,60 @@
 
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkTriangleFilter.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "core/error.h"
 #include "formats/vtk_error_log.h"
-#include "image/srgb.h"
+#include "geometry/written_color.h"
 
 namespace organbake {
 namespace {
 
-std::vector<Eigen::Vector3f> linear_colors(vtkPolyData* polydata) {
-  auto* scalars = vtkUnsignedCharArray::SafeDownCast(polydata->GetPointData()->GetScalars());
-  if (!scalars || scalars->GetNumberOfComponents() < 3) return {};
-  if (scalars->GetNumberOfTuples() != polydata->GetNumberOfPoints()) return {};
-  const auto& linear = linear_from_srgb8();
-  std::vector<Eigen::Vector3f> colors(static_cast<std::size_t>(scalars->GetNumberOfTuples()));
-  for (std::size_t v = 0; v < colors.size(); ++v) {
-    for (int c = 0; c < 3; ++c) {
-      colors[v][c] = linear[scalars->GetTypedComponent(static_cast<vtkIdType>(v), c)];
+// The active scalars when they are bytes; else the first array that is named as colours are.
+vtkDataArray* color_array(vtkDataSetAttributes* data) {
+  const auto usable = [](vtkDataArray* a) {
+    return a && (a->GetNumberOfComponents() == 3 || a->GetNumberOfComponents() == 4);
+  };
+  if (vtkDataArray* active = data->GetScalars();
+      usable(active) && vtkUnsignedCharArray::SafeDownCast(active)) {
+    return active;
+  }
+  for (int i = 0; i < data->GetNumberOfArrays(); ++i) {
+    vtkDataArray* array = data->GetArray(i);
+    if (!usable(array) || !array->GetName()) continue;
+    std::string name = array->GetName();
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
+      return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c);
+    });
+    if (name.find("color") != std::string::npos || name.find("colour") != std::string::npos ||
+        name.starts_with("rgb")) {
+      return array;
     }
   }
-  return colors;
+  return nullptr;
+}
+
+std::vector<Eigen::Vector3f> colors_of(vtkDataSetAttributes* data, vtkIdType count, bool linear) {
+  vtkDataArray* array = color_array(data);
+  if (!array || array->GetNumberOfTuples() != count) return {};
+  std::vector<Eigen::Vector3d> written(static_cast<std::size_t>(count));
+  for (std::size_t v = 0; v < written.size(); ++v) {
+    for (int c = 0; c < 3; ++c) written[v][c] = array->GetComponent(static_cast<vtkIdType>(v), c);
+  }
+  const ColorScale scale = array->GetDataType() == VTK_UNSIGNED_CHAR    ? ColorScale::byte
+                           : array->GetDataType() == VTK_UNSIGNED_SHORT ? ColorScale::two_bytes
+                           : linear                                     ? ColorScale::linear
+                                                                        : ColorScale::number;
+  return linear_colors(written, scale);
 }
 
 void append_faces(vtkCellArray* polygons, std::vector<Face>& faces) {
@@ -63,7 +90,8 @@ void check_indices(vtkCellArray* cells, vtkIdType point_count, const std::string
 
 }  // namespace
 
-TriangleMesh mesh_from_polydata(vtkPolyData* polydata, const std::string& name) {
+TriangleMesh mesh_from_polydata(vtkPolyData* polydata, const std::string& name,
+                                bool linear_colors) {
   const vtkIdType point_count = polydata->GetNumberOfPoints();
   if (point_count > std::numeric_limits<std::uint32_t>::max()) {
     throw BadDataError(name + ": " + std::to_string(point_count) +
@@ -85,8 +113,13 @@ TriangleMesh mesh_from_polydata(vtkPolyData* polydata, const std::string& name) 
   for (vtkIdType v = 0; v < point_count; ++v) {
     polydata->GetPoint(v, mesh.vertices[static_cast<std::size_t>(v)].data());
   }
-  mesh.colors = linear_colors(polydata);
+  mesh.colors = colors_of(polydata->GetPointData(), point_count, linear_colors);
   append_faces(cut->GetPolys(), mesh.faces);
+  if (mesh.colors.empty()) {
+    const auto cells = colors_of(cut->GetCellData(), cut->GetNumberOfCells(), linear_colors);
+    if (cells.size() == mesh.faces.size())
+      mesh.colors = vertex_from_face_colors(mesh.faces, cells, mesh.vertices.size());
+  }
   return mesh;
 }
 

@@ -9,9 +9,11 @@
 
 namespace organbake {
 
-// Triangle PLY, ASCII or binary little-endian; polygons are fanned. Coordinates float or double;
-// colours red/green/blue as uchar (sRGB) or float (linear). Throws NoInputError or BadDataError;
-// counts are checked against the file's size before memory is taken.
+// PLY, ASCII or binary of either byte order, with polygons or triangle strips. Coordinates of any
+// type. Colours red/green/blue, diffuse_ or plain r/g/b, of vertices or else of faces, are sRGB as
+// bytes, two bytes, or numbers to 1 or 255; floats that write_ply wrote are linear (its comment
+// tells). Throws NoInputError or BadDataError; counts are checked against the file's size before
+// memory is taken.
 TriangleMesh read_ply(const std::filesystem::path& path);
 TriangleMesh parse_ply(std::span<const std::byte> bytes, const std::string& name);
 

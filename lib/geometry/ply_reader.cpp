@@ -13,9 +13,13 @@
 #include "core/files.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
+#include "geometry/polygon.h"
+#include "geometry/written_color.h"
 
 namespace organbake {
 namespace {
+
+constexpr std::string_view kPlyComment = " millimetres, LPS";  // write_ply's
 
 enum class Scalar { i8, u8, i16, u16, i32, u32, f32, f64 };
 
@@ -49,13 +53,15 @@ class PlyParser {
     for (const Element& element : elements_) {
       if (element.name == "vertex") {
         read_vertices(element);
-      } else if (element.name == "face") {
-        read_faces(element);
+      } else if (element.name == "face" || element.name == "tristrips") {
+        read_faces(element, element.name == "tristrips");
       } else {
         for (std::size_t i = 0; i < element.count; ++i) skip_row(element);
       }
     }
+    cut_polygons();
     check_mesh(mesh_, name_);
+    if (mesh_.colors.empty() && !polygon_colors_.empty()) take_face_colors();
     return std::move(mesh_);
   }
 
@@ -97,10 +103,12 @@ class PlyParser {
       if (key == "format") {
         const std::string_view format = word(rest);
         ascii_ = format == "ascii";
-        if (!ascii_ && format != "binary_little_endian") {
-          fail("PLY format '" + std::string(format) +
-               "' is not read; save it as ascii or binary_little_endian");
+        swaps_ = format == "binary_big_endian";
+        if (!ascii_ && !swaps_ && format != "binary_little_endian") {
+          fail("PLY format '" + std::string(format) + "' is not known");
         }
+      } else if (key == "comment") {
+        is_ours_ = is_ours_ || rest == kPlyComment;
       } else if (key == "element") {
         add_element(rest);
       } else if (key == "property") {
@@ -141,7 +149,10 @@ class PlyParser {
     if (text_.size() - position_ < sizeof(T))
       fail("ends early, at byte " + std::to_string(text_.size()));
     T value;
-    std::memcpy(&value, text_.data() + position_, sizeof(T));
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), text_.data() + position_, sizeof(T));
+    if (swaps_) std::reverse(raw.begin(), raw.end());
+    std::memcpy(&value, raw.data(), sizeof(T));
     position_ += sizeof(T);
     return static_cast<double>(value);
   }
@@ -194,23 +205,51 @@ class PlyParser {
     }
   }
 
-  void read_vertices(const Element& element) {
-    constexpr std::array<std::string_view, 6> kWanted = {"x", "y", "z", "red", "green", "blue"};
-    std::vector<int> slot(element.properties.size(), -1);
+  // Which of x, y, z, red, green, blue each property is, −1 for none; and how colours are scaled.
+  struct Slots {
+    std::vector<int> of_property;
     std::array<bool, 6> there{};
-    bool color_is_8_bit = false;
-    for (std::size_t p = 0; p < element.properties.size(); ++p) {
-      const Property& property = element.properties[p];
-      const auto found = std::find(kWanted.begin(), kWanted.end(), property.name);
-      if (found == kWanted.end() || property.list_count) continue;
-      slot[p] = static_cast<int>(found - kWanted.begin());
-      there[slot[p]] = true;
-      if (slot[p] >= 3) color_is_8_bit = property.type == Scalar::u8;
+    ColorScale scale = ColorScale::number;
+    bool has_color() const { return there[3] && there[4] && there[5]; }
+  };
+
+  static int slot_of(std::string_view name) {
+    constexpr std::array<std::string_view, 6> kWanted = {"x", "y", "z", "red", "green", "blue"};
+    constexpr std::array<std::string_view, 3> kShort = {"r", "g", "b"};
+    for (const std::string_view prefix : {"diffuse_", "vertex_"}) {
+      if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
     }
-    if (!there[0] || !there[1] || !there[2]) fail("has vertices without x, y and z");
-    const bool has_color = there[3] && there[4] && there[5];
+    const auto full = std::find(kWanted.begin(), kWanted.end(), name);
+    if (full != kWanted.end()) return static_cast<int>(full - kWanted.begin());
+    const auto letter = std::find(kShort.begin(), kShort.end(), name);
+    return letter == kShort.end() ? -1 : 3 + static_cast<int>(letter - kShort.begin());
+  }
+
+  Slots slots(const Element& element) const {
+    Slots slots;
+    for (const Property& property : element.properties) {
+      int slot = property.list_count ? -1 : slot_of(property.name);
+      if (slot >= 0 && slots.there[slot]) slot = -1;  // the first of several colours is taken
+      slots.of_property.push_back(slot);
+      if (slot < 0) continue;
+      slots.there[slot] = true;
+      if (slot < 3) continue;
+      const bool is_float = property.type == Scalar::f32 || property.type == Scalar::f64;
+      slots.scale = property.type == Scalar::u8    ? ColorScale::byte
+                    : property.type == Scalar::u16 ? ColorScale::two_bytes
+                    : is_float && is_ours_         ? ColorScale::linear
+                                                   : ColorScale::number;
+    }
+    return slots;
+  }
+
+  void read_vertices(const Element& element) {
+    const Slots slots = this->slots(element);
+    if (!slots.there[0] || !slots.there[1] || !slots.there[2])
+      fail("has vertices without x, y and z");
+    std::vector<Eigen::Vector3d> colors;
     mesh_.vertices.reserve(element.count);
-    if (has_color) mesh_.colors.reserve(element.count);
+    if (slots.has_color()) colors.reserve(element.count);
     for (std::size_t v = 0; v < element.count; ++v) {
       std::array<double, 6> row{};
       for (std::size_t p = 0; p < element.properties.size(); ++p) {
@@ -218,41 +257,68 @@ class PlyParser {
         const std::size_t count = property.list_count ? list_length(property) : 1;
         for (std::size_t i = 0; i < count; ++i) {
           const double value = number(property.type);
-          if (slot[p] >= 0) row[slot[p]] = value;
+          if (slots.of_property[p] >= 0) row[slots.of_property[p]] = value;
         }
       }
       mesh_.vertices.emplace_back(row[0], row[1], row[2]);
-      if (has_color) mesh_.colors.push_back(linear_color(row, color_is_8_bit));
+      if (slots.has_color()) colors.emplace_back(row[3], row[4], row[5]);
     }
+    mesh_.colors = linear_colors(colors, slots.scale);
   }
 
-  static Eigen::Vector3f linear_color(const std::array<double, 6>& row, bool is_8_bit) {
-    Eigen::Vector3f color(static_cast<float>(row[3]), static_cast<float>(row[4]),
-                          static_cast<float>(row[5]));
-    if (!is_8_bit) return color;
-    // IEC 61966-2-1; geometry stands above image and its tables, and meshes are read once.
-    return color.unaryExpr([](float c8) {
-      const float c = c8 / 255.0f;
-      return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-    });
-  }
-
-  void read_faces(const Element& element) {
-    mesh_.faces.reserve(element.count);
+  // Faces may stand before the vertices, so that polygons are cut when all is read.
+  void read_faces(const Element& element, bool are_strips) {
+    const Slots slots = this->slots(element);
+    std::vector<Eigen::Vector3d> colors;
     for (std::size_t f = 0; f < element.count; ++f) {
-      for (const Property& property : element.properties) {
+      Eigen::Vector3d color = Eigen::Vector3d::Zero();
+      for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        const Property& property = element.properties[p];
         const bool corners = property.list_count && property.name.starts_with("vertex_ind");
         const std::size_t count = property.list_count ? list_length(property) : 1;
-        polygon_.clear();
         for (std::size_t i = 0; i < count; ++i) {
           const double value = number(property.type);
-          if (corners) polygon_.push_back(vertex_index(value, f));
-        }
-        for (std::size_t i = 2; i < polygon_.size(); ++i) {
-          mesh_.faces.push_back({polygon_[0], polygon_[i - 1], polygon_[i]});
+          if (corners && are_strips && value == -1) {
+            end_polygon(true);  // −1 ends a strip, another follows in the same list
+          } else if (corners) {
+            corners_.push_back(vertex_index(value, f));
+          } else if (slots.of_property[p] >= 3) {
+            color[slots.of_property[p] - 3] = value;
+          }
         }
       }
+      end_polygon(are_strips);
+      if (slots.has_color() && !are_strips) colors.push_back(color);
     }
+    if (!are_strips) polygon_colors_ = linear_colors(colors, slots.scale);
+  }
+
+  void end_polygon(bool is_strip) { polygons_.push_back({corners_.size(), is_strip}); }
+
+  void cut_polygons() {
+    std::size_t begin = 0;
+    mesh_.faces.reserve(polygons_.size());
+    for (std::size_t p = 0; p < polygons_.size(); ++p) {
+      const auto [end, is_strip] = polygons_[p];
+      const std::span<const std::uint32_t> corners(corners_.data() + begin, end - begin);
+      if (is_strip) {
+        cut_strip(corners, mesh_.faces);
+      } else {
+        cut_polygon(mesh_.vertices, corners, mesh_.faces);
+      }
+      polygon_of_face_.resize(mesh_.faces.size(), static_cast<std::uint32_t>(p));
+      begin = end;
+    }
+  }
+
+  void take_face_colors() {
+    std::vector<Eigen::Vector3f> colors;
+    colors.reserve(mesh_.faces.size());
+    for (const std::uint32_t polygon : polygon_of_face_) {
+      if (polygon >= polygon_colors_.size()) return;  // strips besides: no colour for all
+      colors.push_back(polygon_colors_[polygon]);
+    }
+    mesh_.colors = vertex_from_face_colors(mesh_.faces, colors, mesh_.vertices.size());
   }
 
   std::uint32_t vertex_index(double value, std::size_t face) const {
@@ -267,7 +333,16 @@ class PlyParser {
   std::size_t position_ = 0;
   bool ascii_ = false;
   std::vector<Element> elements_;
-  std::vector<std::uint32_t> polygon_;
+  bool swaps_ = false;    // bytes are in the other order than the machine's
+  bool is_ours_ = false;  // as write_ply writes it
+  struct Polygon {
+    std::size_t end;  // in corners_; it begins where the one before ends
+    bool is_strip;
+  };
+  std::vector<std::uint32_t> corners_;
+  std::vector<Polygon> polygons_;
+  std::vector<std::uint32_t> polygon_of_face_;
+  std::vector<Eigen::Vector3f> polygon_colors_;
   TriangleMesh mesh_;
 };
 

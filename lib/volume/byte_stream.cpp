@@ -196,6 +196,12 @@ ByteStream::ByteStream(const fs::path& file, Coding coding, std::uint64_t offset
   }
 }
 
+ByteStream::ByteStream(fs::path file, std::unique_ptr<ByteSource> source,
+                       std::uint64_t most_possible_bytes)
+    : file_(std::move(file)),
+      source_(std::move(source)),
+      most_possible_bytes_(most_possible_bytes) {}
+
 void ByteStream::read_exactly(std::span<std::byte> out) {
   if (read(out) < out.size()) fail_truncated();
 }

@@ -29,6 +29,10 @@ class ByteStream {
   explicit ByteStream(const std::filesystem::path& file, Coding coding = Coding::raw,
                       std::uint64_t offset = 0);
 
+  // From a source of another kind; `file` is for errors.
+  ByteStream(std::filesystem::path file, std::unique_ptr<ByteSource> source,
+             std::uint64_t most_possible_bytes);
+
   const std::filesystem::path& file() const { return file_; }
   std::size_t read(std::span<std::byte> out) { return source_->read(out); }
   // Throws BadDataError ("truncated") when fewer bytes are left.

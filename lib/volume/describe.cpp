@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/text.h"
+#include "volume/label_figures.h"
 
 namespace organbake {
 namespace {
@@ -20,9 +21,6 @@ std::string triple(const Eigen::Vector3d& v, int digits, const char* between) {
   return to_text(v.x(), digits) + between + to_text(v.y(), digits) + between +
          to_text(v.z(), digits);
 }
-
-// Labels are few and start near 0; HU spread over thousands.
-bool looks_like_mask(const ValueRange& range) { return range.min >= 0 && range.max <= 1000; }
 
 std::string labels_line(const Volume& volume) {
   const std::vector<LabelCount> labels = count_labels(volume);
@@ -76,7 +74,7 @@ std::string describe_volume(const Volume& volume) {
     text += ", oblique by " + to_text(f.oblique_degrees, 1) + "°";
   text += f.left_handed ? ", left-handed\n" : "\n";
   text += "values       " + std::to_string(f.range.min) + "…" + std::to_string(f.range.max) + "\n";
-  if (looks_like_mask(f.range)) text += labels_line(volume);
+  if (looks_like_mask(volume)) text += labels_line(volume);
   for (const std::string& warning : volume.warnings) text += "warning      " + warning + "\n";
   return text;
 }

@@ -100,24 +100,70 @@ void check_frame(const Frame& frame, const DicomSlice& slice) {
   }
 }
 
-std::vector<std::byte> joined_fragments(const DicomSlice& slice) {
+// Where the fragments of compressed pixels lie in the file, and the table of offsets before them.
+struct Fragments {
+  struct Piece {
+    std::uint64_t item, bytes;  // the item's own offset behind the table, and its content's size
+  };
+  std::vector<std::uint64_t> frame_offsets;
+  std::vector<Piece> pieces;
+  std::uint64_t begin = 0;  // in the file, of what follows the table
+};
+
+Fragments find_fragments(const DicomSlice& slice) {
   constexpr std::uint32_t kItem = 0xE000FFFE, kDelimiter = 0xE0DDFFFE;  // as little-endian words
   ByteStream file(slice.file, ByteStream::Coding::raw, slice.pixels.offset);
-  std::vector<std::byte> stream;
+  Fragments found;
   std::array<std::byte, 8> head;
+  std::uint64_t at = 0;  // behind the table of offsets
   for (bool offsets = true;; offsets = false) {
     file.read_exactly(head);
     const std::uint32_t tag = little_endian(head, 0, 4), length = little_endian(head, 4, 4);
-    if (tag == kDelimiter) return stream;
+    if (tag == kDelimiter) return found;
     if (tag != kItem || length > file.most_possible_bytes()) refuse(slice, "a fragment is missing");
-    if (offsets) {  // the first item is a table of offsets, which one frame does not need
-      file.skip(length);
+    if (offsets) {
+      std::vector<std::byte> table(length);
+      file.read_exactly(table);
+      for (std::size_t i = 0; i + 4 <= table.size(); i += 4) {
+        found.frame_offsets.push_back(little_endian(table, i, 4));
+      }
+      found.begin = slice.pixels.offset + head.size() + length;
       continue;
     }
+    found.pieces.push_back({at, length});
+    at += head.size() + length;
+    file.skip(length);
+  }
+}
+
+// The fragments that hold one frame: all of them when there is but one, one each when there are as
+// many, else what the table of offsets says.
+std::vector<Fragments::Piece> pieces_of_frame(const Fragments& all, const DicomSlice& slice) {
+  const auto frames = static_cast<std::size_t>(slice.pixels.frames);
+  const auto frame = static_cast<std::size_t>(slice.frame);
+  if (frames <= 1) return all.pieces;
+  if (all.pieces.size() == frames) return {all.pieces[frame]};
+  if (all.frame_offsets.size() != frames) refuse(slice, "nothing says where its frames begin");
+  const std::uint64_t from = all.frame_offsets[frame];
+  const std::uint64_t to = frame + 1 < frames ? all.frame_offsets[frame + 1] : ~std::uint64_t{0};
+  std::vector<Fragments::Piece> pieces;
+  for (const Fragments::Piece& piece : all.pieces) {
+    if (piece.item >= from && piece.item < to) pieces.push_back(piece);
+  }
+  return pieces;
+}
+
+std::vector<std::byte> joined_fragments(const DicomSlice& slice) {
+  constexpr std::uint64_t kItemHead = 8;
+  const Fragments all = find_fragments(slice);
+  std::vector<std::byte> stream;
+  for (const Fragments::Piece& piece : pieces_of_frame(all, slice)) {
+    ByteStream file(slice.file, ByteStream::Coding::raw, all.begin + piece.item + kItemHead);
     const std::size_t before = stream.size();
-    stream.resize(before + length);
+    stream.resize(before + static_cast<std::size_t>(piece.bytes));
     file.read_exactly(std::span(stream).subspan(before));
   }
+  return stream;
 }
 
 }  // namespace

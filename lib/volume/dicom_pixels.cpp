@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "formats/vtk_error_log.h"
+#include "volume/byte_stream.h"
 #include "volume/dicom_codec.h"
 #include "volume/inflated_dicom.h"
 #include "volume/voxel_decoding.h"
@@ -43,10 +44,6 @@ DicomCoding checked_coding(const DicomSlice& slice) {
     throw BadDataError(slice.file, "has photometric interpretation \"" + pixels.photometric +
                                        "\"; a CT is MONOCHROME2");
   }
-  if (pixels.frames != 1) {
-    throw BadDataError(slice.file,
-                       "is a multi-frame CT, which is not read; export single-frame slices");
-  }
   const bool whole_bytes = pixels.bits_allocated == 8 || pixels.bits_allocated == 16;
   if (!whole_bytes || pixels.bits_stored < 2 || pixels.bits_stored > pixels.bits_allocated) {
     throw BadDataError(slice.file, "stores " + std::to_string(pixels.bits_stored) + " of " +
@@ -59,8 +56,8 @@ DicomCoding checked_coding(const DicomSlice& slice) {
 // Before memory is taken: a lying header must not cost gigabytes.
 void check_room(const DicomSlice& slice) {
   constexpr double kStrongestCompression = 2000;  // an empty image as JPEG 2000, with its header
-  const double needed =
-      static_cast<double>(slice.columns) * slice.rows * (slice.pixels.bits_allocated / 8);
+  const double needed = static_cast<double>(slice.columns) * slice.rows *
+                        (slice.pixels.bits_allocated / 8) * std::max(1, slice.pixels.frames);
   std::error_code error;
   const double there = slice.pixels.bytes == DicomPixels::kEncapsulated
                            ? kStrongestCompression *
@@ -72,7 +69,50 @@ void check_room(const DicomSlice& slice) {
   }
 }
 
+// Bits above the stored ones are no part of the value: overlays once lived there.
+template <typename Stored>
+void keep_stored_bits(std::vector<std::byte>& bytes, int bits_stored) {
+  const int spare = static_cast<int>(8 * sizeof(Stored)) - bits_stored;
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Stored)) {
+    Stored value;
+    std::memcpy(&value, &bytes[at], sizeof(Stored));
+    value = static_cast<Stored>(static_cast<Stored>(value << spare) >> spare);
+    std::memcpy(&bytes[at], &value, sizeof(Stored));
+  }
+}
+
+StoredPixels with_stored_bits(std::vector<std::byte> bytes, const DicomPixels& pixels) {
+  StoredPixels stored = {VoxelType::int16, std::move(bytes)};
+  if (pixels.bits_allocated == 8) {
+    stored.type = pixels.is_signed ? VoxelType::int8 : VoxelType::uint8;
+    pixels.is_signed ? keep_stored_bits<std::int8_t>(stored.bytes, pixels.bits_stored)
+                     : keep_stored_bits<std::uint8_t>(stored.bytes, pixels.bits_stored);
+  } else {
+    stored.type = pixels.is_signed ? VoxelType::int16 : VoxelType::uint16;
+    pixels.is_signed ? keep_stored_bits<std::int16_t>(stored.bytes, pixels.bits_stored)
+                     : keep_stored_bits<std::uint16_t>(stored.bytes, pixels.bits_stored);
+  }
+  return stored;
+}
+
+// One frame of several: vtk-dicom would read them all.
+StoredPixels read_native_frame(const DicomSlice& slice) {
+  const ReadableDicom readable(slice.file);
+  std::vector<std::byte> bytes(slice.stored_bytes());
+  ByteStream stream(readable.path(), ByteStream::Coding::raw,
+                    slice.pixels.offset + bytes.size() * static_cast<std::uint64_t>(slice.frame));
+  if (stream.read(bytes) < bytes.size()) {
+    throw BadDataError(slice.file, "truncated: frame " + std::to_string(slice.frame + 1) + " of " +
+                                       std::to_string(slice.pixels.frames) + " is missing");
+  }
+  if (slice.pixels.big_endian && slice.pixels.bits_allocated == 16) {
+    for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) std::swap(bytes[at], bytes[at + 1]);
+  }
+  return with_stored_bits(std::move(bytes), slice.pixels);
+}
+
 StoredPixels read_native(const DicomSlice& slice) {
+  if (slice.pixels.frames > 1) return read_native_frame(slice);
   const ReadableDicom readable(slice.file);
   vtkNew<vtkDICOMReader> reader;
   VtkErrorLog errors;
@@ -93,31 +133,8 @@ StoredPixels read_native(const DicomSlice& slice) {
   return {*type, {first, first + static_cast<std::size_t>(size[0]) * size[1] * bytes_of(*type)}};
 }
 
-// Bits above the stored ones are no part of the value: overlays once lived there.
-template <typename Stored>
-void keep_stored_bits(std::vector<std::byte>& bytes, int bits_stored) {
-  const int spare = static_cast<int>(8 * sizeof(Stored)) - bits_stored;
-  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Stored)) {
-    Stored value;
-    std::memcpy(&value, &bytes[at], sizeof(Stored));
-    value = static_cast<Stored>(static_cast<Stored>(value << spare) >> spare);
-    std::memcpy(&bytes[at], &value, sizeof(Stored));
-  }
-}
-
 StoredPixels read_compressed(const DicomSlice& slice, DicomCoding coding) {
-  const DicomPixels& pixels = slice.pixels;
-  StoredPixels stored = {VoxelType::int16, decompress(slice, coding)};
-  if (pixels.bits_allocated == 8) {
-    stored.type = pixels.is_signed ? VoxelType::int8 : VoxelType::uint8;
-    pixels.is_signed ? keep_stored_bits<std::int8_t>(stored.bytes, pixels.bits_stored)
-                     : keep_stored_bits<std::uint8_t>(stored.bytes, pixels.bits_stored);
-  } else {
-    stored.type = pixels.is_signed ? VoxelType::int16 : VoxelType::uint16;
-    pixels.is_signed ? keep_stored_bits<std::int16_t>(stored.bytes, pixels.bits_stored)
-                     : keep_stored_bits<std::uint16_t>(stored.bytes, pixels.bits_stored);
-  }
-  return stored;
+  return with_stored_bits(decompress(slice, coding), slice.pixels);
 }
 
 double padding_hu(const DicomSlice& slice) {

@@ -58,7 +58,8 @@ void resample(const DicomStack& stack, const Volume& scanned, const IndexBox& bo
 }
 
 DicomStack stack_of(const fs::path& folder, const VolumeReadOptions& options) {
-  const DicomFolder found = scan_dicom_folder(folder);
+  const DicomFolder found =
+      fs::is_directory(folder) ? scan_dicom_folder(folder) : scan_dicom_file_or_directory(folder);
   std::vector<std::string> warnings;
   DicomSeries series = choose_series(found, options.series, warnings);
   if (options.strict) {
@@ -68,19 +69,20 @@ DicomStack stack_of(const fs::path& folder, const VolumeReadOptions& options) {
                          "--strict refuses a folder with damaged files: " + other.reason);
     }
   }
-  DicomStack stack = sorted_stack(std::move(series.slices), folder, options.strict);
+  DicomStack stack = sorted_stack(std::move(series.slices), folder, options);
   stack.warnings.insert(stack.warnings.begin(), warnings.begin(), warnings.end());
   return stack;
 }
 
 }  // namespace
 
-Volume read_dicom_folder(const fs::path& folder, const VolumeReadOptions& options,
-                         const RunContext& context) {
+Volume read_dicom(const fs::path& folder, const VolumeReadOptions& options,
+                  const RunContext& context) {
   const DicomStack stack = stack_of(folder, options);
   const Volume scanned = scanned_grid(stack, folder);
   Volume volume = stack.regular() ? scanned : upright_grid(stack, scanned);
   volume.warnings = stack.warnings;
+  volume.time_points = stack.time_points;
   volume.gantry_tilt_degrees = stack.tilt_degrees;
   for (std::size_t k = 1; k < stack.along_mm.size(); ++k) {
     volume.slice_gaps_mm.push_back(stack.along_mm[k] - stack.along_mm[k - 1]);

@@ -86,9 +86,7 @@ void sort_out(std::vector<DicomSlice> images, DicomSeries& series) {
   } else if (series.slices.size() == 1) {
     const DicomSlice& only = series.slices.front();
     series.unfit = only.file.filename().string() +
-                   (only.pixels.frames > 1
-                        ? " is a multi-frame CT, which is not read; export single-frame slices"
-                        : " is the only CT slice of its series; a volume needs at least two");
+                   " is the only CT slice of its series; a volume needs at least two";
   }
 }
 

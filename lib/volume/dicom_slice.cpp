@@ -21,31 +21,38 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
-constexpr const char* kDirectoryStorage = "1.2.840.10008.1.3.10";
+constexpr int kMostFrames = 65535;
+constexpr const char* kDirectoryClass = "1.2.840.10008.1.3.10";
 
-std::string text(vtkDICOMMetaData& data, vtkDICOMTag tag) {
-  std::string value = data.Get(tag).AsString();
+std::string as_text(const vtkDICOMValue& read) {
+  std::string value = read.AsString();
   value.erase(value.find_last_not_of(' ') + 1);
   value.erase(0, std::min(value.find_first_not_of(' '), value.size()));
   return value;
 }
 
+std::string text(vtkDICOMMetaData& data, vtkDICOMTag tag) { return as_text(data.Get(tag)); }
+
 int integer(vtkDICOMMetaData& data, vtkDICOMTag tag, int otherwise) {
   return data.Has(tag) ? data.Get(tag).AsInt() : otherwise;
 }
 
-bool numbers(vtkDICOMMetaData& data, vtkDICOMTag tag, std::size_t count, double* out) {
-  const vtkDICOMValue& value = data.Get(tag);
+bool numbers(const vtkDICOMValue& value, std::size_t count, double* out) {
   if (value.GetNumberOfValues() != count) return false;
   for (std::size_t i = 0; i < count; ++i) out[i] = value.GetDouble(i);
   return std::all_of(out, out + count, [](double x) { return std::isfinite(x); });
 }
 
+// A frame's own value, else what all of its file share.
+const vtkDICOMValue& of_frame(vtkDICOMMetaData& data, const DicomSlice& slice, vtkDICOMTag tag) {
+  return slice.pixels.frames > 1 ? data.Get(0, slice.frame, tag) : data.Get(tag);
+}
+
 void read_geometry(vtkDICOMMetaData& data, DicomSlice& slice) {
   double position[3], orientation[6], spacing[2];
-  if (!numbers(data, DC::ImagePositionPatient, 3, position) ||
-      !numbers(data, DC::ImageOrientationPatient, 6, orientation) ||
-      !numbers(data, DC::PixelSpacing, 2, spacing)) {
+  if (!numbers(of_frame(data, slice, DC::ImagePositionPatient), 3, position) ||
+      !numbers(of_frame(data, slice, DC::ImageOrientationPatient), 6, orientation) ||
+      !numbers(of_frame(data, slice, DC::PixelSpacing), 2, spacing)) {
     return;
   }
   slice.position_mm = Eigen::Map<const Eigen::Vector3d>(position);
@@ -66,6 +73,7 @@ int as_stored(int value, bool is_signed) {
 DicomPixels pixels_from(vtkDICOMMetaData& data, vtkDICOMParser& parser) {
   DicomPixels pixels;
   pixels.transfer_syntax = text(data, DC::TransferSyntaxUID);
+  pixels.big_endian = pixels.transfer_syntax == "1.2.840.10008.1.2.2";
   pixels.photometric = text(data, DC::PhotometricInterpretation);
   pixels.bits_allocated = integer(data, DC::BitsAllocated, 16);
   pixels.bits_stored = integer(data, DC::BitsStored, pixels.bits_allocated);
@@ -84,6 +92,37 @@ DicomPixels pixels_from(vtkDICOMMetaData& data, vtkDICOMParser& parser) {
   return pixels;
 }
 
+void read_what_tells_apart(vtkDICOMMetaData& data, DicomSlice& slice) {
+  const std::pair<const char*, vtkDICOMTag> kTelling[] = {
+      {"temporal position", DC::TemporalPositionIdentifier},
+      {"temporal position", DC::TemporalPositionIndex},
+      {"phase of the cycle, %", DC::NominalPercentageOfCardiacPhase},
+      {"phase of the cycle, %", DC::NominalPercentageOfRespiratoryPhase},
+      {"trigger time, ms", DC::TriggerTime},
+      {"acquisition", DC::AcquisitionNumber},
+      {"reconstruction kernel", DC::ConvolutionKernel},
+      {"acquisition time", DC::AcquisitionTime},
+      {"acquisition time", DC::AcquisitionDateTime},
+      {"image type", DC::ImageType}};
+  for (const auto& [what, tag] : kTelling) {
+    const std::string value = as_text(of_frame(data, slice, tag));
+    if (!value.empty()) slice.told_apart_by.emplace_back(what, value);
+  }
+}
+
+// What the frames of one file have each for themselves.
+void read_frame(vtkDICOMMetaData& data, int frame, DicomSlice& slice) {
+  slice.frame = frame;
+  const vtkDICOMValue& slope = of_frame(data, slice, DC::RescaleSlope);
+  const vtkDICOMValue& intercept = of_frame(data, slice, DC::RescaleIntercept);
+  if (slope.IsValid()) slice.slope = slope.AsDouble();
+  if (intercept.IsValid()) slice.intercept = intercept.AsDouble();
+  const std::string kind = as_text(of_frame(data, slice, DC::FrameType));
+  slice.is_localizer |= kind.find("LOCALIZER") != std::string::npos;
+  read_geometry(data, slice);
+  read_what_tells_apart(data, slice);
+}
+
 DicomSlice slice_from(vtkDICOMMetaData& data, vtkDICOMParser& parser, const fs::path& file) {
   DicomSlice slice;
   slice.file = file;
@@ -95,10 +134,8 @@ DicomSlice slice_from(vtkDICOMMetaData& data, vtkDICOMParser& parser, const fs::
   slice.is_localizer = text(data, DC::ImageType).find("LOCALIZER") != std::string::npos;
   slice.rows = data.Get(DC::Rows).AsInt();
   slice.columns = data.Get(DC::Columns).AsInt();
-  if (data.Has(DC::RescaleSlope)) slice.slope = data.Get(DC::RescaleSlope).AsDouble();
-  if (data.Has(DC::RescaleIntercept)) slice.intercept = data.Get(DC::RescaleIntercept).AsDouble();
   slice.pixels = pixels_from(data, parser);
-  read_geometry(data, slice);
+  read_frame(data, 0, slice);
   return slice;
 }
 
@@ -130,11 +167,17 @@ ScannedFile scan_dicom_file(const fs::path& file) {
     scanned.reason = errors.first();
   } else if (data->Has(DC::Rows) && data->Has(DC::Columns)) {
     scanned.slice = slice_from(*data, *parser, file);
+    for (int frame = 1; frame < std::min(scanned.slice->pixels.frames, kMostFrames); ++frame) {
+      DicomSlice& later = scanned.later_frames.emplace_back(*scanned.slice);
+      later.told_apart_by.clear();
+      later.has_geometry = false;
+      read_frame(*data, frame, later);
+    }
   } else {
     // A report or a directory has no rows; a CT slice without them was cut off.
     const std::string kind = text(*data, DC::SOPClassUID);
     const bool other = !kind.empty() && kind != kCtImageStorage;
-    const bool directory = text(*data, DC::MediaStorageSOPClassUID) == kDirectoryStorage;
+    const bool directory = text(*data, DC::MediaStorageSOPClassUID) == kDirectoryClass;
     scanned.damaged = !other && !directory;
     scanned.reason = scanned.damaged ? "ends before its image" : "holds no image";
   }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace organbake {
@@ -27,11 +28,14 @@ struct DicomPixels {
     int first, last;  // stored values that mean "not measured"
   };
   std::optional<Padding> padding;
+  bool big_endian = false;
 };
 
-// What the header of one DICOM image says, as far as a CT volume needs it.
+// What the header of one DICOM image, or of one frame of several, says, as far as a CT volume needs
+// it.
 struct DicomSlice {
   std::filesystem::path file;
+  int frame = 0;  // of pixels.frames, from 0
   std::string series_uid, series_number, series_description;
   std::string acquisition;  // number of the acquisition within the series
   std::string modality;
@@ -43,16 +47,25 @@ struct DicomSlice {
   Eigen::Vector3d column_axis = Eigen::Vector3d::UnitY();
   Eigen::Vector2d pixel_mm = Eigen::Vector2d::Ones();  // along row_axis, along column_axis
   double slope = 1, intercept = 0;
+  // What may tell several volumes of the same places apart, the most telling first:
+  // {"temporal position", "3"}. Only what the header has.
+  std::vector<std::pair<std::string, std::string>> told_apart_by;
   DicomPixels pixels;
 
+  // What the stored values of the slice take, uncompressed.
+  std::size_t stored_bytes() const {
+    return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows) *
+           static_cast<std::size_t>(pixels.bits_allocated / 8);
+  }
   Eigen::Vector3d normal() const { return row_axis.cross(column_axis); }
 };
 
 // What one file turned out to be: an image, or why it is none.
 struct ScannedFile {
   std::filesystem::path file;
-  std::optional<DicomSlice> slice;
-  bool is_dicom = false;  // by its first bytes
+  std::optional<DicomSlice> slice;       // of several frames the first
+  std::vector<DicomSlice> later_frames;  // of an image of several, each with its own place
+  bool is_dicom = false;                 // by its first bytes
   bool damaged = false;
   std::string reason;  // why a DICOM file is no image
 };

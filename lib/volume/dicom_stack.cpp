@@ -153,15 +153,19 @@ void measure_tilt(DicomStack& stack) {
 
 }  // namespace
 
-DicomStack sorted_stack(std::vector<DicomSlice> slices, const fs::path& folder, bool strict) {
+DicomStack sorted_stack(std::vector<DicomSlice> slices, const fs::path& folder,
+                        const VolumeReadOptions& options) {
   for (const DicomSlice& slice : slices) check_geometry(slice);
   DicomStack stack;
   sort_along_normal(slices);
-  stack.slices = without_copies(std::move(slices), folder, stack.warnings);
+  SeriesPart part = without_copies(std::move(slices), folder, options);
+  stack.slices = std::move(part.slices);
+  stack.time_points = part.time_points;
+  stack.warnings = std::move(part.warnings);
   measure_places(stack);
   check_course(stack);
   measure_spacing(stack, folder);
-  if (strict && !stack.warnings.empty()) {
+  if (options.strict && !stack.warnings.empty()) {
     throw BadDataError(folder, "--strict refuses to mend it: " + stack.warnings.front());
   }
   measure_tilt(stack);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "volume/dicom_slice.h"
+#include "volume/read_options.h"
 
 namespace organbake {
 
@@ -18,17 +19,19 @@ struct DicomStack {
   std::vector<Eigen::Vector2d> drift_px;  // in-plane offset to the first slice (columns, rows)
   double spacing_mm = 0;  // of the regular grid: the mean gap, or the median if uneven
   bool even = true;
-  double tilt_degrees = 0;  // between the stack's course and the normal; 0 = upright
+  double tilt_degrees = 0;       // between the stack's course and the normal; 0 = upright
+  std::int64_t time_points = 1;  // volumes of the same places that the series holds; this is one
   std::vector<std::string> warnings;
 
   bool regular() const { return even && tilt_degrees == 0; }
 };
 
 // Sorts the slices of one series (equal orientation, size and pixel spacing; at least two), drops
-// copies, and measures gaps and tilt. What had to be mended is told in `warnings`. With `strict`,
+// copies, takes the one of several volumes of the same places that options.time says, and measures
+// gaps and tilt. What had to be mended is told in `warnings`. With options.strict,
 // uneven gaps, missing and repeated slices are refused instead. Throws BadDataError also when all
 // slices lie in one place, two that differ lie in the same one, or a gap is too wide to fill.
 DicomStack sorted_stack(std::vector<DicomSlice> slices, const std::filesystem::path& folder,
-                        bool strict);
+                        const VolumeReadOptions& options);
 
 }  // namespace organbake

@@ -10,8 +10,6 @@
 namespace organbake {
 namespace {
 
-// cos of 89.94°: a shear that moves a voxel by 0.3 mm at 300 mm. Real affines are below 1e-5.
-constexpr double kLargestShear = 1e-3;
 // Below this the direction is exact but for the last digits and is left as the file has it.
 constexpr double kExact = 1e-12;
 constexpr double kSmallestSpacing_mm = 1e-4;
@@ -20,6 +18,13 @@ constexpr std::int64_t kLargestSide = 65535;
 constexpr std::int64_t kMostVoxels = std::int64_t{1} << 31;
 
 }  // namespace
+
+double shear_sine(const Eigen::Matrix3d& axes_mm) {
+  const Eigen::Matrix3d unit =
+      axes_mm * Eigen::Vector3d(axes_mm.colwise().norm()).cwiseInverse().asDiagonal();
+  const Eigen::Matrix3d error = unit.transpose() * unit - Eigen::Matrix3d::Identity();
+  return error.allFinite() ? error.cwiseAbs().maxCoeff() : std::nan("");
+}
 
 void set_grid(Volume& volume, const Eigen::Matrix3d& axes_mm, const Eigen::Vector3d& origin_mm,
               const std::string& name) {

@@ -10,6 +10,11 @@
 
 namespace organbake {
 
+// Sine of the largest angle by which two axes miss being perpendicular; NaN when one has no length.
+double shear_sine(const Eigen::Matrix3d& axes_mm);
+// 0.06°: a shear that moves a voxel by 0.3 mm at 300 mm.
+inline constexpr double kLargestShear = 1e-3;
+
 // Sets spacing, direction and origin from the affine of a file: axes = columns, millimetres (LPS)
 // per index. Throws BadDataError for axes that are not finite, vanish or are sheared by more than
 // 0.06°; the rest of a shear (float32 text) is taken out by the nearest orthonormal matrix.

@@ -109,7 +109,9 @@ std::string vector_text(const Eigen::Vector3d& vector) {
 
 std::string verdict(const MaskCheck& check, const Volume& ct, const Volume& mask, int label) {
   if (check.plausible) return {};
-  const std::string name = "label " + std::to_string(label);
+  const std::string name = label == mask.chosen_label && !mask.chosen_name.empty()
+                               ? mask.chosen_name
+                               : "label " + std::to_string(label);
   if (check.overlap_share == 0) {
     return "no voxel of " + name + " lies inside the CT: the mask covers " +
            world_range_text(mask) + ", the CT " + world_range_text(ct) +

@@ -7,6 +7,9 @@
 #include "core/error.h"
 #include "volume/grid.h"
 #include "volume/header_text.h"
+#include "volume/joined_bytes.h"
+#include "volume/sheared_grid.h"
+#include "volume/time_points.h"
 #include "volume/voxel_decoding.h"
 
 namespace organbake {
@@ -46,6 +49,18 @@ class MetaHeader {
     }
     return {};
   }
+  // What follows ElementDataFile, line by line, when that is a list.
+  std::vector<std::string> lines_behind() const {
+    HeaderText text(path_);
+    std::vector<std::string> lines;
+    bool behind = false;
+    for (std::string line; text.next_line(line);) {
+      const std::string key = lower_case(trimmed(line.substr(0, line.find('='))));
+      if (behind && !trimmed(line).empty()) lines.push_back(trimmed(line));
+      behind |= key == "elementdatafile";
+    }
+    return lines;
+  }
   std::uint64_t data_offset() const { return text_.offset(); }
   const fs::path& path() const { return path_; }
   [[noreturn]] void fail(const std::string& message) const { throw BadDataError(path_, message); }
@@ -72,31 +87,42 @@ VoxelEncoding encoding_of(const MetaHeader& header) {
           1, 0};
 }
 
-// Sets the grid and returns the number of voxels.
-std::size_t place(const MetaHeader& header, Volume& volume) {
+// A fourth dimension is time: its sizes, spacings and directions lie behind those of space.
+struct MetaGrid {
+  std::size_t voxels = 0;
+  std::int64_t times = 1;
+  Shear shear;
+};
+
+MetaGrid place(const MetaHeader& header, Volume& volume) {
   const auto size = integers(header.get("dimsize"), header.path().string() + ": DimSize");
-  if (header.get("ndims", "3") != "3" || size.size() != 3) {
-    header.fail("has " + header.get("ndims", std::to_string(size.size())) +
+  const std::size_t dims = size.size();
+  if (header.get("ndims", "3") != std::to_string(dims) || (dims != 3 && dims != 4)) {
+    header.fail("has " + header.get("ndims", std::to_string(dims)) +
                 " dimensions; a 3-D volume is needed");
   }
-  const std::size_t count =
-      checked_voxel_count({size[0], size[1], size[2]}, header.path().string());
-  for (int i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(size[i]);
+  MetaGrid grid;
+  grid.voxels = checked_voxel_count({size[0], size[1], size[2]}, header.path().string());
+  grid.times = dims == 4 ? size[3] : 1;
+  for (std::size_t i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(size[i]);
 
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-  const auto matrix = header.vector({"transformmatrix", "rotation", "orientation"}, 9);
-  if (!matrix.empty()) axes = Eigen::Map<const Eigen::Matrix3d>(matrix.data());
-  const auto spacing = header.vector({"elementspacing", "elementsize"}, 3);
+  const auto matrix = header.vector({"transformmatrix", "rotation", "orientation"}, dims * dims);
+  for (std::size_t axis = 0; !matrix.empty() && axis < 3; ++axis) {
+    axes.col(static_cast<Eigen::Index>(axis)) =
+        Eigen::Map<const Eigen::Vector3d>(&matrix[axis * dims]);
+  }
+  const auto spacing = header.vector({"elementspacing", "elementsize"}, dims);
   if (spacing.empty()) {
     volume.warnings.push_back("the MetaImage header has no ElementSpacing; 1 mm was assumed");
   } else {
     axes = axes * Eigen::Map<const Eigen::Vector3d>(spacing.data()).asDiagonal();
   }
-  const auto offset = header.vector({"offset", "position", "origin"}, 3);
+  const auto offset = header.vector({"offset", "position", "origin"}, dims);
   const Eigen::Vector3d origin =
       offset.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(offset[0], offset[1], offset[2]);
-  set_grid(volume, axes, origin, header.path().string());
-  return count;
+  grid.shear = set_grid_or_shear(volume, axes, origin, header.path().string());
+  return grid;
 }
 
 // Where the voxels begin in a data file that may have a header of its own.
@@ -111,14 +137,39 @@ std::uint64_t after_own_header(const MetaHeader& header, const fs::path& file,
   return all - std::min(all, voxel_bytes);
 }
 
+// "LIST" with a file name a line below, or a pattern of names.
+std::vector<fs::path> listed_files(const MetaHeader& header, const std::string& name) {
+  if (name.rfind("LIST", 0) != 0) return files_of_pattern(name, header.path());
+  std::vector<fs::path> files;
+  for (const std::string& line : header.lines_behind()) {
+    files.push_back(header.path().parent_path() / line);
+  }
+  return files;
+}
+
+ByteStream open_parts(const MetaHeader& header, const std::string& name, ByteStream::Coding coding,
+                      std::uint64_t voxel_bytes) {
+  std::vector<VoxelPart> parts;
+  const std::vector<fs::path> files = listed_files(header, name);
+  if (files.empty() || voxel_bytes % files.size() != 0) {
+    header.fail("names " + std::to_string(files.size()) +
+                " files, over which its voxels cannot be spread evenly");
+  }
+  const std::uint64_t each = voxel_bytes / files.size();
+  for (const fs::path& file : files) {
+    parts.push_back({file, after_own_header(header, file, each)});
+  }
+  return joined_parts(std::move(parts), coding, each);
+}
+
 ByteStream open_data(const MetaHeader& header, std::uint64_t voxel_bytes) {
   const std::string name = header.get("elementdatafile");
   if (name.empty()) header.fail("ElementDataFile is empty");
-  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
-    header.fail("spreads its voxels over several files; save it as one .mha");
-  }
   const auto coding =
       header.flag("compresseddata") ? ByteStream::Coding::deflate : ByteStream::Coding::raw;
+  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
+    return open_parts(header, name, coding, voxel_bytes);
+  }
   if (lower_case(name) == "local") return ByteStream(header.path(), coding, header.data_offset());
   const fs::path file = header.path().parent_path() / name;
   return ByteStream(file, coding, after_own_header(header, file, voxel_bytes));
@@ -129,11 +180,15 @@ ByteStream open_data(const MetaHeader& header, std::uint64_t voxel_bytes) {
 Volume read_metaimage(const fs::path& path, const VolumeReadOptions& options) {
   const MetaHeader header(path);
   Volume volume;
-  const std::size_t count = place(header, volume);
+  const MetaGrid grid = place(header, volume);
   const VoxelEncoding encoding = encoding_of(header);
-  ByteStream stream = open_data(header, count * bytes_of(encoding.type));
   const bool is_text = lower_case(header.get("binarydata", "True")) == "false";
-  return decode_region(stream, encoding, is_text, options.region, path.string(), std::move(volume));
+  volume.time_points = grid.times;
+  const std::int64_t time = chosen_time({grid.times, {}}, options, path.string());
+  const std::uint64_t bytes =
+      grid.voxels * static_cast<std::uint64_t>(grid.times) * bytes_of(encoding.type);
+  return decode_region(open_data(header, bytes), {encoding, is_text, time, grid.times}, options,
+                       grid.shear, path.string(), std::move(volume));
 }
 
 }  // namespace organbake

@@ -3,6 +3,7 @@
 
 #include "core/error.h"
 #include "volume/header_text.h"
+#include "volume/joined_bytes.h"
 
 namespace organbake {
 namespace {
@@ -77,9 +78,13 @@ NrrdHeader::NrrdHeader(const fs::path& path) : path_(path) {
   // An empty line ends the header of an attached file; a detached header may end with the file.
   while (text.next_line(line) && !line.empty()) {
     if (line[0] == '#') continue;
+    if (get(has("data file") ? "data file" : "datafile").rfind("LIST", 0) == 0) break;
     const std::size_t colon = line.find(':');
     if (colon == std::string::npos) fail("header line \"" + line.substr(0, 80) + "\" has no colon");
-    if (line.compare(colon, 2, ":=") == 0) continue;  // a note, by the standard without meaning
+    if (line.compare(colon, 2, ":=") == 0) {
+      notes_[line.substr(0, colon)] = trimmed(line.substr(colon + 2));
+      continue;
+    }
     fields_[lower_case(trimmed(line.substr(0, colon)))] = trimmed(line.substr(colon + 1));
   }
   data_offset_ = text.offset();
@@ -88,6 +93,11 @@ NrrdHeader::NrrdHeader(const fs::path& path) : path_(path) {
 std::string NrrdHeader::get(const std::string& field) const {
   const auto found = fields_.find(field);
   return found == fields_.end() ? std::string() : found->second;
+}
+
+std::string NrrdHeader::note(const std::string& key) const {
+  const auto found = notes_.find(key);
+  return found == notes_.end() ? std::string() : found->second;
 }
 
 std::int64_t NrrdHeader::integer(const std::string& field, std::int64_t otherwise) const {
@@ -119,10 +129,36 @@ ByteStream::Coding NrrdHeader::coding() const {
   fail("encoding \"" + encoding + "\" is not read; use raw, gzip, bzip2 or ascii");
 }
 
+std::vector<fs::path> NrrdHeader::data_files(const std::string& name) const {
+  if (name.rfind("LIST", 0) != 0) {
+    return name.find('%') == std::string::npos ? std::vector<fs::path>{}
+                                               : files_of_pattern(name, path_);
+  }
+  // The names stand behind the field, a line each.
+  std::vector<fs::path> files;
+  HeaderText text(path_);
+  bool behind = false;
+  for (std::string line; text.next_line(line);) {
+    if (behind && !trimmed(line).empty()) files.push_back(path_.parent_path() / trimmed(line));
+    const std::string field = lower_case(line.substr(0, line.find(':')));
+    behind |= field == "data file" || field == "datafile";
+  }
+  return files;
+}
+
 ByteStream NrrdHeader::open_data(std::uint64_t bytes) const {
   const std::string name = has("data file") ? get("data file") : get("datafile");
-  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
-    fail("spreads its voxels over several files; save it as one .nrrd");
+  const std::vector<fs::path> files = data_files(name);
+  if (!files.empty()) {
+    if (bytes % files.size() != 0 || has("line skip") || has("lineskip") || is_text()) {
+      fail("spreads its voxels unevenly over " + std::to_string(files.size()) +
+           " files; save it as one .nrrd");
+    }
+    const std::int64_t before = integer("byte skip", integer("byteskip", 0));
+    if (before < 0) fail("a byte skip of " + std::to_string(before) + " over several files");
+    std::vector<VoxelPart> parts;
+    for (const fs::path& file : files) parts.push_back({file, static_cast<std::uint64_t>(before)});
+    return joined_parts(std::move(parts), coding(), bytes / files.size());
   }
   const fs::path file = name.empty() ? path_ : path_.parent_path() / name;
   std::uint64_t offset = name.empty() ? data_offset_ : 0;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "volume/byte_stream.h"
 #include "volume/voxel_decoding.h"
@@ -21,6 +22,9 @@ class NrrdHeader {
   // The field's text, lower-case names; empty when it is missing.
   std::string get(const std::string& field) const;
   std::int64_t integer(const std::string& field, std::int64_t otherwise) const;
+  // A note ("key:=value"), to which the standard gives no meaning, but some programs do; empty when
+  // it is missing. Its key keeps its case.
+  std::string note(const std::string& key) const;
 
   VoxelEncoding encoding() const;
   bool is_text() const;
@@ -30,9 +34,11 @@ class NrrdHeader {
 
  private:
   ByteStream::Coding coding() const;
+  // Files that the voxels are spread over; none when they lie in one.
+  std::vector<std::filesystem::path> data_files(const std::string& name) const;
 
   std::filesystem::path path_;
-  std::map<std::string, std::string> fields_;
+  std::map<std::string, std::string> fields_, notes_;
   std::uint64_t data_offset_ = 0;
 };
 

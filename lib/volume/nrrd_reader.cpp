@@ -7,7 +7,10 @@
 #include "core/error.h"
 #include "volume/grid.h"
 #include "volume/header_text.h"
+#include "volume/mask_labels.h"
 #include "volume/nrrd_header.h"
+#include "volume/sheared_grid.h"
+#include "volume/time_points.h"
 
 namespace organbake {
 namespace {
@@ -35,26 +38,51 @@ std::vector<AxisVector> space_directions(const NrrdHeader& header) {
   return directions;
 }
 
-// The three axes that span the volume. Others (time, channels) must have size 1.
-std::vector<std::size_t> spatial_axes(const NrrdHeader& header,
-                                      const std::vector<std::int64_t>& sizes,
-                                      const std::vector<AxisVector>& directions) {
+// The three axes that span the volume, and the one of several volumes: segments that overlap, or
+// times.
+struct NrrdAxes {
+  std::vector<std::size_t> in_space;
+  std::int64_t volumes = 1;
+  bool interleaved = false;  // the volumes' axis is the fastest
+};
+
+NrrdAxes axes_of(const NrrdHeader& header, const std::vector<std::int64_t>& sizes,
+                 const std::vector<AxisVector>& directions) {
+  const std::string dimensions = "has " + std::to_string(sizes.size()) + " dimensions; ";
   if (!directions.empty() && directions.size() != sizes.size()) {
     header.fail("has " + std::to_string(sizes.size()) + " sizes but " +
                 std::to_string(directions.size()) + " space directions");
   }
-  std::vector<std::size_t> axes;
-  std::size_t in_space = 0;
-  for (const AxisVector& direction : directions) in_space += direction.has_value();
+  NrrdAxes axes;
+  std::size_t extra = sizes.size();
   for (std::size_t i = 0, dropped = 0; i < sizes.size(); ++i) {
-    const bool droppable = sizes[i] == 1 && dropped + 3 < sizes.size();
-    const bool drop = directions.empty() ? droppable : !directions[i] && sizes[i] == 1;
+    const bool spare = dropped + 3 < sizes.size();
+    const bool drop = spare && (directions.empty() ? sizes[i] == 1 : !directions[i]);
     dropped += drop;
-    if (!drop) axes.push_back(i);
+    if (!drop) {
+      axes.in_space.push_back(i);
+    } else if (sizes[i] != 1) {
+      if (axes.volumes != 1) header.fail(dimensions + "a 3-D volume is needed");
+      axes.volumes = sizes[i];
+      extra = i;
+    }
   }
-  if (axes.size() != 3 || (!directions.empty() && in_space != 3)) {
-    header.fail("has " + std::to_string(sizes.size()) + " dimensions; a 3-D volume is needed");
+  // Without directions the last of four is time, as programs write it.
+  if (directions.empty() && axes.in_space.size() == 4) {
+    extra = 3;
+    axes.volumes = sizes[3];
+    axes.in_space.pop_back();
   }
+  std::size_t with_direction = 0;
+  for (const AxisVector& direction : directions) with_direction += direction.has_value();
+  if (axes.in_space.size() != 3 || (!directions.empty() && with_direction != 3)) {
+    header.fail(dimensions + "a 3-D volume is needed");
+  }
+  if (axes.volumes != 1 && extra != 0 && extra + 1 != sizes.size()) {
+    header.fail("has its volumes along axis " + std::to_string(extra) +
+                "; the first or the last is needed");
+  }
+  axes.interleaved = axes.volumes != 1 && extra == 0;
   return axes;
 }
 
@@ -86,7 +114,7 @@ Eigen::Matrix3d axes_without_directions(const NrrdHeader& header,
   return Eigen::Vector3d(spacings[axes[0]], spacings[axes[1]], spacings[axes[2]]).asDiagonal();
 }
 
-void place(const NrrdHeader& header, Volume& volume) {
+NrrdAxes place(const NrrdHeader& header, Volume& volume, Shear& shear) {
   const std::string name = header.path().string();
   const auto sizes = integers(header.get("sizes"), name + ": sizes");
   if (static_cast<std::int64_t>(sizes.size()) != header.integer("dimension", -1)) {
@@ -94,7 +122,8 @@ void place(const NrrdHeader& header, Volume& volume) {
                 header.get("dimension"));
   }
   const std::vector<AxisVector> directions = space_directions(header);
-  const std::vector<std::size_t> axes = spatial_axes(header, sizes, directions);
+  const NrrdAxes all = axes_of(header, sizes, directions);
+  const std::vector<std::size_t>& axes = all.in_space;
   checked_voxel_count({sizes[axes[0]], sizes[axes[1]], sizes[axes[2]]}, name);
   check_units(header);
 
@@ -109,7 +138,27 @@ void place(const NrrdHeader& header, Volume& volume) {
   const Eigen::Vector3d lps = lps_from_space(header, volume);
   const Eigen::Vector3d at =
       origin.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(origin[0], origin[1], origin[2]);
-  set_grid(volume, lps.asDiagonal() * columns, lps.cwiseProduct(at), name);
+  shear = set_grid_or_shear(volume, lps.asDiagonal() * columns, lps.cwiseProduct(at), name);
+  return all;
+}
+
+// 3D Slicer's segments: "Segment0_Name:=liver", "Segment0_LabelValue:=1", "Segment0_Layer:=0".
+std::vector<LabelName> segments_of(const NrrdHeader& header) {
+  std::vector<LabelName> names;
+  for (int i = 0;; ++i) {
+    const std::string segment = "Segment" + std::to_string(i) + "_";
+    std::string name = header.note(segment + "Name");
+    if (name.empty()) name = header.note(segment + "ID");
+    if (name.empty()) return names;
+    const auto number = [&](const char* key, int otherwise) {
+      const std::string text = header.note(segment + key);
+      if (text.empty()) return otherwise;
+      const auto values = integers(text, header.path().string() + ": " + segment + key);
+      if (values.size() != 1) header.fail(segment + key + " needs one number");
+      return static_cast<int>(values[0]);
+    };
+    names.push_back({number("LabelValue", i + 1), name, number("Layer", 0)});
+  }
 }
 
 }  // namespace
@@ -117,14 +166,25 @@ void place(const NrrdHeader& header, Volume& volume) {
 Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& options) {
   const NrrdHeader header(path);
   Volume volume;
-  place(header, volume);
+  Shear shear;
+  const NrrdAxes axes = place(header, volume, shear);
+  volume.label_names = segments_of(header);
   const VoxelEncoding encoding = header.encoding();
+  const std::uint64_t count =
+      checked_voxel_count({volume.size[0], volume.size[1], volume.size[2]}, path.string());
   const std::uint64_t bytes =
-      checked_voxel_count({volume.size[0], volume.size[1], volume.size[2]}, path.string()) *
-      bytes_of(encoding.type);
-  ByteStream stream = header.open_data(bytes);
-  return decode_region(stream, encoding, header.is_text(), options.region, path.string(),
-                       std::move(volume));
+      count * static_cast<std::uint64_t>(axes.volumes) * bytes_of(encoding.type);
+  const auto read_one = [&](std::int64_t which) {
+    return decode_region(header.open_data(bytes),
+                         {encoding, header.is_text(), which, axes.volumes, axes.interleaved},
+                         options, shear, path.string(), volume);
+  };
+  // Layers of one segmentation are not times: they lie over one another, and labels choose.
+  if (!volume.label_names.empty() && axes.volumes > 1) {
+    return read_layers(axes.volumes, options, path.string(), volume.label_names, read_one);
+  }
+  volume.time_points = axes.volumes;
+  return read_one(chosen_time({axes.volumes, {}}, options, path.string()));
 }
 
 }  // namespace organbake

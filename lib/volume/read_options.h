@@ -3,8 +3,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "volume/region.h"
+#include "volume/volume.h"
 
 namespace organbake {
 
@@ -15,6 +17,11 @@ struct VolumeReadOptions {
   // Only the voxels round this box of the world are kept, and only the slices that they need are
   // read.
   std::optional<Region> region = {};
+  int time = 0;            // which of several time points, from 1; 0 = there must be only one
+  bool any_time = false;   // without `time`, the first of several stands for all: for a look
+  std::string label = {};  // of a mask: a number, a name, or several; empty = all as they are
+  std::vector<LabelName> label_names = {};  // of a mask, instead of its file's own
+  bool is_mask = false;                     // its values are labels: never interpolated
 };
 
 }  // namespace organbake

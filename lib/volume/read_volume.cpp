@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/read_volume.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <string_view>
 
 #include "core/error.h"
 #include "volume/byte_stream.h"
+#include "volume/dicom_folder.h"
+#include "volume/dicom_masks.h"
 #include "volume/dicom_reader.h"
 #include "volume/header_text.h"
+#include "volume/mask_labels.h"
 #include "volume/metaimage_reader.h"
 #include "volume/nifti_reader.h"
 #include "volume/nrrd_reader.h"
@@ -29,25 +33,58 @@ bool starts_nifti(std::string_view first) {
   return false;
 }
 
-Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& options) {
+Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& options,
+                            const RunContext& context) {
   std::array<std::byte, 512> bytes{};
   const std::size_t count = ByteStream(path).read(bytes);
   if (count == 0) throw BadDataError(path, "is empty");
   const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
   const std::string ending = lower_case(path.extension().string());
+  const bool is_dicom = count >= 132 && first.substr(128, 4) == "DICM";
+  if (!is_dicom && !options.series.empty()) {
+    throw UsageError("series \"" + options.series + "\" is asked for, but " + path.string() +
+                     " is a file; only a DICOM folder has series");
+  }
   if (first.rfind("NRRD000", 0) == 0) return read_nrrd(path, options);
-  if (first.rfind("\x1f\x8b", 0) == 0)
-    return read_nifti(path, ByteStream::Coding::deflate, options);
-  if (starts_nifti(first)) return read_nifti(path, ByteStream::Coding::raw, options);
-  if (count >= 132 && first.substr(128, 4) == "DICM") {
-    throw BadDataError(path, "is a single DICOM file; give the folder that holds the series");
+  // Both files of a pair may be named; the .img has no header of its own.
+  const bool pair = ending == ".img" && fs::exists(fs::path(path).replace_extension(".hdr"));
+  if (first.rfind("\x1f\x8b", 0) == 0 || starts_nifti(first) || pair) {
+    return read_nifti(path, options);
+  }
+  if (is_dicom) {
+    switch (dicom_mask_kind(path)) {
+      case DicomMaskKind::segmentation:
+        return read_dicom_segmentation(path, options);
+      case DicomMaskKind::contours:
+        return read_dicom_contours(path, options);
+      default:
+        return read_dicom(path, options, context);
+    }
   }
   if (ending == ".vti" || first.find("<VTKFile") != std::string_view::npos)
     return read_vti(path, options);
   if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
   throw BadDataError(path,
-                     "is not a volume: NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd), NRRD "
+                     "is not a volume: NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd), NRRD "
                      "(.nrrd, .nhdr), VTI or a folder of DICOM files is needed");
+}
+
+// The segmentation or the contours in a folder that is given as a mask; empty when it holds none.
+fs::path mask_file_in(const fs::path& folder) {
+  std::vector<fs::path> found;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    std::array<std::byte, 132> bytes{};
+    const std::size_t count = ByteStream(entry.path()).read(bytes);
+    const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
+    if (count < bytes.size() || first.substr(128) != "DICM") continue;
+    if (dicom_mask_kind(entry.path()) != DicomMaskKind::none) found.push_back(entry.path());
+  }
+  if (found.empty()) return {};
+  std::sort(found.begin(), found.end());
+  if (found.size() == 1) return found.front();
+  throw BadDataError(folder, "holds " + std::to_string(found.size()) + " masks (" +
+                                 named_files(found) + "); give one of these files");
 }
 
 }  // namespace
@@ -59,13 +96,18 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw NoInputError(path, "does not exist");
   const bool folder = fs::is_directory(status);
-  if (!folder && !options.series.empty()) {
-    throw UsageError("series \"" + options.series + "\" is asked for, but " + path.string() +
-                     " is a file; only a DICOM folder has series");
+  if (folder && options.is_mask) {
+    if (const fs::path mask = mask_file_in(path); !mask.empty()) {
+      return read_volume(mask, options, context);
+    }
   }
   Volume volume =
-      folder ? read_dicom_folder(path, options, context) : read_file_by_content(path, options);
+      folder ? read_dicom(path, options, context) : read_file_by_content(path, options, context);
   check_volume(volume, path.string());
+  if (!options.label_names.empty()) volume.label_names = options.label_names;
+  if (!options.label.empty() && volume.chosen_label == 0) {
+    choose_label(volume, options, path.string());
+  }
   return volume;
 }
 

@@ -38,6 +38,9 @@ Volume resample_mask(const Volume& mask, const Volume& grid) {
   out.origin_mm = grid.origin_mm;
   out.direction = grid.direction;
   out.warnings = mask.warnings;
+  out.label_names = mask.label_names;
+  out.chosen_label = mask.chosen_label;
+  out.chosen_name = mask.chosen_name;
   out.voxels.assign(grid.voxels.size(), 0);
   const IndexMap mask_from_grid(mask, grid);
   std::vector<std::size_t> inside(static_cast<std::size_t>(grid.size[2]), 0);

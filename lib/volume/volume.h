@@ -9,6 +9,13 @@
 
 namespace organbake {
 
+// What a mask calls one of its labels.
+struct LabelName {
+  int label = 0;
+  std::string name;
+  int layer = 0;  // of files whose segments may overlap; each layer has labels of its own
+};
+
 // A CT in Hounsfield units, or a label mask, on a regular grid. world = LPS millimetres:
 //   x_world = origin_mm + direction · (spacing_mm ∘ index),  index of a voxel's centre.
 struct Volume {
@@ -19,9 +26,13 @@ struct Volume {
   // improper direction (determinant −1); whoever turns the grid into faces must look at its sign.
   Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();
   std::vector<std::int16_t> voxels;
-  double gantry_tilt_degrees = 0;     // of the scan, taken out by the reader
-  std::vector<double> slice_gaps_mm;  // of a DICOM series as scanned, along the normal
-  std::vector<std::string> warnings;  // what the reader had to mend or wants to be known
+  double gantry_tilt_degrees = 0;      // of the scan, taken out by the reader
+  std::vector<double> slice_gaps_mm;   // of a DICOM series as scanned, along the normal
+  std::vector<LabelName> label_names;  // of a mask, where its file has them
+  int chosen_label = 0;                // of a mask, by the options of reading it; 0 = none
+  std::string chosen_name;             // "liver", "label 5 and label 7"
+  std::int64_t time_points = 1;        // that the file holds; this is one of them
+  std::vector<std::string> warnings;   // what the reader had to mend or wants to be known
 
   std::size_t voxel_count() const { return voxels.size(); }
   Eigen::Vector3d world_from_index(const Eigen::Vector3d& index) const {

@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "core/error.h"
+#include "volume/joined_bytes.h"
 
 namespace organbake {
 namespace {
@@ -261,20 +262,31 @@ void expect_end(ByteStream& stream) {
   }
 }
 
-Volume decode_region(ByteStream& stream, const VoxelEncoding& encoding, bool is_text,
-                     const std::optional<Region>& region, const std::string& name, Volume grid) {
-  const IndexBox box = region ? voxels_of_region(grid, *region, name) : IndexBox::whole(grid);
-  if (is_text) {
-    decode_text_voxels(stream, encoding, grid);
-    return cropped(std::move(grid), box);
+Volume decode_region(ByteStream stream, const VoxelLayout& layout, const VolumeReadOptions& options,
+                     const Shear& shear, const std::string& name, Volume grid) {
+  const bool crop = options.region && !shear;
+  const IndexBox box = crop ? voxels_of_region(grid, *options.region, name) : IndexBox::whole(grid);
+  if (layout.is_text) {
+    if (layout.times > 1) throw BadDataError(name + ": holds several volumes as text; save it raw");
+    decode_text_voxels(stream, layout.encoding, grid);
+    grid = cropped(std::move(grid), box);
+    return straightened(std::move(grid), shear, options, name);
   }
-  if (region) {
-    decode_box(stream, encoding, box, grid);
+  const std::size_t width = bytes_of(layout.encoding.type);
+  if (layout.interleaved) {
+    stream = every_nth_value(std::move(stream), width, static_cast<std::size_t>(layout.times),
+                             static_cast<std::size_t>(layout.time));
+  } else {
+    stream.skip(static_cast<std::uint64_t>(layout.time) * voxels_of(grid.size) * width);
+  }
+  const bool is_last = layout.interleaved || layout.time + 1 == layout.times;
+  if (crop) {
+    decode_box(stream, layout.encoding, box, grid);
     return grid;
   }
-  decode_voxels(stream, encoding, grid);
-  expect_end(stream);
-  return grid;
+  decode_voxels(stream, layout.encoding, grid);
+  if (is_last) expect_end(stream);
+  return straightened(std::move(grid), shear, options, name);
 }
 
 }  // namespace organbake

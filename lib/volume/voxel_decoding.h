@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "volume/byte_stream.h"
+#include "volume/read_options.h"
 #include "volume/region.h"
+#include "volume/sheared_grid.h"
 #include "volume/volume.h"
 
 namespace organbake {
@@ -61,9 +63,18 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
 // end also makes a decompressor check its sum.
 void expect_end(ByteStream& stream);
 
-// The whole of what a header announced, text or binary, or the part of it that a region wants, and
-// nothing behind it. `grid` has its place already; `name` is for errors.
-Volume decode_region(ByteStream& stream, const VoxelEncoding& encoding, bool is_text,
-                     const std::optional<Region>& region, const std::string& name, Volume grid);
+// How the voxels of one volume lie in a file of one or several: behind others, or between them.
+struct VoxelLayout {
+  VoxelEncoding encoding;
+  bool is_text = false;
+  std::int64_t time = 0, times = 1;  // this volume of so many
+  bool interleaved = false;          // the volumes' values stand side by side, voxel by voxel
+};
+
+// The whole of what a header announced, text or binary, or the part of it that options.region
+// wants, and nothing behind it, straightened where its grid is sheared. `grid` has its place
+// already; `name` is for errors.
+Volume decode_region(ByteStream stream, const VoxelLayout& layout, const VolumeReadOptions& options,
+                     const Shear& shear, const std::string& name, Volume grid);
 
 }  // namespace organbake

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "formats/vtk_error_log.h"
 #include "volume/grid.h"
+#include "volume/sheared_grid.h"
 #include "volume/voxel_decoding.h"
 #include "volume/vtk_voxel_type.h"
 
@@ -40,7 +41,7 @@ vtkDataArray& scalars_of(vtkImageData& image, const std::filesystem::path& path)
   return *array;
 }
 
-void place(vtkImageData& image, Volume& volume, const std::string& name) {
+Shear place(vtkImageData& image, Volume& volume, const std::string& name) {
   int extent[6];
   image.GetExtent(extent);
   std::array<std::int64_t, 3> size;
@@ -58,7 +59,7 @@ void place(vtkImageData& image, Volume& volume, const std::string& name) {
   checked_voxel_count(size, name);
   for (int axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(size[axis]);
   // VTK's origin is where index 0 would lie, even when the extent begins elsewhere.
-  set_grid(volume, axes, origin + axes * first, name);
+  return set_grid_or_shear(volume, axes, origin + axes * first, name);
 }
 
 }  // namespace
@@ -74,7 +75,7 @@ Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& opti
   vtkImageData& image = *reader->GetOutput();
   if (image.GetNumberOfPoints() == 0) throw BadDataError(path, "holds no voxels");
   Volume volume;
-  place(image, volume, path.string());
+  const Shear shear = place(image, volume, path.string());
   vtkDataArray& scalars = scalars_of(image, path);
   const VoxelEncoding encoding{type_of(scalars, path), false, 1, 0};
   const auto count = static_cast<std::size_t>(scalars.GetNumberOfTuples());
@@ -83,6 +84,7 @@ Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& opti
   convert_voxels(static_cast<const std::byte*>(scalars.GetVoidPointer(0)), count, encoding, volume,
                  0, loss);
   settle_losses(loss, volume, path.string());
+  if (shear) return straightened(std::move(volume), shear, options, path.string());
   if (!options.region) return volume;
   const IndexBox box = voxels_of_region(volume, *options.region, path.string());
   return cropped(std::move(volume), box);

@@ -54,6 +54,7 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
                     "well, at rest and poked, and the surface painted by what cameras see"},
            {{"brief", CoverageDetail::brief}, {"full", CoverageDetail::full}});
+  bind_unit(list, o.unit);
 }
 
 void bind(OptionList& list, CaptureStageOptions& o) {
@@ -118,6 +119,7 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "surface → light, when a material is lit"})
       .add("ambient", &o.material.ambient,
            {.help = "share of the material's light that has no direction", .min = 0, .max = 1});
+  bind_unit(list, o.unit);
 }
 
 }  // namespace organbake

@@ -122,6 +122,7 @@ void bind(OptionList& list, RegisterStageOptions& o) {
            {{"none", CameraExport::none},
             {"colmap", CameraExport::colmap},
             {"transforms", CameraExport::transforms}});
+  bind_unit(list, o.unit);
 }
 
 }  // namespace organbake

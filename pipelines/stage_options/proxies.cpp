@@ -3,7 +3,43 @@
 
 namespace organbake {
 
-void bind(OptionList& list, DecimateOptions& o) {
+void bind_unit(OptionList& list, MeshUnit& unit) {
+  list.add(
+      "unit", &unit, {.help = "of a mesh file that doesn't say its own; glTF is in metres"},
+      {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
+}
+
+void bind(OptionList& list, InspectStageOptions& o) {
+  bind(list, o.reading);
+  bind_unit(list, o.unit);
+}
+
+void bind(OptionList& list, RepairStageOptions& options) {
+  RepairOptions& o = options.repair;
+  list.add("mode", &options.mode,
+           {.help = "auto: what it needs; none: the surface as it is", .choices = {"auto", "none"}})
+      .add(
+          "island_share", &o.island_share,
+          {.help = "pieces of less than this share of the largest one's area are dropped; 0 = none",
+           .min = 0,
+           .max = 0.999})
+      .add("hole", &o.hole_mm,
+           {.help = "holes up to this width are closed; 0 = a tenth of the surface's size",
+            .unit = "mm",
+            .min = 0,
+            .max = 1e6})
+      .add("tunnels", &o.most_tunnels,
+           {.help = "a surface with more tunnels is wrapped", .min = 0, .max = 1000000})
+      .add("wrap", &o.wrap_mm,
+           {.help = "what a wrap closes, gaps and tunnels; 0 = a hundredth of the surface's size",
+            .unit = "mm",
+            .min = 0,
+            .max = 1e6});
+  bind_unit(list, options.unit);
+}
+
+void bind(OptionList& list, DecimateStageOptions& options) {
+  DecimateOptions& o = options.decimate;
   list.add("faces", &o.faces,
            {.help = "the proxy has at most this many", .min = 4, .max = 10000000})
       .add("max_error", &o.max_error_mm,
@@ -23,9 +59,11 @@ void bind(OptionList& list, DecimateOptions& o) {
            {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
       .add("flips", &o.flips,
            {.help = "of the fit: flip edges where that lowers the distance, up to 500 faces"});
+  bind_unit(list, options.unit);
 }
 
-void bind(OptionList& list, MechanicsOptions& o) {
+void bind(OptionList& list, MechanicsStageOptions& options) {
+  MechanicsOptions& o = options.mechanics;
   list.add("young_modulus", &o.young_modulus_kpa,
            {.help = "of the tissue; liver: about 5…15", .unit = "kPa", .min = 1e-3, .max = 1e6})
       .add("density", &o.density_kg_per_m3,
@@ -56,6 +94,7 @@ void bind(OptionList& list, MechanicsOptions& o) {
       .add("fit_to_fem", &o.fit_to_fem,
            {.help = "fit the springs' constants to the tetrahedra's response to dead loads; small "
                     "proxies get springs between all their vertices"});
+  bind_unit(list, options.unit);
 }
 
 }  // namespace organbake

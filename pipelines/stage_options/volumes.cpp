@@ -46,7 +46,12 @@ void bind(OptionList& list, PhantomStageOptions& o) {
 
 void bind(OptionList& list, ReadStageOptions& o) {
   list.add("series", &o.series,
-           {.help = "of a DICOM folder: its UID or number; else the one that is a CT volume"})
+           {.help = "of a DICOM folder: its UID or number; else the one that is a CT volume",
+            .number_too = true})
+      .add("time", &o.time,
+           {.help = "which of several time points of a 4-D file or series, from 1; 0 = it has one",
+            .min = 0,
+            .max = 1000000})
       .add(
           "strict", &o.strict,
           {.help = "refuse a DICOM series with uneven, missing, repeated or damaged slices instead "
@@ -67,7 +72,14 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
       .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
            {{"flying-edges", IsosurfaceMethod::flying_edges},
             {"marching-cubes", IsosurfaceMethod::marching_cubes}})
-      .add("label", &o.label, {.help = "the organ's label in the mask", .min = 1, .max = 32767})
+      .add("label", &options.label,
+           {.help = "the organ in the mask: its label's number or name; several, parted by commas, "
+                    "become one organ",
+            .min = 1,
+            .max = 32767,
+            .number_too = true})
+      .add("each_label", &options.each_label,
+           {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
       .add("largest", &o.largest,
            {.help = "components kept, by area; 0 = all", .min = 0, .max = 1000000})
       .add("min_size", &o.min_size_mm,

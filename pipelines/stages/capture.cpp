@@ -101,8 +101,8 @@ StageReport run(const StageCall& call) {
   options.capture.check();
   options.detail.check();
   options.material.check();
-  const TriangleMesh surface = read_mesh(*call.input("surface"));
-  const TriangleMesh proxy = read_mesh(*call.input("proxy"));
+  const TriangleMesh surface = read_mesh(*call.input("surface"), options.unit, call.context);
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.unit, call.context);
   const CameraSet set = read_cameras(*call.input("cameras"));
   check_memory(set.cameras, call.context);
   StageReport report;

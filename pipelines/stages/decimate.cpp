@@ -10,9 +10,10 @@ namespace organbake {
 namespace {
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<DecimateOptions>(call.options_json);
+  const auto asked = resolved_options<DecimateStageOptions>(call.options_json);
+  const DecimateOptions& options = asked.decimate;
   options.check();
-  const TriangleMesh surface = read_mesh(*call.input("surface"));
+  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
   const DecimateSummary summary = decimate(surface, options, call.context);
   write_ply(call.output_folder / "proxy.ply", summary.proxy);
 

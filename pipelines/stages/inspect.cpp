@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
 #include "core/error.h"
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
@@ -6,6 +8,7 @@
 #include "pipelines/stage_options.h"
 #include "volume/describe.h"
 #include "volume/dicom_series.h"
+#include "volume/label_figures.h"
 #include "volume/read_volume.h"
 
 namespace organbake {
@@ -30,7 +33,29 @@ void describe(const Volume& volume, StageReport& report) {
     report.add("gantry_tilt_degrees", volume.gantry_tilt_degrees);
     report.add("slice_gaps_mm", volume.slice_gaps_mm);
   }
+  if (volume.time_points > 1) report.add("time_points", volume.time_points);
   report.add("warnings", volume.warnings);
+}
+
+// Segments of several layers may hide one another: each is read for itself.
+std::vector<std::string> label_lines(const std::filesystem::path& path, const Volume& mask,
+                                     VolumeReadOptions reading, const RunContext& context) {
+  std::vector<std::string> lines;
+  const bool layered = std::any_of(mask.label_names.begin(), mask.label_names.end(),
+                                   [](const LabelName& name) { return name.layer > 0; });
+  if (!layered) {
+    for (const LabelFigures& label : label_figures(mask)) lines.push_back(label_line(label));
+    return lines;
+  }
+  for (const LabelName& segment : mask.label_names) {
+    reading.label = segment.name;
+    std::vector<LabelFigures> figures = label_figures(read_volume(path, reading, context));
+    LabelFigures one = figures.empty() ? LabelFigures{} : figures.front();
+    one.label = segment.label;
+    one.name = segment.name;
+    lines.push_back(label_line(one) + ", layer " + std::to_string(segment.layer));
+  }
+  return lines;
 }
 
 void describe(const TriangleMesh& mesh, StageReport& report) {
@@ -69,12 +94,18 @@ std::size_t describe_folder(const std::filesystem::path& folder, StageReport& re
 
 void describe_volume_at(const std::filesystem::path& path, const StageCall& call,
                         StageReport& report) {
-  const auto reading = resolved_options<ReadStageOptions>(call.options_json);
+  const ReadStageOptions reading = resolved_options<InspectStageOptions>(call.options_json).reading;
   const bool folder = std::filesystem::is_directory(path);
   StageReport listed;
   const std::size_t series = folder ? describe_folder(path, listed) : 0;
   try {
-    describe(read_volume(path, reading.resolved(), call.context), report);
+    VolumeReadOptions options = reading.resolved();
+    options.any_time = true;
+    const Volume volume = read_volume(path, options, call.context);
+    describe(volume, report);
+    if (looks_like_mask(volume)) {
+      report.add("labels", label_lines(path, volume, options, call.context));
+    }
   } catch (const BadDataError& error) {
     // A list of series is an answer of its own; one series that cannot be read is an error.
     if (series < 2 || !reading.series.empty()) throw;
@@ -87,7 +118,8 @@ void describe_volume_at(const std::filesystem::path& path, const StageCall& call
 StageReport run(const StageCall& call) {
   StageReport report;
   if (const auto* path = call.input("mesh")) {
-    describe(read_mesh(*path), report);
+    const auto asked = resolved_options<InspectStageOptions>(call.options_json);
+    describe(read_mesh(*path, asked.unit, call.context), report);
   } else {
     describe_volume_at(*call.input("volume"), call, report);
   }

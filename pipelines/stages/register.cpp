@@ -136,7 +136,7 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<RegisterStageOptions>(call.options_json);
   options.registration.check();
-  TriangleMesh mesh = read_mesh(*call.input("surface"));
+  TriangleMesh mesh = read_mesh(*call.input("surface"), options.unit, call.context);
   if (!options.vertex_albedo) {
     mesh.colors.clear();
   } else if (mesh.colors.empty()) {

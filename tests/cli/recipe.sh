@@ -42,7 +42,7 @@ small_recipe >r.yaml
 expect 0 organbake bake r.yaml --dry-run --explain --quality draft
 expect_out '"rays_per_texel_side":1'
 expect_out "place.count of quality draft: left out, the recipe says 4"
-for recipe in phantom liver; do
+for recipe in phantom liver abdomen; do
   expect 0 organbake verify "$SOURCE/pipelines/recipes/$recipe.yaml"
   expect 0 organbake inspect "$SOURCE/pipelines/recipes/$recipe.yaml"
 done

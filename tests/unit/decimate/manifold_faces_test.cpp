@@ -30,6 +30,15 @@ TEST(ManifoldFaces, TurnAnInwardSurface) {
   EXPECT_NEAR(signed_volume(manifold_faces(mesh)) / volume, 1, 1e-13);
 }
 
+// A cavity's scan is hollow towards the viewer: seen from the origin, its "volume" is negative.
+TEST(ManifoldFaces, KeepAnOpenSurfaceAsItIsWound) {
+  TriangleMesh cavity = lumpy_mesh(10, 2);
+  std::erase_if(cavity.faces, [&](const Face& f) { return cavity.vertices[f[0]].z() > 3; });
+  for (Face& face : cavity.faces) std::swap(face[0], face[1]);
+  ASSERT_LT(signed_volume(cavity), 0);
+  EXPECT_EQ(face_normal(manifold_faces(cavity), 0), face_normal(cavity, 0));
+}
+
 TEST(ManifoldFaces, DropFacesWithARepeatedCornerAndUnusedVertices) {
   TriangleMesh mesh = tetrahedron_mesh();
   mesh.faces.push_back({1, 1, 2});

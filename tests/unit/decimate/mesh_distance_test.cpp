@@ -5,6 +5,8 @@
 #include <tbb/global_control.h>
 
 #include "core/error.h"
+#include "decimate/largest_distance.h"
+#include "raycast/ray_scene.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 
@@ -64,6 +66,28 @@ TEST(MeshDistance, IsTheSameForAnyNumberOfThreadsAndNotForAnySeed) {
   EXPECT_EQ(many.mean_mm, single.mean_mm);
   EXPECT_EQ(many.max_mm, single.max_mm);
   EXPECT_NE(many.rms_mm, mesh_distance(a, b, 5001, 4).rms_mm);
+}
+
+// Brute force: all vertices and a million samples.
+TEST(LargestDistance, IsNeverBelowBruteForceAndWithinOnePercent) {
+  const TriangleMesh fine = lumpy_mesh(50, 5), coarse = lumpy_mesh(50, 1);
+  for (const auto& [from, to] : {std::pair(&fine, &coarse), std::pair(&coarse, &fine)}) {
+    const RayScene scene(*to);
+    double brute_mm = mesh_distance(*from, *to, 1'000'000, 7).max_mm;
+    for (const auto& v : from->vertices)
+      brute_mm = std::max(brute_mm, scene.closest_point(v).distance_mm);
+    const double found_mm = largest_distance(*from, *to, scene);
+    EXPECT_GE(found_mm, brute_mm);
+    EXPECT_LE(found_mm, 1.01 * brute_mm);
+  }
+}
+
+TEST(LargestDistance, SeesOneVertexThatStandsOut) {
+  TriangleMesh spiked = sphere_mesh(50, 4);
+  spiked.vertices[17] *= 1.1;  // far smaller than the area that samples would meet
+  const TriangleMesh smooth = sphere_mesh(50, 4);
+  EXPECT_NEAR(largest_distance(spiked, smooth, RayScene(smooth)), 5, 0.005 * 5);
+  EXPECT_LT(largest_distance(smooth, smooth, RayScene(smooth)), 1e-9);
 }
 
 TEST(MeshDistance, UnusableMeshesAreRefused) {

@@ -132,6 +132,75 @@ std::string as_vtp(const TriangleMesh& mesh) {
          ends + "</DataArray></Polys></Piece></PolyData></VTKFile>\n";
 }
 
+std::string upper_case(std::string text) {
+  for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c;
+  return text;
+}
+
+std::string as_off(const TriangleMesh& mesh) {
+  std::string text = "OFF\n# made by a test\n" + std::to_string(mesh.vertices.size()) + " " +
+                     std::to_string(mesh.faces.size()) + " 0\n";
+  for (const auto& v : mesh.vertices)
+    text += to_text(v.x()) + " " + to_text(v.y()) + " " + to_text(v.z()) + "\n";
+  for (const Face& f : mesh.faces)
+    text += "3 " + std::to_string(f[0]) + " " + std::to_string(f[1]) + " " + std::to_string(f[2]) +
+            "\n";
+  return text;
+}
+
+// Binary glTF in metres; `node` is more of the only node's JSON.
+std::string as_glb(const TriangleMesh& mesh, const std::string& node = {}) {
+  std::string data;
+  const auto append = [&](std::string& to, auto value) {
+    to.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  };
+  Bounds box = bounds(mesh);
+  for (const auto& v : mesh.vertices)
+    for (int c = 0; c < 3; ++c) append(data, static_cast<float>(v[c] / 1000));
+  const std::size_t places = data.size();
+  for (const Face& f : mesh.faces)
+    for (const std::uint32_t v : f) append(data, v);
+  const auto list = [](const Eigen::Vector3d& v) {
+    return "[" + to_text(v.x() / 1000) + "," + to_text(v.y() / 1000) + "," + to_text(v.z() / 1000) +
+           "]";
+  };
+  const std::string indices = std::to_string(3 * mesh.faces.size());
+  std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0)" + node +
+      R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"buffers":[{"byteLength":)" +
+      std::to_string(data.size()) +
+      R"(}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":)" + std::to_string(places) +
+      R"(},{"buffer":0,"byteOffset":)" + std::to_string(places) + R"(,"byteLength":)" +
+      std::to_string(data.size() - places) +
+      R"(}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":)" +
+      std::to_string(mesh.vertices.size()) + R"(,"min":)" + list(box.min) + R"(,"max":)" +
+      list(box.max) + R"(},{"bufferView":1,"componentType":5125,"type":"SCALAR","count":)" +
+      indices + "}]}";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  data.resize((data.size() + 3) / 4 * 4, '\0');
+  std::string bytes = "glTF";
+  append(bytes, std::uint32_t{2});
+  append(bytes, static_cast<std::uint32_t>(28 + json.size() + data.size()));
+  append(bytes, static_cast<std::uint32_t>(json.size()));
+  bytes += "JSON" + json;
+  append(bytes, static_cast<std::uint32_t>(data.size()));
+  bytes += std::string("BIN\0", 4) + data;
+  return bytes;
+}
+
+TriangleMesh as_soup(const TriangleMesh& mesh) {
+  TriangleMesh soup;
+  for (const Face& f : mesh.faces) {
+    const auto at = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const std::uint32_t v : f) {
+      soup.vertices.push_back(mesh.vertices[v]);
+      if (!mesh.colors.empty()) soup.colors.push_back(mesh.colors[v]);
+    }
+    soup.faces.push_back({at, at + 1, at + 2});
+  }
+  return soup;
+}
+
 class MeshFiles : public ::testing::Test {
  protected:
   TriangleMesh read(const std::string& name, const std::string& bytes) {
@@ -155,7 +224,13 @@ TEST_F(MeshFiles, EveryFormatGivesTheSameClosedMesh) {
       {"a.vtp", as_vtp(truth_)},
       {"a.stl", as_binary_stl(truth_)},
       {"b.stl", as_ascii_stl(truth_)},
-      {"A.STL", as_binary_stl(truth_)}};
+      {"A.STL", as_binary_stl(truth_)},
+      {"capitals.stl", upper_case(as_ascii_stl(truth_))},
+      {"mark.stl", "\xEF\xBB\xBF" + as_ascii_stl(truth_)},
+      {"blank.stl", "\r\n" + as_ascii_stl(truth_)},
+      {"more.stl", as_binary_stl(truth_) + std::string(2, '\0')},
+      {"a.off", as_off(truth_)},
+      {"a.glb", as_glb(truth_)}};
   for (const auto& [name, bytes] : files) {
     const TriangleMesh mesh = read(name, bytes);
     EXPECT_EQ(mesh.vertices.size(), truth_.vertices.size()) << name;
@@ -164,6 +239,76 @@ TEST_F(MeshFiles, EveryFormatGivesTheSameClosedMesh) {
     constexpr double kSinglePrecision = 1e-6;
     EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 1, kSinglePrecision) << name;
   }
+}
+
+TEST_F(MeshFiles, ASoupIsWeldedAndKeepsItsColours) {
+  truth_.colors.assign(truth_.vertices.size(), {0.1f, 0.2f, 0.3f});
+  write_ply(folder_.path() / "soup.ply", as_soup(truth_));
+  std::string said;
+  const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
+  const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", MeshUnit::mm, context);
+  EXPECT_EQ(mesh.vertices.size(), truth_.vertices.size());
+  EXPECT_TRUE(analyse_topology(mesh).closed_manifold());
+  const std::size_t welded = 3 * truth_.faces.size() - truth_.vertices.size();
+  EXPECT_THAT(said, HasSubstr(std::to_string(welded) + " vertices that coincide"));
+  ASSERT_EQ(mesh.colors.size(), mesh.vertices.size());
+  EXPECT_NEAR(mesh.colors[7].y(), 0.2f, 1e-6f);
+}
+
+TEST_F(MeshFiles, ASoupRoundedToSinglePrecisionIsWeldedWithinAStatedTolerance) {
+  TriangleMesh soup = as_soup(truth_);
+  for (std::size_t v = 0; v < soup.vertices.size(); ++v)
+    soup.vertices[v].x() += 1e-6 * double(v % 3);
+  write_ply(folder_.path() / "soup.ply", soup);
+  std::string said;
+  const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
+  const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", MeshUnit::mm, context);
+  EXPECT_TRUE(analyse_topology(mesh).closed_manifold());
+  EXPECT_THAT(said, HasSubstr("within"));
+}
+
+TEST_F(MeshFiles, BodiesThatTouchStayApart) {
+  const TriangleMesh one = tetrahedron_mesh();
+  TriangleMesh two = one;
+  for (const auto& v : one.vertices) two.vertices.push_back(v);
+  for (const Face& f : one.faces) two.faces.push_back({f[0] + 4, f[1] + 4, f[2] + 4});
+  EXPECT_EQ(read("two.obj", as_obj(two)).vertices.size(), 8u);
+}
+
+TEST_F(MeshFiles, SizesThatNoOrganHasAreQuestionedAndUnitsMendThem) {
+  TriangleMesh metres = truth_;
+  for (auto& v : metres.vertices) v /= 1000;
+  write_bytes(folder_.path() / "m.obj", as_obj(metres));
+  std::string said;
+  const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
+  read_mesh(folder_.path() / "m.obj", MeshUnit::mm, context);
+  EXPECT_THAT(said, HasSubstr("--unit m,"));
+  said.clear();
+  const TriangleMesh mesh = read_mesh(folder_.path() / "m.obj", MeshUnit::m, context);
+  EXPECT_EQ(said, "");
+  EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 1, 1e-12);
+  // Our own files are in mm, whatever the unit of others is.
+  write_ply(folder_.path() / "ours.ply", truth_);
+  EXPECT_EQ(read_mesh(folder_.path() / "ours.ply", MeshUnit::m).vertices, truth_.vertices);
+}
+
+TEST_F(MeshFiles, ANodesTransformIsTaken) {
+  const TriangleMesh mesh =
+      read("a.glb", as_glb(truth_, R"(,"translation":[0.5,0,0],"scale":[2,2,2])"));
+  EXPECT_NEAR(bounds(mesh).center().x(), 2 * bounds(truth_).center().x() + 500, 1e-3);
+  EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 8, 1e-4);
+}
+
+TEST_F(MeshFiles, ObjOddities) {
+  const std::string corners = "v 1000000.125 0 0\nv 1000001.125 0 0\nv 1000000.125 1 0\n";
+  const TriangleMesh far = read("far.obj", corners + "usemtl\nf 1// 2// 3//\n");
+  EXPECT_EQ(far.vertices[0].x(), 1000000.125);  // no step of single precision
+  EXPECT_EQ(read("back.obj", corners + "f -3 -2 \\\n-1\n").faces[0], (Face{0, 1, 2}));
+  const TriangleMesh colored =
+      read("c.obj", "v 0 0 0 1 0 0\nv 9 0 0 0 1 0\nv 0 9 0 0 0 1\nf 1 2 3\n");
+  ASSERT_EQ(colored.colors.size(), 3u);
+  EXPECT_EQ(colored.colors[1], Eigen::Vector3f(0, 1, 0));
+  EXPECT_THAT(error(ExitCode::bad_data, "a.obj", corners + "f 1 2 x\n"), HasSubstr("line 4"));
 }
 
 TEST_F(MeshFiles, PolygonsBecomeTriangles) {
@@ -188,7 +333,7 @@ TEST_F(MeshFiles, MissingAndUnknownAreTold) {
               HasSubstr("gone.obj: does not exist"));
   message_of(ExitCode::no_input, [&] { read_mesh(folder_.path()); });
   EXPECT_THAT(error(ExitCode::usage, "mesh.fbx", "x"),
-              HasSubstr("use .ply, .obj, .stl, .vtk or .vtp"));
+              HasSubstr("use .ply, .obj, .stl, .off, .vtk, .vtp, .glb or .gltf"));
   for (const char* name : {"a.ply", "a.obj", "a.stl", "a.vtk", "a.vtp"}) {
     EXPECT_THAT(error(ExitCode::bad_data, name, ""), HasSubstr("empty")) << name;
     EXPECT_THAT(error(ExitCode::bad_data, name, "words, not a mesh\n"), HasSubstr(name));

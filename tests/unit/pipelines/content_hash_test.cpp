@@ -77,6 +77,25 @@ TEST_F(ContentHashTest, AHeadersDataFileCounts) {
   EXPECT_NE(hash(InputKind::volume, "l.mhd"), list_before);
 }
 
+TEST_F(ContentHashTest, BothFilesOfAPairCountWhicheverIsNamed) {
+  write("a.hdr", "header");
+  write("a.img", "voxels");
+  const std::string before = hash(InputKind::volume, "a.hdr");
+  EXPECT_EQ(hash(InputKind::volume, "a.img"), before);
+  write("a.img", "others");
+  EXPECT_NE(hash(InputKind::volume, "a.hdr"), before);
+}
+
+TEST_F(ContentHashTest, OneSliceStandsForWhatLiesBesideIt) {
+  const std::string dicom = std::string(128, '\0') + "DICM";
+  write("s/1", dicom + "one");
+  write("s/2", dicom + "two");
+  const std::string before = hash(InputKind::volume, "s/1");
+  EXPECT_NE(hash(InputKind::volume, "s/2"), before) << "another series may be meant";
+  write("s/2", dicom + "three");
+  EXPECT_NE(hash(InputKind::volume, "s/1"), before);
+}
+
 TEST_F(ContentHashTest, ThePhotographsOfADocumentCount) {
   CameraSet set;
   set.cameras.resize(1);

@@ -53,7 +53,7 @@ TEST_F(RecipeTest, SectionsSettingsAndInputsArrive) {
   EXPECT_EQ(recipe.name, "a b");
   EXPECT_EQ(recipe.inputs.at("ct"), folder_.path() / "scan.mha") << "relative to the recipe";
   EXPECT_EQ(recipe.inputs.at("mask"), "m.nii") << "relative to the current folder";
-  EXPECT_EQ(integer(recipe, "isosurface", "label"), 5);
+  EXPECT_EQ(std::get<std::string>(recipe.options.at("isosurface").list.find("label")->get()), "5");
   EXPECT_EQ(integer(recipe, "decimate", "faces"), 100);
   EXPECT_TRUE(recipe.sections.contains("place")) << "an empty section is there, with its defaults";
   EXPECT_TRUE(recipe.bundle.surface);

@@ -8,12 +8,24 @@
 
 namespace organbake {
 
+// One data element in explicit little-endian, its value padded to even length.
+std::string dicom_element(std::uint16_t group, std::uint16_t number, const std::string& vr,
+                          const std::string& value);
+// A sequence of items, each the text of its elements.
+std::string dicom_sequence(std::uint16_t group, std::uint16_t number,
+                           const std::vector<std::string>& items);
+std::string dicom_number(std::uint32_t value, int bytes);  // little-endian
+// Preamble and meta group of a file of a class.
+std::string dicom_head(const std::string& sop_class,
+                       const std::string& transfer_syntax = "1.2.840.10008.1.2.1");
+
 // One CT slice as an uncompressed DICOM file (explicit little-endian), 4×3 pixels unless changed.
 struct DicomBytes {
   std::string modality = "CT";
   std::string series_uid = "1.2.3", series_number = "7";
-  std::string image_type, acquisition;  // empty = the tag is left out
-  int padding = -1;                     // stored value; −1 = the tag is left out
+  std::string image_type, acquisition;    // empty = the tag is left out
+  std::string kernel, temporal_position;  // the same
+  int padding = -1;                       // stored value; −1 = the tag is left out
   std::string transfer_syntax = "1.2.840.10008.1.2.1";
   std::string photometric = "MONOCHROME2";
   std::string position = "0\\0\\0";  // empty = the tag is left out
@@ -27,5 +39,8 @@ struct DicomBytes {
   void set_position(const Eigen::Vector3d& position_mm);
   std::string bytes() const;
 };
+
+// The same slices as one file of several frames, an Enhanced CT (PS3.3, A.38).
+std::string enhanced_ct(const std::vector<DicomBytes>& slices);
 
 }  // namespace organbake

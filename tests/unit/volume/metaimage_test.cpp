@@ -81,6 +81,31 @@ TEST_F(MetaImage, ReadsRawTextAndDetachedData) {
   EXPECT_EQ(read_volume(folder_.path() / "scan.mhd").voxels, truth.voxels);
 }
 
+TEST_F(MetaImage, VoxelsMayBeSpreadOverFilesByListOrPattern) {
+  const std::size_t slice = raw_.size() / 3;
+  for (std::size_t k = 0; k < 3; ++k) {
+    write_bytes(folder_.path() / ("s" + std::to_string(k) + ".raw"), raw_.substr(k * slice, slice));
+  }
+  const std::vector<std::int16_t> truth = ramp_volume().voxels;
+  EXPECT_EQ(read(header("", "ElementDataFile = LIST\ns0.raw\ns1.raw\ns2.raw\n")).voxels, truth);
+  EXPECT_EQ(read(header("", "ElementDataFile = s%d.raw 0 2 1\n")).voxels, truth);
+  write_bytes(folder_.path() / "s1.raw", "short");
+  EXPECT_THAT(error(header("", "ElementDataFile = s%d.raw 0 2 1\n")), HasSubstr("truncated"));
+}
+
+TEST_F(MetaImage, OneOfSeveralTimePointsIsChosen) {
+  const std::string four =
+      "NDims = 4\nDimSize = 5 4 3 2\nElementSpacing = 0.8 1.25 3 1\nOffset = -40 25 110 0\n"
+      "TransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\nElementType = MET_SHORT\n"
+      "ElementDataFile = LOCAL\n";
+  write_bytes(file_, four + std::string(raw_.size(), 'x') + raw_);
+  const Volume second = read_volume(file_, {.time = 2});
+  EXPECT_EQ(second.voxels, ramp_volume().voxels);
+  EXPECT_TRUE(same_grid(second, ramp_volume()));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_volume(file_); }),
+              HasSubstr("holds 2 time points"));
+}
+
 TEST_F(MetaImage, TransformMatrixListsTheAxesOneAfterTheOther) {
   // Index axis 0 runs along +y, axis 1 along −x: the first three numbers are axis 0's direction.
   const Volume volume = read(header("TransformMatrix = 0 1 0 -1 0 0 0 0 1\n") + raw_);
@@ -110,7 +135,7 @@ TEST_F(MetaImage, RefusesBadHeaders) {
   EXPECT_THAT(error(header("DimSize = 60000 60000 9\n") + raw_), HasSubstr("limit"));
   EXPECT_THAT(error(header("DimSize = 2000 2000 9\n") + raw_), HasSubstr("truncated"));
   EXPECT_THAT(error(header("CompressedData = True\n") + raw_), HasSubstr("damaged"));
-  EXPECT_THAT(error(header("", "ElementDataFile = LIST\n")), HasSubstr("several files"));
+  EXPECT_THAT(error(header("", "ElementDataFile = LIST\n")), HasSubstr("names 0 files"));
   EXPECT_THAT(error(header("") + raw_ + "more"), HasSubstr("more data than its header"));
 }
 

@@ -15,7 +15,8 @@ const Eigen::Vector3d kRasFromLps(-1, -1, 1);
 
 class HeaderBytes {
  public:
-  explicit HeaderBytes(bool big_endian) : big_endian_(big_endian), bytes_(348, '\0') {}
+  explicit HeaderBytes(bool big_endian, std::size_t size = 348)
+      : big_endian_(big_endian), bytes_(size, '\0') {}
   template <typename T>
   void put(std::size_t offset, T value) {
     char raw[sizeof(T)];
@@ -75,6 +76,31 @@ std::string NiftiBytes::bytes() const {
   for (std::size_t i = 0; i < 12; ++i) header.put(280 + 4 * i, sform[i]);
   header.bytes().replace(344, 4, magic);
   return header.bytes() + std::string(4, '\0') + voxels;
+}
+
+std::string NiftiBytes::bytes_nifti2() const {
+  HeaderBytes header(big_endian, 540);
+  header.put(0, std::int32_t{540});
+  header.put(12, datatype);
+  for (std::size_t i = 0; i < 8; ++i) {
+    header.put(16 + 8 * i, static_cast<std::int64_t>(dim[i]));
+    header.put(104 + 8 * i, static_cast<double>(pixdim[i]));
+  }
+  header.put(168, std::int64_t{544});
+  header.put(176, static_cast<double>(slope));
+  header.put(184, static_cast<double>(intercept));
+  header.put(344, static_cast<std::int32_t>(qform_code));
+  header.put(348, static_cast<std::int32_t>(sform_code));
+  for (std::size_t i = 0; i < 6; ++i) header.put(352 + 8 * i, static_cast<double>(quaternion[i]));
+  for (std::size_t i = 0; i < 12; ++i) header.put(400 + 8 * i, static_cast<double>(sform[i]));
+  header.put(500, static_cast<std::int32_t>(units));
+  header.bytes().replace(4, 8, std::string("n+2\0\r\n\032\n", 8));
+  return header.bytes() + std::string(4, '\0') + voxels;
+}
+
+void NiftiBytes::swap_to_big_endian() {
+  big_endian = true;
+  for (std::size_t i = 0; i + 1 < voxels.size(); i += 2) std::swap(voxels[i], voxels[i + 1]);
 }
 
 }  // namespace organbake

@@ -32,6 +32,10 @@ struct NiftiBytes {
   // Writes a direction and an origin (LPS) as a qform; left-handed ones take qfac −1.
   void set_qform(const Volume& volume);
   std::string bytes() const;
+  // The same as NIfTI-2.
+  std::string bytes_nifti2() const;
+  // The stored int16 voxels, too.
+  void swap_to_big_endian();
 };
 
 }  // namespace organbake

@@ -109,7 +109,45 @@ TEST_F(Nrrd, AFourthAxisOfOneIsDropped) {
   text.replace(text.find("sizes: 5"), 8, "sizes: 1 5");
   EXPECT_EQ(read(text + "\n" + raw_).size, (std::array<int, 3>{5, 4, 3}));
   text.replace(text.find("sizes: 1 5 4 3"), 14, "sizes: 2 5 4 3");
-  EXPECT_THAT(error(text + "\n" + raw_ + raw_), HasSubstr("3-D volume is needed"));
+  EXPECT_THAT(error(text + "\n" + raw_ + raw_), HasSubstr("holds 2 time points"));
+}
+
+TEST_F(Nrrd, OneOfSeveralVolumesIsChosenWhetherTheyStandSideBySideOrOneAfterTheOther) {
+  std::string side_by_side;
+  for (const std::int16_t v : truth_.voxels) {
+    const std::int16_t pair[2] = {0, v};
+    side_by_side.append(reinterpret_cast<const char*>(pair), 4);
+  }
+  const auto volume = [&](const std::string& sizes, const std::string& directions,
+                          const std::string& bytes) {
+    std::string text = nrrd_text("space: LPS\nspace directions: " + directions + "\n");
+    text.replace(text.find("dimension: 3"), 12, "dimension: 4");
+    text.replace(text.find("sizes: 5 4 3"), 12, "sizes: " + sizes);
+    write_bytes(file_, text + "\n" + bytes);
+    return read_volume(file_, {.time = 2}).voxels;
+  };
+  const std::string space = "(0.8,0,0) (0,1.25,0) (0,0,3)";
+  EXPECT_EQ(volume("2 5 4 3", "none " + space, side_by_side), truth_.voxels);
+  EXPECT_EQ(volume("5 4 3 2", space + " none", std::string(raw_.size(), 'x') + raw_),
+            truth_.voxels);
+}
+
+TEST_F(Nrrd, VoxelsMayBeSpreadOverFilesByListOrPattern) {
+  const std::size_t slice = raw_.size() / 3;
+  for (std::size_t k = 0; k < 3; ++k) {
+    write_bytes(folder_.path() / ("s0" + std::to_string(k + 1) + ".raw"),
+                raw_.substr(k * slice, slice));
+  }
+  const auto read_header = [&](const std::string& data_file) {
+    write_bytes(folder_.path() / "scan.nhdr", nrrd_text(place_) + data_file);
+    return read_volume(folder_.path() / "scan.nhdr").voxels;
+  };
+  EXPECT_EQ(read_header("data file: LIST\ns01.raw\ns02.raw\ns03.raw\n"), truth_.voxels);
+  EXPECT_EQ(read_header("data file: s%02d.raw 1 3 1\n"), truth_.voxels);
+  EXPECT_THAT(message_of(ExitCode::no_input, [&] { read_header("data file: s%02d.raw 1 6 2\n"); }),
+              HasSubstr("s05.raw"));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_header("data file: s%n.raw 1 3 1\n"); }),
+              HasSubstr("is no pattern"));
 }
 
 TEST_F(Nrrd, RefusesBadHeaders) {

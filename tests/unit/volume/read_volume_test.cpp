@@ -52,7 +52,7 @@ TEST_F(ReadVolume, WhatIsNoVolumeIsBadData) {
   DicomBytes slice;
   slice.pixels.assign(12, 0);
   write_bytes(folder_.path() / "slice", slice.bytes());
-  EXPECT_THAT(error(ExitCode::bad_data, "slice"), HasSubstr("give the folder"));
+  EXPECT_THAT(error(ExitCode::bad_data, "slice"), HasSubstr("the only CT slice"));
 }
 
 TEST_F(ReadVolume, EveryTruncationIsAnErrorAndNotACrash) {

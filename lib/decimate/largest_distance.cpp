@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/largest_distance.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "geometry/mesh_checks.h"
+#include "geometry/nearest_on_triangle.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kSlack = 0.005;         // of the distance: half of what a reader could notice
+constexpr double kSmallestShare = 1e-6;  // of the size: distances below are as good as none
+constexpr int kDeepest = 10;             // pieces have at least 1/1024 of a face's edge
+constexpr std::size_t kPointsAtOnce = 256;
+
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+Corners corners_of(const TriangleMesh& mesh, std::size_t face) {
+  const Face& f = mesh.faces[face];
+  return {mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
+}
+
+// Raises `upper_mm` to a bound of the distances of one face's points.
+class FaceSearch {
+ public:
+  FaceSearch(const TriangleMesh& to, const RayScene& scene, double found_mm, double smallest_mm)
+      : to_(to),
+        scene_(scene),
+        found_mm_(found_mm),
+        smallest_mm_(smallest_mm),
+        upper_mm_(found_mm) {}
+
+  void search(const Corners& piece, int depth) {
+    const Eigen::Vector3d center = (piece[0] + piece[1] + piece[2]) / 3;
+    const ClosestPoint at_center = scene_.closest_point(center);
+    found_mm_ = std::max(found_mm_, at_center.distance_mm);
+    upper_mm_ = std::max(upper_mm_, found_mm_);
+    const double bound_mm = bound(piece, center, at_center);
+    const double enough_mm = std::max(found_mm_ * (1 + kSlack), smallest_mm_);
+    if (bound_mm <= enough_mm) {
+      upper_mm_ = std::max(upper_mm_, bound_mm);
+      return;
+    }
+    // Where coplanar faces meet the bound stays as large as the piece: what was measured counts.
+    if (depth == kDeepest) return;
+    const Eigen::Vector3d ab = 0.5 * (piece[0] + piece[1]), bc = 0.5 * (piece[1] + piece[2]),
+                          ca = 0.5 * (piece[2] + piece[0]);
+    for (const Corners& quarter : {Corners{ab, bc, ca}, Corners{piece[0], ab, ca},
+                                   Corners{ab, piece[1], bc}, Corners{ca, bc, piece[2]}}) {
+      search(quarter, depth + 1);
+    }
+  }
+  double upper_mm() const { return upper_mm_; }
+
+ private:
+  // The distance grows by at most a millimetre a millimetre; and the distance to one triangle is
+  // convex, so that over the piece it is largest at a corner.
+  double bound(const Corners& piece, const Eigen::Vector3d& center, const ClosestPoint& near) {
+    double radius_mm = 0;
+    for (const Eigen::Vector3d& corner : piece)
+      radius_mm = std::max(radius_mm, (corner - center).norm());
+    double bound_mm = std::min(near.distance_mm + radius_mm, to_one_triangle(piece, near.face));
+    if (bound_mm <= found_mm_ * (1 + kSlack)) return bound_mm;
+    for (const Eigen::Vector3d& corner : piece)
+      bound_mm = std::min(bound_mm, to_one_triangle(piece, scene_.closest_point(corner).face));
+    return bound_mm;
+  }
+
+  double to_one_triangle(const Corners& piece, std::uint32_t face) const {
+    const Corners triangle = corners_of(to_, face);
+    double largest_mm = 0;
+    for (const Eigen::Vector3d& corner : piece) {
+      const Eigen::Vector3d w = nearest_on_triangle(corner, triangle[0], triangle[1], triangle[2]);
+      const Eigen::Vector3d nearest = w[0] * triangle[0] + w[1] * triangle[1] + w[2] * triangle[2];
+      largest_mm = std::max(largest_mm, (corner - nearest).norm());
+    }
+    return largest_mm;
+  }
+
+  const TriangleMesh& to_;
+  const RayScene& scene_;
+  double found_mm_, smallest_mm_, upper_mm_;
+};
+
+template <typename At>
+double largest_of(std::size_t count, const RunContext& context, const At& at) {
+  std::vector<double> largest((count + kPointsAtOnce - 1) / kPointsAtOnce, 0.0);
+  tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t b) {
+    context.throw_if_cancelled();
+    for (std::size_t i = b * kPointsAtOnce; i < std::min((b + 1) * kPointsAtOnce, count); ++i)
+      largest[b] = std::max(largest[b], at(i));
+  });
+  return largest.empty() ? 0 : *std::max_element(largest.begin(), largest.end());
+}
+
+}  // namespace
+
+double largest_distance(const TriangleMesh& from, const TriangleMesh& to, const RayScene& scene,
+                        const RunContext& context) {
+  check_mesh(from, "mesh to measure from");
+  const double smallest_mm = kSmallestShare * bounds(to).diagonal();
+  // All faces start from what their corners and centres show, so that few have to be cut.
+  const double at_corners_mm = largest_of(3 * from.faces.size(), context, [&](std::size_t i) {
+    return scene.closest_point(from.vertices[from.faces[i / 3][i % 3]]).distance_mm;
+  });
+  const double at_centers_mm = largest_of(from.faces.size(), context, [&](std::size_t f) {
+    const Corners c = corners_of(from, f);
+    return scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm;
+  });
+  const double found_mm = std::max(at_corners_mm, at_centers_mm);
+  return largest_of(from.faces.size(), context, [&](std::size_t f) {
+    FaceSearch search(to, scene, found_mm, smallest_mm);
+    search.search(corners_of(from, f), 0);
+    return search.upper_mm();
+  });
+}
+
+}  // namespace organbake

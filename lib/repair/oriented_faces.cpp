@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "repair/oriented_faces.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "raycast/ray_scene.h"
+#include "repair/faces_seen.h"
+
+namespace organbake {
+namespace {
+
+struct Neighbour {
+  std::uint32_t face;
+  bool alike;  // both run along their edge in opposite directions, as they should
+};
+
+std::vector<std::vector<Neighbour>> neighbours_of(const TriangleMesh& mesh) {
+  struct Use {
+    std::uint64_t edge;
+    std::uint32_t face;
+    bool up;
+  };
+  std::vector<Use> uses;
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const std::uint64_t a = mesh.faces[f][c], b = mesh.faces[f][(c + 1) % 3];
+      uses.push_back({std::min(a, b) << 32 | std::max(a, b), f, a < b});
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
+    return a.edge != b.edge ? a.edge < b.edge : a.face < b.face;
+  });
+  std::vector<std::vector<Neighbour>> neighbours(mesh.faces.size());
+  for (std::size_t i = 0; i < uses.size();) {
+    const std::size_t begin = i;
+    while (i < uses.size() && uses[i].edge == uses[begin].edge) ++i;
+    if (i - begin != 2) continue;
+    const Use &a = uses[begin], &b = uses[begin + 1];
+    neighbours[a.face].push_back({b.face, a.up != b.up});
+    neighbours[b.face].push_back({a.face, a.up != b.up});
+  }
+  return neighbours;
+}
+
+void turn(Face& face) { std::swap(face[1], face[2]); }
+
+struct Piece {
+  std::vector<std::uint32_t> faces;
+  bool closed = true;
+  double volume = 0;
+};
+
+std::vector<Piece> pieces_of(const TriangleMesh& mesh) {
+  const auto neighbours = neighbours_of(mesh);
+  std::vector<bool> reached(mesh.faces.size(), false);
+  std::vector<Piece> pieces;
+  for (std::uint32_t start = 0; start < mesh.faces.size(); ++start) {
+    if (reached[start]) continue;
+    Piece& piece = pieces.emplace_back();
+    piece.faces = {start};
+    reached[start] = true;
+    const Eigen::Vector3d origin = mesh.vertices[mesh.faces[start][0]];
+    for (std::size_t i = 0; i < piece.faces.size(); ++i) {
+      const std::uint32_t f = piece.faces[i];
+      const Face& face = mesh.faces[f];
+      piece.closed &= neighbours[f].size() == 3;
+      piece.volume +=
+          (mesh.vertices[face[0]] - origin)
+              .dot((mesh.vertices[face[1]] - origin).cross(mesh.vertices[face[2]] - origin)) /
+          6;
+      for (const Neighbour& next : neighbours[f]) {
+        if (reached[next.face]) continue;
+        reached[next.face] = true;
+        piece.faces.push_back(next.face);
+      }
+    }
+  }
+  return pieces;
+}
+
+TriangleMesh mesh_of(const TriangleMesh& mesh, const Piece& piece) {
+  TriangleMesh part;
+  part.vertices = mesh.vertices;
+  for (const std::uint32_t f : piece.faces) part.faces.push_back(mesh.faces[f]);
+  return part;
+}
+
+// By the number of faces behind one another along a slant ray.
+bool inside(const RayScene& scene, const Eigen::Vector3d& point, double off_mm) {
+  Ray ray;
+  ray.origin = point;
+  ray.direction = Eigen::Vector3d(0.4821, 0.6213, 0.6177).normalized();
+  constexpr int kMostFaces = 10000;
+  int crossed = 0;
+  for (RayHit hit; crossed < kMostFaces; ++crossed) {
+    scene.first_hits({&ray, 1}, {&hit, 1});
+    if (hit.face == kNoHit) break;
+    ray.t_min = hit.t + off_mm;
+  }
+  return crossed % 2 == 1;
+}
+
+}  // namespace
+
+std::size_t wind_alike(TriangleMesh& mesh) {
+  const auto neighbours = neighbours_of(mesh);
+  enum class State : char { unseen, kept, turned };
+  std::vector<State> state(mesh.faces.size(), State::unseen);
+  std::size_t all_turned = 0;
+  for (std::uint32_t start = 0; start < mesh.faces.size(); ++start) {
+    if (state[start] != State::unseen) continue;
+    std::vector<std::uint32_t> patch = {start};
+    state[start] = State::kept;
+    double kept_area = 0, turned_area = 0;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+      const std::uint32_t f = patch[i];
+      (state[f] == State::kept ? kept_area : turned_area) += face_area(mesh, f);
+      for (const Neighbour& next : neighbours[f]) {
+        if (state[next.face] != State::unseen) continue;
+        const bool as_this = next.alike == (state[f] == State::kept);
+        state[next.face] = as_this ? State::kept : State::turned;
+        patch.push_back(next.face);
+      }
+    }
+    const State minority = kept_area >= turned_area ? State::turned : State::kept;
+    for (const std::uint32_t f : patch) {
+      if (state[f] != minority) continue;
+      turn(mesh.faces[f]);
+      ++all_turned;
+    }
+  }
+  return all_turned;
+}
+
+std::size_t turn_outward(TriangleMesh& mesh) {
+  const std::vector<Piece> pieces = pieces_of(mesh);
+  constexpr double kOff = 1e-6;
+  const double off_mm = kOff * bounds(mesh).diagonal();
+  std::vector<RayScene> scenes;
+  std::vector<const Piece*> closed;
+  for (const Piece& piece : pieces) {
+    if (!piece.closed) continue;
+    closed.push_back(&piece);
+    scenes.emplace_back(mesh_of(mesh, piece));
+  }
+  std::size_t turned = 0;
+  for (std::size_t i = 0; i < closed.size(); ++i) {
+    const Eigen::Vector3d& point = mesh.vertices[mesh.faces[closed[i]->faces.front()][0]];
+    bool cavity = false;
+    for (std::size_t other = 0; other < closed.size(); ++other) {
+      // Only a larger one can hold it; that also settles which of two that cross holds the other.
+      const bool larger = std::abs(closed[other]->volume) > std::abs(closed[i]->volume);
+      if (other != i && larger && inside(scenes[other], point, off_mm)) cavity = !cavity;
+    }
+    if ((closed[i]->volume < 0) == cavity) continue;
+    for (const std::uint32_t f : closed[i]->faces) turn(mesh.faces[f]);
+    ++turned;
+  }
+  return turned;
+}
+
+}  // namespace organbake

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "repair/repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "decimate/largest_distance.h"
+#include "geometry/mesh_checks.h"
+#include "isosurface/surface_components.h"
+#include "raycast/ray_scene.h"
+#include "repair/closed_holes.h"
+#include "repair/faces_seen.h"
+#include "repair/oriented_faces.h"
+#include "repair/split_edges.h"
+#include "repair/wrapped_surface.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kHoleShare = 0.1, kWrapShare = 0.01;  // of the surface's diagonal, by default
+// A side that fewer rays reach is not seen: what comes through pinholes and gaps of rounding.
+constexpr double kSeen = 0.005;
+
+std::string counted(std::size_t count, const std::string& one, const std::string& many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+bool sound(const MeshTopology& topology) {
+  return topology.non_manifold_edges == 0 && topology.misoriented_edges == 0 &&
+         topology.non_manifold_vertices == 0 && topology.faces > 0;
+}
+
+long genus_of(const MeshTopology& topology, std::size_t loops) {
+  return (2 * static_cast<long>(topology.components) - static_cast<long>(loops) -
+          topology.euler_characteristic) /
+         2;
+}
+
+class Repair {
+ public:
+  Repair(const TriangleMesh& surface, const RepairOptions& options, const RunContext& context)
+      : options_(options), context_(context), mesh_(surface) {
+    diagonal_mm_ = bounds(surface).diagonal();
+  }
+
+  RepairSummary run() {
+    drop_degenerate();
+    drop_duplicates();
+    told(wind_alike(mesh_), "face that was wound against its neighbours turned",
+         "faces that were wound against their neighbours turned");
+    drop_unseen_patches();
+    told(split_edges(mesh_), "vertex where parts touched split",
+         "vertices where parts touched split");
+    context_.throw_if_cancelled();
+    told(wind_alike(mesh_), "face more turned", "faces more turned");
+    drop_islands();
+    told(turn_outward(mesh_), "piece turned outward", "pieces turned outward");
+    reference_ = mesh_;
+    close_small_holes();
+    wrap_if_needed();
+    finish();
+    return std::move(summary_);
+  }
+
+ private:
+  void told(std::size_t count, const std::string& one, const std::string& many) {
+    if (count > 0) summary_.done.push_back(counted(count, one, many));
+  }
+
+  void drop_faces_if(const std::function<bool(std::size_t)>& drop, const std::string& one,
+                     const std::string& many) {
+    std::vector<Face> kept;
+    for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
+      if (!drop(f)) kept.push_back(mesh_.faces[f]);
+    }
+    told(mesh_.faces.size() - kept.size(), one, many);
+    mesh_.faces = std::move(kept);
+    if (mesh_.faces.empty()) throw BadDataError("surface to repair: nothing is left of it");
+  }
+
+  void drop_degenerate() {
+    drop_faces_if(
+        [&](std::size_t f) {
+          const Face& face = mesh_.faces[f];
+          return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+        },
+        "face without an area dropped", "faces without an area dropped");
+  }
+
+  void drop_duplicates() {
+    std::set<Face> seen;
+    drop_faces_if(
+        [&](std::size_t f) {
+          Face sorted = mesh_.faces[f];
+          std::sort(sorted.begin(), sorted.end());
+          return !seen.insert(sorted).second;
+        },
+        "duplicate face dropped", "duplicate faces dropped");
+  }
+
+  // At crowded edges rays from outside tell what is skin: of that one side alone is seen. A wall
+  // inside is seen from no side, a fin outside from both.
+  void drop_unseen_patches() {
+    const Patches patches = patches_of(mesh_);
+    if (std::none_of(patches.at_crowded_edge.begin(), patches.at_crowded_edge.end(),
+                     [](bool crowded) { return crowded; })) {
+      return;
+    }
+    const std::vector<SeenShare> seen = seen_from_outside(mesh_, patches);
+    const std::size_t open_before = analyse_topology(mesh_).boundary_edges;
+    for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
+      const std::uint32_t patch = patches.of_face[f];
+      if (patches.at_crowded_edge[patch] && seen[patch].back > seen[patch].front) {
+        std::swap(mesh_.faces[f][1], mesh_.faces[f][2]);
+      }
+    }
+    drop_faces_if(
+        [&](std::size_t f) {
+          const SeenShare& share = seen[patches.of_face[f]];
+          const bool crowded = patches.at_crowded_edge[patches.of_face[f]];
+          return crowded && std::max(share.front, share.back) < kSeen;
+        },
+        "face of walls inside dropped", "faces of walls inside dropped");
+    drop_fins(open_before);
+  }
+
+  // A fin has a free rim; where dropping it leaves fewer open edges, it was one.
+  void drop_fins(std::size_t open_before) {
+    const Patches patches = patches_of(mesh_);
+    const std::vector<SeenShare> seen = seen_from_outside(mesh_, patches);
+    TriangleMesh without = mesh_;
+    without.faces.clear();
+    for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
+      const SeenShare& share = seen[patches.of_face[f]];
+      const bool fin =
+          patches.at_crowded_edge[patches.of_face[f]] && std::min(share.front, share.back) >= kSeen;
+      if (!fin) without.faces.push_back(mesh_.faces[f]);
+    }
+    const std::size_t gone = mesh_.faces.size() - without.faces.size();
+    if (gone == 0 || without.faces.empty()) return;
+    if (analyse_topology(without).boundary_edges >= std::max<std::size_t>(1, open_before)) return;
+    told(gone, "face of a fin dropped", "faces of fins dropped");
+    mesh_ = std::move(without);
+  }
+
+  void drop_islands() {
+    if (!(options_.island_share > 0)) return;
+    const MeshTopology topology = analyse_topology(mesh_);
+    if (topology.components <= 1) return;
+    // Pieces in order of area: as many are kept as have their share of the largest one's.
+    std::vector<double> areas;
+    for (std::size_t count = 1; count <= topology.components; ++count) {
+      const double area = surface_area(largest_components(mesh_, count));
+      const double own = areas.empty() ? area : area - total_;
+      if (!areas.empty() && own < options_.island_share * areas.front()) break;
+      areas.push_back(own);
+      total_ = area;
+    }
+    const std::size_t islands = topology.components - areas.size();
+    if (islands == 0) return;
+    mesh_ = largest_components(mesh_, areas.size());
+    told(islands, "island dropped", "islands dropped");
+  }
+
+  void close_small_holes() {
+    if (!sound(analyse_topology(mesh_))) return;
+    const double largest_mm = options_.hole_mm > 0 ? options_.hole_mm : kHoleShare * diagonal_mm_;
+    const ClosedHoles holes = close_holes(mesh_, largest_mm);
+    told(holes.closed, "hole closed", "holes closed");
+    summary_.open_loops = holes.left;
+    if (holes.left > 0) {
+      summary_.done.push_back(counted(holes.left, "hole", "holes") + " wider than " +
+                              to_text(largest_mm, 1) + " mm left open");
+    }
+  }
+
+  void wrap_if_needed() {
+    const MeshTopology topology = analyse_topology(mesh_);
+    const long genus = genus_of(topology, summary_.open_loops);
+    const bool tunnels = summary_.open_loops == 0 && genus > options_.most_tunnels;
+    if (sound(topology) && !tunnels) return;
+    const double closes_mm = options_.wrap_mm > 0 ? options_.wrap_mm : kWrapShare * diagonal_mm_;
+    TriangleMesh wrap = wrapped_surface(mesh_, closes_mm);
+    if (wrap.empty() || !sound(analyse_topology(wrap))) {
+      throw BadDataError("surface to repair: what is left is no manifold, and a wrap of " +
+                         to_text(closes_mm, 2) + " mm finds no inside; close it in a mesh editor");
+    }
+    mesh_ = largest_components(wrap, 1);
+    summary_.wrapped = true;
+    summary_.open_loops = 0;
+    summary_.done.push_back(
+        (tunnels ? counted(static_cast<std::size_t>(genus), "tunnel was", "tunnels were")
+                 : std::string("what was left was no manifold and was")) +
+        " closed by a wrap of " + to_text(closes_mm, 2) + " mm");
+  }
+
+  void finish() {
+    const MeshTopology topology = analyse_topology(mesh_);
+    summary_.genus = genus_of(topology, summary_.open_loops);
+    summary_.max_mm = largest_distance(reference_, mesh_, RayScene(mesh_), context_);
+    summary_.reverse_max_mm = largest_distance(mesh_, reference_, RayScene(reference_), context_);
+    summary_.mesh = std::move(mesh_);
+  }
+
+  const RepairOptions& options_;
+  const RunContext& context_;
+  TriangleMesh mesh_, reference_;
+  double diagonal_mm_ = 0, total_ = 0;
+  RepairSummary summary_;
+};
+
+}  // namespace
+
+void RepairOptions::check() const {
+  if (!(island_share >= 0 && island_share < 1)) throw UsageError("island_share must be 0…1");
+  if (!(hole_mm >= 0)) throw UsageError("hole_mm must not be negative");
+  if (most_tunnels < 0) throw UsageError("most_tunnels must not be negative");
+  if (!(wrap_mm >= 0)) throw UsageError("wrap_mm must not be negative");
+}
+
+RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
+                     const RunContext& context) {
+  options.check();
+  check_mesh(surface, "surface to repair");
+  if (surface.empty()) throw BadDataError("surface to repair: it has no faces");
+  RepairSummary summary = Repair(surface, options, context).run();
+  const double volume = std::abs(signed_volume(surface));
+  if (analyse_topology(surface).boundary_edges == 0 && volume > 0) {
+    summary.volume_change = signed_volume(summary.mesh) / volume - 1;
+  }
+  return summary;
+}
+
+}  // namespace organbake

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/dicom_document.h"
+
+#include <algorithm>
+
+#include "formats/vtk_error_log.h"
+#include "volume/dicom_masks.h"
+#include "volume/header_text.h"
+
+namespace organbake {
+
+DicomDocument::DicomDocument(const std::filesystem::path& file) : readable_(file) {
+  vtkNew<vtkDICOMParser> parser;
+  VtkErrorLog errors;
+  errors.watch_object(parser);
+  parser->SetMetaData(data_);
+  parser->SetFileName(readable_.path().c_str());
+  parser->Update();
+  errors.throw_if_any(file);
+  pixel_offset_ = static_cast<std::uint64_t>(std::max<vtkTypeInt64>(0, parser->GetFileOffset()));
+  pixel_bytes_ = parser->GetPixelDataFound() ? parser->GetPixelDataVL() : 0;
+}
+
+std::string DicomDocument::text(vtkDICOMTag tag) const { return dicom_text(data_->Get(tag)); }
+
+std::string dicom_text(const vtkDICOMValue& value) { return trimmed(value.AsString()); }
+
+DicomMaskKind dicom_mask_kind(const std::filesystem::path& file) {
+  vtkNew<vtkDICOMMetaData> data;
+  vtkNew<vtkDICOMParser> parser;
+  VtkErrorLog errors;
+  errors.watch_object(parser);
+  const ReadableDicom readable(file);
+  parser->SetMetaData(data);
+  parser->SetFileName(readable.path().c_str());
+  parser->Update();
+  const std::string kind = dicom_text(data->Get(DC::SOPClassUID));
+  if (kind == "1.2.840.10008.5.1.4.1.1.66.4" || kind == "1.2.840.10008.5.1.4.1.1.66.7") {
+    return DicomMaskKind::segmentation;
+  }
+  return kind == "1.2.840.10008.5.1.4.1.1.481.3" ? DicomMaskKind::contours : DicomMaskKind::none;
+}
+
+}  // namespace organbake

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+#include "volume/read_options.h"
+#include "volume/volume.h"
+
+namespace organbake {
+
+enum class DicomMaskKind { none, segmentation, contours };
+// What a DICOM file holds in place of an image, by its SOP class: a segmentation (SEG) or contours
+// (RTSTRUCT). None for a file that cannot be read.
+DicomMaskKind dicom_mask_kind(const std::filesystem::path& file);
+
+// A DICOM segmentation (PS3.3, C.8.20): binary, fractional (from one half on) or a label map, on
+// the grid of its frames. Segments keep their numbers and names and may overlap; options.label
+// chooses. Throws BadDataError.
+Volume read_dicom_segmentation(const std::filesystem::path& file, const VolumeReadOptions& options);
+
+// The closed contours of an RTSTRUCT (PS3.3, C.8.8.6) as a mask, a label for each region of
+// interest, finer in the plane than any CT. Contours in one plane are inside by the even-odd rule,
+// so that holes as contours of their own and by keyhole are holes. A region's number and name
+// choose it. Throws BadDataError.
+Volume read_dicom_contours(const std::filesystem::path& file, const VolumeReadOptions& options);
+
+}  // namespace organbake

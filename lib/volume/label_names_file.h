@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "volume/volume.h"
+
+namespace organbake {
+
+// Names of labels from a text of a label a line: ITK-SNAP's label descriptions (number, red, green,
+// blue, three more, "name") and 3D Slicer's colour tables (number, name, red, green, blue,
+// opacity), or a number and a name. Lines that begin with '#' are comments, label 0 is the
+// background. Throws NoInputError, and BadDataError naming the line that is none of these.
+std::vector<LabelName> read_label_names(const std::filesystem::path& file);
+
+}  // namespace organbake

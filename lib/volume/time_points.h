@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "volume/read_options.h"
+
+namespace organbake {
+
+// Volumes of one place at several times in one file or series.
+struct TimePoints {
+  std::int64_t count = 1;
+  std::string step = {};  // "every 0.5 s"; empty = not known
+};
+
+// The index, from 0, of the time point that options.time asks for. Throws UsageError for one that
+// isn't there, and BadDataError ("holds 5 time points; choose one with --time 1…5") when none was
+// asked for and there are several, unless options.any_time lets the first stand for all.
+std::int64_t chosen_time(const TimePoints& times, const VolumeReadOptions& options,
+                         const std::string& name);
+
+}  // namespace organbake

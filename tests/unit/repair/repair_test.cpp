@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "repair/repair.h"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <map>
+
+#include "geometry/mesh_checks.h"
+#include "support/error_message.h"
+#include "support/meshes.h"
+
+namespace organbake {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+using Inside = std::function<bool(int, int, int)>;
+
+// The faces between voxels inside and outside, corners shared: where voxels touch at an edge or a
+// corner alone, the mesh is no manifold.
+TriangleMesh voxel_mesh(int size, double voxel_mm, const Inside& inside) {
+  TriangleMesh mesh;
+  std::map<std::array<int, 3>, std::uint32_t> number;
+  const auto vertex = [&](const Eigen::Vector3i& at) {
+    const auto [found, added] = number.emplace(std::array<int, 3>{at.x(), at.y(), at.z()},
+                                               std::uint32_t(mesh.vertices.size()));
+    if (added) mesh.vertices.push_back(voxel_mm * at.cast<double>());
+    return found->second;
+  };
+  const auto in = [&](const Eigen::Vector3i& v) {
+    return v.minCoeff() >= 0 && v.maxCoeff() < size && inside(v.x(), v.y(), v.z());
+  };
+  for (int n = 0; n < size * size * size; ++n) {
+    const Eigen::Vector3i v(n % size, n / size % size, n / size / size);
+    if (!in(v)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3i a = Eigen::Vector3i::Unit(axis);
+      const Eigen::Vector3i b = Eigen::Vector3i::Unit((axis + 1) % 3);
+      const Eigen::Vector3i c = Eigen::Vector3i::Unit((axis + 2) % 3);
+      for (const bool high : {false, true}) {
+        if (in(high ? Eigen::Vector3i(v + a) : Eigen::Vector3i(v - a))) continue;
+        const Eigen::Vector3i o = high ? Eigen::Vector3i(v + a) : v;
+        std::uint32_t p[4] = {vertex(o), vertex(o + b), vertex(o + b + c), vertex(o + c)};
+        if (!high) std::swap(p[1], p[3]);
+        mesh.faces.push_back({p[0], p[1], p[2]});
+        mesh.faces.push_back({p[0], p[2], p[3]});
+      }
+    }
+  }
+  return mesh;
+}
+
+void append(TriangleMesh& mesh, const TriangleMesh& other, const Eigen::Vector3d& at) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Eigen::Vector3d& v : other.vertices) mesh.vertices.push_back(v + at);
+  for (const Face& f : other.faces)
+    mesh.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
+}
+
+void expect_sound(const RepairSummary& repaired) {
+  const MeshTopology topology = analyse_topology(repaired.mesh);
+  EXPECT_TRUE(topology.closed_manifold());
+  EXPECT_EQ(topology.unused_vertices, 0u);
+  EXPECT_GT(signed_volume(repaired.mesh), 0);
+}
+
+constexpr double kExact = 1e-9;  // of a volume: the same corners, other sums
+
+TEST(Repair, ASoundSurfaceComesBackAsItIs) {
+  const TriangleMesh organ = lumpy_mesh(40, 4);
+  const RepairSummary repaired = repair(organ, {});
+  EXPECT_EQ(repaired.mesh.faces, organ.faces);
+  EXPECT_EQ(repaired.mesh.vertices, organ.vertices);
+  EXPECT_THAT(repaired.done, IsEmpty());
+  EXPECT_NEAR(repaired.max_mm, 0, 1e-4);
+}
+
+TEST(Repair, AWallInsideGoesAndTheSkinStays) {
+  TriangleMesh organ = voxel_mesh(6, 10, [](int, int, int) { return true; });
+  const double volume = signed_volume(organ);
+  const std::size_t skin = organ.faces.size();
+  // A wall across the middle, on the skin's own vertices where it meets it.
+  std::map<std::array<int, 2>, std::uint32_t> at;
+  for (std::uint32_t v = 0; v < organ.vertices.size(); ++v) {
+    const Eigen::Vector3d& p = organ.vertices[v];
+    if (p.z() == 30) at[{int(p.x() / 10), int(p.y() / 10)}] = v;
+  }
+  for (int y = 0; y <= 6; ++y) {
+    for (int x = 0; x <= 6; ++x) {
+      if (at.contains({x, y})) continue;
+      at[{x, y}] = static_cast<std::uint32_t>(organ.vertices.size());
+      organ.vertices.emplace_back(10 * x, 10 * y, 30);
+    }
+  }
+  for (int y = 0; y < 6; ++y) {
+    for (int x = 0; x < 6; ++x) {
+      organ.faces.push_back({at[{x, y}], at[{x + 1, y}], at[{x + 1, y + 1}]});
+      organ.faces.push_back({at[{x, y}], at[{x + 1, y + 1}], at[{x, y + 1}]});
+    }
+  }
+  EXPECT_GT(analyse_topology(organ).non_manifold_edges, 0u);
+  const RepairSummary repaired = repair(organ, {});
+  expect_sound(repaired);
+  EXPECT_EQ(repaired.mesh.faces.size(), skin);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
+  EXPECT_FALSE(repaired.wrapped);
+  EXPECT_THAT(repaired.done, Contains("72 faces of walls inside dropped"));
+}
+
+TEST(Repair, AFinOutsideGoes) {
+  TriangleMesh organ = voxel_mesh(4, 10, [](int, int, int) { return true; });
+  const double volume = signed_volume(organ);
+  // On an edge of the top face, standing up from it.
+  std::uint32_t a = 0, b = 0;
+  for (std::uint32_t v = 0; v < organ.vertices.size(); ++v) {
+    if (organ.vertices[v] == Eigen::Vector3d(10, 20, 40)) a = v;
+    if (organ.vertices[v] == Eigen::Vector3d(20, 20, 40)) b = v;
+  }
+  organ.vertices.emplace_back(15, 20, 55);
+  organ.faces.push_back({a, b, static_cast<std::uint32_t>(organ.vertices.size() - 1)});
+  const RepairSummary repaired = repair(organ, {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
+  EXPECT_THAT(repaired.done, Contains("1 face of a fin dropped"));
+}
+
+TEST(Repair, SolidsThatTouchAtEdgesAndCornersAreParted) {
+  // A body of voxels with pits that touch each other along edges and at corners.
+  const auto inside = [](int x, int y, int z) {
+    const bool pit = z == 7 && x > 0 && y > 0 && x < 7 && y < 7 && (x + y) % 2 == 0;
+    return !pit;
+  };
+  TriangleMesh organ = voxel_mesh(8, 5, inside);
+  EXPECT_GT(analyse_topology(organ).non_manifold_edges, 0u);
+  const double volume = signed_volume(organ);
+  const RepairSummary repaired = repair(organ, {.most_tunnels = 1000});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
+  EXPECT_EQ(analyse_topology(repaired.mesh).components, 1u);
+  EXPECT_FALSE(repaired.wrapped);
+  EXPECT_LT(repaired.max_mm, 1e-3);
+}
+
+TEST(Repair, FacesTurnedTwiceThereOrWithoutAreaAreMended) {
+  TriangleMesh organ = lumpy_mesh(40, 3);
+  const TriangleMesh right = organ;
+  for (std::size_t f = 0; f < organ.faces.size(); f += 7) {
+    std::swap(organ.faces[f][0], organ.faces[f][1]);
+  }
+  for (std::size_t f = 0; f < 30; ++f) {
+    const Face face = organ.faces[5 * f];
+    organ.faces.push_back({face[1], face[2], face[0]});
+    organ.faces.push_back({face[1], face[1], face[0]});
+  }
+  const RepairSummary repaired = repair(organ, {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / signed_volume(right), 1, kExact);
+  EXPECT_THAT(repaired.done, Contains("30 duplicate faces dropped"));
+  EXPECT_THAT(repaired.done, Contains("30 faces without an area dropped"));
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("wound against")));
+}
+
+TEST(Repair, ASurfaceInsideOutIsTurnedAndACavityKept) {
+  TriangleMesh organ = lumpy_mesh(40, 3), hollow = sphere_mesh(20, 3);
+  const double volume = signed_volume(organ) - signed_volume(hollow);
+  for (Face& face : organ.faces) std::swap(face[0], face[1]);
+  append(organ, hollow, Eigen::Vector3d::Zero());  // outward, as a solid of its own
+  const RepairSummary repaired = repair(organ, {});
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
+  EXPECT_THAT(repaired.done, Contains("2 pieces turned outward"));
+}
+
+TEST(Repair, IslandsAreDroppedAndPiecesOfTheOrganAreNot) {
+  TriangleMesh organ = lumpy_mesh(40, 3);
+  const double volume = signed_volume(organ) + signed_volume(lumpy_mesh(20, 3));
+  append(organ, lumpy_mesh(20, 3), {100, 0, 0});
+  append(organ, sphere_mesh(0.5, 1), {900, 0, 0});
+  append(organ, sphere_mesh(2, 1), {-80, 0, 0});
+  const RepairSummary repaired = repair(organ, {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
+  EXPECT_THAT(repaired.done, Contains("2 islands dropped"));
+  EXPECT_EQ(analyse_topology(repair(organ, {.island_share = 0}).mesh).components, 4u);
+}
+
+TEST(Repair, SmallHolesAreClosedAndAnOpenSurfaceStaysOpen) {
+  TriangleMesh organ = sphere_mesh(40, 4);
+  const double volume = signed_volume(organ);
+  std::vector<Face> kept;
+  for (const Face& face : organ.faces) {
+    // A cap 4 mm wide round the pole goes, and a single face far from it.
+    const bool cap = has_corner(face, 0);
+    if (!cap && &face != &organ.faces[777]) kept.push_back(face);
+  }
+  organ.faces = kept;
+  const RepairSummary repaired = repair(organ, {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, 0.002) << "flat lids on a round organ";
+  EXPECT_THAT(repaired.done, Contains("2 holes closed"));
+
+  TriangleMesh half = sphere_mesh(40, 4);
+  std::erase_if(half.faces, [&](const Face& face) { return half.vertices[face[0]].z() < 0; });
+  const RepairSummary open = repair(half, {});
+  EXPECT_EQ(open.open_loops, 1u);
+  EXPECT_FALSE(open.wrapped);
+  EXPECT_EQ(open.mesh.faces.size(), half.faces.size());
+}
+
+TEST(Repair, ManyTunnelsAreClosedByAWrapThatStaysNear) {
+  // A plate of 42 × 42 × 10 mm with 16 tunnels of 2 × 2 mm.
+  const auto inside = [](int x, int y, int z) { return z < 5 && !(x % 5 == 3 && y % 5 == 3); };
+  const TriangleMesh plate = voxel_mesh(21, 2, inside);
+  const double solid_mm3 = 42.0 * 42 * 10;
+  const RepairSummary repaired = repair(plate, {.wrap_mm = 4});
+  expect_sound(repaired);
+  EXPECT_TRUE(repaired.wrapped);
+  EXPECT_EQ(repaired.genus, 0);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / solid_mm3, 1, 0.02) << "lids sag into the tunnels";
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("16 tunnels were closed by a wrap of 4.00 mm")));
+  EXPECT_EQ(repair(plate, {.most_tunnels = 16}).genus, 16) << "kept when they are wanted";
+}
+
+TEST(Repair, OptionsAreChecked) {
+  EXPECT_NO_THROW(RepairOptions().check());
+  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.island_share = 1}.check(); }),
+              HasSubstr("island_share"));
+  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.hole_mm = -1}.check(); }),
+              HasSubstr("hole_mm"));
+  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.wrap_mm = -1}.check(); }),
+              HasSubstr("wrap_mm"));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [] { repair(TriangleMesh(), {}); }),
+              HasSubstr("no faces"));
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "volume/mask_labels.h"
+
+#include <gmock/gmock.h>
+
+#include "core/temporary_folder.h"
+#include "ramp_volume.h"
+#include "volume/label_figures.h"
+#include "volume/label_names_file.h"
+#include "volume/read_volume.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+// Two segments that overlap, in two layers, as 3D Slicer saves them: the fastest axis is the list.
+class Layers : public ::testing::Test {
+ protected:
+  static std::string segment(int i, const std::string& name, int layer) {
+    const std::string key = "Segment" + std::to_string(i) + "_";
+    return key + "ID:=S_" + std::to_string(i) + "\n" + key + "Name:=" + name + "\n" + key +
+           "LabelValue:=1\n" + key + "Layer:=" + std::to_string(layer) + "\n";
+  }
+  Layers() {
+    std::string voxels;
+    for (int i = 0; i < 60; ++i) {
+      voxels += static_cast<char>(i < 20);             // "box": the first slice
+      voxels += static_cast<char>(i >= 10 && i < 50);  // "big organ": overlaps it
+    }
+    write_bytes(file_,
+                "NRRD0004\ntype: uchar\ndimension: 4\nspace: left-posterior-superior\n"
+                "sizes: 2 5 4 3\nspace directions: none (1,0,0) (0,1,0) (0,0,2)\n"
+                "kinds: list domain domain domain\nencoding: raw\nspace origin: (1,2,3)\n" +
+                    segment(0, "box", 0) + segment(1, "big organ", 1) + "\n" + voxels);
+  }
+  Volume read(const std::string& label) { return read_volume(file_, {.label = label}); }
+  std::string error(const std::string& label) {
+    return message_of(ExitCode::bad_data, [&] { read(label); });
+  }
+
+  TemporaryFolder folder_;
+  fs::path file_ = folder_.path() / "two.seg.nrrd";
+};
+
+TEST_F(Layers, ASegmentComesByNameOutOfItsLayer) {
+  const Volume box = read("box");
+  EXPECT_EQ(label_figures(box)[0].voxels, 20u);
+  EXPECT_EQ(label_figures(box)[0].max_mm, Eigen::Vector3d(5, 5, 3)) << "the first slice alone";
+  const Volume organ = read("Big_Organ");
+  EXPECT_EQ(label_figures(organ)[0].voxels, 40u);
+  EXPECT_NEAR(label_figures(organ)[0].volume_ml, 0.08, 1e-12);
+  EXPECT_EQ(organ.at(4, 1, 1), 1);
+  EXPECT_EQ(organ.at(4, 1, 0), 0);
+}
+
+TEST_F(Layers, SegmentsTogetherAreTheirUnion) {
+  EXPECT_EQ(label_figures(read("box, big organ"))[0].voxels, 50u);
+}
+
+TEST_F(Layers, ANumberThatSeveralLayersHaveIsRefusedWithTheNames) {
+  EXPECT_THAT(error("1"), HasSubstr("choose by name: 1 box, 1 big organ"));
+  EXPECT_THAT(error("liver"), HasSubstr("it holds 1 box, 1 big organ"));
+}
+
+TEST(Labels, NumbersAndNamesAreChecked) {
+  const std::vector<LabelName> names = {{3, "a, b", 0}, {4, "c", 0}};
+  EXPECT_EQ(chosen_labels("a, b", names, "f").size(), 1u) << "a comma in a name";
+  EXPECT_EQ(chosen_labels(" 4 ,c,3", names, "f").size(), 2u) << "twice the same";
+  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("0", names, "f"); }),
+              HasSubstr("must be 1…32767"));
+  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("40000", names, "f"); }),
+              HasSubstr("must be 1…32767"));
+  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels(" , ", names, "f"); }),
+              HasSubstr("empty"));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { chosen_labels("x", {}, "f"); }),
+              HasSubstr("have no names"));
+}
+
+TEST(Labels, NamesComeFromTheTextsThatEditorsWrite) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "labels.txt";
+  const auto read = [&](const std::string& text) {
+    write_bytes(file, text);
+    return read_label_names(file);
+  };
+  const auto snap = read(
+      "# ITK-SnAP Label Description File\n    0     0    0    0        0  0  0    \"Clear Label\"\n"
+      "    5   255    0    0        1  1  1    \"left kidney\"\r\n");
+  ASSERT_EQ(snap.size(), 1u);
+  EXPECT_EQ(snap[0].label, 5);
+  EXPECT_EQ(snap[0].name, "left kidney");
+  const auto slicer = read("# Color table\n1 liver 221 130 101 255\n2 gall_bladder 1 2 3 255\n");
+  ASSERT_EQ(slicer.size(), 2u);
+  EXPECT_EQ(slicer[1].name, "gall_bladder");
+  EXPECT_EQ(read("7: spleen\n")[0].name, "spleen");
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read("1 liver\nspleen\n"); }),
+              HasSubstr("line 2 \"spleen\" is no label"));
+}
+
+}  // namespace
+}  // namespace organbake
