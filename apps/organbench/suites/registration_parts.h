@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace organbake {
+
+class Bench;
+
+// Whole organs under four kinds of light with exact and wrong lenses, and open pieces of organs.
+void promise_what_people_have(Bench& bench);
+
+}  // namespace organbake
