@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "geometry/reach.h"
 #include "registration/global_search.h"
+#include "registration/light_choice.h"
 #include "registration/point_pairs.h"
 #include "registration/pose_quality.h"
 
@@ -33,6 +34,44 @@ void check_photo(const PhotoToRegister& photo) {
     throw BadDataError("the mask has " + size(photo.mask.width, photo.mask.height) +
                        " pixels, the photograph " + size(k.width, k.height));
   }
+}
+
+// The lights that `automatic` chooses from, the simplest first.
+constexpr LightModel kLights[] = {LightModel::camera, LightModel::beam, LightModel::estimated};
+constexpr int kEnoughForLight = 160;  // pixels of the longer side: the light shows here, too
+
+SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                    const std::optional<RigidTransform>& start, RefineOptions options,
+                    const RunContext& context) {
+  options.free_focal = false;  // the rough pose first, then the lens
+  return start ? search_near(surface, pyramid, *start, options, context)
+               : search_all_round(surface, pyramid, options, context);
+}
+
+// Each light explains the photograph as well as it can, on a level of moderate size; the light that
+// is chosen stands in `options`.
+SearchResult search_with_any_light(const RegisteredSurface& surface,
+                                   const std::vector<PhotoLevel>& pyramid,
+                                   const std::optional<RigidTransform>& start,
+                                   RefineOptions& options, const RunContext& context) {
+  options.light.model = LightModel::camera;
+  SearchResult at_lens = search(surface, pyramid, start, options, context);
+  options.light.model = LightModel::estimated;
+  SearchResult anywhere = search(surface, pyramid, start, options, context);
+  std::vector<LightTrial> starts;
+  for (const LightModel model : kLights)
+    starts.push_back({model, model == LightModel::estimated ? anywhere.best : at_lens.best});
+  int level = std::min(at_lens.level, anywhere.level);
+  while (level > 0 && pyramid[level].intrinsics.width < kEnoughForLight) --level;
+  RefineOptions trying = options;
+  trying.free_focal = false;
+  const LightTrial chosen = simplest_of_best(try_lights(
+      surface, pyramid, std::max(at_lens.level, anywhere.level), level, trying, starts, context));
+  options.light.model = chosen.model;
+  SearchResult result = chosen.model == LightModel::estimated ? anywhere : at_lens;
+  result.best = chosen.state;
+  result.level = level;
+  return result;
 }
 
 RefineOptions refine_options(const RegistrationOptions& o) {
@@ -88,11 +127,11 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
     return result;
   }
 
-  const RefineOptions refining = refine_options(options);
-  RefineOptions searching = refining;  // the rough pose first, then the lens
-  searching.free_focal = false;
-  SearchResult found = start ? search_near(surface, pyramid, *start, searching, context)
-                             : search_all_round(surface, pyramid, searching, context);
+  RefineOptions refining = refine_options(options);
+  SearchResult found = options.light == LightModel::automatic
+                           ? search_with_any_light(surface, pyramid, start, refining, context)
+                           : search(surface, pyramid, start, refining, context);
+  result.light = refining.light.model;
   context.progress(0.4);
   RefineState& state = found.best;
   if (state.usable) refine(surface, pyramid, found.level, 0, refining, state, context);

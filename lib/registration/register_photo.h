@@ -16,7 +16,7 @@
 namespace organbake {
 
 struct RegistrationOptions {
-  LightModel light = LightModel::camera;
+  LightModel light = LightModel::automatic;
   Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
   Similarity similarity = Similarity::radiance;
   Form form = Form::patches;
@@ -68,6 +68,7 @@ struct PoseQuality {
 struct RegisteredPhoto {
   PosedCamera camera;  // intrinsics as found when the focal length was free
   PoseQuality quality;
+  LightModel light = LightModel::camera;  // as given, or as found by `automatic`
 };
 
 // Aligns the photograph with the surface by maximising the normalised cross-correlation of photo

@@ -114,10 +114,11 @@ void write_cameras_for_others(const CameraSet& set, CameraExport also, const fs:
 
 void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   std::vector<double> correlations, uncertainties_mm;
-  std::vector<std::string> verdicts;
+  std::vector<std::string> verdicts, lights;
   for (const NamedPose& pose : poses) {
     const PoseQuality& q = pose.registered.quality;
     verdicts.push_back(pose.image + ": " + name_of(q.verdict));
+    lights.push_back(pose.image + ": " + name_of(pose.registered.light));
     correlations.push_back(q.correlation);
     uncertainties_mm.push_back(q.surface_sd_mm);
     if (q.verdict == Verdict::ok) continue;
@@ -129,6 +130,7 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   report.add("photos", poses.size());
   report.add("registered", poses.size() - report.skipped.size());
   report.add("verdicts", verdicts);
+  report.add("lights", lights);
   report.add("correlations", correlations);
   report.add("uncertainties_mm", uncertainties_mm);
 }
@@ -144,7 +146,9 @@ StageReport run(const StageCall& call) {
   }
   std::vector<NamedPhoto> photos = read_photos(call, options);
   complete(call, photos);
-  const RegisteredSurface surface(std::move(mesh));
+  const RegisteredSurface surface(std::move(mesh), options.closed_outline
+                                                       ? MeshBorders::outlines
+                                                       : MeshBorders::unknown_beyond);
   const fs::path beside = call.output_folder / Stage::kBeside;
   fs::create_directories(beside);
   std::vector<NamedPose> poses;
