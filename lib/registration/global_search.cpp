@@ -141,6 +141,16 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   return result;
 }
 
+SearchResult search_here(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                         const RigidTransform& start, const RefineOptions& options,
+                         const RunContext& context) {
+  SearchResult result;
+  result.level = static_cast<int>(pyramid.size()) - 1;
+  result.best = state_of(object_pose(start, surface.center()));
+  refine(surface, pyramid, result.level, result.level, options, result.best, context);
+  return result;
+}
+
 SearchResult search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                          const RigidTransform& start, const RefineOptions& options,
                          const RunContext& context) {

@@ -41,9 +41,11 @@ constexpr LightModel kLights[] = {LightModel::camera, LightModel::beam, LightMod
 constexpr int kEnoughForLight = 160;  // pixels of the longer side: the light shows here, too
 
 SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                    const std::optional<RigidTransform>& start, RefineOptions options,
+                    const std::optional<RigidTransform>& start, Reach reach, RefineOptions options,
                     const RunContext& context) {
   options.free_focal = false;  // the rough pose first, then the lens
+  if (start && reach == Reach::one_frame)
+    return search_here(surface, pyramid, *start, options, context);
   return start ? search_near(surface, pyramid, *start, options, context)
                : search_all_round(surface, pyramid, options, context);
 }
@@ -52,12 +54,12 @@ SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLev
 // is chosen stands in `options`.
 SearchResult search_with_any_light(const RegisteredSurface& surface,
                                    const std::vector<PhotoLevel>& pyramid,
-                                   const std::optional<RigidTransform>& start,
+                                   const std::optional<RigidTransform>& start, Reach reach,
                                    RefineOptions& options, const RunContext& context) {
   options.light.model = LightModel::camera;
-  SearchResult at_lens = search(surface, pyramid, start, options, context);
+  SearchResult at_lens = search(surface, pyramid, start, reach, options, context);
   options.light.model = LightModel::estimated;
-  SearchResult anywhere = search(surface, pyramid, start, options, context);
+  SearchResult anywhere = search(surface, pyramid, start, reach, options, context);
   std::vector<LightTrial> starts;
   for (const LightModel model : kLights)
     starts.push_back({model, model == LightModel::estimated ? anywhere.best : at_lens.best});
@@ -81,6 +83,7 @@ RefineOptions refine_options(const RegistrationOptions& o) {
   options.similarity = o.similarity;
   options.form = o.form;
   options.free_focal = o.free_focal;
+  options.check_focal = o.reach == Reach::wide;
   options.outer_iterations = o.outer_iterations;
   options.solver_iterations = o.solver_iterations;
   return options;
@@ -128,9 +131,10 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   }
 
   RefineOptions refining = refine_options(options);
-  SearchResult found = options.light == LightModel::automatic
-                           ? search_with_any_light(surface, pyramid, start, refining, context)
-                           : search(surface, pyramid, start, refining, context);
+  SearchResult found =
+      options.light == LightModel::automatic
+          ? search_with_any_light(surface, pyramid, start, options.reach, refining, context)
+          : search(surface, pyramid, start, options.reach, refining, context);
   result.light = refining.light.model;
   context.progress(0.4);
   RefineState& state = found.best;

@@ -15,12 +15,19 @@
 
 namespace organbake {
 
+// How far from a start the pose is looked for.
+enum class Reach {
+  wide,       // tens of millimetres and degrees
+  one_frame,  // as far as a clip moves from one frame to the next; the lens is not doubted
+};
+
 struct RegistrationOptions {
   LightModel light = LightModel::automatic;
   Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
   Similarity similarity = Similarity::radiance;
   Form form = Form::patches;
-  bool free_focal = false;    // one scale for both focal lengths is sought with the pose
+  bool free_focal = false;  // one scale for both focal lengths is sought with the pose
+  Reach reach = Reach::wide;
   int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
   int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
   int solver_iterations = 8;  // within each; 1…100
