@@ -252,6 +252,7 @@ void run_registration_suite(Bench& bench) {
   promise_verdicts(bench, scenes);
   promise_rendered_liver(bench);
   promise_what_people_have(bench);
+  promise_tracking(bench);
 }
 
 }  // namespace organbake
