@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "registration/focal_check.h"
 #include "registration/outline.h"
+#include "registration/relief.h"
 #include "registration/sandwich.h"
 
 namespace organbake {
@@ -177,6 +178,11 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   quality.outline_share = outline.share;
   if (outline.places > 0)
     quality.outline_asked_share = static_cast<double>(outline.asked) / outline.places;
+  if (surface.open()) {
+    const ReliefCheck relief = check_relief(pyramid[level], prediction);
+    quality.relief_asked = relief.asked;
+    quality.relief_share = relief.share;
+  }
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
   quality.focal_scale =
       options.free_focal || !options.check_focal
