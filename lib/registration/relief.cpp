@@ -8,18 +8,18 @@
 namespace organbake {
 namespace {
 
-constexpr int kHalf = 14;         // pixels: half a square's side
-constexpr int kApart = 14;        // pixels between squares
-constexpr int kReach = 8;         // pixels of shift
-constexpr int kConfirmed = 2;     // pixels
-constexpr int kTold = 4;          // pixels of shift that the prediction itself tells …
+constexpr int kHalfSquare = 14;      // pixels: half a square's side
+constexpr int kSquaresApart = 14;    // pixels between squares
+constexpr int kSquareReach = 8;      // pixels of shift
+constexpr int kSquareConfirmed = 2;  // pixels
+constexpr int kTold = 4;             // pixels of shift that the prediction itself tells …
 constexpr double kTells = 0.985;  // … by agreeing less with itself than this, whatever direction
 
 using Square = std::vector<float>;  // row by row, centred, of unit norm; empty: constant
 
 // Of a plane of width `stride`.
 Square square_at(const std::vector<float>& plane, std::size_t stride, std::size_t top_left) {
-  constexpr int kSide = 2 * kHalf + 1;
+  constexpr int kSide = 2 * kHalfSquare + 1;
   constexpr double kLeastContrast = 0.002;  // RMS, of the luminance range
   Square square;
   square.reserve(kSide * kSide);
@@ -52,7 +52,7 @@ class Squares {
   // Skin all over, at a distance from cuts and outlines, and counted.
   bool is_skin(int x, int y) const {
     constexpr float kFromCut = 4;  // pixels
-    const int far = kHalf + kReach;
+    const int far = kHalfSquare + kSquareReach;
     const Intrinsics& k = level_.intrinsics;
     if (x < far || y < far || x + far >= k.width || y + far >= k.height) return false;
     if (!p_.contains(x - far, y - far) || !p_.contains(x + far, y + far)) return false;
@@ -65,11 +65,12 @@ class Squares {
     return true;
   }
   Square predicted(int x, int y) const {
-    return square_at(p_.radiance, std::size_t(p_.width), p_.index(x - kHalf, y - kHalf));
+    return square_at(p_.radiance, std::size_t(p_.width),
+                     p_.index(x - kHalfSquare, y - kHalfSquare));
   }
   Square seen(int x, int y) const {
     return square_at(level_.luminance, std::size_t(level_.intrinsics.width),
-                     level_.index(x - kHalf, y - kHalf));
+                     level_.index(x - kHalfSquare, y - kHalfSquare));
   }
 
  private:
@@ -88,12 +89,12 @@ bool tells_where(const Squares& squares, const Square& own, int x, int y) {
 
 bool is_confirmed(const Squares& squares, const Square& own, int x, int y) {
   double best = -2, best_distance = 0;
-  for (int v = -kReach; v <= kReach; ++v)
-    for (int u = -kReach; u <= kReach; ++u) {
+  for (int v = -kSquareReach; v <= kSquareReach; ++v)
+    for (int u = -kSquareReach; u <= kSquareReach; ++u) {
       const double value = agreement(own, squares.seen(x + u, y + v));
       if (value > best) best = value, best_distance = std::hypot(u, v);
     }
-  return best > -1 && best_distance <= kConfirmed;
+  return best > -1 && best_distance <= kSquareConfirmed;
 }
 
 }  // namespace
@@ -102,8 +103,8 @@ ReliefCheck check_relief(const PhotoLevel& level, const Prediction& p) {
   const Squares squares(level, p);
   ReliefCheck check;
   int confirmed = 0;
-  for (int y = p.top; y < p.top + p.height; y += kApart)
-    for (int x = p.left; x < p.left + p.width; x += kApart) {
+  for (int y = p.top; y < p.top + p.height; y += kSquaresApart)
+    for (int x = p.left; x < p.left + p.width; x += kSquaresApart) {
       if (!squares.is_skin(x, y)) continue;
       const Square own = squares.predicted(x, y);
       if (!tells_where(squares, own, x, y)) continue;

@@ -20,7 +20,7 @@ constexpr int kWidth = 640, kHeight = 512;
 // Streams of one case's seed.
 enum : std::uint64_t { kCameraStream = 801, kLightStream = 802, kSensorStream = 803 };
 
-Vector3d random_direction(RandomStream& random) {
+Vector3d any_direction(RandomStream& random) {
   return Vector3d(random.normal(), random.normal(), random.normal()).normalized();
 }
 
@@ -54,7 +54,7 @@ PhotoLight random_light(StudioLight light, RandomStream& random) {
       drawn.falloff = 0;
       break;
     case StudioLight::far_away:
-      drawn.toward = (random.uniform(0.3, 1) * random_direction(random) - Vector3d::UnitZ());
+      drawn.toward = (random.uniform(0.3, 1) * any_direction(random) - Vector3d::UnitZ());
       drawn.ambient = random.uniform(0.1, 0.4);
       break;
   }
@@ -149,9 +149,9 @@ RegistrationCase RegistrationCases::whole_organ(std::size_t organ, StudioLight l
   camera.intrinsics = random_lens(random);
   const double radius_px = kHeight * random.uniform(0.3, 0.44);
   const double distance = camera.intrinsics.fx * surface.radius_mm() / radius_px;
-  const Vector3d aside = 0.12 * surface.radius_mm() * random_direction(random);
-  camera.camera_from_world = look_at(surface.center() + distance * random_direction(random),
-                                     surface.center() + aside, random_direction(random));
+  const Vector3d aside = 0.12 * surface.radius_mm() * any_direction(random);
+  camera.camera_from_world = look_at(surface.center() + distance * any_direction(random),
+                                     surface.center() + aside, any_direction(random));
   RandomStream lit(seed, kLightStream);
   const LampScene scene{false, false, random_light(light, lit)};
   RegistrationCase made;
@@ -173,9 +173,9 @@ RegistrationCase RegistrationCases::open_patch(std::size_t organ, std::uint64_t 
   // So near that the organ is as large as the picture or half as large again.
   const double radius_px = kHeight * random.uniform(0.7, 1.1);
   const double distance = camera.intrinsics.fx * surface.radius_mm() / radius_px;
-  const Vector3d aside = 0.3 * surface.radius_mm() * random_direction(random);
-  camera.camera_from_world = look_at(surface.center() + distance * random_direction(random),
-                                     surface.center() + aside, random_direction(random));
+  const Vector3d aside = 0.3 * surface.radius_mm() * any_direction(random);
+  camera.camera_from_world = look_at(surface.center() + distance * any_direction(random),
+                                     surface.center() + aside, any_direction(random));
   RandomStream lit(seed, kLightStream);
   LampScene scene{true, true, random_light(StudioLight::beside_lens, lit)};
   const Vector3d to_texture = texture_.surface(2).vertices.front() - shown.drawn.vertices.front();

@@ -15,7 +15,7 @@ RegisteredPhoto found_under(const PhotoLight& light, std::uint64_t seed) {
   return register_photo(studio.surface, photo, {});
 }
 
-double error_mm(const RegisteredPhoto& found) {
+double lit_error_mm(const RegisteredPhoto& found) {
   return mtre_mm(lamp_studio().surface, lamp_studio().cameras[0].camera_from_world,
                  found.camera.camera_from_world);
 }
@@ -25,7 +25,7 @@ constexpr double kRight_mm = 0.25;  // a quarter of a pixel
 TEST(LightChoice, TheLampAtTheLensIsTakenForWhatItIs) {
   const auto found = found_under({}, 1);
   EXPECT_EQ(found.light, LightModel::camera) << name_of(found.light);
-  EXPECT_LT(error_mm(found), kRight_mm);
+  EXPECT_LT(lit_error_mm(found), kRight_mm);
 }
 
 TEST(LightChoice, ABeamBesideTheLensIsNot) {
@@ -34,7 +34,7 @@ TEST(LightChoice, ABeamBesideTheLensIsNot) {
   light.beam_exponent = 5;
   const auto found = found_under(light, 2);
   EXPECT_NE(found.light, LightModel::camera);
-  EXPECT_LT(error_mm(found), kRight_mm);
+  EXPECT_LT(lit_error_mm(found), kRight_mm);
   EXPECT_EQ(found.quality.verdict, Verdict::ok) << found.quality.reason;
 }
 
@@ -43,7 +43,7 @@ TEST(LightChoice, LightFromAfarIsEstimated) {
   light.toward = {0.6, -0.5, -1};
   const auto found = found_under(light, 3);
   EXPECT_EQ(found.light, LightModel::estimated) << name_of(found.light);
-  EXPECT_LT(error_mm(found), kRight_mm);
+  EXPECT_LT(lit_error_mm(found), kRight_mm);
   EXPECT_EQ(found.quality.verdict, Verdict::ok) << found.quality.reason;
 }
 

@@ -32,7 +32,7 @@ PhotoToRegister told_by_hue_alone() {
   return photo;
 }
 
-double error_mm(const RegisteredPhoto& found) {
+double silhouette_error_mm(const RegisteredPhoto& found) {
   return mtre_mm(lamp_studio().surface, lamp_studio().cameras[0].camera_from_world,
                  found.camera.camera_from_world);
 }
@@ -64,7 +64,7 @@ TEST(Silhouette, IsFoundByHueWhereBrightnessTellsNothing) {
     photo.start =
         disturbed(lamp_studio().surface, lamp_studio().cameras[0].camera_from_world, 8, 6, seed);
     const auto found = register_photo(lamp_studio().surface, photo, options);
-    EXPECT_LT(error_mm(found), kByOutline_mm) << "seed " << seed;
+    EXPECT_LT(silhouette_error_mm(found), kByOutline_mm) << "seed " << seed;
     EXPECT_EQ(found.light, LightModel::flat);
     EXPECT_EQ(found.quality.verdict, Verdict::doubtful) << found.quality.reason;
   }

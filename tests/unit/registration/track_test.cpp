@@ -35,7 +35,7 @@ Rgb8Image nothing() {
   return image;
 }
 
-double error_mm(int frame, const RegisteredPhoto& found) {
+double frame_error_mm(int frame, const RegisteredPhoto& found) {
   return mtre_mm(lamp_studio().surface, camera_at(frame).camera_from_world,
                  found.camera.camera_from_world);
 }
@@ -46,12 +46,12 @@ TEST(PoseTracker, FollowsAndFindsAgainWhatWasLost) {
   for (int i = 0; i < 4; ++i) {
     const auto found = tracker.next(frame_at(i));
     EXPECT_EQ(found.quality.verdict, Verdict::ok) << i << ": " << found.quality.reason;
-    EXPECT_LT(error_mm(i, found), kTracked_mm) << i;
+    EXPECT_LT(frame_error_mm(i, found), kTracked_mm) << i;
   }
   for (int i = 0; i < 2; ++i) EXPECT_NE(tracker.next(nothing()).quality.verdict, Verdict::ok);
   const auto again = tracker.next(frame_at(6));
   EXPECT_EQ(again.quality.verdict, Verdict::ok) << again.quality.reason;
-  EXPECT_LT(error_mm(6, again), kTracked_mm);
+  EXPECT_LT(frame_error_mm(6, again), kTracked_mm);
 }
 
 TEST(PoseTracker, RefusesFramesOfAnotherSize) {
