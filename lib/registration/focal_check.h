@@ -14,6 +14,6 @@ struct FocalCheck {
 };
 
 FocalCheck check_focal(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                       RefineOptions options, RefineState state, const RunContext& context);
+                       RefineOptions options, const RefineState& state, const RunContext& context);
 
 }  // namespace organbake

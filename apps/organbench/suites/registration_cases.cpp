@@ -92,18 +92,15 @@ Vector3d seen_in_the_middle(const RegisteredSurface& surface, const PosedCamera&
   return ray.origin + hit.t * ray.direction;
 }
 
-// Faces that lie within `radius_mm` of a point and look the way the camera sees them.
-TriangleMesh cut_out(const TriangleMesh& mesh, const Vector3d& center, double radius_mm,
-                     const Vector3d& eye) {
+// Faces that lie within `radius_mm` of a point; the largest piece of them.
+TriangleMesh cut_out(const TriangleMesh& mesh, const Vector3d& center, double radius_mm) {
   TriangleMesh patch;
   patch.vertices = mesh.vertices;
-  for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-    const auto& face = mesh.faces[i];
+  for (const Face& face : mesh.faces) {
     const bool near = std::all_of(face.begin(), face.end(), [&](std::uint32_t v) {
       return (mesh.vertices[v] - center).norm() < radius_mm;
     });
-    const Vector3d way = eye - mesh.vertices[face[0]];
-    if (near && face_normal(mesh, i).dot(way) > 0) patch.faces.push_back(face);
+    if (near) patch.faces.push_back(face);
   }
   return largest_components(patch, 1);
 }
@@ -192,8 +189,8 @@ RegistrationCase RegistrationCases::open_patch(std::size_t organ, std::uint64_t 
   made.photo.intrinsics = camera.intrinsics;
   made.camera_from_world = camera.camera_from_world;
   const double patch_radius = surface.radius_mm() * random.uniform(0.45, 0.7);
-  made.patch = std::make_unique<RegisteredSurface>(cut_out(
-      surface.mesh(), seen_in_the_middle(surface, camera), patch_radius, camera.center_world_mm()));
+  made.patch = std::make_unique<RegisteredSurface>(
+      cut_out(surface.mesh(), seen_in_the_middle(surface, camera), patch_radius));
   made.photo.start = start_from(*made.patch, camera.camera_from_world, 10, 8, seed);
   return made;
 }
