@@ -8,7 +8,6 @@
 #include "core/text.h"
 #include "registration/focal_check.h"
 #include "registration/outline.h"
-#include "registration/relief.h"
 #include "registration/sandwich.h"
 
 namespace organbake {
@@ -19,6 +18,7 @@ using Eigen::Vector3d;
 // Bounds of the verdict. They were set on photographs of the phantom with known poses, right and
 // wrong ones, so that no wrong one passes (organbench, suite registration).
 constexpr double kLeastVisible = 0.6;
+constexpr double kLeastVisibleOpen = 0.25;  // of a piece: it was cut anyway
 constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
 constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
 constexpr double kLeastAsked = 0.2;  // right poses: 0.43 and more
@@ -69,18 +69,25 @@ double sure_outline(double organ_px) {
 
 std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
 
-void judge(PoseQuality& q, double organ_px) {
+void judge(PoseQuality& q, double organ_px, bool open) {
+  const double least_visible = open ? kLeastVisibleOpen : kLeastVisible;
+  // A piece without outlines in the picture has none elsewhere; that nothing then confirms its pose
+  // is another matter.
+  const bool has_outline = !open || q.outline_asked_share >= kLeastAsked;
   struct Rule {
     bool broken;
     Verdict verdict;
     std::string reason;
   };
   const Rule rules[] = {
-      {!(q.visible_share >= kLeastVisible), Verdict::failed,
+      {!(q.visible_share >= least_visible), Verdict::failed,
        "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
-           percent(kLeastVisible) + " are needed"},
+           percent(least_visible) + " are needed"},
       {!(q.correlation >= kLeastCorrelation), Verdict::failed,
        "the photograph does not look like the surface: R = " + to_text(q.correlation, 3)},
+      {!has_outline, Verdict::doubtful,
+       "the surface is open and hardly any of the organ's outline is in the picture: nothing "
+       "confirms the pose"},
       {!(q.outline_share >= kLeastOutline), Verdict::failed,
        "the photograph has the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
       {!(q.outline_share >= sure_outline(organ_px)), Verdict::doubtful,
@@ -178,17 +185,14 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   quality.outline_share = outline.share;
   if (outline.places > 0)
     quality.outline_asked_share = static_cast<double>(outline.asked) / outline.places;
-  if (surface.open()) {
-    const ReliefCheck relief = check_relief(pyramid[level], prediction);
-    quality.relief_asked = relief.asked;
-    quality.relief_share = relief.share;
-  }
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
   quality.focal_scale =
       options.free_focal || !options.check_focal
           ? 1
           : wanted_focal_scale(check_focal(surface, pyramid, options, state, context));
-  judge(quality, 2 * surface.radius_mm() * lens.fx / state.solver.pose[6]);
+  judge(quality,
+        2 * surface.radius_mm() * lens.fx / state.solver.object_pose().center_camera_mm.z(),
+        surface.open());
   if (options.free_focal) quality.focal_scale = found;
   return quality;
 }

@@ -15,7 +15,11 @@
 namespace organbake {
 namespace {
 
-constexpr int kCoarsestSide = 64;        // pixels: the level that starts are refined on
+constexpr int kCoarsestSide = 64;  // pixels: the level that starts are refined on
+// Of an open surface little but its relief and what it has of outlines says where it is, and small
+// pictures have neither; what looks a little like it is found everywhere, so that no other place
+// than the start's is tried.
+constexpr int kCoarsestSideOpen = 160;
 constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
 
 constexpr const char* kTooSmall =
@@ -48,7 +52,7 @@ SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLev
                     const std::optional<RigidTransform>& start, Reach reach, RefineOptions options,
                     const RunContext& context) {
   options.free_focal = false;  // the rough pose first, then the lens
-  if (start && reach == Reach::one_frame)
+  if (start && (reach == Reach::one_frame || surface.open()))
     return search_here(surface, pyramid, *start, options, context);
   return start ? search_near(surface, pyramid, *start, options, context)
                : search_all_round(surface, pyramid, options, context);
@@ -165,7 +169,9 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
     return by_silhouette(surface, photo, start, options, context);
   const std::vector<PhotoLevel> pyramid =
       photo_pyramid(photo.image, photo.mask, photo.intrinsics, options.finest_side_px,
-                    start ? kCoarsestSide : kSearchCoarsestSide);
+                    !start           ? kSearchCoarsestSide
+                    : surface.open() ? kCoarsestSideOpen
+                                     : kCoarsestSide);
   if (pyramid.empty()) {
     result.quality.reason = kTooSmall;
     return result;

@@ -63,10 +63,6 @@ struct PoseQuality {
   double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
   double outline_asked_share = 0;  // of the outline: clear in the picture, so that it can confirm
   double outline_share = 0;        // of that: the photograph confirms it within a pixel
-  // Of an open surface: squares of skin whose shading says where they are, and the share of those
-  // that the photograph confirms within two pixels.
-  int relief_asked = 0;
-  double relief_share = 0;
   double position_sd_mm = 0;  // of the organ's centre
   double rotation_sd_deg = 0;
   double surface_sd_mm = 0;  // RMS over the surface: the expected mTRE
