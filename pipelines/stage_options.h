@@ -108,6 +108,7 @@ enum class CameraExport { none, colmap, transforms };
 
 struct RegisterStageOptions {
   RegistrationOptions registration;
+  bool closed_outline = false;  // the organ ends where the mesh does
   bool vertex_albedo = false;  // the surface's colours are its albedo
   bool from_poses = false;     // start from the poses that the document of unposed photos has
   CameraExport also = CameraExport::none;

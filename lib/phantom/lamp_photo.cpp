@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 
 #include "core/random.h"
 #include "image/srgb.h"
@@ -44,25 +43,42 @@ Skin skin_of_formula(const OrganPhantom& phantom, bool textured, const Ray& ray,
   return skin;
 }
 
-Skin skin_of_mesh(const TriangleMesh& mesh, const std::vector<Vector3d>& normals, const Ray& ray,
-                  const RayHit& hit) {
+Skin skin_of_mesh(const TriangleMesh& mesh, const std::vector<Vector3d>& normals,
+                  const AlbedoAt& albedo, const Ray& ray, const RayHit& hit) {
   const auto& [a, b, c] = mesh.faces[hit.face];
   const Vector3d normal =
       (1 - hit.u - hit.v) * normals[a] + hit.u * normals[b] + hit.v * normals[c];
-  return {ray.origin + hit.t * ray.direction, normal.normalized()};
+  Skin skin{ray.origin + hit.t * ray.direction, normal.normalized()};
+  if (albedo) skin.albedo = albedo(skin.point);
+  return skin;
+}
+
+// Light that arrives along a direction.
+struct Arriving {
+  Vector3d toward;  // unit, surface → light
+  double strength, ambient;
+};
+
+// At a point in camera axes; strength 1 at the reference distance on the optical axis.
+Arriving arriving(const PhotoLight& light, double reference_mm, const Vector3d& x) {
+  if (light.toward) return {light.toward->normalized(), 1 - light.ambient, light.ambient};
+  const Vector3d way = light.lamp_camera_mm - x;
+  const double r = way.norm();
+  const double beam = std::pow(std::max(0.0, -way.z() / r), light.beam_exponent);
+  return {way / r, beam * std::pow(reference_mm / r, light.falloff), 0};
 }
 
 class Lamp {
  public:
-  Lamp(SkinAt skin_at, const RayScene& near_surface, const PosedCamera& camera, bool highlights,
-       double reference_mm)
+  Lamp(SkinAt skin_at, const RayScene& near_surface, const PosedCamera& camera,
+       const LampScene& scene, double reference_mm)
       : skin_at_(std::move(skin_at)),
         near_surface_(near_surface),
         lens_(camera.intrinsics),
         eye_(camera.center_world_mm()),
         world_from_camera_(camera.camera_from_world.rotation.transpose()),
-        highlights_(highlights),
-        reference2_(reference_mm * reference_mm) {}
+        scene_(scene),
+        reference_mm_(reference_mm) {}
 
   void expose_row(int y, LampPicture& picture) const {
     for (int x = 0; x < picture.width; ++x) {
@@ -106,10 +122,17 @@ class Lamp {
   }
   Vector3d radiance(const Ray& ray, const RayHit& hit) const {
     const Skin skin = skin_at_(ray, hit);
-    const double light = reference2_ / (skin.point - eye_).squaredNorm();
-    const double cosine = std::max(0.0, -skin.normal.dot(ray.direction));
-    Vector3d color = cosine * light * skin.albedo;
-    if (highlights_) color.array() += kGlint * light * std::pow(cosine, kGlintExponent);
+    const Eigen::Matrix3d camera_from_world = world_from_camera_.transpose();
+    const Vector3d normal = camera_from_world * skin.normal;
+    const Vector3d view = -(camera_from_world * ray.direction);
+    const Arriving light =
+        arriving(scene_.light, reference_mm_, camera_from_world * (skin.point - eye_));
+    const double cosine = std::max(0.0, normal.dot(light.toward));
+    Vector3d color = (light.ambient + light.strength * cosine) * skin.albedo;
+    if (scene_.highlights && cosine > 0) {
+      const double half = std::max(0.0, normal.dot((view + light.toward).normalized()));
+      color.array() += kGlint * light.strength * std::pow(half, kGlintExponent);
+    }
     return color;
   }
 
@@ -118,8 +141,8 @@ class Lamp {
   Intrinsics lens_;
   Vector3d eye_;
   Eigen::Matrix3d world_from_camera_;
-  bool highlights_;
-  double reference2_;
+  LampScene scene_;
+  double reference_mm_;
 };
 
 LampPicture expose(const Lamp& lamp, const Intrinsics& lens, const RunContext& context) {
@@ -146,19 +169,20 @@ LampPicture picture_by_lamp(const OrganPhantom& phantom, const TriangleMesh& nea
   const auto skin = [&](const Ray& ray, const RayHit& hit) {
     return skin_of_formula(phantom, scene.textured, ray, hit);
   };
-  return expose(Lamp(skin, rays, camera, scene.highlights, distance_mm(camera, near_surface)),
+  return expose(Lamp(skin, rays, camera, scene, distance_mm(camera, near_surface)),
                 camera.intrinsics, context);
 }
 
 LampPicture picture_of_mesh_by_lamp(const TriangleMesh& mesh, const PosedCamera& camera,
+                                    const LampScene& scene, const AlbedoAt& albedo,
                                     const RunContext& context) {
   camera.intrinsics.check();
   const RayScene rays(mesh);
   const std::vector<Vector3d> normals = vertex_normals(mesh);
   const auto skin = [&](const Ray& ray, const RayHit& hit) {
-    return skin_of_mesh(mesh, normals, ray, hit);
+    return skin_of_mesh(mesh, normals, scene.textured ? albedo : AlbedoAt{}, ray, hit);
   };
-  return expose(Lamp(skin, rays, camera, false, distance_mm(camera, mesh)), camera.intrinsics,
+  return expose(Lamp(skin, rays, camera, scene, distance_mm(camera, mesh)), camera.intrinsics,
                 context);
 }
 

@@ -10,7 +10,9 @@ namespace organbake {
 
 // The overlap T of one prediction with a photograph: pixels of the organ and of a band beside it,
 // fixed while the solver runs, so that it cannot raise R by showing less.
-// band: pixels beyond the outline. Nothing for an organ outside the picture.
+// band: pixels beyond the outline. Nothing for an organ outside the picture. Of an open surface the
+// pixels at and beyond its cuts are no part of it, and those near them count less: what lies there
+// is not known.
 std::vector<WeightedPixel> overlap(const PhotoLevel& level, const Prediction& prediction, int band);
 
 struct Appearance {
@@ -25,5 +27,12 @@ struct Appearance {
 // would turn bright into dark is refused: the basis' first weights then stand.
 Appearance fit_appearance(const PhotoLevel& level, const Prediction& prediction,
                           const ShadingBasis& basis, std::vector<WeightedPixel>& pixels);
+
+// Photograph less prediction of T's pixels on the organ, by a light that is fitted to the other
+// half of the picture's squares of `side` pixels: the white squares predict the black ones and the
+// other way round. Weights as they are.
+std::vector<double> held_out_residuals(const PhotoLevel& level, const Prediction& prediction,
+                                       const ShadingBasis& basis,
+                                       const std::vector<WeightedPixel>& pixels, int side);
 
 }  // namespace organbake

@@ -98,18 +98,19 @@ std::size_t best_fit(const std::vector<RefineState>& states, const std::vector<d
   return static_cast<std::size_t>(std::max_element(fit.begin(), fit.end()) - fit.begin());
 }
 
-// How much less the best fit leaves unexplained than the best pose apart from it, as a share: 0
-// when it leaves more, nothing when there is no other.
+// How much less the best fit leaves unexplained than the best pose apart from it, as a share;
+// nothing when there is no other.
 std::optional<double> margin(const std::vector<RefineState>& states,
                              const std::vector<double>& scores) {
+  const std::vector<double> fit = fits(states, scores);
   const std::size_t best = best_fit(states, scores);
   const ObjectPose pose = states[best].solver.object_pose();
   double second = -1;
   for (std::size_t i = 0; i < states.size(); ++i)
     if (angle_between(states[i].solver.object_pose(), pose) > kApart)
-      second = std::max(second, scores[i]);
+      second = std::max(second, fit[i]);
   if (second < 0) return std::nullopt;
-  return std::max(0.0, 1 - (1 - scores[best]) / std::max(1e-12, 1 - second));
+  return std::max(0.0, 1 - (1 - fit[best]) / std::max(1e-12, 1 - second));
 }
 
 }  // namespace
@@ -138,6 +139,16 @@ SearchResult search_all_round(const RegisteredSurface& surface,
   result.runner_up_margin = margin(states, scores).value_or(result.runner_up_margin);
   result.best = states[best_fit(states, scores)];
   result.level = level;
+  return result;
+}
+
+SearchResult search_here(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                         const RigidTransform& start, const RefineOptions& options,
+                         const RunContext& context) {
+  SearchResult result;
+  result.level = static_cast<int>(pyramid.size()) - 1;
+  result.best = state_of(object_pose(start, surface.center()));
+  refine(surface, pyramid, result.level, result.level, options, result.best, context);
   return result;
 }
 

@@ -21,6 +21,11 @@ SearchResult search_all_round(const RegisteredSurface& surface,
                               const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
                               const RunContext& context);
 
+// Refines a given start on the coarsest level, and looks nowhere else.
+SearchResult search_here(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                         const RigidTransform& start, const RefineOptions& options,
+                         const RunContext& context);
+
 // Refines a given start on the coarsest level; when that does not explain the photograph, together
 // with the best of starts turned about it: a wider capture range.
 SearchResult search_near(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,

@@ -17,6 +17,18 @@ constexpr int kAlong = 2;                 // pixels averaged along the outline, 
 constexpr int kConfirmed = 1;             // pixels
 constexpr double kLeastContrast = 0.004;  // of the luminance range, RMS: below, nothing is there
 
+// Whether an open surface ends there because it was cut.
+bool is_cut_near(const Prediction& p, int x, int y) {
+  constexpr int kNear = 2;  // pixels
+  if (p.border_px.empty()) return false;
+  for (int v = y - kNear; v <= y + kNear; ++v)
+    for (int u = x - kNear; u <= x + kNear; ++u)
+      if (p.contains(u, v) && p.coverage[p.index(u, v)] > 0 &&
+          p.border_px[p.index(u, v)] < 2 * kNear)
+        return true;
+  return false;
+}
+
 // Outwards across the outline; zero where the pixel is not on it.
 Vector2d outward(const Prediction& p, int x, int y) {
   const auto coverage = [&p](int u, int v) {
@@ -27,6 +39,7 @@ Vector2d outward(const Prediction& p, int x, int y) {
                       coverage(x, y - 1) > 0 && coverage(x, y + 1) > 0)) {
     return Vector2d::Zero();
   }
+  if (is_cut_near(p, x, y)) return Vector2d::Zero();
   Vector2d slope = Vector2d::Zero();
   for (int v = -2; v <= 2; ++v)
     for (int u = -2; u <= 2; ++u) slope -= coverage(x + u, y + v) * Vector2d(u, v);

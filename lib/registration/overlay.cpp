@@ -40,10 +40,10 @@ bool on_outline(const Prediction& p, int x, int y) {
 
 // The light that explains the photograph best at the pose, so that both look alike where it fits.
 Prediction lit_prediction(const RegisteredSurface& surface, const PhotoLevel& level,
-                          const ObjectPose& pose, const RegistrationOptions& options,
-                          double& offset) {
+                          const ObjectPose& pose, LightModel model,
+                          const RegistrationOptions& options, double& offset) {
   Light light;
-  light.model = options.light;
+  light.model = model;
   light.toward = options.light_direction;
   const ShadingBasis basis(light, pose.center_camera_mm.norm());
   Prediction p;
@@ -72,7 +72,8 @@ Rgb8Image draw_overlay(const RegisteredSurface& surface, const Rgb8Image& photo,
       photo_pyramid(image, {}, reduced(registered.camera.intrinsics, factor), kMostSide, kMostSide);
   if (pyramid.empty()) return image;
   double offset = 0;
-  const Prediction p = lit_prediction(surface, pyramid.front(), pose, options, offset);
+  const Prediction p =
+      lit_prediction(surface, pyramid.front(), pose, registered.light, options, offset);
   const int field = std::max(8, std::max(image.width, image.height) / 12);
   const auto color = outline_color(registered.quality.verdict);
   for (int y = p.top; y < p.top + p.height; ++y)

@@ -39,6 +39,10 @@ Quaterniond facing(const Vector3d& direction) {
 double explained(const PhotoLevel& level, const Prediction& p) {
   constexpr double kFar = 0.7;  // standard deviations of the photograph
   constexpr int kRounds = 3;
+  // Beyond the cuts of an open surface nothing is known, so nothing is explained either.
+  const auto known = [&](int x, int y) {
+    return p.border_px.empty() || (p.contains(x, y) && p.border_px[p.index(x, y)] > 0);
+  };
   const auto row = [&](int x, int y) -> Eigen::Vector4d {  // lamp, background, 1, photograph
     const bool inside = p.contains(x, y);
     const float* phi = inside ? p.phi_at(p.index(x, y)) : nullptr;
@@ -48,28 +52,36 @@ double explained(const PhotoLevel& level, const Prediction& p) {
   const auto for_pixels = [&](const auto& use) {
     for (int y = 0; y < level.intrinsics.height; ++y)
       for (int x = 0; x < level.intrinsics.width; ++x)
-        if (level.valid[level.index(x, y)]) use(row(x, y));
+        if (level.valid[level.index(x, y)]) use(row(x, y), known(x, y));
   };
-  double variance = 0, far2 = std::numeric_limits<double>::infinity(), left = 0;
+  double sum = 0, sum2 = 0, count = 0;
+  for_pixels([&](const Eigen::Vector4d& r, bool) {
+    sum += r[3];
+    sum2 += r[3] * r[3];
+    ++count;
+  });
+  const double mean = sum / std::max(1.0, count), variance = sum2 - sum * mean;
+  if (!(variance > 0)) return -1;
+  const double far2 = kFar * kFar * variance / count;
   Vector3d weights = Vector3d::Zero();
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
-    for_pixels([&](const Eigen::Vector4d& r) {
+    for_pixels([&](const Eigen::Vector4d& r, bool is_known) {
+      if (!is_known) return;
       const double off = r[3] - weights.dot(r.head<3>());
-      m.selfadjointView<Eigen::Lower>().rankUpdate(r, robust_weight(off * off / far2));
+      m.selfadjointView<Eigen::Lower>().rankUpdate(r,
+                                                   round > 0 ? robust_weight(off * off / far2) : 1);
     });
     m = m.selfadjointView<Eigen::Lower>();
     Eigen::Matrix3d normal = m.topLeftCorner<3, 3>();
-    normal.diagonal() *= 1 + 1e-9;
+    normal.diagonal() = normal.diagonal() * (1 + 1e-9) + Vector3d::Constant(1e-12);
     weights = normal.ldlt().solve(m.topRightCorner<3, 1>());
-    if (round > 0) continue;
-    variance = m(3, 3) - m(2, 3) * m(2, 3) / std::max(1.0, m(2, 2));
-    far2 = kFar * kFar * variance / std::max(1.0, m(2, 2));
-    if (!(variance > 0)) return -1;
   }
   if (!(weights[0] > 0)) return -1;
-  for_pixels([&](const Eigen::Vector4d& r) {
-    left += std::min(far2, std::pow(r[3] - weights.dot(r.head<3>()), 2));
+  double left = 0;
+  for_pixels([&](const Eigen::Vector4d& r, bool is_known) {
+    const double off = r[3] - (is_known ? weights.dot(r.head<3>()) : mean);
+    left += std::min(far2, off * off);
   });
   return 1 - left / variance;
 }
@@ -80,7 +92,7 @@ PoseCandidates::PoseCandidates(const RegisteredSurface& surface, const PhotoLeve
       level_(level),
       options_(options),
       context_(context),
-      seen_(find_foreground(level)) {
+      seen_(surface.open() ? std::nullopt : find_foreground(level)) {
   centered_.intrinsics = level.intrinsics;
   centered_.intrinsics.cx = level.intrinsics.width / 2.0;
   centered_.intrinsics.cy = level.intrinsics.height / 2.0;

@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "registration/pose_quality.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/text.h"
+#include "registration/focal_check.h"
 #include "registration/outline.h"
+#include "registration/sandwich.h"
 
 namespace organbake {
 namespace {
 
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 // Bounds of the verdict. They were set on photographs of the phantom with known poses, right and
 // wrong ones, so that no wrong one passes (organbench, suite registration).
 constexpr double kLeastVisible = 0.6;
+constexpr double kLeastVisibleOpen = 0.25;  // of a piece: it was cut anyway
 constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
 constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
 constexpr double kLeastAsked = 0.2;  // right poses: 0.43 and more
 constexpr double kLeastInliers = 0.6;
 constexpr double kLargestSurfaceSdMm = 1.0;
 constexpr double kLeastMargin = 0.1;
-constexpr double kLargestFocalError = 0.13;
+constexpr double kLargestFocalError = 0.07;  // exact lenses: 0.02 at most, 10 % off: 0.09
 
 // Motion of a surface point by the pose: (ω, τ) ↦ ω × (x − c) + τ.
 Eigen::Matrix<double, 3, 6> point_motion(const Vector3d& d) {
@@ -33,22 +34,11 @@ Eigen::Matrix<double, 3, 6> point_motion(const Vector3d& d) {
   return j;
 }
 
-// Sandwich over patches: H⁻¹ (Σ g gᵀ) H⁻¹ (White 1980; clustered, Liang & Zeger 1986).
-MatrixXd covariance(const Curvature& curvature) {
-  const Eigen::Index n = curvature.information.rows();
-  MatrixXd information = curvature.information;
-  information.diagonal() *= 1 + 1e-12;
-  const MatrixXd inverse = information.ldlt().solve(MatrixXd::Identity(n, n));
-  MatrixXd meat = MatrixXd::Zero(n, n);
-  for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
-  return inverse * meat * inverse;
-}
-
 void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
                     const RefineState& state, PoseQuality& quality) {
   quality.surface_sd_mm = quality.position_sd_mm = quality.rotation_sd_deg = 1e9;
   if (curvature.pixels == 0) return;
-  const MatrixXd all = covariance(curvature);
+  const Eigen::MatrixXd all = sandwich_covariance(curvature);
   if (!all.allFinite()) return;
   const Eigen::Matrix<double, 6, 6> cov = all.topLeftCorner<6, 6>();
   quality.rotation_sd_deg =
@@ -63,24 +53,11 @@ void measure_spread(const RegisteredSurface& surface, const Curvature& curvature
   quality.surface_sd_mm = std::sqrt(std::max(0.0, sum / surface.samples().size()));
 }
 
-// What a free focal length would want, on a level of moderate size; 1 unless that is well outside
-// what texture and noise do to it.
-double wanted_focal_scale(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                          RefineOptions options, RefineState state, const RunContext& context) {
-  constexpr int kEnough = 160;        // pixels: a wrong lens shows here, too
+// What a free focal length would want; 1 unless that is well outside what texture and noise do to
+// it.
+double wanted_focal_scale(const FocalCheck& check) {
   constexpr double kSignificant = 4;  // standard deviations
-  options.free_focal = true;
-  options.outer_iterations = 1;
-  options.form = Form::whole;
-  options.patch_px = 8;
-  int level = static_cast<int>(pyramid.size()) - 1;
-  while (level > 0 && pyramid[level].intrinsics.width < kEnough) --level;
-  refine(surface, pyramid, level, level, options, state, context);
-  if (!state.usable) return 1;
-  const MatrixXd spread = covariance(curvature(surface, pyramid[level], options, state));
-  const double sd = spread.rows() == 7 ? std::sqrt(std::max(0.0, spread(6, 6))) : 0;
-  return std::abs(state.solver.log_focal) > kSignificant * sd ? std::exp(state.solver.log_focal)
-                                                              : 1;
+  return std::abs(check.log_scale) > kSignificant * check.log_sd ? std::exp(check.log_scale) : 1;
 }
 
 // Of a smaller picture a pixel is a larger part of the organ, so that more of another organ's
@@ -92,18 +69,25 @@ double sure_outline(double organ_px) {
 
 std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
 
-void judge(PoseQuality& q, double organ_px) {
+void judge(PoseQuality& q, double organ_px, bool open) {
+  const double least_visible = open ? kLeastVisibleOpen : kLeastVisible;
+  // A piece without outlines in the picture has none elsewhere; that nothing then confirms its pose
+  // is another matter.
+  const bool has_outline = !open || q.outline_asked_share >= kLeastAsked;
   struct Rule {
     bool broken;
     Verdict verdict;
     std::string reason;
   };
   const Rule rules[] = {
-      {!(q.visible_share >= kLeastVisible), Verdict::failed,
+      {!(q.visible_share >= least_visible), Verdict::failed,
        "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
-           percent(kLeastVisible) + " are needed"},
+           percent(least_visible) + " are needed"},
       {!(q.correlation >= kLeastCorrelation), Verdict::failed,
        "the photograph does not look like the surface: R = " + to_text(q.correlation, 3)},
+      {!has_outline, Verdict::doubtful,
+       "the surface is open and hardly any of the organ's outline is in the picture: nothing "
+       "confirms the pose"},
       {!(q.outline_share >= kLeastOutline), Verdict::failed,
        "the photograph has the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
       {!(q.outline_share >= sure_outline(organ_px)), Verdict::doubtful,
@@ -203,8 +187,12 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
     quality.outline_asked_share = static_cast<double>(outline.asked) / outline.places;
   measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
   quality.focal_scale =
-      options.free_focal ? 1 : wanted_focal_scale(surface, pyramid, options, state, context);
-  judge(quality, 2 * surface.radius_mm() * lens.fx / state.solver.pose[6]);
+      options.free_focal || !options.check_focal
+          ? 1
+          : wanted_focal_scale(check_focal(surface, pyramid, options, state, context));
+  judge(quality,
+        2 * surface.radius_mm() * lens.fx / state.solver.object_pose().center_camera_mm.z(),
+        surface.open());
   if (options.free_focal) quality.focal_scale = found;
   return quality;
 }

@@ -49,6 +49,7 @@ class Painter {
   void split_pixel(Prediction& p, int x, int y) const;
   void add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit, float share) const;
   void finish(Prediction& p, std::size_t i) const;
+  float border_px(const RayHit& hit, const Vector3d& x, const Vector3d& normal) const;
 
   const RegisteredSurface& surface_;
   const PhotoLevel& level_;
@@ -141,6 +142,14 @@ bool Painter::at_outline(const Prediction& p, int x, int y) const {
   return false;
 }
 
+// Lengths along the surface show shortened by its slant.
+float Painter::border_px(const RayHit& hit, const Vector3d& x, const Vector3d& normal) const {
+  constexpr double kLeastSlant = 0.1;
+  const double slant = std::abs(normal.dot(x)) / x.norm();
+  return static_cast<float>(surface_.border_distance_mm(hit) * std::max(kLeastSlant, slant) /
+                            (x.z() * pixel_slope_));
+}
+
 void Painter::add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHit& hit,
                   float share) const {
   const Vector3d x = hit.t * ray;
@@ -154,6 +163,7 @@ void Painter::add(Prediction& p, std::size_t i, const Vector3d& ray, const RayHi
   p.albedo[i] += share * skin.albedo;
   p.point[i] += share * x.cast<float>();
   p.coverage[i] += share;
+  if (!p.border_px.empty()) p.border_px[i] += share * border_px(hit, x, n);
 }
 
 void Painter::finish(Prediction& p, std::size_t i) const {
@@ -161,6 +171,7 @@ void Painter::finish(Prediction& p, std::size_t i) const {
   if (!(p.coverage[i] > 0)) return;
   p.point[i] /= p.coverage[i];
   p.normal[i].normalize();
+  if (!p.border_px.empty()) p.border_px[i] /= p.coverage[i];
 }
 
 // Rays between pixel centres: the lens is straight over a pixel.
@@ -244,6 +255,7 @@ void predict(const RegisteredSurface& surface, const PhotoLevel& level, const Ob
   p.albedo.assign(pixels, 0);
   p.phi.assign(pixels * p.basis, 0);
   p.hits.resize(pixels);
+  p.border_px.assign(surface.open() ? pixels : 0, 0);
   for_rows(p, [&](int row) {
     if (settings.keep_faces) {
       painter.slide_centers(p, row);

@@ -26,6 +26,10 @@ struct Prediction {
   std::vector<float> phi;                        // `basis` numbers a pixel
   int basis = 0;
 
+  // Of a surface that is open, how many pixels each is from where it is cut, at least about; 0
+  // where nothing is hit. Empty for others.
+  std::vector<float> border_px;
+
   std::vector<RayHit> hits;  // of the rays through pixel centres
 
   bool empty() const { return width <= 0 || height <= 0; }

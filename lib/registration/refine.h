@@ -16,6 +16,7 @@ struct RefineOptions {
                               // picture, and so does the finest where one gain fits all patches
   int patch_px = 24;
   bool free_focal = false;
+  bool check_focal = true;    // of a finished pose
   int outer_iterations = 4;   // overlap, light and weights anew, per level
   int solver_iterations = 8;  // within each
 };

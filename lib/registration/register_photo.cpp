@@ -7,14 +7,23 @@
 #include "core/text.h"
 #include "geometry/reach.h"
 #include "registration/global_search.h"
+#include "registration/light_choice.h"
 #include "registration/point_pairs.h"
 #include "registration/pose_quality.h"
+#include "registration/silhouette.h"
 
 namespace organbake {
 namespace {
 
-constexpr int kCoarsestSide = 64;        // pixels: the level that starts are refined on
+constexpr int kCoarsestSide = 64;  // pixels: the level that starts are refined on
+// Of an open surface little but its relief and what it has of outlines says where it is, and small
+// pictures have neither; what looks a little like it is found everywhere, so that no other place
+// than the start's is tried.
+constexpr int kCoarsestSideOpen = 160;
 constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
+
+constexpr const char* kTooSmall =
+    "the photograph is too small: at least 8 pixels a side are needed";
 
 void check_photo(const PhotoToRegister& photo) {
   photo.intrinsics.check();
@@ -35,6 +44,46 @@ void check_photo(const PhotoToRegister& photo) {
   }
 }
 
+// The lights that `automatic` chooses from, the simplest first.
+constexpr LightModel kLights[] = {LightModel::camera, LightModel::beam, LightModel::estimated};
+constexpr int kEnoughForLight = 160;  // pixels of the longer side: the light shows here, too
+
+SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                    const std::optional<RigidTransform>& start, Reach reach, RefineOptions options,
+                    const RunContext& context) {
+  options.free_focal = false;  // the rough pose first, then the lens
+  if (start && (reach == Reach::one_frame || surface.open()))
+    return search_here(surface, pyramid, *start, options, context);
+  return start ? search_near(surface, pyramid, *start, options, context)
+               : search_all_round(surface, pyramid, options, context);
+}
+
+// Each light explains the photograph as well as it can, on a level of moderate size; the light that
+// is chosen stands in `options`.
+SearchResult search_with_any_light(const RegisteredSurface& surface,
+                                   const std::vector<PhotoLevel>& pyramid,
+                                   const std::optional<RigidTransform>& start, Reach reach,
+                                   RefineOptions& options, const RunContext& context) {
+  options.light.model = LightModel::camera;
+  SearchResult at_lens = search(surface, pyramid, start, reach, options, context);
+  options.light.model = LightModel::estimated;
+  SearchResult anywhere = search(surface, pyramid, start, reach, options, context);
+  std::vector<LightTrial> starts;
+  for (const LightModel model : kLights)
+    starts.push_back({model, model == LightModel::estimated ? anywhere.best : at_lens.best});
+  int level = std::min(at_lens.level, anywhere.level);
+  while (level > 0 && pyramid[level].intrinsics.width < kEnoughForLight) --level;
+  RefineOptions trying = options;
+  trying.free_focal = false;
+  const LightTrial chosen = simplest_of_best(try_lights(
+      surface, pyramid, std::max(at_lens.level, anywhere.level), level, trying, starts, context));
+  options.light.model = chosen.model;
+  SearchResult result = chosen.model == LightModel::estimated ? anywhere : at_lens;
+  result.best = chosen.state;
+  result.level = level;
+  return result;
+}
+
 RefineOptions refine_options(const RegistrationOptions& o) {
   RefineOptions options;
   options.light.model = o.light;
@@ -42,9 +91,45 @@ RefineOptions refine_options(const RegistrationOptions& o) {
   options.similarity = o.similarity;
   options.form = o.form;
   options.free_focal = o.free_focal;
+  options.check_focal = o.reach == Reach::wide;
   options.outer_iterations = o.outer_iterations;
   options.solver_iterations = o.solver_iterations;
   return options;
+}
+
+void place(const RegisteredSurface& surface, const RefineState& state, PosedCamera& camera) {
+  camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
+  camera.intrinsics.fx *= std::exp(state.solver.log_focal);
+  camera.intrinsics.fy *= std::exp(state.solver.log_focal);
+}
+
+// An outline alone is that of other poses, too: of a mirrored organ, of one that is turned about a
+// symmetry. The verdict stops at doubtful.
+RegisteredPhoto by_silhouette(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                              const std::optional<RigidTransform>& start,
+                              const RegistrationOptions& options, const RunContext& context) {
+  if (!start) throw UsageError("a silhouette is told from its ground near a start: give one");
+  RegisteredPhoto result;
+  result.camera.intrinsics = photo.intrinsics;
+  result.camera.camera_from_world = *start;
+  result.light = LightModel::flat;
+  RefineOptions refining = refine_options(options);
+  refining.light.model = LightModel::flat;
+  refining.similarity = Similarity::radiance;  // of likelihood and coverage
+  refining.free_focal = refining.check_focal = false;
+  const ColorSilhouette found =
+      refine_silhouette(surface, photo, *start, options.finest_side_px, refining, context);
+  if (found.pyramid.empty()) {
+    result.quality.reason = kTooSmall;
+    return result;
+  }
+  result.quality = assess(surface, found.pyramid, refining, found.state, 1, context);
+  if (result.quality.verdict == Verdict::ok) {
+    result.quality.verdict = Verdict::doubtful;
+    result.quality.reason = "only the silhouette was compared, which other poses may share";
+  }
+  if (found.state.usable) place(surface, found.state, result.camera);
+  return result;
 }
 
 }  // namespace
@@ -80,28 +165,31 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   std::optional<RigidTransform> start = photo.start;
   if (!photo.pairs.empty()) start = pose_from_pairs(photo.pairs, photo.intrinsics);
   if (start) result.camera.camera_from_world = *start;
+  if (options.similarity == Similarity::silhouette)
+    return by_silhouette(surface, photo, start, options, context);
   const std::vector<PhotoLevel> pyramid =
       photo_pyramid(photo.image, photo.mask, photo.intrinsics, options.finest_side_px,
-                    start ? kCoarsestSide : kSearchCoarsestSide);
+                    !start           ? kSearchCoarsestSide
+                    : surface.open() ? kCoarsestSideOpen
+                                     : kCoarsestSide);
   if (pyramid.empty()) {
-    result.quality.reason = "the photograph is too small: at least 8 pixels a side are needed";
+    result.quality.reason = kTooSmall;
     return result;
   }
 
-  const RefineOptions refining = refine_options(options);
-  RefineOptions searching = refining;  // the rough pose first, then the lens
-  searching.free_focal = false;
-  SearchResult found = start ? search_near(surface, pyramid, *start, searching, context)
-                             : search_all_round(surface, pyramid, searching, context);
+  RefineOptions refining = refine_options(options);
+  SearchResult found =
+      options.light == LightModel::automatic
+          ? search_with_any_light(surface, pyramid, start, options.reach, refining, context)
+          : search(surface, pyramid, start, options.reach, refining, context);
+  result.light = refining.light.model;
   context.progress(0.4);
   RefineState& state = found.best;
   if (state.usable) refine(surface, pyramid, found.level, 0, refining, state, context);
   context.progress(0.9);
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
   if (!state.usable) return result;
-  result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
-  result.camera.intrinsics.fx *= std::exp(state.solver.log_focal);
-  result.camera.intrinsics.fy *= std::exp(state.solver.log_focal);
+  place(surface, state, result.camera);
   return result;
 }
 

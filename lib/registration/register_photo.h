@@ -15,12 +15,19 @@
 
 namespace organbake {
 
+// How far from a start the pose is looked for.
+enum class Reach {
+  wide,       // tens of millimetres and degrees
+  one_frame,  // as far as a clip moves from one frame to the next; the lens is not doubted
+};
+
 struct RegistrationOptions {
-  LightModel light = LightModel::camera;
+  LightModel light = LightModel::automatic;
   Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
-  Similarity similarity = Similarity::radiance;
+  Similarity similarity = Similarity::radiance;                 // silhouette: needs a start
   Form form = Form::patches;
-  bool free_focal = false;    // one scale for both focal lengths is sought with the pose
+  bool free_focal = false;  // one scale for both focal lengths is sought with the pose
+  Reach reach = Reach::wide;
   int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
   int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
   int solver_iterations = 8;  // within each; 1…100
@@ -56,7 +63,7 @@ struct PoseQuality {
   double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
   double outline_asked_share = 0;  // of the outline: clear in the picture, so that it can confirm
   double outline_share = 0;        // of that: the photograph confirms it within a pixel
-  double position_sd_mm = 0;       // of the organ's centre
+  double position_sd_mm = 0;  // of the organ's centre
   double rotation_sd_deg = 0;
   double surface_sd_mm = 0;  // RMS over the surface: the expected mTRE
   // By what share the pose leaves less of the photograph unexplained than the best one of the
@@ -68,6 +75,7 @@ struct PoseQuality {
 struct RegisteredPhoto {
   PosedCamera camera;  // intrinsics as found when the focal length was free
   PoseQuality quality;
+  LightModel light = LightModel::camera;  // as given, or as found by `automatic`
 };
 
 // Aligns the photograph with the surface by maximising the normalised cross-correlation of photo

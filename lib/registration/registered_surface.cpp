@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "core/random.h"
 #include "geometry/mesh_checks.h"
+#include "registration/border_distance.h"
 
 namespace organbake {
 namespace {
@@ -23,7 +25,7 @@ TriangleMesh checked(TriangleMesh mesh) {
 
 }  // namespace
 
-RegisteredSurface::RegisteredSurface(TriangleMesh mesh)
+RegisteredSurface::RegisteredSurface(TriangleMesh mesh, MeshBorders borders)
     : mesh_(checked(std::move(mesh))),
       scene_(mesh_),
       normals_(vertex_normals(mesh_)),
@@ -37,7 +39,16 @@ RegisteredSurface::RegisteredSurface(TriangleMesh mesh)
   for (const Face& face : mesh_.faces)
     for (const std::uint32_t v : face)
       radius_ = std::max(radius_, (mesh_.vertices[v] - center_).norm());
+  if (borders == MeshBorders::unknown_beyond)
+    border_distance_mm_ = organbake::border_distance_mm(mesh_);
   spread_samples();
+}
+
+float RegisteredSurface::border_distance_mm(const RayHit& hit) const {
+  if (!open()) return std::numeric_limits<float>::infinity();
+  const auto& [a, b, c] = mesh_.faces[hit.face];
+  const auto& d = border_distance_mm_;
+  return (1 - hit.u - hit.v) * d[a] + hit.u * d[b] + hit.v * d[c];
 }
 
 // One sample in each of equal shares of the area, so that they lie evenly.

@@ -90,21 +90,30 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 
 void bind(OptionList& list, RegisterStageOptions& o) {
   RegistrationOptions& r = o.registration;
-  list.add("light", &r.light,
-           {.help = "where the light is: at the camera (an endoscope), in light_direction, or "
-                    "anywhere: estimated with the pose"},
-           {{"camera", LightModel::camera},
-            {"direction", LightModel::direction},
-            {"estimated", LightModel::estimated}})
+  list.add(
+          "light", &r.light,
+          {.help = "where the light is: at the camera; near it, with a beam of its own; in "
+                   "light_direction; anywhere, estimated with the pose; auto: what the photo says"},
+          {{"auto", LightModel::automatic},
+           {"camera", LightModel::camera},
+           {"beam", LightModel::beam},
+           {"direction", LightModel::direction},
+           {"estimated", LightModel::estimated}})
       .add("light_direction", &r.light_direction,
            {.help = "surface to light in the camera's axes: x right, y down, z forward"})
-      .add("similarity", &r.similarity,
-           {.help = "what is correlated: radiance, as in the paper, or its gradient"},
-           {{"radiance", Similarity::radiance}, {"gradient", Similarity::gradient}})
+      .add(
+          "similarity", &r.similarity,
+          {.help = "what is correlated: radiance, as in the paper; its gradient; or, near a start, "
+                   "the silhouette that the organ's colours draw before its ground's"},
+          {{"radiance", Similarity::radiance},
+           {"gradient", Similarity::gradient},
+           {"silhouette", Similarity::silhouette}})
       .add("form", &r.form,
            {.help = "one correlation per patch with a robust loss, or one for the whole picture"},
            {{"patches", Form::patches}, {"whole", Form::whole}})
       .add("free_focal", &r.free_focal, {.help = "seek one scale of the focal lengths, too"})
+      .add("closed_outline", &o.closed_outline,
+           {.help = "the organ ends where the mesh has a border; else it goes on there, unseen"})
       .add("vertex_albedo", &o.vertex_albedo,
            {.help = "take the surface's vertex colours for its albedo"})
       .add("from_poses", &o.from_poses,

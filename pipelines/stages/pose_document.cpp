@@ -8,9 +8,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json verdict_json(const PoseQuality& q) {
+Json verdict_json(const RegisteredPhoto& registered) {
+  const PoseQuality& q = registered.quality;
   Json json = {{"verdict", name_of(q.verdict)}};
   if (!q.reason.empty()) json["reason"] = q.reason;
+  json["light"] = name_of(registered.light);
   const std::pair<const char*, double> figures[] = {
       {"correlation", q.correlation},       {"inlier_share", q.inlier_share},
       {"visible_share", q.visible_share},   {"outline_share", q.outline_share},
@@ -42,7 +44,7 @@ std::string pose_document(const std::vector<NamedPose>& poses) {
   document["cameras"] = Json::array();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     Json camera = all[i];
-    camera["registration"] = verdict_json(poses[i].registered.quality);
+    camera["registration"] = verdict_json(poses[i].registered);
     if (is_ok(poses[i])) {
       document["cameras"].push_back(camera);
     } else {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <sstream>
 
 #include "core/error.h"
@@ -13,6 +15,7 @@
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 #include "pipelines/stages/pose_document.h"
+#include "pipelines/stages/register_clip.h"
 #include "registration/overlay.h"
 
 namespace organbake {
@@ -114,10 +117,11 @@ void write_cameras_for_others(const CameraSet& set, CameraExport also, const fs:
 
 void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   std::vector<double> correlations, uncertainties_mm;
-  std::vector<std::string> verdicts;
+  std::vector<std::string> verdicts, lights;
   for (const NamedPose& pose : poses) {
     const PoseQuality& q = pose.registered.quality;
     verdicts.push_back(pose.image + ": " + name_of(q.verdict));
+    lights.push_back(pose.image + ": " + name_of(pose.registered.light));
     correlations.push_back(q.correlation);
     uncertainties_mm.push_back(q.surface_sd_mm);
     if (q.verdict == Verdict::ok) continue;
@@ -129,8 +133,49 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   report.add("photos", poses.size());
   report.add("registered", poses.size() - report.skipped.size());
   report.add("verdicts", verdicts);
+  report.add("lights", lights);
   report.add("correlations", correlations);
   report.add("uncertainties_mm", uncertainties_mm);
+}
+
+// The video among the photographs; nothing without one. Throws UsageError when it is not alone.
+std::optional<fs::path> clip_of(const StageCall& call) {
+  const auto photos = call.inputs_of("photo");
+  const auto video = std::find_if(photos.begin(), photos.end(),
+                                  [](const auto& photo) { return is_video(photo.second); });
+  if (video == photos.end()) return std::nullopt;
+  if (photos.size() > 1) throw UsageError("a video is registered alone, without photographs");
+  if (call.input("pairs")) throw UsageError("--pairs belongs to a photo, not to a video");
+  return video->second;
+}
+
+std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& surface,
+                             const fs::path& video, const RegistrationOptions& options,
+                             const fs::path& beside, StageReport& report) {
+  ClipToTrack clip{video, *call.input("intrinsics"), {}, {}};
+  if (const auto* mask = call.input("photo_mask")) clip.mask = read_photo(*mask);
+  if (const auto* init = call.input("init"))
+    clip.start = start_for(read_camera_file(*init), video.stem().string() + "_000000.png", *init);
+  return track_clip(surface, clip, options, beside, call.context, report.bad_data);
+}
+
+std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurface& surface,
+                                    const std::vector<NamedPhoto>& photos,
+                                    const RegistrationOptions& options, const fs::path& beside) {
+  std::vector<NamedPose> poses;
+  for (const NamedPhoto& named : photos) {
+    call.context.info("photo " + named.name);
+    poses.push_back({named.name, register_named(surface, named, options, call.context)});
+    const std::string stem = fs::path(named.name).stem().string();
+    write_png(beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
+              draw_overlay(surface, named.photo.image, poses.back().registered, options), 1);
+    // Those that register for a bake need the pictures beside the cameras.
+    if (call.input("unposed")) {
+      fs::create_directories((call.output_folder / named.name).parent_path());
+      fs::copy_file(named.path, call.output_folder / named.name);
+    }
+  }
+  return poses;
 }
 
 StageReport run(const StageCall& call) {
@@ -142,29 +187,23 @@ StageReport run(const StageCall& call) {
   } else if (mesh.colors.empty()) {
     throw UsageError("--vertex-albedo: the surface has no vertex colours");
   }
-  std::vector<NamedPhoto> photos = read_photos(call, options);
-  complete(call, photos);
-  const RegisteredSurface surface(std::move(mesh));
+  const std::optional<fs::path> clip = clip_of(call);
+  std::vector<NamedPhoto> photos;
+  if (!clip) {
+    photos = read_photos(call, options);
+    complete(call, photos);
+  }
+  const RegisteredSurface surface(std::move(mesh), options.closed_outline
+                                                       ? MeshBorders::outlines
+                                                       : MeshBorders::unknown_beyond);
   const fs::path beside = call.output_folder / Stage::kBeside;
   fs::create_directories(beside);
-  std::vector<NamedPose> poses;
-  for (const NamedPhoto& named : photos) {
-    call.context.info("photo " + named.name);
-    poses.push_back(
-        {named.name, register_named(surface, named, options.registration, call.context)});
-    const std::string stem = fs::path(named.name).stem().string();
-    write_png(
-        beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
-        draw_overlay(surface, named.photo.image, poses.back().registered, options.registration), 1);
-    // Those that register for a bake need the pictures beside the cameras.
-    if (call.input("unposed")) {
-      fs::create_directories((call.output_folder / named.name).parent_path());
-      fs::copy_file(named.path, call.output_folder / named.name);
-    }
-  }
+  StageReport report;
+  const std::vector<NamedPose> poses =
+      clip ? track(call, surface, *clip, options.registration, beside, report)
+           : register_all(call, surface, photos, options.registration, beside);
   write_file_atomically(call.output_folder / "pose.json", pose_document(poses));
   write_cameras_for_others(posed_cameras(poses, false), options.also, beside);
-  StageReport report;
   tell(poses, report);
   return report;
 }

@@ -84,7 +84,7 @@ double probe_register(RandomStream& random, const ProbeFolder&) {
   photo.start = camera.camera_from_world;
   if (chance(random, 0.05)) photo.start->translation = any_point(random, 1000);
   RegistrationOptions options;
-  options.light = LightModel(random.below(3));
+  options.light = LightModel(random.below(5));
   options.form = chance(random, 0.7) ? Form::patches : Form::whole;
   options.similarity = chance(random, 0.8) ? Similarity::radiance : Similarity::gradient;
   options.free_focal = chance(random, 0.2);

@@ -12,6 +12,7 @@
 #include "organbench/bench.h"
 #include "organbench/error_pictures.h"
 #include "organbench/suites.h"
+#include "organbench/suites/registration_parts.h"
 #include "organbench/suites/registration_scenes.h"
 #include "registration/overlay.h"
 
@@ -250,6 +251,8 @@ void run_registration_suite(Bench& bench) {
   promise_reach(bench, scenes);
   promise_verdicts(bench, scenes);
   promise_rendered_liver(bench);
+  promise_what_people_have(bench);
+  promise_tracking(bench);
 }
 
 }  // namespace organbake

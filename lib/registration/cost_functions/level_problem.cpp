@@ -70,6 +70,7 @@ LevelProblem::LevelProblem(LivePrediction& live, SolverState& state, Similarity 
 bool LevelProblem::add_patches(const std::vector<WeightedPixel>& pixels, int side,
                                double least_weight) {
   bool any = false;
+  split_ = true;
   const Patches patches = split(pixels, side);
   std::vector<double> contrasts;
   for (const auto& [cell, patch] : patches) contrasts.push_back(contrast(live_, patch));
@@ -101,7 +102,7 @@ bool LevelProblem::add(const std::vector<WeightedPixel>& pixels, ceres::LossFunc
 // R knows nothing of the light's scale, and a patch with its own gain and offset next to nothing of
 // some of its directions: there the least-squares fit stands, or steps would turn the light round.
 void LevelProblem::add_light_prior() {
-  constexpr double kWeight = 0.1;
+  const double kWeight = split_ ? 0.1 : 0.01;
   const Eigen::VectorXd fitted = state_.light.head(live_.basis().size());
   const double size = fitted.norm();
   if (!(size > 0)) return;

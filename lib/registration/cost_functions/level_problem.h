@@ -31,6 +31,7 @@ class LevelProblem {
   LivePrediction& live_;
   SolverState& state_;
   Similarity similarity_;
+  bool split_ = false;  // into patches
   PoseManifold manifold_;
   ceres::Problem problem_;
 };

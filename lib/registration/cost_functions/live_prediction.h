@@ -4,6 +4,7 @@
 #include <ceres/evaluation_callback.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -11,13 +12,19 @@
 
 namespace organbake {
 
-// The numbers that the solver moves.
+// The numbers that the solver moves. A longer lens takes the organ farther away: what is left of
+// the picture's change is then perspective alone, and focal length and distance, which otherwise
+// hardly differ, hardly trade against each other.
 struct SolverState {
-  std::array<double, 7> pose{};
+  std::array<double, 7> pose{};  // ObjectPose's, its z as it were with the given focal length
   ShadingBasis::Weights light = ShadingBasis::Weights::Zero();
   double log_focal = 0;  // of the scale of the given focal lengths
 
-  ObjectPose object_pose() const { return ObjectPose::from_array(pose.data()); }
+  ObjectPose object_pose() const {
+    ObjectPose found = ObjectPose::from_array(pose.data());
+    found.center_camera_mm.z() *= std::exp(log_focal);
+    return found;
+  }
 };
 
 // At most how far the surface moves in the picture between two states, in pixels of the level.

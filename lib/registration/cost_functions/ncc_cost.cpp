@@ -122,13 +122,17 @@ bool NccCost::Evaluate(double const* const* parameters, double* residuals,
   stacked << all.residual, all.derivative;
   const Eigen::MatrixXd upper = upper_factor(stacked.transpose() * stacked);
   residuals[0] = upper(0, 0);
+  // The solver's own z (SolverState) is the organ's over the focal length's scale.
+  const double scale = std::exp(*parameters[2]);
   if (jacobians[0]) {
-    RowMajor::Map(jacobians[0], n, 7) =
-        upper.middleCols<6>(1) * PoseManifold::minus_jacobian(parameters[0]);
+    Eigen::MatrixXd by_motion = upper.middleCols<6>(1);
+    by_motion.col(5) *= scale;
+    RowMajor::Map(jacobians[0], n, 7) = by_motion * PoseManifold::minus_jacobian(parameters[0]);
   }
   const Eigen::Index basis = live_.basis().size();
   if (jacobians[1]) RowMajor::Map(jacobians[1], n, basis) = upper.rightCols(basis);
-  if (jacobians[2]) Eigen::VectorXd::Map(jacobians[2], n) = upper.col(7);
+  if (jacobians[2])
+    Eigen::VectorXd::Map(jacobians[2], n) = upper.col(7) + parameters[0][6] * scale * upper.col(6);
   return true;
 }
 

@@ -14,6 +14,7 @@ namespace organbake {
 struct WeightedPixel {
   int x = 0, y = 0;
   double weight = 1;
+  double trust = 1;  // before anything is known of the photograph: the weight's largest value
 };
 
 // 1 − R over some pixels of one level: the whole picture, or one patch of it with a robust loss

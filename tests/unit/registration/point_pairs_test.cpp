@@ -11,7 +11,7 @@ namespace {
 
 const Intrinsics kLens{800, 600, 900, 910, 405, 296, -0.1, 0.02};
 
-RigidTransform truth() { return look_at({150, -220, 90}, {5, 3, -4}, {0, 0, 1}); }
+RigidTransform pairs_truth() { return look_at({150, -220, 90}, {5, 3, -4}, {0, 0, 1}); }
 
 std::vector<PointPair> pairs(int count, double noise_px) {
   RandomStream random(11);
@@ -20,7 +20,7 @@ std::vector<PointPair> pairs(int count, double noise_px) {
     PointPair pair;
     pair.point_world_mm = {random.uniform(-50, 50), random.uniform(-50, 50),
                            random.uniform(-50, 50)};
-    pair.pixel = project(kLens, truth() * pair.point_world_mm) +
+    pair.pixel = project(kLens, pairs_truth() * pair.point_world_mm) +
                  noise_px * Eigen::Vector2d(random.normal(), random.normal());
     pairs.push_back(pair);
   }
@@ -29,16 +29,16 @@ std::vector<PointPair> pairs(int count, double noise_px) {
 
 TEST(PosePairs, ExactPairsGiveTheExactPose) {
   const RigidTransform found = pose_from_pairs(pairs(6, 0), kLens);
-  EXPECT_LT((found.rotation - truth().rotation).norm(), 1e-6);
-  EXPECT_LT((found.translation - truth().translation).norm(), 1e-4);
+  EXPECT_LT((found.rotation - pairs_truth().rotation).norm(), 1e-6);
+  EXPECT_LT((found.translation - pairs_truth().translation).norm(), 1e-4);
 }
 
 TEST(PosePairs, OneWrongClickHardlyMatters) {
   std::vector<PointPair> clicked = pairs(12, 0.5);
   clicked[4].pixel += Eigen::Vector2d(60, -40);
   const RigidTransform found = pose_from_pairs(clicked, kLens);
-  EXPECT_LT((found.rotation - truth().rotation).norm(), 0.02);
-  EXPECT_LT((found.translation - truth().translation).norm(), 3) << "mm, from 270 mm away";
+  EXPECT_LT((found.rotation - pairs_truth().rotation).norm(), 0.02);
+  EXPECT_LT((found.translation - pairs_truth().translation).norm(), 3) << "mm, from 270 mm away";
 }
 
 TEST(PosePairs, TooFewOrFlatOnesAreRefused) {
@@ -46,7 +46,7 @@ TEST(PosePairs, TooFewOrFlatOnesAreRefused) {
   std::vector<PointPair> flat = pairs(8, 0);
   for (PointPair& pair : flat) {
     pair.point_world_mm.z() = 0;
-    pair.pixel = project(kLens, truth() * pair.point_world_mm);
+    pair.pixel = project(kLens, pairs_truth() * pair.point_world_mm);
   }
   EXPECT_THROW(pose_from_pairs(flat, kLens), UsageError);
 }

@@ -24,7 +24,7 @@ double radiance(const ShadingBasis& basis, const Vector3d& x, const Vector3d& n)
 TEST(ShadingBasis, GradientIsTheFiniteDifferences) {
   const Vector3d x(20, -35, 260), n = Vector3d(0.3, 0.2, -0.9).normalized();
   for (const LightModel model :
-       {LightModel::camera, LightModel::direction, LightModel::estimated}) {
+       {LightModel::camera, LightModel::beam, LightModel::direction, LightModel::estimated}) {
     const ShadingBasis basis({model, {0.2, -0.5, -0.8}, 0.2}, 250);
     const auto g = basis.gradient(x, n, some_weights());
     constexpr double kStep = 1e-5;

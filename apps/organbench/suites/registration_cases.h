@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "phantom/lamp_photo.h"
+#include "registration/register_photo.h"
+
+namespace organbake {
+
+// What people light organs with, and programs draw them with.
+enum class StudioLight {
+  at_lens,      // a lamp at the camera's centre, as the square of the distance
+  beside_lens,  // 3–9 mm off, its beam weaker to the sides
+  headlight,    // at the camera's centre, as strong at any distance
+  far_away,     // from one direction, with some ambient light
+};
+inline constexpr int kStudioLights = 4;
+const char* name_of(StudioLight light);
+
+// An organ whose photographs are drawn, and what is registered of it.
+struct PhotographedOrgan {
+  std::string name;
+  TriangleMesh drawn;
+  std::unique_ptr<RegisteredSurface> whole;
+};
+
+// A seeded photograph with its truth, and a start.
+struct RegistrationCase {
+  PhotoToRegister photo;
+  RigidTransform camera_from_world;  // the truth
+  // The part of the organ that is registered; the organ's `whole` when there is none.
+  std::unique_ptr<RegisteredSurface> patch;
+};
+
+// Organs: the phantom, drawn four times as finely as it is registered, and the livers of the shared
+// data that are there.
+class RegistrationCases {
+ public:
+  // `data`: the folder of the real data; may be empty.
+  explicit RegistrationCases(const std::filesystem::path& data);
+
+  const std::vector<PhotographedOrgan>& organs() const { return organs_; }
+
+  // The whole organ, white, well inside a picture of 640 × 512; lens, pose and what is left of the
+  // light drawn from the seed. The start is up to 10 mm and 10° off.
+  RegistrationCase whole_organ(std::size_t organ, StudioLight light, std::uint64_t seed) const;
+  // A laparoscope's view from near: texture and highlights, a lamp beside the lens with an uneven
+  // beam, the organ all over the picture or nearly; what is registered is a piece of it that fills
+  // a part of the view. The start is 10 mm and 8° off.
+  RegistrationCase open_patch(std::size_t organ, std::uint64_t seed) const;
+
+ private:
+  void add_organ(const std::string& name, TriangleMesh drawn, TriangleMesh registered);
+
+  OrganPhantom texture_;
+  std::vector<PhotographedOrgan> organs_;
+};
+
+}  // namespace organbake
