@@ -17,4 +17,8 @@ bool is_picture_name(const std::filesystem::path& file) {
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
 }
 
+bool is_frame_name(const std::filesystem::path& file) {
+  return is_picture_name(file) || lower_ending(file) == ".exr";
+}
+
 }  // namespace organbake
