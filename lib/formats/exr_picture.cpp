@@ -42,12 +42,12 @@ float exposure(const std::vector<float>& linear) {
 
 }  // namespace
 
-Picture parse_exr_picture(std::span<const std::byte> bytes, const std::string& name) {
+StoredPicture parse_exr_picture(std::span<const std::byte> bytes, const std::string& name) {
   const ChannelImage image = parse_exr(bytes, name);
   const auto channels = color_channels(image, name);
   const Channel* alpha = image.find("A");
   const std::vector<float> covered = alpha ? numbers(*alpha) : std::vector<float>{};
-  Picture picture(Rgb8Image(image.width, image.height));
+  StoredPicture picture(Rgb8Image(image.width, image.height));
   picture.pixel_aspect = image.pixel_aspect;
   picture.linear.resize(3 * image.pixel_count());
   for (std::size_t c = 0; c < 3; ++c) {

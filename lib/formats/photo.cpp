@@ -33,7 +33,7 @@ PictureKind kind_of(const std::filesystem::path& path) {
   return PictureKind::other;
 }
 
-void tag(const PictureTags& tags, Picture& picture) {
+void tag(const PictureTags& tags, StoredPicture& picture) {
   picture.turn = tags.turn;
   picture.pixel_aspect = tags.pixel_aspect;
 }
@@ -47,14 +47,15 @@ Rgb8Image read_photo(const std::filesystem::path& path) {
   throw BadDataError(path, "is neither a PNG nor a JPEG image");
 }
 
-Picture read_picture(const std::filesystem::path& path) {
+StoredPicture read_picture(const std::filesystem::path& path) {
   const PictureKind kind = kind_of(path);
   if (kind == PictureKind::other)
     throw BadDataError(path, "is neither a PNG, a JPEG nor an EXR image");
   const std::vector<std::byte> bytes = read_file(path);
   if (kind == PictureKind::exr) return parse_exr_picture(bytes, path.string());
-  Picture picture = kind == PictureKind::png ? parse_png(bytes, path.string())
-                                             : Picture(parse_jpeg(bytes, path.string()));
+  StoredPicture picture = kind == PictureKind::png
+                              ? parse_png(bytes, path.string())
+                              : StoredPicture(parse_jpeg(bytes, path.string()));
   tag(kind == PictureKind::png ? png_tags(bytes) : jpeg_tags(bytes), picture);
   return picture;
 }

@@ -14,6 +14,6 @@ Rgb8Image read_photo(const std::filesystem::path& path);
 
 // The same, and EXR, with all that the file has: light of more than 8 bits, its turn, the pixels'
 // aspect. Nothing is applied (make_upright() does).
-Picture read_picture(const std::filesystem::path& path);
+StoredPicture read_picture(const std::filesystem::path& path);
 
 }  // namespace organbake

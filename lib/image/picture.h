@@ -25,7 +25,7 @@ enum class Turn {
 inline bool swaps_sides(Turn turn) { return turn >= Turn::transpose; }
 
 // A picture as a camera or a program stored it, with what its file says about its pixels.
-struct Picture {
+struct StoredPicture {
   Rgb8Image color;  // 8-bit sRGB: to look at, and to find masks in
   // R, G, B of every pixel in linear light at any one gain, for what has more than 8 bits; empty:
   // `color` made linear is all there is.
@@ -33,8 +33,9 @@ struct Picture {
   Turn turn = Turn::none;
   double pixel_aspect = 1;  // a pixel's width / its height, as it is stored
 
-  Picture() = default;
-  Picture(Rgb8Image image) : color(std::move(image)) {}  // NOLINT: an 8-bit picture is a picture
+  StoredPicture() = default;
+  StoredPicture(Rgb8Image image)
+      : color(std::move(image)) {}  // NOLINT: an 8-bit picture is a picture
 };
 
 }  // namespace organbake

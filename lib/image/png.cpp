@@ -171,10 +171,10 @@ Rgb8Image read_png(const std::filesystem::path& path, std::size_t max_pixels) {
   return without_alpha(decoded(bytes, path.string(), max_pixels));
 }
 
-Picture parse_png(std::span<const std::byte> bytes, const std::string& name,
-                  std::size_t max_pixels) {
+StoredPicture parse_png(std::span<const std::byte> bytes, const std::string& name,
+                        std::size_t max_pixels) {
   const Samples color = decoded(bytes, name, max_pixels);
-  Picture picture(without_alpha(color));
+  StoredPicture picture(without_alpha(color));
   if (color.deep) picture.linear = deep_light(bytes, name);
   return picture;
 }

@@ -24,7 +24,7 @@ bool is_combed(const Rgb8Image& frame) {
   return looked > 0 && teeth > kShare * static_cast<double>(looked);
 }
 
-void deinterlace(Picture& frame) {
+void deinterlace(StoredPicture& frame) {
   const int height = frame.color.height;
   const std::size_t row = 3 * std::size_t(frame.color.width);
   for (int y = 1; y + 1 < height; y += 2) {

@@ -8,6 +8,6 @@ namespace organbake {
 // Whether neighbouring rows differ far more than rows of one field do: motion between two fields.
 bool is_combed(const Rgb8Image& frame);
 // Keeps the upper field and interpolates the lower.
-void deinterlace(Picture& frame);
+void deinterlace(StoredPicture& frame);
 
 }  // namespace organbake

@@ -88,7 +88,7 @@ void undistort(const Intrinsics& camera, Rgb8Image& color, Plane& intensity) {
 
 // Blood takes the blue and leaves the red to saturate first: the mean of red and green carries the
 // shading.
-Plane linear_intensity(const Picture& frame) {
+Plane linear_intensity(const StoredPicture& frame) {
   Plane intensity(frame.color.width, frame.color.height);
   const auto& linear = linear_from_srgb8();
   const std::vector<std::uint8_t>& levels = frame.color.pixels;
@@ -143,7 +143,7 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
   return camera;
 }
 
-PreparedFrame prepare_frame(const Picture& picture, const Intrinsics& camera,
+PreparedFrame prepare_frame(const StoredPicture& picture, const Intrinsics& camera,
                             const FrameOptions& options, const Mask* given_instruments) {
   options.check();
   camera.check();
@@ -159,7 +159,7 @@ PreparedFrame prepare_frame(const Picture& picture, const Intrinsics& camera,
         ", the mask of instruments " + std::to_string(given_instruments->width) + "x" +
         std::to_string(given_instruments->height) + "; it must have the frame's size");
   PreparedFrame ready;
-  Picture upper = picture;
+  StoredPicture upper = picture;
   ready.was_combed = is_combed(frame);
   if (ready.was_combed) deinterlace(upper);
   ready.intensity = linear_intensity(upper);

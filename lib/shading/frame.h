@@ -38,7 +38,7 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad);
 // Deinterlaces when combed, makes linear, halves, undistorts, masks. `frame` is upright with square
 // pixels, or as its `camera` has it. `given_instruments` (of the frame's size, may be null)
 // replaces the search for instruments.
-PreparedFrame prepare_frame(const Picture& frame, const Intrinsics& camera,
+PreparedFrame prepare_frame(const StoredPicture& frame, const Intrinsics& camera,
                             const FrameOptions& options, const Mask* given_instruments = nullptr);
 
 }  // namespace organbake

@@ -18,7 +18,7 @@ FrameSelection::FrameSelection(NextFrame next, const SelectionOptions& options)
   options_.check();
 }
 
-bool FrameSelection::read(Picture& image) {
+bool FrameSelection::read(StoredPicture& image) {
   if (ended_) return false;
   try {
     ended_ = !next_(image);
@@ -33,7 +33,7 @@ bool FrameSelection::read(Picture& image) {
 std::optional<SelectedFrame> FrameSelection::next() {
   while (true) {
     std::optional<SelectedFrame> best;
-    Picture image;
+    StoredPicture image;
     for (int i = 0; i < options_.every && read(image); ++i) {
       if (best && !options_.sharpest) continue;
       const double value = options_.sharpest ? sharpness(image.color) : 0;

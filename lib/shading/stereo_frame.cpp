@@ -9,14 +9,14 @@
 namespace organbake {
 namespace {
 
-constexpr int kSide = 96;  // of a half, at most: enough to know a scene again
+constexpr int kHalfSide = 96;  // of a half, at most: enough to know a scene again
 // Of the shared clips and photographs no two halves reach 0.45; two eyes of one scene, 0.8.
 constexpr double kAlike = 0.7;
-constexpr double kReach = 0.15;  // of the half's size: the largest disparity
-constexpr int kRows = 2;         // eyes may stand a little askew
+constexpr double kMostDisparity = 0.15;  // of the half's size: the largest disparity
+constexpr int kRowsAskew = 2;            // eyes may stand a little askew
 
 Plane reduced_half(const Rgb8Image& frame, int left, int top, int width, int height) {
-  const int step = std::max(1, (std::max(width, height) + kSide - 1) / kSide);
+  const int step = std::max(1, (std::max(width, height) + kHalfSide - 1) / kHalfSide);
   Plane half(width / step, height / step);
   for (int y = 0; y < half.height; ++y)
     for (int x = 0; x < half.width; ++x) {
@@ -45,9 +45,9 @@ double correlation(const Plane& a, const Plane& b, int shift_x, int shift_y) {
 }
 
 bool alike(const Plane& a, const Plane& b) {
-  const int reach = static_cast<int>(kReach * a.width);
+  const int reach = static_cast<int>(kMostDisparity * a.width);
   double best = 0;
-  for (int dy = -kRows; dy <= kRows; ++dy)
+  for (int dy = -kRowsAskew; dy <= kRowsAskew; ++dy)
     for (int dx = -reach; dx <= reach; ++dx) best = std::max(best, correlation(a, b, dx, dy));
   return best >= kAlike;
 }

@@ -14,7 +14,7 @@ namespace {
 constexpr double kSquare = 1e-3;   // aspects nearer to 1 than this are rounding
 constexpr double kMostOblong = 4;  // of any standard, anamorphic or half-width stereo
 
-PictureSize square_size(const Picture& picture) {
+PixelSize square_size(const StoredPicture& picture) {
   const double aspect = picture.pixel_aspect;
   const int width = picture.color.width, height = picture.color.height;
   if (std::abs(aspect - 1) < kSquare) return {width, height};
@@ -39,8 +39,8 @@ void turn_upright(cv::Mat& image, Turn turn) {
 }
 
 template <class Value>
-std::vector<Value> upright(std::vector<Value>& values, int type, const Picture& picture,
-                           PictureSize square) {
+std::vector<Value> upright(std::vector<Value>& values, int type, const StoredPicture& picture,
+                           PixelSize square) {
   cv::Mat image(picture.color.height, picture.color.width, type, values.data());
   if (square.width != image.cols || square.height != image.rows)
     cv::resize(image, image, {square.width, square.height}, 0, 0, cv::INTER_CUBIC);
@@ -52,14 +52,14 @@ std::vector<Value> upright(std::vector<Value>& values, int type, const Picture& 
 
 }  // namespace
 
-PictureSize upright_size(const Picture& picture) {
-  const PictureSize size = square_size(picture);
-  return swaps_sides(picture.turn) ? PictureSize{size.height, size.width} : size;
+PixelSize upright_size(const StoredPicture& picture) {
+  const PixelSize size = square_size(picture);
+  return swaps_sides(picture.turn) ? PixelSize{size.height, size.width} : size;
 }
 
-void make_upright(Picture& picture) {
-  const PictureSize square = square_size(picture), size = upright_size(picture);
-  const PictureSize stored{picture.color.width, picture.color.height};
+void make_upright(StoredPicture& picture) {
+  const PixelSize square = square_size(picture), size = upright_size(picture);
+  const PixelSize stored{picture.color.width, picture.color.height};
   if (square != stored || picture.turn != Turn::none) {
     if (!picture.linear.empty()) {
       picture.linear = upright(picture.linear, CV_32FC3, picture, square);

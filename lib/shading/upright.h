@@ -6,14 +6,14 @@
 namespace organbake {
 
 // The size that upright() gives.
-struct PictureSize {
+struct PixelSize {
   int width = 0, height = 0;
-  bool operator==(const PictureSize&) const = default;
+  bool operator==(const PixelSize&) const = default;
 };
-PictureSize upright_size(const Picture& picture);
+PixelSize upright_size(const StoredPicture& picture);
 
 // The picture with square pixels (the shorter side of a pixel is divided, so that nothing is lost)
 // and turned as its file asks. Throws BadDataError for an aspect that no camera has.
-void make_upright(Picture& picture);
+void make_upright(StoredPicture& picture);
 
 }  // namespace organbake

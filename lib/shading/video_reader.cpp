@@ -190,7 +190,7 @@ VideoReader::VideoReader(VideoReader&&) noexcept = default;
 
 std::size_t VideoReader::frames_read() const { return impl_->count; }
 
-bool VideoReader::next(Picture& frame) {
+bool VideoReader::next(StoredPicture& frame) {
   Impl& r = *impl_;
   if (!r.receive()) {
     if (!r.damage.empty()) r.fail(r.damage);
@@ -207,7 +207,7 @@ bool VideoReader::next(Picture& frame) {
     r.fail("it is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
            ", the frames before are " + std::to_string(r.width) + "x" + std::to_string(r.height));
   }
-  frame = Picture();
+  frame = StoredPicture();
   r.convert(frame.color);
   frame.turn = r.turn();
   frame.pixel_aspect = r.pixel_aspect();

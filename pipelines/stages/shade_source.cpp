@@ -21,13 +21,13 @@ namespace {
 namespace fs = std::filesystem;
 using Next = FrameSelection::NextFrame;
 
-std::string size_text(PictureSize size) {
+std::string size_text(PixelSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
 // The frames of a folder in the order of their names.
 Next pictures_in(std::vector<fs::path> files) {
-  return [files = std::move(files), at = std::size_t{0}](Picture& picture) mutable {
+  return [files = std::move(files), at = std::size_t{0}](StoredPicture& picture) mutable {
     if (at == files.size()) return false;
     try {
       picture = read_picture(files[at]);
@@ -49,13 +49,13 @@ Next stored_frames(const fs::path& path) {
   }
   if (is_frame_name(path)) return pictures_in({path});
   auto video = std::make_shared<VideoReader>(path);
-  return [video](Picture& picture) { return video->next(picture); };
+  return [video](StoredPicture& picture) { return video->next(picture); };
 }
 
 // The first frame again, then the others.
-Next with_first(Picture first, Next others) {
+Next with_first(StoredPicture first, Next others) {
   return [first = std::move(first), others = std::move(others),
-          given = false](Picture& picture) mutable {
+          given = false](StoredPicture& picture) mutable {
     if (given) return others(picture);
     given = true;
     picture = std::move(first);
@@ -65,10 +65,10 @@ Next with_first(Picture first, Next others) {
 
 // Each frame has the size of the first.
 Next of_one_size(Next next) {
-  return [next = std::move(next), size = PictureSize(),
-          at = std::size_t{0}](Picture& picture) mutable {
+  return [next = std::move(next), size = PixelSize(),
+          at = std::size_t{0}](StoredPicture& picture) mutable {
     if (!next(picture)) return false;
-    const PictureSize now{picture.color.width, picture.color.height};
+    const PixelSize now{picture.color.width, picture.color.height};
     if (at == 0) size = now;
     if (now != size)
       throw BadDataError("frame " + std::to_string(at) + ": is " + size_text(now) +
@@ -90,19 +90,19 @@ struct Lens {
   bool of_stored_pixels = false;
 };
 
-Lens lens_for(const Picture& first, const fs::path& frames, const fs::path* path) {
+Lens lens_for(const StoredPicture& first, const fs::path& frames, const fs::path* path) {
   if (!path) return {};
-  const PictureSize stored{first.color.width, first.color.height}, size = upright_size(first);
+  const PixelSize stored{first.color.width, first.color.height}, size = upright_size(first);
   const std::string name = frames.filename().string();
   const Intrinsics lens = read_intrinsics(*path, name, size.width, size.height);
-  const PictureSize of_lens{lens.width, lens.height};
+  const PixelSize of_lens{lens.width, lens.height};
   if (of_lens != size) return {lens, of_lens == stored};
   if (stored == size || !is_squeezed(lens, first.pixel_aspect)) return {lens, false};
   return {read_intrinsics(*path, name, stored.width, stored.height), true};
 }
 
-void tell(const Picture& first, bool as_stored, const RunContext& context) {
-  const PictureSize stored{first.color.width, first.color.height}, size = upright_size(first);
+void tell(const StoredPicture& first, bool as_stored, const RunContext& context) {
+  const PixelSize stored{first.color.width, first.color.height}, size = upright_size(first);
   if (stored == size && first.turn == Turn::none) return;
   const std::string tags = "the frames are stored as " + size_text(stored) + " with " +
                            (first.turn == Turn::none ? "" : "a turn to upright and ") + "pixels " +
@@ -115,13 +115,13 @@ void tell(const Picture& first, bool as_stored, const RunContext& context) {
 
 ShadeSource open_frames(const fs::path& frames, const fs::path* lens, const RunContext& context) {
   Next stored = stored_frames(frames);
-  Picture first;
+  StoredPicture first;
   if (!stored(first)) throw BadDataError(frames, "holds no frame");
   const Lens found = lens_for(first, frames, lens);
   tell(first, found.of_stored_pixels, context);
   Next all = of_one_size(with_first(std::move(first), std::move(stored)));
   if (found.of_stored_pixels) return {std::move(all), found.camera};
-  Next upright = [all = std::move(all)](Picture& picture) {
+  Next upright = [all = std::move(all)](StoredPicture& picture) {
     if (!all(picture)) return false;
     make_upright(picture);
     return true;

@@ -91,7 +91,7 @@ void real_clip(Bench& bench) {
   int frames = 0;
   const Timing timing = bench.time([&] {
     VideoReader reader(path);
-    Picture image;
+    StoredPicture image;
     FrameDepth previous;
     for (frames = 0; frames < most && reader.next(image); ++frames) {
       const PreparedFrame frame = prepare_frame(

@@ -73,7 +73,7 @@ void write_kind(const std::filesystem::path& path, const PngKind& kind) {
 }
 
 // The largest relative error of the radiance, over all pixels and channels.
-double radiance_error(const Picture& picture, bool color) {
+double radiance_error(const StoredPicture& picture, bool color) {
   EXPECT_EQ(picture.color.width, kWidth);
   EXPECT_EQ(picture.color.height, kHeight);
   double worst = 0;
@@ -91,7 +91,7 @@ double radiance_error(const Picture& picture, bool color) {
 
 class PictureFile : public ::testing::Test {
  protected:
-  Picture of(const PngKind& kind) {
+  StoredPicture of(const PngKind& kind) {
     write_kind(file_, kind);
     return read_picture(file_);
   }
@@ -106,7 +106,7 @@ TEST_F(PictureFile, EveryPngKindGivesItsRadiance) {
     for (int type : {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
                      PNG_COLOR_TYPE_RGB_ALPHA, PNG_COLOR_TYPE_PALETTE}) {
       if (type == PNG_COLOR_TYPE_PALETTE && bits == 16) continue;
-      const Picture picture = of({type, bits});
+      const StoredPicture picture = of({type, bits});
       const bool color = type == PNG_COLOR_TYPE_RGB || type == PNG_COLOR_TYPE_RGB_ALPHA;
       EXPECT_EQ(picture.linear.empty(), bits == 8);
       EXPECT_LT(radiance_error(picture, color), bits == 8 ? kHalfALevel : kSixteenBits)
@@ -156,7 +156,7 @@ TEST_F(PictureFile, ExrIsLinear) {
 TEST_F(PictureFile, ExrOfAnyExposureIsToBeLookedAt) {
   for (float gain : {1e-3F, 1.F, 300.F}) {
     write_exr(file_, exr_of({"B", "G", "R"}, gain, 1, false));
-    const Picture picture = read_picture(file_);
+    const StoredPicture picture = read_picture(file_);
     const auto most = *std::max_element(picture.color.pixels.begin(), picture.color.pixels.end());
     EXPECT_GT(most, 200) << gain;
     EXPECT_LT(most, 255) << gain;
@@ -206,7 +206,7 @@ TEST_F(PictureFile, JpegTellsAspectAndTurn) {
   for (int turn = 1; turn <= 8; ++turn)
     for (bool little : {false, true}) {
       write_bytes(file_, jpeg_with(turn, 1, 2, little));
-      const Picture picture = read_picture(file_);
+      const StoredPicture picture = read_picture(file_);
       EXPECT_EQ(picture.turn, static_cast<Turn>(turn));
       EXPECT_EQ(picture.pixel_aspect, 2);
     }

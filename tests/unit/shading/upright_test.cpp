@@ -10,8 +10,8 @@
 namespace organbake {
 namespace {
 
-Picture numbered(int width, int height) {
-  Picture picture(Rgb8Image(width, height));
+StoredPicture numbered(int width, int height) {
+  StoredPicture picture(Rgb8Image(width, height));
   for (std::size_t i = 0; i < picture.color.pixels.size(); ++i) {
     picture.color.pixels[i] = static_cast<std::uint8_t>(5 * i);
     picture.linear.push_back(static_cast<float>(i));
@@ -44,12 +44,12 @@ std::pair<int, int> seen_at(Turn turn, int x, int y, int width, int height) {
 
 TEST(Upright, EveryTurnPutsPixelsWhereExifSays) {
   for (int value = 1; value <= 8; ++value) {
-    const Picture stored = numbered(5, 3);
-    Picture picture = stored;
+    const StoredPicture stored = numbered(5, 3);
+    StoredPicture picture = stored;
     picture.turn = static_cast<Turn>(value);
-    const PictureSize size = upright_size(picture);
+    const PixelSize size = upright_size(picture);
     make_upright(picture);
-    ASSERT_EQ((PictureSize{picture.color.width, picture.color.height}), size);
+    ASSERT_EQ((PixelSize{picture.color.width, picture.color.height}), size);
     ASSERT_EQ(size.width, value >= 5 ? 3 : 5);
     for (int y = 0; y < 3; ++y)
       for (int x = 0; x < 5; ++x) {
@@ -63,7 +63,7 @@ TEST(Upright, EveryTurnPutsPixelsWhereExifSays) {
 }
 
 TEST(Upright, OblongPixelsBecomeSquareByDividingThem) {
-  Picture wide = numbered(20, 30), high = wide, odd = wide;
+  StoredPicture wide = numbered(20, 30), high = wide, odd = wide;
   wide.pixel_aspect = 2;
   make_upright(wide);
   EXPECT_EQ(wide.color.width, 40);

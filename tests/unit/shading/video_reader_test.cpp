@@ -28,7 +28,7 @@ TEST(VideoReader, RefusesWhatIsNoVideo) {
 TEST(VideoReader, RealClipFrontToBack) {
   if (!fs::exists(real_clip())) GTEST_SKIP() << "real data is missing: " << real_clip();
   VideoReader reader(real_clip());
-  Picture frame;
+  StoredPicture frame;
   double red = 0, blue = 0;
   while (reader.next(frame)) {
     ASSERT_EQ(frame.color.width, 1280);
@@ -49,7 +49,7 @@ TEST(VideoReader, ACutFileGivesItsFramesAndThenSaysWhere) {
   write_file_atomically(cut, std::span(whole).first(whole.size() / 2));
   try {
     VideoReader reader(cut);
-    Picture frame;
+    StoredPicture frame;
     while (reader.next(frame)) {
     }
     FAIL() << "read " << reader.frames_read() << " frames of a cut file as if it were whole";
