@@ -62,6 +62,35 @@ void warn_of_what_is_odd(const std::vector<FrameRecord>& records, const RunConte
         "if there are any");
 }
 
+// What the verdicts come to: said always, and under --strict a gate.
+void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& options,
+           const RunContext& context, StageReport& report) {
+  const auto counted = [&](DepthVerdict verdict) {
+    return std::count_if(records.begin(), records.end(), [&](const FrameRecord& record) {
+      return record.quality.verdict == verdict;
+    });
+  };
+  report.add("frames_ok", counted(DepthVerdict::ok));
+  report.add("frames_doubtful", counted(DepthVerdict::doubtful));
+  report.add("frames_failed", counted(DepthVerdict::failed));
+  const auto worst = std::max_element(records.begin(), records.end(),
+                                      [](const FrameRecord& a, const FrameRecord& b) {
+                                        return a.quality.verdict < b.quality.verdict;
+                                      });
+  if (worst->quality.verdict == DepthVerdict::ok) return;
+  const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
+  const std::string what = "the depth of " + std::to_string(bad) + " of " +
+                           std::to_string(records.size()) + " frames is not ok (frame " +
+                           std::to_string(worst->index) + " is " + name_of(worst->quality.verdict) +
+                           ": " + worst->quality.reason + ")";
+  if (options.strict) report.quality_gate = what;
+  const bool flattened =
+      options.shading.model == ShadingModel::laparoscope && !options.shading.full_relief;
+  context.warn(what + (flattened ? "; where a picture does not support its relief, depth is drawn "
+                                   "to a flat plane (--full-relief keeps it)"
+                                 : ""));
+}
+
 // The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.
 void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const StageCall& call,
                    StageReport& report) {
@@ -105,6 +134,7 @@ StageReport run(const StageCall& call) {
   report.add("depth_unit", result.records.front().metric ? "mm" : "relative, median 1");
   report_frames(result.records, report);
   warn_of_what_is_odd(result.records, call.context);
+  judge(result.records, options, call.context, report);
   if (result.records.front().ambiguous)
     call.context.warn("the light is nearly frontal: hills and hollows look alike to this model");
   if (result.key) {

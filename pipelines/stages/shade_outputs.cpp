@@ -81,6 +81,7 @@ FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& 
   record.residual = depth.residual;
   record.noise = depth.noise;
   record.branch = depth.branch;
+  record.quality = depth.quality;
   record.outside_share = 1 - share(frame.field);
   record.highlight_share = share(frame.highlights);
   record.instrument_share = share(frame.instruments);
@@ -130,6 +131,11 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
   list("frame_instrument_share", [](const FrameRecord& r) { return r.instrument_share; });
   list("frame_albedo_span", [](const FrameRecord& r) { return r.albedo_span; });
   list("frame_combed", [](const FrameRecord& r) { return r.combed; });
+  list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
+  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unshaped; });
+  std::vector<std::string> verdicts;
+  for (const FrameRecord& record : records) verdicts.emplace_back(name_of(record.quality.verdict));
+  report.add("frame_verdict", verdicts);
   // A warm frame needs no sweeps: what the last cold one before it took is saved.
   long cold = 0, saved = 0, warm = 0;
   for (const FrameRecord& record : records) {

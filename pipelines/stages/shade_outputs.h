@@ -21,6 +21,7 @@ struct FrameRecord {
   double residual = 0, noise = 0, albedo_span = 1, median_depth = 0, mean_confidence = 0;
   double outside_share = 0, highlight_share = 0, instrument_share = 0;
   std::string branch;
+  DepthQuality quality;
 };
 FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
                       const FrameDepth& depth);
