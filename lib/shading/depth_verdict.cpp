@@ -15,8 +15,8 @@ namespace {
 // most; with three tenths, 0.05. Frames of real laparoscopes, where CT truth shows depth worse
 // than a flat plane's, leave 0.06 to 0.13.
 constexpr double kSupported = 0.025, kUnsupported = 0.05;
-constexpr double kOkFrom = 0.9;             // of the support
-constexpr double kLeastSeen = 0.02;         // of the frame, to tell a shape from
+constexpr double kOkFrom = 0.9;      // of the support
+constexpr double kLeastSeen = 0.02;  // of the frame, to tell a shape from
 
 double share(const Mask& mask) {
   const auto zeros = std::count(mask.values.begin(), mask.values.end(), 0);
