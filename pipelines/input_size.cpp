@@ -91,9 +91,9 @@ double frames_in(const fs::path& clip) {
   const double bytes = bytes_of(clip);
   if (fs::is_directory(clip)) {
     const std::vector<fs::path> files = list_files(clip);
-    return static_cast<double>(std::count_if(files.begin(), files.end(), is_picture_name));
+    return static_cast<double>(std::count_if(files.begin(), files.end(), is_frame_name));
   }
-  if (is_picture_name(clip)) return 1;
+  if (is_frame_name(clip)) return 1;
   constexpr double kBytesPerFrame = 10e3;  // 2 Mbit/s at 25 a second: as small as clips come
   return std::max(1.0, bytes / kBytesPerFrame);
 }

@@ -87,6 +87,7 @@ struct ShadeStageOptions {
   int mesh_frame = -1;                            // −1 = the one with the most confidence
   int sharpest = 1;
   bool from_previous = true;
+  bool strict = false;
 
   // Throws UsageError.
   void resolve();

@@ -18,6 +18,10 @@ bool is_picture_name(const std::filesystem::path& file) {
   return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
 }
 
+bool is_frame_name(const std::filesystem::path& file) {
+  return is_picture_name(file) || lower_ending(file) == ".exr";
+}
+
 bool is_mesh_name(const std::filesystem::path& file) {
   constexpr std::string_view kEndings[] = {".ply", ".obj", ".stl", ".off",
                                            ".vtk", ".vtp", ".glb", ".gltf"};

@@ -11,6 +11,8 @@ std::string lower_ending(const std::filesystem::path& file);
 
 // PNG or JPEG by its name.
 bool is_picture_name(const std::filesystem::path& file);
+// These or EXR: what a frame of a clip may be.
+bool is_frame_name(const std::filesystem::path& file);
 
 // A surface mesh of any kind that is read, by its name.
 bool is_mesh_name(const std::filesystem::path& file);

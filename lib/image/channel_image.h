@@ -26,6 +26,7 @@ struct ChannelImage {
   int width = 0;
   int height = 0;
   std::vector<Channel> channels;
+  double pixel_aspect = 1;  // a pixel's width / its height, where a file tells it
 
   std::size_t pixel_count() const { return static_cast<std::size_t>(width) * height; }
   const Channel* find(std::string_view name) const;

@@ -164,6 +164,7 @@ ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name
     Imf::InputFile file(stream, 0);
     check_header(file, max_pixels);
     ChannelImage image = empty_image(file.header(), only);
+    image.pixel_aspect = double(file.header().pixelAspectRatio());
     switch (file.header().compression()) {
       case Imf::ZIP_COMPRESSION:
         read_zip(file, 16, image);

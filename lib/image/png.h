@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "image/channel_image.h"
+#include "image/picture.h"
 
 namespace organbake {
 
-// 8-bit RGB; grey and alpha are converted (alpha dropped), 16 bit reduced. Throws NoInputError,
-// BadDataError, IoError.
+// 8-bit RGB; grey and palettes are converted, 16 bit reduced, alpha dropped: a pixel keeps its
+// colour, and is black where it is wholly transparent. Without a gamma of its own a file is sRGB,
+// whatever its depth. Throws NoInputError, BadDataError, IoError.
 Rgb8Image read_png(const std::filesystem::path& path, std::size_t max_pixels = 1u << 28);
+// The same, with linear light where the file has 16 bits. Tags are left to the caller.
+StoredPicture parse_png(std::span<const std::byte> bytes, const std::string& name,
+                        std::size_t max_pixels = 1u << 28);
 // The bytes of a PNG file, deterministic; compression_level 0…9 (1 is fast enough to play with).
 // Throws Error (internal) for an empty image.
 std::string encode_png(const Rgb8Image& image, int compression_level = 6);

@@ -24,12 +24,17 @@ bool is_combed(const Rgb8Image& frame) {
   return looked > 0 && teeth > kShare * static_cast<double>(looked);
 }
 
-void deinterlace(Rgb8Image& frame) {
-  for (int y = 1; y + 1 < frame.height; y += 2)
-    for (int x = 0; x < frame.width; ++x)
-      for (int c = 0; c < 3; ++c)
-        frame.at(x, y)[c] =
-            static_cast<std::uint8_t>((frame.at(x, y - 1)[c] + frame.at(x, y + 1)[c] + 1) / 2);
+void deinterlace(StoredPicture& frame) {
+  const int height = frame.color.height;
+  const std::size_t row = 3 * std::size_t(frame.color.width);
+  for (int y = 1; y + 1 < height; y += 2) {
+    std::uint8_t* here = frame.color.at(0, y);
+    for (std::size_t i = 0; i < row; ++i)
+      here[i] = static_cast<std::uint8_t>((*(here + i - row) + here[i + row] + 1) / 2);
+    if (frame.linear.empty()) continue;
+    float* light = &frame.linear[row * static_cast<std::size_t>(y)];
+    for (std::size_t i = 0; i < row; ++i) light[i] = 0.5F * (*(light + i - row) + light[i + row]);
+  }
 }
 
 }  // namespace organbake

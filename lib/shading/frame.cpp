@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "image/srgb.h"
-#include "shading/albedo_regions.h"
+#include "shading/albedo_of_color.h"
 #include "shading/deinterlace.h"
 #include "shading/field_of_view.h"
 #include "shading/highlights.h"
@@ -43,33 +43,59 @@ Intrinsics half_size(Intrinsics camera) {
   return camera;
 }
 
-// What a camera without distortion would have seen; what was outside the frame is black.
-Rgb8Image undistorted(const Rgb8Image& frame, const Intrinsics& camera) {
-  Rgb8Image straight(frame.width, frame.height);
-  for (int y = 0; y < frame.height; ++y)
-    for (int x = 0; x < frame.width; ++x) {
+// Means of 2×2 in linear light.
+Plane half_size(const Plane& plane) {
+  Plane half(std::max(1, plane.width / 2), std::max(1, plane.height / 2));
+  for (int y = 0; y < half.height; ++y)
+    for (int x = 0; x < half.width; ++x) {
+      const int x1 = std::min(2 * x + 1, plane.width - 1);
+      const int y1 = std::min(2 * y + 1, plane.height - 1);
+      const int x0 = std::min(2 * x, x1), y0 = std::min(2 * y, y1);
+      half.at(x, y) =
+          0.25F * ((plane.at(x0, y0) + plane.at(x1, y0)) + (plane.at(x0, y1) + plane.at(x1, y1)));
+    }
+  return half;
+}
+
+// Makes what a camera without distortion would have seen; what was outside the frame is black.
+void undistort(const Intrinsics& camera, Rgb8Image& color, Plane& intensity) {
+  Rgb8Image straight(color.width, color.height);
+  Plane light(color.width, color.height);
+  for (int y = 0; y < color.height; ++y)
+    for (int x = 0; x < color.width; ++x) {
       const Eigen::Vector3d ray((x + 0.5 - camera.cx) / camera.fx,
                                 (y + 0.5 - camera.cy) / camera.fy, 1);
       const Eigen::Vector2d at = project(camera, ray) - Eigen::Vector2d(0.5, 0.5);
       const int x0 = static_cast<int>(std::floor(at.x())),
                 y0 = static_cast<int>(std::floor(at.y()));
-      if (!(x0 >= 0 && y0 >= 0 && x0 + 1 < frame.width && y0 + 1 < frame.height)) continue;
+      if (!(x0 >= 0 && y0 >= 0 && x0 + 1 < color.width && y0 + 1 < color.height)) continue;
       const double u = at.x() - x0, v = at.y() - y0;
+      const auto between = [&](double a, double b, double c, double d) {
+        return (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
+      };
       for (int c = 0; c < 3; ++c)
         straight.at(x, y)[c] = static_cast<std::uint8_t>(
-            (1 - v) * ((1 - u) * frame.at(x0, y0)[c] + u * frame.at(x0 + 1, y0)[c]) +
-            v * ((1 - u) * frame.at(x0, y0 + 1)[c] + u * frame.at(x0 + 1, y0 + 1)[c]) + 0.5);
+            between(color.at(x0, y0)[c], color.at(x0 + 1, y0)[c], color.at(x0, y0 + 1)[c],
+                    color.at(x0 + 1, y0 + 1)[c]) +
+            0.5);
+      light.at(x, y) =
+          static_cast<float>(between(intensity.at(x0, y0), intensity.at(x0 + 1, y0),
+                                     intensity.at(x0, y0 + 1), intensity.at(x0 + 1, y0 + 1)));
     }
-  return straight;
+  color = std::move(straight);
+  intensity = std::move(light);
 }
 
 // Blood takes the blue and leaves the red to saturate first: the mean of red and green carries the
 // shading.
-Plane linear_intensity(const Rgb8Image& color) {
-  Plane intensity(color.width, color.height);
+Plane linear_intensity(const StoredPicture& frame) {
+  Plane intensity(frame.color.width, frame.color.height);
   const auto& linear = linear_from_srgb8();
+  const std::vector<std::uint8_t>& levels = frame.color.pixels;
   for (std::size_t k = 0; k < intensity.size(); ++k)
-    intensity.values[k] = 0.5F * (linear[color.pixels[3 * k]] + linear[color.pixels[3 * k + 1]]);
+    intensity.values[k] = frame.linear.empty()
+                              ? 0.5F * (linear[levels[3 * k]] + linear[levels[3 * k + 1]])
+                              : 0.5F * (frame.linear[3 * k] + frame.linear[3 * k + 1]);
   return intensity;
 }
 
@@ -90,7 +116,9 @@ void find_masks(const Mask* given_instruments, const FrameOptions& options, Prep
   frame.highlights = frame.instruments = Mask(width, height);
   if (options.masks) {
     frame.field = field_of_view(frame.color, std::max(1, width / 150));
-    if (!given_instruments) frame.instruments = find_instruments(frame.color, frame.field);
+    frame.colourless = is_colourless(frame.color, frame.field);
+    if (!given_instruments && !frame.colourless)
+      frame.instruments = find_instruments(frame.color, frame.field);
   }
   if (given_instruments) frame.instruments = reduced(*given_instruments, options.halvings);
   frame.tissue = without(frame.field, frame.instruments);
@@ -115,10 +143,11 @@ Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
   return camera;
 }
 
-PreparedFrame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera,
+PreparedFrame prepare_frame(const StoredPicture& picture, const Intrinsics& camera,
                             const FrameOptions& options, const Mask* given_instruments) {
   options.check();
   camera.check();
+  const Rgb8Image& frame = picture.color;
   if (frame.width != camera.width || frame.height != camera.height)
     throw BadDataError("the frame is " + std::to_string(frame.width) + "x" +
                        std::to_string(frame.height) + ", its camera " +
@@ -130,23 +159,26 @@ PreparedFrame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera,
         ", the mask of instruments " + std::to_string(given_instruments->width) + "x" +
         std::to_string(given_instruments->height) + "; it must have the frame's size");
   PreparedFrame ready;
-  ready.color = frame;
+  StoredPicture upper = picture;
   ready.was_combed = is_combed(frame);
-  if (ready.was_combed) deinterlace(ready.color);
+  if (ready.was_combed) deinterlace(upper);
+  ready.intensity = linear_intensity(upper);
+  ready.color = std::move(upper.color);
+  ready.stereo = find_stereo_layout(ready.color);
   Intrinsics lens = camera;
   for (int i = 0; i < options.halvings; ++i) {
     ready.color = half_size(ready.color);
+    ready.intensity = half_size(ready.intensity);
     lens = half_size(lens);
   }
-  if (lens.has_distortion()) ready.color = undistorted(ready.color, lens);
+  if (lens.has_distortion()) undistort(lens, ready.color, ready.intensity);
   lens.k1 = lens.k2 = lens.p1 = lens.p2 = lens.k3 = 0;
   ready.camera = lens;
   find_masks(given_instruments, options, ready);
-  ready.intensity = linear_intensity(ready.color);
   if (options.piecewise_albedo) {
-    const AlbedoRegions regions = find_albedo_regions(ready.color, ready.intensity, ready.counts);
-    ready.albedo_regions = static_cast<int>(regions.albedo.size());
-    normalise_albedo(regions, ready.intensity);
+    ready.log_albedo = log_albedo_of_color(ready.color, ready.intensity, ready.counts);
+    for (std::size_t k = 0; k < ready.intensity.size(); ++k)
+      ready.intensity.values[k] *= std::exp(-ready.log_albedo.values[k]);
   }
   return ready;
 }

@@ -2,8 +2,9 @@
 #pragma once
 
 #include "geometry/camera.h"
-#include "image/channel_image.h"
+#include "image/picture.h"
 #include "shading/grid.h"
+#include "shading/stereo_frame.h"
 
 namespace organbake {
 
@@ -26,16 +27,18 @@ struct PreparedFrame {
   Mask tissue;  // where there is depth: field without instruments
   Mask counts;  // where brightness is read: tissue without highlights
   bool was_combed = false;
-  int albedo_regions = 1;
+  bool colourless = false;  // too grey for colour to tell instruments from tissue
+  StereoLayout stereo = StereoLayout::none;
+  Plane log_albedo;  // divided out of the intensity; empty when not asked for
 };
 
 // A pinhole camera for frames of this size with the given horizontal field of view.
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad);
 
-// Deinterlaces when combed, halves, undistorts, makes linear, masks. `camera` is of the frame as it
-// comes. `given_instruments` (of the frame's size, may be null) replaces the search for
-// instruments.
-PreparedFrame prepare_frame(const Rgb8Image& frame, const Intrinsics& camera,
+// Deinterlaces when combed, makes linear, halves, undistorts, masks. `frame` is upright with square
+// pixels, or as its `camera` has it. `given_instruments` (of the frame's size, may be null)
+// replaces the search for instruments.
+PreparedFrame prepare_frame(const StoredPicture& frame, const Intrinsics& camera,
                             const FrameOptions& options, const Mask* given_instruments = nullptr);
 
 }  // namespace organbake

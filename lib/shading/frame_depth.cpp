@@ -34,10 +34,20 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   result.refinements = estimate.refinements;
   result.residual = estimate.misfit;
   result.noise = estimate.noise;
-  result.normals = normals_from_log_range(estimate.log_range, rays);
-  result.confidence = confidence_map(frame, estimate.log_range, result.normals, rays,
-                                     estimate.intensity_unit, estimate.noise);
-  double shift = -median_where(estimate.log_range, frame.tissue);
+  result.quality = judge_depth(frame, estimate);
+  const double support = options.full_relief ? 1 : result.quality.support;
+  result.confidence =
+      confidence_map(frame, estimate.log_range, normals_from_log_range(estimate.log_range, rays),
+                     rays, estimate.intensity_unit, estimate.noise);
+  // Of a shape that the picture does not support a little is left: which frame is the best one is
+  // still to be told.
+  constexpr float kLeft = 0.1F;
+  for (float& value : result.confidence.values)
+    value *= kLeft + (1 - kLeft) * static_cast<float>(result.quality.support);
+  Plane scaled = estimate.log_range;
+  keep_supported_relief(rays, frame.tissue, support, scaled);
+  result.normals = normals_from_log_range(scaled, rays);
+  double shift = -median_where(scaled, frame.tissue);
   result.metric = true;
   if (options.range_mm > 0) {
     shift += std::log(options.range_mm);
@@ -46,7 +56,6 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   } else {
     result.metric = false;
   }
-  Plane scaled = estimate.log_range;
   for (float& value : scaled.values) value += static_cast<float>(shift);
   result.depth = depth_from_log_range(scaled, rays, frame.tissue);
   result.range = std::move(estimate);
@@ -116,6 +125,8 @@ void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
     result.distant_depth = std::move(estimate.depth);
   }
   result.warm = previous != nullptr;
+  result.quality = {DepthVerdict::doubtful, "a light from afar is no model of an endoscope's lamp",
+                    1, 0};
 }
 
 }  // namespace

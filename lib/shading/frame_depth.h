@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "shading/depth_verdict.h"
 #include "shading/distant.h"
 #include "shading/frame.h"
 #include "shading/laparoscope.h"
@@ -25,6 +26,8 @@ struct ShadingOptions {
   // albedo (intensity = albedo · cos θ / r², r in mm). 0 = unknown: depth is relative, median 1.
   double range_mm = 0;
   double albedo = 0;
+  // Keep all of the laparoscope's relief, also where the picture does not support it.
+  bool full_relief = false;
 
   void check() const;  // throws UsageError
 };
@@ -39,6 +42,7 @@ struct FrameDepth {
   int sweeps = 0, refinements = 0;
   double residual = 0;  // of the image, which proves nothing about the depth
   double noise = 0;
+  DepthQuality quality;
   std::string branch;  // of a distant model
   bool ambiguous = false;
   DistantLight light;  // used, of a distant model

@@ -18,7 +18,7 @@ FrameSelection::FrameSelection(NextFrame next, const SelectionOptions& options)
   options_.check();
 }
 
-bool FrameSelection::read(Rgb8Image& image) {
+bool FrameSelection::read(StoredPicture& image) {
   if (ended_) return false;
   try {
     ended_ = !next_(image);
@@ -33,22 +33,22 @@ bool FrameSelection::read(Rgb8Image& image) {
 std::optional<SelectedFrame> FrameSelection::next() {
   while (true) {
     std::optional<SelectedFrame> best;
-    Rgb8Image image;
+    StoredPicture image;
     for (int i = 0; i < options_.every && read(image); ++i) {
       if (best && !options_.sharpest) continue;
-      const double value = options_.sharpest ? sharpness(image) : 0;
+      const double value = options_.sharpest ? sharpness(image.color) : 0;
       if (best) ++blurred_;
       if (!best || value > best->sharpness)
         best = SelectedFrame{read_ - 1, std::move(image), value, 0};
     }
     if (!best) return std::nullopt;
-    best->difference = mean_difference(best->image, last_);
+    best->difference = mean_difference(best->image.color, last_);
     if (best->difference < options_.duplicate) {
       ++duplicates_;
       continue;
     }
-    if (!options_.sharpest) best->sharpness = sharpness(best->image);
-    last_ = best->image;
+    if (!options_.sharpest) best->sharpness = sharpness(best->image.color);
+    last_ = best->image.color;
     return best;
   }
 }

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "image/channel_image.h"
+#include "image/picture.h"
 
 namespace organbake {
 
@@ -22,7 +22,7 @@ struct SelectionOptions {
 
 struct SelectedFrame {
   std::size_t index = 0;  // in the clip, from 0
-  Rgb8Image image;
+  StoredPicture image;
   double sharpness = 0;
   double difference = 0;  // from the frame taken before
 };
@@ -32,7 +32,7 @@ class FrameSelection {
  public:
   // Puts the next frame of the clip into the argument; false after the last; throws BadDataError
   // that names the frame.
-  using NextFrame = std::function<bool(Rgb8Image&)>;
+  using NextFrame = std::function<bool(StoredPicture&)>;
 
   FrameSelection(NextFrame next, const SelectionOptions& options);
 
@@ -44,7 +44,7 @@ class FrameSelection {
   std::size_t blurred() const { return blurred_; }  // passed over for a sharper neighbour
 
  private:
-  bool read(Rgb8Image& image);
+  bool read(StoredPicture& image);
 
   NextFrame next_;
   SelectionOptions options_;

@@ -34,31 +34,54 @@ Mask entering(const Mask& regions, const Mask& middle) {
   return regions_touching(regions, rim);
 }
 
-}  // namespace
+// Lit pixels, and those of them that are as grey as metal, of the smoothed frame.
+struct GreyPixels {
+  Mask grey;
+  std::size_t grey_count = 0, lit_count = 0;
+};
 
-Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
-  // Instruments are large: half the resolution shows them as well, in a quarter of the time.
-  constexpr int kEnough = 400;
-  if (frame.width > kEnough)
-    return expanded(find_instruments(every_second(frame), every_second(inside)), inside);
-  const int side = std::max(frame.width, frame.height);
-  const int radius = std::max(1, side / 200);
+GreyPixels grey_pixels(const Rgb8Image& frame, const Mask& inside, int radius) {
   const Plane red = box_mean(channel(frame, 0), inside, radius);
   const Plane green = box_mean(channel(frame, 1), inside, radius);
   const Plane blue = box_mean(channel(frame, 2), inside, radius);
-  Mask grey(frame.width, frame.height);
-  for (std::size_t k = 0; k < grey.size(); ++k) {
+  GreyPixels found{Mask(frame.width, frame.height)};
+  for (std::size_t k = 0; k < found.grey.size(); ++k) {
     const float most = std::max({red.values[k], green.values[k], blue.values[k]});
-    const bool metal =
-        most > kLeastValue &&
+    if (!inside.values[k] || most <= kLeastValue) continue;
+    ++found.lit_count;
+    found.grey.values[k] =
         red.values[k] - std::max(green.values[k], blue.values[k]) < kGreySaturation * most &&
         red.values[k] - blue.values[k] < kGreySaturation * most;
-    grey.values[k] = inside.values[k] && metal;
+    found.grey_count += found.grey.values[k];
   }
+  return found;
+}
+
+int smoothing_radius(const Rgb8Image& frame) {
+  return std::max(1, std::max(frame.width, frame.height) / 200);
+}
+
+// Instruments are large: half the resolution shows them as well, in a quarter of the time.
+constexpr int kEnough = 400;
+
+}  // namespace
+
+Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
+  if (frame.width > kEnough)
+    return expanded(find_instruments(every_second(frame), every_second(inside)), inside);
+  const int radius = smoothing_radius(frame);
+  const Mask grey = grey_pixels(frame, inside, radius).grey;
   // Opening and closing: what is left is large, whole, and a little larger than it was.
-  const int opening = std::max(2, side / 100);
+  const int opening = std::max(2, std::max(frame.width, frame.height) / 100);
   const Mask core = entering(eroded(grey, opening), eroded(inside, 2 * opening));
   return common(dilated(core, opening + radius + 1), inside);
+}
+
+bool is_colourless(const Rgb8Image& frame, const Mask& inside) {
+  if (frame.width > kEnough) return is_colourless(every_second(frame), every_second(inside));
+  constexpr double kNearlyAll = 0.85;
+  const GreyPixels found = grey_pixels(frame, inside, smoothing_radius(frame));
+  return static_cast<double>(found.grey_count) > kNearlyAll * static_cast<double>(found.lit_count);
 }
 
 }  // namespace organbake

@@ -11,4 +11,8 @@ namespace organbake {
 // instrument.
 Mask find_instruments(const Rgb8Image& frame, const Mask& inside);
 
+// Whether nearly all that is lit is as grey as metal: a grey frame, or one of a camera that is far
+// off balance. Colour then tells nothing.
+bool is_colourless(const Rgb8Image& frame, const Mask& inside);
+
 }  // namespace organbake

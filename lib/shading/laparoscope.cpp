@@ -152,6 +152,18 @@ double median_inside(const Plane& plane, const Mask& inside) {
   return median(std::move(values));
 }
 
+// The misfit that is left where noise and fine texture have averaged out.
+double misfit_at_organ_scale(const std::vector<ShadedImage>& levels, const Plane& log_range) {
+  ShadedImage image = levels.back();
+  Plane v = log_range;
+  for (std::size_t i = 1; i < levels.size(); ++i) v = halved(v);
+  while (std::max(image.rays.width, image.rays.height) > kNoisyBaseSide) {
+    image = halved(image);
+    v = halved(v);
+  }
+  return fit_log_range(image, {.outer_steps = 0}, v).misfit;
+}
+
 // The image as a light at the optical centre would have made it, given a range.
 void relight(const ShadedImage& seen, const LaparoscopeOptions& options, double range_mm,
              const Plane& log_range, ShadedImage& central) {
@@ -191,6 +203,7 @@ void relight_until_settled(const ShadedImage& seen, int base_side,
     if (i > 1 && step > kGrowth * last_step) return;
     last_step = step;
     estimate.log_range = std::move(better);
+    estimate.unshaped = misfit_at_organ_scale(levels, estimate.log_range);
   }
 }
 
@@ -240,6 +253,7 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
   if (warm && shows_the_same(previous->seen, estimate.seen)) return taken_over(*previous, estimate);
   estimate.log_range = warm ? solve_warm(levels, options, previous->log_range, {}, estimate)
                             : solve_cold(levels, options, estimate);
+  estimate.unshaped = misfit_at_organ_scale(levels, estimate.log_range);
   if (!beside_or_beamed(options)) return estimate;
   if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))
     throw UsageError("a light beside the camera needs a range in mm: give --range-mm");

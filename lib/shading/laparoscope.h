@@ -36,6 +36,7 @@ struct RangeEstimate {
   int sweeps = 0;
   int refinements = 0;  // conjugate-gradient steps, all levels
   double misfit = 0;    // root mean square of image/model − 1; proves nothing about the depth
+  double unshaped = 0;  // the same at organ scale (a grid of at most 32 pixels a side)
   double noise = 0;     // estimated, share of the mean brightness
   CoarseImage seen;     // what log_range was found from
 };

@@ -19,6 +19,10 @@ constexpr double kMostChanged = 0.01;
 // it in each frame. Its variance tells: it is that of fewer pixels. Of the rest this share will do.
 constexpr double kWhole = 1.5, kLeastWhole = 0.5;
 
+// Noise of colour passes into the albedo that is divided out, by this share of the brightness; it
+// is smooth, so that the mean of many pixels does not lessen it.
+constexpr double kAlbedoNoise = 0.003;
+
 double least_variance(const CoarseImage& image) {
   float least = std::numeric_limits<float>::max();
   for (std::size_t k = 0; k < image.inside.size(); ++k)
@@ -49,7 +53,9 @@ bool shows_the_same(const CoarseImage& before, const CoarseImage& now) {
     if (!in_before || !in_now) continue;
     if (before.variance.values[k] > most_before || now.variance.values[k] > most_now) continue;
     const double difference = double(now.intensity.values[k]) - before.intensity.values[k];
-    const double variance = double(now.variance.values[k]) + before.variance.values[k];
+    const double of_albedo = kAlbedoNoise * now.intensity.values[k];
+    const double variance =
+        double(now.variance.values[k]) + before.variance.values[k] + of_albedo * of_albedo;
     const double squared = difference * difference / variance;
     sum += squared;
     largest = std::max(largest, squared);

@@ -6,7 +6,9 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/display.h>
 #include <libavutil/log.h>
+#include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
 
@@ -23,7 +25,7 @@ struct Freed {
 };
 using Format = std::unique_ptr<AVFormatContext, Freed<AVFormatContext, avformat_close_input>>;
 using Codec = std::unique_ptr<AVCodecContext, Freed<AVCodecContext, avcodec_free_context>>;
-using Picture = std::unique_ptr<AVFrame, Freed<AVFrame, av_frame_free>>;
+using Decoded = std::unique_ptr<AVFrame, Freed<AVFrame, av_frame_free>>;
 using Packet = std::unique_ptr<AVPacket, Freed<AVPacket, av_packet_free>>;
 
 std::string reason(int error) {
@@ -32,13 +34,44 @@ std::string reason(int error) {
   return text;
 }
 
+// Curves that 8-bit sRGB stands for well enough; others would give a wrong radiance in silence.
+bool is_screen_light(const AVFrame& picture) {
+  const AVPixFmtDescriptor* format =
+      av_pix_fmt_desc_get(static_cast<AVPixelFormat>(picture.format));
+  if (format && (format->flags & AV_PIX_FMT_FLAG_FLOAT)) return false;
+  switch (picture.color_trc) {
+    case AVCOL_TRC_LINEAR:
+    case AVCOL_TRC_LOG:
+    case AVCOL_TRC_LOG_SQRT:
+    case AVCOL_TRC_SMPTE2084:
+    case AVCOL_TRC_SMPTE428:
+    case AVCOL_TRC_ARIB_STD_B67:
+      return false;
+    default:
+      return true;
+  }
+}
+
+// Of a display matrix, in quarter turns; other angles are no camera's.
+Turn turn_of(const std::int32_t* m) {
+  const auto sign = [](std::int32_t value) { return (value > 0) - (value < 0); };
+  const int a = sign(m[0]), b = sign(m[1]), c = sign(m[3]), d = sign(m[4]);
+  if (b == 0 && c == 0) {
+    if (a < 0) return d < 0 ? Turn::half : Turn::mirror;
+    return d < 0 ? Turn::flip : Turn::none;
+  }
+  if (a != 0 || d != 0) return Turn::none;
+  if (b > 0) return c > 0 ? Turn::transpose : Turn::clockwise;
+  return c > 0 ? Turn::counterclockwise : Turn::transverse;
+}
+
 }  // namespace
 
 struct VideoReader::Impl {
   std::filesystem::path path;
   Format format;
   Codec codec;
-  Picture picture{av_frame_alloc()};
+  Decoded picture{av_frame_alloc()};
   Packet packet{av_packet_alloc()};
   SwsContext* scaler = nullptr;
   int stream = -1;
@@ -111,7 +144,23 @@ struct VideoReader::Impl {
     }
   }
 
+  Turn turn() const {
+    const std::uint8_t* side =
+        av_stream_get_side_data(format->streams[stream], AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+    return side ? turn_of(reinterpret_cast<const std::int32_t*>(side)) : Turn::none;
+  }
+
+  double pixel_aspect() const {
+    const AVRational aspect =
+        av_guess_sample_aspect_ratio(format.get(), format->streams[stream], picture.get());
+    return aspect.num > 0 && aspect.den > 0 ? av_q2d(aspect) : 1;
+  }
+
   void convert(Rgb8Image& frame) {
+    if (!is_screen_light(*picture))
+      fail(
+          "its light is linear, logarithmic, PQ or HLG; convert the video to BT.709 first, or "
+          "give EXR frames");
     const auto source = static_cast<AVPixelFormat>(picture->format);
     scaler = sws_getCachedContext(scaler, width, height, source, width, height, AV_PIX_FMT_RGB24,
                                   SWS_BILINEAR | SWS_ACCURATE_RND, nullptr, nullptr, nullptr);
@@ -141,7 +190,7 @@ VideoReader::VideoReader(VideoReader&&) noexcept = default;
 
 std::size_t VideoReader::frames_read() const { return impl_->count; }
 
-bool VideoReader::next(Rgb8Image& frame) {
+bool VideoReader::next(StoredPicture& frame) {
   Impl& r = *impl_;
   if (!r.receive()) {
     if (!r.damage.empty()) r.fail(r.damage);
@@ -158,7 +207,10 @@ bool VideoReader::next(Rgb8Image& frame) {
     r.fail("it is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
            ", the frames before are " + std::to_string(r.width) + "x" + std::to_string(r.height));
   }
-  r.convert(frame);
+  frame = StoredPicture();
+  r.convert(frame.color);
+  frame.turn = r.turn();
+  frame.pixel_aspect = r.pixel_aspect();
   ++r.count;
   return true;
 }

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "image/channel_image.h"
+#include "image/picture.h"
 
 namespace organbake {
 
@@ -18,9 +18,11 @@ class VideoReader {
   ~VideoReader();
   VideoReader(VideoReader&&) noexcept;
 
-  // False after the last frame. Throws BadDataError that names the frame (counted from 0): damaged
-  // or missing data, another size than the frames before, no frame at all.
-  bool next(Rgb8Image& frame);
+  // The frame as it is stored, with its turn (of the display matrix) and its pixels' aspect. False
+  // after the last frame. Throws BadDataError that names the frame (counted from 0): damaged
+  // or missing data, another size than the frames before, light that is not coded
+  // as screens show it (linear, logarithmic, PQ, HLG), no frame at all.
+  bool next(StoredPicture& frame);
   std::size_t frames_read() const;
 
  private:

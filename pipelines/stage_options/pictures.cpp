@@ -77,6 +77,11 @@ void bind(OptionList& list, ShadeStageOptions& o) {
            {.help = "bring tissues of different colour to one albedo"})
       .add("from_previous", &o.from_previous,
            {.help = "a frame like the one before starts from its depth"})
+      .add("full_relief", &o.shading.full_relief,
+           {.help =
+                "keep all relief, also where the picture does not support it (verdict doubtful); "
+                "else depth there is near flat"})
+      .add("strict", &o.strict, {.help = "exit code 3 unless every frame's verdict is ok"})
       .add("mesh_frame", &o.mesh_frame,
            {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
             .min = -1,

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "bundle/cameras_json.h"
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/photo.h"
@@ -12,56 +10,12 @@
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 #include "pipelines/stages/shade_clip.h"
-#include "shading/video_reader.h"
+#include "pipelines/stages/shade_source.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The frames of a folder in the order of their names; the first one's size is the clip's.
-FrameSelection::NextFrame pictures_in(std::vector<fs::path> files) {
-  return [files = std::move(files), at = std::size_t{0}, width = 0,
-          height = 0](Rgb8Image& image) mutable {
-    if (at == files.size()) return false;
-    const std::string name = "frame " + std::to_string(at) + ": ";
-    try {
-      image = read_photo(files[at]);
-    } catch (const Error& error) {
-      throw BadDataError(name + error.what());
-    }
-    if (at == 0) {
-      width = image.width;
-      height = image.height;
-    }
-    if (image.width != width || image.height != height)
-      throw BadDataError(name + files[at].string() + " is " + std::to_string(image.width) + "x" +
-                         std::to_string(image.height) + ", the frames before are " +
-                         std::to_string(width) + "x" + std::to_string(height));
-    ++at;
-    return true;
-  };
-}
-
-FrameSelection::NextFrame frames_at(const fs::path& path) {
-  if (fs::is_directory(path)) {
-    std::vector<fs::path> files;
-    for (const fs::path& file : list_files(path))
-      if (is_picture_name(file)) files.push_back(path / file);
-    if (files.empty()) throw BadDataError(path, "holds no PNG or JPEG frames");
-    return pictures_in(std::move(files));
-  }
-  if (is_picture_name(path)) return pictures_in({path});
-  auto video = std::make_shared<VideoReader>(path);
-  return [video](Rgb8Image& image) { return video->next(image); };
-}
-
-std::optional<Intrinsics> camera_at(const fs::path* path) {
-  if (!path) return std::nullopt;
-  const CameraSet set = read_cameras(*path);
-  if (set.cameras.empty()) throw BadDataError(*path, "holds no camera");
-  return set.cameras.front().intrinsics;
-}
 
 std::optional<Mask> mask_at(const fs::path* path) {
   if (!path) return std::nullopt;
@@ -83,6 +37,58 @@ void warn_of_what_is_assumed(const ShadeStageOptions& options, const Clip& clip,
   if (!options.frame.masks) report.skipped.push_back({"masks", "masks is off"});
   if (!options.frame.piecewise_albedo)
     report.skipped.push_back({"piecewise albedo", "piecewise_albedo is off"});
+}
+
+// What the frames themselves tell against being read as one scene under one lamp.
+void warn_of_what_is_odd(const std::vector<FrameRecord>& records, const RunContext& context) {
+  const auto share_of = [&](auto&& holds) {
+    return static_cast<double>(std::count_if(records.begin(), records.end(), holds)) /
+           static_cast<double>(records.size());
+  };
+  constexpr double kMost = 0.5;
+  if (share_of([](const FrameRecord& r) { return r.stereo != StereoLayout::none; }) > kMost)
+    context.warn(std::string("the frames hold two like pictures, ") +
+                 (records.front().stereo == StereoLayout::top_bottom ? "one above the other"
+                                                                     : "side by side") +
+                 ": a stereo endoscope's? They are shaded as one scene, which is wrong then; cut "
+                 "one eye out of them");
+  if (share_of([](const FrameRecord& r) { return r.combed; }) > kMost)
+    context.warn(
+        "the frames' odd and even rows disagree: interlaced video, or the two eyes of an "
+        "interlaced stereo picture; the even rows alone are shaded");
+  if (share_of([](const FrameRecord& r) { return r.colourless; }) > kMost)
+    context.warn(
+        "the frames are grey: colour cannot tell instruments and tissues apart; give --instruments "
+        "if there are any");
+}
+
+// What the verdicts come to: said always, and under --strict a gate.
+void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& options,
+           const RunContext& context, StageReport& report) {
+  const auto counted = [&](DepthVerdict verdict) {
+    return std::count_if(records.begin(), records.end(), [&](const FrameRecord& record) {
+      return record.quality.verdict == verdict;
+    });
+  };
+  report.add("frames_ok", counted(DepthVerdict::ok));
+  report.add("frames_doubtful", counted(DepthVerdict::doubtful));
+  report.add("frames_failed", counted(DepthVerdict::failed));
+  const auto worst = std::max_element(records.begin(), records.end(),
+                                      [](const FrameRecord& a, const FrameRecord& b) {
+                                        return a.quality.verdict < b.quality.verdict;
+                                      });
+  if (worst->quality.verdict == DepthVerdict::ok) return;
+  const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
+  const std::string what = "the depth of " + std::to_string(bad) + " of " +
+                           std::to_string(records.size()) + " frames is not ok (frame " +
+                           std::to_string(worst->index) + " is " + name_of(worst->quality.verdict) +
+                           ": " + worst->quality.reason + ")";
+  if (options.strict) report.quality_gate = what;
+  const bool flattened =
+      options.shading.model == ShadingModel::laparoscope && !options.shading.full_relief;
+  context.warn(what + (flattened ? "; where a picture does not support its relief, depth is drawn "
+                                   "to a flat plane (--full-relief keeps it)"
+                                 : ""));
 }
 
 // The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.
@@ -110,8 +116,9 @@ StageReport run(const StageCall& call) {
   auto options = resolved_options<ShadeStageOptions>(call.options_json);
   options.resolve();
   options.shading.check();
-  Clip clip{FrameSelection(frames_at(*call.input("frames")), options.selection),
-            camera_at(call.input("intrinsics")), mask_at(call.input("instruments"))};
+  ShadeSource source = open_frames(*call.input("frames"), call.input("intrinsics"), call.context);
+  Clip clip{FrameSelection(std::move(source.next), options.selection), source.camera,
+            mask_at(call.input("instruments"))};
   StageReport report;
   warn_of_what_is_assumed(options, clip, call.context, report);
   const ClipResult result = shade_clip(clip, options, call.output_folder, call.context);
@@ -126,6 +133,8 @@ StageReport run(const StageCall& call) {
   report.add("frames_blurred", clip.frames.blurred());
   report.add("depth_unit", result.records.front().metric ? "mm" : "relative, median 1");
   report_frames(result.records, report);
+  warn_of_what_is_odd(result.records, call.context);
+  judge(result.records, options, call.context, report);
   if (result.records.front().ambiguous)
     call.context.warn("the light is nearly frontal: hills and hollows look alike to this model");
   if (result.key) {

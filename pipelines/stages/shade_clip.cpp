@@ -65,13 +65,13 @@ class Pipeline {
   }
 
   Item prepare(Item item) const {
-    Rgb8Image& image = item->selected.image;
-    const Intrinsics camera =
-        clip_.camera ? *clip_.camera
-                     : assumed_camera(image.width, image.height, options_.field_of_view_rad);
+    StoredPicture& image = item->selected.image;
+    const Intrinsics camera = clip_.camera ? *clip_.camera
+                                           : assumed_camera(image.color.width, image.color.height,
+                                                            options_.field_of_view_rad);
     const Mask* instruments = clip_.instruments ? &*clip_.instruments : nullptr;
     item->frame = prepare_frame(image, camera, options_.frame, instruments);
-    image = Rgb8Image();
+    image = StoredPicture();
     return item;
   }
 

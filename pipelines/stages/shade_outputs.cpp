@@ -21,6 +21,18 @@ double share(const Mask& mask) {
          static_cast<double>(std::max<std::size_t>(1, mask.size()));
 }
 
+// How many times brighter the brightest tissue's albedo is than the darkest's, 2 % at either end
+// left out.
+double albedo_span(const PreparedFrame& frame) {
+  std::vector<float> logs;
+  for (std::size_t k = 0; k < frame.log_albedo.size(); ++k)
+    if (frame.counts.values[k]) logs.push_back(frame.log_albedo.values[k]);
+  if (logs.empty()) return 1;
+  std::sort(logs.begin(), logs.end());
+  const std::size_t left_out = logs.size() / 50;
+  return std::exp(double(logs[logs.size() - 1 - left_out]) - logs[left_out]);
+}
+
 // Rounded to whole steps of 1/n, for the same reason as depth.
 float in_steps(float value, float n) { return std::round(value * n) / n; }
 
@@ -59,14 +71,17 @@ FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& 
   record.sharpness = sharpness;
   record.warm = depth.warm;
   record.combed = frame.was_combed;
+  record.colourless = frame.colourless;
+  record.stereo = frame.stereo;
   record.metric = depth.metric;
   record.ambiguous = depth.ambiguous;
   record.sweeps = depth.sweeps;
   record.refinements = depth.refinements;
-  record.albedo_regions = frame.albedo_regions;
+  record.albedo_span = albedo_span(frame);
   record.residual = depth.residual;
   record.noise = depth.noise;
   record.branch = depth.branch;
+  record.quality = depth.quality;
   record.outside_share = 1 - share(frame.field);
   record.highlight_share = share(frame.highlights);
   record.instrument_share = share(frame.instruments);
@@ -114,8 +129,13 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
   list("frame_outside_share", [](const FrameRecord& r) { return r.outside_share; });
   list("frame_highlight_share", [](const FrameRecord& r) { return r.highlight_share; });
   list("frame_instrument_share", [](const FrameRecord& r) { return r.instrument_share; });
-  list("frame_albedo_regions", [](const FrameRecord& r) { return r.albedo_regions; });
+  list("frame_albedo_span", [](const FrameRecord& r) { return r.albedo_span; });
   list("frame_combed", [](const FrameRecord& r) { return r.combed; });
+  list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
+  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unshaped; });
+  std::vector<std::string> verdicts;
+  for (const FrameRecord& record : records) verdicts.emplace_back(name_of(record.quality.verdict));
+  report.add("frame_verdict", verdicts);
   // A warm frame needs no sweeps: what the last cold one before it took is saved.
   long cold = 0, saved = 0, warm = 0;
   for (const FrameRecord& record : records) {

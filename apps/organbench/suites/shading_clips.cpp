@@ -91,11 +91,11 @@ void real_clip(Bench& bench) {
   int frames = 0;
   const Timing timing = bench.time([&] {
     VideoReader reader(path);
-    Rgb8Image image;
+    StoredPicture image;
     FrameDepth previous;
     for (frames = 0; frames < most && reader.next(image); ++frames) {
-      const PreparedFrame frame =
-          prepare_frame(image, assumed_camera(image.width, image.height, 1.22), {.halvings = 1});
+      const PreparedFrame frame = prepare_frame(
+          image, assumed_camera(image.color.width, image.color.height, 1.22), {.halvings = 1});
       previous = shade_frame(frame, {}, frames > 0 ? &previous : nullptr);
     }
   });

@@ -19,7 +19,7 @@ Rgb8Image stripes(int contrast, int shift) {
 }
 
 FrameSelection::NextFrame clip(std::vector<Rgb8Image> frames, bool damaged_at_the_end = false) {
-  return [frames, damaged_at_the_end, at = std::size_t{0}](Rgb8Image& image) mutable {
+  return [frames, damaged_at_the_end, at = std::size_t{0}](StoredPicture& image) mutable {
     if (at == frames.size()) {
       if (damaged_at_the_end) throw BadDataError("frame " + std::to_string(at) + ": cut off");
       return false;

@@ -90,6 +90,23 @@ TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
   EXPECT_GT(mean.instrument, 0.80);
 }
 
+// Gallbladder and liver differ in colour and in albedo.
+TEST(LaparoscopyClip, AlbedoThatGoesWithColourIsNotTakenForShape) {
+  constexpr double kMostError = 1.5, kWithout = 3;  // percent
+  for (std::uint64_t seed : {1U, 2U, 3U}) {
+    const LaparoscopyFrame truth =
+        LaparoscopyPhantom({.seed = seed, .width = 480, .height = 360, .two_tissues = true})
+            .frame(0);
+    const auto error = [&](bool albedo) {
+      const PreparedFrame frame =
+          prepare_frame(truth.image, truth.camera.intrinsics, {.piecewise_albedo = albedo});
+      return error_percent(shade_frame(frame, {}), frame, truth);
+    };
+    EXPECT_LT(error(true), kMostError) << seed;
+    EXPECT_GT(error(false), kWithout) << seed;
+  }
+}
+
 TEST(LaparoscopyClip, ConfidenceIsZeroOutsideAndHigherInFront) {
   const LaparoscopyPhantom phantom({.width = 240, .height = 180, .frames = 1});
   const LaparoscopyFrame truth = phantom.frame(0);

@@ -85,7 +85,9 @@ TEST(Deinterlace, CombsAreSeenAndRemoved) {
   EXPECT_FALSE(is_combed(image));
   for (int y = 1; y < 120; y += 2) paint(image, 60, y, 110, y + 1, 220, 200, 190);
   EXPECT_TRUE(is_combed(image));
-  deinterlace(image);
+  StoredPicture stored(image);
+  deinterlace(stored);
+  image = stored.color;
   EXPECT_FALSE(is_combed(image));
   EXPECT_EQ(image.at(80, 51)[1], 60);
 }

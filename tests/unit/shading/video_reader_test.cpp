@@ -28,12 +28,12 @@ TEST(VideoReader, RefusesWhatIsNoVideo) {
 TEST(VideoReader, RealClipFrontToBack) {
   if (!fs::exists(real_clip())) GTEST_SKIP() << "real data is missing: " << real_clip();
   VideoReader reader(real_clip());
-  Rgb8Image frame;
+  StoredPicture frame;
   double red = 0, blue = 0;
   while (reader.next(frame)) {
-    ASSERT_EQ(frame.width, 1280);
-    ASSERT_EQ(frame.height, 720);
-    const std::uint8_t* middle = frame.at(640, 360);
+    ASSERT_EQ(frame.color.width, 1280);
+    ASSERT_EQ(frame.color.height, 720);
+    const std::uint8_t* middle = frame.color.at(640, 360);
     red += middle[0];
     blue += middle[2];
   }
@@ -49,7 +49,7 @@ TEST(VideoReader, ACutFileGivesItsFramesAndThenSaysWhere) {
   write_file_atomically(cut, std::span(whole).first(whole.size() / 2));
   try {
     VideoReader reader(cut);
-    Rgb8Image frame;
+    StoredPicture frame;
     while (reader.next(frame)) {
     }
     FAIL() << "read " << reader.frames_read() << " frames of a cut file as if it were whole";

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "core/run_context.h"
+#include "geometry/camera.h"
+#include "shading/frame_source.h"
+
+namespace organbake {
+
+// A clip's frames as they are shaded, and the lens that belongs to their pixels.
+struct ShadeSource {
+  FrameSelection::NextFrame next;
+  std::optional<Intrinsics> camera;  // nothing = none is given
+};
+
+// A frame (PNG, JPEG, EXR), a folder of frames or a video; `lens` as read_intrinsics() takes it, or
+// null. Frames come with square pixels and upright as their files ask, unless the lens is of the
+// pixels as they are stored (told by its size, else by its fx : fy). What is done so is said.
+// Throws NoInputError, BadDataError.
+ShadeSource open_frames(const std::filesystem::path& frames, const std::filesystem::path* lens,
+                        const RunContext& context);
+
+}  // namespace organbake
