@@ -90,6 +90,7 @@ struct CaptureStageOptions {
   DetailOptions detail;
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   Material material;
+  double exemplar_mm_per_pixel = 0;  // of the exemplar's pixels on its tissue; 0: there is none
   MapPacking packing;
 };
 
