@@ -56,26 +56,27 @@ void RelitSkin::light_by(bool scope) {
   std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
 }
 
+// What the relief is bound to, worked out when the light at the scope is first asked for.
+void RelitSkin::place_rest_nodes() {
+  rest_nodes_.resize(nodes_.size());
+  const std::uint32_t n = lattice_.steps;
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const std::size_t at = first_node(f) + node;
+      const Vector3d place =
+          shell_point(rest_shells_[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
+      auto& mixed = rest_nodes_[at].mixed;
+      Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at].cast<float>();
+      Eigen::Map<Vector3f>(mixed.data() + 3) = place.cast<float>();
+    });
+  });
+}
+
 void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
                                        const std::vector<std::uint8_t>& shown) {
   light_by(true);
   shine_.look(view, reference_mm);
-  if (rest_nodes_.empty()) {
-    // The light at the scope is not of nodes that moved: places at rest are
-    // asked for alone.
-    rest_nodes_.resize(nodes_.size());
-    const std::uint32_t n = lattice_.steps;
-    for (std::uint32_t f = 0; f < lattice_.face_count; ++f) {
-      each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-        const std::size_t at = first_node(f) + node;
-        auto& mixed = rest_nodes_[at].mixed;
-        Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at].cast<float>();
-        Eigen::Map<Vector3f>(mixed.data() + 3) =
-            shell_point(rest_shells_[f], double(i) / n, double(j) / n, lattice_.height_mm[at])
-                .cast<float>();
-      });
-    }
-  }
+  if (rest_nodes_.empty()) place_rest_nodes();
   tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
     if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
   });

@@ -87,6 +87,7 @@ class RelitSkin {
   void light_scope(const SkinPixels& skin, const Triangles& triangles, const LitStretch& stretch,
                    ScopeSkin& scope_skin, const StretchColors& colors) const;
   void light_by(bool scope);
+  void place_rest_nodes();
 
   BaseLayer lattice_;  // heights alone
   Lighting lighting_;
