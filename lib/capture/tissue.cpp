@@ -87,7 +87,7 @@ TissueLook stomach() {
 
 TissueLook fat() {
   return {.albedo = {0.66f, 0.37f, 0.15f},  // (a): the omentum's hue, paler as where it is lit
-          .tint = {-0.02f, 0.08f, 0.2f},
+          .tint = {-0.02f, 0.05f, 0.1f},
           .mottle = 0.1,
           .mottle_mm = 7,
           .grain = {0.06f, 0.05f, 0.03f},
