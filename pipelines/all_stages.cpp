@@ -131,6 +131,15 @@ std::vector<Stage> describe() {
                    .kind = InputKind::file,
                    .help = "the light that the colours were taken in (JSON, see 'organbake schema "
                            "lighting'): the player then lights the pushed skin anew",
+                   .required = false},
+                  {.name = "exemplar",
+                   .kind = InputKind::file,
+                   .help = "photograph (PNG, JPEG) of the tissue that a surface without colours "
+                           "gets; the material then gives its gloss alone",
+                   .required = false},
+                  {.name = "exemplar_mask",
+                   .kind = InputKind::file,
+                   .help = "picture of the exemplar's size, black where it is another tissue",
                    .required = false}},
        .outputs = {{"maps", "."}},
        .make_options = make_options<CaptureStageOptions>},

@@ -122,6 +122,7 @@ struct CaptureStageOptions {
   double surface_edge_mm = 0;  // of the coloured surface; 0 = as it came
   double skin_edge_mm = 6;     // of the smooth skin over the proxy; 0 = none
   Material material;
+  double exemplar_mm_per_pixel = 0;  // of the exemplar's pixels on its tissue; 0: there is none
   MapPacking packing;
   MeshUnit unit = MeshUnit::mm;
 };

@@ -30,7 +30,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   options.width = script.width;
   options.height = script.height;
   options.instruments = command.instruments;
-  options.draw = drawing(command, player);
+  options.draw = drawing(command, player, script.light);
   options.draw.measure = !command.report.empty();
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
@@ -118,10 +118,19 @@ void compare(const Command& command, Player& player, Results& results, const Run
 
 }  // namespace
 
-DrawOptions drawing(const Command& command, const Player& player) {
+DrawOptions drawing(const Command& command, const Player& player,
+                    std::optional<DrawnLight> of_script) {
   DrawOptions options;
-  if (command.paper_warp) options.method = WarpMethod::paper;
-  options.relight = command.relight && player.can_relight();
+  if (command.paper_warp) {
+    options.method = WarpMethod::paper;
+    return options;
+  }
+  const std::optional<DrawnLight> asked = command.light ? command.light : of_script;
+  options.light = asked.value_or(player.usual_light());
+  if (options.light != DrawnLight::baked && !player.can_relight())
+    throw UsageError(command.bundles.front().string() + " does not say in what light its colours " +
+                     "were taken: light " + to_string(options.light) +
+                     " cannot be shown; take --light baked, or bake it with a lighting");
   return options;
 }
 

@@ -16,7 +16,8 @@ void run_command(const Command& command, const RunContext& context);
 View view_of(const Command& command, const Bundle& bundle);
 
 // How the skin is drawn: by the paper's warp, or by ours and in its own light where that is known.
-DrawOptions drawing(const Command& command, const Player& player);
+DrawOptions drawing(const Command& command, const Player& player,
+                    std::optional<DrawnLight> of_script = std::nullopt);
 
 // The first frame from --view, then frames of a slow orbit round an organ that is being poked,
 // drawn and thrown away.

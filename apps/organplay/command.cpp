@@ -26,6 +26,9 @@ void check(const Command& c) {
     throw UsageError("--bench goes alone, without --script, -o, --sheet and --compare");
   if (c.paper_warp && c.script.empty() && c.frame_file.empty())
     throw UsageError("--warp paper needs --script or -o; --compare measures both warps");
+  if (c.paper_warp && c.light && *c.light != DrawnLight::baked)
+    throw UsageError(std::string("--light ") + to_string(*c.light) +
+                     ": --warp paper draws the baked light alone");
   if (c.bundles.size() > 1 && (c.paper_warp || c.compare))
     throw UsageError("--warp paper and --compare are for one BUNDLE");
   using Compare = CompareOptions;
@@ -47,7 +50,7 @@ bool Command::wants_window() const {
 
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
-  std::string size, angles, view = "0,0", warp = "bound", solver;
+  std::string size, angles, view = "0,0", warp = "bound", solver, light;
   CLI::App app(
       "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
       "--script, -o, --sheet, --compare, --bench");
@@ -83,10 +86,14 @@ std::optional<Command> read_command(int argc, char** argv) {
          "tetrahedra of a bundle that was baked with --set mechanics.fem=true; a script may name "
          "its own")
       ->check(CLI::IsMember({"springs", "fem"}));
+  app.add_option(
+         "--light", light,
+         "scope: one light that travels with the view; world: the baked one, on the skin as "
+         "it lies now; baked: as baked, wherever skin is pushed (default: what the bundle "
+         "is made for; a script may name its own)")
+      ->check(CLI::IsMember({"scope", "world", "baked"}));
   app.add_flag_callback(
-      "--baked-light", [&c] { c.relight = false; },
-      "keep the light that was baked; else pushed skin is lit anew where the bundle knows its "
-      "light");
+      "--baked-light", [&light] { light = "baked"; }, "the same as --light baked");
   app.add_flag_callback(
       "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
@@ -114,6 +121,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   if (given("--angles")) c.angles_rad = angles_from(angles);
   c.paper_warp = warp == "paper";
   c.solver = tissue_solver(solver);
+  c.light = drawn_light(light);
   check(c);
   return c;
 }

@@ -9,6 +9,7 @@
 #include "deform/deformer.h"
 #include "option_values.h"
 #include "player/orbit.h"
+#include "warp/drawn_light.h"
 
 namespace organbake {
 
@@ -20,7 +21,7 @@ struct Command {
   std::optional<PictureSize> size;  // else the script's, or what is usual where it is shown
   bool instruments = true;
   bool paper_warp = false;
-  bool relight = true;                 // when the bundle knows its light
+  std::optional<DrawnLight> light;     // else the script's, or what the organ is meant for
   std::optional<TissueSolver> solver;  // else the script's, or springs
   bool compare = false;
   std::vector<double> angles_rad;

@@ -38,7 +38,7 @@ void open_window(const Command& command, const RunContext& context) {
   WindowCommand window;
   window.bundles = command.bundles;
   window.solver = command.solver.value_or(window.solver);
-  window.relight = command.relight;
+  window.light = command.light;
   window.width = command.picture_size().width;
   window.height = command.picture_size().height;
   run(window, context);

@@ -2,10 +2,38 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace organbake {
+
+// A light that travels with the viewer, as the fibres round a laparoscope's lens do. Skin at range
+// r mm from it, off the lens's axis by the angle t and with the normal n toward the direction l of
+// the light, gets (per channel, as a share of full exposure)
+//   gain · (reference / r)² · b(t) · soft(n·l),   b(t) = 1 / (1 + (tan t / tan half)²)
+struct ScopeLight {
+  Eigen::Vector3d offset_mm = {4, -3, 0};  // from the lens: right, down, forward
+  // The range of full exposure; 0: metered from each view, as a camera exposes by itself.
+  double reference_mm = 0;
+  double beam_half_angle_rad = 0.65;  // where the beam has half its light
+  double gain = 1;
+
+  bool operator==(const ScopeLight&) const = default;
+};
+
+// What wet tissue does with the light at the scope, beyond its albedo and the gloss lobes.
+struct SkinFinish {
+  // Normals finer than the mesh, bound to the skin: the root mean square of their slopes, and the
+  // size of the smallest bumps. 0: smooth.
+  double relief_slope = 0, relief_mm = 2;
+  // Light that comes out beside where it went in (RGB): soft(c) = max(0, (c + s) / (1 + s)).
+  Eigen::Vector3d softness = Eigen::Vector3d::Zero();
+  // Of the surroundings' light, mirrored where skin is seen at a grazing angle (Schlick 1994).
+  double rim = 0;
+
+  bool operator==(const SkinFinish&) const = default;
+};
 
 // The light that a bundle's colours were taken in, as far as a player needs it to light the
 // deformed skin anew: a sky and distant lamps, fixed in the world, without shadows. Linear RGB.
@@ -26,6 +54,10 @@ struct Lighting {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   std::vector<Lamp> lamps;
   std::vector<Lobe> gloss;  // none: matt
+  // The look by the light at the scope, when the bundle was made for it. Colours are in the sky's
+  // and the lamps' light all the same: divided by diffuse(n) they are the albedo.
+  std::optional<ScopeLight> scope;
+  SkinFinish finish;  // as that light shows it
 
   // normal, toward_eye: unit, world.
   Eigen::Vector3d diffuse(const Eigen::Vector3d& normal) const;
@@ -34,9 +66,10 @@ struct Lighting {
 
 inline constexpr const char* kLightingFile = "lighting.json";  // in a bundle
 
+// Schema 1 where there is nothing of schema 2: a light at the scope, or a finish.
 std::string lighting_to_json(const Lighting& lighting);
-// Directions may have any length. Throws BadDataError naming `name` and the key: negative light, a
-// direction of no length, no light at all.
+// Reads both. Directions may have any length. Throws BadDataError naming `name` and the key:
+// negative light, a direction of no length, no light at all.
 Lighting lighting_from_json(const std::string& text, const std::string& name);
 
 }  // namespace organbake

@@ -3,6 +3,7 @@
 
 #include "capture/solid_noise.h"
 #include "capture/surface_color.h"
+#include "capture/tissue_color.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -42,15 +43,39 @@ class MaterialColor : public SurfaceColor {
   SolidNoise spots_, grain_;
 };
 
+class TissueColor : public SurfaceColor {
+ public:
+  explicit TissueColor(const Material& material)
+      : lighting_(material.lighting()), albedo_(tissue_look(material.tissue)) {}
+
+  double detail_mm() const override { return albedo_.detail_mm(); }
+
+  void shade(const std::vector<Vector3d>& points, const std::vector<Vector3d>& normals,
+             const std::vector<RayHit>&, std::vector<Eigen::Vector3f>& colors) const override {
+    colors.resize(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+      colors[i] = albedo_.at(points[i], normals[i])
+                      .cwiseProduct(lighting_.diffuse(normals[i]).cast<float>());
+  }
+
+ private:
+  Lighting lighting_;
+  TissueAlbedo albedo_;
+};
+
 }  // namespace
 
 Lighting Material::lighting() const {
   const Vector3d sky = Vector3d::Constant(ambient);
-  return {.ambient_above = sky,
-          .ambient_below = sky,
-          .up = Vector3d::UnitZ(),
-          .lamps = {{light_direction.normalized(), Vector3d::Constant(1 - ambient)}},
-          .gloss = {}};
+  Lighting lighting;
+  lighting.ambient_above = lighting.ambient_below = sky;
+  lighting.lamps = {{light_direction.normalized(), Vector3d::Constant(1 - ambient)}};
+  if (tissue == Tissue::plain) return lighting;
+  const TissueLook& look = tissue_look(tissue);
+  lighting.gloss = look.gloss;
+  lighting.scope = ScopeLight();
+  lighting.finish = look.finish;
+  return lighting;
 }
 
 void Material::check() const {
@@ -64,12 +89,19 @@ void Material::check() const {
   share("ambient", ambient);
   if (!(feature_mm >= 0.01f && feature_mm <= 1000))
     throw UsageError("feature_mm = " + to_text(feature_mm) + ": take 0.01…1000 mm");
+  const Material plain;
+  if (tissue != Tissue::plain &&
+      (albedo != plain.albedo || variation != plain.variation || feature_mm != plain.feature_mm))
+    throw UsageError(
+        "albedo, variation and feature are of the plain material: a tissue by name has its own; "
+        "leave them out, or take material plain");
   if (!light_direction.allFinite() || !(light_direction.norm() > 1e-9))
     throw UsageError("light_direction: take three finite numbers, not all zero");
 }
 
 std::unique_ptr<SurfaceColor> make_material_color(const Material& material) {
   material.check();
+  if (material.tissue != Tissue::plain) return std::make_unique<TissueColor>(material);
   return std::make_unique<MaterialColor>(material);
 }
 

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "bundle/lighting.h"
+#include "capture/exemplar.h"
+#include "capture/tissue.h"
 #include "core/run_context.h"
 #include "geometry/camera.h"
 #include "geometry/triangle_mesh.h"
@@ -20,18 +22,21 @@ struct Photo {
   Rgb8Image image;
 };
 
-// A material for surfaces without photographs: albedo varied by solid noise, lit from one side.
+// A material for surfaces without photographs, lit from one side: a tissue by name, or plain albedo
+// varied by solid noise:
 //   color = albedo · (1 + 2 variation · noise) · (ambient + (1 − ambient) max(0, n·l))
 // with noise of two sizes, feature_mm and feature_mm / 2.6, seldom beyond ±0.5.
 struct Material {
+  Tissue tissue = Tissue::plain;  // another one brings its own albedo, variation and features
   Eigen::Vector3f albedo = {0.42f, 0.13f, 0.10f};       // linear, 0…1
   float variation = 0.25f;                              // of the albedo, 0…1
   float feature_mm = 6;                                 // size of the largest spots, 0.01…1000
   Eigen::Vector3d light_direction = {-0.3, -0.8, 0.5};  // surface → light, world, any length
   float ambient = 0.35f;                                // share of the light, 0…1
 
+  // Of a tissue by name with the light at the scope, in which it is meant to be seen.
   Lighting lighting() const;
-  // Throws UsageError.
+  // Throws UsageError; also for an albedo, variation or feature of a tissue that has its own.
   void check() const;
 };
 
@@ -59,5 +64,15 @@ std::unique_ptr<SurfaceColor> make_photo_color(const TriangleMesh& surface, cons
 std::unique_ptr<SurfaceColor> make_vertex_color(const TriangleMesh& surface);
 // Throws UsageError.
 std::unique_ptr<SurfaceColor> make_material_color(const Material& material);
+// A photograph's tissue in the material's light; of the material itself only its gloss and finish
+// count. The plain one, which has none, gets a wet liver's.
+struct ExemplarLook {
+  std::unique_ptr<SurfaceColor> color;
+  Lighting lighting;
+  double highlight_share = 0;  // of the mask's pixels, left out
+  std::size_t tissue_px = 0;   // that the tissue was taken from
+};
+// Throws UsageError, or BadDataError for a photograph without enough tissue.
+ExemplarLook make_exemplar_color(const ExemplarPhoto& photo, Material material);
 
 }  // namespace organbake

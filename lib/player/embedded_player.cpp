@@ -41,8 +41,21 @@ const std::vector<Eigen::Vector3d>& positions_of(const Player& player, std::size
 
 }  // namespace
 
+namespace {
+
+std::optional<DrawnLight> light_for(EmbeddedPlayer::Options::Light light) {
+  using Light = EmbeddedPlayer::Options::Light;
+  if (light == Light::baked) return DrawnLight::baked;
+  if (light == Light::world) return DrawnLight::world;
+  if (light == Light::scope) return DrawnLight::scope;
+  return std::nullopt;
+}
+
+}  // namespace
+
 struct EmbeddedPlayer::Impl {
   Player player;
+  std::optional<DrawnLight> light;
   Frame frame;
 };
 
@@ -55,6 +68,7 @@ EmbeddedPlayer::EmbeddedPlayer(const std::vector<std::string>& bundle_folders,
     : impl_(new Impl{
           Player(std::vector<std::filesystem::path>(bundle_folders.begin(), bundle_folders.end()),
                  options_for(options)),
+          light_for(options.light),
           {}}) {}
 EmbeddedPlayer::~EmbeddedPlayer() = default;
 EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
@@ -102,7 +116,7 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
                      std::to_string(row_bytes) + " apart");
   }
   DrawOptions options;
-  options.relight = impl_->player.can_relight();
+  options.light = impl_->light.value_or(impl_->player.usual_light());
   impl_->player.draw(view, options, impl_->frame);
   impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)

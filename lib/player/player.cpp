@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "player/organ_layers.h"
+#include "warp/light_meter.h"
 
 namespace organbake {
 namespace {
@@ -87,6 +88,12 @@ bool Player::can_relight() const {
                      [](const Organ& organ) { return organ.warper.can_relight(); });
 }
 
+DrawnLight Player::usual_light() const {
+  DrawnLight usual = DrawnLight::baked;
+  for (const Organ& organ : organs_) usual = std::max(usual, organ.warper.usual_light());
+  return usual;
+}
+
 StepReport Player::step(const std::vector<InstrumentTip>& tips) {
   StepReport report = deformer_.step(tips);
   if (deformer_.moved()) take_positions();
@@ -117,10 +124,24 @@ DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& fra
   return paper_->draw(organ.bundle, organ.positions, view, options, frame);
 }
 
+// The organs are lit by one light: by that of the first that has one, metered over all.
+double Player::metered_mm(const View& view, const DrawOptions& options) const {
+  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
+    return options.scope_reference_mm;
+  ScopeLight scope;
+  for (auto organ = organs_.rbegin(); organ != organs_.rend(); ++organ)
+    if (const auto& lighting = organ->bundle.lighting; lighting && lighting->scope)
+      scope = *lighting->scope;
+  LightMeter meter(scope, view);
+  for (const Organ& organ : organs_) meter.add(organ.bundle.proxy);
+  return meter.reference_mm();
+}
+
 DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
   if (options.method != WarpMethod::bound) {
     throw UsageError("the paper's own warp draws one organ alone");
   }
+  const double reference_mm = metered_mm(view, options);
   std::vector<DrawReport> reports;
   std::vector<const Frame*> layers;
   bool unchanged = joined_ != 0 && frame.serial == joined_;
@@ -128,7 +149,8 @@ DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Fra
     DrawOptions own = options;
     own.keep_depth = true;
     own.smooth_outline = false;  // theirs together is
-    own.relight = options.relight && organ.warper.can_relight();
+    if (!organ.warper.can_relight()) own.light = DrawnLight::baked;
+    own.scope_reference_mm = reference_mm;
     reports.push_back(organ.warper.draw(organ.positions, view, own, organ.picture));
     layers.push_back(&organ.picture);
     unchanged = unchanged && reports.back().unchanged;

@@ -46,7 +46,9 @@ class Player {
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
-  bool can_relight() const;  // DrawOptions::relight, any organ
+  bool can_relight() const;  // DrawOptions::light, any organ
+  // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
+  DrawnLight usual_light() const;
   // Back to rest.
   void reset();
 
@@ -72,6 +74,7 @@ class Player {
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);
   void take_positions();
+  double metered_mm(const View& view, const DrawOptions& options) const;
   DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
 
   std::vector<Organ> organs_;

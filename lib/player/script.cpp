@@ -92,6 +92,11 @@ InstrumentPath instrument_from(const JsonField& field) {
   return instrument;
 }
 
+DrawnLight light_from(const JsonField& field) {
+  if (const auto light = drawn_light(field.text())) return *light;
+  field.fail("is no light: take baked, world or scope");
+}
+
 TissueSolver solver_from(const JsonField& field) {
   if (const auto solver = tissue_solver(field.text())) return *solver;
   field.fail("must be springs or fem");
@@ -109,8 +114,8 @@ Script script_from_json(const std::string& text, const std::string& name) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
   document.require_schema(kSchema);
-  document.allow_only(
-      {"schema", "name", "time_step_s", "frames", "size", "solver", "camera", "instruments"});
+  document.allow_only({"schema", "name", "time_step_s", "frames", "size", "solver", "light",
+                       "camera", "instruments"});
   document["camera"].allow_only({"keyframes"});
   Script script;
   script.name = document["name"].text();
@@ -122,6 +127,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
     script.height = static_cast<int>(size->at(1).integer(1, kLargestSide_px));
   }
   if (const auto solver = document.find("solver")) script.solver = solver_from(*solver);
+  if (const auto light = document.find("light")) script.light = light_from(*light);
   const JsonField keyframes = document["camera"]["keyframes"];
   if (keyframes.size() == 0) keyframes.fail("must hold a keyframe");
   for (std::size_t i = 0; i < keyframes.size(); ++i) {

@@ -9,6 +9,7 @@
 
 #include "deform/deformer.h"
 #include "player/orbit.h"
+#include "warp/drawn_light.h"
 
 namespace organbake {
 
@@ -46,6 +47,7 @@ struct Script {
   int width = 0, height = 0;  // 0 = the player's choice
   // What stood for the tissue when it was recorded, and has to again to repeat it.
   std::optional<TissueSolver> solver = {};
+  std::optional<DrawnLight> light = {};  // to be seen in; else what the organ is meant for
   std::vector<CameraKeyframe> camera;
   std::vector<InstrumentPath> instruments;
 };

@@ -46,6 +46,7 @@ std::string script_to_json(const Script& script) {
                {"camera", {{"keyframes", keyframes}}}, {"instruments", instruments}};
   if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
   if (script.solver) json["solver"] = to_string(*script.solver);
+  if (script.light) json["light"] = to_string(*script.light);
   return json_text(json);
 }
 

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "warp/lattice_normals.h"
@@ -23,8 +24,10 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
     : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
       lighting_(lighting),
       gloss_(lighting),
+      shine_(lighting),
       turns_(shell),
       shells_(shell_matrices(shell.at_rest())),
+      rest_shells_(shells_),
       rest_normals_(lattice_normals(layer, shell.at_rest())),
       places_(rest_normals_.size()),
       nodes_(rest_normals_.size()),
@@ -47,7 +50,41 @@ void RelitSkin::turn(const std::vector<ShellMatrix>& deformed, std::vector<std::
   shells_ = deformed;
 }
 
+// Another light than the last time finds every face unlit.
+void RelitSkin::light_by(bool scope) {
+  if (scope == from_scope_) return;
+  from_scope_ = scope;
+  std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
+}
+
+// What the relief is bound to, worked out when the light at the scope is first asked for.
+void RelitSkin::place_rest_nodes() {
+  rest_nodes_.resize(nodes_.size());
+  const std::uint32_t n = lattice_.steps;
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const std::size_t at = first_node(f) + node;
+      const Vector3d place =
+          shell_point(rest_shells_[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
+      auto& mixed = rest_nodes_[at].mixed;
+      Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at].cast<float>();
+      Eigen::Map<Vector3f>(mixed.data() + 3) = place.cast<float>();
+    });
+  });
+}
+
+void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
+                                       const std::vector<std::uint8_t>& shown) {
+  light_by(true);
+  shine_.look(view, reference_mm);
+  if (rest_nodes_.empty()) place_rest_nodes();
+  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
+  });
+}
+
 void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& shown) {
+  light_by(false);
   const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
   const Intrinsics& k = view.camera.intrinsics;
   ray_right_ = (world_from_view.col(0) / k.fx).cast<float>();
@@ -80,7 +117,7 @@ Vector3f RelitSkin::light_on(const Vector3d& normal) const {
 void RelitSkin::light_face(std::uint32_t face) {
   const std::uint32_t n = lattice_.steps;
   const bool at_rest = turns_.at_rest(face);
-  turned_[face] = 0;
+  turned_[face] = from_scope_;
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::size_t at = first_node(face) + node;
     Vector3d normal = rest_normals_[at];
@@ -88,14 +125,16 @@ void RelitSkin::light_face(std::uint32_t face) {
       const auto turn = turns_.at(face, double(i) / n, double(j) / n);
       normal = (turn * normal).eval().head<3>().normalized();
     }
-    const Vector3f gain = light_on(normal).cwiseQuotient(rest_light_[at]);
+    const Vector3f light = from_scope_ ? Vector3f::Ones().eval() : light_on(normal);
+    const Vector3f gain = light.cwiseQuotient(rest_light_[at]);
     nodes_[at].gain() = gain.cwiseMin(kLargestGain);
     nodes_[at].normal() = normal.cast<float>();
     turned_[face] |= nodes_[at].gain() != Vector3f::Ones();
   });
 }
 
-// Where a view can see gloss: on faces with a node whose normal is near enough to half-way.
+// Where a view can see gloss: on faces with a node whose normal is near enough
+// to half-way.
 bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
   const std::size_t first = first_node(face);
   for (std::size_t at = first; at < first + lattice_.nodes_per_face(); ++at) {
@@ -104,8 +143,9 @@ bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
   return false;
 }
 
-// Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
-// the face. By its nodes, and the weights of the second and the third.
+// Each pixel's lattice triangle: the one that holds its place, or the nearest
+// for a place outside the face. By its nodes, and the weights of the second and
+// the third.
 struct RelitSkin::Triangles {
   alignas(32) std::int32_t corner[kStretch], below[kStretch], beside[kStretch];
   alignas(32) float along[kStretch], down[kStretch];
@@ -127,7 +167,8 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
     const std::int32_t j = cell_v < steps - 1 - i ? cell_v : steps - 1 - i;
     const float along = in_unit(u - static_cast<float>(i));
     const float down = in_unit(v - static_cast<float>(j));
-    // The quad's other triangle, from its far corner; on the face's long edge there is none.
+    // The quad's other triangle, from its far corner; on the face's long edge
+    // there is none.
     const bool beyond = along + down > 1, other = beyond & (i + j + 2 <= steps);
     const float scale = beyond ? 1 / (along + down) : 1;
     out.along[k] = other ? 1 - down : scale * along;
@@ -139,14 +180,14 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
   }
 }
 
-void RelitSkin::mix_nodes(const SkinPixels& skin, MixedNodes& out) const {
-  Triangles t;
-  find_triangles(skin, t);
-  for (int k = 0; k < skin.count; ++k) {
+template <class AnyNode>
+void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const Triangles& t, int count,
+                          MixedNodes& out) {
+  for (int k = 0; k < count; ++k) {
     const float along = t.along[k], down = t.down[k], rest = 1 - along - down;
-    const auto& corner = nodes_[t.corner[k]].mixed;
-    const auto& below = nodes_[t.below[k]].mixed;
-    const auto& beside = nodes_[t.beside[k]].mixed;
+    const auto& corner = nodes[t.corner[k]].mixed;
+    const auto& below = nodes[t.below[k]].mixed;
+    const auto& beside = nodes[t.beside[k]].mixed;
     for (int c = 0; c < 8; ++c)
       out.of[k][c] = rest * corner[c] + along * below[c] + down * beside[c];
   }
@@ -155,8 +196,10 @@ void RelitSkin::mix_nodes(const SkinPixels& skin, MixedNodes& out) const {
 void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
                       const StretchColors& colors) const {
   if (skin.count == 0) return;
+  Triangles triangles;
+  find_triangles(skin, triangles);
   MixedNodes mixed;
-  mix_nodes(skin, mixed);
+  mix_nodes(nodes_, triangles, skin.count, mixed);
   const auto spread = [&](int number, float elsewhere, float* plane) {
     std::fill_n(plane, kStretch, elsewhere);
     for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
@@ -168,11 +211,43 @@ void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
     float* const plane = colors.planes[c];
     for (int i = 0; i < colors.count; ++i) plane[i] *= gain[i];
   }
+  if (from_scope_) {
+    ScopeSkin scope_skin;
+    for (int c = 0; c < 3; ++c) spread(3 + c, 0, scope_skin.normals.of[c]);
+    return light_scope(skin, triangles, stretch, scope_skin, colors);
+  }
   const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
   if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
   SkinDirections normals;
   for (int c = 0; c < 3; ++c) spread(3 + c, 0, normals.of[c]);
   add_gloss(normals, colors);
+}
+
+// Where skin lies at rest is asked for only where gloss may show: the relief is
+// bound to it.
+void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
+                            const LitStretch& stretch, ScopeSkin& scope_skin,
+                            const StretchColors& colors) const {
+  std::fill_n(scope_skin.depth_mm, kStretch, 1.0f);
+  for (int i = 0; i < colors.count; ++i) {
+    const float depth = colors.depth_mm[i];
+    scope_skin.depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
+  }
+  ScopeLit lit;
+  if (!shine_.light(scope_skin, colors, lit)) return;
+  MixedNodes mixed;
+  mix_nodes(rest_nodes_, triangles, skin.count, mixed);
+  const auto spread = [&](int number, float* plane) {
+    std::fill_n(plane, kStretch, 0.0f);
+    for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
+    stretch.mix(plane);
+  };
+  ScopeSkinAtRest at_rest;
+  for (int c = 0; c < 3; ++c) {
+    spread(c, at_rest.normals.of[c]);
+    spread(3 + c, at_rest.places_mm.of[c]);
+  }
+  shine_.add_gloss(lit, scope_skin, at_rest, colors);
 }
 
 // By the pixel: a highlight may be narrower than the distance of posts.

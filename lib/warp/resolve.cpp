@@ -152,10 +152,16 @@ void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, 
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     if (tile.relit->unchanged(set.face(slot))) continue;
-    const std::array<float, 3> bound = set.bound(slot);
+    std::array<float, 3> bound = set.bound(slot);
+    if (tile.relit->from_scope()) {
+      // The relief is finer than a texel: by what the pixel's own centre looks at.
+      const Patch& patch = set.chunks[slot / kChunk].patch;
+      const float u = rows[layer].u[i], v = rows[layer].v[i];
+      for (int k = 0; k < 2; ++k) bound[k] += u * patch.along_u[k] + v * patch.along_v[k];
+    }
     skin.add(i, set.face(slot), bound[0], bound[1]);
   }
-  tile.relit->light(skin, lit, {x0, y, count, {sum.red, sum.green, sum.blue}, white});
+  tile.relit->light(skin, lit, {x0, y, count, {sum.red, sum.green, sum.blue}, white, depth});
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,

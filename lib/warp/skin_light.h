@@ -24,11 +24,12 @@ struct SkinPixels {
 };
 
 // The colours of a stretch: `count` pixels of the picture's row y from column x0 on. Gloss is added
-// in parts of `white`.
+// in parts of `white`. All planes have room for whole vectors (wide.h).
 struct StretchColors {
   int x0 = 0, y = 0, count = 0;
   std::array<float*, 3> planes;
   const float* white = nullptr;
+  const float* depth_mm = nullptr;  // planar z of what is seen, +inf where there is none
 };
 
 // One plane for each of a pixel's numbers.

@@ -25,7 +25,7 @@ void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float 
   BaseTile::Shade* const shade = &base.shade[first];
   for (int i = 0; i < count; ++i)
     red[i] = shade[i][0], green[i] = shade[i][1], blue[i] = shade[i][2], white[i] = 1;
-  relit.light(skin, lit, {x0, y, count, {red, green, blue}, white});
+  relit.light(skin, lit, {x0, y, count, {red, green, blue}, white, &base.depth[first]});
   for (int i = 0; i < count; ++i) shade[i].head<3>() << red[i], green[i], blue[i];
 }
 

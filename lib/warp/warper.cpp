@@ -11,6 +11,7 @@
 #include "warp/base_drawing.h"
 #include "warp/bundle_fit.h"
 #include "warp/finish.h"
+#include "warp/light_meter.h"
 #include "warp/moved_cells.h"
 #include "warp/phase_clock.h"
 #include "warp/posed_shell.h"
@@ -70,7 +71,8 @@ struct Warper::Impl {
   TileLists base_tiles;
   SkinDepth depth;
   TileDrawing tiles;
-  std::optional<RelitSkin> relit;  // when the bundle knows its light
+  std::optional<RelitSkin> relit;   // when the bundle knows its light
+  std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
 
   SampleStore store;
 
@@ -81,6 +83,7 @@ struct Warper::Impl {
   void place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const DrawReport& report);
   float reach_mm(const View& view) const;
+  void light_faces(const View& view, const DrawOptions& options);
   void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
                   const Background& background, Frame& frame, DrawReport& report);
 };
@@ -106,8 +109,10 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
       base(bundle.base, rest),
       store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
   organ = bounds(shell.at_rest());
-  if (bundle.lighting && bundle.base.face_count > 0)
+  if (bundle.lighting && bundle.base.face_count > 0) {
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting);
+    scope = bundle.lighting->scope;
+  }
 }
 
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
@@ -169,6 +174,18 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const Draw
   base_tiles.build(grid, base.chosen_count(), box_of);
 }
 
+void Warper::Impl::light_faces(const View& view, const DrawOptions& options) {
+  if (options.light == DrawnLight::world) relit->light_faces(view, survey.shown);
+  if (options.light != DrawnLight::scope) return;
+  double reference_mm = options.scope_reference_mm;
+  if (!(reference_mm > 0)) {
+    LightMeter meter(scope.value_or(ScopeLight()), view);
+    meter.add(shell.shell().proxy());
+    reference_mm = meter.reference_mm();
+  }
+  relit->light_faces_from_scope(view, reference_mm, survey.shown);
+}
+
 // Those tiles, or parts of them, in which something moved.
 void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
                               const Background& background, Frame& frame, DrawReport& report) {
@@ -178,7 +195,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .base = base,
                .base_tiles = options.base_layer ? &base_tiles : nullptr,
                .faces = faces,
-               .relit = options.relight ? &*relit : nullptr,
+               .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .rest = options.keep_shown ? &rest : nullptr,
                .background = background,
                .measure = options.measure});
@@ -212,11 +229,11 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   Impl& s = *impl_;
   view.check();
   check_positions(positions, s.shell.shell().proxy());
-  if (options.relight && !s.relit)
+  const bool relight = options.light != DrawnLight::baked;
+  if (relight && !s.relit)
     throw UsageError(
         "the bundle does not say in what light its colours were taken, or has no base layer: its "
-        "skin "
-        "cannot be lit anew; bake it with a lighting.json");
+        "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
   if (s.serial != 0 && frame.serial == s.serial && view == s.last_view &&
       positions == s.shell.proxy_positions() && options == s.last_options) {
     DrawReport report = s.last_report;
@@ -245,11 +262,11 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.choose_cameras(view, report);
   if (continued) s.finish.undo(background, frame);
   s.place_faces(view, continued);
-  if (options.relight) s.relit->turn(s.shell.matrices(), s.moved);
+  if (relight) s.relit->turn(s.shell.matrices(), s.moved);
   s.place_samples(view, grid, report);
   clock.lap(report.times.transform);
   s.place_base(view, grid, report);
-  if (options.relight) s.relit->light_faces(view, s.survey.shown);
+  s.light_faces(view, options);
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
   s.finish.apply(view, options, s.survey.box, s.depth, kSeeThroughTexels * s.texel_mm, frame,
@@ -265,6 +282,11 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
 }
 
 bool Warper::can_relight() const { return impl_->relit.has_value(); }
+
+DrawnLight Warper::usual_light() const {
+  if (!impl_->relit) return DrawnLight::baked;
+  return impl_->scope ? DrawnLight::scope : DrawnLight::world;
+}
 void Warper::bind_all() { impl_->store.require_all(); }
 void Warper::bind_ahead() { impl_->store.make_ahead(); }
 

@@ -10,6 +10,7 @@
 
 #include "bundle/bundle.h"
 #include "geometry/view_manifold.h"
+#include "warp/drawn_light.h"
 #include "warp/frame.h"
 #include "warp/solids.h"
 #include "warp/view.h"
@@ -29,9 +30,11 @@ struct DrawOptions {
   // Blend skin with the background by the share of each pixel that it covers (outline.h); not by
   // the paper's own warp.
   bool smooth_outline = true;
-  // Light the skin as it lies now, by the bundle's lighting; else it keeps the light that was
-  // baked, as the paper's own warp always does.
-  bool relight = false;
+  // The paper's own warp always draws what was baked.
+  DrawnLight light = DrawnLight::baked;
+  // The range of full exposure of the light at the scope, mm; 0: as the bundle's ScopeLight says.
+  // For several organs, which are lit by one.
+  double scope_reference_mm = 0;
   bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
   bool keep_shown = false;  // also fill Frame::shown, for pixels of Cover::samples
   bool measure = false;     // fill DrawReport's times
@@ -86,7 +89,7 @@ class Warper {
   Warper(Warper&&) noexcept;
 
   // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options, such as
-  // relight for a bundle that does not know its light,
+  // a light other than the baked one for a bundle that does not know its own,
   // BadDataError for a wrong number of positions or one that is not finite, and what reading and
   // binding a camera's maps throws.
   DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
@@ -94,6 +97,9 @@ class Warper {
 
   // Whether the bundle knows its light, and has the base layer that it falls on.
   bool can_relight() const;
+  // The light that it is meant to be seen in: at the scope when its lighting has that, else the
+  // world's, else what was baked.
+  DrawnLight usual_light() const;
 
   // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
   // then never waits. Frames are the same either way.

@@ -107,14 +107,31 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "compact: smaller maps, colour as a camera's JPEG would be, depth to 0.002 mm; "
                     "exact: as computed"},
            {{"exact", false}, {"compact", true}})
-      .add("albedo", &o.material.albedo,
-           {.help = "of the material that a surface without any colour gets, linear RGB",
+      .add("material", &o.material.tissue,
+           {.help = "of a surface without any colour: a tissue by name, wet and seen by the light "
+                    "at the scope; or plain, a matt albedo with spots"},
+           {{"plain", Tissue::plain},
+            {"liver", Tissue::liver},
+            {"gallbladder", Tissue::gallbladder},
+            {"spleen", Tissue::spleen},
+            {"kidney", Tissue::kidney},
+            {"stomach", Tissue::stomach},
+            {"fat", Tissue::fat},
+            {"silicone", Tissue::silicone}})
+      .add("exemplar_mm_per_pixel", &o.exemplar_mm_per_pixel,
+           {.help = "size of the exemplar's pixels on its tissue; 0 = there is no exemplar",
+            .unit = "mm",
             .min = 0,
-            .max = 1})
+            .max = 10})
+      .add("albedo", &o.material.albedo,
+           {.help = "of the plain material, linear RGB", .min = 0, .max = 1})
       .add("variation", &o.material.variation,
-           {.help = "of the material's albedo", .min = 0, .max = 1})
+           {.help = "of the plain material's albedo", .min = 0, .max = 1})
       .add("feature", &o.material.feature_mm,
-           {.help = "size of the material's largest spots", .unit = "mm", .min = 0.01, .max = 1000})
+           {.help = "size of the plain material's largest spots",
+            .unit = "mm",
+            .min = 0.01,
+            .max = 1000})
       .add("light_direction", &o.material.light_direction,
            {.help = "surface → light, when a material is lit"})
       .add("ambient", &o.material.ambient,

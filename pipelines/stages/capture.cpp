@@ -3,6 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "bundle/cameras_json.h"
@@ -96,18 +97,45 @@ std::optional<Lighting> read_lighting(const StageCall& call) {
   return lighting_from_json(read_text_file(*document), document->string());
 }
 
+std::optional<ExemplarPhoto> read_exemplar(const StageCall& call, double mm_per_pixel) {
+  const auto* frame = call.input("exemplar");
+  const auto* mask = call.input("exemplar_mask");
+  if (!frame && mask)
+    throw UsageError("--exemplar-mask " + mask->string() + " has no --exemplar to be of");
+  if (!frame && mm_per_pixel > 0)
+    throw UsageError("--exemplar-mm-per-pixel " + to_text(mm_per_pixel) +
+                     " has no --exemplar to be of");
+  if (!frame) return std::nullopt;
+  if (!(mm_per_pixel > 0))
+    throw UsageError("--exemplar " + frame->string() +
+                     " needs --exemplar-mm-per-pixel: the size of its pixels on the tissue");
+  ExemplarPhoto photo{read_photo(*frame), {}, mm_per_pixel};
+  if (!mask) return photo;
+  const Rgb8Image shown = read_photo(*mask);
+  if (shown.width != photo.image.width || shown.height != photo.image.height)
+    throw BadDataError(*mask, "is " + std::to_string(shown.width) + " × " +
+                                  std::to_string(shown.height) + " pixels, its exemplar " +
+                                  std::to_string(photo.image.width) + " × " +
+                                  std::to_string(photo.image.height));
+  for (std::size_t i = 0; i < shown.pixels.size(); i += 3)
+    photo.mask.push_back(std::max({shown.pixels[i], shown.pixels[i + 1], shown.pixels[i + 2]}) >
+                         127);
+  return photo;
+}
+
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<CaptureStageOptions>(call.options_json);
   options.capture.check();
   options.detail.check();
   options.material.check();
+  const std::optional<ExemplarPhoto> exemplar = read_exemplar(call, options.exemplar_mm_per_pixel);
   const TriangleMesh surface = read_mesh(*call.input("surface"), options.unit, call.context);
   const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.unit, call.context);
   const CameraSet set = read_cameras(*call.input("cameras"));
   check_memory(set.cameras, call.context);
   StageReport report;
   const RayScene scene(surface);
-  const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call),
+  const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call), exemplar,
                                                  options.material, read_lighting(call), report);
   const ShellSurface shell = make_shell(call, surface, proxy, options.skin_edge_mm, report);
   const CaptureSummary captured =

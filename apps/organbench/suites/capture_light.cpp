@@ -47,7 +47,7 @@ PokedErrors errors_of_poke(const TriangleMesh& surface, const OrganPhantom& phan
     options.background = {0, 0, 0};
     const TruthFrame expected = truth.draw(positions, view, options.background);
     const auto error_db = [&](bool relight) {
-      options.relight = relight;
+      options.light = relight ? DrawnLight::world : DrawnLight::baked;
       Frame frame;
       player.draw(view, options, frame);
       std::vector<std::uint8_t> shown = expected.covered;

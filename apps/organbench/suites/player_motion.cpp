@@ -3,6 +3,7 @@
 #include <array>
 #include <numeric>
 
+#include "capture/surface_color.h"
 #include "core/text.h"
 #include "organbench/suites/frame_timing.h"
 #include "organbench/suites/player_parts.h"
@@ -103,27 +104,38 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const FrameSiz
   }
 }
 
-// What light costs where all skin moves: kept as it was baked, and made anew.
+// What light costs where all skin moves: kept as it was baked, made anew, and from the scope with
+// the finish of a liver.
 void time_light(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   bench.now("skin lit anew");
   const OneThread one_thread;
-  const Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
+  Bundle bundle = BundleReader(bundles.folder({80, "fitted", bundles.map_size()})).read_all();
+  Material liver;
+  liver.tissue = Tissue::liver;
+  const Lighting wet = liver.lighting();
+  bundle.lighting->scope = wet.scope, bundle.lighting->finish = wet.finish;
+  bundle.lighting->gloss = wet.gloss;
   Warper warper(bundle);
   const View view = view_at(bundle, size, 0);
   Frame frame;
-  DrawOptions lit;
-  lit.relight = true;
+  DrawOptions lit, scope;
+  lit.light = DrawnLight::world;
+  scope.light = DrawnLight::scope;
   const Dent all(bundle, 1);
   const auto timings = bench.time(std::vector<std::function<void()>>{
-      moving(warper, bundle, view, all, {}, frame), moving(warper, bundle, view, all, lit, frame)});
-  const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew"};
-  for (int i = 0; i < 2; ++i)
+      moving(warper, bundle, view, all, {}, frame), moving(warper, bundle, view, all, lit, frame),
+      moving(warper, bundle, view, all, scope, frame)});
+  const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew",
+                               "organplay, lit by the scope, wet"};
+  for (int i = 0; i < 3; ++i)
     bench.add(Point{size.name() + ", one thread, all skin moves",
                     names[i],
                     false,
                     {{"maps", "px", double(bundles.map_size())}},
                     of_one(timings[i], kFrames),
                     {}});
+  bench.add(Figure{size.name() + ", all skin moves: lit by the scope / the light that was baked",
+                   "×", ms_of(timings[2]) / ms_of(timings[0]), 1.4});
 }
 
 }  // namespace

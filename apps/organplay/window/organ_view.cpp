@@ -29,13 +29,14 @@ Eigen::Vector2d vector_from(const ImVec2& v) { return {v.x, v.y}; }
 }  // namespace
 
 OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
-                     std::filesystem::path save_folder, TissueSolver solver, bool relight)
+                     std::filesystem::path save_folder, TissueSolver solver,
+                     std::optional<DrawnLight> light)
     : save_folder_(std::move(save_folder)),
       player_(bundles, deform_options(solver)),
       session_(player_, kTimeStep_s),
       truth_(bundles.front(), player_.bundle().shell()) {
   options_.measure = true;
-  options_.relight = relight && player_.can_relight();
+  if (player_.can_relight()) options_.light = light.value_or(player_.usual_light());
 }
 
 void OrganView::show(Display& display) {
@@ -160,7 +161,12 @@ void OrganView::controls(Display& display) {
   ImGui::Checkbox("cameras (2)", &camera_lines_);
   ImGui::SameLine();
   ImGui::Checkbox("VPM (3)", &manifold_lines_);
-  if (player_.can_relight()) ImGui::Checkbox("light anew", &options_.relight);
+  if (player_.can_relight()) {
+    int light = static_cast<int>(options_.light);
+    ImGui::SetNextItemWidth(90);
+    ImGui::Combo("light", &light, "baked\0world\0scope\0");
+    options_.light = static_cast<DrawnLight>(light);
+  }
   if (truth_.available() && player_.organ_count() == 1) {
     int against = static_cast<int>(against_);
     ImGui::Combo("beside it", &against, "nothing\0truth\0polygons\0difference to truth × 4\0");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "player/live_session.h"
@@ -15,7 +16,7 @@ class OrganView {
  public:
   // Reads the bundle. Screenshots and interactions are saved into `save_folder`.
   OrganView(const std::vector<std::filesystem::path>& bundles, std::filesystem::path save_folder,
-            TissueSolver solver, bool relight);
+            TissueSolver solver, std::optional<DrawnLight> light);
 
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);

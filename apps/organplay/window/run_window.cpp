@@ -33,8 +33,7 @@ void run_window(const WindowCommand& command, const RunContext& context) {
   // A bundle named on the command line that can't be read is an error like any other.
   std::unique_ptr<OrganView> view;
   const auto open = [&command](const std::vector<std::filesystem::path>& bundles) {
-    return std::make_unique<OrganView>(bundles, command.save_folder, command.solver,
-                                       command.relight);
+    return std::make_unique<OrganView>(bundles, command.save_folder, command.solver, command.light);
   };
   if (!command.bundles.empty()) view = open(command.bundles);
   Display display("organplay", command.width, command.height);

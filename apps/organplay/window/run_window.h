@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/run_context.h"
 #include "deform/deformer.h"
+#include "warp/drawn_light.h"
 
 namespace organbake {
 
@@ -13,7 +15,7 @@ struct WindowCommand {
   std::vector<std::filesystem::path> bundles;  // none: the start page
   std::filesystem::path save_folder = ".";
   TissueSolver solver = TissueSolver::springs;
-  bool relight = true;  // to begin with, where the bundle knows its light
+  std::optional<DrawnLight> light;  // to begin with; else what the organ is meant for
   int width = 1280, height = 720;
 };
 

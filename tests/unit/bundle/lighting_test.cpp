@@ -27,6 +27,54 @@ TEST(Lighting, RoundTripIsExact) {
   EXPECT_EQ(lighting_to_json(lighting_from_json(text, "l")), text);
 }
 
+Lighting scope_lit() {
+  Lighting lighting = one_lamp();
+  lighting.scope = ScopeLight{{1.5, -2, 0.25}, 90, 0.5, 1.25};
+  lighting.finish = {0.1, 1.5, {0.3, 0.2, 0.1}, 0.25};
+  return lighting;
+}
+
+TEST(Lighting, RoundTripWithALightAtTheScopeIsExact) {
+  const Lighting light = scope_lit(), read = lighting_from_json(lighting_to_json(light), "l");
+  EXPECT_EQ(read.scope, light.scope);
+  EXPECT_EQ(read.finish, light.finish);
+  EXPECT_EQ(lighting_to_json(read), lighting_to_json(light));
+}
+
+TEST(Lighting, OnlyWhatNeedsItIsOfTheSecondSchema) {
+  EXPECT_NE(lighting_to_json(one_lamp()).find("organbake/lighting/1"), std::string::npos);
+  EXPECT_NE(lighting_to_json(scope_lit()).find("organbake/lighting/2"), std::string::npos);
+  Lighting soft = one_lamp();
+  soft.finish.softness = {0.1, 0, 0};
+  EXPECT_EQ(lighting_from_json(lighting_to_json(soft), "l").finish, soft.finish);
+}
+
+TEST(Lighting, RefusesALightAtTheScopeThatThereCannotBe) {
+  const auto refused = [](const std::function<void(Lighting&)>& change) {
+    Lighting light = scope_lit();
+    change(light);
+    EXPECT_THROW(lighting_from_json(lighting_to_json(light), "l"), BadDataError);
+  };
+  refused([](Lighting& l) { l.scope->gain = 1e9; });
+  refused([](Lighting& l) { l.scope->gain = 0; });
+  refused([](Lighting& l) { l.scope->gain = NAN; });
+  refused([](Lighting& l) { l.scope->reference_mm = -1; });
+  refused([](Lighting& l) { l.scope->beam_half_angle_rad = 0; });
+  refused([](Lighting& l) { l.scope->beam_half_angle_rad = 1.6; });
+  refused([](Lighting& l) { l.scope->offset_mm = {0, 0, 2000}; });
+  refused([](Lighting& l) { l.scope->offset_mm[1] = NAN; });
+  refused([](Lighting& l) { l.finish.relief_slope = 2; });
+  refused([](Lighting& l) { l.finish.relief_mm = 0; });
+  refused([](Lighting& l) { l.finish.softness[2] = -0.1; });
+  refused([](Lighting& l) { l.finish.rim = 1.5; });
+}
+
+TEST(Lighting, AMistypedKeyOfTheScopeIsSaid) {
+  std::string text = lighting_to_json(scope_lit());
+  text.replace(text.find("reference_mm"), 12, "referense_mm");
+  EXPECT_THROW(lighting_from_json(text, "l"), BadDataError);
+}
+
 TEST(Lighting, IsTheSkyAndTheLamps) {
   const Lighting light = one_lamp();
   EXPECT_TRUE(light.diffuse(Vector3d::UnitZ()).isApprox(Vector3d::Constant(0.4)));

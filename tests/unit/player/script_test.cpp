@@ -40,6 +40,17 @@ TEST(Script, IsReadWhole) {
   EXPECT_FALSE(s.instruments[0].path[1].position_mm);
 }
 
+TEST(Script, MayNameItsLight) {
+  EXPECT_FALSE(script_from_json(kGood, "s.json").light);
+  for (const DrawnLight light : {DrawnLight::baked, DrawnLight::world, DrawnLight::scope}) {
+    Script script = script_from_json(kGood, "s.json");
+    script.light = light;
+    EXPECT_EQ(script_from_json(script_to_json(script), "s.json").light, light);
+  }
+  EXPECT_NE(refusal("\"frames\": 10", "\"light\": \"sun\", \"frames\": 10").find("/light"),
+            std::string::npos);
+}
+
 TEST(Script, HostileOnesAreRefusedByKey) {
   const auto names = [](const std::string& message, const char* key) {
     return message.find(key) != std::string::npos;

@@ -96,13 +96,13 @@ std::vector<Vector3d> turned(const TriangleMesh& proxy, const Matrix3d& turn) {
 DrawOptions relit() {
   DrawOptions options;
   options.background = {0, 0, 0};
-  options.relight = true;
+  options.light = DrawnLight::world;
   return options;
 }
 
 DrawOptions as_baked() {
   DrawOptions options = relit();
-  options.relight = false;
+  options.light = DrawnLight::baked;
   return options;
 }
 

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "image/channel_image.h"
+
+namespace organbake {
+
+// Part of a picture that shows one tissue.
+struct TissuePicture {
+  Rgb8Image image;
+  std::vector<std::uint8_t> mask;  // of the image's size: 1 where that tissue is
+  double mm_per_pixel = 0.15;
+};
+
+// How a tissue looks, as numbers that do not depend on where anything lies in the picture. All are
+// of the picture brought to kGrain_mm a pixel.
+struct TissueAppearance {
+  static constexpr double kGrain_mm = 0.3;
+  static constexpr int kQuantiles = 9, kOctaves = 4;
+
+  // CIE Lab by quantiles of 10…90 %, highlights left out; L less its median, since exposure is the
+  // camera's.
+  std::array<std::array<double, kQuantiles>, 3> lab{};
+  double gradient_mean = 0, gradient_p95 = 0;  // of L, a mm
+  // Highlights: share of the tissue, log₂ of the count in 10 cm² and of the median size in mm², and
+  // the mean of their long axes over their short ones.
+  double highlight_share = 0, highlight_count = 0, highlight_size = 0, highlight_elongation = 1;
+  // Of L between Gaussians an octave apart, from one pixel on: log₂ of the energy, and kurtosis.
+  std::array<double, kOctaves> energy{}, kurtosis{};
+  double correlation_mm = 0;  // where the autocorrelation of L falls to 1/e
+};
+
+// Throws BadDataError for less than a thousand pixels of tissue.
+TissueAppearance appearance_of(const TissuePicture& picture);
+
+// One number of the distance, and how it is meant.
+struct TissueAppearancePart {
+  std::string name;
+  double distance = 0;
+};
+// Differences of two appearances, part by part.
+std::vector<TissueAppearancePart> appearance_parts(const TissueAppearance& a,
+                                                   const TissueAppearance& b);
+
+// Where a frame of a laparoscopy shows liver: dark red of middle saturation, with the highlights
+// that lie in it, in pieces of at least two per cent of the frame.
+std::vector<std::uint8_t> liver_mask(const Rgb8Image& frame);
+
+}  // namespace organbake
