@@ -13,7 +13,9 @@ const Lighting& studio_lighting() {
       .up = Vector3d::UnitZ(),
       .lamps = {{Vector3d(-0.45, -0.75, 0.48).normalized(), {1.55, 1.49, 1.40}},
                 {Vector3d(0.62, 0.58, 0.10).normalized(), {0.60, 0.66, 0.75}}},
-      .gloss = {{0.045, 25}, {0.32, 180}}};
+      .gloss = {{0.045, 25}, {0.32, 180}},
+      .scope = {},
+      .finish = {}};
   return lighting;
 }
 

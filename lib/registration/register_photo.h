@@ -63,7 +63,7 @@ struct PoseQuality {
   double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
   double outline_asked_share = 0;  // of the outline: clear in the picture, so that it can confirm
   double outline_share = 0;        // of that: the photograph confirms it within a pixel
-  double position_sd_mm = 0;  // of the organ's centre
+  double position_sd_mm = 0;       // of the organ's centre
   double rotation_sd_deg = 0;
   double surface_sd_mm = 0;  // RMS over the surface: the expected mTRE
   // By what share the pose leaves less of the photograph unexplained than the best one of the

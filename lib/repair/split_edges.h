@@ -9,8 +9,8 @@ namespace organbake {
 
 // Parts what touches along edges of four or more faces, or at a vertex of several fans: round each
 // such edge the two faces that bound the same solid stay together, and every fan of faces gets a
-// vertex of its own; vertices without a face go. Faces must look outward. Colours go along. Returns how many vertices were
-// added.
+// vertex of its own; vertices without a face go. Faces must look outward. Colours go along. Returns
+// how many vertices were added.
 std::size_t split_edges(TriangleMesh& mesh);
 
 }  // namespace organbake

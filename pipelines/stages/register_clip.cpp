@@ -43,8 +43,9 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
   std::unique_ptr<PoseTracker> tracker;
   std::vector<NamedPose> poses;
   try {
-    for (Rgb8Image frame; video.next(frame);) {
+    for (StoredPicture stored; video.next(stored);) {
       context.throw_if_cancelled();
+      const Rgb8Image& frame = stored.color;  // as the intrinsics were measured in
       const std::string name = frame_name(clip.video, poses.size());
       if (!tracker) {
         tracker = std::make_unique<PoseTracker>(

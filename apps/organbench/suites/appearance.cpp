@@ -21,13 +21,13 @@ std::vector<TissuePicture> real_pictures(const std::filesystem::path& video, std
   constexpr double kLeastShare = 0.1;
   std::vector<TissuePicture> pictures;
   VideoReader reader(video);
-  Rgb8Image frame;
+  StoredPicture frame;
   for (std::size_t number = 0; reader.next(frame); ++number) {
     if (number % apart != 0) continue;
-    std::vector<std::uint8_t> mask = liver_mask(frame);
+    std::vector<std::uint8_t> mask = liver_mask(frame.color);
     const auto tissue = std::count(mask.begin(), mask.end(), std::uint8_t{1});
     if (static_cast<double>(tissue) < kLeastShare * static_cast<double>(mask.size())) continue;
-    pictures.push_back({frame, std::move(mask), kFrame_mm_per_pixel});
+    pictures.push_back({frame.color, std::move(mask), kFrame_mm_per_pixel});
   }
   return pictures;
 }

@@ -19,7 +19,9 @@ Lighting one_lamp() {
           .ambient_below = {0.2, 0.2, 0.2},
           .up = Vector3d::UnitZ(),
           .lamps = {{Vector3d::UnitX(), {1, 2, 3}}},
-          .gloss = {{0.5, 10}}};
+          .gloss = {{0.5, 10}},
+          .scope = {},
+          .finish = {}};
 }
 
 TEST(Lighting, RoundTripIsExact) {

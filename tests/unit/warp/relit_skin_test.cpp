@@ -28,7 +28,9 @@ Lighting oblique_light() {
           .ambient_below = {0.1, 0.1, 0.1},
           .up = Vector3d::UnitZ(),
           .lamps = {{Vector3d(0.8, -0.5, 0.33).normalized(), {0.6, 0.6, 0.5}}},
-          .gloss = {}};
+          .gloss = {},
+          .scope = {},
+          .finish = {}};
 }
 
 const SyntheticOptions& organ_options() {
