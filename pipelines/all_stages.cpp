@@ -86,7 +86,8 @@ std::vector<Stage> describe() {
        .inputs = {surface,
                   {.name = "photo",
                    .kind = InputKind::file,
-                   .help = "photographs, PNG or JPEG, or one video: each frame starts from the last",
+                   .help =
+                       "photographs, PNG or JPEG, or one video: each frame starts from the last",
                    .unless = "unposed",
                    .many = true},
                   {.name = "intrinsics",

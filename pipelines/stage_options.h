@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "bundle/map_files.h"
@@ -56,7 +57,9 @@ struct IsosurfaceStageOptions {
 
 // A mesh that the command reads, and the unit of files that don't say theirs.
 struct DecimateStageOptions {
-  DecimateOptions decimate;
+  DecimateOptions decimate;          // but for its faces
+  std::optional<double> faces = 80;  // none: as many as a tool can dent
+  double tool_radius_mm = 5;         // of that tool's tip
   MeshUnit unit = MeshUnit::mm;
 };
 
@@ -110,8 +113,8 @@ enum class CameraExport { none, colmap, transforms };
 struct RegisterStageOptions {
   RegistrationOptions registration;
   bool closed_outline = false;  // the organ ends where the mesh does
-  bool vertex_albedo = false;  // the surface's colours are its albedo
-  bool from_poses = false;     // start from the poses that the document of unposed photos has
+  bool vertex_albedo = false;   // the surface's colours are its albedo
+  bool from_poses = false;      // start from the poses that the document of unposed photos has
   CameraExport also = CameraExport::none;
   MeshUnit unit = MeshUnit::mm;
 };

@@ -40,8 +40,16 @@ void bind(OptionList& list, RepairStageOptions& options) {
 
 void bind(OptionList& list, DecimateStageOptions& options) {
   DecimateOptions& o = options.decimate;
-  list.add("faces", &o.faces,
-           {.help = "the proxy has at most this many", .min = 4, .max = 10000000})
+  list.add("faces", &options.faces,
+           {.help =
+                "the proxy has at most this many; auto: as many as a tip of tool_radius can dent",
+            .min = 4,
+            .max = 10000000})
+      .add("tool_radius", &options.tool_radius_mm,
+           {.help = "of the tip that faces = auto makes the proxy for",
+            .unit = "mm",
+            .min = 0.5,
+            .max = 100})
       .add("max_error", &o.max_error_mm,
            {.help = "fewest faces within this distance both ways, measured; 0 = go by faces",
             .unit = "mm",
