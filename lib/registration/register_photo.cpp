@@ -10,7 +10,6 @@
 #include "registration/light_choice.h"
 #include "registration/point_pairs.h"
 #include "registration/pose_quality.h"
-#include "registration/silhouette.h"
 
 namespace organbake {
 namespace {
@@ -21,9 +20,6 @@ constexpr int kCoarsestSide = 64;  // pixels: the level that starts are refined 
 // than the start's is tried.
 constexpr int kCoarsestSideOpen = 160;
 constexpr int kSearchCoarsestSide = 48;  // and that a search all round looks at
-
-constexpr const char* kTooSmall =
-    "the photograph is too small: at least 8 pixels a side are needed";
 
 void check_photo(const PhotoToRegister& photo) {
   photo.intrinsics.check();
@@ -97,41 +93,6 @@ RefineOptions refine_options(const RegistrationOptions& o) {
   return options;
 }
 
-void place(const RegisteredSurface& surface, const RefineState& state, PosedCamera& camera) {
-  camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
-  camera.intrinsics.fx *= std::exp(state.solver.log_focal);
-  camera.intrinsics.fy *= std::exp(state.solver.log_focal);
-}
-
-// An outline alone is that of other poses, too: of a mirrored organ, of one that is turned about a
-// symmetry. The verdict stops at doubtful.
-RegisteredPhoto by_silhouette(const RegisteredSurface& surface, const PhotoToRegister& photo,
-                              const std::optional<RigidTransform>& start,
-                              const RegistrationOptions& options, const RunContext& context) {
-  if (!start) throw UsageError("a silhouette is told from its ground near a start: give one");
-  RegisteredPhoto result;
-  result.camera.intrinsics = photo.intrinsics;
-  result.camera.camera_from_world = *start;
-  result.light = LightModel::flat;
-  RefineOptions refining = refine_options(options);
-  refining.light.model = LightModel::flat;
-  refining.similarity = Similarity::radiance;  // of likelihood and coverage
-  refining.free_focal = refining.check_focal = false;
-  const ColorSilhouette found =
-      refine_silhouette(surface, photo, *start, options.finest_side_px, refining, context);
-  if (found.pyramid.empty()) {
-    result.quality.reason = kTooSmall;
-    return result;
-  }
-  result.quality = assess(surface, found.pyramid, refining, found.state, 1, context);
-  if (result.quality.verdict == Verdict::ok) {
-    result.quality.verdict = Verdict::doubtful;
-    result.quality.reason = "only the silhouette was compared, which other poses may share";
-  }
-  if (found.state.usable) place(surface, found.state, result.camera);
-  return result;
-}
-
 }  // namespace
 
 const char* name_of(Verdict verdict) {
@@ -165,15 +126,13 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   std::optional<RigidTransform> start = photo.start;
   if (!photo.pairs.empty()) start = pose_from_pairs(photo.pairs, photo.intrinsics);
   if (start) result.camera.camera_from_world = *start;
-  if (options.similarity == Similarity::silhouette)
-    return by_silhouette(surface, photo, start, options, context);
   const std::vector<PhotoLevel> pyramid =
       photo_pyramid(photo.image, photo.mask, photo.intrinsics, options.finest_side_px,
                     !start           ? kSearchCoarsestSide
                     : surface.open() ? kCoarsestSideOpen
                                      : kCoarsestSide);
   if (pyramid.empty()) {
-    result.quality.reason = kTooSmall;
+    result.quality.reason = "the photograph is too small: at least 8 pixels a side are needed";
     return result;
   }
 
@@ -189,7 +148,9 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   context.progress(0.9);
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
   if (!state.usable) return result;
-  place(surface, state, result.camera);
+  result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
+  result.camera.intrinsics.fx *= std::exp(state.solver.log_focal);
+  result.camera.intrinsics.fy *= std::exp(state.solver.log_focal);
   return result;
 }
 

@@ -24,7 +24,7 @@ enum class Reach {
 struct RegistrationOptions {
   LightModel light = LightModel::automatic;
   Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
-  Similarity similarity = Similarity::radiance;                 // silhouette: needs a start
+  Similarity similarity = Similarity::radiance;
   Form form = Form::patches;
   bool free_focal = false;  // one scale for both focal lengths is sought with the pose
   Reach reach = Reach::wide;

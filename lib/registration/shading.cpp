@@ -51,8 +51,6 @@ const char* name_of(LightModel model) {
       return "beam";
     case LightModel::direction:
       return "direction";
-    case LightModel::flat:
-      return "flat";
     default:
       return "estimated";
   }
@@ -74,10 +72,6 @@ ShadingBasis::Weights ShadingBasis::first_weights() const {
 
 void ShadingBasis::values(const Vector3d& x, const Vector3d& n, double* phi) const {
   phi[size_ - 1] = 0;
-  if (light_.model == LightModel::flat) {
-    phi[0] = 1;
-    return;
-  }
   if (light_.model == LightModel::direction) {
     phi[0] = light_.ambient + (1 - light_.ambient) * std::max(0.0, n.dot(light_.toward));
     return;
@@ -110,7 +104,6 @@ void ShadingBasis::values(const Vector3d& x, const Vector3d& n, double* phi) con
 ShadingBasis::Gradient ShadingBasis::gradient(const Vector3d& x, const Vector3d& n,
                                               const Weights& w) const {
   Gradient g;
-  if (light_.model == LightModel::flat) return g;
   if (light_.model == LightModel::direction) {
     if (n.dot(light_.toward) > 0) g.by_normal = w[0] * (1 - light_.ambient) * light_.toward;
     return g;

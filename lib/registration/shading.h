@@ -12,7 +12,6 @@ enum class LightModel {
   beam,       // near the lens; place, fall-off and beam or vignette are estimated with the pose
   direction,  // from a given direction (camera axes), far away, with some ambient light
   estimated,  // unknown and far, estimated with the pose
-  flat,       // the organ is as bright everywhere: its silhouette
 };
 const char* name_of(LightModel model);
 

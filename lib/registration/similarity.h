@@ -5,9 +5,8 @@ namespace organbake {
 
 // What of the pictures is correlated.
 enum class Similarity {
-  radiance,    // the paper's NCC
-  gradient,    // of their slopes by x and y: blind to what varies slowly, such as vignetting
-  silhouette,  // how likely a pixel shows the organ by its colour, with what the organ covers
+  radiance,  // the paper's NCC
+  gradient,  // of their slopes by x and y: blind to what varies slowly, such as vignetting
 };
 
 // Whether one correlation stands for the picture, or one per patch with a robust loss on 1 − R_k:

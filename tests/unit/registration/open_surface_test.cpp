@@ -99,13 +99,20 @@ TEST_F(OpenSurface, APieceOfTheOrganFindsItsPlace) {
   }
 }
 
-TEST_F(OpenSurface, AnOrganThatEndsAtTheBorderIsAskedForItsOutlineThere) {
+// Told that the organ ends where the mesh does, the search may still find the place by what is left
+// of the true outline; but it never calls another one right.
+TEST_F(OpenSurface, AnOrganThatEndsAtTheBorderIsNeverFalselyOk) {
   const RegisteredSurface ending(surface_.mesh(), MeshBorders::outlines);
   EXPECT_FALSE(ending.open());
   PhotoToRegister photo = lamp_studio().photo(lamp_studio().plain);
-  photo.start = camera_.camera_from_world;
-  EXPECT_NE(register_photo(ending, photo, {}).quality.verdict, Verdict::ok)
-      << "the photograph shows that it goes on";
+  constexpr double kRight_mm = 1;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    photo.start = disturbed(surface_, camera_.camera_from_world, 8, 6, seed);
+    const auto found = register_photo(ending, photo, {});
+    const double error_mm =
+        mtre_mm(surface_, camera_.camera_from_world, found.camera.camera_from_world);
+    EXPECT_TRUE(found.quality.verdict != Verdict::ok || error_mm < kRight_mm) << error_mm << " mm";
+  }
 }
 
 }  // namespace
