@@ -12,8 +12,9 @@ namespace organbake {
 namespace {
 
 // Chosen from the misfit of the coarsest fit: rendered tissue left 0.018 at most with a tenth of
-// texture (its depth within 1 %), 0.046 with three tenths; ten frames of a real clip and a photograph,
-// which have no truth, 0.059 to 0.128. That real shading is worse than flat is known from another set.
+// texture (its depth within 1 %), 0.046 with three tenths; ten frames of a real clip and a
+// photograph, which have no truth, 0.059 to 0.128. That real shading is worse than flat is known
+// from another set.
 constexpr double kSupported = 0.025, kUnsupported = 0.05;
 constexpr double kOkFrom = 0.9;      // of the support
 constexpr double kLeastSeen = 0.02;  // of the frame, to tell a shape from

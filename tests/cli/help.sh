@@ -28,7 +28,7 @@ expect_err "did you mean 'bake'?"
 expect 2 organbake decimate x.ply -o y.ply --facs 80
 expect_err "did you mean '--faces'?"
 expect 2 organbake decimate x.ply -o y.ply --faces 3
-expect_err "--faces: '3' is not possible; it takes a whole number, 4…10000000"
+expect_err "--faces: '3' is not possible; it takes a number or auto, 4…10000000"
 expect 2 organbake decimate x.ply -o y.ply --faces
 expect_err "its value is missing"
 expect 2 organbake decimate x.ply

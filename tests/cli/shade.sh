@@ -57,7 +57,7 @@ expect 65 organbake shade changed -o cut
 expect_err "frame 1"
 echo words >none/a.txt
 expect 65 organbake shade none -o x
-expect_err "no PNG or JPEG"
+expect_err "no PNG, JPEG or EXR frames"
 expect 66 organbake shade missing.mp4 -o x
 echo "just words" >text.mp4
 expect 65 organbake shade text.mp4 -o x
