@@ -16,7 +16,7 @@ for command in $commands; do
   expect_out "[0…4096; default 0]"
 done
 organbake decimate --help >out
-expect_out "--faces N"
+expect_out "--faces X|auto"
 expect_out "[4…10000000; default 80]"
 expect_out "one of fitted, lindstrom-turk, quadric, cluster"
 expect 0 organbake --version
@@ -28,7 +28,7 @@ expect_err "did you mean 'bake'?"
 expect 2 organbake decimate x.ply -o y.ply --facs 80
 expect_err "did you mean '--faces'?"
 expect 2 organbake decimate x.ply -o y.ply --faces 3
-expect_err "--faces: '3' is not possible; it takes a number or auto, 4…10000000"
+expect_err "--faces: '3' is not possible; it takes auto or a number, 4…10000000"
 expect 2 organbake decimate x.ply -o y.ply --faces
 expect_err "its value is missing"
 expect 2 organbake decimate x.ply

@@ -13,7 +13,7 @@ bad_recipe() {  # TEXT-OF-RECIPE EXPECTED [ARGUMENTS…]
 
 bad_recipe 'decimate: {facs: 100}' "r.yaml:2: unknown key 'decimate.facs'; did you mean 'faces'?"
 bad_recipe $'\n\nplce: {count: 3}' "r.yaml:4: unknown key 'plce'; did you mean 'place'?"
-bad_recipe $'decimate:\n  faces: 2' "r.yaml:3: decimate.faces is 2; it must be a whole number"
+bad_recipe $'decimate:\n  faces: 2' "r.yaml:3: decimate.faces is 2; it must be a number, at least 4, at most 10000000, or auto"
 bad_recipe $'decimate:\n  faces: many' 'r.yaml:3: decimate.faces is "many"'
 bad_recipe $'place:\n  cone_axis: [1, 2]' "r.yaml:3: place.cone_axis"
 bad_recipe $'isosurface: {iso: -300\nplace: {}' "r.yaml:"

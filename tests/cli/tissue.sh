@@ -41,7 +41,7 @@ for tissue in liver gallbladder spleen kidney stomach fat silicone; do
   cmp -s plain/cam_000/color.exr "$tissue/cam_000/color.exr" && fail "$tissue looks plain"
 done
 expect 0 organbake schema lighting
-refused 2 "one of plain" organbake bake recipe.yaml --set ct=p/ct.mha -o made \
+refused 78 "one of plain" organbake bake recipe.yaml --set ct=p/ct.mha -o made \
   --set capture.material=granite
 expect 2 organbake bake recipe.yaml --set ct=p/ct.mha -o made --quiet \
   --set capture.material=liver --set capture.feature=3
@@ -74,12 +74,17 @@ script() {
     $1 \"camera\": {\"keyframes\": [{\"frame\": 0, \"azimuth_rad\": 0, \"elevation_rad\": 0}]},
     \"instruments\": []}"
 }
+script '' >silent.json
 script '"light": "world",' >world.json
 script '"light": "moon",' >moon.json
-expect 0 organplay liver --script world.json --out by_script --no-instruments --quiet
-expect_same by_script/frame_0000.png world.png
-expect 0 organplay liver --script world.json --light scope --out by_flag --no-instruments --quiet
-expect_same by_flag/frame_0000.png scope.png
+play() { expect 0 organplay liver --script "$1" --out "$2" --no-instruments --quiet "${@:3}"; }
+play silent.json silent
+play silent.json silent_world --light world
+play world.json by_script
+play world.json by_flag --light scope
+expect_same by_script/frame_0000.png silent_world/frame_0000.png
+expect_same by_flag/frame_0000.png silent/frame_0000.png
+cmp -s silent/frame_0000.png silent_world/frame_0000.png && fail "the script's light is not heard"
 expect 65 organplay liver --script moon.json --out made --quiet
 expect_err "moon.json: /light: is no light"
 expect_gone made
@@ -89,12 +94,13 @@ unlit=$WORK/unlit
 expect 0 organbake bake recipe.yaml --set ct=p/ct.mha --set photos=p/photos/cameras.json \
   -o "$unlit" --quiet --no-report
 frame "$unlit" unlit.png
-expect 2 organplay "$unlit" -o made --light scope --quiet
+expect 2 organplay "$unlit" -o made.png --light scope --quiet
 expect_err "does not say in what light"
-expect_gone made
+expect_gone made.png
 
-# Colour by example: the phantom's own photograph.
-photo=$(ls p/photos/*.png | head -n 1)
+# Colour by example: a photograph of the phantom that is large enough to copy from.
+expect 0 organbake phantom -o large --size 32,32,16 --photos 1 --photo-size 400 --quiet
+photo=$(ls large/photos/*.png | head -n 1)
 bake example --set exemplar="$photo" --set capture.exemplar_mm_per_pixel=0.5
 expect 0 organbake verify example
 bake example_once_more --set exemplar="$photo" --set capture.exemplar_mm_per_pixel=0.5 --threads 1 \

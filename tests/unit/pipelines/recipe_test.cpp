@@ -34,6 +34,9 @@ class RecipeTest : public testing::Test {
   static std::int64_t integer(const Recipe& recipe, const std::string& stage, const char* option) {
     return std::get<std::int64_t>(recipe.options.at(stage).list.find(option)->get());
   }
+  static double number(const Recipe& recipe, const std::string& stage, const char* option) {
+    return std::get<double>(recipe.options.at(stage).list.find(option)->get());
+  }
 
   TemporaryFolder folder_;
 };
@@ -43,7 +46,7 @@ TEST_F(RecipeTest, TheDefaultsAreValid) {
   EXPECT_EQ(recipe.name, "recipe") << "the file's name, when it says none";
   EXPECT_TRUE(recipe.inputs.empty());
   EXPECT_TRUE(recipe.sections.empty());
-  EXPECT_EQ(integer(recipe, "decimate", "faces"), 80);
+  EXPECT_EQ(number(recipe, "decimate", "faces"), 80);
 }
 
 TEST_F(RecipeTest, SectionsSettingsAndInputsArrive) {
@@ -54,7 +57,7 @@ TEST_F(RecipeTest, SectionsSettingsAndInputsArrive) {
   EXPECT_EQ(recipe.inputs.at("ct"), folder_.path() / "scan.mha") << "relative to the recipe";
   EXPECT_EQ(recipe.inputs.at("mask"), "m.nii") << "relative to the current folder";
   EXPECT_EQ(std::get<std::string>(recipe.options.at("isosurface").list.find("label")->get()), "5");
-  EXPECT_EQ(integer(recipe, "decimate", "faces"), 100);
+  EXPECT_EQ(number(recipe, "decimate", "faces"), 100);
   EXPECT_TRUE(recipe.sections.contains("place")) << "an empty section is there, with its defaults";
   EXPECT_TRUE(recipe.bundle.surface);
 }
@@ -70,7 +73,7 @@ TEST_F(RecipeTest, ErrorsNameLineKeyAndTheNearestKey) {
               HasSubstr("recipe.yaml:3: unknown key 'decimat'; did you mean 'decimate'?"));
   EXPECT_THAT(error("inputs: {ctt: x}\n"), HasSubstr("'inputs.ctt'; did you mean 'ct'?"));
   EXPECT_THAT(error("decimate:\n  faces: 3\n"),
-              HasSubstr("recipe.yaml:3: decimate.faces is 3; it must be a whole number, at least"));
+              HasSubstr("recipe.yaml:3: decimate.faces is 3; it must be a number, at least 4"));
   EXPECT_THAT(error("decimate:\n  method: magic\n"), HasSubstr("lindstrom-turk"));
   EXPECT_THAT(error("decimate: 80\n"), HasSubstr("decimate is 80; it must be a group of keys"));
 }
@@ -82,7 +85,7 @@ TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
               HasSubstr("--set plase.size=64: unknown key 'plase'"));
   EXPECT_THAT(error("", {"decimate.faces=x"}), HasSubstr("--set decimate.faces=x: 'x' is not"));
   EXPECT_THAT(error("", {"faces=9"}), HasSubstr("say decimate.faces"));
-  EXPECT_THAT(error("", {"label=soft"}), HasSubstr("--set label=soft"));
+  EXPECT_THAT(error("", {"place.count=soft"}), HasSubstr("--set place.count=soft"));
   EXPECT_THAT(error("", {"decimate"}), HasSubstr("key=value"));
   EXPECT_THAT(error("", {"a/b=c"}), HasSubstr("unknown key 'inputs.a"));
   EXPECT_THAT(error("", {"~x=c"}), HasSubstr("unknown key"));

@@ -92,7 +92,8 @@ TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
 
 // Gallbladder and liver differ in colour and in albedo.
 TEST(LaparoscopyClip, AlbedoThatGoesWithColourIsNotTakenForShape) {
-  constexpr double kMostError = 1.5, kWithout = 3;  // percent
+  constexpr double kMostError = 1.5;     // percent
+  constexpr double kWorseWithout = 1.5;  // times: what colour tells is worth using
   for (std::uint64_t seed : {1U, 2U, 3U}) {
     const LaparoscopyFrame truth =
         LaparoscopyPhantom({.seed = seed, .width = 480, .height = 360, .two_tissues = true})
@@ -102,8 +103,9 @@ TEST(LaparoscopyClip, AlbedoThatGoesWithColourIsNotTakenForShape) {
           prepare_frame(truth.image, truth.camera.intrinsics, {.piecewise_albedo = albedo});
       return error_percent(shade_frame(frame, {}), frame, truth);
     };
-    EXPECT_LT(error(true), kMostError) << seed;
-    EXPECT_GT(error(false), kWithout) << seed;
+    const double with = error(true);
+    EXPECT_LT(with, kMostError) << seed;
+    EXPECT_GT(error(false), kWorseWithout * with) << seed;
   }
 }
 
