@@ -43,16 +43,20 @@ std::vector<std::uint32_t> targets(const TriangleMesh& mesh, double tolerance_mm
   std::vector<std::uint32_t> open = open_vertices(mesh);
   // Along a slant direction even a voxel box has hardly two corners side by side.
   const Eigen::Vector3d slant = Eigen::Vector3d(0.5377, 0.6131, 0.5788).normalized();
-  const auto along = [&](std::uint32_t v) { return mesh.vertices[v].dot(slant); };
+  // Worked out once: a product that is fused in one place and not in another differs from itself,
+  // and an order of such numbers is none.
+  std::vector<double> along;
+  along.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices) along.push_back(vertex.dot(slant));
   std::sort(open.begin(), open.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(along(a), a) < std::pair(along(b), b);
+    return std::pair(along[a], a) < std::pair(along[b], b);
   });
   for (std::size_t i = 0; i < open.size(); ++i) {
     const Eigen::Vector3d& place = mesh.vertices[open[i]];
     if (target[open[i]] != open[i]) continue;
     for (std::size_t j = i + 1; j < open.size(); ++j) {
       const Eigen::Vector3d& other = mesh.vertices[open[j]];
-      if (along(open[j]) - along(open[i]) > tolerance_mm) break;
+      if (along[open[j]] - along[open[i]] > tolerance_mm) break;
       if (target[open[j]] != open[j]) continue;
       if ((other - place).norm() <= tolerance_mm) target[open[j]] = open[i];
     }
