@@ -3,18 +3,21 @@
 
 #include <utility>
 
+#include "capture/skin_bake.h"
 #include "capture/surface_color.h"
 #include "mechanics/mechanics.h"
 
 namespace organbake {
 
 Bundle memory_bundle(const TriangleMesh& surface, const TriangleMesh& proxy,
-                     const PlacementOptions& placement, const CaptureOptions& capturing) {
+                     const PlacementOptions& placement, const CaptureOptions& capturing,
+                     double skin_edge_mm) {
   const Placement placed = place_cameras(surface, placement);
-  CaptureSummary captured =
-      capture(surface, proxy, placed.cameras, *make_vertex_color(surface), capturing);
   Bundle bundle;
   bundle.proxy = proxy;
+  if (skin_edge_mm > 0) bundle.skin = bake_smooth_skin(surface, proxy, skin_edge_mm);
+  CaptureSummary captured = capture(surface, bundle.shell().at_rest(), placed.cameras,
+                                    *make_vertex_color(surface), capturing);
   bundle.cameras = {placed.cameras, {}, placed.manifold};
   bundle.mechanics = make_mechanics(proxy, {});
   bundle.maps = std::move(captured.maps);

@@ -9,8 +9,9 @@
 namespace organbake {
 
 // A bundle as the stages make it, without a file: the surface in its vertices' colours. Throws what
-// the stages throw.
+// the stages throw. skin_edge_mm: of the smooth skin over the proxy; 0 = none.
 Bundle memory_bundle(const TriangleMesh& surface, const TriangleMesh& proxy,
-                     const PlacementOptions& placement, const CaptureOptions& capturing = {});
+                     const PlacementOptions& placement, const CaptureOptions& capturing = {},
+                     double skin_edge_mm = 6);
 
 }  // namespace organbake

@@ -74,10 +74,13 @@ void promise_capture_light(Bench& bench) {
   PlacementOptions placement;
   placement.count = 8;
   placement.map_size = bench.quick() ? 256 : 1024;
-  Bundle bundle = memory_bundle(surface, proxy, placement);
-  bundle.lighting = studio_lighting();
-  bundle.lighting->gloss.clear();  // the truth is matt
-  Player player(std::move(bundle));
+  const auto player_over = [&](double skin_edge_mm) {
+    Bundle bundle = memory_bundle(surface, proxy, placement, {}, skin_edge_mm);
+    bundle.lighting = studio_lighting();
+    bundle.lighting->gloss.clear();  // the truth is matt
+    return Player(std::move(bundle));
+  };
+  Player player = player_over(6), in_prisms = player_over(0);
   const int size_px = bench.quick() ? 256 : 720;
   for (const double share : {0.1, 0.3}) {
     const PokedErrors errors = errors_of_poke(surface, phantom, player, size_px, share);
@@ -87,6 +90,10 @@ void promise_capture_light(Bench& bench) {
                      errors.relit_db, 0, Figure::Goal::at_least});
     bench.add(Figure{scene_name + "lit anew above the light that was baked", "dB",
                      errors.relit_db - errors.baked_db, 3, Figure::Goal::at_least});
+    const PokedErrors prisms = errors_of_poke(surface, phantom, in_prisms, size_px, share);
+    bench.add(
+        Figure{scene_name + "lit anew over the smooth skin above prisms, each by its own truth",
+               "dB", errors.relit_db - prisms.relit_db, 3, Figure::Goal::at_least});
   }
 }
 
