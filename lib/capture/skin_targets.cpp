@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/shell_hits.h"
+#include "geometry/adjacency.h"
 #include "geometry/smooth_skin.h"
 
 namespace organbake {
@@ -19,45 +20,21 @@ constexpr int kHeightPasses = 2;
 constexpr double kFoldedCosine = 0.1;
 constexpr int kMostUnfoldings = 12;
 
-// The neighbours of each node along the skin's edges.
-class NodeGraph {
- public:
-  NodeGraph(std::size_t nodes, const std::vector<Face>& faces) : start_(nodes + 1, 0) {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-    for (const Face& f : faces) {
-      for (int k = 0; k < 3; ++k) {
-        edges.emplace_back(f[k], f[(k + 1) % 3]);
-        edges.emplace_back(f[(k + 1) % 3], f[k]);
-      }
+// Each value half its own, half its neighbours' mean.
+template <class Value>
+void smooth(std::vector<Value>& values, const VertexNeighbours& neighbours, int passes) {
+  for (int pass = 0; pass < passes; ++pass) {
+    std::vector<Value> next = values;
+    for (std::uint32_t n = 0; n < values.size(); ++n) {
+      const auto around = neighbours.of(n);
+      if (around.empty()) continue;
+      Value sum = 0 * values[n];
+      for (const std::uint32_t other : around) sum += values[other];
+      next[n] = 0.5 * values[n] + 0.5 * (sum / double(around.size()));
     }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-    for (const auto& [from, to] : edges) ++start_[from + 1], to_.push_back(to);
-    for (std::size_t n = 0; n < nodes; ++n) start_[n + 1] += start_[n];
+    values = std::move(next);
   }
-
-  // Each value half its own, half its neighbours' mean.
-  template <class Value>
-  void smooth(std::vector<Value>& values, int passes) const {
-    for (int pass = 0; pass < passes; ++pass) {
-      std::vector<Value> next = values;
-      for (std::size_t n = 0; n < values.size(); ++n) {
-        if (start_[n] == start_[n + 1]) continue;
-        next[n] = 0.5 * values[n] + 0.5 * neighbours_mean(values, n);
-      }
-      values = std::move(next);
-    }
-  }
-  template <class Value>
-  Value neighbours_mean(const std::vector<Value>& values, std::size_t n) const {
-    Value sum = 0 * values[n];
-    for (std::uint32_t k = start_[n]; k < start_[n + 1]; ++k) sum += values[to_[k]];
-    return sum / double(start_[n + 1] - start_[n]);
-  }
-
- private:
-  std::vector<std::uint32_t> start_, to_;
-};
+}
 
 std::vector<Vector3d> lifted(const std::vector<Lattice::ShellLine>& lines,
                              const std::vector<double>& heights) {
@@ -100,20 +77,21 @@ std::vector<SkinTarget> skin_targets(const TriangleMesh& proxy, const Lattice& l
 
   TriangleMesh skin;
   skin.faces = smooth_skin_faces(proxy, lattice.steps());
-  const NodeGraph graph(lines.size(), skin.faces);
-  graph.smooth(heights, kHeightPasses);
+  const VertexNeighbours neighbours(skin.faces, lines.size());
+  smooth(heights, neighbours, kHeightPasses);
   skin.vertices = lifted(lines, heights);
   unfold(proxy, lines, skin, heights);
 
   // A random walk of k passes goes about √(k/2) edges far: half an edge of the proxy.
   const int passes =
       static_cast<int>(std::min(32u, std::max(1u, lattice.steps() * lattice.steps() / 2)));
-  std::vector<Vector3d> smooth = vertex_normals(skin);
-  graph.smooth(smooth, passes);
+  std::vector<Vector3d> directions = vertex_normals(skin);
+  smooth(directions, neighbours, passes);
   std::vector<SkinTarget> targets(lines.size());
   for (std::size_t n = 0; n < targets.size(); ++n) {
-    const double length = smooth[n].norm();
-    targets[n] = {skin.vertices[n], length > 0 ? Vector3d(smooth[n] / length) : Vector3d::UnitZ()};
+    const double length = directions[n].norm();
+    targets[n] = {skin.vertices[n],
+                  length > 0 ? Vector3d(directions[n] / length) : Vector3d::UnitZ()};
   }
   return targets;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "capture/thin_plate.h"
+#include "geometry/adjacency.h"
 
 namespace organbake {
 namespace {
@@ -23,25 +24,8 @@ constexpr double kLeastWeight = 3e-3;  // a smaller one moves no node visibly
 // Weights whose sizes sum to more than this come from vertices that say too little.
 constexpr double kMostLeverage = 10;
 
-using VertexGraph = std::vector<std::vector<std::uint32_t>>;
-
-VertexGraph neighbours_of(const TriangleMesh& proxy) {
-  VertexGraph graph(proxy.vertices.size());
-  for (const Face& f : proxy.faces) {
-    for (int k = 0; k < 3; ++k) {
-      graph[f[k]].push_back(f[(k + 1) % 3]);
-      graph[f[k]].push_back(f[(k + 2) % 3]);
-    }
-  }
-  for (auto& list : graph) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-  }
-  return graph;
-}
-
 // The vertices that lie nearest along the edges (Dijkstra 1959), the vertex itself first.
-std::vector<std::uint32_t> nearest_along(const VertexGraph& graph,
+std::vector<std::uint32_t> nearest_along(const VertexNeighbours& graph,
                                          const std::vector<Vector3d>& vertices, std::uint32_t from,
                                          std::size_t count) {
   using Reached = std::pair<double, std::uint32_t>;  // mm; the lower index first among equals
@@ -54,7 +38,7 @@ std::vector<std::uint32_t> nearest_along(const VertexGraph& graph,
     open.pop();
     if (std::exchange(done[v], 1)) continue;
     nearest.push_back(v);
-    for (const std::uint32_t w : graph[v]) {
+    for (const std::uint32_t w : graph.of(v)) {
       if (!done[w]) open.emplace(away + (vertices[v] - vertices[w]).norm(), w);
     }
   }
@@ -68,18 +52,19 @@ struct PlateOfVertex {
 
 std::vector<PlateOfVertex> make_plates(const TriangleMesh& proxy,
                                        const std::vector<DirectedPlace>& samples) {
-  const VertexGraph graph = neighbours_of(proxy);
+  const VertexNeighbours graph(proxy.faces, proxy.vertices.size());
   std::vector<PlateOfVertex> plates(proxy.vertices.size());
   tbb::parallel_for(std::size_t{0}, plates.size(), [&](std::size_t v) {
     const auto vertex = static_cast<std::uint32_t>(v);
     plates[v].through = nearest_along(graph, proxy.vertices, vertex, kPlateVertices);
     double sum_mm = 0, longest_mm = 0;
-    for (const std::uint32_t w : graph[v]) {
+    for (const std::uint32_t w : graph.of(vertex)) {
       const double edge_mm = (proxy.vertices[v] - proxy.vertices[w]).norm();
       sum_mm += edge_mm;
       longest_mm = std::max(longest_mm, edge_mm);
     }
-    const double edge_mm = graph[v].empty() ? 0 : sum_mm / double(graph[v].size());
+    const std::size_t edges = graph.of(vertex).size();
+    const double edge_mm = edges == 0 ? 0 : sum_mm / double(edges);
     std::vector<DirectedPlace> through;
     for (const std::uint32_t w : plates[v].through) through.push_back(samples[w]);
     plates[v].plate = ThinPlate(through, kTwist * edge_mm, kPlateReach * longest_mm);

@@ -33,15 +33,4 @@ inline Lanes cross(const Lanes& a, const Lanes& b) {
   return __builtin_shufflevector(c_zxy, c_zxy, 1, 2, 0, 3);
 }
 
-// Whether any point lies farther from its other place, or is not a number.
-inline bool farther_than(const Rows& a, const Rows& b, double limit) {
-  const Lanes* p = as_lanes(a.data());
-  const Lanes* q = as_lanes(b.data());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const Lanes d = p[i] - q[i];
-    if (!(dot(d, d) <= limit * limit)) return true;
-  }
-  return false;
-}
-
 }  // namespace organbake::deform

@@ -29,7 +29,10 @@ Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, 
 }  // namespace
 
 Skin::Skin(const Tissue& tissue, const DeformBodies& bodies)
-    : tissue_(&tissue), normals_(tissue.size(), Row::Zero()), posed_(tissue.size(), 0) {
+    : tissue_(&tissue),
+      faces_of_slot_(tissue.faces(), tissue.size()),
+      normals_(tissue.size(), Row::Zero()),
+      posed_(tissue.size(), 0) {
   std::size_t first_vertex = 0;
   for (const DeformBody& body : bodies) {
     if (body.skin) {
@@ -40,17 +43,6 @@ Skin::Skin(const Tissue& tissue, const DeformBodies& bodies)
     first_vertex += body.proxy.vertices.size();
   }
   find_carriers();
-  const auto& faces = tissue.faces();
-  face_start_.assign(tissue.size() + 1, 0);
-  for (const Face& f : faces) {
-    for (const std::uint32_t slot : f) ++face_start_[slot + 1];
-  }
-  for (std::size_t i = 0; i < tissue.size(); ++i) face_start_[i + 1] += face_start_[i];
-  faces_of_slot_.resize(3 * faces.size());
-  auto next = face_start_;
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (const std::uint32_t slot : faces[f]) faces_of_slot_[next[slot]++] = f;
-  }
 }
 
 void Skin::add_lattices(const DeformBody& body) {
@@ -152,12 +144,12 @@ const Row& Skin::vertex_normal(std::uint32_t slot) {
   if (posed_[slot] == pose_) return normals_[slot];
   const Lanes* x = as_lanes(x_->data());
   Lanes sum{};
-  const std::uint32_t end = face_start_[slot + 1];
-  for (std::uint32_t k = face_start_[slot]; k < end; k += 4) {
-    const std::uint32_t count = std::min(end - k, 4u);
+  const std::span around = faces_of_slot_.of(slot);
+  for (std::size_t k = 0; k < around.size(); k += 4) {
+    const std::size_t count = std::min<std::size_t>(around.size() - k, 4);
     Lanes normal[4], squared{}, cosine{};
-    for (std::uint32_t i = 0; i < count; ++i) {
-      const Face& f = faces()[faces_of_slot_[k + i]];
+    for (std::size_t i = 0; i < count; ++i) {
+      const Face& f = faces()[around[k + i]];
       const int corner = f[0] == slot ? 0 : f[1] == slot ? 1 : 2;
       const Lanes u = x[f[(corner + 1) % 3]] - x[slot], v = x[f[(corner + 2) % 3]] - x[slot];
       normal[i] = cross(u, v);
@@ -165,7 +157,7 @@ const Row& Skin::vertex_normal(std::uint32_t slot) {
       cosine[i] = dot(u, v);
     }
     const Lanes share = shares(square_roots(squared), cosine);
-    for (std::uint32_t i = 0; i < count; ++i) sum += share[i] * normal[i];
+    for (std::size_t i = 0; i < count; ++i) sum += share[i] * normal[i];
   }
   set_normal(slot, sum);
   return normals_[slot];

@@ -10,6 +10,7 @@
 #include "deform/rows.h"
 #include "deform/smooth_nodes.h"
 #include "deform/tissue.h"
+#include "geometry/adjacency.h"
 
 namespace organbake::deform {
 
@@ -135,7 +136,7 @@ class Skin {
   std::vector<double> tallest_mm_;
   std::vector<double> lowest_mm_, highest_mm_;  // of each face's heights
   double tallest_of_all_mm_ = 0;
-  std::vector<std::uint32_t> face_start_, faces_of_slot_;
+  VertexFaces faces_of_slot_;
   const Rows* x_ = nullptr;
   Rows normals_;
   std::vector<std::uint32_t> posed_;

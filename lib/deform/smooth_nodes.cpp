@@ -16,16 +16,9 @@ void SmoothNodes::add(const DeformBody& body, const std::uint32_t* slot_of_verte
       carriers_.push_back({slot_of_vertex[skin.carrier[k]], skin.weight[k]});
     first_.push_back(static_cast<std::uint32_t>(carriers_.size()));
   }
-  std::vector<std::vector<std::uint32_t>> faces_of(skin.node_count());
-  for (const Face& f : smooth_skin_faces(body.proxy, skin.steps)) {
-    for (const std::uint32_t n : f)
-      faces_of[n].push_back(static_cast<std::uint32_t>(faces_.size()));
+  for (const Face& f : smooth_skin_faces(body.proxy, skin.steps))
     faces_.push_back({before + f[0], before + f[1], before + f[2]});
-  }
-  for (const auto& faces : faces_of) {
-    faces_of_node_.insert(faces_of_node_.end(), faces.begin(), faces.end());
-    face_start_.push_back(static_cast<std::uint32_t>(faces_of_node_.size()));
-  }
+  faces_of_ = VertexFaces(faces_, count());
   points_.resize(count());
   normals_.resize(count());
   posed_points_.assign(count(), 0);
@@ -56,8 +49,8 @@ const Row& SmoothNodes::point(std::uint32_t node) {
 const Row& SmoothNodes::normal(std::uint32_t node) {
   if (posed_normals_[node] != pose_) {
     Lanes sum{};
-    for (std::uint32_t k = face_start_[node]; k < face_start_[node + 1]; ++k) {
-      const Face& f = faces_[faces_of_node_[k]];
+    for (const std::uint32_t face : faces_of_.of(node)) {
+      const Face& f = faces_[face];
       const Lanes a = *as_lanes(&point(f[0])), b = *as_lanes(&point(f[1])),
                   c = *as_lanes(&point(f[2]));
       sum += cross(b - a, c - a);

@@ -7,6 +7,7 @@
 
 #include "deform/deform_body.h"
 #include "deform/rows.h"
+#include "geometry/adjacency.h"
 
 namespace organbake::deform {
 
@@ -33,9 +34,8 @@ class SmoothNodes {
  private:
   std::vector<std::uint32_t> first_ = {0};  // of each node's carriers, and the end
   std::vector<Carrier> carriers_;
-  std::vector<Face> faces_;                      // of nodes
-  std::vector<std::uint32_t> face_start_ = {0};  // of each node's faces, and the end
-  std::vector<std::uint32_t> faces_of_node_;
+  std::vector<Face> faces_;  // of nodes
+  VertexFaces faces_of_;
   const Rows* x_ = nullptr;
   Rows points_, normals_;
   std::vector<std::uint32_t> posed_points_, posed_normals_;  // in which pose

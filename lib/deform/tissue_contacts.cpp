@@ -25,6 +25,16 @@ double longest_edge(const Face& f, const Rows& x) {
       {(x[f[0]] - x[f[1]]).norm(), (x[f[1]] - x[f[2]]).norm(), (x[f[2]] - x[f[0]]).norm()});
 }
 
+bool farther_than(const Rows& a, const Rows& b, double limit) {
+  const Lanes* p = as_lanes(a.data());
+  const Lanes* q = as_lanes(b.data());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Lanes d = p[i] - q[i];
+    if (!(dot(d, d) <= limit * limit)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 TissueContacts::TissueContacts(Skin& skin, const Tissue& tissue, const ContactSearch& levers,

@@ -2,7 +2,9 @@
 #include "mechanics/dead_loads.h"
 
 #include <Eigen/Geometry>
-#include <set>
+#include <span>
+
+#include "geometry/adjacency.h"
 
 namespace organbake {
 namespace {
@@ -10,17 +12,7 @@ namespace {
 constexpr double kOnVertex = 0.5;
 constexpr std::size_t kHeldOut = 3;  // every so manieth
 
-std::vector<std::set<std::uint32_t>> neighbours_of(const TriangleMesh& mesh) {
-  std::vector<std::set<std::uint32_t>> neighbours(mesh.vertices.size());
-  for (const Face& f : mesh.faces) {
-    for (const std::uint32_t a : f)
-      for (const std::uint32_t b : f)
-        if (a != b) neighbours[a].insert(b);
-  }
-  return neighbours;
-}
-
-Eigen::VectorXd patch_weights(std::uint32_t vertex, const std::set<std::uint32_t>& ring,
+Eigen::VectorXd patch_weights(std::uint32_t vertex, std::span<const std::uint32_t> ring,
                               const std::vector<bool>& anchored) {
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(anchored.size()));
   for (const std::uint32_t n : ring) weights[n] = anchored[n] ? 0 : 1;
@@ -42,14 +34,14 @@ Eigen::MatrixXd columns(const std::vector<Eigen::VectorXd>& loads, Eigen::Index 
 DeadLoads patch_loads(const TriangleMesh& proxy, const std::vector<std::uint32_t>& anchors) {
   std::vector<bool> anchored(proxy.vertices.size(), false);
   for (const std::uint32_t a : anchors) anchored[a] = true;
-  const auto rings = neighbours_of(proxy);
+  const VertexNeighbours rings(proxy.faces, proxy.vertices.size());
   const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
   const auto rows = static_cast<Eigen::Index>(3 * proxy.vertices.size());
   std::vector<Eigen::VectorXd> fitted, held_out;
   std::size_t number = 0;
   for (std::uint32_t v = 0; v < proxy.vertices.size(); ++v) {
-    if (anchored[v] || rings[v].empty()) continue;
-    const Eigen::VectorXd weights = patch_weights(v, rings[v], anchored);
+    if (anchored[v] || rings.of(v).empty()) continue;
+    const Eigen::VectorXd weights = patch_weights(v, rings.of(v), anchored);
     auto& set = number++ % kHeldOut == kHeldOut - 1 ? held_out : fitted;
     const Eigen::Vector3d tangent = normals[v].unitOrthogonal();
     for (const Eigen::Vector3d& along :

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 namespace organbake {
 namespace {
@@ -69,18 +68,6 @@ Eigen::Vector3d closest_on_face(const FaceCorners& face, const Eigen::Vector3d& 
     }
   }
   return best;
-}
-
-VertexFaces::VertexFaces(const std::vector<Face>& faces, std::size_t vertex_count)
-    : first_(vertex_count + 1, 0), faces_(3 * faces.size()) {
-  for (const Face& face : faces) {
-    for (const std::uint32_t vertex : face) ++first_[vertex + 1];
-  }
-  std::partial_sum(first_.begin(), first_.end(), first_.begin());
-  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (const std::uint32_t vertex : faces[f]) faces_[next[vertex]++] = f;
-  }
 }
 
 }  // namespace organbake

@@ -3,8 +3,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
-#include <span>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
@@ -40,18 +38,5 @@ FaceCorners enlarged(const FaceCorners& face, double margin);
 // The point of the face that lies nearest (Ericson 2005, 5.1.5); faces without area are treated
 // as their longest edge, or as a point.
 Eigen::Vector3d closest_on_face(const FaceCorners& face, const Eigen::Vector3d& point);
-
-// Faces round each vertex, increasing.
-class VertexFaces {
- public:
-  VertexFaces(const std::vector<Face>& faces, std::size_t vertex_count);
-  std::span<const std::uint32_t> of(std::uint32_t vertex) const {
-    return {faces_.data() + first_[vertex], first_[vertex + 1] - first_[vertex]};
-  }
-
- private:
-  std::vector<std::uint32_t> first_;
-  std::vector<std::uint32_t> faces_;
-};
 
 }  // namespace organbake

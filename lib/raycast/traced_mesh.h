@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "geometry/adjacency.h"
 #include "geometry/triangle_mesh.h"
 #include "raycast/face_queries.h"
 

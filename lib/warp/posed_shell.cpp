@@ -22,17 +22,7 @@ PosedShell::PosedShell(ShellSurface shell)
       normals_(vertex_normals(posed_)),
       matrices_(shell_matrices(posed_)),
       two_sided_(posed_.faces.size(), 0),
-      face_start_(posed_.vertices.size() + 1, 0) {
-  for (const Face& face : posed_.faces) {
-    for (const std::uint32_t v : face) ++face_start_[v + 1];
-  }
-  for (std::size_t v = 0; v < posed_.vertices.size(); ++v) face_start_[v + 1] += face_start_[v];
-  faces_of_vertex_.resize(3 * posed_.faces.size());
-  std::vector<std::uint32_t> next = face_start_;
-  for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {
-    for (const std::uint32_t v : posed_.faces[f]) faces_of_vertex_[next[v]++] = f;
-  }
-}
+      faces_of_(posed_.faces, posed_.vertices.size()) {}
 
 void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
   if (proxy_positions == proxy_positions_) return;
@@ -40,8 +30,7 @@ void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
   shell_.pose(proxy_positions_, next_vertices_);
   std::swap(posed_.vertices, next_vertices_);
   const auto mark = [this](std::vector<std::uint8_t>& faces, std::uint32_t vertex) {
-    for (std::uint32_t k = face_start_[vertex]; k < face_start_[vertex + 1]; ++k)
-      faces[faces_of_vertex_[k]] = 1;
+    for (const std::uint32_t f : faces_of_.of(vertex)) faces[f] = 1;
   };
   // Moved vertices change their faces, those all their corners' normals, and these their faces.
   face_changed_.assign(posed_.faces.size(), 0);
@@ -68,8 +57,7 @@ void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
 // As vertex_normals() has it.
 void PosedShell::set_normal(std::uint32_t vertex) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::uint32_t k = face_start_[vertex]; k < face_start_[vertex + 1]; ++k) {
-    const std::uint32_t f = faces_of_vertex_[k];
+  for (const std::uint32_t f : faces_of_.of(vertex)) {
     const Face& face = posed_.faces[f];
     const int corner = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
     sum += corner_angle(posed_, f, corner) * face_normal(posed_, f);

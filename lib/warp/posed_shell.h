@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/adjacency.h"
 #include "geometry/shell_map.h"
 #include "geometry/shell_surface.h"
 
@@ -38,7 +39,7 @@ class PosedShell {
   std::vector<Eigen::Vector3d> normals_;  // by vertex
   std::vector<ShellMatrix> matrices_;
   std::vector<std::uint8_t> two_sided_;
-  std::vector<std::uint32_t> face_start_, faces_of_vertex_;  // in their order
+  VertexFaces faces_of_;
   std::vector<std::uint8_t> vertex_changed_, face_changed_;  // of scratch
 };
 

@@ -64,20 +64,5 @@ TEST(FaceQueries, FacesWithoutAreaAreSegmentsAndPoints) {
   EXPECT_EQ(closest_on_face(point, query), Eigen::Vector3d(1, 1, 1));
 }
 
-TEST(FaceQueries, VertexFacesListsEveryUseInOrder) {
-  const TriangleMesh mesh = sphere_mesh(1, 1);
-  const VertexFaces around(mesh.faces, mesh.vertices.size());
-  std::size_t uses = 0;
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    const auto faces = around.of(v);
-    uses += faces.size();
-    EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
-    for (const std::uint32_t f : faces) {
-      EXPECT_NE(std::find(mesh.faces[f].begin(), mesh.faces[f].end(), v), mesh.faces[f].end());
-    }
-  }
-  EXPECT_EQ(uses, 3 * mesh.faces.size());
-}
-
 }  // namespace
 }  // namespace organbake
