@@ -27,7 +27,6 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
       shine_(lighting),
       turns_(shell),
       shells_(shell_matrices(shell.at_rest())),
-      rest_shells_(shells_),
       rest_normals_(lattice_normals(layer, shell.at_rest())),
       places_(rest_normals_.size()),
       nodes_(rest_normals_.size()),
@@ -65,7 +64,7 @@ void RelitSkin::place_rest_nodes() {
     each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       const std::size_t at = first_node(f) + node;
       const Vector3d place =
-          shell_point(rest_shells_[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
+          shell_point(turns_.rest()[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
       auto& mixed = rest_nodes_[at].mixed;
       Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at].cast<float>();
       Eigen::Map<Vector3f>(mixed.data() + 3) = place.cast<float>();
@@ -133,8 +132,7 @@ void RelitSkin::light_face(std::uint32_t face) {
   });
 }
 
-// Where a view can see gloss: on faces with a node whose normal is near enough
-// to half-way.
+// Where a view can see gloss: on faces with a node whose normal is near enough to half-way.
 bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
   const std::size_t first = first_node(face);
   for (std::size_t at = first; at < first + lattice_.nodes_per_face(); ++at) {
@@ -143,9 +141,8 @@ bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
   return false;
 }
 
-// Each pixel's lattice triangle: the one that holds its place, or the nearest
-// for a place outside the face. By its nodes, and the weights of the second and
-// the third.
+// Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
+// the face. By its nodes, and the weights of the second and the third.
 struct RelitSkin::Triangles {
   alignas(32) std::int32_t corner[kStretch], below[kStretch], beside[kStretch];
   alignas(32) float along[kStretch], down[kStretch];
@@ -167,8 +164,7 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
     const std::int32_t j = cell_v < steps - 1 - i ? cell_v : steps - 1 - i;
     const float along = in_unit(u - static_cast<float>(i));
     const float down = in_unit(v - static_cast<float>(j));
-    // The quad's other triangle, from its far corner; on the face's long edge
-    // there is none.
+    // The quad's other triangle, from its far corner; on the face's long edge there is none.
     const bool beyond = along + down > 1, other = beyond & (i + j + 2 <= steps);
     const float scale = beyond ? 1 / (along + down) : 1;
     out.along[k] = other ? 1 - down : scale * along;
@@ -193,6 +189,14 @@ void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const Triangles& t,
   }
 }
 
+// One number of the posts over a stretch; posts that are not among them get another one.
+void RelitSkin::spread(const MixedNodes& mixed, int number, float elsewhere, const SkinPixels& skin,
+                       const LitStretch& stretch, float* plane) {
+  std::fill_n(plane, kStretch, elsewhere);
+  for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
+  stretch.mix(plane);
+}
+
 void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
                       const StretchColors& colors) const {
   if (skin.count == 0) return;
@@ -200,31 +204,25 @@ void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
   find_triangles(skin, triangles);
   MixedNodes mixed;
   mix_nodes(nodes_, triangles, skin.count, mixed);
-  const auto spread = [&](int number, float elsewhere, float* plane) {
-    std::fill_n(plane, kStretch, elsewhere);
-    for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
-    stretch.mix(plane);
-  };
   for (int c = 0; c < 3; ++c) {
     alignas(64) float gain[kStretch];
-    spread(c, 1, gain);
+    spread(mixed, c, 1, skin, stretch, gain);
     float* const plane = colors.planes[c];
     for (int i = 0; i < colors.count; ++i) plane[i] *= gain[i];
   }
   if (from_scope_) {
     ScopeSkin scope_skin;
-    for (int c = 0; c < 3; ++c) spread(3 + c, 0, scope_skin.normals.of[c]);
+    for (int c = 0; c < 3; ++c) spread(mixed, 3 + c, 0, skin, stretch, scope_skin.normals.of[c]);
     return light_scope(skin, triangles, stretch, scope_skin, colors);
   }
   const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
   if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
   SkinDirections normals;
-  for (int c = 0; c < 3; ++c) spread(3 + c, 0, normals.of[c]);
+  for (int c = 0; c < 3; ++c) spread(mixed, 3 + c, 0, skin, stretch, normals.of[c]);
   add_gloss(normals, colors);
 }
 
-// Where skin lies at rest is asked for only where gloss may show: the relief is
-// bound to it.
+// Where skin lies at rest is asked for only where gloss may show: the relief is bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
                             const LitStretch& stretch, ScopeSkin& scope_skin,
                             const StretchColors& colors) const {
@@ -237,15 +235,10 @@ void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
   if (!shine_.light(scope_skin, colors, lit)) return;
   MixedNodes mixed;
   mix_nodes(rest_nodes_, triangles, skin.count, mixed);
-  const auto spread = [&](int number, float* plane) {
-    std::fill_n(plane, kStretch, 0.0f);
-    for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
-    stretch.mix(plane);
-  };
   ScopeSkinAtRest at_rest;
   for (int c = 0; c < 3; ++c) {
-    spread(c, at_rest.normals.of[c]);
-    spread(3 + c, at_rest.places_mm.of[c]);
+    spread(mixed, c, 0, skin, stretch, at_rest.normals.of[c]);
+    spread(mixed, 3 + c, 0, skin, stretch, at_rest.places_mm.of[c]);
   }
   shine_.add_gloss(lit, scope_skin, at_rest, colors);
 }

@@ -19,18 +19,15 @@
 
 namespace organbake {
 
-// How the light on the deformed skin differs from the light that its colours
-// were taken in. A colour is intensity microstructure × the macro surface's
-// shading at rest; so the shading of the deformed macro surface over that at
-// rest, times the colour, is the skin lit anew:
-//   gain(n', n) = diffuse(n') / diffuse(n) per channel, and gloss is added for
-//   the eye.
-// The macro surface is the base layer's lattice; its smooth normals n turn with
-// the proxy, smoothly over its edges (SkinTurns). No shadows: a fold's own
-// shade stays as it was baked.
+// How the light on the deformed skin differs from the light that its colours were taken in. A
+// colour is intensity microstructure × the macro surface's shading at rest; so the shading of the
+// deformed macro surface over that at rest, times the colour, is the skin lit anew:
+//   gain(n', n) = diffuse(n') / diffuse(n) per channel, and gloss is added for the eye.
+// The macro surface is the base layer's lattice; its smooth normals n turn with the proxy, smoothly
+// over its edges (SkinTurns). No shadows: a fold's own shade stays as it was baked.
 //
-// By the light at the scope the gain is 1 / diffuse(n), which leaves the
-// albedo, and ScopeShine lights that by the pixel.
+// By the light at the scope the gain is 1 / diffuse(n), which leaves the albedo, and ScopeShine
+// lights that by the pixel.
 class RelitSkin {
  public:
   // The layer is the shell's own.
@@ -83,6 +80,8 @@ class RelitSkin {
   template <class AnyNode>
   static void mix_nodes(const std::vector<AnyNode>& nodes, const Triangles& triangles, int count,
                         MixedNodes& out);
+  static void spread(const MixedNodes& mixed, int number, float elsewhere, const SkinPixels& skin,
+                     const LitStretch& stretch, float* plane);
   void add_gloss(const SkinDirections& normals, const StretchColors& colors) const;
   void light_scope(const SkinPixels& skin, const Triangles& triangles, const LitStretch& stretch,
                    ScopeSkin& scope_skin, const StretchColors& colors) const;
@@ -95,7 +94,7 @@ class RelitSkin {
   ScopeShine shine_;
   bool from_scope_ = false;
   SkinTurns turns_;
-  std::vector<ShellMatrix> shells_, rest_shells_;     // by face, world
+  std::vector<ShellMatrix> shells_;                   // by face, world
   std::vector<Eigen::Vector3d> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;

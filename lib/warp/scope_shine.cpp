@@ -267,10 +267,6 @@ ORGANBAKE_WIDE void gloss_pixels(const GlossPlanes& in, const Wave* waves,
   }
 }
 
-}  // namespace
-
-namespace {
-
 bool any_shows(const float* shows, unsigned count) {
   return std::any_of(shows, shows + count, [](float share) { return share > 0; });
 }

@@ -28,6 +28,9 @@ class SkinTurns {
 
   explicit SkinTurns(const ShellSurface& shell);
 
+  // The shell's matrices at rest, by face.
+  const std::vector<ShellMatrix>& rest() const { return rest_; }
+
   // Takes the shell's matrices as they are now, changed[f] of each that is not as it was the last
   // time (the first time: at rest); sets turned[f] of each face where C changed since then.
   void place(const std::vector<ShellMatrix>& deformed, const std::vector<std::uint8_t>& changed,
