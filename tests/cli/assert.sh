@@ -39,6 +39,16 @@ expect_equal() { [ "$1" = "$2" ] || fail "'$1' is not '$2'"; }
 leftovers() { find "$1" -name '*.tmp-*' 2>/dev/null; }
 checksums() { (cd "$1" && find . -type f | sort | xargs sha256sum); }
 
+# The documented code, one clear sentence, and nothing left behind at "made".
+refused() {  # CODE TEXT COMMAND…
+  local code=$1 text=$2
+  shift 2
+  expect "$code" "$@" --quiet
+  expect_err "$text"
+  expect_sentence
+  expect_gone made
+}
+
 # A phantom that bakes in a fraction of a second, and a recipe for it.
 small_phantom() {
   expect 0 organbake phantom -o "$1" --size 40,40,16 --photos 3 --photo-size 96 \

@@ -4,15 +4,6 @@
 source "$(dirname "$0")/assert.sh"
 small_phantom p
 
-refused() {  # CODE TEXT COMMAND…
-  local code=$1 text=$2
-  shift 2
-  expect "$code" "$@" --quiet
-  expect_err "$text"
-  expect_sentence
-  expect_gone made
-}
-
 mkdir empty texts
 echo "just words" >texts/a.txt
 echo "more words" >texts/b.txt

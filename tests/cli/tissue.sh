@@ -5,15 +5,6 @@ source "$(dirname "$0")/assert.sh"
 organplay() { "$BIN/organplay" "$@"; }
 small_phantom p
 
-refused() {  # CODE TEXT COMMAND…
-  local code=$1 text=$2
-  shift 2
-  expect "$code" "$@" --quiet
-  expect_err "$text"
-  expect_sentence
-  expect_gone made
-}
-
 bake() {  # BUNDLE ARGUMENT…
   local bundle=$1
   shift
