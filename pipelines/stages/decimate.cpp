@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "decimate/decimate.h"
 
+#include <cmath>
+
 #include "core/error.h"
 #include "core/text.h"
 #include "decimate/faces_for_tool.h"
@@ -13,26 +15,27 @@
 namespace organbake {
 namespace {
 
-std::size_t face_budget(const TriangleMesh& surface, const DecimateStageOptions& asked,
-                        const RunContext& context) {
-  if (!asked.faces) {
-    const std::size_t faces = faces_for_tool(surface, asked.tool_radius_mm);
-    context.info("faces = auto: " + std::to_string(faces) + ", which a tip of " +
-                 to_text(asked.tool_radius_mm) + " mm can dent");
-    return faces;
-  }
-  const auto faces = static_cast<std::size_t>(*asked.faces);
-  if (double(faces) != *asked.faces)
-    throw UsageError("faces = " + to_text(*asked.faces) + ": take a whole number, or auto");
+std::size_t whole(double faces) {
+  if (faces != std::floor(faces))
+    throw UsageError("faces = " + to_text(faces) + ": take a whole number, or auto");
+  return static_cast<std::size_t>(faces);
+}
+
+std::size_t auto_faces(const TriangleMesh& surface, double tool_radius_mm,
+                       const RunContext& context) {
+  const std::size_t faces = faces_for_tool(surface, tool_radius_mm);
+  context.info("faces = auto: " + std::to_string(faces) + ", which a tip of " +
+               to_text(tool_radius_mm) + " mm can dent");
   return faces;
 }
 
 StageReport run(const StageCall& call) {
   const auto asked = resolved_options<DecimateStageOptions>(call.options_json);
-  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
   DecimateOptions options = asked.decimate;
-  options.faces = face_budget(surface, asked, call.context);
+  if (asked.faces) options.faces = whole(*asked.faces);
   options.check();
+  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
+  if (!asked.faces) options.faces = auto_faces(surface, asked.tool_radius_mm, call.context);
   const DecimateSummary summary = decimate(surface, options, call.context);
   write_ply(call.output_folder / "proxy.ply", summary.proxy);
 
