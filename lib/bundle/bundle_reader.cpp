@@ -69,8 +69,7 @@ void check_texels(const CameraMaps& maps, std::size_t face_count, const std::str
 }  // namespace
 
 std::size_t shell_face_count(const Bundle& bundle) {
-  const std::size_t steps = bundle.skin ? bundle.skin->steps : 1;
-  return bundle.proxy.faces.size() * steps * steps;
+  return bundle.proxy.faces.size() * (bundle.skin ? bundle.skin->faces_per_proxy_face() : 1);
 }
 
 BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {

@@ -117,9 +117,8 @@ std::string lighting_to_json(const Lighting& lighting) {
 Lighting lighting_from_json(const std::string& text, const std::string& name) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
-  const bool for_scope =
-      document["schema"].json() == kScopeSchema;  // else it has to be the first schema
-  document.require_schema(for_scope ? kScopeSchema : kLightingSchema);
+  document.require_schema({kLightingSchema, kScopeSchema});
+  const bool for_scope = document["schema"].text() == kScopeSchema;
   Lighting lighting;
   const JsonField ambient = document["ambient"];
   lighting.ambient_above = light_from(ambient["above"]);

@@ -27,9 +27,7 @@ class ShellSurface {
   // How far from it (mm) the points of a surface it was made for may lie, with much to spare.
   double reach_mm() const;
   // How many of its faces lie over each of the proxy's, one after the other.
-  std::size_t faces_per_proxy_face() const {
-    return skin_ ? std::size_t(skin_->steps) * skin_->steps : 1;
-  }
+  std::size_t faces_per_proxy_face() const { return skin_ ? skin_->faces_per_proxy_face() : 1; }
 
  private:
   TriangleMesh proxy_;

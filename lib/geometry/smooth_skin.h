@@ -24,7 +24,7 @@ struct SmoothSkin {
   std::vector<double> weight;          // of each carrier
 
   std::size_t node_count() const { return first.empty() ? 0 : first.size() - 1; }
-  bool empty() const { return first.empty(); }
+  std::size_t faces_per_proxy_face() const { return std::size_t{steps} * steps; }
 };
 
 // Makes each node's weights sum to 1 to rounding, whatever they were stored in: the largest takes

@@ -39,10 +39,6 @@ const std::vector<Eigen::Vector3d>& positions_of(const Player& player, std::size
   return player.proxy_positions(organ);
 }
 
-}  // namespace
-
-namespace {
-
 std::optional<DrawnLight> light_for(EmbeddedPlayer::Options::Light light) {
   using Light = EmbeddedPlayer::Options::Light;
   if (light == Light::baked) return DrawnLight::baked;

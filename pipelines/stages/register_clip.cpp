@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "core/file_ending.h"
 #include "formats/camera_files.h"
 #include "image/png.h"
 #include "registration/overlay.h"
@@ -27,11 +28,8 @@ std::string frame_name(const fs::path& video, std::size_t index) {
 }  // namespace
 
 bool is_video(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   constexpr std::array kVideos = {".mp4", ".m4v", ".mkv", ".avi", ".mov", ".webm", ".mpg", ".mpeg"};
-  return std::find(kVideos.begin(), kVideos.end(), extension) != kVideos.end();
+  return std::find(kVideos.begin(), kVideos.end(), lower_ending(path)) != kVideos.end();
 }
 
 std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipToTrack& clip,
