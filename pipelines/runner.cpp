@@ -40,8 +40,15 @@ StageCall make_call(const Step& step, const fs::path& folder, const RunContext& 
                     const std::vector<StepResult>& earlier) {
   StageCall call{step.options_json, {}, folder, context};
   for (const InputSource& input : step.inputs) {
-    call.inputs[input.name] =
-        input.given.empty() ? earlier[input.step].entry.folder / input.file : input.given;
+    if (!input.given.empty()) {
+      call.inputs[input.name] = input.given;
+      continue;
+    }
+    const StepResult& maker = earlier[input.step];
+    const fs::path made = maker.entry.folder / input.file;
+    const StageOutput* output = maker.step->stage->output(input.name);
+    if (output && output->may_be_missing && !fs::exists(made)) continue;
+    call.inputs[input.name] = made;
   }
   return call;
 }

@@ -45,6 +45,8 @@ std::string input_of_many(const StageInput& input, std::size_t index,
 struct StageOutput {
   std::string artifact;  // what later stages ask for
   std::string file;      // in the stage's output folder
+  // Not every run can tell it; later stages then do without.
+  bool may_be_missing = false;
 };
 
 // What a stage tells about its run: key figures (no times, no paths: they go into bundles) and

@@ -91,6 +91,7 @@ struct ShadeStageOptions {
   int sharpest = 1;
   bool from_previous = true;
   bool strict = false;
+  bool keep_light = false;  // in surface.ply's colours
 
   // Throws UsageError.
   void resolve();

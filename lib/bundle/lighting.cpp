@@ -97,6 +97,8 @@ Vector3d Lighting::glossy(const Vector3d& normal, const Vector3d& toward_eye) co
   return light;
 }
 
+std::vector<Lighting::Lobe> wet_gloss() { return {{5, 1500}, {0.05, 150}}; }
+
 std::string lighting_to_json(const Lighting& lighting) {
   Json lamps = Json::array(), gloss = Json::array();
   for (const Lighting::Lamp& lamp : lighting.lamps)

@@ -64,6 +64,10 @@ struct Lighting {
   Eigen::Vector3d glossy(const Eigen::Vector3d& normal, const Eigen::Vector3d& toward_eye) const;
 };
 
+// A film of water on serosa: a lobe as narrow as a scope's light is wide (about 4° at 80 mm), of
+// more than full exposure, and a faint wide one of the tissue's own roughness.
+std::vector<Lighting::Lobe> wet_gloss();
+
 inline constexpr const char* kLightingFile = "lighting.json";  // in a bundle
 
 // Schema 1 where there is nothing of schema 2: a light at the scope, or a finish.

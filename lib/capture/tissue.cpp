@@ -9,10 +9,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// A film of water on serosa: a lobe as narrow as a scope's light is wide (about
-// 4° at 80 mm), of more than full exposure, and a faint wide one of the
-// tissue's own roughness.
-const std::vector<Lighting::Lobe> kWet = {{5, 1500}, {0.05, 150}};
+const std::vector<Lighting::Lobe> kWet = wet_gloss();
 const std::vector<Lighting::Lobe> kMoist = {{1.6, 700}, {0.05, 40}};
 
 // Red light goes farthest below the surface before it comes out again.

@@ -139,15 +139,20 @@ PosedCamera LaparoscopyPhantom::camera(int frame) const {
 }
 
 LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
-  const int width = options_.width, height = options_.height;
-  LaparoscopyFrame result{
-      Rgb8Image(width, height),
-      camera(index),
-      Plane(width, height, INFINITY),
-      std::vector<Eigen::Vector3f>(std::size_t(width) * height, Eigen::Vector3f(0, 0, -1)),
-      Mask(width, height),
-      Mask(width, height)};
-  const PosedCamera& view = result.camera;
+  return picture(camera(index), static_cast<std::uint64_t>(index) + 1);
+}
+
+LaparoscopyFrame LaparoscopyPhantom::picture(const PosedCamera& view,
+                                             std::uint64_t noise_stream) const {
+  const int width = view.intrinsics.width, height = view.intrinsics.height;
+  const std::size_t count = std::size_t(width) * height;
+  LaparoscopyFrame result{Rgb8Image(width, height),
+                          view,
+                          Plane(width, height, INFINITY),
+                          std::vector<Eigen::Vector3f>(count, Eigen::Vector3f(0, 0, -1)),
+                          std::vector<Eigen::Vector3f>(count, Eigen::Vector3f::Zero()),
+                          Mask(width, height),
+                          Mask(width, height)};
   const Eigen::Matrix3d world_from_camera = view.camera_from_world.rotation.transpose();
   const Vector3d eye = view.center_world_mm();
   const Vector3d light = eye + world_from_camera * Vector3d(options_.light_offset_x_mm, 0, 0);
@@ -155,7 +160,7 @@ LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const std::size_t k = result.depth_mm.index(x, y);
-      RandomStream random(options_.seed + 1000 * (index + 1), k);
+      RandomStream random(options_.seed + 1000 * noise_stream, k);
       const double u = (x + 0.5) / width, v = (y + 0.5) / height;
       const double stop = std::hypot((u - 0.5) * width, (v - 0.5) * height) / (0.48 * height);
       if (options_.round_view && stop > 1) continue;
@@ -181,7 +186,9 @@ LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
             0.5 + 0.25 * (albedo_factor(2.3 * point) - 1) / std::max(options_.texture, 1e-9), 4);
         const double glint = options_.texture > 0 ? 4 * mirror * spots : mirror;
         const Vector3d tissue = tissue_color(point);
-        color = tissue * (lit * albedo_factor(point)) + Vector3d::Constant(glint);
+        const Vector3d albedo = tissue * albedo_factor(point);
+        color = lit * albedo + Vector3d::Constant(glint);
+        result.albedo[k] = albedo.cast<float>();
         result.depth_mm.values[k] = static_cast<float>(z);
         result.normals[k] = (view.camera_from_world.rotation * normal).cast<float>();
         result.highlights.values[k] = glint > 0.5 * tissue.x() * lit;

@@ -33,6 +33,7 @@ struct LaparoscopyFrame {
   PosedCamera camera;
   Plane depth_mm;  // planar z of the tissue; +inf outside the view and under the instrument
   std::vector<Eigen::Vector3f> normals;  // camera axes, towards the camera
+  std::vector<Eigen::Vector3f> albedo;   // linear, of the tissue; zero elsewhere
   Mask highlights;                       // mirror reflection as bright as half the diffuse light
   Mask instrument;
 };
@@ -46,6 +47,8 @@ class LaparoscopyPhantom {
 
   PosedCamera camera(int frame) const;
   LaparoscopyFrame frame(int index) const;
+  // From any pose and lens, its light with it; noise differs from stream to stream.
+  LaparoscopyFrame picture(const PosedCamera& view, std::uint64_t noise_stream) const;
   // The height field and its slopes at world x, y (mm).
   double height_mm(double x_mm, double y_mm) const;
 

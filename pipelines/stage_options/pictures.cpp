@@ -81,6 +81,9 @@ void bind(OptionList& list, ShadeStageOptions& o) {
            {.help =
                 "keep all relief, also where the picture does not support it (verdict doubtful); "
                 "else depth there is near flat"})
+      .add("keep_light", &o.keep_light,
+           {.help = "leave the scope's light and its highlights in the surface's colours; else "
+                    "they are divided out, and the player lights the tissue anew"})
       .add("strict", &o.strict, {.help = "exit code 3 unless every frame's verdict is ok"})
       .add("mesh_frame", &o.mesh_frame,
            {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",

@@ -7,10 +7,12 @@
 #include "core/text.h"
 #include "formats/photo.h"
 #include "geometry/ply.h"
+#include "image/png.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 #include "pipelines/stages/shade_clip.h"
 #include "pipelines/stages/shade_source.h"
+#include "shading/frame_albedo.h"
 
 namespace organbake {
 namespace {
@@ -91,18 +93,43 @@ void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& opt
                                  : ""));
 }
 
+// The colours of the surface: the frame's own, or its tissue's with the light that belongs to it.
+Rgb8Image surface_color(const KeyFrame& key, const ShadeStageOptions& options, double mm_per_unit,
+                        const StageCall& call, StageReport& report) {
+  const bool at_lens = options.shading.model == ShadingModel::laparoscope;
+  if (options.keep_light || !at_lens) {
+    report.skipped.push_back(
+        {"dividing the light out of the colours",
+         options.keep_light ? "keep_light is on" : "a light from afar is no endoscope's lamp"});
+    return key.frame.color;
+  }
+  const LaparoscopeOptions& lamp = options.shading.laparoscope;
+  FrameAlbedo albedo = divide_light_out(key.frame, *key.depth, lamp, mm_per_unit);
+  write_png(call.output_folder / "albedo.png", albedo.color, 6);
+  write_file_atomically(call.output_folder / kLightingFile,
+                        lighting_to_json(laparoscope_lighting(lamp)));
+  report.add("albedo_reference_mm", albedo.reference_mm);
+  report.add("falloff_in_frame", albedo.falloff_before);
+  report.add("falloff_in_albedo", albedo.falloff_left);
+  report.add("cosine_in_frame", albedo.cosine_before);
+  report.add("cosine_in_albedo", albedo.cosine_left);
+  return std::move(albedo.color);
+}
+
 // The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.
 void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const StageCall& call,
                    StageReport& report) {
   constexpr double kAssumedRange_mm = 60;
   Plane depth = key.depth->depth;
+  const double mm_per_unit = key.depth->metric ? 1 : kAssumedRange_mm;
+  const Rgb8Image color = surface_color(key, options, mm_per_unit, call, report);
   if (!key.depth->metric) {
     for (float& z : depth.values) z *= static_cast<float>(kAssumedRange_mm);
     call.context.warn(
         "the depth is relative; surface.ply has its median at an assumed 60 mm "
         "(give --range-mm or --albedo)");
   }
-  const TriangleMesh mesh = mesh_from_depth(depth, key.frame.color, key.frame.camera, options.mesh);
+  const TriangleMesh mesh = mesh_from_depth(depth, color, key.frame.camera, options.mesh);
   write_ply(call.output_folder / "surface.ply", mesh);
   report.add("surface_frame", key.record.index);
   report.add("surface_faces", mesh.faces.size());

@@ -22,6 +22,17 @@ expect 0 organbake inspect s/surface.ply --json
 python3 -c 'import json; f = json.load(open("out"))["report"]["figures"] if "report" in json.load(open("out")) else json.load(open("out")); assert 30 < f["lowest_corner_mm"][2] < 70, f' \
   || fail "the surface does not lie where the range says"
 
+# The surface has the tissue's own colour, with the light that it is seen in beside it; or the frame's.
+[ -s s/albedo.png ] && [ -s s/lighting.json ] || fail "the light was not divided out"
+python3 - <<END || fail "light is left in the albedo"
+import json
+f = json.load(open("s/report.json"))["figures"]
+assert abs(f["falloff_in_albedo"]) < 0.5 * abs(f["falloff_in_frame"]), f
+END
+expect 0 organbake shade p/frames p/cameras.json --halvings 0 --range-mm 55 --keep-light -o lit
+[ ! -e lit/albedo.png ] && [ ! -e lit/lighting.json ] || fail "a light is told that was kept"
+cmp -s lit/surface.ply s/surface.ply && fail "--keep-light changes nothing"
+
 # The same bytes for any number of threads.
 expect 0 organbake shade p/frames p/cameras.json --halvings 0 --range-mm 55 --threads 1 --force -o t
 expect_same s t
@@ -76,6 +87,9 @@ place: {count: 3, size: 64, cone_axis: [0, 0, -1], cone_angle: 0.3}
 END
 expect 0 organbake bake r.yaml -o bundle
 expect 0 organbake verify bundle
+grep -q '"scope"' bundle/lighting.json || fail "the clip's bundle has no light at the scope"
+expect 0 organbake bake r.yaml --set shade.keep_light=true -o kept_bundle
+[ ! -e kept_bundle/lighting.json ] || fail "a bundle whose light was kept has one to light it by"
 expect 0 "$BIN/organplay" bundle --view 0,0 --size 96x96 -o view.png
 
 # Videos that ffmpeg makes: whole, cut, empty, of changing size.

@@ -221,6 +221,7 @@ void run_shading_suite(Bench& bench) {
   distant_light(bench);
   light_direction(bench);
   promise_clips(bench);
+  promise_relit(bench);
   promise_stability(bench);
 }
 

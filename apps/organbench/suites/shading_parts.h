@@ -12,6 +12,9 @@ inline constexpr const char* kRangeError = "relative depth error, mean, one scal
 // The phantom's laparoscopy against its truth, tissues of two albedos, and a real clip's rate.
 void promise_clips(Bench& bench);
 
+// The phantom's laparoscopy with its light divided out, lit anew from views aside.
+void promise_relit(Bench& bench);
+
 // How little harmless changes of a picture change its depth.
 void promise_stability(Bench& bench);
 

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The light divided out of a frame, against the phantom's own albedo.
+#include "shading/frame_albedo.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+#include "image/srgb.h"
+#include "phantom/laparoscopy.h"
+#include "shading/box_mean.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kAlbedo_db = 28;     // below, what is lit anew shows the light that was
+constexpr double kGlintsLeft = 0.02;  // of the highlights' light, where they were
+
+struct AlbedoErrors {
+  double psnr_db = 0;      // encoded, on tissue that counts, after one scale
+  double glints_left = 0;  // of the highlights' light: what stands above the true albedo
+};
+
+Eigen::Vector3d linear_at(const Rgb8Image& image, std::size_t k) {
+  const auto& table = linear_from_srgb8();
+  return {table[image.pixels[3 * k]], table[image.pixels[3 * k + 1]],
+          table[image.pixels[3 * k + 2]]};
+}
+
+// What makes one picture most like another where tissue counts: least squares in linear light.
+template <class Want, class Have>
+double scale_of(const PreparedFrame& frame, const LaparoscopyFrame& truth, const Want& want,
+                const Have& have) {
+  double both = 0, own = 0;
+  for (std::size_t k = 0; k < frame.counts.size(); ++k) {
+    if (!frame.counts.values[k] || truth.highlights.values[k]) continue;
+    const Eigen::Vector3d found = have(k);
+    both += found.dot(want(k));
+    own += found.squaredNorm();
+  }
+  return both / own;
+}
+
+// cos / r² of the true surface.
+double light_at(const LaparoscopyFrame& truth, std::size_t k) {
+  const int width = truth.image.width;
+  const Eigen::Vector2d pixel(static_cast<double>(k % width) + 0.5,
+                              static_cast<double>(k / width) + 0.5);
+  const Eigen::Vector3d point =
+      double(truth.depth_mm.values[k]) * unproject(truth.camera.intrinsics, pixel);
+  return -truth.normals[k].cast<double>().dot(point.normalized()) / point.squaredNorm();
+}
+
+AlbedoErrors errors_of(const FrameAlbedo& albedo, const PreparedFrame& frame,
+                       const LaparoscopyFrame& truth) {
+  const auto true_albedo = [&](std::size_t k) -> Eigen::Vector3d {
+    return truth.albedo[k].cast<double>();
+  };
+  const double scale = scale_of(frame, truth, true_albedo,
+                                [&](std::size_t k) { return linear_at(albedo.color, k); });
+  const double full = scale_of(
+      frame, truth, [&](std::size_t k) { return linear_at(frame.color, k); },
+      [&](std::size_t k) -> Eigen::Vector3d { return true_albedo(k) * light_at(truth, k); });
+  // The albedo's own error, which is slow, is not the highlights'.
+  Plane error(frame.counts.width, frame.counts.height);
+  Mask plain = frame.counts;
+  for (std::size_t k = 0; k < error.size(); ++k) {
+    plain.values[k] = plain.values[k] && !truth.highlights.values[k];
+    error.values[k] =
+        static_cast<float>((scale * linear_at(albedo.color, k) - true_albedo(k)).mean());
+  }
+  const Plane error_around = box_mean(error, plain, error.width / 20);
+  double squares = 0, count = 0, left = 0, glints = 0;
+  for (std::size_t k = 0; k < frame.counts.size(); ++k) {
+    const Eigen::Vector3d want = truth.albedo[k].cast<double>();
+    if (!frame.tissue.values[k] || want.isZero(0)) continue;
+    const Eigen::Vector3d found = scale * linear_at(albedo.color, k);
+    if (truth.highlights.values[k]) {
+      // Signed: what is filled in is off by the texture it cannot know, up as often as down.
+      const double light = full * light_at(truth, k);
+      left += light * double(error.values[k] - error_around.values[k]);
+      glints += (linear_at(frame.color, k) - light * want).mean();
+      continue;
+    }
+    if (!frame.counts.values[k]) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double off = srgb_from_linear(static_cast<float>(std::clamp(found[c], 0.0, 1.0))) -
+                         srgb_from_linear(static_cast<float>(want[c]));
+      squares += off * off;
+      ++count;
+    }
+  }
+  return {10 * std::log10(count / squares), left / std::max(glints, 1e-9)};
+}
+
+FrameAlbedo albedo_of(const LaparoscopyFrame& truth, PreparedFrame& frame) {
+  frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
+  return divide_light_out(frame, shade_frame(frame, {}), {}, 1);
+}
+
+TEST(FrameAlbedo, IsThePhantomsAndHoldsNoHighlights) {
+  double glints_left = 0;
+  constexpr int kSeeds = 4;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const LaparoscopyPhantom phantom(
+        {.seed = std::uint64_t(seed), .frames = 2, .two_tissues = seed % 2 == 0});
+    const LaparoscopyFrame truth = phantom.frame(1);
+    PreparedFrame frame;
+    const FrameAlbedo albedo = albedo_of(truth, frame);
+    const AlbedoErrors errors = errors_of(albedo, frame, truth);
+    EXPECT_GE(errors.psnr_db, kAlbedo_db) << "seed " << seed;
+    glints_left += std::abs(errors.glints_left) / kSeeds;
+    // A second tissue is brighter where it stands out towards the light: only one tissue tells.
+    if (!(seed % 2)) continue;
+    EXPECT_GT(albedo.falloff_before, 0.7);
+    EXPECT_LT(std::abs(albedo.falloff_left), 0.25);
+    EXPECT_LT(std::abs(albedo.cosine_left), 0.5 * albedo.cosine_before);
+  }
+  EXPECT_LE(glints_left, kGlintsLeft);
+}
+
+// What is baked is what a player needs to show the frame again.
+TEST(FrameAlbedo, UnderItsLightIsTheFrame) {
+  const LaparoscopyFrame truth = LaparoscopyPhantom({.frames = 1, .light_offset_x_mm = 5}).frame(0);
+  const PreparedFrame frame = prepare_frame(truth.image, truth.camera.intrinsics, {});
+  ShadingOptions options;
+  options.range_mm = 55;
+  options.laparoscope.light_offset_x_mm = 5;
+  options.laparoscope.beam_exponent = 2;
+  const FrameDepth depth = shade_frame(frame, options);
+  const FrameAlbedo albedo = divide_light_out(frame, depth, options.laparoscope, 1);
+  const ScopeLight scope = laparoscope_lighting(options.laparoscope).scope.value();
+  EXPECT_NEAR(std::tan(scope.beam_half_angle_rad), 1, 1e-12);  // cos² is the same beam
+  int compared = 0;
+  for (int y = 40; y < 440; y += 40)
+    for (int x = 100; x < 540; x += 40) {
+      const std::size_t k = frame.counts.index(x, y);
+      if (!frame.counts.values[k] || truth.highlights.values[k]) continue;
+      const Eigen::Vector3d point =
+          double(depth.depth.values[k]) * unproject(frame.camera, {x + 0.5, y + 0.5});
+      const Eigen::Vector3d toward = scope.offset_mm - point;
+      const double cosine = depth.normals[k].cast<double>().dot(toward.normalized());
+      const double beam = toward.z() * toward.z() / toward.squaredNorm();
+      const double light =
+          albedo.reference_mm * albedo.reference_mm / toward.squaredNorm() * beam * cosine;
+      // Of eight bits, and of a highlight's glow that was taken out.
+      const Eigen::Vector3d lit = light * linear_at(albedo.color, k);
+      compared += (lit - linear_at(frame.color, k)).cwiseAbs().maxCoeff() < 0.01;
+    }
+  EXPECT_GT(compared, 60);
+}
+
+TEST(FrameAlbedo, OfNothingButHighlightsIsRefused) {
+  PreparedFrame frame;
+  frame.color = Rgb8Image(32, 24);
+  frame.camera = assumed_camera(32, 24, 1.2);
+  frame.tissue = Mask(32, 24, 1);
+  frame.counts = Mask(32, 24, 0);
+  frame.highlights = Mask(32, 24, 1);
+  FrameDepth depth;
+  depth.depth = Plane(32, 24, 50);
+  depth.normals.assign(32 * 24, Eigen::Vector3f(0, 0, -1));
+  EXPECT_THROW(divide_light_out(frame, depth, {}, 1), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake
