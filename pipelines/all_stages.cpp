@@ -120,7 +120,7 @@ std::vector<Stage> describe() {
        .make_options = make_options<RegisterStageOptions>,
        .single_file = true},
       {.name = "capture",
-       .version = 9,
+       .version = 10,
        .summary = "bake depth, colour and microstructure for each virtual camera",
        .inputs = {surface,
                   {"proxy", InputKind::mesh, "the proxy"},

@@ -97,7 +97,7 @@ Vector3d Lighting::glossy(const Vector3d& normal, const Vector3d& toward_eye) co
   return light;
 }
 
-std::vector<Lighting::Lobe> wet_gloss() { return {{5, 1500}, {0.05, 150}}; }
+std::vector<Lighting::Lobe> wet_gloss() { return {{6, 900}, {0.05, 150}}; }
 
 std::string lighting_to_json(const Lighting& lighting) {
   Json lamps = Json::array(), gloss = Json::array();

@@ -27,7 +27,7 @@ const Vector3d kSoft(0.25, 0.12, 0.1);
 // Deviations of mottles and grain of the liver are those of (a), too: 13 % in
 // red, 28 % in green.
 TissueLook liver() {
-  return {.albedo = {0.170f, 0.036f, 0.038f},  // (a)
+  return {.albedo = {0.160f, 0.040f, 0.041f},  // (a), by hue as it is drawn
           .tint = {0.0f, 0.05f, 0.11f},
           .mottle = 0.14,
           .mottle_mm = 8,
@@ -36,7 +36,7 @@ TissueLook liver() {
           .large = {{0.32f, 0.16f, 0.14f}, 16, 0.5, 0.12, 0.35},  // fibres of the capsule
           .small = {{0.11f, 0.016f, 0.018f}, 5, 0.45, 0.35, 0.45},
           .gloss = kWet,
-          .finish = {0.15, 1.5, kSoft, 0.12}};
+          .finish = {0.16, 1.6, kSoft, 0.12}};
 }
 
 TissueLook gallbladder() {
