@@ -44,6 +44,15 @@ StageReport inspect_bundle(const fs::path& folder) {
   report.add("bytes", bytes);
   report.add("proxy_vertices", bundle.proxy.vertices.size());
   report.add("proxy_faces", bundle.proxy.faces.size());
+  report.add("skin", bundle.skin ? "smooth, carried by the proxy" : "flat prisms over the proxy");
+  if (bundle.skin) {
+    const ShellSurface shell = bundle.shell();
+    report.add("skin_faces", shell.at_rest().faces.size());
+    report.add("skin_edge_mm", mean_edge_length(shell.at_rest()));
+  }
+  report.add("light", !bundle.lighting         ? "as baked; none is known"
+                      : bundle.lighting->scope ? "at the scope"
+                                               : "fixed in the world");
   report.add("springs", bundle.mechanics.springs.size());
   report.add("anchors", bundle.mechanics.anchors.size());
   report.add("cameras", bundle.cameras.cameras.size());

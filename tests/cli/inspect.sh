@@ -16,6 +16,8 @@ expect_out "closed_manifold         true"
 expect 0 organbake inspect b
 expect_out "cameras                 4"
 expect_out "map_size                48,48"
+expect_out "skin                    smooth, carried by the proxy"
+expect_out "light                   fixed in the world"
 expect 0 organbake inspect b/cam_000/depth.exr
 expect_out "channels                Y,Z"
 expect 0 organbake inspect b/cameras.json
