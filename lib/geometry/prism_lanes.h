@@ -11,7 +11,7 @@
 namespace organbake {
 
 // Some points, a lane each: neighbours in a map lie over the same few faces.
-inline constexpr std::size_t kLanes = 4;
+inline constexpr std::size_t kPrismLanes = 4;
 using Lanes [[gnu::vector_size(32)]] = double;
 using LaneMask [[gnu::vector_size(32)]] = std::int64_t;  // −1: yes
 struct LanePoints {

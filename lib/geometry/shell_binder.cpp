@@ -59,7 +59,7 @@ struct ShellBinder::Impl {
   }
   // Of the cell that holds the point; a number beyond all where none does.
   std::size_t cell_of(const Eigen::Vector3d& point) const;
-  // Up to kLanes points.
+  // Up to kPrismLanes points.
   void bind_some(std::span<const Eigen::Vector3d> points, std::span<ShellBinding> bindings) const;
   // The bindings of the lanes `asked`, all in one cell.
   void search(std::size_t cell, const LanePoints& points, const LaneMask& asked,
@@ -196,7 +196,7 @@ void ShellBinder::Impl::bind_some(std::span<const Eigen::Vector3d> points,
                                   std::span<ShellBinding> bindings) const {
   LanePoints lanes;
   LaneMask cell, waiting;
-  for (std::size_t k = 0; k < kLanes; ++k) {
+  for (std::size_t k = 0; k < kPrismLanes; ++k) {
     const Eigen::Vector3d& point = points[std::min(k, points.size() - 1)];
     lanes.x[k] = point.x(), lanes.y[k] = point.y(), lanes.z[k] = point.z();
     cell[k] = static_cast<std::int64_t>(cell_of(point));
@@ -231,7 +231,7 @@ void ShellBinder::Impl::search(std::size_t cell, const LanePoints& points, const
 
 void ShellBinder::Impl::bind_alone(std::uint32_t face, const LanePoints& points,
                                    const LaneMask& asked, LaneBindings& best) const {
-  for (std::size_t k = 0; k < kLanes; ++k) {
+  for (std::size_t k = 0; k < kPrismLanes; ++k) {
     if (!asked[k]) continue;
     const Eigen::Vector3d point(points.x[k], points.y[k], points.z[k]);
     const PrismCubic::Roots roots = cubics[face].heights(point, best.least_height[k]);
@@ -279,8 +279,8 @@ ShellBinding ShellBinder::bind(const Eigen::Vector3d& point) const {
 
 void ShellBinder::bind(std::span<const Eigen::Vector3d> points,
                        std::span<ShellBinding> bindings) const {
-  for (std::size_t first = 0; first < points.size(); first += kLanes) {
-    const std::size_t count = std::min(kLanes, points.size() - first);
+  for (std::size_t first = 0; first < points.size(); first += kPrismLanes) {
+    const std::size_t count = std::min(kPrismLanes, points.size() - first);
     impl_->bind_some(points.subspan(first, count), bindings.subspan(first, count));
   }
 }
