@@ -15,7 +15,7 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "virtual cameras, evenly spread", .min = 1, .max = 256})
       .add("coverage", &o.goal.share,
            {.help = "instead of a count: the fewest cameras that see this share of the reachable "
-                    "area; 0 = go by count",
+                    "area, 0.5…1; 0 = go by count",
             .min = 0,
             .max = 1})
       .add("overlap", &o.goal.overlap,
@@ -39,7 +39,7 @@ void bind(OptionList& list, PlaceStageOptions& o) {
             .min = 64,
             .max = 65536})
       .add("size", &o.placement.map_size,
-           {.help = "of their maps, square", .unit = "px", .min = 16, .max = 8192})
+           {.help = "of their maps, square", .unit = "px", .min = 8, .max = 16384})
       .add("field_of_view", &o.placement.field_of_view_rad,
            {.help = "of each camera", .unit = "rad", .min = 0.01, .max = 2.5})
       .add("margin", &o.placement.margin,
@@ -62,9 +62,9 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "n×n rays are averaged for a texel's colour; 0: 1 where it hardly changes "
                     "within a texel, or else 2",
             .min = 0,
-            .max = 8})
+            .max = 16})
       .add("base_step", &o.capture.base_step_mm,
-           {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.05, .max = 100})
+           {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.01, .max = 1000})
       .add(
           "skin_edge", &o.skin_edge_mm,
           {.help = "about how long the edges of the smooth skin are that the proxy carries; 0 = no "

@@ -65,7 +65,7 @@ void bind(OptionList& list, ShadeStageOptions& o) {
             .max = 2.8})
       .add("texture", &o.shading.laparoscope.texture,
            {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
-      .add("iterations", &o.shading.iterations, {.help = "of Tsai–Shah", .min = 1, .max = 100000})
+      .add("iterations", &o.shading.iterations, {.help = "of Tsai–Shah", .min = 1, .max = 1000000})
       .add("every", &o.selection.every, {.help = "take one frame in N", .min = 1, .max = 1000000})
       .add("sharpest", &o.sharpest,
            {.help = "take the sharpest frame of each K", .min = 1, .max = 100000})
