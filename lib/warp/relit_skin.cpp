@@ -27,14 +27,17 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
       shine_(lighting),
       turns_(shell),
       shells_(shell_matrices(shell.at_rest())),
-      rest_normals_(lattice_normals(layer, shell.at_rest())),
-      places_(rest_normals_.size()),
-      nodes_(rest_normals_.size()),
       turned_(layer.face_count, 0),
       shines_(layer.face_count, 0),
       to_place_(layer.face_count, 1),
       to_light_(layer.face_count, 1) {
-  for (const Vector3d& normal : rest_normals_) rest_light_.push_back(light_on(normal));
+  for (const Vector3d& normal : lattice_normals(layer, shell.at_rest())) {
+    rest_normals_.push_back(normal.cast<float>());
+    // Of the very number that light_face() asks for at rest: to the bit, nothing is lit anew there.
+    rest_light_.push_back(light_on(rest_normals_.back().cast<double>()));
+  }
+  places_.resize(rest_normals_.size());
+  nodes_.resize(rest_normals_.size());
 }
 
 void RelitSkin::turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved) {
@@ -66,7 +69,7 @@ void RelitSkin::place_rest_nodes() {
       const Vector3d place =
           shell_point(turns_.rest()[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
       auto& mixed = rest_nodes_[at].mixed;
-      Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at].cast<float>();
+      Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at];
       Eigen::Map<Vector3f>(mixed.data() + 3) = place.cast<float>();
     });
   });
@@ -115,19 +118,25 @@ Vector3f RelitSkin::light_on(const Vector3d& normal) const {
 
 void RelitSkin::light_face(std::uint32_t face) {
   const std::uint32_t n = lattice_.steps;
+  const float step = 1 / static_cast<float>(n);
   const bool at_rest = turns_.at_rest(face);
+  const SkinTurns::OnFace turns = turns_.on(face);
   turned_[face] = from_scope_;
   each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
     const std::size_t at = first_node(face) + node;
-    Vector3d normal = rest_normals_[at];
+    Vector3f normal = rest_normals_[at];
     if (!at_rest) {
-      const auto turn = turns_.at(face, double(i) / n, double(j) / n);
+      const SkinTurns::FloatTurn turn =
+          turns.at(step * static_cast<float>(i), step * static_cast<float>(j));
       normal = (turn * normal).eval().head<3>().normalized();
     }
-    const Vector3f light = from_scope_ ? Vector3f::Ones().eval() : light_on(normal);
-    const Vector3f gain = light.cwiseQuotient(rest_light_[at]);
+    nodes_[at].normal() = normal;
+    if (from_scope_) {
+      nodes_[at].gain() = rest_light_[at].cwiseInverse().cwiseMin(kLargestGain);
+      return;
+    }
+    const Vector3f gain = light_on(normal.cast<double>()).cwiseQuotient(rest_light_[at]);
     nodes_[at].gain() = gain.cwiseMin(kLargestGain);
-    nodes_[at].normal() = normal.cast<float>();
     turned_[face] |= nodes_[at].gain() != Vector3f::Ones();
   });
 }

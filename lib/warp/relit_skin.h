@@ -95,7 +95,7 @@ class RelitSkin {
   bool from_scope_ = false;
   SkinTurns turns_;
   std::vector<ShellMatrix> shells_;                   // by face, world
-  std::vector<Eigen::Vector3d> rest_normals_;         // by node, unit
+  std::vector<Eigen::Vector3f> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;
   std::vector<RestNode> rest_nodes_;  // once the light at the scope was asked for

@@ -138,19 +138,21 @@ bool SkinTurns::at_rest(std::uint32_t face) const {
                      [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
 }
 
-SkinTurns::Turn SkinTurns::at(std::uint32_t face, double b1, double b2) const {
-  const std::array<double, kCorners> b = {1 - b1 - b2, b1, b2};
-  const auto turn = [&](int place) -> const Turn& {
-    return knots_[knots_of_face_[face][place]].turn;
-  };
-  Turn sum = Turn::Zero();
-  if (places_ == kCorners) {
-    for (int k = 0; k < kCorners; ++k) sum += b[k] * turn(k);
-    return sum;
-  }
+SkinTurns::OnFace SkinTurns::on(std::uint32_t face) const {
+  OnFace on;
+  on.places_ = places_;
+  for (int place = 0; place < places_; ++place)
+    on.turns_[place] = knots_[knots_of_face_[face][place]].turn.cast<float>();
+  return on;
+}
+
+SkinTurns::FloatTurn SkinTurns::OnFace::at(float b1, float b2) const {
+  const std::array<float, kCorners> b = {1 - b1 - b2, b1, b2};
+  if (places_ == kCorners) return b[0] * turns_[0] + b[1] * turns_[1] + b[2] * turns_[2];
+  FloatTurn sum = FloatTurn::Zero();
   for (int k = 0; k < kCorners; ++k) {
-    sum += b[k] * (2 * b[k] - 1) * turn(k);
-    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turn(kCorners + k);
+    sum += b[k] * (2 * b[k] - 1) * turns_[k];
+    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turns_[kCorners + k];
   }
   return sum;
 }

@@ -25,6 +25,7 @@ class SkinTurns {
  public:
   // Each column in a register of its own: the fourth row is zero.
   using Turn = Eigen::Matrix<double, 4, 3>;
+  using FloatTurn = Eigen::Matrix<float, 4, 3>;
 
   explicit SkinTurns(const ShellSurface& shell);
 
@@ -38,8 +39,18 @@ class SkinTurns {
 
   // Whether a face's normals are those at rest, to the bit.
   bool at_rest(std::uint32_t face) const;
-  // C where the face has the barycentric coordinates b1, b2.
-  Turn at(std::uint32_t face, double b1, double b2) const;
+  // C over a face, gathered once for all of its nodes.
+  class OnFace {
+   public:
+    // Where it has the barycentric coordinates b1, b2.
+    FloatTurn at(float b1, float b2) const;
+
+   private:
+    friend class SkinTurns;
+    int places_ = 0;
+    std::array<FloatTurn, 6> turns_;
+  };
+  OnFace on(std::uint32_t face) const;
 
  private:
   // A face's view of a knot: 0…2 are its corners, 3…5 the middles of the edges opposite to them.

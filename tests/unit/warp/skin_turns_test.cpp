@@ -34,6 +34,12 @@ void place(SkinTurns& turns, const TriangleMesh& posed, std::vector<std::uint8_t
   turns.place(shell_matrices(posed), std::vector<std::uint8_t>(posed.faces.size(), 1), turned);
 }
 
+constexpr double kFloatRounding = 1e-6;  // of entries about 1, a few products and sums
+
+Matrix3d turn_at(const SkinTurns& turns, std::uint32_t face, double b1, double b2) {
+  return turns.on(face).at(float(b1), float(b2)).topRows<3>().cast<double>();
+}
+
 TEST(SkinTurns, ATurnedProxyTurnsItsNormals) {
   const Matrix3d turn = Eigen::AngleAxisd(0.8, Vector3d(1, 2, -1).normalized()).matrix();
   TriangleMesh proxy = with_sliver(ball());
@@ -44,7 +50,7 @@ TEST(SkinTurns, ATurnedProxyTurnsItsNormals) {
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
     EXPECT_TRUE(turned[f]);
     EXPECT_FALSE(turns.at_rest(f));
-    EXPECT_LT((turns.at(f, 0.2, 0.5).topRows<3>() - turn).norm(), 1e-12);
+    EXPECT_LT((turn_at(turns, f, 0.2, 0.5) - turn).norm(), kFloatRounding);
   }
 }
 
@@ -65,7 +71,7 @@ TEST(SkinTurns, AKnotBetweenCollapsedFacesTurnsWithTheOthers) {
   place(turns, proxy, turned);
   for (std::uint32_t f = 0; f < proxy.faces.size(); ++f) {
     for (const auto& [b1, b2] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.5, 0.5}, {0.3, 0.3}})
-      EXPECT_LT((turns.at(f, b1, b2).topRows<3>() - turn).norm(), 1e-12) << "face " << f;
+      EXPECT_LT((turn_at(turns, f, b1, b2) - turn).norm(), kFloatRounding) << "face " << f;
   }
 }
 
@@ -97,7 +103,7 @@ TEST(SkinTurns, NormalsAreContinuousOverEdges) {
       if (rest.faces[f][k] == a) at[k] = 1 - share;
       if (rest.faces[f][k] == b) at[k] = share;
     }
-    return turns.at(f, at[1], at[2]);
+    return turn_at(turns, f, at[1], at[2]);
   };
   int shared = 0;
   for (std::uint32_t f = 0; f < rest.faces.size(); ++f) {
@@ -111,7 +117,7 @@ TEST(SkinTurns, NormalsAreContinuousOverEdges) {
       for (const double share : {0.0, 0.3, 0.5, 1.0}) {
         EXPECT_LT(
             (along(f, common[0], common[1], share) - along(g, common[0], common[1], share)).norm(),
-            1e-12);
+            kFloatRounding);
       }
     }
   }
@@ -132,7 +138,7 @@ TEST(SkinTurns, ASliverHardlyTurnsTheSkinAboutIt) {
   const auto sliver = static_cast<std::uint32_t>(rest.faces.size() - 1);
   for (const std::uint32_t f : {0u, sliver - 1, sliver}) {
     for (const auto& [b1, b2] : {std::pair(0.0, 0.0), {0.5, 0.0}, {0.5, 0.5}, {0.3, 0.3}}) {
-      const Vector3d normal = (turns.at(f, b1, b2).topRows<3>() * outward).normalized();
+      const Vector3d normal = (turn_at(turns, f, b1, b2) * outward).normalized();
       EXPECT_LT(std::acos(normal.dot(outward)), kMostTurn) << "face " << f;
     }
   }
