@@ -38,7 +38,7 @@ struct RepairSummary {
 };
 
 // Makes a manifold, outward surface of what people's programs export: drops degenerate and
-// duplicate faces, walls inside the organ and fins outside (by what rays from outside see), parts
+// duplicate faces, cuts edges at vertices that lie on them (T-junctions), walls inside the organ and fins outside (by what rays from outside see), parts
 // solids that touch along an edge or at a vertex, turns faces that are wound against their
 // neighbours, drops islands, closes small holes; and where that leaves no manifold, or many
 // tunnels, wraps the surface (alpha wrapping, Portaneri et al. 2022) and pulls the wrap back onto
