@@ -17,6 +17,9 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* kWhenChanged =
+    "; bake the bundle anew, or, where you edited a map yourself, take it over by "
+    "'organbake reseal'";
 constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26;
 
 // Throws for what the system doesn't let us look at.
@@ -105,14 +108,12 @@ std::vector<std::byte> BundleReader::read(const std::string& file) const {
   const std::uint64_t size = fs::file_size(path);
   if (size != entry->bytes) {
     throw BadDataError(path, "is " + std::to_string(size) + " bytes, the manifest says " +
-                                 std::to_string(entry->bytes));
+                                 std::to_string(entry->bytes) + kWhenChanged);
   }
   std::vector<std::byte> bytes = read_file(path);
   if (sha256_hex(bytes) != entry->sha256) {
-    throw BadDataError(
-        path,
-        "does not match its SHA-256 in the manifest; bake the bundle anew, or, where "
-        "you edited a map yourself, take it over by 'organbake reseal'");
+    throw BadDataError(path,
+                       std::string("does not match its SHA-256 in the manifest") + kWhenChanged);
   }
   return bytes;
 }
