@@ -47,9 +47,9 @@ class VerticesByX {
     const double length = along.norm();
     std::vector<std::pair<double, std::uint32_t>> found;
     if (!(length > 2 * within_mm)) return found;
-    const auto first = std::lower_bound(
-        vertices_.begin(), vertices_.end(), std::min(a.x(), b.x()) - within_mm,
-        [&](std::uint32_t v, double x) { return mesh_.vertices[v].x() < x; });
+    const auto first =
+        std::lower_bound(vertices_.begin(), vertices_.end(), std::min(a.x(), b.x()) - within_mm,
+                         [&](std::uint32_t v, double x) { return mesh_.vertices[v].x() < x; });
     for (auto v = first; v != vertices_.end(); ++v) {
       const Eigen::Vector3d& p = mesh_.vertices[*v];
       if (p.x() > std::max(a.x(), b.x()) + within_mm) break;

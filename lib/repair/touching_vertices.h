@@ -11,8 +11,8 @@ namespace organbake {
 std::size_t drop_slivers(TriangleMesh& mesh, double within_mm);
 
 // Cuts faces at open edges on which vertices of other open edges lie (T-junctions), to within_mm:
-// the edges then meet and the slit between them is gone. Colours and vertices stay. Returns how many
-// edges were cut.
+// the edges then meet and the slit between them is gone. Colours and vertices stay. Returns how
+// many edges were cut.
 std::size_t cut_at_touching_vertices(TriangleMesh& mesh, double within_mm);
 
 }  // namespace organbake
