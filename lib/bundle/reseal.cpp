@@ -4,7 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <optional>
+#include <initializer_list>
 
 #include "core/error.h"
 #include "core/sha256.h"

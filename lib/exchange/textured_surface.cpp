@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <unordered_map>
 
@@ -14,7 +15,6 @@
 #include "exchange/base_surface.h"
 #include "exchange/charts.h"
 #include "exchange/packing.h"
-#include "geometry/mesh_checks.h"
 
 namespace organbake {
 namespace {
@@ -22,22 +22,19 @@ namespace {
 constexpr int kMargin = 4;  // texels round each chart: two levels of a mip map keep charts apart
 constexpr int kSideStep = 256, kLargestFoundSide = 4096;
 
-// The closest point's blend of the fine surface's vertex normals.
-Eigen::Vector3d fine_normal(const FineSurface& fine, const Eigen::Vector3d& place) {
-  return fine.at(place).normal;
-}
+struct FlatBox {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300), high = -low;
+};
 
-std::vector<Eigen::Vector2d> flat_corners(const TriangleMesh& mesh, const Chart& chart,
-                                          Eigen::Vector2d& low, Eigen::Vector2d& high) {
-  std::vector<Eigen::Vector2d> corners;
-  low = Eigen::Vector2d::Constant(1e300), high = -low;
+FlatBox flat_box(const TriangleMesh& mesh, const Chart& chart) {
+  FlatBox box;
   for (const std::uint32_t face : chart.faces)
     for (const std::uint32_t vertex : mesh.faces[face]) {
-      corners.push_back(chart.flat(mesh.vertices[vertex]));
-      low = low.cwiseMin(corners.back());
-      high = high.cwiseMax(corners.back());
+      const Eigen::Vector2d at = chart.flat(mesh.vertices[vertex]);
+      box.low = box.low.cwiseMin(at);
+      box.high = box.high.cwiseMax(at);
     }
-  return corners;
+  return box;
 }
 
 // In texels of the atlas; the scale is in texels a millimetre.
@@ -52,10 +49,9 @@ Layout laid_out(const TriangleMesh& mesh, const std::vector<Chart>& charts, int 
   std::vector<Eigen::Vector2d> sizes, lows;
   double largest_mm = 1e-9;
   for (const Chart& chart : charts) {
-    Eigen::Vector2d low, high;
-    flat_corners(mesh, chart, low, high);
-    lows.push_back(low);
-    sizes.push_back(high - low);
+    const FlatBox box = flat_box(mesh, chart);
+    lows.push_back(box.low);
+    sizes.push_back(box.high - box.low);
     largest_mm = std::max(largest_mm, sizes.back().maxCoeff());
   }
   Layout layout;
@@ -162,7 +158,7 @@ TexturedMesh textured_surface(const Bundle& bundle, const TexturedSurfaceOptions
   TexturedMesh result;
   result.vertices = mesh.vertices;
   for (const Eigen::Vector3d& vertex : mesh.vertices)
-    result.normals.push_back(fine_normal(fine, vertex));
+    result.normals.push_back(fine.at(vertex).normal);
   lay_flat(mesh, charts, layout, result);
   result.roughness = roughness_of(bundle.lighting);
   context.progress(0.5);

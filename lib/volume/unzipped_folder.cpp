@@ -3,8 +3,8 @@
 
 #include <minizip/unzip.h>
 
+#include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 

@@ -59,8 +59,8 @@ std::vector<std::string> label_lines(const std::filesystem::path& path, const Vo
   return lines;
 }
 
-// A second's work; organs of CTs have fewer.
-constexpr std::size_t kMostFacesToIntersect = 300000;
+// Some two seconds' work; most organs of CTs have fewer.
+constexpr std::size_t kMostFacesToIntersect = 200000;
 
 void describe(const TriangleMesh& mesh, StageReport& report) {
   const MeshTopology topology = analyse_topology(mesh);
