@@ -135,6 +135,9 @@ struct CaptureStageOptions {
 enum class ExportFormat { gltf, colmap, transforms, obj };
 struct ExportOptions {
   ExportFormat format = ExportFormat::gltf;
+  std::size_t faces = 10000;      // of gltf and obj; 0: all of the base layer's
+  std::optional<double> texture;  // side in texels; none: 2048 for gltf, as the maps for obj
+  bool albedo = false;            // colours freed from the light that they were baked in
 };
 
 struct BundleOptions {

@@ -14,6 +14,7 @@ int run_plan(const Arguments& arguments, Session& session);
 int run_inspect(const Arguments& arguments, Session& session);
 int run_export(const Arguments& arguments, Session& session);
 int run_report(const Arguments& arguments, Session& session);
+int run_reseal(const Arguments& arguments, Session& session);
 int run_verify(const Arguments& arguments, Session& session);
 int run_schema(const Arguments& arguments, Session& session);
 int run_doctor(const Arguments& arguments, Session& session);

@@ -20,7 +20,7 @@ int run_export(const Arguments& arguments, Session& session) {
   options.add("output", &output, {.help = "-o: the folder to write"}).append(own);
   const auto words = session.read_command(
       arguments, "export BUNDLE --format FORMAT -o DIR",
-      "Writes a bundle's proxy, cameras and pictures for other programs.", options, 1);
+      "Writes a bundle's surface, cameras and pictures for other programs.", options, 1);
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake export' needs a bundle");
   if (output.empty()) throw UsageError("-o is missing: where shall the export go?");

@@ -61,6 +61,7 @@ StageReport inspect_bundle(const fs::path& folder) {
   report.add("vpm_triangles", bundle.cameras.manifold.triangles.size());
   report.add("base_layer_steps", bundle.base.steps);
   report.add("has_surface", reader.has("surface.ply"));
+  if (!reader.manifest().edited.empty()) report.add("edited_files", reader.manifest().edited);
   return report;
 }
 

@@ -23,6 +23,7 @@ constexpr Verb kVerbs[] = {
     {"export", "write a bundle for other programs: glTF, COLMAP, NeRF, OBJ", run_export},
     {"inspect", "tell what a file or folder holds", run_inspect},
     {"verify", "check a bundle, a document or a recipe", run_verify},
+    {"reseal", "take over maps of a bundle that were edited by hand", run_reseal},
     {"schema", "print the JSON Schema of a document", run_schema},
     {"doctor", "check this installation", run_doctor},
 };

@@ -34,7 +34,8 @@ struct Manifest {
   std::string recipe_json;  // the resolved recipe, an echo without paths of the machine
   std::vector<std::pair<std::string, std::string>> input_hashes;  // role → SHA-256
   std::vector<std::pair<std::string, std::uint64_t>> seeds;
-  std::vector<BundleFile> files;  // every file but the manifest, in byte order of path
+  std::vector<BundleFile> files;    // every file but the manifest, in byte order of path
+  std::vector<std::string> edited;  // paths that were changed by hand since the bake
 };
 
 // The maps of one virtual camera, rows top first, all of the camera's size.
@@ -78,12 +79,17 @@ ChannelImage micro_image(const CameraMaps& maps);
 class BundleReader {
  public:
   explicit BundleReader(std::filesystem::path folder);
+  // Against another manifest than the one that lies there.
+  BundleReader(std::filesystem::path folder, Manifest manifest)
+      : folder_(std::move(folder)), manifest_(std::move(manifest)) {}
 
   const std::filesystem::path& folder() const { return folder_; }
   const Manifest& manifest() const { return manifest_; }
   bool has(const std::string& file) const;
   // The checked bytes of one listed file.
   std::vector<std::byte> read(const std::string& file) const;
+  // Whatever lies there under its name.
+  std::vector<std::byte> read_unchecked(const std::string& file) const;
 
   // Everything but the maps (they stay empty).
   Bundle read_frame() const;

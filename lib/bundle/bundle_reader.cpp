@@ -17,6 +17,9 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* kWhenChanged =
+    "; bake the bundle anew, or, where you edited a map yourself, take it over by "
+    "'organbake reseal'";
 constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26;
 
 // Throws for what the system doesn't let us look at.
@@ -36,6 +39,12 @@ const BundleFile* listed(const Manifest& manifest, const std::string& file) {
       manifest.files.begin(), manifest.files.end(), file,
       [](const BundleFile& entry, const std::string& path) { return entry.path < path; });
   return found != manifest.files.end() && found->path == file ? &*found : nullptr;
+}
+
+// A link could lead out of the bundle, whatever the path says.
+void check_is_file(const fs::path& path) {
+  if (fs::is_regular_file(fs::symlink_status(path))) return;
+  throw BadDataError(path, "is missing or not a regular file");
 }
 
 void check_size(const ChannelImage& image, const Intrinsics& camera, const std::string& name) {
@@ -85,22 +94,26 @@ BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
 
 bool BundleReader::has(const std::string& file) const { return listed(manifest_, file) != nullptr; }
 
+std::vector<std::byte> BundleReader::read_unchecked(const std::string& file) const {
+  const fs::path path = folder_ / file;
+  check_is_file(path);
+  return read_file(path);
+}
+
 std::vector<std::byte> BundleReader::read(const std::string& file) const {
   const BundleFile* entry = listed(manifest_, file);
   if (!entry) throw BadDataError(folder_ / "manifest.json", "does not list '" + file + "'");
   const fs::path path = folder_ / file;
-  // A link could lead out of the bundle, whatever the path says.
-  if (!fs::is_regular_file(fs::symlink_status(path))) {
-    throw BadDataError(path, "is missing or not a regular file");
-  }
+  check_is_file(path);
   const std::uint64_t size = fs::file_size(path);
   if (size != entry->bytes) {
     throw BadDataError(path, "is " + std::to_string(size) + " bytes, the manifest says " +
-                                 std::to_string(entry->bytes));
+                                 std::to_string(entry->bytes) + kWhenChanged);
   }
   std::vector<std::byte> bytes = read_file(path);
   if (sha256_hex(bytes) != entry->sha256) {
-    throw BadDataError(path, "does not match its SHA-256 in the manifest; bake the bundle anew");
+    throw BadDataError(path,
+                       std::string("does not match its SHA-256 in the manifest") + kWhenChanged);
   }
   return bytes;
 }

@@ -86,6 +86,7 @@ std::string manifest_to_json(const Manifest& manifest) {
   json["inputs_sha256"] = inputs;
   json["seeds"] = seeds;
   json["files"] = files;
+  if (!manifest.edited.empty()) json["edited"] = manifest.edited;
   json[std::string(kSealKey)] = std::string(kSha256Digits, '0');
   std::string text = json_text(json);
   const std::size_t position = seal_position(text);
@@ -115,6 +116,10 @@ Manifest manifest_from_json(const std::string& text, const std::string& name) {
     if (i > 0 && manifest.files[i - 1].path >= manifest.files[i].path) {
       files.at(i).fail("files must be listed once, in byte order of their paths");
     }
+  }
+  if (const auto edited = document.find("edited")) {
+    for (std::size_t i = 0; i < edited->size(); ++i)
+      manifest.edited.push_back(edited->at(i).text());
   }
   check_seal(text, document);
   return manifest;

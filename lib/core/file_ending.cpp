@@ -23,8 +23,8 @@ bool is_frame_name(const std::filesystem::path& file) {
 }
 
 bool is_mesh_name(const std::filesystem::path& file) {
-  constexpr std::string_view kEndings[] = {".ply", ".obj", ".stl", ".off",
-                                           ".vtk", ".vtp", ".glb", ".gltf"};
+  constexpr std::string_view kEndings[] = {".ply", ".obj", ".stl", ".off", ".vtk",
+                                           ".vtp", ".vtu", ".glb", ".gltf"};
   return std::find(std::begin(kEndings), std::end(kEndings), lower_ending(file)) !=
          std::end(kEndings);
 }

@@ -49,35 +49,14 @@ void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
   }
 }
 
-// Loops of border edges; each vertex of a manifold's border begins one of its edges.
-std::size_t count_boundary_loops(const TriangleMesh& mesh,
-                                 const std::vector<std::uint32_t>& twins) {
-  std::vector<std::uint32_t> next(mesh.vertices.size(), kNoTwin);
-  for (std::uint32_t h = 0; h < twins.size(); ++h) {
-    if (twins[h] == kNoTwin) next[mesh.faces[h / 3][h % 3]] = mesh.faces[h / 3][(h + 1) % 3];
-  }
-  std::size_t loops = 0;
-  for (std::uint32_t& start : next) {
-    if (start == kNoTwin) continue;
-    ++loops;
-    for (std::uint32_t* at = &start; *at != kNoTwin;) {
-      std::uint32_t* following = &next[*at];
-      *at = kNoTwin;
-      at = following;
-    }
-  }
-  return loops;
-}
-
 void describe_topology(DecimateSummary& summary) {
   const MeshTopology topology = analyse_topology(summary.proxy);
   summary.closed_manifold = topology.closed_manifold();
   summary.components = topology.components;
   summary.self_intersecting_faces = self_intersecting_faces(summary.proxy).size();
   summary.genus = -1;
-  const auto twins = edge_twins(summary.proxy.faces, summary.proxy.vertices.size());
-  if (!twins) return;
-  summary.boundary_loops = count_boundary_loops(summary.proxy, *twins);
+  if (!edge_twins(summary.proxy.faces, summary.proxy.vertices.size())) return;
+  summary.boundary_loops = topology.boundary_loops;
   // χ = 2 components − 2 genus − loops
   summary.genus = (2 * static_cast<long>(topology.components) -
                    static_cast<long>(summary.boundary_loops) - topology.euler_characteristic) /

@@ -105,7 +105,9 @@ bool is_json(const std::string& text) {
 }
 
 CameraSet colmap_model(const fs::path& path) {
-  return read_colmap_text(fs::is_directory(path) ? path : path.parent_path());
+  if (!fs::is_directory(path)) return read_colmap_text(path.parent_path());
+  const fs::path sparse = path / "sparse" / "0";
+  return read_colmap_text(fs::exists(sparse / "cameras.txt") ? sparse : path);
 }
 
 CameraSet cameras_of(const Json& json, const std::string& text, const fs::path& path) {

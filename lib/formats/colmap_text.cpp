@@ -83,6 +83,23 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
   return lenses;
 }
 
+constexpr int kPlaceDigits = 5, kPixelDigits = 3;
+
+// For each image its X, Y, POINT3D_ID triples, in the order of the points.
+std::vector<std::string> sighting_lines(std::size_t images,
+                                        const std::vector<SparsePoint>& points) {
+  std::vector<std::string> lines(images);
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    for (const SparsePoint::Sighting& seen : points[p].seen) {
+      std::string& line = lines.at(seen.image);
+      if (!line.empty()) line += " ";
+      line += to_text(seen.pixel.x(), kPixelDigits) + " " + to_text(seen.pixel.y(), kPixelDigits) +
+              " " + std::to_string(p + 1);
+    }
+  }
+  return lines;
+}
+
 }  // namespace
 
 CameraSet read_colmap_text(const fs::path& folder) {
@@ -126,7 +143,8 @@ std::string colmap_cameras_text(const CameraSet& set) {
   return text;
 }
 
-std::string colmap_images_text(const CameraSet& set) {
+std::string colmap_images_text(const CameraSet& set, const std::vector<SparsePoint>& points) {
+  const std::vector<std::string> sightings = sighting_lines(set.cameras.size(), points);
   std::string text = "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME, then its points\n";
   for (std::size_t i = 0; i < set.cameras.size(); ++i) {
     const RigidTransform& pose = set.cameras[i].camera_from_world;
@@ -136,11 +154,28 @@ std::string colmap_images_text(const CameraSet& set) {
                                pose.translation.y(), pose.translation.z()})
       text += " " + to_text(value);
     const std::string& name = set.images.empty() ? set.cameras[i].name : set.images[i];
-    text += " " + std::to_string(i + 1) + " " + name + "\n\n";
+    text += " " + std::to_string(i + 1) + " " + name + "\n" + sightings[i] + "\n";
   }
   return text;
 }
 
-std::string colmap_points_text() { return "# 3D point list: empty\n"; }
+std::string colmap_points_text(const std::vector<SparsePoint>& points) {
+  if (points.empty()) return "# 3D point list: empty\n";
+  std::string text =
+      "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, then IMAGE_ID and POINT2D_IDX of each "
+      "image that shows it\n";
+  std::map<std::uint32_t, std::size_t> count;  // sightings so far of each image
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const SparsePoint& point = points[p];
+    text += std::to_string(p + 1);
+    for (int k = 0; k < 3; ++k) text += " " + to_text(point.place_mm[k], kPlaceDigits);
+    for (const std::uint8_t channel : point.srgb) text += " " + std::to_string(channel);
+    text += " 0";  // the sightings are the point's own projections
+    for (const SparsePoint::Sighting& seen : point.seen)
+      text += " " + std::to_string(seen.image + 1) + " " + std::to_string(count[seen.image]++);
+    text += "\n";
+  }
+  return text;
+}
 
 }  // namespace organbake

@@ -2,12 +2,17 @@
 #include "formats/mesh_files.h"
 
 #include <vtkAppendPolyData.h>
+#include <vtkCellType.h>
 #include <vtkCompositeDataIterator.h>
+#include <vtkDataSetSurfaceFilter.h>
 #include <vtkGLTFReader.h>
+#include <vtkIdList.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
+#include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
+#include <vtkXMLUnstructuredGridReader.h>
 
 #include <cmath>
 #include <fstream>
@@ -52,6 +57,23 @@ TriangleMesh parsed(const fs::path& path, const Parse& parse) {
   return parse(read_text_file(path), path.string());
 }
 
+// Filters trust what a grid says of its cells.
+void check_cells(vtkUnstructuredGrid& grid, const fs::path& path) {
+  vtkNew<vtkIdList> corners;
+  for (vtkIdType cell = 0; cell < grid.GetNumberOfCells(); ++cell) {
+    if (grid.GetCellType(cell) == VTK_POLYHEDRON)
+      throw BadDataError(path, "holds polyhedra; save its surface (ParaView: Extract Surface)");
+    grid.GetCellPoints(cell, corners);
+    for (vtkIdType c = 0; c < corners->GetNumberOfIds(); ++c) {
+      const vtkIdType point = corners->GetId(c);
+      if (point >= 0 && point < grid.GetNumberOfPoints()) continue;
+      throw BadDataError(path, "cell " + std::to_string(cell) + " uses point " +
+                                   std::to_string(point) + " of " +
+                                   std::to_string(grid.GetNumberOfPoints()));
+    }
+  }
+}
+
 TriangleMesh read_vtp(const fs::path& path) {
   vtkNew<vtkXMLPolyDataReader> reader;
   VtkErrorLog parser_errors;
@@ -59,6 +81,24 @@ TriangleMesh read_vtp(const fs::path& path) {
   TriangleMesh mesh = read_through(reader.Get(), path);
   parser_errors.throw_if_any(path);
   return mesh;
+}
+
+// The surface of cells of any kind: of solids their outside, of faces themselves.
+TriangleMesh read_vtu(const fs::path& path) {
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  VtkErrorLog errors;
+  reader->SetParserErrorObserver(errors.observer());
+  errors.watch(reader);
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  errors.throw_if_any(path);
+  check_cells(*reader->GetOutput(), path);
+  vtkNew<vtkDataSetSurfaceFilter> surface;
+  errors.watch(surface);
+  surface->SetInputData(reader->GetOutput());
+  surface->Update();
+  errors.throw_if_any(path);
+  return mesh_from_polydata(surface->GetOutput(), path.string());
 }
 
 TriangleMesh read_gltf(const fs::path& path) {
@@ -90,9 +130,10 @@ TriangleMesh read_by_ending(const fs::path& path) {
   if (ending == ".off") return parsed(path, parse_off);
   if (ending == ".vtk") return read_legacy_vtk(path);
   if (ending == ".vtp") return read_vtp(path);
+  if (ending == ".vtu") return read_vtu(path);
   if (is_gltf(ending)) return read_gltf(path);
   throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
-                   "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .glb or .gltf");
+                   "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .vtu, .glb or .gltf");
 }
 
 // Our own PLY names its unit in its third line.
@@ -129,21 +170,29 @@ std::string in_words(double mm) {
   return mm >= 1000 ? to_text(mm / 1000, 3) + " m" : to_text(mm, 3) + " mm";
 }
 
-void question_size(const TriangleMesh& mesh, double scale, const fs::path& path,
-                   const RunContext& context) {
-  const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
-  if (across_mm >= kSmallest_mm && across_mm <= kLargest_mm) return;
-  std::string text = path.string() + ": is " + in_words(across_mm) + " across, which no organ is; ";
+bool organ_sized(double across_mm) { return across_mm >= kSmallest_mm && across_mm <= kLargest_mm; }
+
+double across(const TriangleMesh& mesh) { return (bounds(mesh).max - bounds(mesh).min).maxCoeff(); }
+
+// In which something of that many units is an organ, nearest to the size of most; or null.
+const UnitName* fitting_unit(double across_units) {
   const UnitName* best = nullptr;
   for (const UnitName& unit : kUnits) {
-    const double then_mm = across_mm / scale * unit.size_mm;
-    if (then_mm < kSmallest_mm || then_mm > kLargest_mm) continue;
+    if (!organ_sized(across_units * unit.size_mm)) continue;
     const auto off = [&](const UnitName& u) {
-      return std::abs(std::log(across_mm / scale * u.size_mm / kTypical_mm));
+      return std::abs(std::log(across_units * u.size_mm / kTypical_mm));
     };
     if (!best || off(unit) < off(*best)) best = &unit;
   }
-  if (best) {
+  return best;
+}
+
+void question_size(const TriangleMesh& mesh, double scale, const fs::path& path,
+                   const RunContext& context) {
+  const double across_mm = across(mesh);
+  if (organ_sized(across_mm)) return;
+  std::string text = path.string() + ": is " + in_words(across_mm) + " across, which no organ is; ";
+  if (const UnitName* best = fitting_unit(across_mm / scale)) {
     text += "in " + std::string(best->name) + " (--unit " + best->name + ", " +
             to_text(best->size_mm / scale, 3) + " times as large) it would be " +
             in_words(across_mm / scale * best->size_mm);
@@ -152,6 +201,12 @@ void question_size(const TriangleMesh& mesh, double scale, const fs::path& path,
     text += "no unit makes sense of it: scale it by about " + to_text(factor, 3);
   }
   context.warn(text);
+}
+
+// Of a coordinate in mm.
+double scale_of(const fs::path& path, MeshUnit unit) {
+  if (is_gltf(lower_ending(path))) return size_mm(MeshUnit::m);
+  return unit != MeshUnit::mm && says_mm(path) ? 1 : size_mm(unit);
 }
 
 void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext& context) {
@@ -172,10 +227,7 @@ TriangleMesh read_mesh(const fs::path& path, MeshUnit unit, const RunContext& co
   TriangleMesh mesh = read_by_ending(path);
   check_mesh(mesh, path.string());
   if (mesh.empty()) throw BadDataError(path, "holds no triangles");
-  const bool known_mm = unit != MeshUnit::mm && says_mm(path);
-  const double scale = is_gltf(lower_ending(path)) ? size_mm(MeshUnit::m)
-                       : known_mm                  ? 1
-                                                   : size_mm(unit);
+  const double scale = scale_of(path, unit);
   if (scale != 1) {
     for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
   }
@@ -183,6 +235,17 @@ TriangleMesh read_mesh(const fs::path& path, MeshUnit unit, const RunContext& co
   if (mesh.empty()) throw BadDataError(path, "holds no triangles with an area");
   question_size(mesh, scale, path, context);
   return mesh;
+}
+
+std::string suspected_unit(const TriangleMesh& mesh, const fs::path& path, MeshUnit unit) {
+  const double scale = scale_of(path, unit), across_mm = across(mesh);
+  if (!organ_sized(across_mm)) {
+    const UnitName* best = fitting_unit(across_mm / scale);
+    return best ? best->name : "none";
+  }
+  for (const UnitName& known : kUnits)
+    if (known.size_mm == scale) return known.name;
+  return "mm";
 }
 
 }  // namespace organbake

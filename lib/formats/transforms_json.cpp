@@ -55,6 +55,32 @@ std::optional<RigidTransform> pose_from(const Json& matrix) {
   return world_from_camera.inverse();
 }
 
+Json list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json bounds_and_units(const SceneFacts& facts) {
+  return {{"units", "mm"},
+          {"axes", "LPS: x left, y posterior, z superior"},
+          {"bounds_mm", {list(facts.bounds_mm.min), list(facts.bounds_mm.max)}},
+          {"depth_unit_mm", facts.depth_unit_mm},
+          {"depth", "planar z in counts of depth_unit_mm, 0 = nothing there"}};
+}
+
+// instant-ngp trains in the unit cube: position · scale + offset, before it turns the axes round,
+// which a cube's centre does not mind.
+void add_facts(Json& json, const SceneFacts& facts) {
+  constexpr double kShareOfCube = 0.9;
+  const Eigen::Vector3d size_mm = facts.bounds_mm.max - facts.bounds_mm.min;
+  const double scale = kShareOfCube / size_mm.maxCoeff();
+  const Eigen::Vector3d offset = Eigen::Vector3d::Constant(0.5) - scale * facts.bounds_mm.center();
+  json["scale"] = scale;
+  json["offset"] = list(offset);
+  json["aabb_scale"] = 1;
+  json["enable_depth_loading"] = true;
+  json["integer_depth_scale"] = facts.depth_unit_mm;
+  json["ply_file_path"] = facts.points;
+  json.update(bounds_and_units(facts));
+}
+
 }  // namespace
 
 CameraSet transforms_from_json(const Json& json, const fs::path& path) {
@@ -78,7 +104,7 @@ CameraSet transforms_from_json(const Json& json, const fs::path& path) {
   return set;
 }
 
-std::string transforms_json(const CameraSet& set) {
+std::string transforms_json(const CameraSet& set, const SceneFacts& facts) {
   Json frames = Json::array();
   for (std::size_t i = 0; i < set.cameras.size(); ++i) {
     const Intrinsics& k = set.cameras[i].intrinsics;
@@ -102,8 +128,20 @@ std::string transforms_json(const CameraSet& set) {
                       {"p2", k.p2},
                       {"k3", k.k3},
                       {"transform_matrix", matrix}});
+    if (!facts.depths.empty()) {
+      frames.back()["depth_path"] = facts.depths[i];
+      frames.back()["depth_file_path"] = facts.depths[i];
+    }
   }
-  const Json json = {{"camera_model", "OPENCV"}, {"frames", frames}};
+  Json json = {{"camera_model", "OPENCV"}};
+  if (facts.depth_unit_mm > 0) add_facts(json, facts);
+  json["frames"] = frames;
+  return json.dump(2) + "\n";
+}
+
+std::string scene_json(const SceneFacts& facts) {
+  Json json = bounds_and_units(facts);
+  json["points"] = facts.points;
   return json.dump(2) + "\n";
 }
 

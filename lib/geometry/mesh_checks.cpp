@@ -106,12 +106,21 @@ MeshTopology analyse_topology(const TriangleMesh& mesh) {
   t.faces = mesh.faces.size();
   const std::vector<DirectedEdge> edges = sorted_edges(mesh);
   long edge_count = 0;
+  DisjointSets rims(mesh.vertices.size());
+  std::vector<bool> at_rim(mesh.vertices.size(), false);
   for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
     ++edge_count;
-    t.boundary_edges += uses.size() == 1;
+    if (uses.size() == 1) {
+      const std::uint32_t low = uses[0].key >> 32, high = uses[0].key & 0xFFFFFFFFu;
+      at_rim[low] = at_rim[high] = true;
+      rims.unite(low, high);
+      ++t.boundary_edges;
+    }
     t.non_manifold_edges += uses.size() > 2;
     t.misoriented_edges += uses.size() == 2 && uses[0].forward == uses[1].forward;
   });
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
+    t.boundary_loops += at_rim[v] && rims.find(v) == v;
   DisjointSets components = face_components(mesh, edges);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     t.components += components.find(f) == f;

@@ -14,6 +14,7 @@ struct MeshTopology {
   std::size_t faces = 0;
   std::size_t components = 0;          // by shared edges
   std::size_t boundary_edges = 0;      // used by one face
+  std::size_t boundary_loops = 0;      // rims of them; rims that touch at a vertex are one
   std::size_t non_manifold_edges = 0;  // used by three or more faces
   std::size_t misoriented_edges = 0;   // used twice in the same direction
   std::size_t non_manifold_vertices = 0;

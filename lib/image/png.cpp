@@ -15,6 +15,8 @@
 namespace organbake {
 namespace {
 
+constexpr int kUsualLevel = 6;  // of compression
+
 // libpng's simplified interface reports by value: no longjmp crosses our frames.
 struct ReadState : png_image {
   ReadState() : png_image{} { version = PNG_IMAGE_VERSION; }
@@ -36,27 +38,41 @@ void append_bytes(png_structp png, png_bytep data, png_size_t count) {
 
 void ignore_flush(png_structp) {}
 
-bool encode(PngWriter& writer, const Rgb8Image& image, int level) {
+// Samples as a PNG holds them, of any kind.
+struct PngRows {
+  int width = 0, height = 0, bits = 8, color_type = PNG_COLOR_TYPE_RGB;
+  const std::uint8_t* first = nullptr;
+  std::size_t row_bytes = 0;
+};
+
+bool encode(PngWriter& writer, const PngRows& rows, int level) {
   if (setjmp(png_jmpbuf(writer.png)) != 0) return false;
   png_set_write_fn(writer.png, &writer, append_bytes, ignore_flush);
   png_set_compression_level(writer.png, level);
   if (level <= 2) png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-  png_set_IHDR(writer.png, writer.info, image.width, image.height, 8, PNG_COLOR_TYPE_RGB,
+  png_set_IHDR(writer.png, writer.info, rows.width, rows.height, rows.bits, rows.color_type,
                PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  png_set_sRGB_gAMA_and_cHRM(writer.png, writer.info, PNG_sRGB_INTENT_PERCEPTUAL);
+  // Greys are masks and depths here: numbers, no light.
+  if (rows.color_type != PNG_COLOR_TYPE_GRAY)
+    png_set_sRGB_gAMA_and_cHRM(writer.png, writer.info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_write_info(writer.png, writer.info);
-  for (int y = 0; y < image.height; ++y) png_write_row(writer.png, image.at(0, y));
+  for (int y = 0; y < rows.height; ++y) png_write_row(writer.png, rows.first + y * rows.row_bytes);
   png_write_end(writer.png, writer.info);
   return true;
 }
 
 // Nothing when libpng refuses the image, an empty one perhaps.
-std::optional<std::string> encoded(const Rgb8Image& image, int level) {
+std::optional<std::string> encoded(const PngRows& rows, int level) {
   PngWriter writer;
   writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
   writer.info = writer.png ? png_create_info_struct(writer.png) : nullptr;
-  if (!writer.info || !encode(writer, image, level)) return std::nullopt;
+  if (!writer.info || !encode(writer, rows, level)) return std::nullopt;
   return std::move(writer.bytes);
+}
+
+PngRows rows_of(const Rgb8Image& image) {
+  return {image.width,        image.height,        8,
+          PNG_COLOR_TYPE_RGB, image.pixels.data(), 3 * std::size_t(image.width)};
 }
 
 struct Samples {
@@ -159,9 +175,14 @@ std::vector<float> deep_light(std::span<const std::byte> bytes, const std::strin
   return linear;
 }
 
-std::string no_png_of(const Rgb8Image& image) {
-  return "libpng cannot encode an image of " + std::to_string(image.width) + " × " +
-         std::to_string(image.height) + " pixels";
+std::string no_png_of(int width, int height) {
+  return "libpng cannot encode an image of " + std::to_string(width) + " × " +
+         std::to_string(height) + " pixels";
+}
+
+std::string encoded_or_throw(const PngRows& rows, int level) {
+  if (auto bytes = encoded(rows, level)) return *std::move(bytes);
+  throw Error(ExitCode::internal, no_png_of(rows.width, rows.height));
 }
 
 }  // namespace
@@ -180,13 +201,40 @@ StoredPicture parse_png(std::span<const std::byte> bytes, const std::string& nam
 }
 
 std::string encode_png(const Rgb8Image& image, int compression_level) {
-  if (auto bytes = encoded(image, compression_level)) return *std::move(bytes);
-  throw Error(ExitCode::internal, no_png_of(image));
+  return encoded_or_throw(rows_of(image), compression_level);
+}
+
+std::string encode_png(const Rgb8Image& image, std::span<const std::uint8_t> alpha) {
+  std::vector<std::uint8_t> samples(4 * alpha.size());
+  for (std::size_t i = 0; i < alpha.size(); ++i) {
+    std::copy_n(&image.pixels[3 * i], 3, &samples[4 * i]);
+    samples[4 * i + 3] = alpha[i];
+  }
+  return encoded_or_throw({image.width, image.height, 8, PNG_COLOR_TYPE_RGBA, samples.data(),
+                           4 * std::size_t(image.width)},
+                          kUsualLevel);
+}
+
+std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values) {
+  return encoded_or_throw(
+      {width, height, 8, PNG_COLOR_TYPE_GRAY, values.data(), std::size_t(width)}, kUsualLevel);
+}
+
+std::string encode_grey_png(int width, int height, std::span<const std::uint16_t> values) {
+  std::vector<std::uint8_t> samples;
+  samples.reserve(2 * values.size());
+  for (const std::uint16_t value : values) {
+    samples.push_back(static_cast<std::uint8_t>(value >> 8));
+    samples.push_back(static_cast<std::uint8_t>(value & 0xFF));
+  }
+  return encoded_or_throw(
+      {width, height, 16, PNG_COLOR_TYPE_GRAY, samples.data(), 2 * std::size_t(width)},
+      kUsualLevel);
 }
 
 void write_png(const std::filesystem::path& path, const Rgb8Image& image, int compression_level) {
-  const auto bytes = encoded(image, compression_level);
-  if (!bytes) throw IoError::writing(path, no_png_of(image));
+  const auto bytes = encoded(rows_of(image), compression_level);
+  if (!bytes) throw IoError::writing(path, no_png_of(image.width, image.height));
   write_file_atomically(path, *bytes);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -21,6 +22,11 @@ StoredPicture parse_png(std::span<const std::byte> bytes, const std::string& nam
 // The bytes of a PNG file, deterministic; compression_level 0…9 (1 is fast enough to play with).
 // Throws Error (internal) for an empty image.
 std::string encode_png(const Rgb8Image& image, int compression_level = 6);
+// With alpha, one value a pixel; colours are not multiplied by it.
+std::string encode_png(const Rgb8Image& image, std::span<const std::uint8_t> alpha);
+// Numbers rather than light, as masks and depths are stored.
+std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values);
+std::string encode_grey_png(int width, int height, std::span<const std::uint16_t> values);
 void write_png(const std::filesystem::path& path, const Rgb8Image& image,
                int compression_level = 6);
 

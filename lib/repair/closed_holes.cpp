@@ -50,6 +50,10 @@ double size_of(const TriangleMesh& mesh, const Loop& loop) {
 
 bool close_loop(TriangleMesh& mesh, const Loop& loop) {
   if (loop.size() < 3) return false;
+  if (loop.size() == 3) {  // there is but one way, even where the three lie on a line
+    mesh.faces.push_back({loop[0], loop[1], loop[2]});
+    return true;
+  }
   std::vector<Kernel::Point_3> rim;
   for (const std::uint32_t v : loop) {
     rim.emplace_back(mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z());

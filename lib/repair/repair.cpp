@@ -16,11 +16,14 @@
 #include "repair/faces_seen.h"
 #include "repair/oriented_faces.h"
 #include "repair/split_edges.h"
+#include "repair/touching_vertices.h"
 #include "repair/wrapped_surface.h"
 
 namespace organbake {
 namespace {
 
+// Of the diagonal: what lies so near to a line lies on it; as weld() takes places for the same.
+constexpr double kSameLine = 1e-6;
 constexpr double kHoleShare = 0.1, kWrapShare = 0.01;  // of the surface's diagonal, by default
 // A side that fewer rays reach is not seen: what comes through pinholes and gaps of rounding.
 constexpr double kSeen = 0.005;
@@ -50,6 +53,7 @@ class Repair {
   RepairSummary run() {
     drop_degenerate();
     drop_duplicates();
+    close_slits();
     told(wind_alike(mesh_), "face that was wound against its neighbours turned",
          "faces that were wound against their neighbours turned");
     drop_unseen_patches();
@@ -100,6 +104,18 @@ class Repair {
           return !seen.insert(sorted).second;
         },
         "duplicate face dropped", "duplicate faces dropped");
+  }
+
+  // Faces that are lines, and edges cut on one side only. A surface in order may keep its own.
+  void close_slits() {
+    if (sound(analyse_topology(mesh_)) && analyse_topology(mesh_).boundary_edges == 0) return;
+    const double within_mm = kSameLine * diagonal_mm_;
+    told(drop_slivers(mesh_, within_mm), "face as thin as a line dropped",
+         "faces as thin as a line dropped");
+    if (mesh_.faces.empty()) throw BadDataError("surface to repair: nothing is left of it");
+    told(cut_at_touching_vertices(mesh_, within_mm), "edge cut where a vertex lies on it",
+         "edges cut where vertices lie on them");
+    drop_duplicates();
   }
 
   // At crowded edges rays from outside tell what is skin: of that one side alone is seen. A wall

@@ -38,12 +38,12 @@ struct RepairSummary {
 };
 
 // Makes a manifold, outward surface of what people's programs export: drops degenerate and
-// duplicate faces, walls inside the organ and fins outside (by what rays from outside see), parts
-// solids that touch along an edge or at a vertex, turns faces that are wound against their
-// neighbours, drops islands, closes small holes; and where that leaves no manifold, or many
-// tunnels, wraps the surface (alpha wrapping, Portaneri et al. 2022) and pulls the wrap back onto
-// it. A surface that is in order comes back as it is. The same for any number of threads. Throws
-// BadDataError when nothing is left.
+// duplicate faces, cuts edges at vertices that lie on them (T-junctions), walls inside the organ
+// and fins outside (by what rays from outside see), parts solids that touch along an edge or at a
+// vertex, turns faces that are wound against their neighbours, drops islands, closes small holes;
+// and where that leaves no manifold, or many tunnels, wraps the surface (alpha wrapping, Portaneri
+// et al. 2022) and pulls the wrap back onto it. A surface that is in order comes back as it is. The
+// same for any number of threads. Throws BadDataError when nothing is left.
 RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
                      const RunContext& context = {});
 

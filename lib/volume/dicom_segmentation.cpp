@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "volume/byte_stream.h"
+#include "volume/dicom_codec.h"
 #include "volume/dicom_document.h"
 #include "volume/dicom_masks.h"
 #include "volume/grid.h"
@@ -17,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
+constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
 constexpr double kSamePlane_mm = 0.01;
 // A frame this far from a plane of the grid, in gaps, belongs to none.
 constexpr double kOffPlane = 0.05;
@@ -116,14 +119,37 @@ void read_frames(const DicomDocument& document, Segmentation& seg, const fs::pat
   set_planes(seg, row.cross(column).normalized(), axes, gap.IsValid() ? gap.AsDouble() : 0, file);
 }
 
+// Frames that were compressed one by one, without loss.
+void read_compressed(const DicomDocument& document, const std::string& syntax, DicomCoding coding,
+                     Segmentation& seg, const fs::path& file) {
+  if (seg.bits == 1) {
+    throw BadDataError(file, "is a segmentation of single bits in transfer syntax \"" + syntax +
+                                 "\", which has none; save it uncompressed");
+  }
+  DicomSlice slice;
+  slice.file = document.readable();
+  slice.columns = seg.grid.size[0];
+  slice.rows = seg.grid.size[1];
+  slice.pixels.transfer_syntax = syntax;
+  slice.pixels.bits_allocated = slice.pixels.bits_stored = seg.bits;
+  slice.pixels.frames = static_cast<int>(seg.frames.size());
+  slice.pixels.present = true;
+  slice.pixels.offset = document.pixel_offset();
+  slice.pixels.bytes = DicomPixels::kEncapsulated;
+  for (; slice.frame < slice.pixels.frames; ++slice.frame) {
+    const std::vector<std::byte> frame = decompress(slice, coding);
+    seg.pixels.insert(seg.pixels.end(), frame.begin(), frame.end());
+  }
+}
+
 void read_pixels(const DicomDocument& document, Segmentation& seg, const fs::path& file) {
   const std::string syntax = document.text(DC::TransferSyntaxUID);
-  const bool native = syntax.empty() || syntax == "1.2.840.10008.1.2" ||
-                      syntax == "1.2.840.10008.1.2.1" || syntax == "1.2.840.10008.1.2.1.99";
-  if (!native) {
+  const DicomCoding coding = syntax == kDeflated ? DicomCoding::native : coding_of(syntax);
+  if (coding == DicomCoding::unknown || coding == DicomCoding::lossy_jpeg || syntax == kBigEndian) {
     throw BadDataError(file, "is a segmentation in transfer syntax \"" + syntax +
                                  "\", which is not read; save it uncompressed");
   }
+  if (coding != DicomCoding::native) return read_compressed(document, syntax, coding, seg, file);
   const std::uint64_t values = static_cast<std::uint64_t>(seg.grid.size[0]) *
                                static_cast<std::uint64_t>(seg.grid.size[1]) * seg.frames.size();
   const std::uint64_t bytes = (values * static_cast<std::uint64_t>(seg.bits) + 7) / 8;

@@ -16,6 +16,7 @@
 #include "volume/metaimage_reader.h"
 #include "volume/nifti_reader.h"
 #include "volume/nrrd_reader.h"
+#include "volume/unzipped_folder.h"
 #include "volume/vti_reader.h"
 
 namespace organbake {
@@ -33,6 +34,20 @@ bool starts_nifti(std::string_view first) {
   return false;
 }
 
+// A series as a PACS or a browser packs it.
+Volume read_zip(const fs::path& path, const VolumeReadOptions& options, const RunContext& context) {
+  const UnzippedFolder unzipped(path);
+  try {
+    Volume volume = read_volume(unzipped.path(), options, context);
+    for (std::string& warning : volume.warnings) warning = unzipped.about_the_zip(warning);
+    return volume;
+  } catch (const BadDataError& error) {
+    throw BadDataError(unzipped.about_the_zip(error.what()));
+  } catch (const NoInputError& error) {
+    throw BadDataError(unzipped.about_the_zip(error.what()));
+  }
+}
+
 Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& options,
                             const RunContext& context) {
   std::array<std::byte, 512> bytes{};
@@ -40,6 +55,7 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
   if (count == 0) throw BadDataError(path, "is empty");
   const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
   const std::string ending = lower_case(path.extension().string());
+  if (starts_zip(first)) return read_zip(path, options, context);
   const bool is_dicom = count >= 132 && first.substr(128, 4) == "DICM";
   if (!is_dicom && !options.series.empty()) {
     throw UsageError("series \"" + options.series + "\" is asked for, but " + path.string() +
@@ -66,7 +82,7 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
   if (ending == ".mha" || ending == ".mhd") return read_metaimage(path, options);
   throw BadDataError(path,
                      "is not a volume: NIfTI (.nii, .nii.gz, .hdr), MetaImage (.mha, .mhd), NRRD "
-                     "(.nrrd, .nhdr), VTI or a folder of DICOM files is needed");
+                     "(.nrrd, .nhdr), VTI, or a folder or zip of DICOM files is needed");
 }
 
 // The segmentation or the contours in a folder that is given as a mask; empty when it holds none.

@@ -11,8 +11,8 @@
 namespace organbake {
 
 // Reads NIfTI (.nii, .nii.gz; RAS converted to LPS here, once), MetaImage (.mha, .mhd), NRRD
-// (.nrrd, .nhdr), VTI, or a folder holding a DICOM CT series. The kind is told by content and
-// ending. Throws NoInputError (missing, empty folder, folder without DICOM), BadDataError, or
+// (.nrrd, .nhdr), VTI, or a folder or zip holding a DICOM CT series. The kind is told by content
+// and ending. Throws NoInputError (missing, empty folder, folder without DICOM), BadDataError, or
 // UsageError when a series is asked for that only a DICOM folder could have.
 Volume read_volume(const std::filesystem::path& path, const VolumeReadOptions& options,
                    const RunContext& context = {});

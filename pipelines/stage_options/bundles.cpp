@@ -5,12 +5,25 @@ namespace organbake {
 
 void bind(OptionList& list, ExportOptions& o) {
   list.add("format", &o.format,
-           {.help = "gltf: proxy and cameras in metres; colmap, transforms: cameras with their "
-                    "pictures; obj: the surface, as fine as the base layer, with a texture"},
+           {.help = "gltf, obj: the surface with colours and normals as textures, in metres, y up; "
+                    "colmap, transforms: cameras with pictures, masks, depth and points, in "
+                    "millimetres, LPS"},
            {{"gltf", ExportFormat::gltf},
             {"colmap", ExportFormat::colmap},
             {"transforms", ExportFormat::transforms},
             {"obj", ExportFormat::obj}});
+  list.add("faces", &o.faces,
+           {.help = "of gltf and obj: at most so many; 0 = all of the base layer's",
+            .min = 0,
+            .max = 10'000'000});
+  list.add("texture", &o.texture,
+           {.help = "of gltf and obj: its side; auto: 2048 for gltf, as fine as the maps for obj",
+            .unit = "texels",
+            .min = 64,
+            .max = 8192});
+  list.add("albedo", &o.albedo,
+           {.help = "of gltf and obj: colours without the light that they were baked in, for "
+                    "viewers that light anew; else as organplay shows them with --light baked"});
 }
 
 void bind(OptionList& list, BundleOptions& o) {

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
 #include "bundle/bundle.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "exchange/base_surface.h"
+#include "exchange/cut_out.h"
+#include "exchange/map_sampler.h"
+#include "exchange/surface_points.h"
+#include "exchange/textured_surface.h"
 #include "formats/camera_files.h"
 #include "formats/gltf.h"
-#include "formats/textured_mesh.h"
 #include "image/png.h"
-#include "image/srgb.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
 
@@ -15,65 +20,117 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Rgb8Image picture_of(const CameraMaps& maps) {
-  Rgb8Image picture(maps.width, maps.height);
-  for (std::size_t i = 0; i < maps.color.size(); ++i)
-    for (int c = 0; c < 3; ++c) picture.pixels[3 * i + c] = srgb8_from_linear(maps.color[i][c]);
-  return picture;
-}
+// Where the files of a set of pictures go, relative to the export's folder.
+struct PictureFolders {
+  const char* images = "images";
+  const char* depths = "depth";
+  const char* masks = nullptr;  // in COLMAP's way: the image's name and ".png" once more
+};
 
-// The colour maps as pictures; the set then names them.
-CameraSet write_pictures(const BundleReader& reader, const Bundle& frame, const fs::path& folder) {
-  CameraSet set = frame.cameras;
-  set.images.clear();
-  fs::create_directories(folder / "images");
-  for (std::size_t c = 0; c < set.cameras.size(); ++c) {
-    const std::string name = camera_folder(c) + ".png";
-    write_png(folder / "images" / name,
-              picture_of(reader.read_maps(c, frame.cameras.cameras[c].intrinsics,
-                                          shell_face_count(frame))));
-    set.images.push_back(name);
+// The pictures of all cameras with alpha, depth and masks. `set` then names the images.
+SceneFacts write_pictures(const Bundle& bundle, const PictureFolders& folders,
+                          const fs::path& folder, CameraSet& set, const RunContext& context) {
+  const TriangleMesh base = base_surface(bundle);
+  const RayScene scene(base);
+  std::vector<CutOut> pictures;
+  double largest_mm = 0;
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    context.throw_if_cancelled();
+    context.progress(double(c) / double(bundle.maps.size()));
+    pictures.push_back(cut_out(bundle.maps[c], bundle.cameras.cameras[c], base, scene));
+    const auto& depths = pictures.back().depth_mm;
+    largest_mm = std::max<double>(largest_mm, *std::max_element(depths.begin(), depths.end()));
   }
-  return set;
+  SceneFacts facts{bounds(base), depth_unit_mm(largest_mm), {}, {}};
+  set = bundle.cameras;
+  set.images.clear();
+  for (const char* name : {folders.images, folders.depths, folders.masks})
+    if (name) fs::create_directories(folder / name);
+  for (std::size_t c = 0; c < pictures.size(); ++c) {
+    const CutOut& picture = pictures[c];
+    const std::string name = camera_folder(c) + ".png";
+    set.images.push_back(name);
+    facts.depths.push_back(std::string(folders.depths) + "/" + name);
+    write_file_atomically(folder / folders.images / name, encode_png(picture.color, picture.alpha));
+    write_file_atomically(folder / folders.depths / name, depth_png(picture, facts.depth_unit_mm));
+    if (folders.masks)
+      write_file_atomically(folder / folders.masks / (name + ".png"), mask_png(picture));
+  }
+  return facts;
 }
 
-void write_colmap(const BundleReader& reader, const Bundle& frame, const fs::path& folder) {
-  const CameraSet set = write_pictures(reader, frame, folder);
-  write_file_atomically(folder / "cameras.txt", colmap_cameras_text(set));
-  write_file_atomically(folder / "images.txt", colmap_images_text(set));
-  write_file_atomically(folder / "points3D.txt", colmap_points_text());
+// Points as close as the maps are fine, or as many as programs like to begin with.
+std::vector<SparsePoint> points_of(const Bundle& bundle) {
+  return surface_points(bundle, MapSampler(bundle).texel_mm());
 }
 
-void write_transforms(const BundleReader& reader, const Bundle& frame, const fs::path& folder) {
-  CameraSet set = write_pictures(reader, frame, folder);
+void write_colmap(const Bundle& bundle, const fs::path& folder, const RunContext& context) {
+  CameraSet set;
+  SceneFacts facts = write_pictures(bundle, {.masks = "masks"}, folder, set, context);
+  const std::vector<SparsePoint> points = points_of(bundle);
+  const fs::path sparse = folder / "sparse" / "0";
+  fs::create_directories(sparse);
+  write_file_atomically(sparse / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(sparse / "images.txt", colmap_images_text(set, points));
+  write_file_atomically(sparse / "points3D.txt", colmap_points_text(points));
+  facts.points = "sparse/0/points3D.txt";
+  write_file_atomically(folder / "scene.json", scene_json(facts));
+}
+
+void write_transforms(const Bundle& bundle, const fs::path& folder, const RunContext& context) {
+  CameraSet set;
+  SceneFacts facts = write_pictures(bundle, {}, folder, set, context);
   for (std::string& image : set.images) image = "images/" + image;
-  write_file_atomically(folder / "transforms.json", transforms_json(set));
+  facts.points = "points.ply";
+  write_file_atomically(folder / facts.points, point_cloud_ply(points_of(bundle)));
+  write_file_atomically(folder / "transforms.json", transforms_json(set, facts));
 }
 
-void write_obj(const Bundle& frame, const fs::path& folder) {
-  const TexturedMesh mesh = textured_base(frame.shell().at_rest(), frame.base);
+TexturedMesh surface_of(const Bundle& bundle, const ExportOptions& options, int auto_side,
+                        const RunContext& context) {
+  const int side = options.texture ? static_cast<int>(*options.texture) : auto_side;
+  TexturedMesh mesh = textured_surface(
+      bundle, {.faces = options.faces, .texture_side = side, .albedo = options.albedo}, context);
+  context.info(std::to_string(mesh.faces.size()) + " faces, a texture of " +
+               std::to_string(mesh.color.width) + " × " + std::to_string(mesh.color.height) +
+               " texels");
+  return mesh;
+}
+
+void write_gltf(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+                const RunContext& context) {
+  constexpr int kUsualSide = 2048;
+  write_file_atomically(
+      folder / "organ.glb",
+      gltf_binary(surface_of(bundle, options, kUsualSide, context), bundle.cameras));
+}
+
+void write_obj(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+               const RunContext& context) {
+  constexpr int kByDensity = 0;
+  const TexturedMesh mesh = surface_of(bundle, options, kByDensity, context);
   write_file_atomically(folder / "organ.obj", obj_text(mesh, "organ.mtl"));
-  write_file_atomically(folder / "organ.mtl", obj_material_text("organ.png"));
-  write_png(folder / "organ.png", mesh.texture);
+  write_file_atomically(folder / "organ.mtl",
+                        obj_material_text(mesh, "organ.png", "organ_normal.png"));
+  write_png(folder / "organ.png", mesh.color);
+  write_png(folder / "organ_normal.png", mesh.normal_map);
 }
 
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<ExportOptions>(call.options_json);
-  const BundleReader reader(*call.input("bundle"));
-  const Bundle frame = reader.read_frame();
+  const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
   switch (options.format) {
     case ExportFormat::gltf:
-      write_file_atomically(call.output_folder / "organ.glb",
-                            gltf_binary(frame.shell().at_rest(), frame.cameras));
+      write_gltf(bundle, options, call.output_folder, call.context);
       break;
     case ExportFormat::colmap:
-      write_colmap(reader, frame, call.output_folder);
+      write_colmap(bundle, call.output_folder, call.context);
       break;
     case ExportFormat::transforms:
-      write_transforms(reader, frame, call.output_folder);
+      write_transforms(bundle, call.output_folder, call.context);
       break;
     case ExportFormat::obj:
-      write_obj(frame, call.output_folder);
+      write_obj(bundle, options, call.output_folder, call.context);
       break;
   }
   return {};

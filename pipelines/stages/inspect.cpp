@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "decimate/self_intersections.h"
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
 #include "pipelines/stage_module.h"
@@ -58,6 +59,9 @@ std::vector<std::string> label_lines(const std::filesystem::path& path, const Vo
   return lines;
 }
 
+// Some two seconds' work; most organs of CTs have fewer.
+constexpr std::size_t kMostFacesToIntersect = 200000;
+
 void describe(const TriangleMesh& mesh, StageReport& report) {
   const MeshTopology topology = analyse_topology(mesh);
   const Bounds box = bounds(mesh);
@@ -66,6 +70,7 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   report.add("faces", topology.faces);
   report.add("components", topology.components);
   report.add("closed_manifold", topology.closed_manifold());
+  report.add("holes", topology.boundary_loops);
   report.add("boundary_edges", topology.boundary_edges);
   report.add("non_manifold_edges", topology.non_manifold_edges);
   report.add("non_manifold_vertices", topology.non_manifold_vertices);
@@ -77,6 +82,12 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   report.add("lowest_corner_mm", components(box.min));
   report.add("highest_corner_mm", components(box.max));
   report.add("vertex_colors", !mesh.colors.empty());
+  if (mesh.faces.size() <= kMostFacesToIntersect) {
+    report.add("self_intersecting_faces", self_intersecting_faces(mesh).size());
+  } else {
+    report.add("self_intersecting_faces",
+               "not looked for in more than " + std::to_string(kMostFacesToIntersect) + " faces");
+  }
 }
 
 // What a DICOM folder holds, whether or not one of its series is a CT volume.
@@ -119,7 +130,9 @@ StageReport run(const StageCall& call) {
   StageReport report;
   if (const auto* path = call.input("mesh")) {
     const auto asked = resolved_options<InspectStageOptions>(call.options_json);
-    describe(read_mesh(*path, asked.unit, call.context), report);
+    const TriangleMesh mesh = read_mesh(*path, asked.unit, call.context);
+    describe(mesh, report);
+    report.add("suspected_unit", suspected_unit(mesh, *path, asked.unit));
   } else {
     describe_volume_at(*call.input("volume"), call, report);
   }

@@ -3,28 +3,23 @@
 # A bundle for other programs, read back by what reads such files.
 source "$(dirname "$0")/assert.sh"
 quick_recipe >r.yaml
-expect 0 organbake bake r.yaml -o organ --no-report
+expect 0 organbake bake r.yaml -o organ --no-report --set bundle.surface=true
 for format in gltf colmap transforms obj; do
   expect 0 organbake export organ --format $format -o $format
   expect 0 organbake export organ --format $format -o again_$format --threads 1
   expect_same $format again_$format
 done
-expect 0 organbake inspect obj/organ.obj
-python3 - <<'PY' || fail "an export"
-import json, struct, pathlib
-data = pathlib.Path("gltf/organ.glb").read_bytes()
-length = struct.unpack_from("<I", data, 12)[0]
-scene = json.loads(data[20:20 + length])
-cameras = json.loads(pathlib.Path("organ/cameras.json").read_text())["cameras"]
-assert len(scene["cameras"]) == len(cameras) == 4 and scene["nodes"][0]["scale"] == [0.001] * 3
-frames = json.loads(pathlib.Path("transforms/transforms.json").read_text())["frames"]
-assert [f["file_path"] for f in frames] == [f"images/cam_00{i}.png" for i in range(4)]
-for frame in frames:
-    assert pathlib.Path("transforms", frame["file_path"]).read_bytes().startswith(b"\x89PNG")
-lines = [l for l in pathlib.Path("colmap/images.txt").read_text().splitlines() if l and l[0] != "#"]
-assert [l.split()[-1] for l in lines] == [f"cam_00{i}.png" for i in range(4)]
-assert all(pathlib.Path("colmap/images", l.split()[-1]).exists() for l in lines)
-PY
+expect 0 organbake inspect obj/organ.obj --unit m
+expect 0 organbake inspect gltf/organ.glb
+python3 "$SOURCE/tests/cli/read_exports.py" organ || fail "an export"
+expect 0 organbake export organ --format gltf -o few --faces 100 --texture 512
+expect_err "a texture of 512 × 512 texels"
+expect 0 organbake export organ --format obj -o albedo --albedo
+if cmp -s albedo/organ.png obj/organ.png; then fail "--albedo changed nothing"; fi
+expect 2 organbake export organ --format gltf -o x --texture 10
+expect 2 organbake export organ --format gltf -o x --faces 3
+expect_err "at least 20"
+expect_gone x
 expect 2 organbake export organ
 expect_err "-o is missing"
 expect 2 organbake export organ --format stl -o x

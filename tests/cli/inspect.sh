@@ -13,6 +13,34 @@ expect_out "orientation"
 expect 0 organbake inspect p/truth.ply
 expect_out "faces                   1280"
 expect_out "closed_manifold         true"
+expect_out "holes                   0"
+expect_out "self_intersecting_faces 0"
+expect_out "suspected_unit          mm"
+# Two boxes that run into each other, one of them without a lid, in metres.
+python3 - <<'PY'
+def box(low, high, faces):
+    corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
+    return corners, faces
+all_faces = [(0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4),
+             (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5)]
+with open("two.obj", "w") as obj:
+    first = 1
+    for low, high, faces in (((0, 0, 0), (.1, .1, .1), all_faces), ((.05, .02, .03), (.2, .08, .07), all_faces[2:])):
+        for i in range(8):
+            print("v", *((low, high)[i >> k & 1][k] for k in range(3)), file=obj)
+        for f in faces:
+            print("f", *(first + v for v in f), file=obj)
+        first += 8
+PY
+expect 0 organbake inspect two.obj
+expect_out "suspected_unit          m"
+expect_out "components              2"
+expect_out "holes                   1"
+grep -q "self_intersecting_faces [1-9]" out || fail "boxes that meet: $(cat out)"
+expect_err "--unit m"
+expect 0 organbake inspect two.obj --unit m
+expect_out "suspected_unit          m"
+expect_out "highest_corner_mm       200,100,100"
 expect 0 organbake inspect b
 expect_out "cameras                 4"
 expect_out "map_size                48,48"

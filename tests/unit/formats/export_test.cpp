@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <span>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -15,13 +15,13 @@
 #include "formats/gltf.h"
 #include "formats/mesh_files.h"
 #include "formats/textured_mesh.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/shell_map.h"
-#include "image/srgb.h"
+#include "image/png.h"
 #include "support/meshes.h"
 
 namespace organbake {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Two cameras that differ in everything, one of them with distortion.
 CameraSet two_cameras() {
@@ -63,6 +63,54 @@ TEST(ExportedCameras, ComeBackFromColmap) {
   write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
   write_file_atomically(folder.path() / "points3D.txt", colmap_points_text());
   expect_same_cameras(read_camera_file(folder.path()), set);
+}
+
+TEST(ExportedCameras, ColmapPointsAndSightingsPointAtEachOther) {
+  const TemporaryFolder folder;
+  const CameraSet set = two_cameras();
+  std::vector<SparsePoint> points(3);
+  points[0] = {{1, 2, 3}, {10, 20, 30}, {{0, {4.5, 5.25}}, {1, {6.5, 7.125}}}};
+  points[1] = {{-1, 0.5, 2.25}, {255, 0, 7}, {}};
+  points[2] = {{4, 5, 6}, {1, 2, 3}, {{1, {8, 9}}}};
+  const fs::path sparse = folder.path() / "sparse" / "0";
+  fs::create_directories(sparse);
+  write_file_atomically(sparse / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(sparse / "images.txt", colmap_images_text(set, points));
+  expect_same_cameras(read_camera_file(folder.path()), set);
+  EXPECT_THAT(colmap_images_text(set, points),
+              testing::AllOf(testing::HasSubstr("cam_000.png\n4.500 5.250 1\n"),
+                             testing::HasSubstr("cam_001.png\n6.500 7.125 1 8.000 9.000 3\n")));
+  EXPECT_THAT(colmap_points_text(points),
+              testing::AllOf(testing::HasSubstr("\n1 1.00000 2.00000 3.00000 10 20 30 0 1 0 2 0\n"),
+                             testing::HasSubstr("\n2 -1.00000 0.50000 2.25000 255 0 7 0\n"),
+                             testing::HasSubstr("\n3 4.00000 5.00000 6.00000 1 2 3 0 2 1\n")));
+}
+
+TEST(ExportedCameras, TransformsPutTheOrganIntoTheUnitCube) {
+  const CameraSet set = two_cameras();
+  SceneFacts facts{{{-10, 20, 30}, {90, 60, 130}}, 0.02, {"depth/a.png", "depth/b.png"}, "p.ply"};
+  const auto json = nlohmann::json::parse(transforms_json(set, facts));
+  for (int k = 0; k < 3; ++k) {
+    const double scale = json["scale"], offset = json["offset"][k];
+    EXPECT_NEAR(scale * facts.bounds_mm.center()[k] + offset, 0.5, 1e-12);
+    EXPECT_GT(scale * facts.bounds_mm.min[k] + offset, 0);
+    EXPECT_LT(scale * facts.bounds_mm.max[k] + offset, 1);
+  }
+  EXPECT_EQ(json["integer_depth_scale"], 0.02);
+  EXPECT_EQ(json["frames"][1]["depth_file_path"], "depth/b.png");
+  EXPECT_EQ(json["ply_file_path"], "p.ply");
+  EXPECT_EQ(json["bounds_mm"][1][2], 130);
+}
+
+TEST(ExportedCameras, PointsAreAPlyCloud) {
+  const std::string ply =
+      point_cloud_ply({{{1, 2, 3}, {10, 20, 30}, {}}, {{4, 5, 6}, {7, 8, 9}, {}}});
+  const std::size_t body = ply.find("end_header\n") + 11;
+  ASSERT_EQ(ply.size() - body, 2u * 15);
+  float z = 0;
+  std::memcpy(&z, ply.data() + body + 15 + 8, 4);
+  EXPECT_EQ(z, 6);
+  EXPECT_EQ(ply.back(), 9);
 }
 
 TEST(ExportedCameras, ANameThatIsNoUtf8IsRefused) {
@@ -119,55 +167,120 @@ Eigen::Affine3d transform_of(const nlohmann::json& node) {
   return transform;
 }
 
-TEST(Gltf, HoldsTheMeshInMillimetresUnderOneRootInMetres) {
-  const TriangleMesh mesh = sphere_mesh(30, 1);
-  const Glb glb = parsed_glb(gltf_binary(mesh, two_cameras()));
-  const auto& nodes = glb.json["nodes"];
-  EXPECT_EQ(glb.json["scenes"][0]["nodes"], nlohmann::json({0}));
-  EXPECT_EQ(nodes[0]["children"].size(), nodes.size() - 1);
-  for (std::size_t n = 1; n < nodes.size(); ++n) EXPECT_FALSE(nodes[n].contains("scale"));
-  // LPS millimetres to y-up metres: superior is up, anterior is towards the viewer.
-  const Eigen::Affine3d root = transform_of(nodes[0]);
-  EXPECT_LT((root * Eigen::Vector3d(1000, 0, 0) - Eigen::Vector3d(1, 0, 0)).norm(), 1e-12);
-  EXPECT_LT((root * Eigen::Vector3d(0, 0, 1000) - Eigen::Vector3d(0, 1, 0)).norm(), 1e-12);
-  EXPECT_LT((root * Eigen::Vector3d(0, -1000, 0) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-12);
-
-  EXPECT_EQ(glb.json["accessors"][0]["count"], mesh.vertices.size());
-  EXPECT_EQ(glb.json["accessors"][1]["count"], 3 * mesh.faces.size());
-  ASSERT_EQ(glb.buffer.size(), 12 * mesh.vertices.size() + 12 * mesh.faces.size());
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    Eigen::Vector3f place;
-    std::memcpy(place.data(), glb.buffer.data() + 12 * v, 12);
-    EXPECT_EQ(place, mesh.vertices[v].cast<float>().eval());
+// A sphere whose every face is a piece of the atlas for itself.
+TexturedMesh textured_sphere() {
+  const TriangleMesh sphere = sphere_mesh(30, 1);
+  TexturedMesh mesh;
+  mesh.vertices = sphere.vertices;
+  for (const Eigen::Vector3d& v : sphere.vertices) mesh.normals.push_back(v.normalized());
+  for (const Face& face : sphere.faces) {
+    std::array<TexturedMesh::Corner, 3> corners;
     for (int k = 0; k < 3; ++k) {
-      EXPECT_LE(glb.json["accessors"][0]["min"][k].get<float>(), place[k]);
-      EXPECT_GE(glb.json["accessors"][0]["max"][k].get<float>(), place[k]);
+      corners[k] = {face[k], static_cast<std::uint32_t>(mesh.coordinates.size())};
+      mesh.coordinates.emplace_back(0.25 * k, 0.125 + 0.25 * k);
+      mesh.tangents.push_back(mesh.normals[face[k]].unitOrthogonal());
     }
+    mesh.faces.push_back(corners);
   }
-  Face last;
-  std::memcpy(last.data(), glb.buffer.data() + glb.buffer.size() - 12, 12);
-  EXPECT_EQ(last, mesh.faces.back());
+  mesh.color = Rgb8Image(4, 4);
+  mesh.normal_map = Rgb8Image(2, 2);
+  mesh.roughness = 0.375;
+  return mesh;
+}
+
+// The floats of an accessor, `components` each.
+std::vector<Eigen::VectorXf> vectors_of(const Glb& glb, std::size_t accessor, int components) {
+  const auto& a = glb.json["accessors"][accessor];
+  const auto& view = glb.json["bufferViews"][a["bufferView"].get<std::size_t>()];
+  const std::size_t start = view["byteOffset"];
+  EXPECT_EQ(start % 4, 0u);
+  EXPECT_EQ(view["byteLength"], a["count"].get<std::size_t>() * components * sizeof(float));
+  std::vector<Eigen::VectorXf> vectors;
+  for (std::size_t i = 0; i < a["count"]; ++i) {
+    Eigen::VectorXf v(components);
+    std::memcpy(v.data(), glb.buffer.data() + start + i * components * sizeof(float),
+                components * sizeof(float));
+    vectors.push_back(v);
+  }
+  return vectors;
+}
+
+TEST(Gltf, HoldsTheMeshInMetresWithYUp) {
+  const TexturedMesh mesh = textured_sphere();
+  const Glb glb = parsed_glb(gltf_binary(mesh, {}));
+  const auto& primitive = glb.json["meshes"][0]["primitives"][0];
+  const auto& attributes = primitive["attributes"];
+  const auto places = vectors_of(glb, attributes["POSITION"], 3);
+  const auto normals = vectors_of(glb, attributes["NORMAL"], 3);
+  const auto tangents = vectors_of(glb, attributes["TANGENT"], 4);
+  const auto coordinates = vectors_of(glb, attributes["TEXCOORD_0"], 2);
+  ASSERT_EQ(places.size(), mesh.coordinates.size());
+  std::size_t at = 0;
+  for (const auto& face : mesh.faces)
+    for (const TexturedMesh::Corner& corner : face) {
+      const Eigen::Vector3d& v = mesh.vertices[corner.vertex];
+      // Superior is up, anterior is towards the viewer.
+      EXPECT_LT((places[at] - Eigen::Vector3f(v.x(), v.z(), -v.y()) / 1000).norm(), 1e-8);
+      EXPECT_NEAR(normals[at].dot(places[at].normalized()), 1, 1e-6) << "a sphere";
+      EXPECT_NEAR(tangents[at].head(3).norm(), 1, 1e-6);
+      EXPECT_EQ(tangents[at][3], 1);
+      EXPECT_EQ(coordinates[at].x(), float(mesh.coordinates[corner.coordinate].x()));
+      EXPECT_EQ(coordinates[at].y(), float(1 - mesh.coordinates[corner.coordinate].y()));
+      for (int k = 0; k < 3; ++k) {
+        const auto& bounds = glb.json["accessors"][attributes["POSITION"].get<std::size_t>()];
+        EXPECT_LE(bounds["min"][k].get<float>(), places[at][k]);
+        EXPECT_GE(bounds["max"][k].get<float>(), places[at][k]);
+      }
+      ++at;
+    }
+  EXPECT_EQ(glb.json["accessors"][primitive["indices"].get<std::size_t>()]["count"],
+            3 * mesh.faces.size());
+}
+
+TEST(Gltf, HoldsItsTexturesAndMaterial) {
+  const TexturedMesh mesh = textured_sphere();
+  const Glb glb = parsed_glb(gltf_binary(mesh, {}));
+  const auto& material = glb.json["materials"][0];
+  EXPECT_EQ(material["pbrMetallicRoughness"]["roughnessFactor"], 0.375);
+  EXPECT_EQ(material["pbrMetallicRoughness"]["metallicFactor"], 0);
+  const auto size_of = [&](const nlohmann::json& texture) {
+    const std::size_t image = glb.json["textures"][texture["index"].get<std::size_t>()]["source"];
+    const auto& view =
+        glb.json["bufferViews"][glb.json["images"][image]["bufferView"].get<std::size_t>()];
+    const std::string bytes = glb.buffer.substr(view["byteOffset"], view["byteLength"]);
+    return parse_png(std::as_bytes(std::span(bytes.data(), bytes.size())), "texture").color.width;
+  };
+  EXPECT_EQ(size_of(material["pbrMetallicRoughness"]["baseColorTexture"]), 4);
+  EXPECT_EQ(size_of(material["normalTexture"]), 2);
+
+  TexturedMesh without = mesh;
+  without.normal_map = {};
+  const Glb flat = parsed_glb(gltf_binary(without, {}));
+  EXPECT_FALSE(flat.json["materials"][0].contains("normalTexture"));
+  EXPECT_FALSE(flat.json["meshes"][0]["primitives"][0]["attributes"].contains("TANGENT"));
 }
 
 TEST(Gltf, CamerasLookWhereOursDo) {
   const CameraSet set = two_cameras();
-  const Glb glb = parsed_glb(gltf_binary(sphere_mesh(30, 1), set));
+  const Glb glb = parsed_glb(gltf_binary(textured_sphere(), set));
+  EXPECT_EQ(glb.json["scenes"][0]["nodes"].size(), glb.json["nodes"].size());
   for (std::size_t c = 0; c < 2; ++c) {
     const PosedCamera& camera = set.cameras[c];
-    const auto& node = glb.json["nodes"][2 + c];
+    const auto& node = glb.json["nodes"][1 + c];
     const auto& lens = glb.json["cameras"][node["camera"].get<std::size_t>()];
-    const Eigen::Affine3d world_from_gl = transform_of(node);
-    const Eigen::Vector3d center = world_from_gl.translation();
-    EXPECT_LT((center - camera.center_world_mm()).norm(), 1e-9);
-    const Eigen::Vector3d forward = world_from_gl.linear() * Eigen::Vector3d(0, 0, -1);
-    EXPECT_LT((forward - camera.view_direction_world()).norm(), 1e-12);
+    const Eigen::Affine3d scene_from_gl = transform_of(node);
+    EXPECT_LT((scene_from_gl.translation() - scene_from_world(camera.center_world_mm())).norm(),
+              1e-12);
+    const Eigen::Vector3d forward = scene_from_gl.linear() * Eigen::Vector3d(0, 0, -1);
+    EXPECT_LT((forward - scene_direction(camera.view_direction_world())).norm(), 1e-12);
     // A point half-way up the frame's edge, by glTF's formula, falls on the frame's edge in ours
     // but for the principal point, which glTF cannot say.
     const double half = std::tan(lens["perspective"]["yfov"].get<double>() / 2);
-    const Eigen::Vector3d top = world_from_gl * Eigen::Vector3d(0, half, -1);
+    const Eigen::Vector3d top_m = scene_from_gl * Eigen::Vector3d(0, half, -1);
     PosedCamera plain = camera;
     plain.intrinsics.k1 = plain.intrinsics.p2 = 0;
-    const Eigen::Vector2d pixel = project(plain, top);
+    const Eigen::Vector2d pixel =
+        project(plain, 1000 * Eigen::Vector3d(top_m.x(), -top_m.z(), top_m.y()));
     EXPECT_NEAR(plain.intrinsics.cy - pixel.y(), plain.intrinsics.height / 2.0, 1e-9);
     EXPECT_EQ(lens["extras"]["cx"], camera.intrinsics.cx);
   }
@@ -175,81 +288,22 @@ TEST(Gltf, CamerasLookWhereOursDo) {
 
 TEST(Gltf, RefusesAnEmptyMesh) { EXPECT_THROW(gltf_binary({}, two_cameras()), BadDataError); }
 
-// A layer that stands 1 mm above its proxy, each face of a colour of its own.
-BaseLayer flat_layer(const TriangleMesh& proxy, std::uint32_t steps) {
-  BaseLayer base;
-  base.steps = steps;
-  base.face_count = static_cast<std::uint32_t>(proxy.faces.size());
-  const std::size_t nodes = std::size_t(base.face_count) * base.nodes_per_face();
-  base.height_mm.assign(nodes, 1);
-  base.seen_by.assign(nodes, 1);
-  for (std::size_t i = 0; i < nodes; ++i) {
-    const auto face = static_cast<float>(i / base.nodes_per_face());
-    base.color.push_back({face / static_cast<float>(base.face_count), 0.5f, 0.25f});
-  }
-  return base;
-}
-
-TEST(TexturedMesh, IsClosedWhereTheProxyIs) {
-  const TriangleMesh proxy = sphere_mesh(30, 1);
-  for (const std::uint32_t steps : {1u, 2u, 5u}) {
-    const TexturedMesh textured = textured_base(proxy, flat_layer(proxy, steps));
-    EXPECT_EQ(textured.faces.size(), proxy.faces.size() * steps * steps);
-    TriangleMesh mesh{textured.vertices, {}, {}};
-    for (const auto& [a, b, c] : textured.faces)
-      mesh.faces.push_back({a.vertex, b.vertex, c.vertex});
-    EXPECT_TRUE(analyse_topology(mesh).closed_manifold());
-    EXPECT_GT(signed_volume(mesh), signed_volume(proxy));
-  }
-}
-
-// What a GPU's bilinear filter shows anywhere in a face is the face's own colour.
-TEST(TexturedMesh, NoFaceShowsAnothersColour) {
-  const TriangleMesh proxy = sphere_mesh(30, 1);
-  const BaseLayer base = flat_layer(proxy, 3);
-  const TexturedMesh textured = textured_base(proxy, base);
-  const Rgb8Image& image = textured.texture;
-  for (std::size_t f = 0; f < textured.faces.size(); ++f) {
-    const std::size_t face = f / 9;
-    const int expected = srgb8_from_linear(base.color[face * base.nodes_per_face()][0]);
-    for (const auto& [w0, w1] : {std::pair{1.0, 0.0}, std::pair{0.0, 1.0}, std::pair{0.0, 0.0},
-                                 std::pair{0.5, 0.5}, std::pair{0.0, 0.5}, std::pair{0.3, 0.3}}) {
-      const auto& corners = textured.faces[f];
-      const Eigen::Vector2d uv = w0 * textured.coordinates[corners[0].coordinate] +
-                                 w1 * textured.coordinates[corners[1].coordinate] +
-                                 (1 - w0 - w1) * textured.coordinates[corners[2].coordinate];
-      const double x = uv.x() * image.width - 0.5, y = (1 - uv.y()) * image.height - 0.5;
-      const int left = static_cast<int>(std::floor(x + 1e-9));
-      const int top = static_cast<int>(std::floor(y + 1e-9));
-      for (const auto& [column, row] : {std::pair{left, top}, std::pair{left + 1, top},
-                                        std::pair{left, top + 1}, std::pair{left + 1, top + 1}})
-        EXPECT_EQ(image.at(column, row)[0], expected) << face;
-    }
-  }
-}
-
-TEST(TexturedMesh, ItsFileIsReadByOthers) {
+TEST(TexturedMesh, ItsObjFileIsReadByOthers) {
   const TemporaryFolder folder;
-  const TriangleMesh proxy = sphere_mesh(30, 1);
-  const TexturedMesh textured = textured_base(proxy, flat_layer(proxy, 2));
-  const std::string text = obj_text(textured, "organ.mtl");
+  const TexturedMesh mesh = textured_sphere();
+  const std::string text = obj_text(mesh, "organ.mtl");
   EXPECT_NE(text.find("mtllib organ.mtl\n"), std::string::npos);
-  EXPECT_NE(obj_material_text("organ.png").find("map_Kd organ.png\n"), std::string::npos);
+  EXPECT_NE(text.find("# metres, y up"), std::string::npos);
+  const std::string material = obj_material_text(mesh, "organ.png", "bumps.png");
+  EXPECT_NE(material.find("map_Kd organ.png\n"), std::string::npos);
+  EXPECT_NE(material.find("norm bumps.png\n"), std::string::npos);
   write_file_atomically(folder.path() / "organ.obj", text);
-  const TriangleMesh back = read_mesh(folder.path() / "organ.obj");
-  EXPECT_EQ(back.faces.size(), textured.faces.size());
-  double area = 0;
-  for (const auto& [a, b, c] : textured.faces) {
-    const Eigen::Vector3d& first = textured.vertices[a.vertex];
-    area += 0.5 *
-            (textured.vertices[b.vertex] - first).cross(textured.vertices[c.vertex] - first).norm();
-  }
-  EXPECT_NEAR(surface_area(back), area, 1e-6 * area);  // six digits after the point
-}
-
-TEST(TexturedMesh, RefusesAnotherProxysLayer) {
-  EXPECT_THROW(textured_base(sphere_mesh(30, 2), flat_layer(sphere_mesh(30, 1), 2)), BadDataError);
-  EXPECT_THROW(textured_base(sphere_mesh(30, 1), {}), BadDataError);
+  const TriangleMesh back = read_mesh(folder.path() / "organ.obj", MeshUnit::m);
+  ASSERT_EQ(back.vertices.size(), mesh.vertices.size());
+  constexpr double kWritten_mm = 1e-4;
+  for (std::size_t v = 0; v < back.vertices.size(); ++v)
+    EXPECT_LT((back.vertices[v] - scene_direction(mesh.vertices[v])).norm(), kWritten_mm);
+  EXPECT_EQ(back.faces.size(), mesh.faces.size());
 }
 
 }  // namespace

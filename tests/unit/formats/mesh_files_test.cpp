@@ -132,6 +132,37 @@ std::string as_vtp(const TriangleMesh& mesh) {
          ends + "</DataArray></Polys></Piece></PolyData></VTKFile>\n";
 }
 
+// An unstructured grid of cells of one kind: 5 triangles, 9 quads, 10 tetrahedra, 12 hexahedra.
+std::string as_vtu(const std::vector<Eigen::Vector3d>& points,
+                   const std::vector<std::vector<std::uint32_t>>& cells, int kind) {
+  std::string places, corners, ends, kinds;
+  for (const auto& v : points)
+    places += to_text(v.x()) + " " + to_text(v.y()) + " " + to_text(v.z()) + " ";
+  std::size_t end = 0;
+  for (const auto& cell : cells) {
+    for (const std::uint32_t v : cell) corners += std::to_string(v) + " ";
+    ends += std::to_string(end += cell.size()) + " ";
+    kinds += std::to_string(kind) + " ";
+  }
+  const auto array = [](const char* type, const char* more, const std::string& text) {
+    return "<DataArray type=\"" + std::string(type) + "\" " + more + " format=\"ascii\">" + text +
+           "</DataArray>";
+  };
+  return "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">"
+         "<UnstructuredGrid><Piece NumberOfPoints=\"" +
+         std::to_string(points.size()) + "\" NumberOfCells=\"" + std::to_string(cells.size()) +
+         "\"><Points>" + array("Float64", "NumberOfComponents=\"3\"", places) + "</Points><Cells>" +
+         array("Int64", "Name=\"connectivity\"", corners) +
+         array("Int64", "Name=\"offsets\"", ends) + array("UInt8", "Name=\"types\"", kinds) +
+         "</Cells></Piece></UnstructuredGrid></VTKFile>\n";
+}
+
+std::vector<std::vector<std::uint32_t>> triangles_of(const TriangleMesh& mesh) {
+  std::vector<std::vector<std::uint32_t>> cells;
+  for (const Face& f : mesh.faces) cells.push_back({f[0], f[1], f[2]});
+  return cells;
+}
+
 std::string upper_case(std::string text) {
   for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c;
   return text;
@@ -222,6 +253,7 @@ TEST_F(MeshFiles, EveryFormatGivesTheSameClosedMesh) {
       {"a.vtk", as_vtk(truth_)},
       {"b.vtk", as_binary_vtk(truth_)},
       {"a.vtp", as_vtp(truth_)},
+      {"a.vtu", as_vtu(truth_.vertices, triangles_of(truth_), 5)},
       {"a.stl", as_binary_stl(truth_)},
       {"b.stl", as_ascii_stl(truth_)},
       {"A.STL", as_binary_stl(truth_)},
@@ -239,6 +271,35 @@ TEST_F(MeshFiles, EveryFormatGivesTheSameClosedMesh) {
     constexpr double kSinglePrecision = 1e-6;
     EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 1, kSinglePrecision) << name;
   }
+}
+
+TEST_F(MeshFiles, OfSolidCellsTheOutsideIsTheSurface) {
+  // An organ of tetrahedra round its middle: what lies between two of them is no surface.
+  std::vector<Eigen::Vector3d> points = truth_.vertices;
+  points.push_back(Eigen::Vector3d::Zero());
+  std::vector<std::vector<std::uint32_t>> solids = triangles_of(truth_);
+  for (auto& cell : solids) cell.push_back(static_cast<std::uint32_t>(points.size() - 1));
+  const TriangleMesh mesh = read("solid.vtu", as_vtu(points, solids, 10));
+  EXPECT_EQ(mesh.faces.size(), truth_.faces.size());
+  EXPECT_TRUE(analyse_topology(mesh).closed_manifold());
+  EXPECT_NEAR(std::abs(signed_volume(mesh)) / signed_volume(truth_), 1, 1e-6);
+
+  std::vector<Eigen::Vector3d> corners = box_mesh({10, 20, 30}).vertices;
+  const TriangleMesh box = read("box.vtu", as_vtu(corners, {{0, 1, 3, 2, 4, 5, 7, 6}}, 12));
+  EXPECT_EQ(box.faces.size(), 12u);
+  EXPECT_NEAR(signed_volume(box), 6000, 1e-6);
+}
+
+TEST_F(MeshFiles, AVtuThatIsBrokenIsRefused) {
+  std::vector<std::vector<std::uint32_t>> cells = triangles_of(truth_);
+  cells[5][1] = 100000;
+  EXPECT_THAT(error(ExitCode::bad_data, "bad.vtu", as_vtu(truth_.vertices, cells, 5)),
+              HasSubstr("point 100000"));
+  const std::string whole = as_vtu(truth_.vertices, triangles_of(truth_), 5);
+  EXPECT_THAT(error(ExitCode::bad_data, "cut.vtu", whole.substr(0, whole.size() / 2)),
+              HasSubstr("cut.vtu"));
+  EXPECT_THAT(error(ExitCode::bad_data, "none.vtu", as_vtu(truth_.vertices, {}, 5)),
+              HasSubstr("no triangles"));
 }
 
 TEST_F(MeshFiles, ASoupIsWeldedAndKeepsItsColours) {
@@ -333,7 +394,7 @@ TEST_F(MeshFiles, MissingAndUnknownAreTold) {
               HasSubstr("gone.obj: does not exist"));
   message_of(ExitCode::no_input, [&] { read_mesh(folder_.path()); });
   EXPECT_THAT(error(ExitCode::usage, "mesh.fbx", "x"),
-              HasSubstr("use .ply, .obj, .stl, .off, .vtk, .vtp, .glb or .gltf"));
+              HasSubstr("use .ply, .obj, .stl, .off, .vtk, .vtp, .vtu, .glb or .gltf"));
   for (const char* name : {"a.ply", "a.obj", "a.stl", "a.vtk", "a.vtp"}) {
     EXPECT_THAT(error(ExitCode::bad_data, name, ""), HasSubstr("empty")) << name;
     EXPECT_THAT(error(ExitCode::bad_data, name, "words, not a mesh\n"), HasSubstr(name));

@@ -30,6 +30,13 @@ TEST(Topology, FindsEachDefect) {
   TriangleMesh open = box_mesh({1, 1, 1});
   open.faces.pop_back();
   EXPECT_EQ(analyse_topology(open).boundary_edges, 3u);
+  EXPECT_EQ(analyse_topology(open).boundary_loops, 1u);
+  EXPECT_EQ(analyse_topology(box_mesh({1, 1, 1})).boundary_loops, 0u);
+  TriangleMesh two_holes = sphere_mesh(1, 2);
+  std::swap(two_holes.faces[7], two_holes.faces.back());
+  two_holes.faces.pop_back();
+  two_holes.faces.erase(two_holes.faces.begin() + 200);
+  EXPECT_EQ(analyse_topology(two_holes).boundary_loops, 2u);
 
   TriangleMesh turned = box_mesh({1, 1, 1});
   std::swap(turned.faces[0][0], turned.faces[0][1]);

@@ -13,6 +13,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
 constexpr const char* kSegmentation = "1.2.840.10008.5.1.4.1.1.66.4";
+constexpr const char* kRle = "1.2.840.10008.1.2.5";
 constexpr const char* kStructureSet = "1.2.840.10008.5.1.4.1.1.481.3";
 
 std::string us(int value) { return dicom_number(static_cast<std::uint32_t>(value), 2); }
@@ -27,6 +28,7 @@ struct SegBytes {
   std::string kind = "BINARY";
   int bits = 1;
   std::vector<Frame> frames;
+  bool rle = false;
 
   std::string bytes() const {
     std::vector<std::string> groups, segments;
@@ -53,8 +55,8 @@ struct SegBytes {
     const std::string shared =
         dicom_sequence(0x20, 0x9116, {dicom_element(0x20, 0x0037, "DS", "1\\0\\0\\0\\1\\0")}) +
         dicom_sequence(0x28, 0x9110, {dicom_element(0x28, 0x0030, "DS", "0.5\\0.75")});
-    return dicom_head(kSegmentation) + dicom_element(8, 0x0016, "UI", kSegmentation) +
-           dicom_element(8, 0x0060, "CS", "SEG") +
+    return dicom_head(kSegmentation, rle ? kRle : "1.2.840.10008.1.2.1") +
+           dicom_element(8, 0x0016, "UI", kSegmentation) + dicom_element(8, 0x0060, "CS", "SEG") +
            dicom_element(0x28, 0x0008, "IS", std::to_string(frames.size())) +
            dicom_element(0x28, 0x0010, "US", us(5)) + dicom_element(0x28, 0x0011, "US", us(7)) +
            dicom_element(0x28, 0x0100, "US", us(bits)) +
@@ -63,7 +65,31 @@ struct SegBytes {
            dicom_element(0x62, 0x0001, "CS", kind) + dicom_sequence(0x62, 0x0002, segments) +
            (kind == "FRACTIONAL" ? dicom_element(0x62, 0x000E, "US", us(200)) : "") +
            dicom_sequence(0x5200, 0x9229, {shared}) + dicom_sequence(0x5200, 0x9230, groups) +
-           dicom_element(0x7FE0, 0x0010, "OB", raw);
+           (rle ? run_lengths() : dicom_element(0x7FE0, 0x0010, "OB", raw));
+  }
+
+  // Each frame's bytes as one segment (PS3.5, G): a run of zeros, then literals.
+  std::string run_lengths() const {
+    const auto item = [](std::string body) {
+      if (body.size() % 2) body += '\0';
+      return dicom_number(0xE000FFFE, 4) +
+             dicom_number(static_cast<std::uint32_t>(body.size()), 4) + body;
+    };
+    std::string pixels = dicom_number(0x00107FE0, 4) + std::string("OB\0\0", 4) +
+                         dicom_number(0xFFFFFFFF, 4) + item({});
+    for (const Frame& frame : frames) {
+      std::string segment;
+      std::size_t zeros = 0;
+      while (zeros < frame.values.size() && frame.values[zeros] == 0) ++zeros;
+      if (zeros > 1) segment += {static_cast<char>(257 - zeros), '\0'};
+      const std::size_t first = zeros > 1 ? zeros : 0;
+      if (first < frame.values.size())
+        segment += static_cast<char>(frame.values.size() - first - 1);
+      for (std::size_t i = first; i < frame.values.size(); ++i)
+        segment += static_cast<char>(frame.values[i]);
+      pixels += item(dicom_number(1, 4) + dicom_number(64, 4) + std::string(56, '\0') + segment);
+    }
+    return pixels + dicom_number(0xE0DDFFFE, 4) + dicom_number(0, 4);
   }
 };
 
@@ -125,6 +151,23 @@ TEST_F(DicomMasks, AFolderWithOneMaskStandsForIt) {
 TEST_F(DicomMasks, AFractionalSegmentIsInsideFromOneHalfOn) {
   SegBytes seg{"FRACTIONAL", 8, {{1, 0, frame_with({3}, 99)}, {1, 2, frame_with({3, 4}, 100)}}};
   EXPECT_EQ(label_figures(read(seg.bytes(), "1"))[0].voxels, 2u);
+}
+
+TEST_F(DicomMasks, FramesCompressedByRunLengthsAreRead) {
+  SegBytes seg{
+      "FRACTIONAL",
+      8,
+      {{1, 0, frame_with({3, 20}, 200)}, {2, 0, frame_with({0, 34}, 150)}, {1, 2, frame_with({})}}};
+  const Volume plain = read(seg.bytes(), "liver");
+  seg.rle = true;
+  EXPECT_EQ(read(seg.bytes(), "liver").voxels, plain.voxels);
+  EXPECT_EQ(label_figures(read(seg.bytes(), "cyst, large"))[0].voxels, 2u);
+  const std::string bytes = seg.bytes();
+  message_of(ExitCode::bad_data, [&] { read(bytes.substr(0, bytes.size() - 30), "liver"); });
+  SegBytes bits{"BINARY", 1, {{1, 0, frame_with({3})}}};
+  bits.rle = true;
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(bits.bytes(), "liver"); }),
+              HasSubstr("save it uncompressed"));
 }
 
 TEST_F(DicomMasks, ATruncatedOrUnevenSegmentationIsRefused) {

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bundle/reseal.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "core/files.h"
+#include "core/temporary_folder.h"
+#include "image/exr.h"
+#include "small_bundle.h"
+#include "support/error_message.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// Every texel that shows something lies in the plane of a face: depth and height agree.
+void lay_on_faces(Bundle& bundle) {
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    const PosedCamera& camera = bundle.cameras.cameras[c];
+    const RigidTransform world_from_camera = camera.camera_from_world.inverse();
+    CameraMaps& maps = bundle.maps[c];
+    for (std::size_t i = 0; i < maps.face.size(); ++i) {
+      if (maps.face[i] == kNoFace) continue;
+      const Eigen::Vector2d pixel(i % maps.width + 0.5, i / maps.width + 0.5);
+      const Eigen::Vector3d ray = world_from_camera.rotation * unproject(camera.intrinsics, pixel);
+      maps.height_mm[i] = 0;
+      for (std::uint32_t f = 0; f < bundle.proxy.faces.size(); ++f) {
+        const Eigen::Vector3d n = face_normal(bundle.proxy, f);
+        const Eigen::Vector3d& on = bundle.proxy.vertices[bundle.proxy.faces[f][0]];
+        const double depth = n.dot(on - world_from_camera.translation) / n.dot(ray);
+        if (!(depth > 1 && depth < 100)) continue;
+        maps.face[i] = f;
+        maps.depth_mm[i] = static_cast<float>(depth);
+      }
+    }
+  }
+}
+
+class EditedBundle : public testing::Test {
+ protected:
+  void SetUp() override {
+    lay_on_faces(bundle_);
+    write_bundle(path(), bundle_);
+  }
+  fs::path path() const { return folder_.path() / "b"; }
+  fs::path camera(int c) const { return path() / camera_folder(c); }
+  std::string refusal() const {
+    const std::string before = read_text_file(path() / "manifest.json");
+    const std::string message = message_of(ExitCode::bad_data, [&] { reseal(path()); });
+    EXPECT_EQ(read_text_file(path() / "manifest.json"), before);
+    return message;
+  }
+  void write_manifest_of(const ResealedBundle& resealed) const {
+    write_file_atomically(path() / "manifest.json", manifest_to_json(resealed.manifest));
+  }
+
+  Bundle bundle_ = small_bundle();
+  TemporaryFolder folder_;
+};
+
+TEST_F(EditedBundle, UntouchedKeepsItsManifest) {
+  const ResealedBundle resealed = reseal(path());
+  EXPECT_TRUE(resealed.changed.empty());
+  EXPECT_EQ(manifest_to_json(resealed.manifest), read_text_file(path() / "manifest.json"));
+}
+
+TEST_F(EditedBundle, PaintedColoursAreTakenOverAndTold) {
+  bundle_.maps[1].color[5] = {0.9f, 0.1f, 0.1f};
+  write_exr(camera(1) / "color.exr", color_image(bundle_.maps[1]));
+  EXPECT_THROW(BundleReader(path()).verify(), BadDataError);
+  const ResealedBundle resealed = reseal(path());
+  EXPECT_THAT(resealed.changed, ElementsAre("cam_001/color.exr"));
+  write_manifest_of(resealed);
+  const BundleReader reader(path());
+  reader.verify();
+  EXPECT_NEAR(reader.read_all().maps[1].color[5].x(), 0.9, 1e-3) << "stored as a half";
+  EXPECT_THAT(reader.manifest().edited, ElementsAre("cam_001/color.exr"));
+
+  // A second edit is told beside the first.
+  bundle_.base.color[0] = {1, 0, 0};
+  write_exr(path() / "base.exr", base_layer_to_image(bundle_.base));
+  write_manifest_of(reseal(path()));
+  EXPECT_THAT(BundleReader(path()).manifest().edited, ElementsAre("base.exr", "cam_001/color.exr"));
+  EXPECT_TRUE(reseal(path()).changed.empty());
+}
+
+TEST_F(EditedBundle, ConfidenceMayBeEditedWhereDepthAndHeightStillAgree) {
+  bundle_.maps[0].confidence[5] = 0.25f;
+  write_exr(camera(0) / "micro.exr", micro_image(bundle_.maps[0]));
+  EXPECT_THAT(reseal(path()).changed, ElementsAre("cam_000/micro.exr"));
+  bundle_.maps[0].depth_mm[5] += 3;
+  write_exr(camera(0) / "depth.exr", depth_image(bundle_.maps[0]));
+  EXPECT_THAT(refusal(),
+              testing::AllOf(HasSubstr("cam_000"), HasSubstr("texel (5, 0)"), HasSubstr("places")));
+}
+
+TEST_F(EditedBundle, DepthsNamedYAndZMustNotDiffer) {
+  ChannelImage depth = depth_image(bundle_.maps[0]);
+  auto& z = std::get<std::vector<float>>(depth.channels[1].values);
+  z[5] += 0.001f;
+  write_exr(camera(0) / "depth.exr", depth);
+  EXPECT_THAT(refusal(), HasSubstr("Y and Z"));
+}
+
+TEST_F(EditedBundle, WhatNoMapIsIsRefused) {
+  const auto rewritten = [&](const char* file) {
+    SetUp();
+    std::ofstream(path() / file, std::ios::app) << "\n";
+    return refusal();
+  };
+  for (const char* file : {"proxy.ply", "cameras.json", "mechanics.json"})
+    EXPECT_THAT(rewritten(file), testing::AllOf(HasSubstr(file), HasSubstr("was changed")));
+  SetUp();
+  std::ofstream(path() / "cam_000" / "color.exr~") << "a painter's copy";
+  EXPECT_THAT(refusal(), HasSubstr("color.exr~"));
+  fs::remove(path() / "cam_000" / "color.exr~");
+  fs::remove(path() / "cam_000" / "color.exr");
+  EXPECT_THAT(refusal(), testing::AllOf(HasSubstr("color.exr"), HasSubstr("is missing")));
+}
+
+TEST_F(EditedBundle, AnotherSizeOtherChannelsAndBadTexelsAreRefused) {
+  const ChannelImage right = color_image(bundle_.maps[0]);
+  ChannelImage wide = right;
+  std::swap(wide.width, wide.height);
+  write_exr(camera(0) / "color.exr", wide);
+  EXPECT_THAT(refusal(), HasSubstr("8 × 6"));
+  ChannelImage grey = right;
+  grey.channels.resize(1);
+  write_exr(camera(0) / "color.exr", grey);
+  EXPECT_THAT(refusal(), HasSubstr("color.exr"));
+  write_file_atomically(camera(0) / "color.exr", "no image");
+  EXPECT_THAT(refusal(), HasSubstr("color.exr"));
+  write_exr(camera(0) / "color.exr", right);
+  bundle_.maps[0].confidence[5] = 2;
+  write_exr(camera(0) / "micro.exr", micro_image(bundle_.maps[0]));
+  EXPECT_THAT(refusal(), HasSubstr("confidence outside 0…1"));
+}
+
+TEST_F(EditedBundle, ADamagedManifestIsNotSealedAnew) {
+  std::string text = read_text_file(path() / "manifest.json");
+  text.replace(text.find("\"small\""), 7, "\"other\"");
+  write_file_atomically(path() / "manifest.json", text);
+  EXPECT_THAT(refusal(), HasSubstr("its own checksum"));
+}
+
+}  // namespace
+}  // namespace organbake
