@@ -233,6 +233,15 @@ places, normals, coordinates = floats("POSITION", 3), floats("NORMAL", 3), float
 assert len(places) == len(normals) == len(coordinates)
 assert all(abs(math.sqrt(dot(n, n)) - 1) < 1e-4 for n in normals)
 assert all(0 <= c <= 1 for uv in coordinates for c in uv)
+for t, n in zip(floats("TANGENT", 4), normals):
+    assert abs(math.sqrt(dot(t, t)) - 1) < 1e-4 and abs(dot(t, n)) < 1e-4 and t[3] == 1
+bounds = gltf["accessors"][primitive["attributes"]["POSITION"]]
+assert all(bounds["min"][k] == min(p[k] for p in places) for k in range(3)), "to the last bit"
+assert all(bounds["max"][k] == max(p[k] for p in places) for k in range(3))
+for part in gltf["bufferViews"]:
+    assert part["byteOffset"] % 4 == 0 and part["byteOffset"] + part["byteLength"] <= gltf["buffers"][0]["byteLength"]
+for camera in gltf["nodes"][1:]:
+    assert abs(sum(c * c for c in camera["rotation"]) - 1) < 1e-6
 indices = [i for (i,) in struct.iter_unpack("<I", view(gltf["accessors"][primitive["indices"]]["bufferView"]))]
 assert max(indices) < len(places) and 900 < len(indices) // 3 <= 10000, len(indices) // 3
 # Metres, y up, back to LPS millimetres.
