@@ -222,6 +222,8 @@ void run_shading_suite(Bench& bench) {
   light_direction(bench);
   promise_clips(bench);
   promise_stability(bench);
+  promise_stereo(bench);
+  promise_fusion(bench);
 }
 
 }  // namespace organbake
