@@ -36,6 +36,25 @@ void smooth(const Plane& weight, Disparity& disparity) {
 
 }  // namespace
 
+void drop_strangers(Disparity& disparity) {
+  constexpr int kRounds = 2;  // strangers bend the planes that they are told by
+  constexpr float kFar_px = 1.0F, kFarShare = 0.03F, kSurrounded = 0.3F;
+  const int width = disparity.px.width, height = disparity.px.height;
+  const int radius = std::max(4, width / 80);
+  for (int round = 0; round < kRounds; ++round) {
+    Plane known(width, height);
+    for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = disparity.known.values[k];
+    const LocalPlanes around(disparity.px, known, radius);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        if (!disparity.known.at(x, y)) continue;
+        const float px = disparity.px.at(x, y), off = std::abs(px - around.at(x, y).value);
+        if (around.weight(x, y) < kSurrounded || off > kFar_px + kFarShare * std::abs(px))
+          disparity.known.at(x, y) = 0;
+      }
+  }
+}
+
 Mask smooth_and_fill(const Plane& sd_px, const Mask& tissue, double reach, Disparity& disparity) {
   const int width = tissue.width, height = tissue.height;
   smooth(certainty(sd_px, disparity.known), disparity);

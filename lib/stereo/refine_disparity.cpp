@@ -12,6 +12,7 @@ namespace organbake {
 namespace {
 
 constexpr float kLeastCounting = 0.25F;  // of a window
+constexpr float kLeastJudged = 0.5F;     // the same, to tell whether the eyes agree
 constexpr float kDamping = 1e-3F;        // deviations² per px²
 constexpr float kLargestStep_px = 1;
 constexpr float kFarthest_px = 1.5F;  // from where whole pixels, or the coarser level, put it
@@ -125,7 +126,7 @@ Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const Mat
     for (int x = 0; x < width; ++x) {
       const float n = share.at<float>(y, x);
       // What an eye does not see itself is not measured, however well its surroundings are.
-      if (n < kLeastCounting || laid.weight.at<float>(y, x) == 0) continue;
+      if (n < kLeastJudged || laid.weight.at<float>(y, x) == 0) continue;
       const double energy = double(aa.at<float>(y, x)) * bb.at<float>(y, x);
       agreement.correlation.at(x, y) =
           energy > 0 ? static_cast<float>(ab.at<float>(y, x) / std::sqrt(energy)) : 0;

@@ -56,7 +56,7 @@ Disparity coarse_to_fine(const EyePyramids& eyes, const DisparityRange& coarse_r
 // Where the eyes agree that there is a surface in reach.
 Mask agreed(const Disparity& disparity, const Agreement& agreement, const Mask& tissue,
             const DisparityRange& range, double at_infinity) {
-  constexpr float kAlike = 0.5F, kAlikeGuess = 0.75F, kMostRelativeSd = 0.05F;
+  constexpr float kAlike = 0.5F, kAlikeGuess = 0.85F, kMostRelativeSd = 0.05F;
   Mask found(tissue.width, tissue.height);
   for (std::size_t k = 0; k < found.size(); ++k) {
     const float d = disparity.px.values[k];
@@ -131,6 +131,7 @@ StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
       judge_disparity(both.left.front(), both.right.front(), kRefine, disparity);
   StereoDepth result;
   disparity.known = agreed(disparity, agreement, left.tissue, range, eyes.disparity_at_infinity);
+  drop_strangers(disparity);
   result.matched_share = share_of(disparity.known, left.tissue);
   if (swapped(both.left.back(), both.right.back(), range_at(eyes, options, scale),
               result.matched_share))

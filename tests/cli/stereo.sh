@@ -72,7 +72,8 @@ refused 65 "1920x1080" organbake stereo p/frames p/right --calibration other.yml
 refused 65 "--unit" organbake stereo p/frames p/right --calibration metres.yml -o made
 refused 65 "one picture in a frame" organbake stereo p/frames --calibration k.yml -o made
 refused 65 "of one size" organbake stereo p/frames/000000.png one/strip.png --calibration k.yml -o made
-refused 65 "lacks the matrices" organbake stereo p/frames p/right --calibration p/phantom.json -o made
+echo "a: 1" >words.yml
+refused 65 "lacks the matrices" organbake stereo p/frames p/right --calibration words.yml -o made
 refused 66 "no such file" organbake stereo p/frames p/right --calibration none.yml -o made
 refused 66 "no such file" organbake stereo p/frames none.png --calibration k.yml -o made
 refused 2 "needs a calibration" organbake stereo p/frames p/right -o made
@@ -85,9 +86,9 @@ expect 65 organbake stereo p/frames shorter --calibration k.yml -o kept
 expect_err "has ended"
 expect_equal "$(figure frames_matched kept/report.json)" 1
 
-# Pictures that do not belong together give no surface; rows apart are doubted.
-refused 65 "found again by the other eye" organbake stereo p/frames/000000.png p/frames/000000.png \
-  --calibration k.yml -o made
+# Pictures that do not belong together are not ok, nor are rows apart, and --strict says so.
+expect 3 organbake stereo p/frames/000000.png p/frames/000000.png --calibration k.yml --strict -o odd
+expect_err "found again by the other eye"
 expect 3 organbake stereo p/frames/000000.png p/right/000000.png --calibration rows_apart.yml --strict \
   -o apart
 expect_err "is not ok"
