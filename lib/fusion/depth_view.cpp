@@ -61,9 +61,9 @@ int radius_for(double noise_mm, double depth_mm) {
   return static_cast<int>(std::lround(std::clamp((pixels_across / 1.5 - 1) / 2, 1.0, kWidest_px)));
 }
 
-Plane smoothed(const Plane& depth, const Plane& known, double noise_mm, double usual_mm) {
+Plane smoothed(const Plane& depth, const Plane& known, double noise_mm, int radius) {
   Plane smooth = depth;
-  const LocalPlanes planes(depth, known, radius_for(noise_mm, usual_mm));
+  const LocalPlanes planes(depth, known, radius);
   // Where the surface leaves its plane by more than noise does, an edge is near: it stays.
   const double usual = std::max(noise_mm * noise_mm, 1e-6);
   for (int y = 0; y < depth.height; ++y)
@@ -85,6 +85,17 @@ Eigen::Vector3d SmoothView::point_world_mm(int x, int y) const {
   return camera.camera_from_world.inverse() * Eigen::Vector3d(double(depth_mm.at(x, y)) * ray);
 }
 
+Eigen::Vector3d SmoothView::normal_world(int x, int y) const {
+  return camera.camera_from_world.rotation.transpose() *
+         normals[depth_mm.index(x, y)].cast<double>();
+}
+
+bool is_same_side(const SmoothView& view, const SeenSurface& seen,
+                  const Eigen::Vector3d& normal_world) {
+  constexpr double kAlike = 0.7;  // cosine
+  return (view.camera.camera_from_world.rotation * normal_world).dot(seen.normal_camera) > kAlike;
+}
+
 SmoothView smooth_view(const DepthView& view) {
   const int width = view.depth_mm.width, height = view.depth_mm.height;
   Plane known(width, height), depth(width, height);
@@ -103,7 +114,11 @@ SmoothView smooth_view(const DepthView& view) {
   lens.k1 = lens.k2 = lens.p1 = lens.p2 = lens.k3 = 0;
   const double usual_mm = median(std::move(depths));
   smooth.noise_mm = noise_of(depth, known);
-  smooth.depth_mm = smoothed(depth, known, smooth.noise_mm, usual_mm);
+  const int radius = radius_for(smooth.noise_mm, usual_mm);
+  // A quarter of the window: detail that it leaves takes a few voxels.
+  constexpr double kOfWindow = 0.25;
+  smooth.resolution_px = std::max(1.0, kOfWindow * (2 * radius + 1));
+  smooth.depth_mm = smoothed(depth, known, smooth.noise_mm, radius);
   const RayGrid rays = ray_grid(lens);
   Plane log_range(width, height);
   smooth.weight = Plane(width, height);

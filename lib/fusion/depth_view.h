@@ -26,11 +26,13 @@ struct SmoothView {
   PosedCamera camera;
   Plane depth_mm;                        // +inf where there is nothing
   std::vector<Eigen::Vector3f> normals;  // camera axes, towards the camera
-  Plane weight;         // confidence × cos² of the angle of view; 0 where there is nothing
-  double noise_mm = 0;  // of a pixel, as it came
+  Plane weight;              // confidence × cos² of the angle of view; 0 where there is nothing
+  double noise_mm = 0;       // of a pixel, as it came
+  double resolution_px = 1;  // what the averaging leaves of detail
 
   // World point of a pixel that has depth.
   Eigen::Vector3d point_world_mm(int x, int y) const;
+  Eigen::Vector3d normal_world(int x, int y) const;
 };
 
 // Throws BadDataError that names the view: its size is not its camera's, it has no depth at all, or
@@ -45,5 +47,9 @@ struct SeenSurface {
   double weight = 0;
 };
 SeenSurface seen_at(const SmoothView& view, const Eigen::Vector3d& point_world_mm);
+
+// Whether what is seen faces the way that a point of that normal does: not the organ's other side.
+bool is_same_side(const SmoothView& view, const SeenSurface& seen,
+                  const Eigen::Vector3d& normal_world);
 
 }  // namespace organbake

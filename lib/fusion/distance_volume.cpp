@@ -68,7 +68,7 @@ double usual_pixel_mm(const std::vector<SmoothView>& views) {
   for (const SmoothView& view : views)
     for (std::size_t k = 0; k < view.depth_mm.size(); k += 97)
       if (view.weight.values[k] > 0)
-        sizes.push_back(view.depth_mm.values[k] / view.camera.intrinsics.fx);
+        sizes.push_back(view.resolution_px * view.depth_mm.values[k] / view.camera.intrinsics.fx);
   return median(std::move(sizes));
 }
 

@@ -39,7 +39,7 @@ struct DistanceVolume {
 // more.
 inline constexpr std::size_t kMostVoxels = 40'000'000;
 VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double margin_mm);
-// Median distance on the surface between the views' pixels.
+// Median distance on the surface between the views' pixels, or as many as were averaged.
 double usual_pixel_mm(const std::vector<SmoothView>& views);
 
 DistanceVolume fuse_distances(const std::vector<SmoothView>& views, const VoxelBox& box,

@@ -28,11 +28,6 @@ double usual_noise_mm(const std::vector<SmoothView>& views) {
   return median(std::move(noises));
 }
 
-// Distances between views as they are: a step of the refinement that moves nothing.
-double apart_of(std::vector<SmoothView> views) {
-  return refine_poses({.rounds = 1}, views).before_mm;
-}
-
 }  // namespace
 
 void FusionOptions::check() const {
@@ -56,7 +51,7 @@ FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions
   FusedSurface fused;
   fused.noise_mm = usual_noise_mm(smooth);
   if (options.refine) fused.refined = refine_poses(options.off, smooth);
-  fused.apart_mm = fused.refined ? fused.refined->after_mm : apart_of(smooth);
+  fused.apart_mm = fused.refined ? fused.refined->after_mm : views_apart_mm(smooth);
   context.throw_if_cancelled();
   context.progress(0.4);
 

@@ -43,7 +43,7 @@ PairTerms terms_of(const SmoothView& a, const SmoothView& b, const Vector3d& piv
       if (!(weight_a > 0)) continue;
       const Vector3d point = a.point_world_mm(x, y);
       const SeenSurface seen = seen_at(b, point);
-      if (!(seen.weight > 0)) continue;
+      if (!(seen.weight > 0) || !is_same_side(b, seen, a.normal_world(x, y))) continue;
       const Vector3d normal = world_from_b * seen.normal_camera;
       // Along the ray the surface is off by Δz; along its normal by that times the cosine.
       const Vector3d ray = (b.camera.camera_from_world * point) / seen.point_z_mm;
@@ -92,18 +92,20 @@ class Refiner {
     }
   }
 
-  RefinedPoses run() {
+  RefinedPoses run(bool moving) {
     RefinedPoses result;
     double reach_mm = 8 * options_.place_mm + 4 * usual_noise(), spread_mm = reach_mm / 3;
     for (; result.rounds < options_.rounds; ++result.rounds) {
-      const double moved = round(reach_mm, spread_mm);
+      const double moved = round(reach_mm, spread_mm, moving);
       const double off_mm = count_ > 0 ? std::sqrt(sum_ / count_) : 0;
       if (result.rounds == 0) result.before_mm = off_mm;
       result.after_mm = off_mm;
       spread_mm = std::max(0.1, off_mm);
-      reach_mm = std::max(6 * spread_mm, 1.0);
+      // Narrower step by step: what a camera is off by may be more than most points show.
+      reach_mm = std::min(reach_mm, std::max({6 * spread_mm, 0.8 * reach_mm, 1.0}));
       constexpr double kStill_mm = 2e-3;
-      if (moved < kStill_mm) break;
+      constexpr int kMostStill = 12;  // while the reach narrows
+      if (moving ? moved < kStill_mm : result.rounds >= kMostStill) break;
     }
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Vector6d motion = motion_from(given_[i], views_[i].camera.camera_from_world);
@@ -121,7 +123,7 @@ class Refiner {
   }
 
   // One step of all views; returns the largest shift or turn (at 100 mm), mm.
-  double round(double reach_mm, double spread_mm) {
+  double round(double reach_mm, double spread_mm, bool moving) {
     const int count = static_cast<int>(views_.size());
     std::vector<PairTerms> pairs(std::size_t(count) * count);
     tbb::parallel_for(0, count * count, [&](int pair) {
@@ -144,6 +146,7 @@ class Refiner {
         sum_ += t.sum;
         count_ += t.count;
       }
+    if (!moving) return 0;
     hold(spread_mm, h, g);
     const Eigen::VectorXd step = -h.ldlt().solve(g);
     double largest = 0;
@@ -184,7 +187,13 @@ class Refiner {
 
 RefinedPoses refine_poses(const PoseRefinement& options, std::vector<SmoothView>& views) {
   if (views.size() < 2) return {};
-  return Refiner(options, views).run();
+  return Refiner(options, views).run(true);
+}
+
+double views_apart_mm(std::vector<SmoothView> views) {
+  if (views.size() < 2) return 0;
+  const PoseRefinement as_they_are;
+  return Refiner(as_they_are, views).run(false).after_mm;
 }
 
 }  // namespace organbake

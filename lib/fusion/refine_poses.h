@@ -24,4 +24,7 @@ struct RefinedPoses {
 // where it was given, as firmly as that is likely to be right. Deterministic.
 RefinedPoses refine_poses(const PoseRefinement& options, std::vector<SmoothView>& views);
 
+// How far the views' surfaces are apart as they are, along the normal, root mean square.
+double views_apart_mm(std::vector<SmoothView> views);
+
 }  // namespace organbake

@@ -14,6 +14,8 @@ namespace {
 constexpr int kAcross = 40;  // points of a view, in each direction
 // A surface behind or in front of another by more is another one.
 constexpr double kSameSurface = 0.5;
+// Poses and noise move a surface by less.
+constexpr double kAgreeing = 0.06;
 
 }  // namespace
 
@@ -28,11 +30,12 @@ std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
         if (!(view.weight.at(x, y) > 0)) continue;
         ++points;
         const Eigen::Vector3d point = view.point_world_mm(x, y);
+        const Eigen::Vector3d normal = view.normal_world(x, y);
         bool seen_too = false;
         for (const SmoothView& other : views) {
           if (&other == &view) continue;
           const SeenSurface seen = seen_at(other, point);
-          if (!(seen.weight > 0)) continue;
+          if (!(seen.weight > 0) || !is_same_side(other, seen, normal)) continue;
           const double ratio = std::log(seen.point_z_mm / seen.depth_mm);
           if (std::abs(ratio) > kSameSurface) continue;
           seen_too = true;
@@ -55,7 +58,10 @@ void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<D
       throw BadDataError(views[i].name,
                          "sees nothing that another depth map sees: is its pose right, and its "
                          "depth in millimetres?");
-    if (overlap.scale > kMostScale || overlap.scale < 1 / kMostScale)
+    // What hides behind something is farther away, too; but then not everything is.
+    constexpr double kFewAgree = 0.15;
+    if (overlap.agreeing < kFewAgree &&
+        (overlap.scale > kMostScale || overlap.scale < 1 / kMostScale))
       throw BadDataError(views[i].name, "lies " + to_text(overlap.scale, 2) +
                                             " times as far away as the other depth maps have the "
                                             "same surface: it is of another scale");

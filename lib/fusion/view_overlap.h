@@ -9,8 +9,9 @@ namespace organbake {
 
 // How a view agrees with all the others about the surface.
 struct ViewOverlap {
-  double share = 0;  // of its points, those that another view sees, too
-  double scale = 1;  // median of its depths over theirs, along its own rays
+  double share = 0;     // of its points, those that another view sees, too
+  double scale = 1;     // median of its depths over theirs, along their rays
+  double agreeing = 1;  // share of its points that lie where the others have a surface
 };
 std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views);
 

@@ -76,11 +76,11 @@ TEST(FuseViews, DepthMapsThatCannotBeMeantAreRefused) {
     return message_of(ExitCode::bad_data, [&] { fuse_views(views, {}); });
   };
   EXPECT_THAT(refusal([](DepthView& view) { view.depth_mm = Plane(48, 48, 100); }),
-              HasSubstr("view 2 is 48x48, its camera 96x96"));
+              HasSubstr("view 2: is 48x48, its camera 96x96"));
   EXPECT_THAT(refusal([](DepthView& view) {
                 for (float& z : view.depth_mm.values) z = std::numeric_limits<float>::quiet_NaN();
               }),
-              HasSubstr("view 2 holds no depth"));
+              HasSubstr("view 2: holds no depth"));
   EXPECT_THAT(refusal([](DepthView& view) {
                 for (float& z : view.depth_mm.values) z *= 0.001F;
               }),
