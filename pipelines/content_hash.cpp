@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "bundle/cameras_json.h"
 #include "core/error.h"
@@ -108,6 +109,26 @@ std::vector<InputFile> files_of_photos(const fs::path& document) {
   return files;
 }
 
+// Cameras of any kind. What is no JSON, or names no images, is one file.
+std::vector<InputFile> files_of_posed(const fs::path& document) {
+  std::vector<InputFile> files = {{document.filename().string(), document}};
+  const auto json = nlohmann::json::parse(read_text_file(document), nullptr, false);
+  if (!json.is_object()) return files;
+  for (const auto& [list, key] :
+       {std::pair{"cameras", "image"}, std::pair{"frames", "file_path"}}) {
+    if (!json.contains(list) || !json[list].is_array()) continue;
+    for (const auto& camera : json[list]) {
+      if (!camera.is_object() || !camera.contains(key) || !camera[key].is_string()) continue;
+      const auto image = camera[key].get<std::string>();
+      const fs::path file = document.parent_path() / image;
+      if (fs::is_regular_file(file)) files.push_back({image, file});
+    }
+  }
+  std::sort(files.begin() + 1, files.end(),
+            [](const InputFile& a, const InputFile& b) { return a.name < b.name; });
+  return files;
+}
+
 }  // namespace
 
 std::string quick_hash(std::string_view text) {
@@ -139,13 +160,14 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   if (!fs::exists(status))
     throw NoInputError(path, "there is no such file or folder; correct the path");
   if (fs::is_directory(status)) {
-    const bool may_be_folder =
-        kind == InputKind::volume || kind == InputKind::frames || kind == InputKind::lenses;
+    const bool may_be_folder = kind == InputKind::volume || kind == InputKind::frames ||
+                               kind == InputKind::lenses || kind == InputKind::posed;
     if (may_be_folder) return files_of_folder(path);
     throw NoInputError(path, "is a folder, a file is needed");
   }
   if (!fs::is_regular_file(status)) throw NoInputError(path, "is not a regular file");
   if (kind == InputKind::photos) return files_of_photos(path);
+  if (kind == InputKind::posed) return files_of_posed(path);
   const std::string ending = path.extension().string();
   if (kind == InputKind::volume) {
     if (const auto pair = files_of_pair(path); !pair.empty()) return pair;

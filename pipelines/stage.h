@@ -23,6 +23,7 @@ enum class InputKind {
   frames,   // a frame, a folder of frames, or a video
   file,     // one file of any kind
   lenses,   // a file, or the folder of a COLMAP text model
+  posed,    // the same, with the images that a JSON document names, where they are there
 };
 
 struct StageInput {

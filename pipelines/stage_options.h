@@ -9,6 +9,7 @@
 #include "capture/filtered_detail.h"
 #include "decimate/decimate.h"
 #include "formats/mesh_files.h"
+#include "fusion/fuse_views.h"
 #include "isosurface/isosurface.h"
 #include "mechanics/mechanics.h"
 #include "phantom/laparoscopy.h"
@@ -20,6 +21,8 @@
 #include "shading/depth_mesh.h"
 #include "shading/frame_depth.h"
 #include "shading/frame_source.h"
+#include "shading/stereo_frame.h"
+#include "stereo/stereo_depth.h"
 #include "viewpoints/placement.h"
 #include "volume/read_options.h"
 
@@ -97,6 +100,27 @@ struct ShadeStageOptions {
   void resolve();
 };
 
+struct StereoStageOptions {
+  StereoOptions stereo;
+  DepthMeshOptions mesh;
+  StereoLayout layout = StereoLayout::none;  // none = seen from the first frame
+  bool swap_eyes = false;
+  bool masks = true;
+  int every = 1, sharpest = 1;
+  int mesh_frame = -1;  // −1 = the one with the most confidence
+  MeshUnit unit = MeshUnit::mm;
+  bool strict = false;
+
+  // Throws UsageError.
+  SelectionOptions selection() const;
+};
+
+struct FuseStageOptions {
+  FusionOptions fusion;
+  MeshUnit unit = MeshUnit::mm;  // of the depths
+};
+double mm_per(MeshUnit unit);
+
 struct PlaceStageOptions {
   PlacementOptions placement;
   Eigen::Vector3d cone_axis = ViewingCone().axis;
@@ -153,6 +177,8 @@ void bind(OptionList& list, InspectStageOptions& options);
 void bind(OptionList& list, RepairStageOptions& options);
 void bind(OptionList& list, MechanicsStageOptions& options);
 void bind(OptionList& list, ShadeStageOptions& options);
+void bind(OptionList& list, StereoStageOptions& options);
+void bind(OptionList& list, FuseStageOptions& options);
 void bind(OptionList& list, PlaceStageOptions& options);
 void bind(OptionList& list, RegisterStageOptions& options);
 void bind(OptionList& list, CaptureStageOptions& options);

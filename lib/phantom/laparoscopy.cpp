@@ -26,6 +26,7 @@ constexpr double kBed_mm = 60;    // of the bed from the first camera
 constexpr double kReach_mm = 40;  // bumps lie within this of the axis
 const Vector3d kTissue(0.55, 0.20, 0.16), kOtherTissue(0.72, 0.52, 0.26);
 const Vector3d kSteel(0.34, 0.35, 0.36);
+constexpr double kInstrument_mm = 35;  // from the cameras
 constexpr double kMoistGlint = 2.2, kMoistGlintExponent = 200;
 
 // Where a ray from `eye` first meets z = h(x, y), by small steps and bisection.
@@ -69,6 +70,10 @@ void LaparoscopyOptions::check() const {
     throw UsageError("noise is " + to_text(noise) + "; it must be in 0…0.5");
   if (!(texture >= 0 && texture <= 0.9))
     throw UsageError("texture is " + to_text(texture) + "; it must be in 0…0.9");
+  if (!(std::abs(tilt_rad) <= 0.7))
+    throw UsageError("tilt is " + to_text(tilt_rad) + " rad; it must be in -0.7…0.7");
+  if (!(baseline_mm >= 0 && baseline_mm <= 20))
+    throw UsageError("baseline is " + to_text(baseline_mm) + " mm; it must be in 0…20");
 }
 
 LaparoscopyPhantom::LaparoscopyPhantom(const LaparoscopyOptions& options) : options_(options) {
@@ -133,40 +138,60 @@ PosedCamera LaparoscopyPhantom::camera(int frame) const {
   camera.name = "frame_" + std::to_string(frame);
   camera.intrinsics = assumed_camera(options_.width, options_.height, options_.field_of_view_rad);
   const double t = 0.25 * frame;
-  const Vector3d eye(4 * std::sin(t), 3 * std::sin(0.7 * t), 4 * std::sin(0.4 * t));
-  camera.camera_from_world = look_at(eye, Vector3d(0, 0, kBed_mm), Vector3d(0, -1, 0));
+  Vector3d eye(4 * std::sin(t), 3 * std::sin(0.7 * t), 4 * std::sin(0.4 * t));
+  const Vector3d aim(0, 0, kBed_mm);
+  if (options_.tilt_rad != 0)
+    eye = aim + Eigen::AngleAxisd(options_.tilt_rad, Vector3d::UnitY()) * (eye - aim);
+  camera.camera_from_world = look_at(eye, aim, Vector3d(0, -1, 0));
   return camera;
 }
 
-LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
-  return picture(camera(index), static_cast<std::uint64_t>(index) + 1);
+PosedCamera LaparoscopyPhantom::right_camera(int frame) const {
+  PosedCamera right = camera(frame);
+  right.name = "right_" + std::to_string(frame);
+  right.camera_from_world.translation.x() -= options_.baseline_mm;
+  return right;
 }
 
-LaparoscopyFrame LaparoscopyPhantom::picture(const PosedCamera& view,
-                                             std::uint64_t noise_stream) const {
-  const int width = view.intrinsics.width, height = view.intrinsics.height;
-  const std::size_t count = std::size_t(width) * height;
-  LaparoscopyFrame result{Rgb8Image(width, height),
-                          view,
-                          Plane(width, height, INFINITY),
-                          std::vector<Eigen::Vector3f>(count, Eigen::Vector3f(0, 0, -1)),
-                          std::vector<Eigen::Vector3f>(count, Eigen::Vector3f::Zero()),
-                          Mask(width, height),
-                          Mask(width, height)};
+Vector3d LaparoscopyPhantom::light_world_mm(int frame) const {
+  return camera(frame).camera_from_world.inverse() * Vector3d(options_.light_offset_x_mm, 0, 0);
+}
+
+LaparoscopyFrame LaparoscopyPhantom::frame(int index) const {
+  return frame_seen_by(camera(index), light_world_mm(index), 1000 * (index + 1));
+}
+
+LaparoscopyFrame LaparoscopyPhantom::right_frame(int index) const {
+  const PosedCamera view = right_camera(index);
+  const double shift = view.intrinsics.fx * options_.baseline_mm / kInstrument_mm / options_.width;
+  return frame_seen_by(view, light_world_mm(index), 1000 * (index + 1) + 500, shift);
+}
+
+LaparoscopyFrame LaparoscopyPhantom::frame_seen_by(const PosedCamera& view, const Vector3d& light,
+                                                   std::uint64_t noise_stream,
+                                                   double instrument_shift) const {
+  const int width = options_.width, height = options_.height;
+  LaparoscopyFrame result{
+      Rgb8Image(width, height),
+      view,
+      Plane(width, height, INFINITY),
+      std::vector<Eigen::Vector3f>(std::size_t(width) * height, Eigen::Vector3f(0, 0, -1)),
+      std::vector<Eigen::Vector3f>(std::size_t(width) * height, Eigen::Vector3f::Zero()),
+      Mask(width, height),
+      Mask(width, height)};
   const Eigen::Matrix3d world_from_camera = view.camera_from_world.rotation.transpose();
   const Vector3d eye = view.center_world_mm();
-  const Vector3d light = eye + world_from_camera * Vector3d(options_.light_offset_x_mm, 0, 0);
   const double nearest_mm = kBed_mm - 12;
   tbb::parallel_for(0, height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const std::size_t k = result.depth_mm.index(x, y);
-      RandomStream random(options_.seed + 1000 * noise_stream, k);
+      RandomStream random(options_.seed + noise_stream, k);
       const double u = (x + 0.5) / width, v = (y + 0.5) / height;
       const double stop = std::hypot((u - 0.5) * width, (v - 0.5) * height) / (0.48 * height);
       if (options_.round_view && stop > 1) continue;
       const double vignette = 1 - 0.05 * std::min(1.0, stop * stop);
       Vector3d color;
-      if (options_.instrument && under_instrument(u, v)) {
+      if (options_.instrument && under_instrument(u + instrument_shift, v)) {
         result.instrument.values[k] = 1;
         color = kSteel * (0.7 + 0.5 * std::sin(60 * v));
       } else {

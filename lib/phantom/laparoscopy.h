@@ -23,6 +23,9 @@ struct LaparoscopyOptions {
   bool instrument = true;
   bool round_view = true;        // black outside the endoscope's stop
   double light_offset_x_mm = 0;  // of the light from the lens
+  double tilt_rad = 0;           // of the view onto the bed, to the side; 0 = from above
+  // Of a second eye to the right of the first, its axis parallel; 0 = there is one eye.
+  double baseline_mm = 0;
 
   void check() const;  // throws UsageError
 };
@@ -47,8 +50,13 @@ class LaparoscopyPhantom {
 
   PosedCamera camera(int frame) const;
   LaparoscopyFrame frame(int index) const;
-  // From any pose and lens, its light with it; noise differs from stream to stream.
-  LaparoscopyFrame picture(const PosedCamera& view, std::uint64_t noise_stream) const;
+  // The second eye of a stereo endoscope, at the same time and under the same light.
+  PosedCamera right_camera(int frame) const;
+  LaparoscopyFrame right_frame(int index) const;
+  // The same scene from any camera. `instrument_shift` is where the second eye sees the instrument,
+  // in widths of the frame to the left; `noise_stream` tells the frames' noise apart.
+  LaparoscopyFrame frame_seen_by(const PosedCamera& view, const Eigen::Vector3d& light_world_mm,
+                                 std::uint64_t noise_stream, double instrument_shift = 0) const;
   // The height field and its slopes at world x, y (mm).
   double height_mm(double x_mm, double y_mm) const;
 
@@ -59,6 +67,7 @@ class LaparoscopyPhantom {
   struct Wave {
     double angle_rad, length_mm, phase_rad;
   };
+  Eigen::Vector3d light_world_mm(int frame) const;
   Eigen::Vector3d normal_world(double x_mm, double y_mm) const;
   double albedo_factor(const Eigen::Vector3d& point) const;
   Eigen::Vector3d tissue_color(const Eigen::Vector3d& point) const;

@@ -41,6 +41,16 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "of a laparoscopy's light, right of the lens",
             .unit = "mm",
             .min = -20,
+            .max = 20})
+      .add("tilt", &o.laparoscopy.tilt_rad,
+           {.help = "of a laparoscopy's view onto the tissue; 0 = from above",
+            .unit = "rad",
+            .min = -0.7,
+            .max = 0.7})
+      .add("baseline", &o.laparoscopy.baseline_mm,
+           {.help = "of a stereo laparoscopy: from the left eye to the right one; 0 = one eye",
+            .unit = "mm",
+            .min = 0,
             .max = 20});
 }
 

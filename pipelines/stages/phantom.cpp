@@ -44,6 +44,23 @@ std::string phantom_json(const std::string& options_json) {
   return "{\"schema\": \"organbake/phantom/1\", \"options\": " + options_json + "}\n";
 }
 
+// right/ and stereo.json are what `stereo` reads besides frames/: the eyes of the first frame,
+// whose places to each other all frames have.
+void write_right_eye(const LaparoscopyPhantom& phantom, int frames, const StageCall& call) {
+  const fs::path folder = call.output_folder / "right";
+  fs::create_directory(folder);
+  for (int i = 0; i < frames; ++i) {
+    call.context.throw_if_cancelled();
+    write_png(folder / (padded(static_cast<std::size_t>(i), 6) + ".png"),
+              phantom.right_frame(i).image, 1);
+  }
+  CameraSet eyes;
+  eyes.cameras = {phantom.camera(0), phantom.right_camera(0)};
+  eyes.cameras[0].name = "left";
+  eyes.cameras[1].name = "right";
+  write_file_atomically(call.output_folder / "stereo.json", cameras_to_json(eyes));
+}
+
 // frames/ is what `shade` reads; truth/ what it should find.
 StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall& call) {
   LaparoscopyOptions asked = options.laparoscopy;
@@ -74,6 +91,7 @@ StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall&
     set.cameras.push_back(frame.camera);
     call.context.progress((i + 1.0) / asked.frames);
   }
+  if (asked.baseline_mm > 0) write_right_eye(phantom, asked.frames, call);
   write_file_atomically(call.output_folder / "cameras.json", cameras_to_json(set));
   write_file_atomically(call.output_folder / "phantom.json", phantom_json(call.options_json));
   StageReport report;

@@ -67,24 +67,8 @@ void warn_of_what_is_odd(const std::vector<FrameRecord>& records, const RunConte
 // What the verdicts come to: said always, and under --strict a gate.
 void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& options,
            const RunContext& context, StageReport& report) {
-  const auto counted = [&](DepthVerdict verdict) {
-    return std::count_if(records.begin(), records.end(), [&](const FrameRecord& record) {
-      return record.quality.verdict == verdict;
-    });
-  };
-  report.add("frames_ok", counted(DepthVerdict::ok));
-  report.add("frames_doubtful", counted(DepthVerdict::doubtful));
-  report.add("frames_failed", counted(DepthVerdict::failed));
-  const auto worst = std::max_element(records.begin(), records.end(),
-                                      [](const FrameRecord& a, const FrameRecord& b) {
-                                        return a.quality.verdict < b.quality.verdict;
-                                      });
-  if (worst->quality.verdict == DepthVerdict::ok) return;
-  const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
-  const std::string what = "the depth of " + std::to_string(bad) + " of " +
-                           std::to_string(records.size()) + " frames is not ok (frame " +
-                           std::to_string(worst->index) + " is " + name_of(worst->quality.verdict) +
-                           ": " + worst->quality.reason + ")";
+  const std::string what = count_verdicts(records, report);
+  if (what.empty()) return;
   if (options.strict) report.quality_gate = what;
   const bool flattened =
       options.shading.model == ShadingModel::laparoscope && !options.shading.full_relief;

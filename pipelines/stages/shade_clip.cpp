@@ -5,8 +5,6 @@
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "image/png.h"
 #include "shading/pictures.h"
 
 namespace organbake {
@@ -16,7 +14,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kAtOnce = 4;  // frames in memory
 constexpr double kAlike = 12;       // mean difference, of 255, up to which a start is taken over
-constexpr std::size_t kMostStrips = 12;  // rows of the picture to look at
 
 // One frame on its way through.
 struct Work {
@@ -47,7 +44,7 @@ class Pipeline {
         }) & tbb::make_filter<Item, void>(filter_mode::serial_in_order, [this](Item item) {
           finish(std::move(item));
         }));
-    if (!strips_.empty()) write_png(folder_ / "strip.png", stacked(strips_), 6);
+    strips_.write(folder_);
     return std::move(result_);
   }
 
@@ -91,15 +88,7 @@ class Pipeline {
   void finish(Item item) {
     const std::size_t index = item->selected.index;
     FrameRecord record = record_of(index, item->selected.sharpness, item->frame, *item->depth);
-    // Strips of evenly spaced frames without knowing how many will come: when there are too many,
-    // every second is dropped and the spacing doubles.
-    if (result_.records.size() % strip_spacing_ == 0)
-      strips_.push_back(frame_strip(item->frame, *item->depth, 240));
-    if (strips_.size() > kMostStrips) {
-      for (std::size_t i = 1; 2 * i < strips_.size(); ++i) strips_[i] = std::move(strips_[2 * i]);
-      strips_.resize((strips_.size() + 1) / 2);
-      strip_spacing_ *= 2;
-    }
+    if (strips_.wants_next()) strips_.add(frame_strip(item->frame, *item->depth, 240));
     const bool wanted = options_.mesh_frame >= 0
                             ? index == static_cast<std::size_t>(options_.mesh_frame)
                             : !result_.key || score(record) > score(result_.key->record);
@@ -108,17 +97,12 @@ class Pipeline {
     context_.debug("frame " + std::to_string(index));
   }
 
-  static double score(const FrameRecord& record) {
-    return record.mean_confidence * (1 - record.instrument_share - record.outside_share);
-  }
-
   Clip& clip_;
   const ShadeStageOptions& options_;
   const fs::path& folder_;
   const RunContext& context_;
   std::shared_ptr<const FrameDepth> previous_;
-  std::vector<Rgb8Image> strips_;
-  std::size_t strip_spacing_ = 1;
+  StripSheet strips_;
   ClipResult result_;
 };
 
@@ -126,8 +110,7 @@ class Pipeline {
 
 ClipResult shade_clip(Clip& clip, const ShadeStageOptions& options, const fs::path& folder,
                       const RunContext& context) {
-  for (const char* part : {"depth", "normals", "mask", "confidence"})
-    fs::create_directory(folder / part);
+  make_frame_folders(folder);
   return Pipeline(clip, options, folder, context).run();
 }
 

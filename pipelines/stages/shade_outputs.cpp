@@ -98,11 +98,16 @@ FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& 
   return record;
 }
 
+void make_frame_folders(const fs::path& folder) {
+  for (const char* part : {"depth", "normals", "mask", "confidence"})
+    fs::create_directory(folder / part);
+}
+
 void write_frame(const fs::path& folder, std::size_t index, const PreparedFrame& frame,
-                 const FrameDepth& depth) {
+                 const FrameDepth& depth, const RigidTransform& camera_from_world) {
   constexpr std::size_t kDigits = 6;
   const std::string name = padded(index, kDigits);
-  const PosedCamera camera{"laparoscope", frame.camera, {}};
+  const PosedCamera camera{"laparoscope", frame.camera, camera_from_world};
   const ExrWriteOptions options{.zip_level = 1, .camera = camera};
   write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);
   write_exr(folder / "normals" / (name + ".exr"), normal_channels(depth), options);
@@ -149,6 +154,39 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
   for (const FrameRecord& record : records)
     if (!record.branch.empty()) branches.push_back(record.branch);
   if (!branches.empty()) report.add("frame_branch", branches);
+}
+
+std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport& report) {
+  const auto counted = [&](DepthVerdict verdict) {
+    return std::count_if(records.begin(), records.end(), [&](const FrameRecord& record) {
+      return record.quality.verdict == verdict;
+    });
+  };
+  report.add("frames_ok", counted(DepthVerdict::ok));
+  report.add("frames_doubtful", counted(DepthVerdict::doubtful));
+  report.add("frames_failed", counted(DepthVerdict::failed));
+  const auto worst = std::max_element(records.begin(), records.end(),
+                                      [](const FrameRecord& a, const FrameRecord& b) {
+                                        return a.quality.verdict < b.quality.verdict;
+                                      });
+  if (worst->quality.verdict == DepthVerdict::ok) return "";
+  const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
+  return "the depth of " + std::to_string(bad) + " of " + std::to_string(records.size()) +
+         " frames is not ok (frame " + std::to_string(worst->index) + " is " +
+         name_of(worst->quality.verdict) + ": " + worst->quality.reason + ")";
+}
+
+void StripSheet::add(Rgb8Image strip) {
+  constexpr std::size_t kMostStrips = 12;  // rows of the picture to look at
+  strips_.push_back(std::move(strip));
+  if (strips_.size() <= kMostStrips) return;
+  for (std::size_t i = 1; 2 * i < strips_.size(); ++i) strips_[i] = std::move(strips_[2 * i]);
+  strips_.resize((strips_.size() + 1) / 2);
+  spacing_ *= 2;
+}
+
+void StripSheet::write(const fs::path& folder) const {
+  if (!strips_.empty()) write_png(folder / "strip.png", stacked(strips_), 6);
 }
 
 std::string plot_of(const std::vector<FrameRecord>& records) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "image/channel_image.h"
 #include "pipelines/stage.h"
 #include "shading/frame_depth.h"
 
@@ -26,12 +27,38 @@ struct FrameRecord {
 FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
                       const FrameDepth& depth);
 
+// Of which frame the surface says most.
+inline double score(const FrameRecord& record) {
+  return record.mean_confidence * (1 - record.instrument_share - record.outside_share);
+}
+
+// The folders that write_frame() writes to.
+void make_frame_folders(const std::filesystem::path& folder);
 // depth/, normals/, mask/, confidence/ of one frame, named by its index.
 void write_frame(const std::filesystem::path& folder, std::size_t index, const PreparedFrame& frame,
-                 const FrameDepth& depth);
+                 const FrameDepth& depth, const RigidTransform& camera_from_world = {});
+
+// How many frames are ok, doubtful and failed, into the report; what to say of them when not all
+// are ok, else nothing.
+std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport& report);
 
 // Per-frame lists and sums into the report, and the curves over time into plot.svg.
 void report_frames(const std::vector<FrameRecord>& records, StageReport& report);
 std::string plot_of(const std::vector<FrameRecord>& records);
+
+// Strips of evenly spaced frames without knowing how many will come: when there are too many, every
+// second is dropped and the spacing doubles.
+class StripSheet {
+ public:
+  // Whether the strip of the frame that comes next is wanted; call it once a frame, in order.
+  bool wants_next() { return count_++ % spacing_ == 0; }
+  void add(Rgb8Image strip);
+  // strip.png; nothing without strips.
+  void write(const std::filesystem::path& folder) const;
+
+ private:
+  std::vector<Rgb8Image> strips_;
+  std::size_t count_ = 0, spacing_ = 1;
+};
 
 }  // namespace organbake

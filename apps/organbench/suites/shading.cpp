@@ -223,6 +223,8 @@ void run_shading_suite(Bench& bench) {
   promise_clips(bench);
   promise_relit(bench);
   promise_stability(bench);
+  promise_stereo(bench);
+  promise_fusion(bench);
 }
 
 }  // namespace organbake

@@ -18,6 +18,12 @@ void promise_relit(Bench& bench);
 // How little harmless changes of a picture change its depth.
 void promise_stability(Bench& bench);
 
+// A stereo endoscope's depth against the phantom's, and its rate.
+void promise_stereo(Bench& bench);
+
+// Noisy depth maps of the phantom organ, fused, against its surface and colours.
+void promise_fusion(Bench& bench);
+
 // What ours makes of the scene on which it was most wrong.
 struct WorstScene {
   double error = -1;

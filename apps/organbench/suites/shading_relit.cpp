@@ -86,7 +86,8 @@ void promise_relit(Bench& bench) {
     const PosedCamera view = aside(seen.camera.intrinsics, shading.range_mm, place);
     PosedCamera in_world = view;
     in_world.camera_from_world = view.camera_from_world * seen.camera.camera_from_world;
-    const LaparoscopyFrame truth = phantom.picture(in_world, 100 + place);
+    const LaparoscopyFrame truth = phantom.frame_seen_by(
+        in_world, in_world.center_world_mm(), 100000 * static_cast<std::uint64_t>(1 + place));
     DrawOptions drawing;
     kept_db += error_db(kept, drawing, view, truth) / 5;
     drawing.light = DrawnLight::scope;

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fusion/view_overlap.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/median.h"
+#include "core/text.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kAcross = 40;  // points of a view, in each direction
+// A surface behind or in front of another by more is another one.
+constexpr double kSameSurface = 0.5;
+// Poses and noise move a surface by less.
+constexpr double kAgreeing = 0.06;
+
+}  // namespace
+
+std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
+  std::vector<ViewOverlap> overlaps;
+  for (const SmoothView& view : views) {
+    const int step = std::max(1, std::max(view.depth_mm.width, view.depth_mm.height) / kAcross);
+    double points = 0, shared = 0;
+    std::vector<double> logs;
+    for (int y = step / 2; y < view.depth_mm.height; y += step)
+      for (int x = step / 2; x < view.depth_mm.width; x += step) {
+        if (!(view.weight.at(x, y) > 0)) continue;
+        ++points;
+        const Eigen::Vector3d point = view.point_world_mm(x, y);
+        const Eigen::Vector3d normal = view.normal_world(x, y);
+        bool seen_too = false;
+        for (const SmoothView& other : views) {
+          if (&other == &view) continue;
+          const SeenSurface seen = seen_at(other, point);
+          if (!(seen.weight > 0) || !is_same_side(other, seen, normal)) continue;
+          const double ratio = std::log(seen.point_z_mm / seen.depth_mm);
+          if (std::abs(ratio) > kSameSurface) continue;
+          seen_too = true;
+          logs.push_back(ratio);
+        }
+        shared += seen_too;
+      }
+    overlaps.push_back(
+        {points > 0 ? shared / points : 0, logs.empty() ? 1 : std::exp(median(std::move(logs)))});
+  }
+  return overlaps;
+}
+
+void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views) {
+  constexpr double kLeastShare = 0.02, kMostScale = 1.15;
+  if (views.size() < 2) return;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const ViewOverlap& overlap = overlaps[i];
+    if (overlap.share < kLeastShare)
+      throw BadDataError(views[i].name,
+                         "sees nothing that another depth map sees: is its pose right, and its "
+                         "depth in millimetres?");
+    // What hides behind something is farther away, too; but then not everything is.
+    constexpr double kFewAgree = 0.15;
+    if (overlap.agreeing < kFewAgree &&
+        (overlap.scale > kMostScale || overlap.scale < 1 / kMostScale))
+      throw BadDataError(views[i].name, "lies " + to_text(overlap.scale, 2) +
+                                            " times as far away as the other depth maps have the "
+                                            "same surface: it is of another scale");
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "shading/grid.h"
+#include "stereo/eye_image.h"
+
+namespace organbake {
+
+// How far to the left the right eye sees what the left eye sees in a pixel.
+struct Disparity {
+  Plane px;
+  Mask known;  // elsewhere px is a guess
+};
+
+struct DisparityRange {
+  double least_px = 0, most_px = 64;
+};
+
+// Semi-global matching (Hirschmüller 2008; OpenCV's) of whole pixels and their halves, both ways;
+// known is what either eye finds alike.
+Disparity match_eyes(const EyeImage& left, const EyeImage& right, const DisparityRange& range);
+
+// Of a level of half the size; guesses go along.
+Disparity doubled(const Disparity& half, int width, int height);
+
+// Guesses for what is not known: planes through what is known around, the nearer the more.
+void guess_unknown(const Mask& wanted, Disparity& disparity);
+
+}  // namespace organbake

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/error.h"
+#include "pipelines/stage_options.h"
+
+namespace organbake {
+
+SelectionOptions StereoStageOptions::selection() const {
+  if (every > 1 && sharpest > 1)
+    throw UsageError("give either every or sharpest: both say which frames are taken");
+  return {.every = sharpest > 1 ? sharpest : every, .sharpest = sharpest > 1};
+}
+
+double mm_per(MeshUnit unit) {
+  switch (unit) {
+    case MeshUnit::cm:
+      return 10;
+    case MeshUnit::m:
+      return 1000;
+    case MeshUnit::inch:
+      return 25.4;
+    default:
+      return 1;
+  }
+}
+
+void bind(OptionList& list, StereoStageOptions& o) {
+  list.add("layout", &o.layout,
+           {.help = "of the eyes in one file, the left one first; auto: seen from its first frame"},
+           {{"auto", StereoLayout::none},
+            {"side-by-side", StereoLayout::side_by_side},
+            {"top-bottom", StereoLayout::top_bottom}})
+      .add("swap_eyes", &o.swap_eyes, {.help = "the right eye's picture comes first"})
+      .add("unit", &o.unit, {.help = "of the calibration's lengths"},
+           {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}})
+      .add("nearest", &o.stereo.nearest_mm,
+           {.help = "that tissue comes to the lens", .unit = "mm", .min = 1, .max = 10000})
+      .add("farthest", &o.stereo.farthest_mm,
+           {.help = "that tissue is from the lens", .unit = "mm", .min = 2, .max = 100000})
+      .add("reach", &o.stereo.reach,
+           {.help = "gaps are closed over this share of the picture's width, where the surface "
+                    "around them is smooth; 0 = none is",
+            .min = 0,
+            .max = 0.2})
+      .add("masks", &o.masks,
+           {.help = "look for the round field of view, highlights and instruments"})
+      .add("every", &o.every, {.help = "take one frame in N", .min = 1, .max = 1000000})
+      .add("sharpest", &o.sharpest,
+           {.help = "take the sharpest frame of each K", .min = 1, .max = 100000})
+      .add("strict", &o.strict, {.help = "exit code 3 unless every frame's verdict is ok"})
+      .add("mesh_frame", &o.mesh_frame,
+           {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
+            .min = -1,
+            .max = 100000000})
+      .add("mesh_step", &o.mesh.step_px, {.help = "of its grid", .unit = "px", .min = 1, .max = 64})
+      .add("tear", &o.mesh.tear,
+           {.help = "neighbours whose depths differ by a larger share are not joined",
+            .min = 1e-4,
+            .max = 1});
+}
+
+void bind(OptionList& list, FuseStageOptions& options) {
+  FusionOptions& o = options.fusion;
+  list.add("voxel", &o.voxel_mm,
+           {.help = "of the volume; 0 = as fine as the depth maps' pixels",
+            .unit = "mm",
+            .min = 0,
+            .max = 50})
+      .add("truncation", &o.truncation_mm,
+           {.help = "how far from the surface distances count; 0 = by the noise",
+            .unit = "mm",
+            .min = 0,
+            .max = 200})
+      .add("holes", &o.holes,
+           {.help = "open: no surface where nothing was seen; closed: what was not seen is inside"},
+           {{"open", Holes::open}, {"closed", Holes::closed}})
+      .add("light", &o.light,
+           {.help = "of the pictures: camera = a lamp at the lens, divided out of the colours; "
+                    "any = they stay as they are"},
+           {{"any", PictureLight::any}, {"camera", PictureLight::camera}})
+      .add("refine", &o.refine, {.help = "move the cameras so that the depth maps agree"})
+      .add("place", &o.off.place_mm,
+           {.help = "how far off the cameras may be, standard deviation; for refine",
+            .unit = "mm",
+            .min = 0.001,
+            .max = 50})
+      .add("angle", &o.off.angle_rad,
+           {.help = "how much turned the cameras may be, standard deviation; for refine",
+            .unit = "rad",
+            .min = 1e-5,
+            .max = 0.5})
+      .add("largest", &o.largest,
+           {.help = "pieces of largest area that are kept; 0 = all", .min = 0, .max = 1000000})
+      .add(
+          "unit", &options.unit, {.help = "of the depth maps"},
+          {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
+}
+
+}  // namespace organbake

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+
+#include "bundle/cameras_json.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/stereo_clip.h"
+#include "pipelines/stages/stereo_source.h"
+#include "shading/pictures.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// World is the left camera as it was calibrated.
+CameraSet rectified_cameras(const RectifiedEyes& eyes) {
+  CameraSet set;
+  set.cameras = {{"left", eyes.camera, {}}, eyes.right()};
+  for (PosedCamera& camera : set.cameras)
+    camera.camera_from_world = camera.camera_from_world * eyes.rectified_from_left;
+  return set;
+}
+
+void report_pairs(const std::vector<PairRecord>& records, StageReport& report) {
+  const auto list = [&](const char* name, auto&& value) {
+    std::vector<double> values;
+    for (const PairRecord& record : records) values.push_back(static_cast<double>(value(record)));
+    report.add(name, values);
+  };
+  list("frame", [](const PairRecord& r) { return r.frame.index; });
+  list("frame_median_depth", [](const PairRecord& r) { return r.frame.median_depth; });
+  list("frame_mean_confidence", [](const PairRecord& r) { return r.frame.mean_confidence; });
+  list("frame_matched_share", [](const PairRecord& r) { return r.matched_share; });
+  list("frame_filled_share", [](const PairRecord& r) { return r.filled_share; });
+  list("frame_relative_sd", [](const PairRecord& r) { return r.relative_sd; });
+  list("frame_rows_apart_px", [](const PairRecord& r) { return r.rows_apart_px; });
+  list("frame_outside_share", [](const PairRecord& r) { return r.frame.outside_share; });
+  list("frame_highlight_share", [](const PairRecord& r) { return r.frame.highlight_share; });
+  list("frame_instrument_share", [](const PairRecord& r) { return r.frame.instrument_share; });
+  std::vector<std::string> verdicts;
+  for (const PairRecord& record : records)
+    verdicts.emplace_back(name_of(record.frame.quality.verdict));
+  report.add("frame_verdict", verdicts);
+}
+
+std::string plot_of_pairs(const std::vector<PairRecord>& records) {
+  std::vector<Curve> curves = {{"median depth, mm", {}},
+                               {"mean confidence", {}},
+                               {"matched, share", {}},
+                               {"highlights, share", {}},
+                               {"instruments, share", {}}};
+  for (const PairRecord& r : records) {
+    const double values[] = {r.frame.median_depth, r.frame.mean_confidence, r.matched_share,
+                             r.frame.highlight_share, r.frame.instrument_share};
+    for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
+  }
+  return plot_svg("stereo over the frames of the clip", curves);
+}
+
+void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOptions& options,
+                 const RunContext& context, StageReport& report) {
+  std::vector<FrameRecord> frames;
+  for (const PairRecord& record : records) frames.push_back(record.frame);
+  const std::string what = count_verdicts(frames, report);
+  if (what.empty()) return;
+  if (options.strict) report.quality_gate = what;
+  context.warn(what);
+}
+
+TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options) {
+  try {
+    return mesh_from_depth(key.depth->depth, key.left.color, key.left.camera, options.mesh);
+  } catch (const BadDataError& error) {
+    const std::string& reason = key.record.quality.reason;
+    throw BadDataError("the eyes' pictures give no surface: " +
+                       (reason.empty() ? std::string(error.what()) : reason) +
+                       "; do they and the calibration belong together?");
+  }
+}
+
+void write_pair_surface(const KeyPair& key, const RectifiedEyes& eyes,
+                        const StereoStageOptions& options, const StageCall& call,
+                        StageReport& report) {
+  TriangleMesh mesh = mesh_of(key, options);
+  const Eigen::Matrix3d left_from_rectified = eyes.rectified_from_left.rotation.transpose();
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = left_from_rectified * vertex;
+  write_ply(call.output_folder / "surface.ply", mesh);
+  report.add("surface_frame", key.record.index);
+  report.add("surface_faces", mesh.faces.size());
+  report.add("surface_scale", "mm");
+  report.skipped.push_back({"what the left eye cannot have seen",
+                            "one place shows one side: masked and occluded parts are left open"});
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<StereoStageOptions>(call.options_json);
+  options.stereo.check();
+  const fs::path &left = *call.input("left"), &calibration = *call.input("calibration");
+  EyeSource source = open_eyes(left, call.input("right"), options, call.context);
+  const Rectifier rectifier(read_stereo_rig(
+      calibration,
+      {source.eye.width, source.eye.height, source.left, source.right, mm_per(options.unit)}));
+  FrameSelection frames(std::move(source.next), options.selection());
+  StageReport report;
+  const StereoClipResult result =
+      match_clip(frames, rectifier, options, call.output_folder, call.context);
+  report.bad_data = frames.damage();
+  if (result.records.empty())
+    throw BadDataError(report.bad_data.empty() ? "the clip holds no frame" : report.bad_data);
+  if (!result.key)
+    throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
+                     "; that frame of the clip was not matched");
+  const RectifiedEyes& eyes = rectifier.eyes();
+  write_file_atomically(call.output_folder / "plot.svg", plot_of_pairs(result.records));
+  write_file_atomically(call.output_folder / "cameras.json",
+                        cameras_to_json(rectified_cameras(eyes)));
+  report.add("frames_read", frames.frames_read());
+  report.add("frames_matched", result.records.size());
+  report.add("frames_duplicate", frames.duplicates());
+  report.add("frames_blurred", frames.blurred());
+  report.add("depth_unit", "mm");
+  report.add("baseline_mm", eyes.baseline_mm);
+  report.add("rectified", rectifier.changes_pictures() ? "by the calibration" : "as given");
+  report_pairs(result.records, report);
+  judge_pairs(result.records, options, call.context, report);
+  write_pair_surface(*result.key, eyes, options, call, report);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pipelines/stage_options.h"
+#include "pipelines/stages/shade_outputs.h"
+#include "shading/frame_source.h"
+#include "stereo/rectifier.h"
+
+namespace organbake {
+
+// What the report keeps of a pair of pictures besides.
+struct PairRecord {
+  FrameRecord frame;
+  double matched_share = 0, filled_share = 0, relative_sd = 0, rows_apart_px = 0;
+};
+
+// The pair that becomes a surface.
+struct KeyPair {
+  FrameRecord record;
+  PreparedFrame left;
+  std::shared_ptr<const FrameDepth> depth;
+};
+
+struct StereoClipResult {
+  std::vector<PairRecord> records;
+  std::optional<KeyPair> key;
+};
+
+// Decodes, rectifies, matches and writes pairs at the same time, a few in memory at once. A pair's
+// depth depends on no other pair.
+StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
+                            const StereoStageOptions& options, const std::filesystem::path& folder,
+                            const RunContext& context);
+
+}  // namespace organbake

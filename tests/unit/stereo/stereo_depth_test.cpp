@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stereo/stereo_depth.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdio>
+
+#include "core/error.h"
+#include "stereo_scene.h"
+#include "support/error_message.h"
+
+namespace organbake {
+namespace {
+
+// Of the issue: what a stereo laparoscope must reach on rendered tissue.
+constexpr double kMostError = 0.01, kMostBad = 0.03;
+// What is left out must be little, or the errors above say nothing.
+constexpr double kDense = 0.85;
+
+TEST(StereoDepth, TheDefaultsAreValidAndEachBoundIsTold) {
+  EXPECT_NO_THROW(StereoOptions{}.check());
+  EXPECT_THROW((StereoOptions{.nearest_mm = 0}.check()), UsageError);
+  EXPECT_THROW((StereoOptions{.nearest_mm = 50, .farthest_mm = 40}.check()), UsageError);
+  EXPECT_THROW((StereoOptions{.reach = 0.5}.check()), UsageError);
+}
+
+TEST(StereoDepth, TissueUnderALaparoscopeIsMeasured) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const LaparoscopyPhantom phantom(stereo_scene(720, 576, seed));
+    const LaparoscopyFrame left = phantom.frame(0), right = phantom.right_frame(0);
+    const Rectifier rectifier(rig_of(phantom));
+    PreparedFrame prepared;
+    const StereoDepth found = depth_of_pair(rectifier, left.image, right.image, &prepared);
+    const DepthErrors errors = errors_of(found.depth.depth, left.depth_mm, prepared.tissue);
+    std::printf(
+        "seed %d: %.1f..%.1f mm, mean %.3f %%, bad %.2f %%, dense %.1f %%, matched %.2f, "
+        "sd %.4f, rows %.3f\n",
+        int(seed), errors.nearest_mm, errors.farthest_mm, 100 * errors.mean, 100 * errors.bad,
+        100 * errors.dense, found.matched_share, found.relative_sd, found.rows_apart_px);
+    EXPECT_LT(errors.mean, kMostError) << seed;
+    EXPECT_LT(errors.bad, kMostBad) << seed;
+    EXPECT_GT(errors.dense, kDense) << seed;
+    EXPECT_EQ(found.depth.quality.verdict, DepthVerdict::ok) << found.depth.quality.reason;
+    EXPECT_TRUE(found.depth.metric);
+  }
+}
+
+TEST(StereoDepth, SwappedEyesAreFound) {
+  const LaparoscopyPhantom phantom(stereo_scene(360, 288));
+  const Rectifier rectifier(rig_of(phantom));
+  const Rgb8Image left = phantom.frame(0).image, right = phantom.right_frame(0).image;
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { depth_of_pair(rectifier, right, left); }),
+              testing::HasSubstr("swapped"));
+  EXPECT_NO_THROW(depth_of_pair(rectifier, left, right));
+}
+
+}  // namespace
+}  // namespace organbake

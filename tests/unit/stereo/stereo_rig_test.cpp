@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stereo/stereo_rig.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "bundle/cameras_json.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/temporary_folder.h"
+#include "support/error_message.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const EyePictures kPictures{.width = 720, .height = 576};
+const char* const kHeader = "%YAML:1.0\n---\n";
+
+std::string matrix(const std::string& name, int rows, int columns, const std::string& values) {
+  return name + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+         "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ " + values + " ]\n";
+}
+
+std::string lenses(const std::string& k1, const std::string& d1, const std::string& k2,
+                   const std::string& d2) {
+  return matrix(k1, 3, 3, "500., 0., 360., 0., 501., 288., 0., 0., 1.") +
+         matrix(d1, 1, 5, "-0.1, 0.02, 0., 0., 0.") +
+         matrix(k2, 3, 3, "502., 0., 350., 0., 503., 280., 0., 0., 1.") +
+         matrix(d2, 1, 5, "-0.2, 0., 0., 0., 0.");
+}
+
+const std::string kPose =
+    matrix("R", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") + matrix("T", 3, 1, "-4.5, 0.1, 0.");
+
+class StereoRigFile : public testing::Test {
+ protected:
+  fs::path write(const std::string& name, const std::string& text) {
+    const fs::path path = folder_.path() / name;
+    fs::create_directories(path.parent_path());
+    write_file_atomically(path, text);
+    return path;
+  }
+  StereoRig read(const std::string& text, EyePictures pictures = kPictures) {
+    return read_stereo_rig(write("rig.yml", text), pictures);
+  }
+  std::string refusal(const std::string& text, EyePictures pictures = kPictures) {
+    return message_of(ExitCode::bad_data, [&] { read(text, pictures); });
+  }
+  TemporaryFolder folder_;
+};
+
+void expect_the_rig(const StereoRig& rig) {
+  EXPECT_EQ(rig.left.width, 720);
+  EXPECT_EQ(rig.left.fx, 500);
+  EXPECT_EQ(rig.left.cx, 360.5);  // from the first pixel's corner
+  EXPECT_EQ(rig.right.fy, 503);
+  EXPECT_EQ(rig.right.cy, 280.5);
+  EXPECT_EQ(rig.right.k1, -0.2);
+  EXPECT_NEAR(rig.right_from_left.translation.x(), -4.5, 1e-12);
+}
+
+TEST_F(StereoRigFile, OpenCvsMatricesUnderTheirUsualNames) {
+  expect_the_rig(read(kHeader + lenses("K1", "D1", "K2", "D2") + kPose));
+  expect_the_rig(read(kHeader + lenses("M1", "D1", "M2", "D2") + kPose));
+  expect_the_rig(read(
+      kHeader + lenses("cameraMatrix1", "distCoeffs1", "cameraMatrix2", "distCoeffs2") + kPose));
+  expect_the_rig(read(kHeader +
+                      lenses("camera_matrix_1", "distortion_coefficients_1", "camera_matrix_2",
+                             "distortion_coefficients_2") +
+                      kPose));
+  // Lists in place of OpenCV's matrices, as other programs dump them.
+  expect_the_rig(
+      read("K1: [[500, 0, 360], [0, 501, 288], [0, 0, 1]]\n"
+           "K2: [[502, 0, 350], [0, 503, 280], [0, 0, 1]]\n"
+           "D2: [-0.2, 0, 0, 0, 0]\nR: [0, 0, 0]\nT: [-4.5, 0.1, 0]\n"));
+}
+
+TEST_F(StereoRigFile, TwoFilesOfOneFolder) {
+  write("cal/intrinsics.yml", kHeader + lenses("M1", "D1", "M2", "D2"));
+  write("cal/extrinsics.yml", kHeader + kPose);
+  expect_the_rig(read_stereo_rig(folder_.path() / "cal", kPictures));
+}
+
+TEST_F(StereoRigFile, RectifiedPicturesByTheirProjections) {
+  const std::string p1 =
+      matrix("P1", 3, 4, "500., 0., 360., 0., 0., 500., 288., 0., 0., 0., 1., 0.");
+  const std::string p2 =
+      matrix("P2", 3, 4, "500., 0., 340., -2250., 0., 500., 288., 0., 0., 0., 1., 0.");
+  const std::string q = matrix("Q", 4, 4,
+                               "1., 0., 0., -360., 0., 1., 0., -288., 0., 0., 0., 500., 0., 0., "
+                               "0.22222222222222222, -4.4444444444444444");
+  for (const std::string& text : {p1 + p2 + q, p1 + p2, q}) {
+    const StereoRig rig = read(kHeader + text);
+    EXPECT_NEAR(rig.left.fx, 500, 1e-9);
+    EXPECT_NEAR(rig.left.cx, 360.5, 1e-9);
+    EXPECT_NEAR(rig.right.cx, 340.5, 1e-9);
+    EXPECT_NEAR(rig.right_from_left.translation.x(), -4.5, 1e-9);
+    EXPECT_FALSE(rig.left.has_distortion());
+  }
+  // OpenCV's JSON.
+  const StereoRig json = read(
+      R"({"P1": {"type_id": "opencv-matrix", "rows": 3, "cols": 4, "dt": "d", "data": [500.0, 0, 360, 0, 0, 500, 288, 0, 0, 0, 1, 0]},
+          "P2": {"type_id": "opencv-matrix", "rows": 3, "cols": 4, "dt": "d", "data": [500, 0, 340, -2250, 0, 500, 288, 0, 0, 0, 1, 0]}})");
+  EXPECT_NEAR(json.baseline_mm(), 4.5, 1e-9);
+}
+
+TEST_F(StereoRigFile, TwoCamerasOfOurs) {
+  CameraSet set;
+  set.cameras.resize(2);
+  for (PosedCamera& camera : set.cameras)
+    camera.intrinsics = {.width = 720, .height = 576, .fx = 500, .fy = 500, .cx = 360, .cy = 288};
+  set.cameras[0].name = "left";
+  set.cameras[1].name = "right";
+  set.cameras[0].camera_from_world.translation = {1, 2, 3};
+  set.cameras[1].camera_from_world.translation = {-3.5, 2, 3};
+  const StereoRig rig = read_stereo_rig(write("cameras.json", cameras_to_json(set)), kPictures);
+  EXPECT_NEAR(rig.right_from_left.translation.x(), -4.5, 1e-12);
+  EXPECT_EQ(rig.left.cx, 360);
+  set.cameras.pop_back();
+  const fs::path one = write("one.json", cameras_to_json(set));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_stereo_rig(one, kPictures); }),
+              HasSubstr("holds 1 camera"));
+}
+
+TEST_F(StereoRigFile, FolderOfTextsWithRowsOfNumbers) {
+  write("c/calib.left.intrinsics.txt", "500 0 360\n0 501 288\n0 0 1\n");
+  write("c/calib.left.distortion.txt", "-0.1 0.02 0 0 0\n");
+  write("c/calib.right.intrinsics.txt", "502 0 350\n0 503 280\n0 0 1\n");
+  write("c/calib.right.distortion.txt", "-0.2 0 0 0 0");
+  write("c/calib.l2r.txt", "1 0 0 \n0 1 0 \n0 0 1 \n-4.5 0.1 0 \n");
+  expect_the_rig(read_stereo_rig(folder_.path() / "c", kPictures));
+  write("c/calib.l2r.txt", "1 0 0 -4.5\n0 1 0 0.1\n0 0 1 0\n0 0 0 1\n");
+  expect_the_rig(read_stereo_rig(folder_.path() / "c", kPictures));
+  write("c/calib.l2r.txt", "1 0 0 oops\n");
+  EXPECT_THAT(
+      message_of(ExitCode::bad_data, [&] { read_stereo_rig(folder_.path() / "c", kPictures); }),
+      HasSubstr("'oops' is no number"));
+}
+
+TEST_F(StereoRigFile, UnitsOtherThanMillimetres) {
+  EyePictures metres = kPictures;
+  metres.mm_per_unit = 1000;
+  const std::string text = kHeader + lenses("K1", "D1", "K2", "D2") +
+                           matrix("R", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") +
+                           matrix("T", 3, 1, "-0.0045, 0.0001, 0.");
+  expect_the_rig(read(text, metres));
+  EXPECT_THAT(refusal(text), HasSubstr("--unit"));
+}
+
+TEST_F(StereoRigFile, WhatCannotBeMeantIsRefused) {
+  const std::string eyes = kHeader + lenses("K1", "D1", "K2", "D2");
+  const std::string r = matrix("R", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.");
+  EXPECT_THAT(refusal(eyes + r + matrix("T", 3, 1, "0., 0., 0.")), HasSubstr("0 mm apart"));
+  EXPECT_THAT(refusal(eyes + r + matrix("T", 3, 1, "4.5, 0., 0.")),
+              HasSubstr("on the left of the first"));
+  EXPECT_THAT(refusal(eyes + r + matrix("T", 3, 1, "0., -4.5, 0.")), HasSubstr("side by side"));
+  EXPECT_THAT(refusal(eyes + r + matrix("T", 3, 1, ".nan, 0., 0.")), HasSubstr("NaN"));
+  EXPECT_THAT(refusal(eyes), HasSubstr("how the eyes stand"));
+  EXPECT_THAT(refusal(kHeader + kPose), HasSubstr("lacks the matrices"));
+  EXPECT_THAT(refusal("just words"), HasSubstr("no named matrices"));
+  EXPECT_THAT(refusal(eyes + kPose + "image_width: 1920\nimage_height: 1080\n"),
+              HasSubstr("1920x1080"));
+  // No size in the file, but the principal point tells.
+  EXPECT_THAT(refusal(eyes + kPose, {.width = 1920, .height = 1080}), HasSubstr("another size"));
+  EXPECT_THROW(read_stereo_rig(folder_.path() / "missing.yml", kPictures), NoInputError);
+  fs::create_directory(folder_.path() / "empty");
+  EXPECT_THROW(read_stereo_rig(folder_.path() / "empty", kPictures), BadDataError);
+}
+
+}  // namespace
+}  // namespace organbake
