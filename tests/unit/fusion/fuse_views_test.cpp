@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
 #include <limits>
 
 #include "core/error.h"
@@ -28,10 +27,6 @@ SurfaceErrors fused_errors(const OrganViews& organ, const FusionOptions& options
       "colour %.1f dB, seen %.3f\n",
       fused.voxel_mm, fused.truncation_mm, fused.noise_mm, fused.apart_mm, fused.mesh.faces.size(),
       errors.rms_mm, errors.missing_mm, errors.color_db, fused.colored_share);
-  if (fused.refined)
-    std::printf("  rounds %d before %.3f after %.3f moved %.3f mm turned %.4f\n",
-                fused.refined->rounds, fused.refined->before_mm, fused.refined->after_mm,
-                fused.refined->moved_mm, fused.refined->turned_rad);
   return errors;
 }
 
