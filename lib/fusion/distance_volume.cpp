@@ -77,7 +77,7 @@ VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double
   VoxelBox box;
   const auto extent_of = [&](double voxel) {
     return Eigen::Vector3d(seen.max - seen.min +
-                           Eigen::Vector3d::Constant(2 * std::max(margin_mm, 2 * voxel)));
+                           Eigen::Vector3d::Constant(2 * std::max(margin_mm, 4 * voxel)));
   };
   box.voxel_mm = voxel_mm;
   if (voxel_mm > 0) {
@@ -91,7 +91,7 @@ VoxelBox box_round(const std::vector<SmoothView>& views, double voxel_mm, double
     box.voxel_mm = std::max(kLeast_mm, kOfPixel * usual_pixel_mm(views));
     while (voxels_of(extent_of(box.voxel_mm), box.voxel_mm) > kMostVoxels) box.voxel_mm *= kCoarser;
   }
-  const double margin = std::max(margin_mm, 2 * box.voxel_mm);
+  const double margin = std::max(margin_mm, 4 * box.voxel_mm);
   box.first_mm = seen.min - Eigen::Vector3d::Constant(margin);
   const Eigen::Vector3d extent = extent_of(box.voxel_mm);
   for (int i = 0; i < 3; ++i)

@@ -55,14 +55,11 @@ FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions
   context.throw_if_cancelled();
   context.progress(0.4);
 
-  // Of what is left of noise and poses several deviations must fit within the band.
-  constexpr double kVoxels = 4, kApart = 3;
-  const VoxelBox box =
-      box_round(smooth, options.voxel_mm, std::max(options.truncation_mm, kApart * fused.apart_mm));
+  // Wide enough for what averaging leaves of the noise; wider would reach the organ's other side.
+  constexpr double kVoxels = 4;
+  const VoxelBox box = box_round(smooth, options.voxel_mm, options.truncation_mm);
   fused.voxel_mm = box.voxel_mm;
-  fused.truncation_mm = options.truncation_mm > 0
-                            ? options.truncation_mm
-                            : std::max(kVoxels * box.voxel_mm, kApart * fused.apart_mm);
+  fused.truncation_mm = options.truncation_mm > 0 ? options.truncation_mm : kVoxels * box.voxel_mm;
   const DistanceVolume volume = fuse_distances(smooth, box, fused.truncation_mm, context);
   context.progress(0.8);
   fused.mesh = largest_components(surface_of(volume, options.holes), options.largest);

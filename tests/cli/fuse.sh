@@ -87,7 +87,7 @@ refuse 65 "120x90, its camera 240x180" small/truth/000000.exr p/truth/000001.exr
 refuse 65 "another unit" p/truth --poses p/cameras.json --unit m
 refuse 65 "sees nothing that another depth map sees" p/truth --poses far.json
 refuse 65 "holds 5 cameras" p/truth --poses few.json
-refuse 65 "is no depth map" p/frames/000000.png --poses p/cameras.json
+refuse 65 "is no depth map" p/frames/*.png --poses p/cameras.json
 refuse 65 "holds no depth map" p/frames --poses p/cameras.json
 refuse 66 "no such file" none.exr --poses p/cameras.json
 refuse 66 "no such file" p/truth --poses none.json

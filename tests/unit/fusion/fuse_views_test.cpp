@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
 #include <limits>
 
 #include "core/error.h"
@@ -21,18 +20,7 @@ constexpr double kExactPoses_mm = 0.3, kRefinedPoses_mm = 0.6, kColor_db = 30;
 constexpr double kNoise = 0.02, kOff_mm = 1, kOff_rad = 0.017453292519943295;
 
 SurfaceErrors fused_errors(const OrganViews& organ, const FusionOptions& options) {
-  const FusedSurface fused = fuse_views(organ.views, options);
-  const SurfaceErrors errors = errors_of(fused.mesh, organ.truth);
-  std::printf(
-      "voxel %.2f trunc %.2f noise %.2f apart %.3f faces %zu: rms %.3f mm, back %.3f mm, "
-      "colour %.1f dB, seen %.3f\n",
-      fused.voxel_mm, fused.truncation_mm, fused.noise_mm, fused.apart_mm, fused.mesh.faces.size(),
-      errors.rms_mm, errors.missing_mm, errors.color_db, fused.colored_share);
-  if (fused.refined)
-    std::printf("  rounds %d before %.3f after %.3f moved %.3f mm turned %.4f\n",
-                fused.refined->rounds, fused.refined->before_mm, fused.refined->after_mm,
-                fused.refined->moved_mm, fused.refined->turned_rad);
-  return errors;
+  return errors_of(fuse_views(organ.views, options).mesh, organ.truth);
 }
 
 TEST(FuseViews, TheDefaultsAreValidAndEachBoundIsTold) {

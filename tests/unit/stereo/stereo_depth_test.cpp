@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdio>
-
 #include "core/error.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
@@ -32,11 +30,6 @@ TEST(StereoDepth, TissueUnderALaparoscopeIsMeasured) {
     PreparedFrame prepared;
     const StereoDepth found = depth_of_pair(rectifier, left.image, right.image, &prepared);
     const DepthErrors errors = errors_of(found.depth.depth, left.depth_mm, prepared.tissue);
-    std::printf(
-        "seed %d: %.1f..%.1f mm, mean %.3f %%, bad %.2f %%, dense %.1f %%, matched %.2f, "
-        "sd %.4f, rows %.3f\n",
-        int(seed), errors.nearest_mm, errors.farthest_mm, 100 * errors.mean, 100 * errors.bad,
-        100 * errors.dense, found.matched_share, found.relative_sd, found.rows_apart_px);
     EXPECT_LT(errors.mean, kMostError) << seed;
     EXPECT_LT(errors.bad, kMostBad) << seed;
     EXPECT_GT(errors.dense, kDense) << seed;
