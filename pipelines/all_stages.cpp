@@ -52,7 +52,9 @@ std::vector<Stage> describe() {
                   {"calibration", InputKind::lenses,
                    "the two eyes: OpenCV stereo calibration (YAML, JSON), cameras.json of two "
                    "cameras, or a folder of texts (*left.intrinsics*, *l2r* …)"}},
-       .outputs = {{"surface", "surface.ply"}, {"stereo_depth", "."}},
+       .outputs = {{"surface", "surface.ply"},
+                   {"lighting", "lighting.json", true},
+                   {"stereo_depth", "."}},
        .make_options = make_options<StereoStageOptions>,
        .on_request = true},
       {.name = "fuse",

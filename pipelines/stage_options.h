@@ -110,6 +110,7 @@ struct StereoStageOptions {
   int mesh_frame = -1;  // −1 = the one with the most confidence
   MeshUnit unit = MeshUnit::mm;
   bool strict = false;
+  bool keep_light = false;  // in surface.ply's colours
 
   // Throws UsageError.
   SelectionOptions selection() const;

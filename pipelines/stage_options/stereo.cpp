@@ -46,6 +46,9 @@ void bind(OptionList& list, StereoStageOptions& o) {
       .add("every", &o.every, {.help = "take one frame in N", .min = 1, .max = 1000000})
       .add("sharpest", &o.sharpest,
            {.help = "take the sharpest frame of each K", .min = 1, .max = 100000})
+      .add("keep_light", &o.keep_light,
+           {.help = "leave the scope's light and its highlights in the surface's colours; else "
+                    "they are divided out, and the player lights the tissue anew"})
       .add("strict", &o.strict, {.help = "exit code 3 unless every frame's verdict is ok"})
       .add("mesh_frame", &o.mesh_frame,
            {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",

@@ -7,12 +7,11 @@
 #include "core/text.h"
 #include "formats/photo.h"
 #include "geometry/ply.h"
-#include "image/png.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
+#include "pipelines/stages/albedo_output.h"
 #include "pipelines/stages/shade_clip.h"
 #include "pipelines/stages/shade_source.h"
-#include "shading/frame_albedo.h"
 
 namespace organbake {
 namespace {
@@ -87,17 +86,8 @@ Rgb8Image surface_color(const KeyFrame& key, const ShadeStageOptions& options, d
          options.keep_light ? "keep_light is on" : "a light from afar is no endoscope's lamp"});
     return key.frame.color;
   }
-  const LaparoscopeOptions& lamp = options.shading.laparoscope;
-  FrameAlbedo albedo = divide_light_out(key.frame, *key.depth, lamp, mm_per_unit);
-  write_png(call.output_folder / "albedo.png", albedo.color, 6);
-  write_file_atomically(call.output_folder / kLightingFile,
-                        lighting_to_json(laparoscope_lighting(lamp)));
-  report.add("albedo_reference_mm", albedo.reference_mm);
-  report.add("falloff_in_frame", albedo.falloff_before);
-  report.add("falloff_in_albedo", albedo.falloff_left);
-  report.add("cosine_in_frame", albedo.cosine_before);
-  report.add("cosine_in_albedo", albedo.cosine_left);
-  return std::move(albedo.color);
+  return write_albedo(call.output_folder, key.frame, *key.depth, options.shading.laparoscope,
+                      mm_per_unit, report);
 }
 
 // The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.

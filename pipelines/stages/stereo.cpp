@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "geometry/ply.h"
 #include "pipelines/stage_module.h"
+#include "pipelines/stages/albedo_output.h"
 #include "pipelines/stages/stereo_clip.h"
 #include "pipelines/stages/stereo_source.h"
 #include "shading/pictures.h"
@@ -71,9 +72,21 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
   context.warn(what);
 }
 
-TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options) {
+// The lamp is taken to lie at the left lens.
+Rgb8Image surface_color(const KeyPair& key, const StereoStageOptions& options,
+                        const StageCall& call, StageReport& report) {
+  if (options.keep_light) {
+    report.skipped.push_back({"dividing the light out of the colours", "keep_light is on"});
+    return key.left.color;
+  }
+  return write_albedo(call.output_folder, key.left, *key.depth, {}, 1, report);
+}
+
+TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options, const StageCall& call,
+                     StageReport& report) {
   try {
-    return mesh_from_depth(key.depth->depth, key.left.color, key.left.camera, options.mesh);
+    const Rgb8Image color = surface_color(key, options, call, report);
+    return mesh_from_depth(key.depth->depth, color, key.left.camera, options.mesh);
   } catch (const BadDataError& error) {
     const std::string& reason = key.record.quality.reason;
     throw BadDataError("the eyes' pictures give no surface: " +
@@ -85,7 +98,7 @@ TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options) {
 void write_pair_surface(const KeyPair& key, const RectifiedEyes& eyes,
                         const StereoStageOptions& options, const StageCall& call,
                         StageReport& report) {
-  TriangleMesh mesh = mesh_of(key, options);
+  TriangleMesh mesh = mesh_of(key, options, call, report);
   const Eigen::Matrix3d left_from_rectified = eyes.rectified_from_left.rotation.transpose();
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex = left_from_rectified * vertex;
   write_ply(call.output_folder / "surface.ply", mesh);

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+#include "pipelines/stage.h"
+#include "shading/frame_depth.h"
+
+namespace organbake {
+
+// The frame's tissue with the scope's light divided out: albedo.png, lighting.json with the light
+// that belongs to it, and how much is left in, into the report. Returns the albedo, sRGB.
+Rgb8Image write_albedo(const std::filesystem::path& folder, const PreparedFrame& frame,
+                       const FrameDepth& depth, const LaparoscopeOptions& lamp, double mm_per_unit,
+                       StageReport& report);
+
+}  // namespace organbake
