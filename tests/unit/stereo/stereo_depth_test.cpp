@@ -12,8 +12,9 @@ namespace {
 
 // Of the issue: what a stereo laparoscope must reach on rendered tissue.
 constexpr double kMostError = 0.01, kMostBad = 0.03;
-// What is left out must be little, or the errors above say nothing.
-constexpr double kDense = 0.85;
+// What is left out must be little, or the errors above say nothing. A tenth of the left eye's round
+// view lies outside the right one's at 40 mm.
+constexpr double kDense = 0.8;
 
 TEST(StereoDepth, TheDefaultsAreValidAndEachBoundIsTold) {
   EXPECT_NO_THROW(StereoOptions{}.check());
