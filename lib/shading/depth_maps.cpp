@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "shading/box_mean.h"
 #include "shading/differences.h"
+#include "shading/pyramid.h"
 
 namespace organbake {
 
@@ -42,6 +44,23 @@ std::vector<Eigen::Vector3f> normals_from_log_range(const Plane& log_range, cons
     for (int column = 0; column < log_range.width; ++column)
       normals.push_back(normal_at(log_range, rays, column, row).cast<float>());
   return normals;
+}
+
+std::vector<Eigen::Vector3f> smooth_normals_from_depth(const Plane& depth, const RayGrid& rays,
+                                                       int radius) {
+  Plane log_range(depth.width, depth.height);
+  Mask known(depth.width, depth.height);
+  for (int y = 0; y < depth.height; ++y)
+    for (int x = 0; x < depth.width; ++x) {
+      const float z = depth.at(x, y);
+      if (!(std::isfinite(z) && z > 0)) continue;
+      known.at(x, y) = 1;
+      log_range.at(x, y) = std::log(z * static_cast<float>(std::hypot(1.0, rays.x(x), rays.y(y))));
+    }
+  fill_outside(log_range, known);
+  const Mask everywhere(depth.width, depth.height, 1);
+  for (int pass = 0; pass < 2; ++pass) log_range = box_mean(log_range, everywhere, radius);
+  return normals_from_log_range(log_range, rays);
 }
 
 }  // namespace organbake

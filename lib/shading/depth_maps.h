@@ -19,4 +19,9 @@ Plane depth_from_log_range(const Plane& log_range, const RayGrid& rays, const Ma
 // Normals of all pixels, row-major.
 std::vector<Eigen::Vector3f> normals_from_log_range(const Plane& log_range, const RayGrid& rays);
 
+// Of planar depth that is measured pixel by pixel: normals of its mean over squares of 2·radius + 1
+// pixels, which noise does not turn about. Gaps (+inf) are bridged.
+std::vector<Eigen::Vector3f> smooth_normals_from_depth(const Plane& depth, const RayGrid& rays,
+                                                       int radius);
+
 }  // namespace organbake

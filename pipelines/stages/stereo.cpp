@@ -10,7 +10,9 @@
 #include "pipelines/stages/albedo_output.h"
 #include "pipelines/stages/stereo_clip.h"
 #include "pipelines/stages/stereo_source.h"
+#include "shading/depth_maps.h"
 #include "shading/pictures.h"
+#include "shading/ray_grid.h"
 
 namespace organbake {
 namespace {
@@ -72,14 +74,19 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
   context.warn(what);
 }
 
-// The lamp is taken to lie at the left lens.
+// The lamp is taken to lie at the left lens. Matching errs from pixel to pixel: light is divided
+// out as a smooth surface would have it.
 Rgb8Image surface_color(const KeyPair& key, const StereoStageOptions& options,
                         const StageCall& call, StageReport& report) {
   if (options.keep_light) {
     report.skipped.push_back({"dividing the light out of the colours", "keep_light is on"});
     return key.left.color;
   }
-  return write_albedo(call.output_folder, key.left, *key.depth, {}, 1, report);
+  constexpr int kSmoothShare = 60;  // of the picture's width
+  FrameDepth smooth = *key.depth;
+  smooth.normals = smooth_normals_from_depth(smooth.depth, ray_grid(key.left.camera),
+                                             key.left.camera.width / kSmoothShare);
+  return write_albedo(call.output_folder, key.left, smooth, {}, 1, report);
 }
 
 TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options, const StageCall& call,

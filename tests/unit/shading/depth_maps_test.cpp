@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
 
+#include "core/random.h"
 #include "known_depth.h"
 
 namespace organbake {
@@ -36,6 +39,27 @@ TEST(DepthMaps, DepthIsPlanarAndInfiniteOutside) {
   EXPECT_TRUE(std::isinf(depth.at(3, 4)));
   const double range = std::exp(double(scene.log_range.at(30, 2)));
   EXPECT_NEAR(depth.at(30, 2) * std::hypot(1, rays.x(30), rays.y(2)), range, 1e-3);
+}
+
+// Half a percent of noise from pixel to pixel turns differences of neighbours by tens of degrees.
+TEST(DepthMaps, NormalsOfNoisyDepthAreThePlanes) {
+  const Intrinsics camera = near_scene(1, 128).camera;
+  const RayGrid rays = ray_grid(camera);
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.3, -0.2, -1).normalized();
+  Plane depth(128, 128);
+  RandomStream random(5);
+  for (int y = 0; y < 128; ++y)
+    for (int x = 0; x < 128; ++x) {
+      const double z = 60 * normal.z() / normal.dot(Eigen::Vector3d(rays.x(x), rays.y(y), 1));
+      depth.at(x, y) = static_cast<float>(z * (1 + 0.005 * random.normal()));
+    }
+  depth.at(64, 64) = std::numeric_limits<float>::infinity();
+  const auto normals = smooth_normals_from_depth(depth, rays, 6);
+  constexpr double kTurn_rad = 0.05;
+  for (int y = 16; y < 112; y += 8)
+    for (int x = 16; x < 112; x += 8)
+      EXPECT_LT(std::acos(normals[depth.index(x, y)].cast<double>().dot(normal)), kTurn_rad)
+          << x << ", " << y;
 }
 
 }  // namespace
