@@ -111,16 +111,12 @@ struct StereoStageOptions {
   MeshUnit unit = MeshUnit::mm;
   bool strict = false;
   bool keep_light = false;  // in surface.ply's colours
-
-  // Throws UsageError.
-  SelectionOptions selection() const;
 };
 
 struct FuseStageOptions {
   FusionOptions fusion;
   MeshUnit unit = MeshUnit::mm;  // of the depths
 };
-double mm_per(MeshUnit unit);
 
 struct PlaceStageOptions {
   PlacementOptions placement;
@@ -172,7 +168,14 @@ struct BundleOptions {
 void bind(OptionList& list, PhantomStageOptions& options);
 void bind(OptionList& list, ReadStageOptions& options);
 void bind(OptionList& list, IsosurfaceStageOptions& options);
-void bind_unit(OptionList& list, MeshUnit& unit);
+void bind_unit(OptionList& list, MeshUnit& unit,
+               const char* help = "of a mesh file that doesn't say its own; glTF is in metres");
+// Of the stages that read a clip: which of its frames, and the one that becomes a surface.
+// selection_of() throws UsageError where both say which frames are taken.
+SelectionOptions selection_of(int every, int sharpest);
+void bind_frames(OptionList& list, int& every, int& sharpest);
+void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_frame,
+                    DepthMeshOptions& mesh);
 void bind(OptionList& list, DecimateStageOptions& options);
 void bind(OptionList& list, InspectStageOptions& options);
 void bind(OptionList& list, RepairStageOptions& options);

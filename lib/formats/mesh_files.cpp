@@ -154,13 +154,6 @@ constexpr UnitName kUnits[] = {{MeshUnit::mm, "mm", 1},
                                {MeshUnit::inch, "in", 25.4},
                                {MeshUnit::m, "m", 1000}};
 
-double size_mm(MeshUnit unit) {
-  for (const UnitName& known : kUnits) {
-    if (known.unit == unit) return known.size_mm;
-  }
-  return 1;
-}
-
 // Organs, from a vessel's piece to a whole body, are as large as this.
 constexpr double kSmallest_mm = 5, kLargest_mm = 2000;
 // What most organs are about; a proposed unit is the one that comes nearest.
@@ -205,8 +198,8 @@ void question_size(const TriangleMesh& mesh, double scale, const fs::path& path,
 
 // Of a coordinate in mm.
 double scale_of(const fs::path& path, MeshUnit unit) {
-  if (is_gltf(lower_ending(path))) return size_mm(MeshUnit::m);
-  return unit != MeshUnit::mm && says_mm(path) ? 1 : size_mm(unit);
+  if (is_gltf(lower_ending(path))) return mm_per(MeshUnit::m);
+  return unit != MeshUnit::mm && says_mm(path) ? 1 : mm_per(unit);
 }
 
 void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext& context) {
@@ -221,6 +214,13 @@ void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext&
 }
 
 }  // namespace
+
+double mm_per(MeshUnit unit) {
+  for (const UnitName& known : kUnits) {
+    if (known.unit == unit) return known.size_mm;
+  }
+  return 1;
+}
 
 TriangleMesh read_mesh(const fs::path& path, MeshUnit unit, const RunContext& context) {
   check_readable(path);

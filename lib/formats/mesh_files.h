@@ -10,6 +10,7 @@
 namespace organbake {
 
 enum class MeshUnit { mm, cm, m, inch };
+double mm_per(MeshUnit unit);
 
 // Reads a surface mesh by its name's ending: .ply, .obj, .stl, .off, .vtk (legacy polydata), .vtp,
 // .vtu (the outside of its cells), .glb, .gltf. Polygons become triangles; colours become linear

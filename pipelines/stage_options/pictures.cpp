@@ -8,17 +8,43 @@
 
 namespace organbake {
 
+SelectionOptions selection_of(int every, int sharpest) {
+  if (every > 1 && sharpest > 1)
+    throw UsageError("give either every or sharpest: both say which frames are taken");
+  return {.every = sharpest > 1 ? sharpest : every, .sharpest = sharpest > 1};
+}
+
+void bind_frames(OptionList& list, int& every, int& sharpest) {
+  list.add("every", &every, {.help = "take one frame in N", .min = 1, .max = 1000000})
+      .add("sharpest", &sharpest,
+           {.help = "take the sharpest frame of each K", .min = 1, .max = 100000});
+}
+
+void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_frame,
+                    DepthMeshOptions& mesh) {
+  list.add("keep_light", &keep_light,
+           {.help = "leave the scope's light and its highlights in the surface's colours; else "
+                    "they are divided out, and the player lights the tissue anew"})
+      .add("strict", &strict, {.help = "exit code 3 unless every frame's verdict is ok"})
+      .add("mesh_frame", &mesh_frame,
+           {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
+            .min = -1,
+            .max = 100000000})
+      .add("mesh_step", &mesh.step_px, {.help = "of its grid", .unit = "px", .min = 1, .max = 64})
+      .add("tear", &mesh.tear,
+           {.help = "neighbours whose depths differ by a larger share are not joined",
+            .min = 1e-4,
+            .max = 1});
+}
+
 void ShadeStageOptions::resolve() {
   if (light_offset_mm.z() != 0)
     throw UsageError("light_offset: its third component must be 0; the light lies beside the lens");
   shading.laparoscope.light_offset_x_mm = light_offset_mm.x();
   shading.laparoscope.light_offset_y_mm = light_offset_mm.y();
-  if (selection.every > 1 && sharpest > 1)
-    throw UsageError("give either every or sharpest: both say which frames are taken");
-  if (sharpest > 1) {
-    selection.every = sharpest;
-    selection.sharpest = true;
-  }
+  const SelectionOptions chosen = selection_of(selection.every, sharpest);
+  selection.every = chosen.every;
+  selection.sharpest = chosen.sharpest;
   if (light == "auto") return;
   DistantLight given;
   char rest = 0;
@@ -65,11 +91,9 @@ void bind(OptionList& list, ShadeStageOptions& o) {
             .max = 2.8})
       .add("texture", &o.shading.laparoscope.texture,
            {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
-      .add("iterations", &o.shading.iterations, {.help = "of Tsai–Shah", .min = 1, .max = 1000000})
-      .add("every", &o.selection.every, {.help = "take one frame in N", .min = 1, .max = 1000000})
-      .add("sharpest", &o.sharpest,
-           {.help = "take the sharpest frame of each K", .min = 1, .max = 100000})
-      .add("halvings", &o.frame.halvings,
+      .add("iterations", &o.shading.iterations, {.help = "of Tsai–Shah", .min = 1, .max = 1000000});
+  bind_frames(list, o.selection.every, o.sharpest);
+  list.add("halvings", &o.frame.halvings,
            {.help = "of the frames' size before anything else", .min = 0, .max = 4})
       .add("masks", &o.frame.masks,
            {.help = "look for the round field of view, highlights and instruments"})
@@ -80,20 +104,8 @@ void bind(OptionList& list, ShadeStageOptions& o) {
       .add("full_relief", &o.shading.full_relief,
            {.help =
                 "keep all relief, also where the picture does not support it (verdict doubtful); "
-                "else depth there is near flat"})
-      .add("keep_light", &o.keep_light,
-           {.help = "leave the scope's light and its highlights in the surface's colours; else "
-                    "they are divided out, and the player lights the tissue anew"})
-      .add("strict", &o.strict, {.help = "exit code 3 unless every frame's verdict is ok"})
-      .add("mesh_frame", &o.mesh_frame,
-           {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
-            .min = -1,
-            .max = 100000000})
-      .add("mesh_step", &o.mesh.step_px, {.help = "of its grid", .unit = "px", .min = 1, .max = 64})
-      .add("tear", &o.mesh.tear,
-           {.help = "neighbours whose depths differ by a larger share are not joined",
-            .min = 1e-4,
-            .max = 1});
+                "else depth there is near flat"});
+  bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
 }
 
 void bind(OptionList& list, RegisterStageOptions& o) {

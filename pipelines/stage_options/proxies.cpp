@@ -3,9 +3,9 @@
 
 namespace organbake {
 
-void bind_unit(OptionList& list, MeshUnit& unit) {
+void bind_unit(OptionList& list, MeshUnit& unit, const char* help) {
   list.add(
-      "unit", &unit, {.help = "of a mesh file that doesn't say its own; glTF is in metres"},
+      "unit", &unit, {.help = help},
       {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
 }
 

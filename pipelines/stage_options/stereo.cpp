@@ -1,27 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "core/error.h"
 #include "pipelines/stage_options.h"
 
 namespace organbake {
-
-SelectionOptions StereoStageOptions::selection() const {
-  if (every > 1 && sharpest > 1)
-    throw UsageError("give either every or sharpest: both say which frames are taken");
-  return {.every = sharpest > 1 ? sharpest : every, .sharpest = sharpest > 1};
-}
-
-double mm_per(MeshUnit unit) {
-  switch (unit) {
-    case MeshUnit::cm:
-      return 10;
-    case MeshUnit::m:
-      return 1000;
-    case MeshUnit::inch:
-      return 25.4;
-    default:
-      return 1;
-  }
-}
 
 void bind(OptionList& list, StereoStageOptions& o) {
   list.add("layout", &o.layout,
@@ -29,10 +9,9 @@ void bind(OptionList& list, StereoStageOptions& o) {
            {{"auto", StereoLayout::none},
             {"side-by-side", StereoLayout::side_by_side},
             {"top-bottom", StereoLayout::top_bottom}})
-      .add("swap_eyes", &o.swap_eyes, {.help = "the right eye's picture comes first"})
-      .add("unit", &o.unit, {.help = "of the calibration's lengths"},
-           {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}})
-      .add("nearest", &o.stereo.nearest_mm,
+      .add("swap_eyes", &o.swap_eyes, {.help = "the right eye's picture comes first"});
+  bind_unit(list, o.unit, "of the calibration's lengths");
+  list.add("nearest", &o.stereo.nearest_mm,
            {.help = "that tissue comes to the lens", .unit = "mm", .min = 1, .max = 10000})
       .add("farthest", &o.stereo.farthest_mm,
            {.help = "that tissue is from the lens", .unit = "mm", .min = 2, .max = 100000})
@@ -42,23 +21,9 @@ void bind(OptionList& list, StereoStageOptions& o) {
             .min = 0,
             .max = 0.2})
       .add("masks", &o.masks,
-           {.help = "look for the round field of view, highlights and instruments"})
-      .add("every", &o.every, {.help = "take one frame in N", .min = 1, .max = 1000000})
-      .add("sharpest", &o.sharpest,
-           {.help = "take the sharpest frame of each K", .min = 1, .max = 100000})
-      .add("keep_light", &o.keep_light,
-           {.help = "leave the scope's light and its highlights in the surface's colours; else "
-                    "they are divided out, and the player lights the tissue anew"})
-      .add("strict", &o.strict, {.help = "exit code 3 unless every frame's verdict is ok"})
-      .add("mesh_frame", &o.mesh_frame,
-           {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
-            .min = -1,
-            .max = 100000000})
-      .add("mesh_step", &o.mesh.step_px, {.help = "of its grid", .unit = "px", .min = 1, .max = 64})
-      .add("tear", &o.mesh.tear,
-           {.help = "neighbours whose depths differ by a larger share are not joined",
-            .min = 1e-4,
-            .max = 1});
+           {.help = "look for the round field of view, highlights and instruments"});
+  bind_frames(list, o.every, o.sharpest);
+  bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
 }
 
 void bind(OptionList& list, FuseStageOptions& options) {
@@ -92,10 +57,8 @@ void bind(OptionList& list, FuseStageOptions& options) {
             .min = 1e-5,
             .max = 0.5})
       .add("largest", &o.largest,
-           {.help = "pieces of largest area that are kept; 0 = all", .min = 0, .max = 1000000})
-      .add(
-          "unit", &options.unit, {.help = "of the depth maps"},
-          {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
+           {.help = "pieces of largest area that are kept; 0 = all", .min = 0, .max = 1000000});
+  bind_unit(list, options.unit, "of the depth maps");
 }
 
 }  // namespace organbake

@@ -7,6 +7,7 @@
 #include "bundle/cameras_json.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
 #include "pipelines/stage_module.h"

@@ -89,10 +89,8 @@ class Pipeline {
     const std::size_t index = item->selected.index;
     FrameRecord record = record_of(index, item->selected.sharpness, item->frame, *item->depth);
     if (strips_.wants_next()) strips_.add(frame_strip(item->frame, *item->depth, 240));
-    const bool wanted = options_.mesh_frame >= 0
-                            ? index == static_cast<std::size_t>(options_.mesh_frame)
-                            : !result_.key || score(record) > score(result_.key->record);
-    if (wanted) result_.key = KeyFrame{record, std::move(item->frame), item->depth};
+    if (becomes_key(record, options_.mesh_frame, result_.key))
+      result_.key = KeyFrame{record, std::move(item->frame), item->depth};
     result_.records.push_back(std::move(record));
     context_.debug("frame " + std::to_string(index));
   }

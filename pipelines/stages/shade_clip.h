@@ -19,13 +19,6 @@ struct Clip {
   std::optional<Mask> instruments;
 };
 
-// The frame that becomes a surface.
-struct KeyFrame {
-  FrameRecord record;
-  PreparedFrame frame;
-  std::shared_ptr<const FrameDepth> depth;
-};
-
 struct ClipResult {
   std::vector<FrameRecord> records;
   std::optional<KeyFrame> key;

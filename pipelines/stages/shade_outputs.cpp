@@ -62,7 +62,17 @@ ChannelImage normal_channels(const FrameDepth& depth) {
   return image;
 }
 
+// How much of a surface the frame gives.
+double score(const FrameRecord& record) {
+  return record.mean_confidence * (1 - record.instrument_share - record.outside_share);
+}
+
 }  // namespace
+
+bool becomes_key(const FrameRecord& record, int mesh_frame, const std::optional<KeyFrame>& key) {
+  if (mesh_frame >= 0) return record.index == static_cast<std::size_t>(mesh_frame);
+  return !key || score(record) > score(key->record);
+}
 
 FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
                       const FrameDepth& depth) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,10 +29,16 @@ struct FrameRecord {
 FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
                       const FrameDepth& depth);
 
-// Of which frame the surface says most.
-inline double score(const FrameRecord& record) {
-  return record.mean_confidence * (1 - record.instrument_share - record.outside_share);
-}
+// The frame that becomes a surface.
+struct KeyFrame {
+  FrameRecord record;
+  PreparedFrame frame;
+  std::shared_ptr<const FrameDepth> depth;
+};
+
+// Whether a frame becomes the surface in the place of the one so far: the frame asked for, or where
+// none is (−1) the one that the surface says most of.
+bool becomes_key(const FrameRecord& record, int mesh_frame, const std::optional<KeyFrame>& key);
 
 // The folders that write_frame() writes to.
 void make_frame_folders(const std::filesystem::path& folder);

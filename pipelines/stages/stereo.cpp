@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "formats/mesh_files.h"
 #include "geometry/ply.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stages/albedo_output.h"
@@ -76,24 +77,24 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
 
 // The lamp is taken to lie at the left lens. Matching errs from pixel to pixel: light is divided
 // out as a smooth surface would have it.
-Rgb8Image surface_color(const KeyPair& key, const StereoStageOptions& options,
+Rgb8Image surface_color(const KeyFrame& key, const StereoStageOptions& options,
                         const StageCall& call, StageReport& report) {
   if (options.keep_light) {
     report.skipped.push_back({"dividing the light out of the colours", "keep_light is on"});
-    return key.left.color;
+    return key.frame.color;
   }
   constexpr int kSmoothShare = 60;  // of the picture's width
   FrameDepth smooth = *key.depth;
-  smooth.normals = smooth_normals_from_depth(smooth.depth, ray_grid(key.left.camera),
-                                             key.left.camera.width / kSmoothShare);
-  return write_albedo(call.output_folder, key.left, smooth, {}, 1, report);
+  smooth.normals = smooth_normals_from_depth(smooth.depth, ray_grid(key.frame.camera),
+                                             key.frame.camera.width / kSmoothShare);
+  return write_albedo(call.output_folder, key.frame, smooth, {}, 1, report);
 }
 
-TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options, const StageCall& call,
+TriangleMesh mesh_of(const KeyFrame& key, const StereoStageOptions& options, const StageCall& call,
                      StageReport& report) {
   try {
     const Rgb8Image color = surface_color(key, options, call, report);
-    return mesh_from_depth(key.depth->depth, color, key.left.camera, options.mesh);
+    return mesh_from_depth(key.depth->depth, color, key.frame.camera, options.mesh);
   } catch (const BadDataError& error) {
     const std::string& reason = key.record.quality.reason;
     throw BadDataError("the eyes' pictures give no surface: " +
@@ -102,7 +103,7 @@ TriangleMesh mesh_of(const KeyPair& key, const StereoStageOptions& options, cons
   }
 }
 
-void write_pair_surface(const KeyPair& key, const RectifiedEyes& eyes,
+void write_pair_surface(const KeyFrame& key, const RectifiedEyes& eyes,
                         const StereoStageOptions& options, const StageCall& call,
                         StageReport& report) {
   TriangleMesh mesh = mesh_of(key, options, call, report);
@@ -124,7 +125,7 @@ StageReport run(const StageCall& call) {
   const Rectifier rectifier(read_stereo_rig(
       calibration,
       {source.eye.width, source.eye.height, source.left, source.right, mm_per(options.unit)}));
-  FrameSelection frames(std::move(source.next), options.selection());
+  FrameSelection frames(std::move(source.next), selection_of(options.every, options.sharpest));
   StageReport report;
   const StereoClipResult result =
       match_clip(frames, rectifier, options, call.output_folder, call.context);

@@ -99,12 +99,10 @@ class PairPipeline {
   void finish(PairItem item) {
     const FrameRecord& record = item->record.frame;
     if (strips_.wants_next()) strips_.add(frame_strip(item->left, *item->depth, 240));
-    const bool wanted = options_.mesh_frame >= 0
-                            ? record.index == static_cast<std::size_t>(options_.mesh_frame)
-                            : !result_.key || score(record) > score(result_.key->record);
     result_.records.push_back(item->record);
     context_.debug("frame " + std::to_string(record.index));
-    if (wanted) result_.key = KeyPair{record, std::move(item->left), item->depth};
+    if (becomes_key(record, options_.mesh_frame, result_.key))
+      result_.key = KeyFrame{record, std::move(item->left), item->depth};
   }
 
   FrameSelection& frames_;

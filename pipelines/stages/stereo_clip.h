@@ -19,16 +19,9 @@ struct PairRecord {
   double matched_share = 0, filled_share = 0, relative_sd = 0, rows_apart_px = 0;
 };
 
-// The pair that becomes a surface.
-struct KeyPair {
-  FrameRecord record;
-  PreparedFrame left;
-  std::shared_ptr<const FrameDepth> depth;
-};
-
 struct StereoClipResult {
   std::vector<PairRecord> records;
-  std::optional<KeyPair> key;
+  std::optional<KeyFrame> key;  // the left eye's
 };
 
 // Decodes, rectifies, matches and writes pairs at the same time, a few in memory at once. A pair's
