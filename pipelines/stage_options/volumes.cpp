@@ -42,6 +42,10 @@ void bind(OptionList& list, PhantomStageOptions& o) {
             .unit = "mm",
             .min = -20,
             .max = 20})
+      .add("beam", &o.laparoscopy.beam_exponent,
+           {.help = "a laparoscopy's light falls off as cosⁿ of the angle to the axis; 0 = even",
+            .min = 0,
+            .max = 20})
       .add("tilt", &o.laparoscopy.tilt_rad,
            {.help = "of a laparoscopy's view onto the tissue; 0 = from above",
             .unit = "rad",
