@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Manual pages and completions tell every option that the commands take, as the linters of man pages
+# want them, and the chapters of the manual name none that there isn't.
+source "$(dirname "$0")/assert.sh"
+missing() { command -v "$1" >/dev/null || { echo "SKIPPED: $1 is not installed"; return 0; } && return 1; }
+flags_of() { sed -nE 's/^  (-., )?(--[a-z-]+).*/\2/p' "$1" | sort -u; }
+
+organbake --help >help
+commands=$(sed -n 's/^  \([a-z]*\)  .*/\1/p' help)
+[ "$(wc -w <<<"$commands")" -ge 22 ] || fail "only these commands are listed: $commands"
+expect 0 organbake man -o man
+expect 0 "$BIN/organplay" --man
+cp out man/organplay.1
+expect_equal "$(ls man/*.1 | wc -l)" "$(($(wc -w <<<"$commands") + 2))"
+
+# What help lists, the page and both completions tell, too. The page as people see it.
+organbake completions bash >in_bash
+organbake completions zsh >in_zsh
+bash -n in_bash || fail "bash refuses its completions"
+missing zsh || zsh -n in_zsh || fail "zsh refuses its completions"
+for command in $commands; do
+  organbake $command --help >help.$command
+  man -l --no-hyphenation man/organbake-$command.1 2>/dev/null | col -b >page
+  in_bash=$(sed -n "s/^    '$command') flags='\(.*\)' ;;/\1/p" in_bash)
+  in_zsh=$(sed -n "/^    $command) _arguments/,/;;/p" in_zsh)
+  [ "$(flags_of help.$command | wc -l)" -ge 6 ] || fail "no flags in the help of $command"
+  for flag in $(flags_of help.$command); do
+    grep -qE -- "^ +(-., )?$flag( |,|\$)" page || fail "man organbake-$command lacks $flag"
+    [[ " $in_bash " == *" $flag "* ]] || fail "the completions for bash lack $command $flag"
+    [[ $in_zsh == *"'*$flag["* ]] || fail "the completions for zsh lack $command $flag"
+  done
+done
+"$BIN/organplay" --help >help.organplay
+man -l --no-hyphenation man/organplay.1 2>/dev/null | col -b >page
+"$BIN/organplay" --completions bash >bash.organplay
+for flag in $(flags_of help.organplay) --frame; do
+  [ $flag = --help ] || grep -qE -- "^ +(-., )?$flag( |,|\$)" page || fail "man organplay lacks $flag"
+  grep -qE -- "[' ]$flag[' ]" bash.organplay || fail "the completions of organplay lack $flag"
+done
+
+for page in man/*; do
+  warnings=$(LC_ALL=C.UTF-8 MANROFFSEQ='' MANWIDTH=80 man --warnings -E UTF-8 -l -Tutf8 -Z $page 2>&1 >/dev/null)
+  expect_equal "$warnings" ""
+  missing mandoc || expect_equal "$(mandoc -T lint -W style $page)" ""
+done
+
+# Bash really completes.
+completed() { bash -c '
+  source ./in_bash
+  COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _organbake; echo "${COMPREPLY[*]}"' _ "$@"; }
+expect_equal "$(completed organbake dec)" decimate
+expect_equal "$(completed organbake decimate --fac)" --faces
+expect_equal "$(completed organbake decimate --method qua)" quadric
+expect_equal "$(completed organbake decimate --method = clu)" cluster
+expect_equal "$(completed organbake --threads 2 bake --qual)" --quality
+expect_equal "$(completed organbake bake --quality dr)" draft
+expect_equal "$(completed organbake decimate surf)" ""
+
+# Chapters and README: each flag behind a command's name is one that the command takes.
+grep -hv 'cmake --install' "$SOURCE"/README.md "$SOURCE"/apps/manual/*.md |
+  grep -oE 'organ(bake [a-z]+|play)( [^`|#]*)' | sed 's/ && .*//' >examples
+[ "$(wc -l <examples)" -gt 60 ] || fail "only $(wc -l <examples) examples were found"
+while read -r program command words; do
+  known=help.$command
+  [ $program = organplay ] && known=help.organplay
+  [ -f $known ] || continue  # a sentence, no command
+  for flag in $(grep -oE -- '(^| )--[a-z][a-z-]*' <<<"$command $words"); do
+    grep -qE -- "(^|[ ,-])(--no)?$flag( |\$|,)" $known || grep -qF -- "${flag/--no-/--}" $known ||
+      fail "$flag is no flag of $program $command: $words"
+  done
+done <examples
