@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <exception>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/standard_output.h"
 #include "organbake/commands.h"
+#include "organbake/libraries.h"
 #include "pipelines/nearest_name.h"
 
 namespace organbake {
@@ -32,11 +34,20 @@ std::string overview(const Session& session) {
                    " (--help lists all)");
 }
 
+void tell_version(const Session& session) {
+  const std::string text = "organbake " ORGANBAKE_VERSION;
+  if (!session.json()) return write_to_stdout(text + "\n");
+  unloadable_modules();  // so that their libraries can be asked; doctor tells what cannot be loaded
+  session.print_result(text, {{"organbake", ORGANBAKE_VERSION},
+                              {"released", ORGANBAKE_RELEASE_DATE},
+                              {"compiler", __VERSION__},
+                              {"libraries", library_versions()}});
+}
 
 int dispatch(Arguments arguments, Session& session) {
   session.read_leading_flags(arguments);
   if (session.version_asked()) {
-    write_to_stdout("organbake " ORGANBAKE_VERSION "\n");
+    tell_version(session);
     return 0;
   }
   if (arguments.empty() && !session.help_asked()) {

@@ -34,7 +34,7 @@ OptionList Session::shared_options() {
       .add("json", &json_, {.help = "the result as JSON"})
       .add("quiet", &quiet_, {.help = "say nothing but warnings and errors"})
       .add("verbose", &verbose_, {.help = "say more"})
-      .add("version", &version_, {.help = "print the version"})
+      .add("version", &version_, {.help = "print the version; with --json the libraries' too"})
       .add("help", &help_, {.help = "print this"});
   return list;
 }
