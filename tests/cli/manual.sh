@@ -70,3 +70,38 @@ while read -r program command words; do
       fail "$flag is no flag of $program $command: $words"
   done
 done <examples
+
+# The HTML manual: clean for tidy, every link leads somewhere, every option of a stage is in it.
+missing lowdown || missing mandoc && exit
+expect 0 "$SOURCE/apps/manual/build_manual" "$BIN" made
+for page in made/html/*.html; do
+  missing tidy || expect_equal "$(tidy -q -e $page 2>&1)" ""
+done
+python3 - <<'PY' || fail "links"
+import html.parser, pathlib, sys
+folder, ids, links = pathlib.Path("made/html"), {}, []
+class Page(html.parser.HTMLParser):
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        if "id" in values: ids[name].add(values["id"])
+        target = values.get("href", values.get("src", ""))
+        if target and "://" not in target: links.append((name, target))
+for file in folder.glob("*.html"):
+    name = file.name
+    ids[name] = set()
+    Page().feed(file.read_text())
+assert len(ids) > 35 and len(links) > 400, (len(ids), len(links))
+for page, target in links:
+    file, _, part = target.partition("#")
+    if not (folder / (file or page)).is_file(): sys.exit(f"{page}: {target} leads nowhere")
+    if part and part not in ids[file or page]: sys.exit(f"{page}: {target} has no such part")
+told = folder.joinpath("organbake-decimate.1.html").read_text()
+assert "--max-error" in told and "lindstrom-turk" in told
+reached, waiting = set(), ["index.html"]  # all pages can be found from the first
+while waiting:
+    at = waiting.pop()
+    if at in reached: continue
+    reached.add(at)
+    waiting += [t.partition("#")[0] for p, t in links if p == at and t.partition("#")[0] in ids]
+assert reached == ids.keys(), ids.keys() - reached
+PY
