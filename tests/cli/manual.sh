@@ -105,3 +105,17 @@ while waiting:
     waiting += [t.partition("#")[0] for p, t in links if p == at and t.partition("#")[0] in ids]
 assert reached == ids.keys(), ids.keys() - reached
 PY
+
+# The messages that the manual explains are ones that the programs still say.
+python3 - "$SOURCE" <<'PY' || fail "messages"
+import pathlib, re, sys
+source = pathlib.Path(sys.argv[1])
+code = "".join(f.read_text() for d in ("lib", "pipelines", "apps") for f in source.glob(f"{d}/**/*.cpp"))
+code = re.sub(r'"\s*"', "", code)  # a text over several lines
+table = source.joinpath("apps/manual/troubleshooting.md").read_text().split("## Results")[0]
+messages = [m for row in re.findall(r"^\| (.*?) \|", table, re.M) for m in re.findall(r"`([^`]+)`", row)]
+parts = [p.strip(" ;'\"?") for m in messages for p in re.split("…|'schema.*", m)]
+assert len(messages) >= 25, messages
+gone = [p for p in parts if len(p) > 5 and p not in code]
+if gone: sys.exit(f"nobody says {gone}")
+PY
