@@ -119,3 +119,22 @@ assert len(messages) >= 25, messages
 gone = [p for p in parts if len(p) > 5 and p not in code]
 if gone: sys.exit(f"nobody says {gone}")
 PY
+
+# Links of the pages as the repository shows them; and the README stays one screen and a half.
+python3 - "$SOURCE" <<'PY' || fail "links of the Markdown files"
+import pathlib, re, sys
+source, count = pathlib.Path(sys.argv[1]), 0
+heading = lambda text: re.sub(r"[^a-z0-9 -]", "", text.lower()).replace(" ", "-")
+for page in [*source.glob("*.md"), *source.glob("apps/manual/*.md"), *source.glob("data-schemas/*.md")]:
+    for target in re.findall(r"\]\(([^)]+)\)", page.read_text()):
+        if re.match(r"[a-z]+:", target): continue
+        name, _, part = target.partition("#")
+        file = page.parent / name if name else page
+        if not file.exists(): sys.exit(f"{page}: {target} is not there")
+        headings = re.findall(r"^#+ (.*)", file.read_text(), re.M) if part else []
+        if part and part not in map(heading, headings): sys.exit(f"{page}: {target} has no such heading")
+        count += 1
+assert count > 40, count
+size = source.joinpath("README.md").stat().st_size
+if size > 6000: sys.exit(f"README.md has {size} bytes; the manual has room")
+PY
