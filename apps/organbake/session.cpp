@@ -28,9 +28,10 @@ Session::~Session() = default;
 
 OptionList Session::shared_options() {
   OptionList list;
-  list.add(
-          "threads", &threads_,
-          {.help = "at most this many; 0 = all. Results don't depend on it", .min = 0, .max = 4096})
+  list.add("threads", &threads_,
+           {.help = "at most this many threads; 0 = all. Results don't depend on it",
+            .min = 0,
+            .max = 4096})
       .add("json", &json_, {.help = "the result as JSON"})
       .add("quiet", &quiet_, {.help = "say nothing but warnings and errors"})
       .add("verbose", &verbose_, {.help = "say more"})

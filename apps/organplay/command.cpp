@@ -68,10 +68,10 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
       ->capture_default_str();
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
-  app.add_option(
-      "--size", texts.size,
-      "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720, or the script's own); "
-      "--compare's pictures are squares of its height (default 512)");
+  app.add_option("--size", texts.size,
+                 "size of a frame or of the window, WIDTHxHEIGHT pixels (default 1280x720, or the "
+                 "script's own); "
+                 "--compare's pictures are squares of its height (default 512)");
   app.add_option("--warp", texts.warp, "bound, or the paper's own chain as a baseline: paper")
       ->check(CLI::IsMember({"bound", "paper"}))
       ->capture_default_str();
