@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/organ_layers.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
+#include "core/parallel.h"
 #include "warp/outline.h"
 
 namespace organbake {
@@ -32,11 +31,12 @@ void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& opt
   frame.cover = first.cover;
   frame.shown = options.keep_shown ? first.shown : std::vector<Shown>{};
   std::vector<float> depth_mm = first.depth_mm;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, depth_mm.size(), 1 << 14),
-                    [&](const auto& range) {
-                      for (std::size_t l = 1; l < layers.size(); ++l)
-                        take_nearer(*layers[l], range.begin(), range.end(), frame, depth_mm);
-                    });
+  constexpr std::size_t kGrain = 1 << 14;
+  parallel_pieces(std::size_t{0}, depth_mm.size(), kGrain,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t l = 1; l < layers.size(); ++l)
+                      take_nearer(*layers[l], first, last, frame, depth_mm);
+                  });
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
   if (options.smooth_outline) {
     const PixelBox all{0, 0, frame.color.width, frame.color.height};
