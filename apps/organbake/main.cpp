@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <malloc.h>
+
 #include <exception>
 
 #include "core/error.h"
@@ -74,7 +76,16 @@ int dispatch(Arguments arguments, Session& session) {
   return run_stage_command(*stage, arguments, session);
 }
 
+// The pictures of a clip come and go by the hundred. Memory that one gave back serves the next;
+// to return it to the system and have it cleared again took a tenth of the time of `stereo`.
+void keep_freed_memory() {
+  constexpr int kMapped_bytes = 64 << 20, kKept_bytes = 512 << 20;
+  mallopt(M_MMAP_THRESHOLD, kMapped_bytes);
+  mallopt(M_TRIM_THRESHOLD, kKept_bytes);
+}
+
 int run(int argc, char** argv) {
+  keep_freed_memory();
   catch_signals();
   Session session;
   try {

@@ -68,6 +68,7 @@ void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<Pos
   std::vector<std::size_t> dropped(cameras.size());
   tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
     dropped[c] = fade_at_edges(cameras[c].intrinsics, summary.maps[c]);
+    lead_colors_beyond_outline(summary.maps[c]);
   });
   summary.unsure_texels = std::accumulate(dropped.begin(), dropped.end(), std::size_t{0});
 }

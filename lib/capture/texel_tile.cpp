@@ -9,6 +9,7 @@
 #include "capture/depth_edges.h"
 #include "capture/smooth_step.h"
 #include "capture/texel_color.h"
+#include "image/grow.h"
 
 namespace organbake {
 namespace {
@@ -138,6 +139,18 @@ std::size_t fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps) {
     maps.face[i] = kNoFace;
   }
   return dropped;
+}
+
+void lead_colors_beyond_outline(CameraMaps& maps) {
+  constexpr int kRings = 4;
+  std::vector<std::uint8_t> known(maps.color.size());
+  for (std::size_t i = 0; i < known.size(); ++i) known[i] = maps.confidence[i] > 0;
+  grow(maps.width, maps.height, kRings, known,
+       [&](std::size_t texel, std::span<const std::size_t> beside) {
+         Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+         for (const std::size_t other : beside) sum += maps.color[other];
+         maps.color[texel] = sum / static_cast<float>(beside.size());
+       });
 }
 
 }  // namespace organbake

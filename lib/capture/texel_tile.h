@@ -40,4 +40,8 @@ TileCounts capture_tile(const CaptureScene& scene, const PosedCamera& camera, in
 // become background: nobody draws them. Returns how many did.
 std::size_t fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps);
 
+// Leads the colours some texels on beyond the outline. Nobody draws them: a program in which a map
+// is painted or made smaller then mixes no black into the rim.
+void lead_colors_beyond_outline(CameraMaps& maps);
+
 }  // namespace organbake

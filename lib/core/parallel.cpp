@@ -3,6 +3,7 @@
 
 #ifndef ORGANBAKE_NO_THREADS
 #include <tbb/blocked_range.h>
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #endif
@@ -32,3 +33,20 @@ void isolate(Work work, const void* body) { work(body, 0, 0); }
 #endif
 
 }  // namespace organbake::parallel_detail
+
+namespace organbake {
+
+#ifndef ORGANBAKE_NO_THREADS
+struct ThreadLimit::Impl {
+  tbb::global_control control;
+};
+ThreadLimit::ThreadLimit(int threads)
+    : impl_(new Impl{
+          {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)}}) {}
+#else
+struct ThreadLimit::Impl {};
+ThreadLimit::ThreadLimit(int) {}
+#endif
+ThreadLimit::~ThreadLimit() = default;
+
+}  // namespace organbake

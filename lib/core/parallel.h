@@ -53,6 +53,17 @@ void isolated(const Body& body) {
       &body);
 }
 
+// As long as it lives no more threads than that work, the caller's included.
+class ThreadLimit {
+ public:
+  explicit ThreadLimit(int threads);  // ≥ 1
+  ~ThreadLimit();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 // One value for each thread that asks for its own, kept from one use to the next.
 template <class Value>
 class PerThread {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "image/grow.h"
 #include "image/srgb.h"
 
 namespace organbake {
@@ -73,33 +74,21 @@ std::vector<std::uint32_t> owners(const TexturedMesh& mesh, int side) {
 }
 
 // Free texels take the mean of their neighbours, ring by ring; what is left `elsewhere`.
-void pad(Rgb8Image& image, std::vector<std::uint32_t> owner,
+void pad(Rgb8Image& image, const std::vector<std::uint32_t>& owner,
          std::array<std::uint8_t, 3> elsewhere) {
-  const int side = image.width;
-  for (int ring = 0; ring < kPaddedRings; ++ring) {
-    std::vector<std::size_t> filled;
-    for (int y = 0; y < side; ++y)
-      for (int x = 0; x < side; ++x) {
-        const std::size_t i = std::size_t(y) * side + x;
-        if (owner[i] != kFree) continue;
-        int sum[3] = {}, count = 0;
-        const auto add = [&](int nx, int ny) {
-          if (nx < 0 || ny < 0 || nx >= side || ny >= side) return;
-          if (owner[std::size_t(ny) * side + nx] == kFree) return;
-          for (int k = 0; k < 3; ++k) sum[k] += image.at(nx, ny)[k];
-          ++count;
-        };
-        add(x - 1, y), add(x + 1, y), add(x, y - 1), add(x, y + 1);
-        if (count == 0) continue;
-        for (int k = 0; k < 3; ++k)
-          image.at(x, y)[k] = static_cast<std::uint8_t>((sum[k] + count / 2) / count);
-        filled.push_back(i);
-      }
-    for (const std::size_t i : filled) owner[i] = 0;
-    if (filled.empty()) break;
-  }
-  for (std::size_t i = 0; i < owner.size(); ++i)
-    if (owner[i] == kFree) std::copy(elsewhere.begin(), elsewhere.end(), &image.pixels[3 * i]);
+  std::vector<std::uint8_t> known(owner.size());
+  for (std::size_t i = 0; i < owner.size(); ++i) known[i] = owner[i] != kFree;
+  grow(image.width, image.height, kPaddedRings, known,
+       [&](std::size_t texel, std::span<const std::size_t> beside) {
+         const std::size_t count = beside.size();
+         for (int k = 0; k < 3; ++k) {
+           std::size_t sum = 0;
+           for (const std::size_t other : beside) sum += image.pixels[3 * other + k];
+           image.pixels[3 * texel + k] = static_cast<std::uint8_t>((sum + count / 2) / count);
+         }
+       });
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (!known[i]) std::copy(elsewhere.begin(), elsewhere.end(), &image.pixels[3 * i]);
 }
 
 std::array<std::uint8_t, 3> mean_color(const Rgb8Image& image,

@@ -58,7 +58,11 @@ Rgb8Image smoothed(Rgb8Image on_black) {
   }
   const PixelBox all{0, 0, on_black.width, on_black.height};
   frame.color = std::move(on_black);
-  Outline().soften(all, kBlack, frame);
+  SkinBits skin;
+  skin.read_with_border(all, frame);
+  FrontEdges edges;
+  edges.find(skin);
+  Outline().soften(edges, frame);
   return std::move(frame.color);
 }
 

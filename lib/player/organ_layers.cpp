@@ -2,9 +2,12 @@
 #include "player/organ_layers.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/parallel.h"
+#include "warp/front_edges.h"
 #include "warp/outline.h"
+#include "warp/skin_depth.h"
 
 namespace organbake {
 namespace {
@@ -22,10 +25,29 @@ void take_nearer(const Frame& layer, std::size_t begin, std::size_t end, Frame& 
   }
 }
 
+void smooth_outlines(const std::vector<float>& depth_mm, float deeper_mm, Frame& frame) {
+  const int width = frame.color.width, height = frame.color.height;
+  float reach_mm = deeper_mm;
+  for (const float depth : depth_mm)
+    if (std::isfinite(depth)) reach_mm = std::max(reach_mm, depth);
+  SkinDepth depth;
+  depth.resize(width, height, reach_mm);
+  std::vector<float> row(whole_vectors(width));
+  for (int y = 0; y < height; ++y) {
+    std::copy_n(&depth_mm[std::size_t(y) * width], width, row.begin());
+    depth.put(0, y, width, row.data());
+  }
+  SkinBits skin;
+  skin.read({0, 0, width, height}, frame);
+  FrontEdges edges;
+  edges.find(skin, depth, deeper_mm);
+  Outline().soften(edges, frame);
+}
+
 }  // namespace
 
 void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& options,
-                 Frame& frame) {
+                 float deeper_mm, Frame& frame) {
   const Frame& first = *layers.front();
   frame.color = first.color;
   frame.cover = first.cover;
@@ -37,11 +59,8 @@ void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& opt
                     for (std::size_t l = 1; l < layers.size(); ++l)
                       take_nearer(*layers[l], first, last, frame, depth_mm);
                   });
+  if (options.smooth_outline) smooth_outlines(depth_mm, deeper_mm, frame);
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
-  if (options.smooth_outline) {
-    const PixelBox all{0, 0, frame.color.width, frame.color.height};
-    Outline().soften(all, options.background, frame);
-  }
 }
 
 DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged) {
@@ -62,6 +81,7 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
     sum.base_pixels += more.base_pixels;
     sum.holes_before += more.holes_before;
     sum.holes_after += more.holes_after;
+    sum.texel_mm = std::max(sum.texel_mm, more.texel_mm);
     sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
     sum.times += more.times;
   }

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "player/organ_layers.h"
+#include "warp/front_edges.h"
 #include "warp/light_meter.h"
 
 namespace organbake {
@@ -178,13 +179,14 @@ DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Fra
   // Of a frame asked for with less, what it lacks now would be missing.
   unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
               frame.shown.empty() == !options.keep_shown;
+  const DrawReport joined = joined_report(reports, unchanged);
   if (!unchanged) {
     frame.serial = 0;
-    join_layers(layers, options, frame);
+    join_layers(layers, options, kStepTexels * joined.texel_mm, frame);
     for (const Frame* layer : layers) joined_ = std::max(joined_, layer->serial);
     frame.serial = joined_;
   }
-  return joined_report(reports, unchanged);
+  return joined;
 }
 
 }  // namespace organbake

@@ -8,7 +8,8 @@
 namespace organbake {
 
 // The plane through the values around each pixel, by least squares over a window weighted like a
-// tent: what a smooth surface is, near by. All pixels at once, whatever the radius.
+// tent: what a smooth surface is, near by. All pixels at once; large windows look at squares of
+// pixels.
 class LocalPlanes {
  public:
   // weight: how much a pixel's value counts, 0 = not at all.

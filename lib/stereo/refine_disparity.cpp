@@ -7,6 +7,7 @@
 
 #include "core/median.h"
 #include "shading/cv_grid.h"
+#include "stereo/tent_mean.h"
 
 namespace organbake {
 namespace {
@@ -21,15 +22,6 @@ cv::Mat as_float(const Mask& mask) {
   cv::Mat weight;
   cv_view(mask).convertTo(weight, CV_32F);
   return weight;
-}
-
-// A tent-like window: a box twice.
-cv::Mat around(const cv::Mat& values, int radius) {
-  cv::Mat sum;
-  const cv::Size window(2 * radius + 1, 2 * radius + 1);
-  cv::boxFilter(values, sum, CV_32F, window, {-1, -1}, true, cv::BORDER_CONSTANT);
-  cv::boxFilter(sum, sum, CV_32F, window, {-1, -1}, true, cv::BORDER_CONSTANT);
-  return sum;
 }
 
 enum class Along { rows, columns };
@@ -92,9 +84,9 @@ void refine_disparity(const EyeImage& left, const EyeImage& right, const MatchWi
     const Laid laid = laid_on_left(left, right, disparity.px);
     const cv::Mat slope = common_slopes(pattern, laid.pattern, Along::rows);
     const cv::Mat difference = pattern - laid.pattern, weighted = laid.weight.mul(slope);
-    const cv::Mat pull = around(weighted.mul(difference), options.radius_px);
-    const cv::Mat stiffness = around(weighted.mul(slope), options.radius_px);
-    const cv::Mat share = around(laid.weight, options.radius_px);
+    const cv::Mat pull = tent_mean(weighted.mul(difference), options.radius_px);
+    const cv::Mat stiffness = tent_mean(weighted.mul(slope), options.radius_px);
+    const cv::Mat share = tent_mean(laid.weight, options.radius_px);
     for (int y = 0; y < disparity.px.height; ++y)
       for (int x = 0; x < disparity.px.width; ++x) {
         if (share.at<float>(y, x) < kLeastCounting) continue;
@@ -115,10 +107,10 @@ Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const Mat
   const cv::Mat difference = pattern - laid.pattern, w_difference = laid.weight.mul(difference);
   const cv::Mat across = common_slopes(pattern, laid.pattern, Along::rows);
   const cv::Mat down = common_slopes(pattern, laid.pattern, Along::columns);
-  const cv::Mat share = around(laid.weight, radius), ab = around(a.mul(laid.pattern), radius);
-  const cv::Mat aa = around(a.mul(pattern), radius), bb = around(b.mul(laid.pattern), radius);
-  const cv::Mat left_over = around(w_difference.mul(difference), radius);
-  const cv::Mat stiffness = around(laid.weight.mul(across).mul(across), radius);
+  const cv::Mat share = tent_mean(laid.weight, radius), ab = tent_mean(a.mul(laid.pattern), radius);
+  const cv::Mat aa = tent_mean(a.mul(pattern), radius), bb = tent_mean(b.mul(laid.pattern), radius);
+  const cv::Mat left_over = tent_mean(w_difference.mul(difference), radius);
+  const cv::Mat stiffness = tent_mean(laid.weight.mul(across).mul(across), radius);
   Agreement agreement{Plane(width, height), Plane(width, height, INFINITY), 0};
   // Pixels that a tent of that radius averages: (Σw)² / Σw² of a box folded with itself.
   const double side = 1.5 * (2 * radius + 1), pixels = side * side;
@@ -135,8 +127,8 @@ Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const Mat
           std::sqrt(variance / (pixels * (stiffness.at<float>(y, x) + kDamping))));
     }
   agreement.rows_apart_px =
-      median_rows_apart(around(w_difference.mul(down), radius),
-                        around(laid.weight.mul(down).mul(down), radius), share);
+      median_rows_apart(tent_mean(w_difference.mul(down), radius),
+                        tent_mean(laid.weight.mul(down).mul(down), radius), share);
   return agreement;
 }
 

@@ -57,7 +57,8 @@ void Finish::apply(const View& view, const DrawOptions& options, const PixelBox&
     skin_.read_with_border(drawn, frame);
   }
   if (!options.smooth_outline) skin_ = {};
-  outline_.soften(skin_, options.background, frame);
+  edges_.find(skin_, depth, deeper_mm);
+  outline_.soften(edges_, frame);
   clock.lap(report.times.fill);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "warp/frame.h"
+#include "warp/front_edges.h"
 #include "warp/outline.h"
 #include "warp/pixel_box.h"
 #include "warp/resolve.h"
@@ -19,15 +20,13 @@ namespace organbake {
 struct DrawOptions;
 struct DrawReport;
 
-// Nothing smooth falls this far from one pixel to the next and rises again.
-inline constexpr float kSeeThroughTexels = 8;
-
 // The last steps of a frame, after its tiles: slits opened, holes filled, tools drawn, the outline
 // smoothed. Remembers what it covers up, so that the next frame of the same view can take it back
 // and draw the tiles that changed alone.
 class Finish {
  public:
-  // drawn: everything but the background. depth, deeper_mm: see find_see_through().
+  // drawn: everything but the background. depth: of its skin. deeper_mm: skin at least so far
+  // behind other skin is not one surface with it.
   void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
              const SkinDepth& depth, float deeper_mm, Frame& frame, DrawReport& report);
   // The frame as it was before apply().
@@ -48,6 +47,7 @@ class Finish {
   SkinBits skin_;              // with a border
   std::vector<Pixel> opened_;  // as they were
   std::vector<Pixel> hidden_;  // under the tools' box
+  FrontEdges edges_;           // of skin_
   Outline outline_;
 };
 

@@ -20,11 +20,14 @@ Linear linear_color(const std::uint8_t* rgb) {
 
 }  // namespace
 
-// Skin beside background, from one pair of pixels on to the right or down.
+// The skin in front beside what lies behind, from one pair of pixels on to the right or down.
 struct Outline::Border {
-  PixelAt first;    // of the pixels on the left or upper side
-  bool to_right;    // the border runs along a row; else down a column
-  bool skin_first;  // skin is on the left or upper side
+  PixelAt first;            // of the pixels on the left or upper side
+  bool to_right;            // the border runs along a row; else down a column
+  FrontEdges::Front front;  // the side that is in front
+
+  FrontEdges::Along pair() const { return to_right ? FrontEdges::column : FrontEdges::row; }
+  bool skin_first() const { return front == FrontEdges::first; }
 
   PixelAt near(int i) const {
     return to_right ? PixelAt{first.x + i, first.y} : PixelAt{first.x, first.y + i};
@@ -33,8 +36,8 @@ struct Outline::Border {
     const PixelAt side = near(i);
     return to_right ? PixelAt{side.x, side.y + 1} : PixelAt{side.x + 1, side.y};
   }
-  PixelAt skin(int i) const { return skin_first ? near(i) : far(i); }
-  PixelAt open(int i) const { return skin_first ? far(i) : near(i); }
+  PixelAt skin(int i) const { return skin_first() ? near(i) : far(i); }
+  PixelAt open(int i) const { return skin_first() ? far(i) : near(i); }
 };
 
 void Outline::change(PixelAt pixel, double share) {
@@ -43,7 +46,7 @@ void Outline::change(PixelAt pixel, double share) {
   const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
   // Aslant, a border has stretches both ways: the longer ones tell more.
   if (std::abs(steps) <= std::abs(int{change_[at]})) return;
-  if (change_[at] == 0) softened_.push_back({at, {}});
+  if (change_[at] == 0) softened_.push_back({at, {}, {}});
   change_[at] = static_cast<std::int8_t>(steps);
 }
 
@@ -51,7 +54,7 @@ void Outline::change(PixelAt pixel, double share) {
 // the border goes on with.
 double Outline::rise_of(const Border& border, int length, BorderStep ends) const {
   Border next = border;
-  (border.to_right ? next.first.y : next.first.x) += border.skin_first ? ends : -ends;
+  (border.to_right ? next.first.y : next.first.x) += border.skin_first() ? ends : -ends;
   const auto count = [&](int first, int direction) {
     int n = 0;
     while (is_border(next, first + direction * n)) ++n;
@@ -72,19 +75,19 @@ double Outline::rise_of(const Border& border, int length, BorderStep ends) const
 }
 
 bool Outline::is_border(const Border& border, int i) const {
-  return bits_->is_skin(border.skin(i)) && bits_->is_open(border.open(i));
+  return edges_->has(border.pair(), border.front, border.near(i));
 }
 
 // A stretch without a step, from its first pixel on.
 void Outline::follow(const Border& border) {
   int length = 1;
   while (is_border(border, length)) ++length;
-  const auto step = [&](int i) {
-    const PixelAt near = border.near(i), far = border.far(i);
-    return static_cast<BorderStep>(int{bits_->is_skin(near) && bits_->is_skin(far)} -
-                                   int{bits_->is_open(near) && bits_->is_open(far)});
+  // Beyond the stretch's last pair, i, lies the pair `next`.
+  const auto step = [&](int i, int next) {
+    return static_cast<BorderStep>(int{edges_->in_front(border.open(next), border.open(i))} -
+                                   int{edges_->in_front(border.skin(i), border.skin(next))});
   };
-  const BorderStep before = step(-1), after = step(length);
+  const BorderStep before = step(0, -1), after = step(length - 1, length);
   if (before == no_step && after == no_step) return;
   const bool bow = before == after;
   const double rise = bow ? rise_of(border, length, before) : 0;
@@ -97,16 +100,16 @@ void Outline::follow(const Border& border) {
 }
 
 void Outline::follow_rows() {
-  const PixelBox& box = bits_->box();
+  const SkinBits& bits = edges_->skin();
+  const PixelBox& box = bits.box();
   for (int y = box.y0; y + 1 < box.y1; ++y) {
-    for (const bool skin_first : {true, false}) {
-      const std::uint64_t* skin = bits_->skin(skin_first ? y : y + 1);
-      const std::uint64_t* open = bits_->open(skin_first ? y + 1 : y);
+    for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
+      const std::uint64_t* const borders = edges_->of_row(FrontEdges::column, front, y);
       std::uint64_t last = 0;  // bit of the word before
-      for (int word = 0; word < bits_->words(); ++word) {
-        const std::uint64_t border = skin[word] & open[word];
-        bits_->for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
-          follow({first, true, skin_first});
+      for (int word = 0; word < bits.words(); ++word) {
+        const std::uint64_t border = borders[word];
+        bits.for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
+          follow({first, true, front});
         });
         last = border >> (SkinBits::kWord - 1);
       }
@@ -115,79 +118,71 @@ void Outline::follow_rows() {
 }
 
 void Outline::follow_columns() {
-  const PixelBox& box = bits_->box();
+  const SkinBits& bits = edges_->skin();
+  const PixelBox& box = bits.box();
   std::vector<std::uint64_t> above;
-  for (const bool skin_first : {true, false}) {
-    above.assign(bits_->words(), 0);
+  for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
+    above.assign(bits.words(), 0);
     for (int y = box.y0; y < box.y1; ++y) {
-      const std::uint64_t* near = skin_first ? bits_->skin(y) : bits_->open(y);
-      const std::uint64_t* far = skin_first ? bits_->open(y) : bits_->skin(y);
-      for (int word = 0; word < bits_->words(); ++word) {
-        const std::uint64_t border = near[word] & bits_->left_of(far, word);
-        bits_->for_each(border & ~above[word], word, y, [&](PixelAt first) {
-          follow({first, false, skin_first});
+      const std::uint64_t* const borders = edges_->of_row(FrontEdges::row, front, y);
+      for (int word = 0; word < bits.words(); ++word) {
+        bits.for_each(borders[word] & ~above[word], word, y, [&](PixelAt first) {
+          follow({first, false, front});
         });
-        above[word] = border;
+        above[word] = borders[word];
       }
     }
   }
 }
 
-void Outline::blend(const Pixel& pixel, const Linear& background, Frame& frame) const {
+// A pixel takes the colours beside it of what covers more of it than its centre says: of the skin
+// in front of it, or of what lies behind it.
+Outline::Color Outline::blended(const Pixel& pixel, const Frame& frame) const {
   const PixelAt at{static_cast<int>(pixel.at) % width_, static_cast<int>(pixel.at) / width_};
-  Linear color{};
-  double share = change_[pixel.at] / kSteps;
-  if (share < 0) {
-    share += 1;
-    color = linear_color(pixel.color.data());
-  } else {
-    int count = 0;
-    for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-      const PixelAt beside{at.x + dx, at.y + dy};
-      if (!bits_->is_skin(beside)) continue;
-      const Linear skin = linear_color(frame.color.at(beside.x, beside.y));
-      for (int c = 0; c < 3; ++c) color[c] += skin[c];
-      ++count;
-    }
-    for (float& c : color) c /= static_cast<float>(count);
+  const double share = change_[pixel.at] / kSteps;
+  Linear others{};
+  int count = 0;
+  for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const PixelAt beside{at.x + dx, at.y + dy};
+    if (!(share > 0 ? edges_->in_front(beside, at) : edges_->in_front(at, beside))) continue;
+    const Linear color = linear_color(frame.color.at(beside.x, beside.y));
+    for (int c = 0; c < 3; ++c) others[c] += color[c];
+    ++count;
   }
+  const Linear own = linear_color(frame.color.at(at.x, at.y));
+  const double weight = std::abs(share) / count;
+  Color mixed;
   for (int c = 0; c < 3; ++c) {
-    const auto mixed = static_cast<float>(share * color[c] + (1 - share) * background[c]);
-    frame.color.at(at.x, at.y)[c] = srgb8_from_linear(mixed);
+    const double light = weight * others[c] + (1 - std::abs(share)) * own[c];
+    mixed[c] = srgb8_from_linear(static_cast<float>(light));
   }
+  return mixed;
 }
 
-void Outline::soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& background,
-                     Frame& frame) {
-  SkinBits skin;
-  skin.read_with_border(drawn, frame);
-  soften(skin, background, frame);
-}
-
-void Outline::soften(const SkinBits& skin, const std::array<std::uint8_t, 3>& background,
-                     Frame& frame) {
+void Outline::soften(const FrontEdges& edges, Frame& frame) {
   softened_.clear();
-  if (skin.box().empty()) return;
+  if (edges.empty()) return;
   width_ = frame.color.width;
   change_.resize(frame.cover.size());
-  bits_ = &skin;
+  edges_ = &edges;
   follow_rows();
   follow_columns();
-  for (Pixel& pixel : softened_)
-    std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.color.data());
-  const Linear behind = linear_color(background.data());
-  // Background first: it takes its colour from skin as it was.
-  for (const Pixel& pixel : softened_)
-    if (change_[pixel.at] > 0) blend(pixel, behind, frame);
-  for (const Pixel& pixel : softened_)
-    if (change_[pixel.at] < 0) blend(pixel, behind, frame);
-  for (const Pixel& pixel : softened_) change_[pixel.at] = 0;
-  bits_ = nullptr;
+  for (Pixel& pixel : softened_) {
+    std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.before.data());
+    pixel.after = blended(pixel, frame);
+  }
+  // Only now: each takes its neighbours' colours as they were.
+  for (const Pixel& pixel : softened_) {
+    std::copy(pixel.after.begin(), pixel.after.end(),
+              &frame.color.pixels[3 * std::size_t{pixel.at}]);
+    change_[pixel.at] = 0;
+  }
+  edges_ = nullptr;
 }
 
 void Outline::undo(Frame& frame) const {
   for (const Pixel& pixel : softened_)
-    std::copy(pixel.color.begin(), pixel.color.end(),
+    std::copy(pixel.before.begin(), pixel.before.end(),
               &frame.color.pixels[3 * std::size_t{pixel.at}]);
 }
 

@@ -6,31 +6,30 @@
 #include <vector>
 
 #include "warp/frame.h"
+#include "warp/front_edges.h"
 #include "warp/outline_areas.h"
-#include "warp/pixel_box.h"
-#include "warp/skin_bits.h"
 
 namespace organbake {
 
-// Smooths the border between skin and background, which takes one sample a pixel: from the steps of
-// the border follows about where the outline runs between them, and with it the share of each pixel
-// that skin covers (Reshetov 2009, "Morphological antialiasing"). Both sides of the border are
-// blended with the background by that share, in linear light. Covers stay as they are.
+// Smooths the outlines of skin, which take one sample a pixel: from the steps of the border between
+// an outline's pixels and those behind it follows about where the outline runs between them, and
+// with it the share of each pixel that the skin in front covers (Reshetov 2009, "Morphological
+// antialiasing"). Both sides of the border are blended by that share, in linear light. Covers stay
+// as they are.
 //
-// Where skin meets skin or a tool nothing is smoothed.
+// Where skin meets a tool nothing is smoothed: tools take several samples a pixel.
 class Outline {
  public:
-  // skin: the frame's, with a border; looked at here alone. Forgets what it softened before.
-  void soften(const SkinBits& skin, const std::array<std::uint8_t, 3>& background, Frame& frame);
-  // drawn: all pixels that have skin.
-  void soften(const PixelBox& drawn, const std::array<std::uint8_t, 3>& background, Frame& frame);
+  // Forgets what it softened before.
+  void soften(const FrontEdges& edges, Frame& frame);
   // The frame as it was before soften().
   void undo(Frame& frame) const;
 
  private:
+  using Color = std::array<std::uint8_t, 3>;  // sRGB
   struct Pixel {
     std::uint32_t at;
-    std::array<std::uint8_t, 3> color;
+    Color before, after;
   };
   struct Border;
   void follow_rows();
@@ -39,14 +38,14 @@ class Outline {
   bool is_border(const Border& border, int i) const;
   double rise_of(const Border& border, int length, BorderStep ends) const;
   void change(PixelAt pixel, double share);
-  void blend(const Pixel& pixel, const std::array<float, 3>& background, Frame& frame) const;
+  Color blended(const Pixel& pixel, const Frame& frame) const;
 
-  const SkinBits* bits_ = nullptr;  // while softening
+  const FrontEdges* edges_ = nullptr;  // while softening
   int width_ = 0;
-  // By how much more of a pixel, or less, skin covers than its centre says, in steps of 1/254; 0
-  // between calls.
+  // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
+  // of 1/254; 0 between calls.
   std::vector<std::int8_t> change_;
-  std::vector<Pixel> softened_;  // as they were
+  std::vector<Pixel> softened_;
 };
 
 }  // namespace organbake

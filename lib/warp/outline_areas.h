@@ -3,12 +3,12 @@
 
 namespace organbake {
 
-// To which side a border between skin and background steps at an end of a straight stretch; none
-// where it ends.
+// To which side a border between skin and what lies behind it steps at an end of a straight
+// stretch; none where it ends.
 enum BorderStep : int { to_skin = -1, no_step = 0, to_open = 1 };
 
 // Between an outline and the border that it was sampled to, in one pixel beside the border: how
-// much of the background's pixel skin covers, and how much of the skin's it does not.
+// much of the pixel behind skin covers, and how much of the skin's it does not.
 struct OutlineAreas {
   double of_open = 0, of_skin = 0;
 };

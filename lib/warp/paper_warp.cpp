@@ -277,7 +277,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
                               bundle.cameras.manifold.center_world_mm)
                                  .norm();
   const auto deeper_mm =
-      static_cast<float>(kSeeThroughTexels / kSameSurfaceTexels * same_surface * distance_mm);
+      static_cast<float>(kStepTexels / kSameSurfaceTexels * same_surface * distance_mm);
   Finish().apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
   return report;
 }

@@ -49,6 +49,12 @@ class SkinBits {
     return row[word] >> 1 | (word + 1 < words_ ? row[word + 1] << (kWord - 1) : 0);
   }
 
+  // Of a plane of bits that is laid out as these are; false outside the box.
+  bool has(const std::vector<std::uint64_t>& bits, PixelAt p) const {
+    if (p.x < box_.x0 || p.y < box_.y0 || p.x >= box_.x1 || p.y >= box_.y1) return false;
+    return (bits[word_of(p)] & bit_of(p)) != 0;
+  }
+
   // Calls visit(pixel) for each bit of a row's word.
   template <class Visit>
   void for_each(std::uint64_t bits, int word, int y, const Visit& visit) const {
@@ -57,10 +63,6 @@ class SkinBits {
   }
 
  private:
-  bool has(const std::vector<std::uint64_t>& bits, PixelAt p) const {
-    if (p.x < box_.x0 || p.y < box_.y0 || p.x >= box_.x1 || p.y >= box_.y1) return false;
-    return (bits[word_of(p)] & bit_of(p)) != 0;
-  }
   std::size_t word_of(PixelAt p) const {
     return std::size_t(p.y - box_.y0) * words_ + (p.x - box_.x0) / kWord;
   }

@@ -119,7 +119,7 @@ void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
   const std::vector<std::size_t> cameras = used_cameras(report.weights);
   store.require(cameras);
   active.choose(store, report.weights);
-  texel_mm = active.texel_mm();
+  report.texel_mm = texel_mm = active.texel_mm();
 }
 
 // Whether the frame is the last one drawn, of the same view, with at most other tools in it.
@@ -268,8 +268,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.light_faces(view, options);
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
-  s.finish.apply(view, options, s.survey.box, s.depth, kSeeThroughTexels * s.texel_mm, frame,
-                 report);
+  s.finish.apply(view, options, s.survey.box, s.depth, kStepTexels * s.texel_mm, frame, report);
 
   s.last_view = view;
   s.last_options = options;

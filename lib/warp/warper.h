@@ -61,6 +61,7 @@ struct DrawReport {
   // Tiles of which anything was drawn, and those that stayed since nothing moved there.
   int tiles_drawn = 0, tiles_kept = 0;
   ViewWeights weights;                  // the cameras in use
+  float texel_mm = 0;                   // mean size of their texels on the surface
   std::size_t samples_drawn = 0;        // of chunks that were drawn
   std::size_t samples_facing_away = 0;  // skipped in whole chunks
   std::size_t samples_outside_view = 0;

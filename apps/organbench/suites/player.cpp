@@ -10,6 +10,7 @@ void run_player_suite(Bench& bench) {
   PlayerBundles bundles(bench);
   promise_accuracy(bench, bundles);
   compare_pictures(bench, bundles);
+  promise_inner_outlines(bench);
   show_worst_poke(bench, bundles);
   promise_frames(bench, bundles);
   promise_motion(bench, bundles);

@@ -18,6 +18,8 @@ void rebuild_paper_table(Bench& bench, const ComparisonTable& fitted, const Comp
 // What pictures gain by more faces, lose where the tissue is another, and show beyond a mesh that
 // Mesa's llvmpipe draws.
 void compare_pictures(Bench& bench, PlayerBundles& bundles);
+// Outlines of lobes before other skin, against the truth.
+void promise_inner_outlines(Bench& bench);
 // The worst poked view: truth, frame, errors.
 void show_worst_poke(Bench& bench, PlayerBundles& bundles);
 // A frame's time against its error, beside Embree and Mesa's llvmpipe; threads.

@@ -29,10 +29,29 @@ TEST(CaptureColor, BackgroundDoesNotBleedIn) {
         capture(surface, sphere_mesh(30, 1), {odd_camera({0, 0, 120}, {0, 0, 0})},
                 *make_vertex_color(surface), with_rays(side))
             .maps[0];
-    for (std::size_t p = 0; p < maps.color.size(); ++p)
-      EXPECT_LT((maps.color[p] - (maps.face[p] == kNoFace ? Vector3f(0, 0, 0) : kRed)).norm(),
-                1e-6);
+    std::size_t beyond = 0;
+    for (std::size_t p = 0; p < maps.color.size(); ++p) {
+      const bool nothing = maps.face[p] == kNoFace && maps.color[p] == Vector3f(0, 0, 0);
+      EXPECT_TRUE(nothing || (maps.color[p] - kRed).norm() < 1e-6) << maps.color[p].transpose();
+      beyond += maps.face[p] == kNoFace && !nothing;
+    }
+    EXPECT_GT(beyond, 400u) << "the rings beyond the outline";
   }
+}
+
+// A map that is filtered keeps its rim: all round a texel of the organ is a colour of the organ.
+TEST(CaptureColor, LeadsOnBeyondTheOutline) {
+  const TriangleMesh surface = painted(sphere_mesh(30, 4), kRed);
+  const CameraMaps maps = capture(surface, sphere_mesh(30, 1), {odd_camera({0, 0, 120}, {0, 0, 0})},
+                                  *make_vertex_color(surface), with_rays(2))
+                              .maps[0];
+  for (int y = 1; y + 1 < maps.height; ++y)
+    for (int x = 1; x + 1 < maps.width; ++x) {
+      const auto at = [&](int dx, int dy) { return std::size_t(y + dy) * maps.width + x + dx; };
+      if (maps.face[at(0, 0)] == kNoFace) continue;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) EXPECT_LT((maps.color[at(dx, dy)] - kRed).norm(), 1e-6);
+    }
 }
 
 TEST(CaptureColor, ASurfaceInFrontDoesNotBleedIn) {

@@ -106,7 +106,7 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
       if (std::isinf(maps.depth_mm[p])) {
         EXPECT_EQ(maps.face[p], kNoFace);
         EXPECT_EQ(maps.confidence[p], 0);
-        EXPECT_EQ(maps.color[p], Eigen::Vector3f(0, 0, 0));
+        EXPECT_EQ(maps.height_mm[p], 0);
         continue;
       }
       ASSERT_LT(maps.face[p], proxy.faces.size());

@@ -70,27 +70,35 @@ TEST(SeveralOrgans, TheNearerOneHidesTheOther) {
   EXPECT_GT(hidden, 100u);
 }
 
-// Where one hides the other there is no background to blend with.
-TEST(SeveralOrgans, AreSmoothedAgainstTheBackgroundAlone) {
+// Against the background, and where one hides the other: by the share of a pixel that is in front.
+TEST(SeveralOrgans, AreSmoothedAgainstBackgroundAndEachOther) {
   Player both({organ_to_play(), organ_at(behind_and_beside())});
   const View view = view_of(both);
   const Frame sharp = drawn(both, view);
   Frame smooth;
   both.draw(view, with_depth(), smooth);
   EXPECT_EQ(smooth.cover, sharp.cover);
-  int changed = 0;
-  for (int y = 0; y < sharp.color.height; ++y) {
-    for (int x = 0; x < sharp.color.width; ++x) {
+  const int width = sharp.color.width;
+  constexpr float kApart_mm = 20;  // of the two
+  int at_background = 0, at_other = 0;
+  for (int y = 1; y + 1 < sharp.color.height; ++y) {
+    for (int x = 1; x + 1 < width; ++x) {
       if (std::equal(sharp.color.at(x, y), sharp.color.at(x, y) + 3, smooth.color.at(x, y)))
         continue;
-      ++changed;
-      int covered = 0, open = 0;
-      for (const auto& [nx, ny] : {std::pair{x, y}, {x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}})
-        ++(sharp.covered(nx, ny) ? covered : open);
-      EXPECT_TRUE(covered > 0 && open > 0) << x << ", " << y;
+      const auto depth = [&](int dx, int dy) {
+        return sharp.depth_mm[std::size_t(y + dy) * width + x + dx];
+      };
+      bool background = std::isinf(depth(0, 0)), other = false;
+      for (const float beside : {depth(-1, 0), depth(1, 0), depth(0, -1), depth(0, 1)}) {
+        background |= std::isinf(beside);
+        other |= std::isfinite(beside) && std::abs(beside - depth(0, 0)) > kApart_mm;
+      }
+      at_background += background;
+      at_other += other && !background;
     }
   }
-  EXPECT_GT(changed, 100);
+  EXPECT_GT(at_background, 100);
+  EXPECT_GT(at_other, 10);
 }
 
 TEST(SeveralOrgans, AnUnchangedFrameIsLeftAloneAndAChangedOneIsNot) {

@@ -13,7 +13,6 @@ namespace organbake {
 namespace {
 
 using Inside = std::function<bool(double x, double y)>;
-constexpr std::array<std::uint8_t, 3> kBlack = {0, 0, 0};
 
 // White skin on black, one sample a pixel.
 Frame white_on_black(int width, int height, const Inside& inside) {
@@ -32,7 +31,18 @@ Frame white_on_black(int width, int height, const Inside& inside) {
 
 PixelBox whole(const Frame& frame) { return {0, 0, frame.color.width, frame.color.height}; }
 
-void soften(Frame& frame) { Outline().soften(whole(frame), kBlack, frame); }
+void soften(const PixelBox& box, Outline& outline, Frame& frame) {
+  SkinBits skin;
+  skin.read_with_border(box, frame);
+  FrontEdges edges;
+  edges.find(skin);
+  outline.soften(edges, frame);
+}
+void soften(const PixelBox& box, Frame& frame) {
+  Outline outline;
+  soften(box, outline, frame);
+}
+void soften(Frame& frame) { soften(whole(frame), frame); }
 
 double true_share(const Inside& inside, int x, int y) {
   constexpr int kRays = 32;
@@ -119,7 +129,7 @@ TEST(Outline, IsTakenBack) {
   const Frame sharp = white_on_black(90, 70, disc(28.4, 44, 33));
   Frame frame = sharp;
   for (int round = 0; round < 2; ++round) {
-    outline.soften(whole(frame), kBlack, frame);
+    soften(whole(frame), outline, frame);
     EXPECT_NE(frame.color.pixels, sharp.color.pixels);
     EXPECT_EQ(frame.cover, sharp.cover);
     outline.undo(frame);
@@ -132,8 +142,8 @@ TEST(Outline, DoesNotDependOnTheBox) {
   Frame frame = white_on_black(300, 80, disc(30.2, 140.4, 41.3));
   Frame tight = frame, shifted = frame;
   soften(frame);
-  Outline().soften({110, 11, 171, 72}, kBlack, tight);
-  Outline().soften({33, 2, 288, 80}, kBlack, shifted);
+  soften({110, 11, 171, 72}, tight);
+  soften({33, 2, 288, 80}, shifted);
   EXPECT_EQ(tight.color.pixels, frame.color.pixels);
   EXPECT_EQ(shifted.color.pixels, frame.color.pixels);
 }
@@ -157,7 +167,7 @@ TEST(Outline, OfNothingAllOrOnePixelIsNothing) {
     }
   }
   Frame empty;
-  Outline().soften(PixelBox{}, kBlack, empty);
+  soften(PixelBox{}, empty);
 }
 
 TEST(Outline, TakesTheBackgroundsColour) {
@@ -166,7 +176,7 @@ TEST(Outline, TakesTheBackgroundsColour) {
   for (std::size_t i = 0; i < frame.cover.size(); ++i)
     if (frame.cover[i] == Cover::background)
       std::copy(blue.begin(), blue.end(), &frame.color.pixels[3 * i]);
-  Outline().soften(whole(frame), blue, frame);
+  soften(frame);
   int mixed = 0;
   for (std::size_t i = 0; i < frame.cover.size(); ++i) {
     const std::uint8_t* rgb = &frame.color.pixels[3 * i];
@@ -175,6 +185,66 @@ TEST(Outline, TakesTheBackgroundsColour) {
     mixed += rgb[0] > 0 && rgb[0] < 255;
   }
   EXPECT_GT(mixed, 100);
+}
+
+using DepthAt = std::function<float(int x, int y)>;
+constexpr float kDeeper_mm = 2;
+
+// All of it skin.
+void soften_inside(Frame& frame, const DepthAt& depth_at) {
+  std::fill(frame.cover.begin(), frame.cover.end(), Cover::samples);
+  const int width = frame.color.width, height = frame.color.height;
+  SkinDepth depth;
+  depth.resize(width, height, 400);
+  std::vector<float> row(whole_vectors(width));
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) row[x] = depth_at(x, y);
+    depth.put(0, y, width, row.data());
+  }
+  SkinBits skin;
+  skin.read(whole(frame), frame);
+  FrontEdges edges;
+  edges.find(skin, depth, kDeeper_mm);
+  Outline().soften(edges, frame);
+}
+
+TEST(Outline, BeforeFartherSkinIsAsBeforeTheBackground) {
+  const Inside inside = disc(40.3, 60.4, 50.2);
+  Frame before_open = white_on_black(150, 110, inside);
+  Frame before_skin = before_open;
+  soften(before_open);
+  soften_inside(before_skin, [&](int x, int y) { return inside(x + 0.5, y + 0.5) ? 100 : 140; });
+  EXPECT_EQ(before_skin.color.pixels, before_open.color.pixels);
+}
+
+// A ball before a slanted wall, as deep as it looks: its own skin falls away fast towards its
+// outline.
+TEST(Outline, OfABallBeforeAWallIsFound) {
+  constexpr double kRadius = 40.3, kX = 60.4, kY = 50.2;
+  const Inside inside = disc(kRadius, kX, kY);
+  Frame before_open = white_on_black(150, 110, inside);
+  Frame before_wall = before_open;
+  soften(before_open);
+  soften_inside(before_wall, [&](int x, int y) {
+    const double px = x + 0.5 - kX, py = y + 0.5 - kY, gone = px * px + py * py;
+    const double ball = kRadius * kRadius - gone;
+    return static_cast<float>(ball > 0 ? 150 - std::sqrt(ball) : 170 + 0.3 * px);
+  });
+  EXPECT_EQ(before_wall.color.pixels, before_open.color.pixels);
+}
+
+TEST(Outline, OfSlopesAndSmallStepsIsNone) {
+  const Inside inside = disc(40.3, 60.4, 50.2);
+  const auto slope = [](int x, int) { return 100 + 1.2f * kDeeper_mm * static_cast<float>(x); };
+  const auto terrace = [&](int x, int y) {
+    return inside(x + 0.5, y + 0.5) ? 100 : 100 + 0.9f * kDeeper_mm;
+  };
+  for (const DepthAt& depth : {DepthAt(slope), DepthAt(terrace)}) {
+    Frame frame = white_on_black(110, 110, inside);
+    const auto before = frame.color.pixels;
+    soften_inside(frame, depth);
+    EXPECT_EQ(frame.color.pixels, before);
+  }
 }
 
 // Half a pixel of each is on one side, by symmetry; together as much as the figure has.
