@@ -152,8 +152,9 @@ struct CaptureStageOptions {
   MeshUnit unit = MeshUnit::mm;
 };
 
+inline constexpr const char* kWebPageFile = "organ.html";  // of an export for the web
 // What a bundle is written as for other programs.
-enum class ExportFormat { gltf, colmap, transforms, obj };
+enum class ExportFormat { gltf, colmap, transforms, obj, web };
 struct ExportOptions {
   ExportFormat format = ExportFormat::gltf;
   std::size_t faces = 10000;      // of gltf and obj; 0: all of the base layer's

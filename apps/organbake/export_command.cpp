@@ -17,14 +17,16 @@ int run_export(const Arguments& arguments, Session& session) {
   fs::path output;
   OptionList options, own;
   bind(own, asked);
-  options.add("output", &output, {.help = "the folder to write"}).append(own);
+  options.add("output", &output, {.help = "the folder to write; of web: the page"}).append(own);
   const auto words = session.read_command(
-      arguments, "export BUNDLE --format FORMAT -o DIR",
+      arguments, "export BUNDLE --format FORMAT -o OUTPUT",
       "Writes a bundle's surface, cameras and pictures for other programs.", options, 1);
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake export' needs a bundle");
   if (output.empty()) throw UsageError("-o is missing: where shall the export go?");
-  check_output_folder(output);
+  const bool is_page = asked.format == ExportFormat::web;
+  if (is_page) check_output_file(output, ".html");
+  if (!is_page) check_output_folder(output);
   const fs::path bundle = words->front();
   if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
   // The formats' libraries are heavy, so a module writes them.
@@ -32,7 +34,8 @@ int run_export(const Arguments& arguments, Session& session) {
   const Stage stage{.name = "export"};
   const RunContext context = session.context(stage.name);
   run_in_module(stage, {to_json(own).dump(), {{"bundle", bundle}}, folder.path(), context});
-  folder.commit();
+  if (is_page) fs::rename(folder.path() / kWebPageFile, file_to_write(output));
+  if (!is_page) folder.commit();
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
 }

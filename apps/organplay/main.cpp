@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/global_control.h>
-
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -9,6 +7,7 @@
 #include "command.h"
 #include "core/error.h"
 #include "core/heap.h"
+#include "core/parallel.h"
 #include "stop_signal.h"
 
 namespace organbake {
@@ -28,10 +27,8 @@ int run(int argc, char** argv) {
   try {
     const std::optional<Command> command = read_command(argc, argv);
     if (!command) return 0;
-    std::optional<tbb::global_control> threads;
-    if (command->threads > 0) {
-      threads.emplace(tbb::global_control::max_allowed_parallelism, command->threads);
-    }
+    std::optional<ThreadLimit> threads;
+    if (command->threads > 0) threads.emplace(command->threads);
     run_command(*command, context_for(*command, stop_asked));
     return 0;
   } catch (const std::exception& error) {

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <cmath>
 #include <set>
 
-#include "bundle/bundle.h"
+#include "bundle/bundle_files.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/parallel.h"
 #include "core/sha256.h"
-#include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
 #include "image/exr.h"
 
@@ -28,10 +25,6 @@ bool is_there(const fs::path& path) {
   const bool there = fs::exists(path, error);
   if (error) throw NoInputError(path, "cannot be looked at: " + error.message());
   return there;
-}
-
-std::string text_of(const std::vector<std::byte>& bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 const BundleFile* listed(const Manifest& manifest, const std::string& file) {
@@ -54,32 +47,26 @@ void check_size(const ChannelImage& image, const Intrinsics& camera, const std::
                      " × " + std::to_string(camera.height) + " pixels");
 }
 
-// Everything a renderer multiplies or indexes with; the first bad texel is named.
-void check_texels(const CameraMaps& maps, std::size_t face_count, const std::string& folder) {
-  const auto fail = [&](std::size_t i, const char* file, const char* what) {
-    throw BadDataError(folder + "/" + file + ": texel (" + std::to_string(i % maps.width) + ", " +
-                       std::to_string(i / maps.width) + ") " + what);
-  };
-  for (std::size_t i = 0; i < maps.face.size(); ++i) {
-    if (maps.face[i] == kNoFace) continue;
-    if (maps.face[i] >= face_count)
-      fail(i, "micro.exr", "names a face that the bundle does not have");
-    if (!(maps.depth_mm[i] > 0) || !std::isfinite(maps.depth_mm[i])) {
-      fail(i, "depth.exr", "has no finite positive depth");
-    }
-    if (!std::isfinite(maps.height_mm[i])) fail(i, "micro.exr", "has no finite height");
-    if (!(maps.confidence[i] >= 0 && maps.confidence[i] <= 1)) {
-      fail(i, "micro.exr", "has a confidence outside 0…1");
-    }
-    if (!maps.color[i].allFinite()) fail(i, "color.exr", "is not finite");
+// The files of a bundle that the manifest vouches for.
+class ListedFiles : public BundleFiles {
+ public:
+  explicit ListedFiles(const BundleReader& reader) : reader_(reader) {}
+  bool has(const std::string& file) const override { return reader_.has(file); }
+  std::vector<std::byte> bytes(const std::string& file) const override {
+    return reader_.read(file);
   }
-}
+  ChannelImage image(const std::string& file) const override {
+    return parse_exr(bytes(file), where(file));
+  }
+  std::string where(const std::string& file) const override {
+    return (reader_.folder() / file).string();
+  }
+
+ private:
+  const BundleReader& reader_;
+};
 
 }  // namespace
-
-std::size_t shell_face_count(const Bundle& bundle) {
-  return bundle.proxy.faces.size() * (bundle.skin ? bundle.skin->faces_per_proxy_face() : 1);
-}
 
 BundleReader::BundleReader(fs::path folder) : folder_(std::move(folder)) {
   if (!is_there(folder_)) throw NoInputError(folder_, "there is no such folder");
@@ -119,34 +106,7 @@ std::vector<std::byte> BundleReader::read(const std::string& file) const {
 }
 
 Bundle BundleReader::read_frame() const {
-  Bundle bundle;
-  bundle.manifest = manifest_;
-  const std::string proxy = (folder_ / "proxy.ply").string();
-  bundle.proxy = parse_ply(read("proxy.ply"), proxy);
-  if (bundle.proxy.faces.empty()) throw BadDataError(proxy + ": has no faces");
-  bundle.cameras =
-      cameras_from_json(text_of(read("cameras.json")), (folder_ / "cameras.json").string());
-  if (bundle.cameras.cameras.empty() ||
-      bundle.cameras.manifold.directions.size() != bundle.cameras.cameras.size()) {
-    throw BadDataError(folder_ / "cameras.json",
-                       "needs cameras and their viewing projection manifold");
-  }
-  bundle.mechanics =
-      mechanics_from_json(text_of(read("mechanics.json")), (folder_ / "mechanics.json").string(),
-                          bundle.proxy.vertices.size());
-  if (has(kSkinFile)) {
-    const std::string skin = (folder_ / kSkinFile).string();
-    bundle.skin = skin_from_image(parse_exr(read(kSkinFile), skin), skin, bundle.proxy);
-  }
-  const std::string base = (folder_ / "base.exr").string();
-  bundle.base = base_layer_from_image(parse_exr(read("base.exr"), base), base,
-                                      static_cast<std::uint32_t>(shell_face_count(bundle)));
-  bundle.maps.resize(bundle.cameras.cameras.size());
-  if (has(kLightingFile)) {
-    bundle.lighting =
-        lighting_from_json(text_of(read(kLightingFile)), (folder_ / kLightingFile).string());
-  }
-  return bundle;
+  return organbake::read_frame(ListedFiles(*this), manifest_);
 }
 
 CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
@@ -174,14 +134,14 @@ CameraMaps BundleReader::read_maps(std::size_t camera, const Intrinsics& lens,
              &b = color.floats("B", where + "/color.exr");
   maps.color.reserve(pixels);
   for (std::size_t i = 0; i < pixels; ++i) maps.color.emplace_back(r[i], g[i], b[i]);
-  check_texels(maps, faces, where);
+  check_maps(maps, faces, where);
   return maps;
 }
 
 Bundle BundleReader::read_all() const {
   Bundle bundle = read_frame();
   const std::size_t faces = shell_face_count(bundle);
-  tbb::parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
+  parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
     bundle.maps[c] = read_maps(c, bundle.cameras.cameras[c].intrinsics, faces);
   });
   return bundle;
@@ -199,8 +159,8 @@ void BundleReader::verify() const {
       throw BadDataError(folder_ / path, "is not listed in the bundle's manifest");
     }
   }
-  tbb::parallel_for(std::size_t{0}, manifest_.files.size(),
-                    [&](std::size_t i) { read(manifest_.files[i].path); });
+  parallel_for(std::size_t{0}, manifest_.files.size(),
+               [&](std::size_t i) { read(manifest_.files[i].path); });
   read_all();
   if (has("surface.ply")) read_surface();
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bundle/map_files.h"
 
-#include <tbb/parallel_for.h>
+#include "core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -18,7 +18,7 @@ void write_map_files(const std::filesystem::path& folder, const std::vector<Came
                      const MapPacking& packing) {
   for (std::size_t c = 0; c < cameras.size(); ++c)
     std::filesystem::create_directory(folder / camera_folder(c));
-  tbb::parallel_for(std::size_t{0}, 3 * cameras.size() + 1, [&](std::size_t i) {
+  parallel_for(std::size_t{0}, 3 * cameras.size() + 1, [&](std::size_t i) {
     ExrWriteOptions exact = packed(packing, ExrCompression::pxr24);
     if (i == 3 * cameras.size())
       return write_exr(folder / "base.exr", base_layer_to_image(base), exact);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bundle/reseal.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <initializer_list>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "core/sha256.h"
 #include "core/text.h"
 #include "geometry/shell_map.h"
@@ -112,7 +111,7 @@ ResealedBundle reseal(const fs::path& folder) {
       if (path.starts_with(camera_folder(c) + "/") && named(path, {"depth.exr", "micro.exr"}))
         moved[c] = 1;
   }
-  tbb::parallel_for(std::size_t{0}, moved.size(), [&](std::size_t c) {
+  parallel_for(std::size_t{0}, moved.size(), [&](std::size_t c) {
     if (moved[c])
       check_places((folder / camera_folder(c)).string(), bundle.maps[c], bundle.cameras.cameras[c],
                    shells);

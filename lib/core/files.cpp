@@ -55,7 +55,7 @@ void write_all(int fd, std::span<const std::byte> bytes, const fs::path& path) {
 
 }  // namespace
 
-std::vector<std::byte> read_file(const fs::path& path, std::size_t max_bytes) {
+std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) {
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   const std::size_t size = openable_size(path, file.get());
   if (size > max_bytes) {

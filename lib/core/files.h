@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -13,7 +14,7 @@ namespace organbake {
 // Reads a whole file. Throws NoInputError when it is missing, is a folder or cannot be opened;
 // BadDataError when it is larger than max_bytes; IoError when the system fails half-way.
 std::vector<std::byte> read_file(const std::filesystem::path& path,
-                                 std::size_t max_bytes = std::size_t{1} << 36);
+                                 std::uint64_t max_bytes = std::uint64_t{1} << 36);
 std::string read_text_file(const std::filesystem::path& path,
                            std::size_t max_bytes = std::size_t{1} << 28);
 

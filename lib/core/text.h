@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace organbake {
 
@@ -10,6 +11,9 @@ namespace organbake {
 std::string to_text(double value);
 // With a fixed number of digits after the point, for messages: 12.345 → "12.35".
 std::string to_text(double value, int digits_after_point);
+// The decimal number that `text` begins with, in the C locale, and how long it is; 0: there is
+// none.
+std::size_t read_number(std::string_view text, double& value);
 // With zeros in front up to that many digits, so that names sort as numbers: (7, 3) → "007".
 std::string padded(std::size_t number, std::size_t digits);
 

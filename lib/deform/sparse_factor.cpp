@@ -140,7 +140,8 @@ void SparseFactor::add_panel(std::uint32_t first, std::uint32_t last, const int*
   row_index_.insert(row_index_.end(), rows, rows + below);
   // The last block is filled up with a row of zeros that is nobody's.
   row_index_.resize(panel.rows_at + panel.blocks * kBlockRows, static_cast<std::uint32_t>(size()));
-  values_.insert(values_.end(), dense.begin(), dense.begin() + std::ptrdiff_t{width} * width);
+  values_.insert(values_.end(), dense.begin(),
+                 dense.begin() + static_cast<std::ptrdiff_t>(std::size_t{width} * width));
   for (std::size_t block = 0; block < panel.blocks; ++block) {
     for (std::size_t column = 0; column < width; ++column) {
       for (std::size_t i = 0; i < kBlockRows; ++i) {

@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/text.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
 #include "geometry/polygon.h"
@@ -160,10 +161,9 @@ class PlyParser {
   double ascii_number() {
     position_ = std::min(text_.find_first_not_of(" \t\r\n", position_), text_.size());
     double value = 0;
-    const auto result =
-        std::from_chars(text_.data() + position_, text_.data() + text_.size(), value);
-    if (result.ec != std::errc()) fail("has no number at byte " + std::to_string(position_));
-    position_ = result.ptr - text_.data();
+    const std::size_t length = read_number(text_.substr(position_), value);
+    if (length == 0) fail("has no number at byte " + std::to_string(position_));
+    position_ += length;
     return value;
   }
 

@@ -8,8 +8,6 @@
 #include <ImfTestFile.h>
 #include <ImfVersion.h>
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -17,6 +15,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/parallel.h"
 #include "image/exr.h"
 #include "image/exr_zip.h"
 
@@ -149,7 +148,7 @@ void read_zip(Imf::InputFile& file, int block_rows, ChannelImage& image) {
     file.rawPixelData(header.dataWindow().min.y + row, bytes, count);
     blocks.emplace_back(bytes, static_cast<std::size_t>(count));
   }
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     const int row = static_cast<int>(b) * block_rows;
     unpack_exr_zip(blocks[b], lines, row, std::min(block_rows, image.height - row));
   });

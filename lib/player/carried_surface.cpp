@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/carried_surface.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "geometry/mesh_checks.h"
 #include "image/srgb.h"
 #include "warp/rasteriser.h"
@@ -73,8 +72,8 @@ CarriedSurface::CarriedSurface(TriangleMesh surface, ShellSurface shell)
     throw BadDataError("surface: has no faces, there is no truth to compare with");
   const ShellBinder binder(shell_.at_rest(), shell_.reach_mm());
   bindings_.resize(rest_.vertices.size());
-  tbb::parallel_for(std::size_t{0}, bindings_.size(),
-                    [&](std::size_t v) { bindings_[v] = binder.bind(rest_.vertices[v]); });
+  parallel_for(std::size_t{0}, bindings_.size(),
+               [&](std::size_t v) { bindings_[v] = binder.bind(rest_.vertices[v]); });
 }
 
 std::vector<Eigen::Vector3d> CarriedSurface::carry(
@@ -150,7 +149,7 @@ TruthFrame CarriedSurface::draw(const std::vector<Eigen::Vector3d>& positions, c
     return (1 - w1 - w2) * rest_.colors[a] + w1 * rest_.colors[b] + w2 * rest_.colors[c];
   };
   const int bands = (k.height + kBandRows - 1) / kBandRows;
-  tbb::parallel_for(0, bands, [&](int band) {
+  parallel_for(0, bands, [&](int band) {
     const int y0 = band * kBandRows, y1 = std::min(y0 + kBandRows, k.height);
     const PixelBox window{0, kRaysPerSide * y0, kRaysPerSide * k.width, kRaysPerSide * y1};
     Hits hits(std::size_t(window.width()) * window.height());

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/ideal_picture.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "core/parallel.h"
 #include "image/srgb.h"
 #include "warp/warper.h"
 
@@ -97,7 +96,7 @@ Rgb8Image ideal_picture(const Bundle& bundle, const CarriedSurface& truth,
   const TriangleMesh& rest = truth.at_rest();
   const Resampler resampler(bundle, view);
   Rgb8Image picture(view.camera.intrinsics.width, view.camera.intrinsics.height);
-  tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
     std::uint8_t* const rgb = &picture.pixels[3 * i];
     if (seen[i].face == kNoFace) {
       std::copy(background.begin(), background.end(), rgb);

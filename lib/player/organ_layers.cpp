@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/organ_layers.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "warp/front_edges.h"
 #include "warp/outline.h"
 #include "warp/skin_depth.h"
@@ -54,11 +53,12 @@ void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& opt
   frame.cover = first.cover;
   frame.shown = options.keep_shown ? first.shown : std::vector<Shown>{};
   std::vector<float> depth_mm = first.depth_mm;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, depth_mm.size(), 1 << 14),
-                    [&](const auto& range) {
-                      for (std::size_t l = 1; l < layers.size(); ++l)
-                        take_nearer(*layers[l], range.begin(), range.end(), frame, depth_mm);
-                    });
+  constexpr std::size_t kGrain = 1 << 14;
+  parallel_pieces(std::size_t{0}, depth_mm.size(), kGrain,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t l = 1; l < layers.size(); ++l)
+                      take_nearer(*layers[l], first, last, frame, depth_mm);
+                  });
   if (options.smooth_outline) smooth_outlines(depth_mm, deeper_mm, frame);
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
 }

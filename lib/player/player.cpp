@@ -34,12 +34,24 @@ Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool ke
   const BundleReader reader(bundle_folder);
   if (keep_maps) return bound(reader.read_all(), true);
   Bundle bundle = reader.read_frame();
-  Warper warper(bundle,
-                [reader, cameras = bundle.cameras.cameras, faces = shell_face_count(bundle)](
-                    std::size_t c) { return reader.read_maps(c, cameras[c].intrinsics, faces); });
-  bundle.maps.clear();
-  std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
-  return {std::move(bundle), std::move(warper), std::move(positions), {}};
+  const auto read = [reader, cameras = bundle.cameras.cameras,
+                     faces = shell_face_count(bundle)](std::size_t c) {
+    return reader.read_maps(c, cameras[c].intrinsics, faces);
+  };
+  return framed(std::move(bundle), read);
+}
+
+Player::Organ Player::framed(Bundle frame, Warper::ReadMaps read) {
+  Warper warper(frame, std::move(read));
+  frame.maps.clear();
+  std::vector<Eigen::Vector3d> positions = frame.proxy.vertices;
+  return {std::move(frame), std::move(warper), std::move(positions), {}};
+}
+
+std::vector<Player::Organ> Player::one_of(Organ organ) {
+  std::vector<Organ> organs;
+  organs.push_back(std::move(organ));
+  return organs;
 }
 
 std::vector<Player::Organ> Player::opened(const std::vector<std::filesystem::path>& folders,
@@ -68,6 +80,9 @@ Player::Player(std::vector<Bundle> bundles, const DeformOptions& options, bool k
 Player::Player(Bundle bundle, const DeformOptions& options, bool keep_maps)
     : Player(std::vector<Bundle>{std::move(bundle)}, options, keep_maps) {}
 
+Player::Player(Bundle frame, Warper::ReadMaps read, const DeformOptions& options)
+    : Player(one_of(framed(std::move(frame), std::move(read))), options) {}
+
 Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
                bool keep_maps)
     : Player(std::vector<std::filesystem::path>{bundle_folder}, options, keep_maps) {}
@@ -82,6 +97,11 @@ void Player::load_all() {
 
 void Player::load_ahead() {
   for (Organ& organ : organs_) organ.warper.bind_ahead();
+}
+
+bool Player::load_next() {
+  return std::any_of(organs_.begin(), organs_.end(),
+                     [](Organ& organ) { return organ.warper.bind_next(); });
 }
 
 bool Player::can_relight() const {

@@ -31,6 +31,8 @@ class Player {
   // NoInputError or BadDataError naming the file.
   explicit Player(const std::filesystem::path& bundle_folder, const DeformOptions& options = {},
                   bool keep_maps = false);
+  // The same from wherever the maps come: `read` may be called from any thread.
+  Player(Bundle frame, Warper::ReadMaps read, const DeformOptions& options = {});
   // Several organs in one world, at least one, that push each other: a liver and its gallbladder.
   // Each keeps its own virtual cameras; scripts and orbits go round the first.
   explicit Player(std::vector<Bundle> bundles, const DeformOptions& options = {},
@@ -41,6 +43,8 @@ class Player {
   // view never waits. Frames are the same either way.
   void load_all();
   void load_ahead();
+  // Reads one camera more, for who has no thread to spare; false when all are there.
+  bool load_next();
 
   StepReport step(const std::vector<InstrumentTip>& tips);
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
@@ -68,8 +72,10 @@ class Player {
     Frame picture;                           // of this organ alone; only where there are others
   };
   Player(std::vector<Organ> organs, const DeformOptions& options);
+  static std::vector<Organ> one_of(Organ organ);
   static Organ bound(Bundle bundle, bool keep_maps);
   static std::vector<Organ> bound(std::vector<Bundle> bundles, bool keep_maps);
+  static Organ framed(Bundle frame, Warper::ReadMaps read);
   static Organ opened(const std::filesystem::path& bundle_folder, bool keep_maps);
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "player/projection_error.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/parallel.h"
 #include "geometry/nearest_on_triangle.h"
 #include "geometry/view_manifold.h"
 #include "warp/warper.h"
@@ -42,8 +41,8 @@ ProjectionComparison::ProjectionComparison(const Bundle& bundle, const CarriedSu
       shell_(bundle.shell()),
       binder_(shell_.at_rest(), shell_.reach_mm()),
       closest_(truth.at_rest().vertices.size()) {
-  tbb::parallel_for(std::size_t{0}, closest_.size(),
-                    [&](std::size_t v) { closest_[v] = closest_to(truth.at_rest().vertices[v]); });
+  parallel_for(std::size_t{0}, closest_.size(),
+               [&](std::size_t v) { closest_[v] = closest_to(truth.at_rest().vertices[v]); });
 }
 
 // Of all faces; of a skin's many, on the one that the point is bound to.
@@ -123,7 +122,7 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
   constexpr double kNotMeasured = -1;
   const std::size_t count = carried.size();
   std::vector<double> image_based(count, kNotMeasured), polygons(count, kNotMeasured);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t v) {
+  parallel_for(std::size_t{0}, count, [&](std::size_t v) {
     if (!visible[v]) return;
     const Eigen::Vector2d expected = project(view.camera, carried[v]);
     const auto error = [&](const Eigen::Vector3d& p) {
@@ -171,7 +170,7 @@ ProjectionComparison::Displayed ProjectionComparison::displayed(
   const TriangleMesh deformed = shell_.posed(proxy_positions);
   const std::vector<ShellMatrix> shells = shell_matrices(deformed);
   std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
     if (frame.cover[i] != Cover::samples || frame.shown[i].point_mm.hasNaN()) return;
     const auto error = [&](const Eigen::Vector3f& at_rest) {
       const ShellBinding b = binder_.bind(at_rest.cast<double>());

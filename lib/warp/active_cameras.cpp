@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/active_cameras.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
+#include "core/parallel.h"
 #include "warp/patch_frames.h"
 #include "warp/warper.h"
 
@@ -62,14 +61,14 @@ void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const s
                     placed.data());
       mark();
     };
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks.size(), 256),
-                      [&](const tbb::blocked_range<std::size_t>& range) {
-                        for (std::size_t c = range.begin(); c < range.end();) {
-                          const std::size_t end = end_of_batch(c, range.end(), face_of);
-                          place_batch(c, end);
-                          c = end;
-                        }
-                      });
+    constexpr std::size_t kGrain = 256;
+    parallel_pieces(std::size_t{0}, chunks.size(), kGrain, [&](std::size_t c, std::size_t last) {
+      while (c < last) {
+        const std::size_t end = end_of_batch(c, last, face_of);
+        place_batch(c, end);
+        c = end;
+      }
+    });
     camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
                        [&](std::uint32_t c) { return camera.chunks[c].box; });
   }

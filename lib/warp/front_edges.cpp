@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/front_edges.h"
 
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +18,9 @@ constexpr int kWord = SkinBits::kWord;
 
 // One bit for each of 64 pairs of levels that are more than `deeper` apart. The compiler makes
 // bytes of bits, one by one.
-std::uint64_t apart(const Level* levels, const Level* others, __m256i deeper) {
+std::uint64_t apart(const Level* levels, const Level* others, Level most) {
+#if defined(__AVX2__)
+  const __m256i deeper = _mm256_set1_epi16(static_cast<short>(most));
   const auto far_apart = [&](int i) {
     const auto at = [i](const Level* from) {
       return _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from + i));
@@ -31,6 +37,25 @@ std::uint64_t apart(const Level* levels, const Level* others, __m256i deeper) {
     near |= std::uint64_t{bits} << i;
   }
   return ~near;
+#elif defined(__wasm_simd128__)
+  const v128_t deeper = wasm_i16x8_splat(static_cast<std::int16_t>(most));
+  const auto far_apart = [&](int i) {
+    const v128_t a = wasm_v128_load(levels + i), b = wasm_v128_load(others + i);
+    const v128_t difference = wasm_v128_or(wasm_u16x8_sub_sat(a, b), wasm_u16x8_sub_sat(b, a));
+    return wasm_u16x8_gt(difference, deeper);
+  };
+  std::uint64_t far = 0;
+  for (int i = 0; i < kWord; i += 16) {
+    const v128_t bytes = wasm_i8x16_narrow_i16x8(far_apart(i), far_apart(i + 8));
+    far |= std::uint64_t{wasm_i8x16_bitmask(bytes)} << i;
+  }
+  return far;
+#else
+  std::uint64_t far = 0;
+  for (int i = 0; i < kWord; ++i)
+    far |= std::uint64_t{std::abs(int{levels[i]} - int{others[i]}) > int{most}} << i;
+  return far;
+#endif
 }
 
 // Levels along a line of four pixels, the pair in the middle. Whether one surface ends between
@@ -89,14 +114,13 @@ void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, i
     return (along == row ? depth.row(y) + i : depth.row(y + i)) + box.x0;
   };
   const std::array line = {levels(-1), levels(0), levels(1), levels(2)};
-  const __m256i most = _mm256_set1_epi16(static_cast<short>(deeper));
   for (int word = 0; word < skin_->words(); ++word) {
     const std::uint64_t* const here = skin_->skin(y);
     const std::uint64_t both =
         here[word] & (along == row ? skin_->left_of(here, word) : skin_->skin(y + 1)[word]);
     if (both == 0) continue;
     const int x0 = word * kWord;
-    for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, most); bits != 0;
+    for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, deeper); bits != 0;
          bits &= bits - 1) {
       const int bit = std::countr_zero(bits), x = x0 + bit;
       if (!is_step(line[0][x], line[1][x], line[2][x], line[3][x])) continue;

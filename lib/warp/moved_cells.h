@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -23,7 +22,8 @@ class MovedCells {
   // box: clipped to the picture. From any thread.
   void mark(const PixelBox& box) {
     each(box, [&](int, int, std::uint8_t& cell) {
-      std::atomic_ref(cell).store(std::uint8_t{1}, std::memory_order_relaxed);
+      // As std::atomic_ref, which not every standard library has yet.
+      __atomic_store_n(&cell, std::uint8_t{1}, __ATOMIC_RELAXED);
     });
   }
   // Round all moved cells within `tile`.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/paper_warp.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,6 +8,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "image/srgb.h"
 #include "warp/active_cameras.h"
 #include "warp/bundle_fit.h"
@@ -161,7 +160,7 @@ PaperWarp::PaperWarp(const Bundle& bundle)
   if (bundle.maps.empty() || bundle.maps.size() != bundle.cameras.cameras.size()) {
     throw UsageError("the paper's warp needs the cameras' maps; load the player with them kept");
   }
-  tbb::parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
+  parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
     const CameraMaps& maps = bundle.maps[c];
     std::vector<float>&proxy = proxy_depth_[c], &micro = micro_depth_[c];
     proxy.assign(maps.depth_mm.size(), kInfinity);
@@ -242,7 +241,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   const std::size_t pixels = std::size_t(width) * height;
   std::array<Warped, 3> views;
   std::array<float, 3> shares{};
-  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
+  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
     views[c].clear(pixels, options.keep_shown);
     warp(bundle, cameras[c], deformed, view, views[c]);
   });

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <bit>
 #include <cstdint>
 
 namespace organbake {
@@ -36,13 +35,14 @@ inline float offset_share(std::uint32_t bits) {
   return (static_cast<float>(static_cast<std::int32_t>(bits)) - 32.0f) * (1 / 31.0f);
 }
 
+// The compilers' own std::bit_cast, which not every standard library has yet.
 inline std::uint32_t key_high(float depth, std::uint32_t v_bits) {
-  return ((std::bit_cast<std::uint32_t>(depth) << 1) & ~15u) | (v_bits >> 2);
+  return ((__builtin_bit_cast(std::uint32_t, depth) << 1) & ~15u) | (v_bits >> 2);
 }
 inline std::uint32_t key_low(std::uint32_t u_bits, std::uint32_t v_bits, std::uint32_t slot) {
   return (v_bits << 30) | (u_bits << 24) | slot;
 }
-inline float depth_of(std::uint32_t high) { return std::bit_cast<float>((high >> 1) & ~7u); }
+inline float depth_of(std::uint32_t high) { return __builtin_bit_cast(float, (high >> 1) & ~7u); }
 inline std::uint32_t v_bits_of(std::uint32_t high, std::uint32_t low) {
   return (high & 15u) << 2 | low >> 30;
 }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/relit_skin.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <limits>
 #include <utility>
 
+#include "core/parallel.h"
 #include "warp/lattice_normals.h"
 
 namespace organbake {
@@ -63,7 +62,7 @@ void RelitSkin::light_by(bool scope) {
 void RelitSkin::place_rest_nodes() {
   rest_nodes_.resize(nodes_.size());
   const std::uint32_t n = lattice_.steps;
-  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
     each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
       const std::size_t at = first_node(f) + node;
       const Vector3d place =
@@ -80,7 +79,7 @@ void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
   light_by(true);
   shine_.look(view, reference_mm);
   if (rest_nodes_.empty()) place_rest_nodes();
-  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
     if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
   });
 }
@@ -94,7 +93,7 @@ void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& s
   ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
                 static_cast<float>(k.cy) * ray_down_;
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
-  tbb::parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
     if (!shown[f]) return;
     if (std::exchange(to_light_[f], 0)) light_face(f);
     if (gloss_.none()) return;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/sample_set.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <span>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "warp/texel_detail.h"
 #include "warp/texel_order.h"
 
@@ -222,12 +221,11 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
   set.texel_mm = mean_texel_mm(maps, order, focal);
   const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
   constexpr std::size_t kGrain = 64;  // chunks a task
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, order.runs.size(), kGrain),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t c = range.begin(); c < range.end(); ++c) {
-                        set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
-                      }
-                    });
+  parallel_pieces(std::size_t{0}, order.runs.size(), kGrain,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t c = first; c < last; ++c)
+                      set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
+                  });
   std::vector<Patch> patches;
   patches.reserve(set.chunks.size());
   for (const Chunk& chunk : set.chunks) patches.push_back(chunk.patch);

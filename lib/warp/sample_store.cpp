@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/sample_store.h"
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <exception>
 #include <mutex>
 #include <numeric>
 #include <vector>
+
+#include "core/parallel.h"
 
 namespace organbake {
 
@@ -24,13 +23,12 @@ void SampleStore::require_one(std::size_t camera) {
   Slot& slot = slots_[camera];
   std::call_once(slot.made, [&] {
     // A thread that waits inside must not pick up another camera, which could wait for this one.
-    tbb::this_task_arena::isolate([&] { slot.set = make_(camera); });
+    isolated([&] { slot.set = make_(camera); });
   });
 }
 
 void SampleStore::require(std::span<const std::size_t> cameras) {
-  tbb::parallel_for(std::size_t{0}, cameras.size(),
-                    [&](std::size_t i) { require_one(cameras[i]); });
+  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t i) { require_one(cameras[i]); });
 }
 
 void SampleStore::require_all() {
@@ -40,14 +38,19 @@ void SampleStore::require_all() {
 }
 
 void SampleStore::make_ahead() {
-  if (ahead_.joinable()) return;
-  ahead_ = std::jthread([this](const std::stop_token& stop) {
+  ahead_.start([this](const std::atomic<bool>& stop) {
     try {
-      for (std::size_t c = 0; c < count_ && !stop.stop_requested(); ++c) require_one(c);
+      for (std::size_t c = 0; c < count_ && !stop; ++c) require_one(c);
     } catch (const std::exception&) {
       // The view that needs this camera says so.
     }
   });
+}
+
+bool SampleStore::make_next() {
+  if (next_ == count_) return false;
+  require_one(next_);
+  return ++next_ < count_;
 }
 
 const SampleSet& SampleStore::operator[](std::size_t camera) const { return slots_[camera].set; }

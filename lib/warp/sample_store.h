@@ -5,9 +5,8 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <stop_token>
-#include <thread>
 
+#include "core/background_thread.h"
 #include "warp/sample_set.h"
 
 namespace organbake {
@@ -26,9 +25,12 @@ class SampleStore {
   // Makes those of the cameras that are not there yet, side by side. Throws what making one throws.
   void require(std::span<const std::size_t> cameras);
   void require_all();
-  // Starts a thread of its own that makes all the others, in order. What fails there is tried
-  // again, and thrown, when it is required.
+  // Starts a thread of its own that makes all the others, in order, where the build has threads.
+  // What fails there is tried again, and thrown, when it is required.
   void make_ahead();
+  // Makes the first that is not there yet, for who has no thread to spare. False: all are there.
+  // Not beside make_ahead().
+  bool make_next();
 
   // Of a camera that was required.
   const SampleSet& operator[](std::size_t camera) const;
@@ -40,7 +42,8 @@ class SampleStore {
   std::size_t count_;
   std::unique_ptr<Slot[]> slots_;
   Make make_;
-  std::jthread ahead_;  // last: joined while the rest is there
+  std::size_t next_ = 0;    // all before it were made
+  BackgroundThread ahead_;  // last: it ends while the rest is there
 };
 
 }  // namespace organbake

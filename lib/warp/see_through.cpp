@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/see_through.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -68,9 +67,8 @@ std::vector<std::uint32_t> find_see_through(const PixelBox& box, const SkinDepth
   const auto deeper = static_cast<Level>(std::lround(levels));
   std::vector<std::vector<std::uint32_t>> found(box.height());
   constexpr int kRows = 32;
-  tbb::parallel_for(tbb::blocked_range<int>(box.y0, box.y1, kRows), [&](const auto& range) {
-    for (int y = range.begin(); y < range.end(); ++y)
-      find_in_row(box, y, depth, deeper, found[y - box.y0]);
+  parallel_pieces(box.y0, box.y1, kRows, [&](int first, int last) {
+    for (int y = first; y < last; ++y) find_in_row(box, y, depth, deeper, found[y - box.y0]);
   });
   std::vector<std::uint32_t> all;
   for (const auto& row : found) all.insert(all.end(), row.begin(), row.end());

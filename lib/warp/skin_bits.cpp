@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/skin_bits.h"
 
+#if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -14,12 +18,26 @@ constexpr int kWord = SkinBits::kWord;
 
 // One bit for each of 64 covers that are `wanted`. The compiler makes bytes of bits, one by one.
 std::uint64_t bits_of(const Cover* covers, Cover wanted) {
+#if defined(__AVX2__)
   const __m256i sought = _mm256_set1_epi8(static_cast<char>(wanted));
   const auto half = [&](const Cover* from) {
     const __m256i lanes = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
     return static_cast<std::uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(lanes, sought)));
   };
   return half(covers) | std::uint64_t{half(covers + kWord / 2)} << (kWord / 2);
+#elif defined(__wasm_simd128__)
+  const v128_t sought = wasm_i8x16_splat(static_cast<std::int8_t>(wanted));
+  std::uint64_t bits = 0;
+  for (int first = 0; first < kWord; first += 16) {
+    const v128_t alike = wasm_i8x16_eq(wasm_v128_load(covers + first), sought);
+    bits |= std::uint64_t{wasm_i8x16_bitmask(alike)} << first;
+  }
+  return bits;
+#else
+  std::uint64_t bits = 0;
+  for (int i = 0; i < kWord; ++i) bits |= std::uint64_t{covers[i] == wanted} << i;
+  return bits;
+#endif
 }
 
 // Calls visit(covers) for each 64 covers of the box, row after row; of a row's last, those outside

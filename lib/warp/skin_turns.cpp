@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/skin_turns.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <iterator>
 #include <map>
 #include <utility>
+
+#include "core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -106,7 +106,7 @@ void SkinTurns::borrow_shares() {
 void SkinTurns::place(const std::vector<ShellMatrix>& deformed,
                       const std::vector<std::uint8_t>& changed, std::vector<std::uint8_t>& turned) {
   std::vector<std::uint8_t> knot_turned(knots_.size());
-  tbb::parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
     Knot& knot = knots_[k];
     const auto has_changed = [&](const Share& s) { return changed[s.face] != 0; };
     if (std::none_of(knot.shares.begin(), knot.shares.end(), has_changed)) return;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/solids.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -11,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/parallel.h"
 #include "image/srgb.h"
 #include "warp/pixel_box.h"
 
@@ -218,7 +217,7 @@ std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<Soli
                         const View& view, Frame& frame) {
   const std::vector<PlacedSolid> placed = placed_in(view, solids);
   std::atomic<std::size_t> touched = 0;
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     std::vector<const PlacedSolid*> near;
     for (const std::uint32_t s : blocks[b].solids) near.push_back(&placed[s]);
     const PixelBox& box = blocks[b].box;

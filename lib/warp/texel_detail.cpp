@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/texel_detail.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -160,12 +159,12 @@ MapDetail::MapDetail(const CameraMaps& maps, double focal_px)
   const int width = maps.width;
   const float steepest = kSteepestTexels / static_cast<float>(focal_px);
   constexpr int kRows = 64;  // a task's
-  tbb::parallel_for(tbb::blocked_range<int>(0, maps.height, kRows), [&](const auto& range) {
+  parallel_pieces(0, maps.height, kRows, [&](int begin, int end) {
     std::array<MapRow, 3> rows{MapRow(width), MapRow(width), MapRow(width)};  // slides down
     RowTerms row_terms(width);
-    rows[1].load(maps, range.begin() - 1);
-    rows[2].load(maps, range.begin());
-    for (int y = range.begin(); y < range.end(); ++y) {
+    rows[1].load(maps, begin - 1);
+    rows[2].load(maps, begin);
+    for (int y = begin; y < end; ++y) {
       std::rotate(rows.begin(), rows.begin() + 1, rows.end());
       rows[2].load(maps, y + 1);
       const auto& [above, here, below] = rows;

@@ -43,7 +43,7 @@ void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
 
 void TileDrawing::begin(const PlacedFrame& placed) {
   placed_.emplace(placed);
-  for (Scratch& one : scratch_) one.times = {}, one.base_triangles = 0;
+  scratch_.each([](Scratch& one) { one.times = {}, one.base_triangles = 0; });
 }
 
 std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
@@ -129,10 +129,10 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
 }
 
 void TileDrawing::count(DrawReport& report) const {
-  for (const Scratch& one : scratch_) {
+  scratch_.each([&](const Scratch& one) {
     report.times += one.times;
     report.base_triangles += one.base_triangles;
-  }
+  });
 }
 
 }  // namespace organbake

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <tbb/enumerable_thread_specific.h>
-
 #include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "core/parallel.h"
 #include "warp/active_cameras.h"
 #include "warp/base_drawing.h"
 #include "warp/open_pixels.h"
@@ -63,7 +62,7 @@ class TileDrawing {
                             std::span<const TileKeys* const> layers, Scratch& own) const;
 
   std::optional<PlacedFrame> placed_;
-  tbb::enumerable_thread_specific<Scratch> scratch_;
+  PerThread<Scratch> scratch_;
 };
 
 }  // namespace organbake

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/warper.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <atomic>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "warp/active_cameras.h"
 #include "warp/base_drawing.h"
 #include "warp/bundle_fit.h"
@@ -200,7 +199,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .background = background,
                .measure = options.measure});
   std::atomic<int> drawn = 0;
-  tbb::parallel_for(0, grid.count(), [&](int t) {
+  parallel_for(0, grid.count(), [&](int t) {
     const PixelBox part = moved_cells.within(grid.box(t));
     if (part.empty()) return;
     tiles.draw(t, grid.box(t), part, depth, frame);
@@ -288,5 +287,6 @@ DrawnLight Warper::usual_light() const {
 }
 void Warper::bind_all() { impl_->store.require_all(); }
 void Warper::bind_ahead() { impl_->store.make_ahead(); }
+bool Warper::bind_next() { return impl_->store.make_next(); }
 
 }  // namespace organbake

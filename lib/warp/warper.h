@@ -106,6 +106,7 @@ class Warper {
   // then never waits. Frames are the same either way.
   void bind_all();
   void bind_ahead();
+  bool bind_next();  // one camera more; false when all are there
 
  private:
   struct Impl;

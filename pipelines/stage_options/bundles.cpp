@@ -7,11 +7,12 @@ void bind(OptionList& list, ExportOptions& o) {
   list.add("format", &o.format,
            {.help = "gltf, obj: the surface with colours and normals as textures, in metres, y up; "
                     "colmap, transforms: cameras with pictures, masks, depth and points, in "
-                    "millimetres, LPS"},
+                    "millimetres, LPS; web: one page in which anyone can poke the organ"},
            {{"gltf", ExportFormat::gltf},
             {"colmap", ExportFormat::colmap},
             {"transforms", ExportFormat::transforms},
-            {"obj", ExportFormat::obj}});
+            {"obj", ExportFormat::obj},
+            {"web", ExportFormat::web}});
   list.add("faces", &o.faces,
            {.help = "for gltf and obj, the most faces of the surface; 0 = all of the base layer's",
             .min = 0,

@@ -9,6 +9,7 @@
 #include "exchange/map_sampler.h"
 #include "exchange/surface_points.h"
 #include "exchange/textured_surface.h"
+#include "exchange/web_page.h"
 #include "formats/camera_files.h"
 #include "formats/gltf.h"
 #include "image/png.h"
@@ -116,6 +117,18 @@ void write_obj(const Bundle& bundle, const ExportOptions& options, const fs::pat
   write_png(folder / "organ_normal.png", mesh.normal_map);
 }
 
+// Where the player for pages lies: beside the installed program, or in the build's folders.
+fs::path web_player_folder() {
+  const fs::path around = program_folder().parent_path(), web = fs::path("share") / "organbake/web";
+  const fs::path built = around.parent_path() / "web" / web;
+  return fs::exists(around / web) || !fs::exists(built) ? around / web : built;
+}
+
+void write_web(const Bundle& bundle, const fs::path& folder, const RunContext& context) {
+  const WebPlayer player = read_web_player(web_player_folder());
+  write_file_atomically(folder / kWebPageFile, web_page(bundle, player, context));
+}
+
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<ExportOptions>(call.options_json);
   const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
@@ -131,6 +144,9 @@ StageReport run(const StageCall& call) {
       break;
     case ExportFormat::obj:
       write_obj(bundle, options, call.output_folder, call.context);
+      break;
+    case ExportFormat::web:
+      write_web(bundle, call.output_folder, call.context);
       break;
   }
   return {};

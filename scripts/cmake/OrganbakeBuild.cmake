@@ -8,7 +8,9 @@ endif()
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
-set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT ORGANBAKE_WEB)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+endif()
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib/organbake)
 
@@ -23,14 +25,21 @@ endif()
 # Every target and every consumer shares these: Eigen's alignment depends on the instruction set,
 # so code that passes its types across libraries must agree on it. AVX2 is the documented floor.
 add_library(organbake_build_flags INTERFACE)
-target_compile_options(organbake_build_flags INTERFACE -march=x86-64-v3)
+if(ORGANBAKE_WEB)
+  # A floating-point comparison never traps there, whatever the compiler is told.
+  target_compile_options(organbake_build_flags INTERFACE -msimd128 -fwasm-exceptions)
+  target_link_options(organbake_build_flags INTERFACE -fwasm-exceptions)
+else()
+  target_compile_options(organbake_build_flags INTERFACE -march=${ORGANBAKE_ARCHITECTURE})
+endif()
 add_library(organbake_warnings INTERFACE)
 # g++ 12 warns of overlaps inside its own std::string (GCC bug 105651) and, at -O3, of Eigen vectors
 # in brace-initialised structs whose every member is set; from precompiled headers it also warns of
 # what it passes over in plain ones. Sanitizers and clang-tidy watch instead. Where several files are
 # compiled as one, g++ takes a private class for one that a header shares (subobject-linkage).
-target_compile_options(organbake_warnings INTERFACE -Wall -Wextra -Wno-psabi -Wno-restrict
-  -Wno-maybe-uninitialized
+target_compile_options(organbake_warnings INTERFACE -Wall -Wextra -Wno-psabi
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-maybe-uninitialized>
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
   $<$<BOOL:${ORGANBAKE_PRECOMPILE}>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-subobject-linkage>
   $<$<BOOL:${ORGANBAKE_WERROR}>:-Werror>)
 if(ORGANBAKE_SANITIZE)

@@ -17,3 +17,10 @@ install(FILES ${CMAKE_BINARY_DIR}/organplayConfig.cmake
         DESTINATION ${package_folder} COMPONENT liborganplay-dev)
 install(FILES LICENSES/Apache-2.0.txt LICENSES/GPL-3.0-or-later.txt
         DESTINATION ${CMAKE_INSTALL_DATADIR}/organbake/licences COMPONENT licences)
+
+# The player for web pages, where it was built (scripts/build web).
+if(NOT ORGANBAKE_PLAYER_ONLY)
+  set(ORGANBAKE_WEB_PLAYER ${PROJECT_SOURCE_DIR}/build/web/share/organbake/web CACHE PATH
+      "What the preset web built: organ.wasm and the page round it")
+  install(DIRECTORY ${ORGANBAKE_WEB_PLAYER} DESTINATION ${CMAKE_INSTALL_DATADIR}/organbake COMPONENT organbake OPTIONAL)
+endif()

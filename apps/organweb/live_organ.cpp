@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live_organ.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "bundle/map_code.h"
+#include "core/error.h"
+#include "player/play.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kTimeStep_s = 1.0 / 60;
+
+}  // namespace
+
+LiveOrgan::LiveOrgan(Bundle frame) : supplied_(frame.cameras.cameras.size()) {
+  const auto read = [this, cameras = frame.cameras.cameras,
+                     faces = shell_face_count(frame)](std::size_t c) {
+    if (supplied_[c].empty()) throw MapsWanted{c};
+    CameraMaps maps = decoded_maps(supplied_[c], cameras[c].intrinsics, faces,
+                                   "the maps of camera " + std::to_string(c));
+    supplied_[c] = {};
+    return maps;
+  };
+  DeformOptions options;
+  options.time_step_s = kTimeStep_s;
+  player_ = std::make_unique<Player>(std::move(frame), read, options);
+  session_ = std::make_unique<LiveSession>(*player_, kTimeStep_s);
+  drawing_.light = player_->usual_light();
+}
+
+void LiveOrgan::supply(std::size_t camera, std::vector<std::byte> maps) {
+  if (camera >= supplied_.size()) throw UsageError("there is no camera " + std::to_string(camera));
+  supplied_[camera] = std::move(maps);
+}
+
+bool LiveOrgan::bind_next() { return player_->load_next(); }
+
+void LiveOrgan::advance(bool step, int width, int height) {
+  PlayOptions size;
+  size.width = width, size.height = height;
+  size.check();
+  last_ = session_->advance(step, width, height, drawing_);
+  if (last_.step.recovered) ++recovered_;
+  show(session_->frame());
+}
+
+void LiveOrgan::show(const Frame& frame) {
+  if (frame.serial != 0 && frame.serial == shown_) return;
+  shown_ = frame.serial;
+  const std::size_t pixels = frame.color.pixels.size() / 3;
+  rgba_.resize(4 * pixels);
+  const std::uint8_t* __restrict from = frame.color.pixels.data();
+  std::uint8_t* __restrict to = rgba_.data();
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (int k = 0; k < 3; ++k) to[4 * i + k] = from[3 * i + k];
+    to[4 * i + 3] = 255;
+  }
+}
+
+int LiveOrgan::play(const std::string& text, int wanted) {
+  Script script = script_from_json(text, "the script");
+  script.frames = std::min(script.frames, std::max(1, wanted + 1));
+  if (script.time_step_s != kTimeStep_s)
+    throw UsageError("the script's time step is not the page's, a 60th of a second");
+  PlayOptions options;
+  options.draw = drawing_;
+  if (script.light) options.draw.light = *script.light;
+  shown_ = 0;
+  organbake::play(*player_, script, options, [&](int frame, const Frame& picture) {
+    if (frame + 1 == script.frames) show(picture);
+  });
+  shown_ = 0;
+  return script.frames;
+}
+
+void LiveOrgan::reset() { session_->reset(); }
+
+void LiveOrgan::set_light(int light) {
+  const bool there = light == 0 || (light > 0 && light <= 2 && player_->can_relight());
+  if (!there) throw UsageError("this organ does not say in what light its colours were taken");
+  drawing_.light = static_cast<DrawnLight>(light);
+}
+
+void LiveOrgan::set_background(int red, int green, int blue) {
+  const auto byte = [](int level) { return static_cast<std::uint8_t>(std::clamp(level, 0, 255)); };
+  drawing_.background = {byte(red), byte(green), byte(blue)};
+}
+
+double LiveOrgan::figure(Figure which) const {
+  switch (which) {
+    case Figure::step_ms:
+      return last_.deform_ms;
+    case Figure::draw_ms:
+      return last_.draw_ms;
+    case Figure::force_n:
+      return last_.step.tip_force_n.empty() ? 0 : last_.step.tip_force_n.back().norm();
+    case Figure::depth_mm:
+      return session_->depth_mm();
+    case Figure::radius_mm:
+      return session_->tool_radius_mm();
+    case Figure::light:
+      return static_cast<double>(drawing_.light);
+    case Figure::lights:
+      return player_->can_relight() ? 3 : 1;
+    case Figure::cameras:
+      return static_cast<double>(supplied_.size());
+    case Figure::proxy_faces:
+      return static_cast<double>(player_->bundle().proxy.faces.size());
+    case Figure::unchanged:
+      return last_.draw.unchanged ? 1 : 0;
+    case Figure::recovered:
+      return recovered_;
+  }
+  return 0;
+}
+
+}  // namespace organbake

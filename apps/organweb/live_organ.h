@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "player/live_session.h"
+#include "player/player.h"
+
+namespace organbake {
+
+// Thrown where a picture needs maps that were not supplied yet.
+struct MapsWanted {
+  std::size_t camera;
+};
+
+// One organ under somebody's hands, its cameras' maps supplied as they are wanted.
+class LiveOrgan {
+ public:
+  explicit LiveOrgan(Bundle frame);
+
+  void supply(std::size_t camera, std::vector<std::byte> maps);  // throws UsageError
+  bool bind_next();
+
+  // One time step, or none, and the picture. Throws MapsWanted when the step is done: calling again
+  // without one goes on.
+  void advance(bool step, int width, int height);
+  // Returns how many frames the script has. Throws as play() does, and MapsWanted.
+  int play(const std::string& script, int frame);
+  const std::uint8_t* pixels() const { return rgba_.data(); }
+
+  void reset();
+  void set_light(int light);  // a DrawnLight; throws UsageError
+  void set_background(int red, int green, int blue);
+  LiveSession& session() { return *session_; }
+
+  // What organ_figure() tells.
+  enum class Figure : std::uint8_t {
+    step_ms,
+    draw_ms,
+    force_n,   // on the held tool
+    depth_mm,  // of the held tool below the place it touched
+    radius_mm,
+    light,   // the DrawnLight it is drawn in
+    lights,  // how many there are: 1 as baked alone, 3 with the world's and the scope's
+    cameras,
+    proxy_faces,
+    unchanged,  // 1: the last picture is the one before
+    recovered   // how often a lost state went back to rest
+  };
+  double figure(Figure which) const;
+
+ private:
+  void show(const Frame& frame);
+
+  std::vector<std::vector<std::byte>> supplied_;  // by camera; empty when it is not there, or bound
+  std::unique_ptr<Player> player_;
+  std::unique_ptr<LiveSession> session_;
+  DrawOptions drawing_;
+  PlayedFrame last_;
+  std::vector<std::uint8_t> rgba_;
+  std::uint64_t shown_ = 0;  // serial of the frame that they are of
+  int recovered_ = 0;
+};
+
+}  // namespace organbake

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// The player as one WebAssembly module: what organ.js calls. Bytes go in through the buffer of
+// organ_reserve(), numbers come back; what returns −1 has left a sentence in organ_message().
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bundle/bundle_pack.h"
+#include "core/error.h"
+#include "live_organ.h"
+
+#define ORGAN_EXPORT(name) extern "C" __attribute__((export_name(#name)))
+
+namespace organbake {
+namespace {
+
+constexpr std::uint32_t kMostBytes = 1u << 30;
+
+struct Module {
+  std::vector<std::byte> buffer;
+  std::vector<PackPart> parts;
+  std::unique_ptr<LiveOrgan> organ;
+  std::string message;
+};
+
+Module& module() {
+  static Module one;
+  return one;
+}
+
+// What a function of the module returns: its result, 1 + c when the maps of camera c must be
+// supplied first, or −1 with a message.
+template <class Work>
+int guarded(const Work& work) {
+  try {
+    return work(module());
+  } catch (const MapsWanted& wanted) {
+    return 1 + static_cast<int>(wanted.camera);
+  } catch (const std::exception& error) {
+    module().message = message_for(error);
+    return -1;
+  }
+}
+
+template <class Work>
+int with_organ(const Work& work) {
+  return guarded([&](Module& m) {
+    if (!m.organ) throw UsageError("no organ is open");
+    return work(*m.organ);
+  });
+}
+
+}  // namespace
+}  // namespace organbake
+
+using namespace organbake;
+
+// Where the caller puts the bytes of the next call; 0 when there is no such memory.
+ORGAN_EXPORT(organ_reserve) std::byte* organ_reserve(std::uint32_t bytes) {
+  std::byte* at = nullptr;
+  guarded([&](Module& m) {
+    if (bytes > kMostBytes) throw BadDataError("the pack holds more than a page can");
+    m.buffer = {};
+    m.buffer.resize(bytes);
+    at = m.buffer.data();
+    return 0;
+  });
+  return at;
+}
+
+// The buffer holds a pack's first bytes. Returns how many parts it has.
+ORGAN_EXPORT(organ_contents) int organ_contents(double pack_bytes) {
+  return guarded([&](Module& m) {
+    m.parts = contents_of_pack(m.buffer, static_cast<std::uint64_t>(pack_bytes));
+    return static_cast<int>(m.parts.size());
+  });
+}
+
+// Of a part: what = 0 its offset, 1 its packed bytes, 2 its bytes inflated.
+ORGAN_EXPORT(organ_part) double organ_part(std::uint32_t part, int what) {
+  if (part >= module().parts.size()) return 0;
+  const PackPart& p = module().parts[part];
+  return what == 0 ? double(p.offset) : what == 1 ? p.packed_bytes : p.bytes;
+}
+
+// The buffer holds part 0, inflated.
+ORGAN_EXPORT(organ_open) int organ_open() {
+  return guarded([](Module& m) {
+    m.organ = {};
+    Bundle frame = unpacked_frame(m.buffer);
+    m.buffer = {};
+    if (frame.cameras.cameras.size() + 1 != m.parts.size())
+      throw BadDataError("the pack holds maps of " + std::to_string(m.parts.size() - 1) +
+                         " cameras, its frame names " +
+                         std::to_string(frame.cameras.cameras.size()));
+    m.organ = std::make_unique<LiveOrgan>(std::move(frame));
+    return 0;
+  });
+}
+
+// The buffer holds the maps of a camera, inflated.
+ORGAN_EXPORT(organ_supply) int organ_supply(std::uint32_t camera) {
+  return with_organ([&](LiveOrgan& organ) {
+    organ.supply(camera, std::exchange(module().buffer, {}));
+    return 0;
+  });
+}
+
+// Binds one camera more of those that were supplied in order; 0 when all are bound.
+ORGAN_EXPORT(organ_bind_next) int organ_bind_next() {
+  return with_organ([](LiveOrgan& organ) { return organ.bind_next() ? 1 : 0; });
+}
+
+// Time goes on by a sixtieth of a second, unless step is 0, then the picture is drawn. 0: it is
+// drawn; 1 + c when the maps of camera c must be supplied and it be asked for again with step 0.
+ORGAN_EXPORT(organ_advance) int organ_advance(int step, int width, int height) {
+  return with_organ([&](LiveOrgan& organ) {
+    organ.advance(step != 0, width, height);
+    return 0;
+  });
+}
+
+// R G B A of the last picture, top row first.
+ORGAN_EXPORT(organ_pixels) const std::uint8_t* organ_pixels() {
+  return module().organ ? module().organ->pixels() : nullptr;
+}
+
+// The buffer holds an interaction (interaction.schema.json): played from rest as organplay does up
+// to a frame, which is then the last picture, of the interaction's size.
+ORGAN_EXPORT(organ_script) int organ_script(int frame) {
+  return with_organ([&](LiveOrgan& organ) {
+    const auto bytes = std::exchange(module().buffer, {});
+    return organ.play({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, frame);
+  });
+}
+
+// See LiveOrgan::Figure.
+ORGAN_EXPORT(organ_figure) double organ_figure(int which) {
+  return module().organ ? module().organ->figure(static_cast<LiveOrgan::Figure>(which)) : 0;
+}
+
+ORGAN_EXPORT(organ_turn) void organ_turn(double x, double y) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().turn({x, y}), 0; });
+}
+ORGAN_EXPORT(organ_shift) void organ_shift(double x, double y) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().shift({x, y}), 0; });
+}
+ORGAN_EXPORT(organ_zoom) void organ_zoom(double steps) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().zoom(steps), 0; });
+}
+ORGAN_EXPORT(organ_face_front) void organ_face_front() {
+  with_organ([](LiveOrgan& organ) { return organ.session().face_front(), 0; });
+}
+// At a pixel of the last picture; 1 when there is tissue.
+ORGAN_EXPORT(organ_touch) int organ_touch(double x, double y, int grabs) {
+  return with_organ([&](LiveOrgan& organ) {
+    const auto mode = grabs ? InstrumentMode::grab : InstrumentMode::poke;
+    return organ.session().touch({x, y}, mode) ? 1 : 0;
+  });
+}
+ORGAN_EXPORT(organ_drag) void organ_drag(double x, double y) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().drag({x, y}), 0; });
+}
+ORGAN_EXPORT(organ_push) void organ_push(double mm) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().push(mm), 0; });
+}
+ORGAN_EXPORT(organ_let_go) void organ_let_go() {
+  with_organ([](LiveOrgan& organ) { return organ.session().let_go(), 0; });
+}
+ORGAN_EXPORT(organ_reset) void organ_reset() {
+  with_organ([](LiveOrgan& organ) { return organ.reset(), 0; });
+}
+// Of the next touch.
+ORGAN_EXPORT(organ_set_radius) void organ_set_radius(double mm) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().set_tool_radius_mm(mm), 0; });
+}
+// 0 as baked, 1 the world's lamps on the skin as it lies, 2 at the scope; −1 for one that the organ
+// cannot be shown in.
+ORGAN_EXPORT(organ_set_light) int organ_set_light(int light) {
+  return with_organ([&](LiveOrgan& organ) { return organ.set_light(light), 0; });
+}
+ORGAN_EXPORT(organ_set_background) void organ_set_background(int red, int green, int blue) {
+  with_organ([&](LiveOrgan& organ) { return organ.set_background(red, green, blue), 0; });
+}
+
+ORGAN_EXPORT(organ_message) const char* organ_message() { return module().message.data(); }
+ORGAN_EXPORT(organ_message_bytes) std::uint32_t organ_message_bytes() {
+  return static_cast<std::uint32_t>(module().message.size());
+}

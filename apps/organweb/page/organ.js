@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Loads organ.wasm and a pack, and draws the organ: for the page of `organbake export --format web`
+// and for pages of your own. Pixels are those of the last picture, (0, 0) its upper left corner.
+//
+//   const organ = await Organ.open(moduleBytes, packBytes);
+//   if (organ.draw(true, 640, 480)) context.putImageData(organ.picture(), 0, 0);
+
+export const Light = { baked: 0, world: 1, scope: 2 };
+const Figure = { step_ms: 0, draw_ms: 1, force_n: 2, depth_mm: 3, radius_mm: 4, light: 5, lights: 6,
+                 cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10 };
+
+async function inflated(stream, bytes, what) {
+  const refused = `the file is damaged where it holds the ${what}`;
+  const result = new Uint8Array(bytes);
+  let at = 0;
+  try {
+    const reader = new Blob([stream]).stream().pipeThrough(new DecompressionStream("gzip")).getReader();
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) break;
+      if (at + value.length > bytes) {
+        await reader.cancel();
+        throw new Error(refused);
+      }
+      result.set(value, at);
+      at += value.length;
+    }
+  } catch {  // the browser found a wrong checksum, or no gzip stream
+    throw new Error(refused);
+  }
+  if (at !== bytes) throw new Error(refused);
+  return result;
+}
+
+export class Organ {
+  #exports;
+  #pack;
+  #width = 0;
+  #height = 0;
+  #supplies = new Map();  // by camera: the promise that the module gets its maps
+  #failure = null;
+  #next = 0;  // cameras before it are bound
+
+  // module: the bytes of organ.wasm, or a compiled WebAssembly.Module; pack: a Uint8Array. Throws an
+  // Error whose message is a sentence for the reader.
+  static async open(module, pack) {
+    const organ = new Organ();
+    await organ.#start(module);
+    await organ.#read(pack);
+    return organ;
+  }
+
+  async #start(module) {
+    const memory = () => new DataView(this.#exports.memory.buffer);
+    const imports = {
+      env: { emscripten_notify_memory_growth() {} },
+      wasi_snapshot_preview1: {
+        clock_time_get(clock, precision, at) {
+          memory().setBigUint64(at, BigInt(Math.round(1e6 * performance.now())), true);
+          return 0;
+        },
+        proc_exit(code) { throw new Error(`the player ended with ${code}`); },
+        fd_write: () => 8, fd_read: () => 8, fd_seek: () => 8, fd_close: () => 8,
+        environ_sizes_get(count, bytes) {
+          memory().setUint32(count, 0, true);
+          memory().setUint32(bytes, 0, true);
+          return 0;
+        },
+        environ_get: () => 0,
+      },
+    };
+    const made = await WebAssembly.instantiate(module, imports);
+    this.#exports = (made.instance ?? made).exports;
+    this.#exports._initialize();
+  }
+
+  async #read(pack) {
+    const most = 65536;  // bytes of contents
+    this.#give(pack.subarray(0, most));
+    const parts = this.#call("organ_contents", pack.length);
+    this.#pack = Array.from({ length: parts }, (_, p) => {
+      const [offset, packed, bytes] = [0, 1, 2].map((what) => this.#exports.organ_part(p, what));
+      return { stream: pack.subarray(offset, offset + packed), bytes };
+    });
+    this.#give(await inflated(this.#pack[0].stream, this.#pack[0].bytes, "frame"));
+    this.#call("organ_open");
+  }
+
+  #give(bytes) {
+    const at = this.#exports.organ_reserve(bytes.length);
+    if (at === 0 && bytes.length > 0) throw new Error(this.#message() || "there is too little memory");
+    new Uint8Array(this.#exports.memory.buffer).set(bytes, at);
+  }
+  #message() {
+    const { organ_message, organ_message_bytes, memory } = this.#exports;
+    return new TextDecoder().decode(
+      new Uint8Array(memory.buffer, organ_message(), organ_message_bytes()).slice());
+  }
+  #call(name, ...values) {
+    const result = this.#exports[name](...values);
+    if (result < 0) throw new Error(this.#message());
+    return result;
+  }
+
+  #supply(camera) {
+    if (!this.#supplies.has(camera)) this.#supplies.set(camera, this.#supplied(camera));
+    return this.#supplies.get(camera);
+  }
+  async #supplied(camera) {
+    const part = this.#pack[1 + camera];
+    this.#give(await inflated(part.stream, part.bytes, `maps of camera ${camera}`));
+    this.#call("organ_supply", camera);
+    part.stream = null;
+  }
+
+  // One time step of a 60th of a second, unless `step` is false, and a picture. False while the maps
+  // that it needs are on their way: ask again, without a step.
+  draw(step, width, height) {
+    if (this.#failure) throw this.#failure;
+    const wanted = this.#call("organ_advance", step ? 1 : 0, width, height);
+    if (wanted > 0) {
+      this.#supply(wanted - 1).catch((error) => { this.#failure = error; });
+      return false;
+    }
+    this.#width = width;
+    this.#height = height;
+    return true;
+  }
+  // The same, when it is there.
+  async drawn(step, width, height) {
+    for (; !this.draw(step, width, height); step = false)
+      await Promise.all(this.#supplies.values());
+  }
+  // The last picture, until the next one is drawn; R G B A of its pixels, top row first.
+  picture() { return new ImageData(this.pixels(), this.#width, this.#height); }
+  pixels() {
+    const at = this.#exports.organ_pixels(), bytes = 4 * this.#width * this.#height;
+    return new Uint8ClampedArray(this.#exports.memory.buffer, at, bytes);
+  }
+
+  // Makes one camera more ready, so that turning never waits; false when all are.
+  async loadNext() {
+    if (this.#next >= this.cameras) return false;
+    await this.#supply(this.#next);
+    this.#call("organ_bind_next");
+    return ++this.#next < this.cameras;
+  }
+
+  // Plays an interaction (the document of `organplay --script`) from rest up to a frame, whose
+  // picture is then the last one. Returns how many frames were played.
+  async play(script, frame) {
+    for (let camera = 0; camera < this.cameras; ++camera) await this.#supply(camera);
+    while (await this.loadNext());
+    this.#give(new TextEncoder().encode(JSON.stringify(script)));
+    const frames = this.#call("organ_script", frame);
+    [this.#width, this.#height] = script.size ?? [1280, 720];
+    return frames;
+  }
+
+  turn(x, y) { this.#exports.organ_turn(x, y); }    // the organ follows the pointer round its centre
+  shift(x, y) { this.#exports.organ_shift(x, y); }  // and across the picture
+  zoom(steps) { this.#exports.organ_zoom(steps); }  // > 0 comes nearer
+  faceFront() { this.#exports.organ_face_front(); }
+  // Puts the tool onto the tissue; false where there is none.
+  touch(x, y, grabs) { return this.#call("organ_touch", x, y, grabs ? 1 : 0) === 1; }
+  drag(x, y) { this.#exports.organ_drag(x, y); }
+  push(mm) { this.#exports.organ_push(mm); }  // a held tool, away from the eye when > 0
+  letGo() { this.#exports.organ_let_go(); }
+  reset() { this.#exports.organ_reset(); }  // the organ at rest
+  set radius(mm) { this.#exports.organ_set_radius(mm); }  // of the next touch
+  set light(light) { this.#call("organ_set_light", light); }
+  set background([red, green, blue]) { this.#exports.organ_set_background(red, green, blue); }
+
+  #figure(which) { return this.#exports.organ_figure(which); }
+  get radius() { return this.#figure(Figure.radius_mm); }
+  get light() { return this.#figure(Figure.light); }
+  get lights() { return this.#figure(Figure.lights); }
+  get cameras() { return this.#figure(Figure.cameras); }
+  get proxyFaces() { return this.#figure(Figure.proxy_faces); }
+  get stepMs() { return this.#figure(Figure.step_ms); }
+  get drawMs() { return this.#figure(Figure.draw_ms); }
+  get forceN() { return this.#figure(Figure.force_n); }
+  get depthMm() { return this.#figure(Figure.depth_mm); }
+  get unchanged() { return this.#figure(Figure.unchanged) === 1; }
+  get recovered() { return this.#figure(Figure.recovered); }
+  get memoryBytes() { return this.#exports.memory.buffer.byteLength; }
+}

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page round the organ: pointer, keys, figures, and a resolution that keeps up.
+const element = (id) => document.getElementById(id);
+const canvas = element("canvas"), stage = element("stage"), cross = element("cross");
+const context = canvas.getContext("2d", { alpha: false });
+const kStep = 1000 / 60, kBudget = 14;     // ms: a time step; what a picture may take
+const kMostPixels = 1.4e6, kFewestPixels = 9e4;
+const kCalm = 2500;                         // ms without a touch until an organ at rest is left alone
+// organ.html#pixels=200000 keeps to so many, whatever the machine can do.
+const kAsked = Number(new URLSearchParams(location.hash.slice(1)).get("pixels")) || 0;
+
+function bytesOf(id) {
+  const holder = element(id), text = holder.textContent;
+  holder.remove();
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; ++i) bytes[i] = letters.charCodeAt(i);
+  return bytes;
+}
+
+let organ = null;
+let mode = "poke", pixels = kAsked || 7e5, busy = 0;  // busy: ms of a picture, averaged
+let due = 0, calmSince = 0, running = false, shown = false;
+const pointers = new Map();
+let held = null;  // the pointer, or "keys", that holds the tool
+let grid = [1, 1];  // of the picture in which it was put onto the tissue
+
+const fail = (error) => {
+  running = false;
+  organ = null;
+  element("loading").hidden = true;
+  element("error").hidden = false;
+  element("error").textContent = `This organ cannot be shown: ${error.message}.`;
+};
+const say = (text) => { element("status").textContent = text; };
+
+function fit(most) {
+  const width = Math.max(1, stage.clientWidth), height = Math.max(1, stage.clientHeight);
+  const finest = Math.min(devicePixelRatio || 1, 2);
+  const scale = Math.min(finest, Math.sqrt(most / (width * height)));
+  const [w, h] = [width, height].map((side) => Math.max(1, Math.round(side * scale)));
+  if (canvas.width === w && canvas.height === h) return;
+  canvas.width = w;
+  canvas.height = h;
+  shown = false;
+}
+
+// Fewer pixels at once when a picture takes too long; more, slowly, when there is time.
+function adapt(ms) {
+  if (kAsked) return;
+  busy = busy ? 0.9 * busy + 0.1 * ms : ms;
+  if (busy > kBudget) pixels = Math.max(kFewestPixels, pixels * 0.85);
+  else if (busy < 0.55 * kBudget) pixels = Math.min(kMostPixels, pixels * 1.02);
+  else return;
+  if (busy > kBudget) busy = 0.8 * kBudget;
+}
+
+function figures() {
+  const parts = [`${canvas.width} × ${canvas.height}`, `${(organ.stepMs + organ.drawMs).toFixed(1)} ms`];
+  if (held !== null) parts.push(`${organ.depthMm.toFixed(1)} mm`, `${organ.forceN.toFixed(2)} N`);
+  element("figures").textContent = parts.join(" · ");
+}
+
+// Draws, after a time step when it is asked for; whether there was anything new to show.
+function show(step) {
+  if (!organ.draw(step, canvas.width, canvas.height) || organ.unchanged && shown) return false;
+  context.putImageData(organ.picture(), 0, 0);
+  return shown = true;
+}
+
+function tick(now) {
+  if (!running || !organ) return;
+  requestAnimationFrame(tick);
+  if (now < due - 2) return;  // a screen of more than 60 pictures a second
+  due = now - due > 4 * kStep ? now + kStep : due + kStep;
+  try {
+    fit(pixels);
+    const start = performance.now();
+    if (show(true)) {
+      calmSince = now;
+      adapt(performance.now() - start);
+    }
+    figures();
+    if (held !== null || now - calmSince <= kCalm) return;
+    running = false;  // nothing moves: one picture as fine as the screen, and wait for a touch
+    fit(kAsked || kMostPixels);
+    show(false);
+  } catch (error) {
+    fail(error);
+  }
+}
+function wake() {
+  calmSince = performance.now();
+  if (running || !organ || document.hidden) return;
+  running = true;
+  due = 0;
+  requestAnimationFrame(tick);
+}
+
+// Canvas pixels of a place on the screen.
+function place(event) {
+  const box = canvas.getBoundingClientRect();
+  return [(event.clientX - box.left) * canvas.width / box.width,
+          (event.clientY - box.top) * canvas.height / box.height];
+}
+
+// The tool, onto the tissue at a place of the canvas; the pointer then moves it in pixels of this
+// picture, however fine the next ones are.
+function hold(at, grabs, by) {
+  if (!organ.touch(...at, grabs)) return false;
+  held = by;
+  grid = [canvas.width, canvas.height];
+  return true;
+}
+function pull(at) {
+  organ.drag(at[0] * grid[0] / canvas.width, at[1] * grid[1] / canvas.height);
+}
+
+function choose(next) {
+  mode = next;
+  for (const button of document.querySelectorAll("[data-mode]"))
+    button.setAttribute("aria-pressed", String(button.dataset.mode === mode));
+}
+
+function letGo() {
+  if (held === null) return;
+  say(`Let go at ${organ.depthMm.toFixed(1)} millimetres and ${organ.forceN.toFixed(2)} newtons.`);
+  organ.letGo();
+  held = null;
+}
+
+function resize_tool(mm) {
+  const radius = element("radius");
+  radius.value = mm;
+  organ.radius = Number(radius.value);
+  element("radius-text").textContent = `${Number(radius.value).toFixed(1)} mm`;
+}
+
+canvas.addEventListener("pointerdown", (event) => {
+  if (!organ) return;
+  event.preventDefault();
+  canvas.focus({ preventScroll: true });
+  cross.hidden = true;
+  canvas.setPointerCapture(event.pointerId);
+  const at = place(event);
+  pointers.set(event.pointerId, at);
+  wake();
+  if (pointers.size > 1) return letGo();  // two fingers look round
+  const tool = event.button === 0 && mode !== "turn" && !event.shiftKey;
+  if (tool) hold(at, mode === "grab" || event.ctrlKey, event.pointerId);
+});
+canvas.addEventListener("pointermove", (event) => {
+  const before = pointers.get(event.pointerId);
+  if (!organ || !before) return;
+  const at = place(event), by = [at[0] - before[0], at[1] - before[1]];
+  wake();
+  if (held === event.pointerId) {
+    pull(at);
+  } else if (pointers.size === 2) {
+    const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, p]) => p);
+    const apart = (p) => Math.max(1, Math.hypot(p[0] - other[0], p[1] - other[1]));
+    organ.zoom(Math.log(apart(before) / apart(at)) / Math.log(0.9));
+    organ.shift(by[0] / 2, by[1] / 2);
+  } else if (event.shiftKey || event.buttons & 4) {
+    organ.shift(...by);
+  } else {
+    organ.turn(...by);
+  }
+  pointers.set(event.pointerId, at);
+});
+for (const end of ["pointerup", "pointercancel"]) {
+  canvas.addEventListener(end, (event) => {
+    if (!pointers.delete(event.pointerId) || !organ) return;
+    if (held === event.pointerId) letGo();
+    wake();
+  });
+}
+canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+canvas.addEventListener("wheel", (event) => {
+  if (!organ) return;
+  event.preventDefault();
+  const steps = -event.deltaY / (event.deltaMode === 0 ? 100 : 3);
+  if (held !== null) organ.push(2 * steps);
+  else organ.zoom(steps);
+  wake();
+}, { passive: false });
+
+// The cross of the keyboard, in shares of the canvas.
+const aim = [0.5, 0.5];
+function show_cross() {
+  cross.hidden = false;
+  cross.style.left = `${100 * aim[0]}%`;
+  cross.style.top = `${100 * aim[1]}%`;
+}
+function press() {
+  show_cross();
+  if (held === "keys") return organ.push(1);
+  if (held !== null) return;
+  const at = [aim[0] * canvas.width, aim[1] * canvas.height];
+  if (!hold(at, mode === "grab", "keys")) return say("There is no tissue at the cross.");
+  say(mode === "grab" ? "Grabbed." : "Touching.");
+  organ.push(1);
+}
+const turned = 24;  // pixels of a key's turn
+const kKeys = {
+  ArrowLeft: () => steer(-1, 0), ArrowRight: () => steer(1, 0),
+  ArrowUp: () => steer(0, -1), ArrowDown: () => steer(0, 1),
+  A: () => move(-1, 0), D: () => move(1, 0), W: () => move(0, -1), S: () => move(0, 1),
+  "+": () => organ.zoom(1), "=": () => organ.zoom(1), "-": () => organ.zoom(-1),
+  " ": press, p: () => choose("poke"), g: () => choose("grab"), t: () => choose("turn"),
+  r: () => reset(), v: () => organ.faceFront(), l: () => next_light(), f: () => full(), s: () => save(),
+  "[": () => resize_tool(Number(element("radius").value) - 1),
+  "]": () => resize_tool(Number(element("radius").value) + 1),
+  h: () => { element("about").open = !element("about").open; },
+};
+function steer(x, y) {
+  if (held === "keys") {  // pulls what is grabbed
+    aim[0] += x * turned / canvas.width;
+    aim[1] += y * turned / canvas.height;
+    pull([aim[0] * canvas.width, aim[1] * canvas.height]);
+    show_cross();
+  } else {
+    organ.turn(x * turned, y * turned);
+  }
+}
+function move(x, y) {
+  aim[0] = Math.min(1, Math.max(0, aim[0] + 0.02 * x));
+  aim[1] = Math.min(1, Math.max(0, aim[1] + 0.02 * y));
+  show_cross();
+}
+canvas.addEventListener("keydown", (event) => {
+  const act = kKeys[event.key];
+  if (!organ || !act || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  wake();
+  act();
+});
+canvas.addEventListener("keyup", (event) => {
+  if (organ && event.key === " " && held === "keys") letGo();
+  wake();
+});
+canvas.addEventListener("blur", () => {
+  cross.hidden = true;
+  if (organ && held === "keys") letGo();
+});
+
+function reset() {
+  letGo();
+  organ.reset();
+  say("The organ is at rest.");
+}
+function next_light() {
+  const light = element("light");
+  if (organ.lights < 2) return;
+  light.selectedIndex = (light.selectedIndex + 1) % light.options.length;
+  organ.light = Number(light.value);
+  say(`Light ${light.selectedOptions[0].text}.`);
+}
+function full() {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else document.documentElement.requestFullscreen?.().catch(() => say("The browser shows no full screen."));
+}
+function save() {
+  canvas.toBlob((blob) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${document.title.replace(/[^\w-]+/g, "_")}.png`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    say("The picture is saved.");
+  });
+}
+const press_of = { reset, front: () => organ.faceFront(), save, full };
+for (const [id, act] of Object.entries(press_of)) {
+  element(id).addEventListener("click", () => { if (organ) act(), wake(); });
+}
+for (const button of document.querySelectorAll("[data-mode]"))
+  button.addEventListener("click", () => choose(button.dataset.mode));
+element("radius").addEventListener("input", () => { if (organ) resize_tool(element("radius").value), wake(); });
+element("light").addEventListener("change", () => { if (organ) organ.light = Number(element("light").value), wake(); });
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden) running = false;
+  else wake();
+});
+new ResizeObserver(() => { shown = false; wake(); }).observe(stage);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+const ground = () => dark.matches ? [22, 23, 26] : [236, 238, 241];
+dark.addEventListener("change", () => {
+  if (!organ) return;
+  organ.background = ground();
+  wake();
+});
+
+async function unpacked(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+try {
+  if (typeof WebAssembly !== "object" || typeof DecompressionStream !== "function")
+    throw new Error("this browser is too old for it; any of the last two years shows it");
+  const opened = await Organ.open(await unpacked(bytesOf("module")), bytesOf("pack"));
+  fit(pixels);
+  opened.background = ground();
+  await opened.drawn(false, canvas.width, canvas.height);
+  context.putImageData(opened.picture(), 0, 0);
+  performance.mark("organ shown");
+  organ = opened;
+  resize_tool(organ.radius);
+  element("light").value = String(organ.light);
+  element("lights").hidden = organ.lights < 2;
+  element("loading").hidden = true;
+  window.organ = organ;  // for whoever writes a script in the browser's console
+  wake();
+  // The other cameras, one at a time, whenever nothing is touched.
+  const rest = async () => {
+    try {
+      if (!organ || held === null && !await organ.loadNext()) return;
+      setTimeout(rest, 50);
+    } catch (error) {
+      fail(error);
+    }
+  };
+  setTimeout(rest, 200);
+} catch (error) {
+  fail(error);
+}

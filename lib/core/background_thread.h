@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+
+namespace organbake {
+
+// At most one thread that works on its own, asked to stop and waited for when its owner goes. In a
+// build without threads it never starts.
+class BackgroundThread {
+ public:
+  using Work = std::function<void(const std::atomic<bool>& stop)>;
+
+  BackgroundThread();
+  ~BackgroundThread();
+  BackgroundThread(BackgroundThread&&) noexcept;
+
+  void start(Work work);  // does nothing the second time
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bundle/bundle.h"
+#include "core/run_context.h"
+
+namespace organbake {
+
+// What a page is made of beside the organ, as it lies in share/organbake/web.
+struct WebPlayer {
+  std::string page, style, loader, script;  // page.html, page.css, organ.js, page.js
+  std::vector<std::byte> module;            // organ.wasm
+};
+
+// Throws NoInputError for what is missing; of the module it says how it is built.
+WebPlayer read_web_player(const std::filesystem::path& folder);
+
+// One self-contained page in which the organ can be looked at and poked. Throws as web_pack() does.
+std::string web_page(const Bundle& bundle, const WebPlayer& player, const RunContext& context = {});
+
+}  // namespace organbake

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# A bundle as one page: its pictures against organplay's, damage, long pokes, and the page in a real
+# browser. Without the module (scripts/build web) or Node or Chromium it says what was left out.
+source "$(dirname "$0")/assert.sh"
+quick_recipe >r.yaml
+expect 0 organbake bake r.yaml -o organ --no-report
+
+module=
+for folder in "$BIN/../share/organbake/web" "$BIN/../../web/share/organbake/web"; do
+  [ -e "$folder/organ.wasm" ] && module=$folder/organ.wasm
+done
+if [ -z "$module" ]; then
+  refused 66 "scripts/build web" organbake export organ --format web -o made
+  refused 66 "scripts/setup --web" organbake export organ --format web -o made
+  echo "SKIPPED: the player for pages is not built (scripts/setup --web && scripts/build web)"
+  exit 0
+fi
+
+expect 0 organbake export organ --format web -o organ.html
+expect_out organ.html
+expect 0 organbake export organ --format web -o again.html --threads 1
+expect_same organ.html again.html
+[ "$(stat -c %s organ.html)" -lt 1000000 ] || fail "a small organ's page is $(stat -c %s organ.html) bytes"
+[ "$(stat -c %s "$module")" -le 1000000 ] || fail "the module is $(stat -c %s "$module") bytes"
+grep -qE 'src=|@import|url\(' organ.html && fail "the page asks for more"
+expect 0 organbake export organ --format web -o organ.html  # over its own
+mkdir folder
+expect 73 organbake export organ --format web -o folder
+expect_equal "" "$(leftovers .)"
+
+if ! command -v node >/dev/null; then
+  echo "SKIPPED: there is no node here (Debian: nodejs); the module was not run"
+  exit 0
+fi
+script() {  # FRAMES AZIMUTH LIGHT
+  cat <<END
+{"schema": "organbake/interaction/1", "name": "web", "time_step_s": 0.016666666666666666, "frames": $1,
+ "size": [480, 360], "light": "$3", "camera": {"keyframes": [{"frame": 0, "azimuth_rad": $2, "elevation_rad": 0.2}]},
+ "instruments": [{"name": "probe", "mode": "poke", "path": [
+   {"time_s": 0, "direction": [0, -1, 0], "depth_mm": -2}, {"time_s": 0.1, "direction": [0, -1, 0], "depth_mm": 8},
+   {"time_s": 9, "direction": [0, -1, 0], "depth_mm": 8}]}]}
+END
+}
+# 55 dB is what an eye cannot tell; the module's arithmetic has no fused multiply-adds, the pack
+# rounds depths to a 128th of a texel.
+for view in 0 0.5 1.3 -1.1 2.6; do
+  for light in baked world; do
+    script 6 $view $light >script.json
+    rm -rf frames
+    expect 0 node "$SOURCE/tests/web/frames.mjs" organ.html script.json frames
+    expect 0 "$BIN/organplay" organ --script script.json --reference frames --threshold 55
+  done
+done
+expect 0 node "$SOURCE/tests/web/damage.mjs" organ.html 200
+expect 0 node "$SOURCE/tests/web/poke_long.mjs" organ.html 3000
+expect 0 node "$SOURCE/tests/consumer/web/measure.mjs" organ.html
+expect_out "newtons"
+
+code=0
+node "$SOURCE/tests/web/page_in_browser.mjs" "$WORK/organ.html" >page.log 2>&1 || code=$?
+cat page.log
+[ $code -eq 0 ] || [ $code -eq 77 ] || fail "the page in Chromium"

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <numeric>
+#include <stdexcept>
+
+#include "core/background_thread.h"
+
+namespace organbake {
+namespace {
+
+TEST(Parallel, CallsEachIndexOnce) {
+  std::vector<std::atomic<int>> calls(10'007);
+  parallel_for(7, 10'007, [&](int i) { ++calls[i]; });
+  for (int i = 0; i < 10'007; ++i) ASSERT_EQ(calls[i], i < 7 ? 0 : 1) << i;
+}
+
+TEST(Parallel, PiecesCoverARangeOfNegativeNumbers) {
+  std::atomic<int> sum = 0, count = 0;
+  parallel_pieces(-50, 51, 10, [&](int first, int last) {
+    ASSERT_LT(first, last);
+    for (int i = first; i < last; ++i) sum += i, ++count;
+  });
+  EXPECT_EQ(sum, 0);
+  EXPECT_EQ(count, 101);
+}
+
+TEST(Parallel, DoesNothingForAnEmptyRange) {
+  parallel_for(3, 3, [](int) { FAIL(); });
+  parallel_for(4, 3, [](int) { FAIL(); });
+}
+
+TEST(Parallel, ThrowsWhatABodyThrows) {
+  const auto throwing = [](int i) {
+    if (i == 500) throw std::runtime_error("here");
+  };
+  EXPECT_THROW(parallel_for(0, 1000, throwing), std::runtime_error);
+}
+
+TEST(PerThread, EachThreadKeepsItsOwn) {
+  PerThread<std::vector<int>> lists;
+  parallel_for(0, 1000, [&](int i) { lists.local().push_back(i); });
+  parallel_for(0, 1000, [&](int i) { lists.local().push_back(i); });
+  std::size_t count = 0;
+  long sum = 0;
+  lists.each([&](const std::vector<int>& list) {
+    count += list.size();
+    sum += std::accumulate(list.begin(), list.end(), 0L);
+  });
+  EXPECT_EQ(count, 2000u);
+  EXPECT_EQ(sum, 999'000);
+}
+
+TEST(BackgroundThread, IsAskedToStopAndWaitedFor) {
+  std::atomic<bool> began = false, ended = false;
+  {
+    BackgroundThread thread;
+    thread.start([&](const std::atomic<bool>& stop) {
+      began = true;
+      while (!stop) std::this_thread::yield();
+      ended = true;
+    });
+    thread.start([](const std::atomic<bool>&) { FAIL(); });
+    while (!began) std::this_thread::yield();
+    EXPECT_FALSE(ended);
+  }
+  EXPECT_TRUE(ended);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a page of `organbake export --format web` holds: its module and its pack.
+import { readFileSync } from "node:fs";
+import { gunzipSync } from "node:zlib";
+
+export function parts_of_page(file) {
+  const page = readFileSync(file, "utf8");
+  const held = (id) => {
+    const found = page.match(new RegExp(`<script type="text/plain" id="${id}">([^<]*)</script>`));
+    if (!found) throw new Error(`${file} holds no ${id}`);
+    return new Uint8Array(Buffer.from(found[1], "base64"));
+  };
+  return { module: new Uint8Array(gunzipSync(held("module"))), pack: held("pack") };
+}
