@@ -23,19 +23,25 @@ bool makes_any_of(const Stage& stage, const std::set<std::string>& wanted) {
                      [&](const StageOutput& output) { return wanted.contains(output.artifact); });
 }
 
-// Several stages can make a surface: the one that the recipe has a section or an input for is
-// meant.
-bool asked_for(const Recipe& recipe, const Stage& stage) {
-  return recipe.sections.contains(stage.name) ||
-         std::any_of(stage.inputs.begin(), stage.inputs.end(),
-                     [&](const StageInput& input) { return recipe.inputs.contains(input.name); });
+// Several stages can make a surface: the one that the user gives an input of is meant, else the one
+// that the recipe has a section for.
+enum class Claim { none, section, input };
+
+Claim claim_of(const Stage& stage, const Recipe& recipe) {
+  const bool given =
+      std::any_of(stage.inputs.begin(), stage.inputs.end(),
+                  [&](const StageInput& input) { return recipe.inputs.contains(input.name); });
+  if (given) return Claim::input;
+  return recipe.sections.contains(stage.name) ? Claim::section : Claim::none;
 }
 
 bool prefers_another(const Recipe& recipe, const Stage& stage,
                      const std::set<std::string>& wanted) {
-  if (asked_for(recipe, stage)) return false;
+  const Claim own = claim_of(stage, recipe);
+  // The phantom has nothing that could be given: its section is all that it can claim by.
+  if (own != Claim::none && stage.inputs.empty()) return false;
   return std::any_of(all_stages().begin(), all_stages().end(), [&](const Stage& other) {
-    return other.name != stage.name && !other.inputs.empty() && asked_for(recipe, other) &&
+    return !other.inputs.empty() && claim_of(other, recipe) > own &&
            std::any_of(other.outputs.begin(), other.outputs.end(), [&](const StageOutput& output) {
              return wanted.contains(output.artifact) && stage.output(output.artifact);
            });

@@ -29,7 +29,7 @@ OptionList flag_list(BakeFlags& flags) {
   std::vector<std::string> stages;
   for (const Stage& stage : all_stages()) stages.push_back(stage.name);
   OptionList list;
-  list.add("output", &flags.output, {.help = "-o: the bundle's folder"})
+  list.add("output", &flags.output, {.help = "the bundle's folder"})
       .add("set", &flags.settings,
            {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
                     "(decimate.faces=100)"})

@@ -10,12 +10,21 @@ namespace organbake {
 namespace {
 
 // The few flags that are typed often enough.
+constexpr std::pair<const char*, const char*> kShortFlags[] = {
+    {"-o", "--output"}, {"-h", "--help"}, {"-q", "--quiet"}, {"-v", "--verbose"}};
+
 std::string long_flag(const std::string& flag) {
-  if (flag == "-o") return "--output";
-  if (flag == "-h") return "--help";
-  if (flag == "-q") return "--quiet";
-  if (flag == "-v") return "--verbose";
+  for (const auto& [brief, full] : kShortFlags) {
+    if (flag == brief) return full;
+  }
   return flag;
+}
+
+std::string short_flag(const std::string& flag) {
+  for (const auto& [brief, full] : kShortFlags) {
+    if (flag == full) return brief;
+  }
+  return "";
 }
 
 [[noreturn]] void unknown_flag(const std::string& flag, const OptionList& options) {
@@ -61,25 +70,25 @@ std::string value_name(const Option& option) {
     case OptionKind::boolean:
       return "";
     case OptionKind::integer:
-      return " N";
+      return "N";
     case OptionKind::vector:
     case OptionKind::integers:
-      return " X,Y,Z";
+      return "X,Y,Z";
     case OptionKind::path:
-      return " PATH";
+      return "PATH";
     case OptionKind::choice:
-      return " NAME";
+      return "NAME";
     case OptionKind::number:
-      return " X";
+      return "X";
     case OptionKind::number_or_auto:
-      return " X|auto";
+      return "X|auto";
     default:
-      return " TEXT";
+      return "TEXT";
   }
 }
 
-std::string explanation(const Option& option) {
-  std::string text = option.traits.help;
+// Its unit, its range and its default.
+std::string facts_of(const Option& option) {
   std::string facts = option.traits.unit;
   const auto add = [&](const std::string& fact) {
     if (!fact.empty()) facts += (facts.empty() ? "" : "; ") + fact;
@@ -88,10 +97,25 @@ std::string explanation(const Option& option) {
   const std::string default_text = option_text(option.default_value);
   const bool plain_switch = option.kind == OptionKind::boolean && default_text == "false";
   if (!default_text.empty() && !plain_switch) add("default " + default_text);
-  if (option.kind == OptionKind::boolean && default_text == "true") {
-    add("--no-" + option.flag().substr(2) + " turns it off");
-  }
-  return facts.empty() ? text : text + " [" + facts + "]";
+  return facts;
+}
+
+ManualOption manual_option(const Option& option) {
+  ManualOption manual{.flag = option.flag(),
+                      .short_flag = short_flag(option.flag()),
+                      .value = value_name(option),
+                      .help = option.traits.help,
+                      .facts = facts_of(option),
+                      .choices = option.traits.choices};
+  const bool* on = std::get_if<bool>(&option.default_value);
+  if (on && *on) manual.off_flag = "--no-" + option.flag().substr(2);
+  return manual;
+}
+
+std::string explanation(const ManualOption& option) {
+  std::string facts = option.facts;
+  if (!option.off_flag.empty()) facts += "; " + option.off_flag + " turns it off";
+  return facts.empty() ? option.help : option.help + " [" + facts + "]";
 }
 
 }  // namespace
@@ -120,11 +144,18 @@ std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& 
   return words;
 }
 
+std::vector<ManualOption> manual_options(const OptionList& options) {
+  std::vector<ManualOption> manual;
+  for (const Option& option : options.all()) manual.push_back(manual_option(option));
+  return manual;
+}
+
 std::string options_help(const OptionList& options) {
   constexpr std::size_t kColumn = 28;
   std::string text;
-  for (const Option& option : options.all()) {
-    std::string line = "  " + option.flag() + value_name(option);
+  for (const ManualOption& option : manual_options(options)) {
+    std::string line = "  " + (option.short_flag.empty() ? "" : option.short_flag + ", ") +
+                       option.flag + (option.value.empty() ? "" : " " + option.value);
     line += line.size() < kColumn ? std::string(kColumn - line.size(), ' ')
                                   : "\n" + std::string(kColumn, ' ');
     text += line + explanation(option) + "\n";

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "command_manual.h"
 #include "pipelines/options.h"
 
 namespace organbake {
@@ -17,6 +18,9 @@ using Arguments = std::vector<std::string>;
 // UsageError: an unknown flag with the nearest known one, a missing or impossible value.
 std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
                                         bool only_leading = false);
+
+// Each option as manual pages and completions tell it.
+std::vector<ManualOption> manual_options(const OptionList& options);
 
 // One option a line or more: flag, kind of value, help, unit, range, default.
 std::string options_help(const OptionList& options);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
+
 #include "organbake/session.h"
 #include "pipelines/stage.h"
 
@@ -18,5 +20,15 @@ int run_reseal(const Arguments& arguments, Session& session);
 int run_verify(const Arguments& arguments, Session& session);
 int run_schema(const Arguments& arguments, Session& session);
 int run_doctor(const Arguments& arguments, Session& session);
+int run_man(const Arguments& arguments, Session& session);
+int run_completions(const Arguments& arguments, Session& session);
+
+// The commands that are no stages, in the order in which help lists them.
+struct Verb {
+  const char* name;
+  const char* summary;
+  int (*run)(const Arguments&, Session&);
+};
+std::span<const Verb> all_verbs();
 
 }  // namespace organbake

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <unistd.h>
+
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "core/error.h"
 #include "core/files.h"
 #include "organbake/commands.h"
+#include "organbake/libraries.h"
 #include "pipelines/stage_module.h"
 
 namespace organbake {
@@ -15,18 +20,49 @@ namespace fs = std::filesystem;
 struct Check {
   std::string what, finding;
   ExitCode code = ExitCode::ok;
+  bool helper = false;  // what is missing only some commands need
   bool ok() const { return code == ExitCode::ok; }
 };
 
+// What brings the libraries of a stage: of a package its dependencies, of a clone the script.
+constexpr const char* kBringLibraries =
+    "; bring it by 'apt-get install --fix-broken' (packages) or 'scripts/setup --programs' and "
+    "'scripts/build release' (a clone)";
+
 Check check_modules() {
-  std::string missing;
-  std::vector<std::string> names = {"inspect", "export"};
-  for (const Stage& stage : all_stages()) names.push_back(stage.name);
-  for (const std::string& name : names) {
-    if (!fs::exists(module_file(name))) missing += " " + module_file(name).string();
+  const std::vector<UnloadableModule> unloadable = unloadable_modules();
+  if (unloadable.empty()) return {"modules", module_folder().string()};
+  std::string reasons;
+  for (const UnloadableModule& module : unloadable) {
+    reasons += (reasons.empty() ? "" : "; ") + module.reason;
   }
-  return {"modules", missing.empty() ? module_folder().string() : "missing:" + missing,
-          missing.empty() ? ExitCode::ok : ExitCode::internal};
+  return {"modules", reasons + kBringLibraries, ExitCode::internal};
+}
+
+bool in_path(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (::access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
+
+// Programs and parts beside organbake, each with what needs it and the command that brings it.
+std::vector<Check> check_helpers() {
+  const bool player = fs::exists(program_folder() / "organplay") || in_path("organplay");
+  const bool window = fs::exists(module_folder() / "organplay_window.so");
+  const auto check = [](const char* what, bool there, const char* without) {
+    return Check{what, there ? "there" : std::string("missing: ") + without, ExitCode::ok, true};
+  };
+  return {
+      check("organplay", player,
+            "it plays bundles, and batch --pictures asks it for them; 'apt-get install "
+            "./organplay_*.deb', or 'scripts/build release' in a clone"),
+      check("organplay's window", window,
+            "'apt-get install ./organplay-window_*.deb', or 'scripts/setup --programs' and "
+            "'scripts/build release' in a clone"),
+      check("ffmpeg", in_path("ffmpeg"), "organplay --video needs it; 'apt-get install ffmpeg'")};
 }
 
 std::string megabytes(const fs::path& folder) {
@@ -47,6 +83,11 @@ Check check_cache(const fs::path& folder) {
   }
 }
 
+std::string mark_of(const Check& check) {
+  if (!check.ok()) return "BAD  ";
+  return check.helper && check.finding != "there" ? "--   " : "ok   ";
+}
+
 }  // namespace
 
 int run_doctor(const Arguments& arguments, Session& session) {
@@ -54,19 +95,23 @@ int run_doctor(const Arguments& arguments, Session& session) {
   OptionList options;
   options.add("cache", &cache, {.help = "folder of the cache"});
   const auto words = session.read_command(
-      arguments, "doctor", "Checks this installation: modules, cache, processor.", options, 0);
+      arguments, "doctor",
+      "Checks this installation: modules with their libraries, cache, processor, and the programs "
+      "that "
+      "some commands call. Tells for what is missing the command that brings it.",
+      options, 0);
   if (!words) return 0;
-  const std::vector<Check> checks = {
+  std::vector<Check> checks = {
       {"version", ORGANBAKE_VERSION},
       {"processor", std::to_string(std::thread::hardware_concurrency()) + " threads, AVX2"},
       check_modules(),
       check_cache(cache.empty() ? Cache::default_folder() : cache)};
+  for (Check& helper : check_helpers()) checks.push_back(std::move(helper));
   std::string text;
   nlohmann::json json = nlohmann::json::object();
   ExitCode code = ExitCode::ok;  // of the first that is not
   for (const Check& check : checks) {
-    text += (text.empty() ? "" : "\n") + std::string(check.ok() ? "ok   " : "BAD  ") + check.what +
-            ": " + check.finding;
+    text += (text.empty() ? "" : "\n") + mark_of(check) + check.what + ": " + check.finding;
     json[check.what] = {{"ok", check.ok()}, {"finding", check.finding}};
     if (code == ExitCode::ok) code = check.code;
   }

@@ -2,33 +2,16 @@
 #include <malloc.h>
 
 #include <exception>
+#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/standard_output.h"
 #include "organbake/commands.h"
+#include "organbake/libraries.h"
 #include "pipelines/nearest_name.h"
 
 namespace organbake {
 namespace {
-
-struct Verb {
-  const char* name;
-  const char* summary;
-  int (*run)(const Arguments&, Session&);
-};
-
-constexpr Verb kVerbs[] = {
-    {"bake", "run a recipe from its inputs to a bundle", run_bake},
-    {"batch", "run a recipe over many cases, each in a process of its own", run_batch},
-    {"plan", "write a batch as commands, a Snakefile or a Slurm array", run_plan},
-    {"report", "write a page about a bundle: warnings, pictures, errors", run_report},
-    {"export", "write a bundle for other programs: glTF, COLMAP, NeRF, OBJ", run_export},
-    {"inspect", "tell what a file or folder holds", run_inspect},
-    {"verify", "check a bundle, a document or a recipe", run_verify},
-    {"reseal", "take over maps of a bundle that were edited by hand", run_reseal},
-    {"schema", "print the JSON Schema of a document", run_schema},
-    {"doctor", "check this installation", run_doctor},
-};
 
 std::string line(const std::string& name, const std::string& summary) {
   constexpr std::size_t kColumn = 13;
@@ -41,22 +24,32 @@ std::string overview(const Session& session) {
       "usage: organbake COMMAND [ARGUMENTS]   (COMMAND --help tells more)\n\nStages:\n";
   for (const Stage& stage : all_stages()) text += line(stage.name, stage.summary);
   text += "\nCommands:\n";
-  for (const Verb& verb : kVerbs) text += line(verb.name, verb.summary);
+  for (const Verb& verb : all_verbs()) text += line(verb.name, verb.summary);
   return text + "\nShared options:\n" + session.shared_help();
 }
 
 [[noreturn]] void unknown_command(const std::string& name) {
   std::vector<std::string> names;
   for (const Stage& stage : all_stages()) names.push_back(stage.name);
-  for (const Verb& verb : kVerbs) names.emplace_back(verb.name);
+  for (const Verb& verb : all_verbs()) names.emplace_back(verb.name);
   throw UsageError("unknown command '" + name + "'" + suggestion(name, names) +
                    " (--help lists all)");
+}
+
+void tell_version(const Session& session) {
+  const std::string text = "organbake " ORGANBAKE_VERSION;
+  if (!session.json()) return write_to_stdout(text + "\n");
+  unloadable_modules();  // so that their libraries can be asked; doctor tells what cannot be loaded
+  session.print_result(text, {{"organbake", ORGANBAKE_VERSION},
+                              {"released", ORGANBAKE_RELEASE_DATE},
+                              {"compiler", __VERSION__},
+                              {"libraries", library_versions()}});
 }
 
 int dispatch(Arguments arguments, Session& session) {
   session.read_leading_flags(arguments);
   if (session.version_asked()) {
-    write_to_stdout("organbake " ORGANBAKE_VERSION "\n");
+    tell_version(session);
     return 0;
   }
   if (arguments.empty() && !session.help_asked()) {
@@ -68,7 +61,7 @@ int dispatch(Arguments arguments, Session& session) {
   }
   const std::string name = arguments.front();
   arguments.erase(arguments.begin());
-  for (const Verb& verb : kVerbs) {
+  for (const Verb& verb : all_verbs()) {
     if (name == verb.name) return verb.run(arguments, session);
   }
   const Stage* stage = find_stage(name);

@@ -33,16 +33,17 @@ OptionList plan_flag_list(PlanFlags& flags) {
             .choices = {"lines", "snakemake", "slurm"}});
   add_case_flags(list, flags.cases);
   list.add("tasks", &flags.tasks,
-           {.help = "how many; 0 = so many that each lasts about --task-minutes",
+           {.help = "number of tasks; 0 = so many that each lasts about --task-minutes",
             .min = 0,
             .max = 100'000})
       .add("task_minutes", &flags.task_minutes,
-           {.help = "of a task with several cases: starting one costs a cluster about a second",
+           {.help = "how long a task with several cases should last: starting one costs a cluster "
+                    "about a second",
             .unit = "min",
             .min = 0.01,
             .max = 1e6})
       .add("hours", &flags.most_hours,
-           {.help = "that one case may take", .unit = "h", .min = 0.001, .max = 1e5});
+           {.help = "the most that one case may take", .unit = "h", .min = 0.001, .max = 1e5});
   return list;
 }
 

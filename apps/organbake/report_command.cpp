@@ -12,8 +12,7 @@ namespace organbake {
 int run_report(const Arguments& arguments, Session& session) {
   std::filesystem::path output;
   OptionList options;
-  options.add("output", &output,
-              {.help = "-o: the page; else BUNDLE_report.html beside the bundle"});
+  options.add("output", &output, {.help = "the page; else BUNDLE_report.html beside the bundle"});
   const auto words = session.read_command(
       arguments, "report BUNDLE [-o PAGE.html]",
       "Writes one page about a bundle: warnings, pictures, errors, and what was skipped and why.",

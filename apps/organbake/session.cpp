@@ -28,14 +28,15 @@ Session::~Session() = default;
 
 OptionList Session::shared_options() {
   OptionList list;
-  list.add(
-          "threads", &threads_,
-          {.help = "at most this many; 0 = all. Results don't depend on it", .min = 0, .max = 4096})
+  list.add("threads", &threads_,
+           {.help = "at most this many threads; 0 = all. Results don't depend on it",
+            .min = 0,
+            .max = 4096})
       .add("json", &json_, {.help = "the result as JSON"})
-      .add("quiet", &quiet_, {.help = "-q: say nothing but warnings and errors"})
-      .add("verbose", &verbose_, {.help = "-v: say more"})
-      .add("version", &version_, {.help = "print the version"})
-      .add("help", &help_, {.help = "-h: print this"});
+      .add("quiet", &quiet_, {.help = "say nothing but warnings and errors"})
+      .add("verbose", &verbose_, {.help = "say more"})
+      .add("version", &version_, {.help = "print the version; with --json the libraries' too"})
+      .add("help", &help_, {.help = "print this"});
   return list;
 }
 
@@ -58,6 +59,12 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
                                                               const std::string& summary,
                                                               const OptionList& options,
                                                               std::size_t most_words) {
+  if (described_) {
+    described_->synopsis = usage;
+    described_->description = summary;
+    described_->options = manual_options(options);
+    return std::nullopt;
+  }
   OptionList all = options;
   all.append(shared_);
   const std::vector<std::string> words = read_arguments(arguments, all);

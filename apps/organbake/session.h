@@ -39,6 +39,11 @@ class Session {
                                                        std::size_t most_words);
   std::string shared_help() const;
 
+  // From now on commands do not run: read_command() fills `manual` with what they take (not with
+  // their names and summaries, which it doesn't know) and returns nothing.
+  void only_describe(CommandManual& manual) { described_ = &manual; }
+  std::vector<ManualOption> shared_manual() const { return manual_options(shared_); }
+
   // For a stage of this name: its messages carry the name, its progress fills the bar.
   RunContext context(const std::string& stage);
   // Steps run in modules, against the cache in `folder` (the user's own when empty).
@@ -58,6 +63,7 @@ class Session {
   bool quiet_ = false, verbose_ = false, json_ = false, version_ = false, help_ = false;
   OptionList shared_;  // after what it sets: it reads the defaults from there
   std::unique_ptr<Threads> thread_limit_;
+  CommandManual* described_ = nullptr;
 };
 
 // SIGINT, SIGTERM and SIGHUP ask the running stage to stop; a second one ends the program at once.

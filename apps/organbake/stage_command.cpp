@@ -3,8 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/standard_output.h"
 #include "core/text.h"
 #include "organbake/commands.h"
+#include "organbake/slicer_module.h"
 #include "pipelines/outputs.h"
 
 namespace organbake {
@@ -14,22 +16,22 @@ namespace fs = std::filesystem;
 
 struct StageFlags {
   fs::path output, cache;
-  bool force = false;
+  bool force = false, xml = false;
   std::map<std::string, fs::path> inputs;
 };
 
 OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags& flags) {
   OptionList list;
-  list.add(
-      "output", &flags.output,
-      {.help = std::string("-o: the ") + (stage.single_file ? "file" : "folder") + " to write"});
+  list.add("output", &flags.output,
+           {.help = std::string("the ") + (stage.single_file ? "file" : "folder") + " to write"});
   for (const StageInput& input : stage.inputs) {
     list.add(input.flag.empty() ? input.name : input.flag, &flags.inputs[input.name],
              {.help = input.help});
   }
   list.append(options.list);
   list.add("force", &flags.force, {.help = "run, whatever the cache holds"})
-      .add("cache", &flags.cache, {.help = "folder of the cache"});
+      .add("cache", &flags.cache, {.help = "folder of the cache"})
+      .add("xml", &flags.xml, {.help = "print the description that 3D Slicer makes a panel from"});
   return list;
 }
 
@@ -117,6 +119,10 @@ int run_stage_command(const Stage& described, const Arguments& arguments, Sessio
       arguments, usage_of(described), "Stage " + described.name + ": " + described.summary,
       flag_list(described, options, flags), most_words(described));
   if (!words) return 0;
+  if (flags.xml) {
+    write_to_stdout(slicer_module(described, options.list));
+    return 0;
+  }
   const Stage stage = as_asked(described, options.list);
   if (flags.output.empty()) throw UsageError("-o is missing: where shall the result go?");
   const Plan plan = plan_stage(stage, options.list, inputs_from(stage, *words, flags));

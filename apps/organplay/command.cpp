@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/standard_output.h"
+#include "manual.h"
 #include "player/comparison_table.h"
 
 namespace organbake {
@@ -41,19 +42,13 @@ void check(const Command& c) {
   if (!std::isfinite(c.threshold_db)) throw UsageError("--threshold needs a number of dB");
 }
 
-}  // namespace
+// What is more than one word or number, as it was written.
+struct Texts {
+  std::string size, angles, view = "0,0", warp = "bound", solver, light, shell;
+  bool man = false;
+};
 
-bool Command::wants_window() const {
-  return script.empty() && frame_file.empty() && sheet.empty() && !compare && bench_frames == 0 &&
-         out_folder.empty() && video.empty() && report.empty() && reference.empty();
-}
-
-std::optional<Command> read_command(int argc, char** argv) {
-  Command c;
-  std::string size, angles, view = "0,0", warp = "bound", solver, light;
-  CLI::App app(
-      "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
-      "--script, -o, --sheet, --compare, --bench");
+void add_options(CLI::App& app, Command& c, Texts& texts) {
   app.add_option("BUNDLE", c.bundles,
                  "folder made by 'organbake bake'; several lie in one world and push each other, "
                  "views and scripts go round the first");
@@ -68,43 +63,62 @@ std::optional<Command> read_command(int argc, char** argv) {
       "folder of the script's frames from another run: ends with 3 when one differs more");
   app.add_option("--threshold", c.threshold_db, "least PSNR to the reference, dB")
       ->capture_default_str();
-  app.add_option("--view", view,
+  app.add_option("--view", texts.view,
                  "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
       ->capture_default_str();
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
-  app.add_option(
-      "--size", size,
-      "of a frame or the window, WIDTHxHEIGHT pixels (default 1280x720, or the script's own); "
-      "--compare's pictures are squares of its height (default 512)");
-  app.add_option("--warp", warp, "bound, or the paper's own chain as a baseline: paper")
+  app.add_option("--size", texts.size,
+                 "size of a frame or of the window, WIDTHxHEIGHT pixels (default 1280x720, or the "
+                 "script's own); "
+                 "--compare's pictures are squares of its height (default 512)");
+  app.add_option("--warp", texts.warp, "bound, or the paper's own chain as a baseline: paper")
       ->check(CLI::IsMember({"bound", "paper"}))
       ->capture_default_str();
   app.add_option(
-         "--solver", solver,
+         "--solver", texts.solver,
          "what stands for the tissue: springs (default), or fem, finite elements on the "
          "tetrahedra of a bundle that was baked with --set mechanics.fem=true; a script may name "
          "its own")
       ->check(CLI::IsMember({"springs", "fem"}));
   app.add_option(
-         "--light", light,
+         "--light", texts.light,
          "scope: one light that travels with the view; world: the baked one, on the skin as "
          "it lies now; baked: as baked, wherever skin is pushed (default: what the bundle "
          "is made for; a script may name its own)")
       ->check(CLI::IsMember({"scope", "world", "baked"}));
   app.add_flag_callback(
-      "--baked-light", [&light] { light = "baked"; }, "the same as --light baked");
+      "--baked-light", [&texts] { texts.light = "baked"; }, "the same as --light baked");
   app.add_flag_callback(
       "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
-  app.add_option("--angles", angles, "viewing angles of --compare, rad, comma-separated");
+  app.add_option("--angles", texts.angles, "viewing angles of --compare, rad, comma-separated");
   app.add_option("--bench", c.bench_frames,
                  "the first frame from --view, then N of an orbit with a poke; prints times")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");
   app.add_flag("--quiet", c.quiet, "no log");
+  app.add_flag("--man", texts.man, "print the manual page, for man -l -");
+  app.add_option("--completions", texts.shell, "print the completions for a shell")
+      ->check(CLI::IsMember({"bash", "zsh"}));
   app.set_version_flag("--version", "organplay " ORGANBAKE_VERSION);
+}
+
+}  // namespace
+
+bool Command::wants_window() const {
+  return script.empty() && frame_file.empty() && sheet.empty() && !compare && bench_frames == 0 &&
+         out_folder.empty() && video.empty() && report.empty() && reference.empty();
+}
+
+std::optional<Command> read_command(int argc, char** argv) {
+  Command c;
+  Texts texts;
+  CLI::App app(
+      "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
+      "--script, -o, --sheet, --compare, --bench");
+  add_options(app, c, texts);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
@@ -116,12 +130,16 @@ std::optional<Command> read_command(int argc, char** argv) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
   const auto given = [&app](const char* option) { return app.count(option) > 0; };
-  c.view = pose_from(view);
-  if (given("--size")) c.size = size_from(size);
-  if (given("--angles")) c.angles_rad = angles_from(angles);
-  c.paper_warp = warp == "paper";
-  c.solver = tissue_solver(solver);
-  c.light = drawn_light(light);
+  if (texts.man || !texts.shell.empty()) {
+    write_to_stdout(texts.man ? manual_page(app) : completions(app, texts.shell));
+    return std::nullopt;
+  }
+  c.view = pose_from(texts.view);
+  if (given("--size")) c.size = size_from(texts.size);
+  if (given("--angles")) c.angles_rad = angles_from(texts.angles);
+  c.paper_warp = texts.warp == "paper";
+  c.solver = tissue_solver(texts.solver);
+  c.light = drawn_light(texts.light);
   check(c);
   return c;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -31,7 +32,8 @@ struct StoredPicture {
   // `color` made linear is all there is.
   std::vector<float> linear;
   Turn turn = Turn::none;
-  double pixel_aspect = 1;  // a pixel's width / its height, as it is stored
+  double pixel_aspect = 1;       // a pixel's width / its height, as it is stored
+  double time_s = std::nan("");  // of a video's frame, when it is shown
 
   StoredPicture() = default;
   StoredPicture(Rgb8Image image)

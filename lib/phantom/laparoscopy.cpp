@@ -70,6 +70,8 @@ void LaparoscopyOptions::check() const {
     throw UsageError("noise is " + to_text(noise) + "; it must be in 0…0.5");
   if (!(texture >= 0 && texture <= 0.9))
     throw UsageError("texture is " + to_text(texture) + "; it must be in 0…0.9");
+  if (!(beam_exponent >= 0 && beam_exponent <= 20))
+    throw UsageError("beam is " + to_text(beam_exponent) + "; it must be in 0…20");
   if (!(std::abs(tilt_rad) <= 0.7))
     throw UsageError("tilt is " + to_text(tilt_rad) + " rad; it must be in -0.7…0.7");
   if (!(baseline_mm >= 0 && baseline_mm <= 20))
@@ -201,7 +203,9 @@ LaparoscopyFrame LaparoscopyPhantom::frame_seen_by(const PosedCamera& view, cons
         if (!std::isfinite(z)) continue;
         const Vector3d point = eye + z * ray, normal = normal_world(point.x(), point.y());
         const Vector3d toward = light - point;
-        const double falloff = nearest_mm * nearest_mm / toward.squaredNorm();
+        const double off_axis = -(view.camera_from_world.rotation * toward.normalized()).z();
+        const double beam = std::pow(std::max(0.0, off_axis), options_.beam_exponent);
+        const double falloff = beam * nearest_mm * nearest_mm / toward.squaredNorm();
         const double lit = std::max(0.0, normal.dot(toward.normalized())) * falloff;
         const Vector3d half = (toward.normalized() - ray.normalized()).normalized();
         const double mirror = options_.highlights * kMoistGlint * falloff *

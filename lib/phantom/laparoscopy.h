@@ -23,6 +23,7 @@ struct LaparoscopyOptions {
   bool instrument = true;
   bool round_view = true;        // black outside the endoscope's stop
   double light_offset_x_mm = 0;  // of the light from the lens
+  double beam_exponent = 0;      // the light is cosⁿ of the angle to the lens's axis; 0 = even
   double tilt_rad = 0;           // of the view onto the bed, to the side; 0 = from above
   // Of a second eye to the right of the first, its axis parallel; 0 = there is one eye.
   double baseline_mm = 0;

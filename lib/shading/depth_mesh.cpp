@@ -12,7 +12,7 @@
 namespace organbake {
 namespace {
 
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
+constexpr std::uint32_t kNoVertex = ~std::uint32_t{0};
 
 Eigen::Vector3f linear_color(const Rgb8Image& color, int x, int y) {
   const auto& linear = linear_from_srgb8();
@@ -38,7 +38,7 @@ TriangleMesh mesh_from_depth(const Plane& depth_mm, const Rgb8Image& color,
   const int step = options.step_px;
   const int columns = (camera.width - 1) / step + 1, rows = (camera.height - 1) / step + 1;
   TriangleMesh mesh;
-  Grid<std::uint32_t> vertex(columns, rows, kNone);
+  Grid<std::uint32_t> vertex(columns, rows, kNoVertex);
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
       const float depth = depth_mm.at(i * step, j * step);
@@ -48,7 +48,7 @@ TriangleMesh mesh_from_depth(const Plane& depth_mm, const Rgb8Image& color,
       mesh.colors.push_back(linear_color(color, i * step, j * step));
     }
   const auto joined = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    if (a == kNone || b == kNone || c == kNone) return;
+    if (a == kNoVertex || b == kNoVertex || c == kNoVertex) return;
     const double z[3] = {mesh.vertices[a].z(), mesh.vertices[b].z(), mesh.vertices[c].z()};
     const auto [low, high] = std::minmax_element(z, z + 3);
     if (*high - *low > options.tear * step * *low) return;

@@ -142,15 +142,34 @@ Rgb8Image picture_of(const LinearColor& color, const Mask& tissue) {
 
 }  // namespace
 
+namespace {
+
+// cosⁿ has half its light where the player's beam is given its half; n = 2 is the same beam.
+constexpr double kWidest_rad = 1.5;
+
+double half_angle_of(double beam_exponent) {
+  return std::min(kWidest_rad, std::acos(std::pow(0.5, 1 / beam_exponent)));
+}
+
+}  // namespace
+
+LaparoscopeOptions lamp_of(const Lighting& lighting, const std::string& name) {
+  if (!lighting.scope)
+    throw BadDataError(name +
+                       ": holds no light at the scope; `organbake stereo` writes one that does");
+  LaparoscopeOptions lamp;
+  lamp.light_offset_x_mm = lighting.scope->offset_mm.x();
+  lamp.light_offset_y_mm = lighting.scope->offset_mm.y();
+  const double half_rad = lighting.scope->beam_half_angle_rad;
+  lamp.beam_exponent = half_rad < kWidest_rad ? std::log(0.5) / std::log(std::cos(half_rad)) : 0;
+  return lamp;
+}
+
 Lighting laparoscope_lighting(const LaparoscopeOptions& options) {
-  // cosⁿ has half its light where the player's beam is given its half; n = 2 is the same beam.
-  constexpr double kWidest_rad = 1.5;
   ScopeLight scope;
   scope.offset_mm = {options.light_offset_x_mm, options.light_offset_y_mm, 0};
   scope.beam_half_angle_rad =
-      options.beam_exponent > 0
-          ? std::min(kWidest_rad, std::acos(std::pow(0.5, 1 / options.beam_exponent)))
-          : kWidest_rad;
+      options.beam_exponent > 0 ? half_angle_of(options.beam_exponent) : kWidest_rad;
   Lighting lighting;
   lighting.ambient_above = lighting.ambient_below = Vector3d::Ones();  // colours are the albedo
   lighting.gloss = wet_gloss();

@@ -23,6 +23,9 @@ struct FrameAlbedo {
 // beam, for a player to light the albedo anew. Metered from each view, as a camera exposes by
 // itself. The model is Lambert's, so the light is not softened.
 Lighting laparoscope_lighting(const LaparoscopeOptions& options);
+// And back: where such a light sits beside the lens, and its beam. Throws BadDataError naming
+// `name` for one without a light at the scope.
+LaparoscopeOptions lamp_of(const Lighting& lighting, const std::string& name);
 
 // Divides the frame by the light on the surface that was found in it. Highlights, and the glow
 // around them, take the albedo of their surroundings (push–pull). `mm_per_unit` of the depth.

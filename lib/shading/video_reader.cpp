@@ -211,6 +211,9 @@ bool VideoReader::next(StoredPicture& frame) {
   r.convert(frame.color);
   frame.turn = r.turn();
   frame.pixel_aspect = r.pixel_aspect();
+  if (picture.best_effort_timestamp != AV_NOPTS_VALUE)
+    frame.time_s = static_cast<double>(picture.best_effort_timestamp) *
+                   av_q2d(r.format->streams[r.stream]->time_base);
   ++r.count;
   return true;
 }

@@ -14,16 +14,17 @@ void bind(OptionList& list, ExportOptions& o) {
             {"obj", ExportFormat::obj},
             {"web", ExportFormat::web}});
   list.add("faces", &o.faces,
-           {.help = "of gltf and obj: at most so many; 0 = all of the base layer's",
+           {.help = "for gltf and obj, the most faces of the surface; 0 = all of the base layer's",
             .min = 0,
             .max = 10'000'000});
   list.add("texture", &o.texture,
-           {.help = "of gltf and obj: its side; auto: 2048 for gltf, as fine as the maps for obj",
+           {.help = "for gltf and obj, the side of the texture; auto: 2048 for gltf, as fine as "
+                    "the maps for obj",
             .unit = "texels",
             .min = 64,
             .max = 8192});
   list.add("albedo", &o.albedo,
-           {.help = "of gltf and obj: colours without the light that they were baked in, for "
+           {.help = "for gltf and obj, colours without the light that they were baked in, for "
                     "viewers that light anew; else as organplay shows them with --light baked"});
 }
 

@@ -26,25 +26,28 @@ void bind(OptionList& list, PlaceStageOptions& o) {
             .min = 0,
             .max = 1000})
       .add("view_gap", &o.goal.view_gap,
-           {.help = "of a coverage: cameras are added until views miss at most this share of what "
+           {.help = "for a coverage, cameras are added until views miss at most this share of what "
                     "they show; 1 = never",
             .min = 0,
             .max = 1})
       .add("candidates", &o.goal.candidates,
-           {.help = "directions to choose from, of a coverage", .min = 16, .max = 8192})
+           {.help = "directions that a coverage chooses from", .min = 16, .max = 8192})
       .add("samples", &o.goal.samples,
-           {.help =
-                "of the surface to choose by, of a coverage; where it is deeply folded the hardest "
-                "to see of a hundred times as many",
+           {.help = "points of the surface that a coverage chooses by; where it is deeply folded "
+                    "the hardest "
+                    "to see of a hundred times as many",
             .min = 64,
             .max = 65536})
       .add("size", &o.placement.map_size,
-           {.help = "of their maps, square", .unit = "px", .min = 8, .max = 16384})
+           {.help = "side of the cameras' maps, which are square",
+            .unit = "px",
+            .min = 8,
+            .max = 16384})
       .add("field_of_view", &o.placement.field_of_view_rad,
-           {.help = "of each camera", .unit = "rad", .min = 0.01, .max = 2.5})
+           {.help = "angle of view of each camera", .unit = "rad", .min = 0.01, .max = 2.5})
       .add("margin", &o.placement.margin,
            {.help = "free border round the organ, share of the map", .min = 0, .max = 0.4})
-      .add("cone_axis", &o.cone_axis, {.help = "of the viewing cone, from the organ's centre"})
+      .add("cone_axis", &o.cone_axis, {.help = "axis of the viewing cone, from the organ's centre"})
       .add("cone_angle", &o.cone_angle_rad,
            {.help = "half angle of the viewing cone, 1.571 = a hemisphere; 0 = cameras all round",
             .unit = "rad",
@@ -82,7 +85,7 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {"bilateral", MicroSplit::bilateral},
            {"guided", MicroSplit::guided}})
       .add("micro_size", &o.detail.size_mm,
-           {.help = "of what a filter takes for detail, at most 32 texels",
+           {.help = "size of what a filter takes for detail, at most 32 texels",
             .unit = "mm",
             .min = 0.05,
             .max = 1000})
@@ -92,15 +95,16 @@ void bind(OptionList& list, CaptureStageOptions& o) {
             .unit = "mm",
             .min = 0,
             .max = 100})
-      .add(
-          "compression", &o.packing.compression,
-          {.help = "of the maps; all but pxr24 are exact: it takes 0.002 mm from depths of 300 mm"},
-          {{"zip", ExrCompression::zip},
-           {"piz", ExrCompression::piz},
-           {"pxr24", ExrCompression::pxr24},
-           {"none", ExrCompression::none}})
+      .add("compression", &o.packing.compression,
+           {.help = "compression of the maps; all but pxr24 are exact: it takes 0.002 mm from "
+                    "depths of 300 mm"},
+           {{"zip", ExrCompression::zip},
+            {"piz", ExrCompression::piz},
+            {"pxr24", ExrCompression::pxr24},
+            {"none", ExrCompression::none}})
       .add("zip_level", &o.packing.zip_level,
-           {.help = "of zip; from 10 on maps are 4 % smaller and take seven times as long to write",
+           {.help = "level of zip; from 10 on maps are 4 % smaller and take seven times as long to "
+                    "write",
             .min = 1,
             .max = 12})
       .add("preset", &o.packing.compact,
@@ -108,8 +112,9 @@ void bind(OptionList& list, CaptureStageOptions& o) {
                     "exact: as computed"},
            {{"exact", false}, {"compact", true}})
       .add("material", &o.material.tissue,
-           {.help = "of a surface without any colour: a tissue by name, wet and seen by the light "
-                    "at the scope; or plain, a matt albedo with spots"},
+           {.help =
+                "look of a surface without any colour: a tissue by name, wet and seen by the light "
+                "at the scope; or plain, a matt albedo with spots"},
            {{"plain", Tissue::plain},
             {"liver", Tissue::liver},
             {"gallbladder", Tissue::gallbladder},
@@ -124,9 +129,9 @@ void bind(OptionList& list, CaptureStageOptions& o) {
             .min = 0,
             .max = 10})
       .add("albedo", &o.material.albedo,
-           {.help = "of the plain material, linear RGB", .min = 0, .max = 1})
+           {.help = "albedo of the plain material, linear RGB", .min = 0, .max = 1})
       .add("variation", &o.material.variation,
-           {.help = "of the plain material's albedo", .min = 0, .max = 1})
+           {.help = "variation of the plain material's albedo", .min = 0, .max = 1})
       .add("feature", &o.material.feature_mm,
            {.help = "size of the plain material's largest spots",
             .unit = "mm",

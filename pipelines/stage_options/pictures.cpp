@@ -30,7 +30,8 @@ void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_
            {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
             .min = -1,
             .max = 100000000})
-      .add("mesh_step", &mesh.step_px, {.help = "of its grid", .unit = "px", .min = 1, .max = 64})
+      .add("mesh_step", &mesh.step_px,
+           {.help = "step of the surface's grid", .unit = "px", .min = 1, .max = 64})
       .add("tear", &mesh.tear,
            {.help = "neighbours whose depths differ by a larger share are not joined",
             .min = 1e-4,
@@ -63,13 +64,15 @@ void bind(OptionList& list, ShadeStageOptions& o) {
             {"tsai-shah", ShadingModel::tsai_shah},
             {"distant", ShadingModel::distant}})
       .add("light", &o.light,
-           {.help = "of a distant model: auto, or tilt,slant (0 = right, turning down)",
+           {.help = "direction of a distant model's light: auto, or tilt,slant (0 = right, turning "
+                    "down)",
             .unit = "rad"})
-      .add("light_offset", &o.light_offset_mm,
-           {.help = "of the laparoscope's light from its lens, right and down; needs a range",
-            .unit = "mm",
-            .min = -50,
-            .max = 50})
+      .add(
+          "light_offset", &o.light_offset_mm,
+          {.help = "offset of the laparoscope's light from its lens, right and down; needs a range",
+           .unit = "mm",
+           .min = -50,
+           .max = 50})
       .add("beam", &o.shading.laparoscope.beam_exponent,
            {.help = "the light falls off as cosⁿ of the angle to the axis; 0 = even",
             .min = 0,
@@ -91,10 +94,12 @@ void bind(OptionList& list, ShadeStageOptions& o) {
             .max = 2.8})
       .add("texture", &o.shading.laparoscope.texture,
            {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
-      .add("iterations", &o.shading.iterations, {.help = "of Tsai–Shah", .min = 1, .max = 1000000});
+      .add("iterations", &o.shading.iterations,
+           {.help = "iterations of Tsai–Shah", .min = 1, .max = 1000000});
   bind_frames(list, o.selection.every, o.sharpest);
-  list.add("halvings", &o.frame.halvings,
-           {.help = "of the frames' size before anything else", .min = 0, .max = 4})
+  list.add(
+          "halvings", &o.frame.halvings,
+          {.help = "how often the frames' size is halved before anything else", .min = 0, .max = 4})
       .add("masks", &o.frame.masks,
            {.help = "look for the round field of view, highlights and instruments"})
       .add("piecewise_albedo", &o.frame.piecewise_albedo,
@@ -133,7 +138,7 @@ void bind(OptionList& list, RegisterStageOptions& o) {
       .add("vertex_albedo", &o.vertex_albedo,
            {.help = "take the surface's vertex colours for its albedo"})
       .add("from_poses", &o.from_poses,
-           {.help = "of unposed photos: start from the poses in their document"})
+           {.help = "start unposed photos from the poses in their document"})
       .add("finest_side", &r.finest_side_px,
            {.help = "a photo is halved until no side is longer",
             .unit = "px",
@@ -142,7 +147,7 @@ void bind(OptionList& list, RegisterStageOptions& o) {
       .add("outer_iterations", &r.outer_iterations,
            {.help = "per pyramid level: overlap, light and weights anew", .min = 1, .max = 50})
       .add("solver_iterations", &r.solver_iterations,
-           {.help = "of the solver within each", .min = 1, .max = 100})
+           {.help = "iterations of the solver within each of those", .min = 1, .max = 100})
       .add("also", &o.also, {.help = "write the cameras for other programs as well"},
            {{"none", CameraExport::none},
             {"colmap", CameraExport::colmap},

@@ -46,7 +46,7 @@ void bind(OptionList& list, DecimateStageOptions& options) {
             .min = 4,
             .max = 10000000})
       .add("tool_radius", &options.tool_radius_mm,
-           {.help = "of the tip that faces = auto makes the proxy for",
+           {.help = "radius of the tip that faces = auto makes the proxy for",
             .unit = "mm",
             .min = 0.5,
             .max = 100})
@@ -63,42 +63,52 @@ void bind(OptionList& list, DecimateStageOptions& options) {
             {"quadric", DecimateMethod::quadric},
             {"cluster", DecimateMethod::cluster}})
       .add("objective", &o.objective,
-           {.help = "of the fit: the RMS distance with the volume kept, or the largest distance"},
+           {.help = "what the fit lowers: the RMS distance with the volume kept, or the largest "
+                    "distance"},
            {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
       .add("flips", &o.flips,
-           {.help = "of the fit: flip edges where that lowers the distance, up to 500 faces"});
+           {.help = "let the fit flip edges where that lowers the distance, up to 500 faces"});
   bind_unit(list, options.unit);
 }
 
 void bind(OptionList& list, MechanicsStageOptions& options) {
   MechanicsOptions& o = options.mechanics;
   list.add("young_modulus", &o.young_modulus_kpa,
-           {.help = "of the tissue; liver: about 5…15", .unit = "kPa", .min = 1e-3, .max = 1e6})
+           {.help = "Young's modulus of the tissue; liver: about 5…15",
+            .unit = "kPa",
+            .min = 1e-3,
+            .max = 1e6})
       .add("density", &o.density_kg_per_m3,
-           {.help = "of the tissue", .unit = "kg/m³", .min = 1, .max = 30000})
+           {.help = "density of the tissue", .unit = "kg/m³", .min = 1, .max = 30000})
       .add("thickness", &o.thickness_mm,
-           {.help = "of the layer that a surface spring stands for",
+           {.help = "thickness of the layer that a surface spring stands for",
             .unit = "mm",
             .min = 0.01,
             .max = 1000})
       .add("damping_ratio", &o.damping_ratio,
-           {.help = "of each spring; 1 = critical", .min = 0, .max = 10})
+           {.help = "damping of each spring; 1 = critical", .min = 0, .max = 10})
       .add("volume_stiffness", &o.volume_stiffness,
-           {.help = "0 = volume free, 1 = kept", .min = 0, .max = 1})
+           {.help = "how much of the volume is kept; 0 = free, 1 = kept", .min = 0, .max = 1})
       .add("anchor_fraction", &o.anchor_fraction,
            {.help = "share of the vertices that don't move", .min = 0, .max = 1})
       .add("anchor_direction", &o.anchor_direction,
            {.help = "the vertices farthest along it are held; +y of LPS is the patient's back"})
       .add("instrument_radius", &o.instrument_radius_mm,
-           {.help = "of a tool, by default", .unit = "mm", .min = 0.01, .max = 1000})
-      .add("fem", &o.fem, {.help = "tetrahedra too, for organplay --solver fem"})
-      .add("fem_cell", &o.fem_cell_mm,
-           {.help = "of the lattice that they are cut from; 0 = by the proxy's edges",
+           {.help = "radius of an instrument's tip, unless a script says another",
             .unit = "mm",
-            .min = 0,
+            .min = 0.01,
             .max = 1000})
+      .add("fem", &o.fem, {.help = "tetrahedra too, for organplay --solver fem"})
+      .add(
+          "fem_cell", &o.fem_cell_mm,
+          {.help = "cell of the lattice that the tetrahedra are cut from; 0 = by the proxy's edges",
+           .unit = "mm",
+           .min = 0,
+           .max = 1000})
       .add("poisson_ratio", &o.poisson_ratio,
-           {.help = "of the tetrahedra; 0.5 would be incompressible", .min = 0, .max = 0.49})
+           {.help = "Poisson's ratio of the tetrahedra; 0.5 would be incompressible",
+            .min = 0,
+            .max = 0.49})
       .add("fit_to_fem", &o.fit_to_fem,
            {.help = "fit the springs' constants to the tetrahedra's response to dead loads; small "
                     "proxies get springs between all their vertices"});

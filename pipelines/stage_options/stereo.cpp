@@ -5,12 +5,13 @@ namespace organbake {
 
 void bind(OptionList& list, StereoStageOptions& o) {
   list.add("layout", &o.layout,
-           {.help = "of the eyes in one file, the left one first; auto: seen from its first frame"},
+           {.help = "where the eyes lie in one file, the left one first; auto: seen from its first "
+                    "frame"},
            {{"auto", StereoLayout::none},
             {"side-by-side", StereoLayout::side_by_side},
             {"top-bottom", StereoLayout::top_bottom}})
       .add("swap_eyes", &o.swap_eyes, {.help = "the right eye's picture comes first"});
-  bind_unit(list, o.unit, "of the calibration's lengths");
+  bind_unit(list, o.unit, "unit of the calibration's lengths");
   list.add("nearest", &o.stereo.nearest_mm,
            {.help = "that tissue comes to the lens", .unit = "mm", .min = 1, .max = 10000})
       .add("farthest", &o.stereo.farthest_mm,
@@ -29,7 +30,7 @@ void bind(OptionList& list, StereoStageOptions& o) {
 void bind(OptionList& list, FuseStageOptions& options) {
   FusionOptions& o = options.fusion;
   list.add("voxel", &o.voxel_mm,
-           {.help = "of the volume; 0 = as fine as the depth maps' pixels",
+           {.help = "side of the volume's voxels; 0 = as fine as the depth maps' pixels",
             .unit = "mm",
             .min = 0,
             .max = 50})
@@ -42,8 +43,9 @@ void bind(OptionList& list, FuseStageOptions& options) {
            {.help = "open: no surface where nothing was seen; closed: what was not seen is inside"},
            {{"open", Holes::open}, {"closed", Holes::closed}})
       .add("light", &o.light,
-           {.help = "of the pictures: camera = a lamp at the lens, divided out of the colours; "
-                    "any = they stay as they are"},
+           {.help =
+                "light of the pictures: camera = a lamp at the lens, divided out of the colours; "
+                "any = they stay as they are"},
            {{"any", PictureLight::any}, {"camera", PictureLight::camera}})
       .add("refine", &o.refine, {.help = "move the cameras so that the depth maps agree"})
       .add("place", &o.off.place_mm,
@@ -58,7 +60,7 @@ void bind(OptionList& list, FuseStageOptions& options) {
             .max = 0.5})
       .add("largest", &o.largest,
            {.help = "pieces of largest area that are kept; 0 = all", .min = 0, .max = 1000000});
-  bind_unit(list, options.unit, "of the depth maps");
+  bind_unit(list, options.unit, "unit of the depth maps");
 }
 
 }  // namespace organbake

@@ -12,43 +12,54 @@ constexpr double kLargestSeed = 9007199254740991.0;
 void bind(OptionList& list, PhantomStageOptions& o) {
   list.add("kind", &o.kind, {.help = "what is made", .choices = {"organ", "laparoscopy"}})
       .add("seed", &o.organ.seed,
-           {.help = "of the shape and the noise", .min = 0, .max = kLargestSeed})
-      .add("size", &o.organ.ct_size, {.help = "of the CT", .unit = "voxels", .min = 8, .max = 1024})
+           {.help = "number that the shape and the noise are drawn from",
+            .min = 0,
+            .max = kLargestSeed})
+      .add("size", &o.organ.ct_size,
+           {.help = "size of the CT", .unit = "voxels", .min = 8, .max = 1024})
       .add("spacing", &o.organ.spacing_mm,
-           {.help = "between voxels", .unit = "mm", .min = 0.05, .max = 50})
+           {.help = "distance between voxels", .unit = "mm", .min = 0.05, .max = 50})
       .add("noise", &o.organ.noise_hu,
-           {.help = "of the CT, standard deviation", .unit = "HU", .min = 0, .max = 500})
+           {.help = "standard deviation of the CT's noise", .unit = "HU", .min = 0, .max = 500})
       .add("photos", &o.organ.photo_count,
            {.help = "photographs from known poses", .min = 0, .max = 256})
       .add("photo_size", &o.organ.photo_size,
-           {.help = "of a photograph, square", .unit = "px", .min = 16, .max = 8192})
+           {.help = "side of a photograph, which is square", .unit = "px", .min = 16, .max = 8192})
       .add("truth_subdivisions", &o.truth_subdivisions,
-           {.help = "of the true mesh: 20·4ⁿ faces", .min = 1, .max = 9})
-      .add("frames", &o.laparoscopy.frames, {.help = "of a laparoscopy", .min = 1, .max = 100000})
+           {.help = "subdivisions n of the true mesh, which has 20·4ⁿ faces", .min = 1, .max = 9})
+      .add("frames", &o.laparoscopy.frames,
+           {.help = "number of a laparoscopy's frames", .min = 1, .max = 100000})
       .add("frame_width", &o.laparoscopy.width,
-           {.help = "of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
+           {.help = "width of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
       .add("frame_height", &o.laparoscopy.height,
-           {.help = "of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
+           {.help = "height of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
       .add("frame_noise", &o.laparoscopy.noise,
-           {.help = "of a laparoscopy, share of full scale", .min = 0, .max = 0.5})
+           {.help = "noise of a laparoscopy's frames, as a share of full scale",
+            .min = 0,
+            .max = 0.5})
       .add("texture", &o.laparoscopy.texture,
-           {.help = "of the albedo of a laparoscopy's tissue", .min = 0, .max = 0.9})
+           {.help = "variation of the albedo of a laparoscopy's tissue", .min = 0, .max = 0.9})
       .add("highlights", &o.laparoscopy.highlights,
            {.help = "strength of a laparoscopy's mirror reflections", .min = 0, .max = 10})
       .add("instrument", &o.laparoscopy.instrument,
            {.help = "a steel instrument comes into a laparoscopy's view"})
       .add("light_beside", &o.laparoscopy.light_offset_x_mm,
-           {.help = "of a laparoscopy's light, right of the lens",
+           {.help = "how far a laparoscopy's light stands to the right of its lens",
             .unit = "mm",
             .min = -20,
             .max = 20})
+      .add("beam", &o.laparoscopy.beam_exponent,
+           {.help = "a laparoscopy's light falls off as cosⁿ of the angle to the axis; 0 = even",
+            .min = 0,
+            .max = 20})
       .add("tilt", &o.laparoscopy.tilt_rad,
-           {.help = "of a laparoscopy's view onto the tissue; 0 = from above",
+           {.help = "tilt of a laparoscopy's view onto the tissue; 0 = from above",
             .unit = "rad",
             .min = -0.7,
             .max = 0.7})
       .add("baseline", &o.laparoscopy.baseline_mm,
-           {.help = "of a stereo laparoscopy: from the left eye to the right one; 0 = one eye",
+           {.help =
+                "distance from the left eye of a stereo laparoscopy to the right one; 0 = one eye",
             .unit = "mm",
             .min = 0,
             .max = 20});
@@ -56,10 +67,11 @@ void bind(OptionList& list, PhantomStageOptions& o) {
 
 void bind(OptionList& list, ReadStageOptions& o) {
   list.add("series", &o.series,
-           {.help = "of a DICOM folder: its UID or number; else the one that is a CT volume",
+           {.help =
+                "series of a DICOM folder, by its UID or number; else the one that is a CT volume",
             .number_too = true})
       .add("time", &o.time,
-           {.help = "which of several time points of a 4-D file or series, from 1; 0 = it has one",
+           {.help = "time point of a 4-D file or series, from 1; 0 = it has only one",
             .min = 0,
             .max = 1000000})
       .add(

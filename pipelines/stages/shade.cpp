@@ -12,6 +12,7 @@
 #include "pipelines/stages/albedo_output.h"
 #include "pipelines/stages/shade_clip.h"
 #include "pipelines/stages/shade_source.h"
+#include "shading/frame_albedo.h"
 
 namespace organbake {
 namespace {
@@ -25,6 +26,18 @@ std::optional<Mask> mask_at(const fs::path* path) {
   for (std::size_t k = 0; k < mask.size(); ++k)
     mask.values[k] = image.pixels[3 * k] || image.pixels[3 * k + 1] || image.pixels[3 * k + 2];
   return mask;
+}
+
+// The place and beam of the lamp from a file.
+void take_lamp(const fs::path& path, LaparoscopeOptions& options) {
+  if (options.beam_exponent != 0 || options.light_offset_x_mm != 0 ||
+      options.light_offset_y_mm != 0)
+    throw UsageError("the lamp is told twice: take --lamp, or --beam and --light-offset");
+  const LaparoscopeOptions lamp =
+      lamp_of(lighting_from_json(read_text_file(path), path.string()), path.string());
+  options.beam_exponent = lamp.beam_exponent;
+  options.light_offset_x_mm = lamp.light_offset_x_mm;
+  options.light_offset_y_mm = lamp.light_offset_y_mm;
 }
 
 void warn_of_what_is_assumed(const ShadeStageOptions& options, const Clip& clip,
@@ -116,6 +129,7 @@ void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const 
 StageReport run(const StageCall& call) {
   auto options = resolved_options<ShadeStageOptions>(call.options_json);
   options.resolve();
+  if (const fs::path* lamp = call.input("lamp")) take_lamp(*lamp, options.shading.laparoscope);
   options.shading.check();
   ShadeSource source = open_frames(*call.input("frames"), call.input("intrinsics"), call.context);
   Clip clip{FrameSelection(std::move(source.next), options.selection), source.camera,

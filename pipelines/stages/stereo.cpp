@@ -75,10 +75,30 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
   context.warn(what);
 }
 
+// How the lamp falls off to the sides, as far as the clip tells.
+LaparoscopeOptions lamp_of(const BeamEstimate& beam, StageReport& report) {
+  LaparoscopeOptions lamp;
+  if (beam.sectors > 0) {
+    report.add("beam_exponent", beam.exponent);
+    report.add("beam_exponent_sd", beam.sd);
+  }
+  constexpr double kNarrowest = 20;
+  if (beam.told()) {
+    lamp.beam_exponent = std::min(beam.exponent, kNarrowest);
+  } else {
+    report.skipped.push_back(
+        {"the lamp's beam", beam.sectors > 0
+                                ? "it is even, or its fall-off is not told from texture"
+                                : "too little of the picture is matched to tell it"});
+  }
+  return lamp;
+}
+
 // The lamp is taken to lie at the left lens. Matching errs from pixel to pixel: light is divided
 // out as a smooth surface would have it.
-Rgb8Image surface_color(const KeyFrame& key, const StereoStageOptions& options,
-                        const StageCall& call, StageReport& report) {
+Rgb8Image surface_color(const KeyFrame& key, const BeamEstimate& beam,
+                        const StereoStageOptions& options, const StageCall& call,
+                        StageReport& report) {
   if (options.keep_light) {
     report.skipped.push_back({"dividing the light out of the colours", "keep_light is on"});
     return key.frame.color;
@@ -87,13 +107,14 @@ Rgb8Image surface_color(const KeyFrame& key, const StereoStageOptions& options,
   FrameDepth smooth = *key.depth;
   smooth.normals = smooth_normals_from_depth(smooth.depth, ray_grid(key.frame.camera),
                                              key.frame.camera.width / kSmoothShare);
-  return write_albedo(call.output_folder, key.frame, smooth, {}, 1, report);
+  return write_albedo(call.output_folder, key.frame, smooth, lamp_of(beam, report), 1, report);
 }
 
-TriangleMesh mesh_of(const KeyFrame& key, const StereoStageOptions& options, const StageCall& call,
+TriangleMesh mesh_of(const KeyFrame& key, const BeamEstimate& beam,
+                     const StereoStageOptions& options, const StageCall& call,
                      StageReport& report) {
   try {
-    const Rgb8Image color = surface_color(key, options, call, report);
+    const Rgb8Image color = surface_color(key, beam, options, call, report);
     return mesh_from_depth(key.depth->depth, color, key.frame.camera, options.mesh);
   } catch (const BadDataError& error) {
     const std::string& reason = key.record.quality.reason;
@@ -103,10 +124,11 @@ TriangleMesh mesh_of(const KeyFrame& key, const StereoStageOptions& options, con
   }
 }
 
-void write_pair_surface(const KeyFrame& key, const RectifiedEyes& eyes,
+void write_pair_surface(const StereoClipResult& clip, const RectifiedEyes& eyes,
                         const StereoStageOptions& options, const StageCall& call,
                         StageReport& report) {
-  TriangleMesh mesh = mesh_of(key, options, call, report);
+  const KeyFrame& key = *clip.key;
+  TriangleMesh mesh = mesh_of(key, clip.beam, options, call, report);
   const Eigen::Matrix3d left_from_rectified = eyes.rectified_from_left.rotation.transpose();
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex = left_from_rectified * vertex;
   write_ply(call.output_folder / "surface.ply", mesh);
@@ -148,7 +170,7 @@ StageReport run(const StageCall& call) {
   report.add("rectified", rectifier.changes_pictures() ? "by the calibration" : "as given");
   report_pairs(result.records, report);
   judge_pairs(result.records, options, call.context, report);
-  write_pair_surface(*result.key, eyes, options, call, report);
+  write_pair_surface(result, eyes, options, call, report);
   return report;
 }
 

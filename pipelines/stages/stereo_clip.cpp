@@ -23,6 +23,7 @@ struct PairWork {
   PreparedFrame left;
   std::shared_ptr<const FrameDepth> depth;
   PairRecord record;
+  BeamEstimator::FrameRings rings;
 };
 using PairItem = std::shared_ptr<PairWork>;
 
@@ -47,6 +48,7 @@ class PairPipeline {
             tbb::make_filter<PairItem, void>(filter_mode::serial_in_order,
                                              [this](PairItem item) { finish(std::move(item)); }));
     strips_.write(folder_);
+    result_.beam = beam_.estimate();
     return std::move(result_);
   }
 
@@ -82,6 +84,7 @@ class PairPipeline {
     } catch (const BadDataError& error) {
       throw BadDataError("frame " + std::to_string(item->selected.index) + ": " + error.what());
     }
+    item->rings = BeamEstimator::rings_of(item->left, item->depth->depth, item->depth->confidence);
     write(*item);
     return item;
   }
@@ -100,6 +103,7 @@ class PairPipeline {
     const FrameRecord& record = item->record.frame;
     if (strips_.wants_next()) strips_.add(frame_strip(item->left, *item->depth, 240));
     result_.records.push_back(item->record);
+    beam_.add(item->rings);
     context_.debug("frame " + std::to_string(record.index));
     if (becomes_key(record, options_.mesh_frame, result_.key))
       result_.key = KeyFrame{record, std::move(item->left), item->depth};
@@ -111,6 +115,7 @@ class PairPipeline {
   const fs::path& folder_;
   const RunContext& context_;
   StripSheet strips_;
+  BeamEstimator beam_;
   StereoClipResult result_;
 };
 

@@ -8,6 +8,7 @@
 
 #include "pipelines/stage_options.h"
 #include "pipelines/stages/shade_outputs.h"
+#include "shading/beam_estimate.h"
 #include "shading/frame_source.h"
 #include "stereo/rectifier.h"
 
@@ -21,6 +22,7 @@ struct PairRecord {
 
 struct StereoClipResult {
   std::vector<PairRecord> records;
+  BeamEstimate beam;            // of the lamp, taken to lie at the left lens
   std::optional<KeyFrame> key;  // the left eye's
 };
 

@@ -2,9 +2,11 @@
 #include "pipelines/stages/stereo_source.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "pipelines/stages/shade_source.h"
 #include "shading/stereo_frame.h"
 
@@ -48,8 +50,30 @@ StoredPicture look_ahead(Next& next, const fs::path& path) {
   return seen;
 }
 
+// Whether the frames of two videos stay of one time. Where they begin tells nothing: recorders do
+// not start together.
+class Clocks {
+ public:
+  // Throws BadDataError from the frame on at which they are half a frame apart.
+  void check(std::size_t frame, const StoredPicture& left, const StoredPicture& right) {
+    if (!std::isfinite(left.time_s) || !std::isfinite(right.time_s)) return;
+    if (frame == 0) ahead_s_ = left.time_s - right.time_s;
+    const double drift_s = left.time_s - right.time_s - ahead_s_;
+    if (frame > 0 && std::abs(drift_s) > 0.5 * (left.time_s - last_left_s_))
+      throw BadDataError("frame " + std::to_string(frame) + ": the left eye's is of " +
+                         to_text(left.time_s, 3) + " s, the right eye's of " +
+                         to_text(right.time_s, 3) +
+                         " s: the videos drift apart in time; bring both to one frame rate, and "
+                         "put missing frames in");
+    last_left_s_ = left.time_s;
+  }
+
+ private:
+  double ahead_s_ = 0, last_left_s_ = 0;
+};
+
 Next two_clips(Next left, Next right) {
-  return [left = std::move(left), right = std::move(right),
+  return [left = std::move(left), right = std::move(right), clocks = Clocks(),
           at = std::size_t{0}](StoredPicture& both) mutable {
     StoredPicture a, b;
     const bool more_left = left(a), more_right = right(b);
@@ -57,6 +81,7 @@ Next two_clips(Next left, Next right) {
       throw BadDataError("frame " + std::to_string(at) + ": the " + (more_left ? "right" : "left") +
                          " eye's clip has ended and the other goes on; do they belong together?");
     if (!more_left) return false;
+    clocks.check(at, a, b);
     both = beside(a.color, b.color);
     ++at;
     return true;

@@ -50,7 +50,7 @@ if(ORGANBAKE_SANITIZE)
     $<$<STREQUAL:${ORGANBAKE_SANITIZE},stress>:-fno-sanitize=null,alignment,pointer-overflow>)
   target_link_options(organbake_build_flags INTERFACE -fsanitize=address,undefined)
 endif()
-install(TARGETS organbake_build_flags EXPORT organplay COMPONENT organplay)
+install(TARGETS organbake_build_flags EXPORT organplay COMPONENT liborganplay-dev)
 
 # Eigen and the standard headers are parsed once, not by every file: that halves a full build. Each
 # file still names all that it uses: the presets dev and player build without.
@@ -106,7 +106,7 @@ function(organbake_module name)
   organbake_compile_together(${target})
   if(arg_RUNTIME)
     install(TARGETS ${target} EXPORT organplay
-            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT organplay)
-    install(FILES ${arg_HEADERS} DESTINATION include/organbake/${name} COMPONENT organplay)
+            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT liborganplay-dev)
+    install(FILES ${arg_HEADERS} DESTINATION include/organbake/${name} COMPONENT liborganplay-dev)
   endif()
 endfunction()

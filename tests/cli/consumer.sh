@@ -3,6 +3,7 @@
 # Another program finds the installed player, builds against it and pokes a baked organ.
 source "$(dirname "$0")/assert.sh"
 
+expect 0 cmake --install "$BIN/.." --component liborganplay-dev --prefix "$WORK/prefix"
 expect 0 cmake --install "$BIN/.." --component organplay --prefix "$WORK/prefix"
 [ -x prefix/bin/organplay ] || fail "organplay was not installed"
 expect 0 cmake -S "$SOURCE/tests/consumer" -B build -G Ninja -DCMAKE_BUILD_TYPE=Release \

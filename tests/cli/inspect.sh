@@ -60,3 +60,24 @@ expect 73 organbake doctor --cache /proc/none
 expect_out "name another by --cache or ORGANBAKE_CACHE"
 expect 0 organbake doctor --json
 python3 -c 'import json; assert all(c["ok"] for c in json.load(open("out")).values())' || fail doctor
+
+# Versions, of the libraries too; and an installation that lacks a stage's module.
+expect 0 organbake --version --json
+python3 - <<'PY' || fail "the versions: $(cat out)"
+import json, re
+told = json.load(open("out"))
+assert {"VTK", "OpenCV", "CGAL", "Embree", "GDCM", "OpenEXR"} <= told["libraries"].keys(), told
+for name in ("organbake", "VTK", "CGAL"):
+    assert re.match(r"\d+\.\d+\.\d+$", told.get(name) or told["libraries"][name]), name
+PY
+mkdir -p broken/bin broken/lib/organbake
+cp "$BIN/organbake" broken/bin/
+ln -s "$BIN"/../lib/organbake/stage_*.so broken/lib/organbake/
+expect 0 broken/bin/organbake doctor
+rm broken/lib/organbake/stage_place.so
+expect 70 broken/bin/organbake doctor
+expect_out "BAD  modules"
+expect_out "stage_place.so"
+expect_out "'scripts/setup --programs'"
+PATH=$WORK/nowhere expect 70 "$WORK/broken/bin/organbake" doctor
+expect_out "--   ffmpeg: missing: organplay --video needs it; 'apt-get install ffmpeg'"

@@ -107,6 +107,14 @@ END
 expect 0 organbake bake r.yaml -o bundle
 expect 0 organbake verify bundle
 
+# The lamp's beam is learned from the clip, and one eye of the same endoscope is shaded by it.
+expect 0 organbake phantom --kind laparoscopy --baseline 4.5 --tilt 0.5 --beam 5 --frames 2 -o beamed
+expect 0 organbake stereo beamed/frames beamed/right --calibration beamed/stereo.json -o with_beam
+awk "BEGIN { exit !($(figure beam_exponent with_beam/report.json) > 4) }" || fail "no beam is learned"
+expect 0 organbake shade beamed/frames/000000.png --lamp with_beam/lighting.json -o by_lamp
+expect 2 organbake shade beamed/frames/000000.png --lamp with_beam/lighting.json --beam 3 -o twice
+expect_err "told twice"
+
 # Both eyes in one file, and as videos.
 if command -v ffmpeg >/dev/null; then
   ffmpeg -v error -i p/frames/000000.png -i p/right/000000.png -filter_complex hstack beside.png
@@ -121,6 +129,9 @@ if command -v ffmpeg >/dev/null; then
   expect 0 organbake stereo frames.mkv right.mkv --calibration k.yml --every 2 -o videos
   expect_equal "$(figure frames_read videos/report.json)" 2
   expect_equal "$(figure frames_matched videos/report.json)" 1
+  ffmpeg -v error -framerate 2 -i p/right/%06d.png -c:v ffv1 slower.mkv
+  expect 65 organbake stereo frames.mkv slower.mkv --calibration k.yml -o drifting
+  expect_err "drift apart in time"
 else
   echo "SKIPPED: no ffmpeg to make videos with"
 fi

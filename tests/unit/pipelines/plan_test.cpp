@@ -60,6 +60,15 @@ TEST_F(PlanTest, AGivenSurfaceLeavesOutWhatWouldHaveMadeIt) {
   EXPECT_EQ(why_left_out(given, "input ct"), "no step of this bake reads it");
 }
 
+// As with liver.yaml, which has a section for the surface of a CT.
+TEST_F(PlanTest, AGivenInputOutranksASection) {
+  const std::string repaired = "repair decimate mechanics place capture";
+  EXPECT_EQ(stages(plan("isosurface: {}\n", {"surface=s.ply", "repair.mode=auto"})), repaired);
+  EXPECT_EQ(stages(plan("isosurface: {}\nrepair: {}\n", {"surface=s.ply"})), repaired);
+  EXPECT_EQ(stages(plan("isosurface: {}\nrepair: {}\n", {"ct=scan.mha"})),
+            "isosurface decimate mechanics place capture");
+}
+
 TEST_F(PlanTest, InputsAreConnectedToTheirMakers) {
   const Plan all = plan("phantom: {}\n");
   const Step& capture = all.steps.back();

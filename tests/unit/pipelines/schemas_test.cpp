@@ -31,6 +31,7 @@ TEST(Schemas, AreTheFilesOfTheRepository) {
   const std::filesystem::path folder = std::filesystem::path(ORGANBAKE_SOURCE_DIR) / "data-schemas";
   std::vector<std::string> files;
   for (const auto& file : list_files(folder)) {
+    if (file.extension() != ".json") continue;  // the format's description in words
     const std::string name = file.stem().stem().string();
     files.push_back(name);
     EXPECT_EQ(schema_text(name), read_text_file(folder / file)) << name;

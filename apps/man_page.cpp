@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cctype>
+
+#include "command_manual.h"
+
+namespace organbake {
+namespace {
+
+// Characters that roff reads as commands, or typesets as others.
+std::string escaped(const std::string& text) {
+  std::string roff;
+  for (const char c : text) {
+    switch (c) {
+      case '\\':
+        roff += "\\e";
+        break;
+      case '-':
+        roff += "\\-";
+        break;
+      case '\'':
+        roff += "\\(aq";
+        break;
+      case '`':
+        roff += "\\(ga";
+        break;
+      case '^':
+        roff += "\\(ha";
+        break;
+      case '~':
+        roff += "\\(ti";
+        break;
+      default:
+        roff += c;
+    }
+  }
+  return roff;
+}
+
+// Columns that a text takes in roff: readers of man pages spell other characters as \[u2026].
+std::size_t width_of(const std::string& text) {
+  constexpr std::size_t kSpelt = 8;
+  std::size_t width = 0;
+  for (const unsigned char c : text) {
+    const bool continues = (c & 0xC0) == 0x80;
+    if (!continues) width += c < 0x80 ? 1 : kSpelt;
+  }
+  return width;
+}
+
+// Running text, its words filled into lines; one that begins with a dot would be a command.
+std::string filled(const std::string& text) {
+  constexpr std::size_t kWidth = 78;
+  std::string roff, line;
+  const std::string words = escaped(text) + ' ';
+  for (std::size_t begin = 0; begin < words.size();) {
+    const std::size_t end = words.find_first_of(" \n", begin);
+    std::string word = words.substr(begin, end - begin);
+    begin = end + 1;
+    if (word.empty()) continue;
+    if (!line.empty() && width_of(line) + 1 + width_of(word) > kWidth) {
+      roff += line + "\n";
+      line.clear();
+    }
+    if (line.empty() && word.front() == '.') word = "\\&" + word;
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return line.empty() ? roff : roff + line + "\n";
+}
+
+std::string upper(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return char(std::toupper(c)); });
+  return text;
+}
+
+std::string sentence(std::string text) {
+  if (text.empty()) return text;
+  text.front() = char(std::toupper(static_cast<unsigned char>(text.front())));
+  return text.back() == '.' ? text : text + ".";
+}
+
+std::string tag(const ManualOption& option) {
+  std::string roff;
+  if (!option.short_flag.empty()) roff = "\\fB" + escaped(option.short_flag) + "\\fR, ";
+  roff += "\\fB" + escaped(option.flag) + "\\fR";
+  if (!option.value.empty()) roff += " \\fI" + escaped(option.value) + "\\fR";
+  if (!option.off_flag.empty()) roff += ", \\fB" + escaped(option.off_flag) + "\\fR";
+  return roff;
+}
+
+std::string options_section(const std::string& title, const std::vector<ManualOption>& options) {
+  if (options.empty()) return "";
+  std::string roff = ".SH " + title + "\n";
+  for (const ManualOption& option : options) {
+    roff += ".TP\n" + tag(option) + "\n";
+    roff += filled(option.facts.empty() ? option.help : option.help + " [" + option.facts + "]");
+  }
+  return roff;
+}
+
+std::string section(const ManualSection& section) {
+  std::string roff = ".SH " + escaped(upper(section.title)) + "\n" + filled(section.text);
+  for (const auto& [term, meaning] : section.entries) {
+    roff += ".TP\n\\fB" + escaped(term) + "\\fR\n" + filled(meaning);
+  }
+  return roff;
+}
+
+}  // namespace
+
+ManualSection exit_status_section() {
+  return {.title = "exit status",
+          .entries = {
+              {"0", "Done."},
+              {"2", "Usage: an unknown flag, a missing argument, a value out of range."},
+              {"3", "Everything ran, but a quality that was asked for was not reached."},
+              {"4", "Part of a batch failed."},
+              {"65", "Bad data: a file's content is wrong, a changed byte in a bundle too."},
+              {"66", "No input: a file or folder is missing or cannot be opened."},
+              {"70", "A defect of the program, or a processor without AVX2."},
+              {"73",
+               "Cannot write: no permission, a full disk, or a folder that holds files that the "
+               "program did not write."},
+              {"74", "The system failed while reading."},
+              {"75", "Try again: out of memory, or killed from outside."},
+              {"78", "A recipe's key or value is wrong."},
+              {"130", "Interrupted."}}};
+}
+
+std::string man_page(const CommandManual& manual, const std::string& version,
+                     const std::string& release_date) {
+  std::string roff = ".TH " + upper(manual.page()) + " 1 " + release_date + " \"" + manual.program +
+                     " " + version + "\" \"User Commands\"\n";
+  roff += ".SH NAME\n" + manual.page() + " \\-\n" + filled(manual.summary);
+  roff += ".SH SYNOPSIS\n.B " + manual.program + "\n" + filled(manual.synopsis);
+  roff += ".SH DESCRIPTION\n" + filled(sentence(manual.description));
+  roff += options_section("OPTIONS", manual.options);
+  roff += options_section("SHARED OPTIONS", manual.shared_options);
+  for (const ManualSection& one : manual.sections) roff += section(one);
+  if (manual.see_also.empty()) return roff;
+  roff += ".SH SEE ALSO\n";
+  for (const std::string& page : manual.see_also) {
+    roff += ".BR " + escaped(page) + " (1)" + (&page == &manual.see_also.back() ? "\n" : ",\n");
+  }
+  return roff;
+}
+
+}  // namespace organbake
