@@ -22,5 +22,6 @@ install(FILES LICENSES/Apache-2.0.txt LICENSES/GPL-3.0-or-later.txt
 if(NOT ORGANBAKE_PLAYER_ONLY)
   set(ORGANBAKE_WEB_PLAYER ${PROJECT_SOURCE_DIR}/build/web/share/organbake/web CACHE PATH
       "What the preset web built: organ.wasm and the page round it")
-  install(DIRECTORY ${ORGANBAKE_WEB_PLAYER} DESTINATION ${CMAKE_INSTALL_DATADIR}/organbake COMPONENT organbake OPTIONAL)
+  install(DIRECTORY ${ORGANBAKE_WEB_PLAYER} DESTINATION ${CMAKE_INSTALL_DATADIR}/organbake
+          COMPONENT organbake OPTIONAL)
 endif()

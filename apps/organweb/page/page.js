@@ -304,6 +304,7 @@ try {
   opened.background = ground();
   await opened.drawn(false, canvas.width, canvas.height);
   context.putImageData(opened.picture(), 0, 0);
+  stage.classList.remove("loading");
   performance.mark("organ shown");
   organ = opened;
   resize_tool(organ.radius);
