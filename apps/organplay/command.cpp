@@ -21,6 +21,15 @@ void check(const Command& c) {
     throw UsageError("--script needs --out DIR, --video FILE, --report FILE or --reference DIR");
   if (c.script.empty() && shows)
     throw UsageError("--out, --video, --report and --reference need --script FILE");
+  if (c.wants_truth() && c.out_folder.empty() && c.frame_file.empty() && c.bench_frames == 0)
+    throw UsageError("--layers and --stereo need --script with --out DIR, or -o FILE");
+  if (c.bench_frames > 0 && c.stereo_mm) throw UsageError("--bench draws one eye alone");
+  if (c.layers.flow && !c.frame_file.empty())
+    throw UsageError("--layers flow needs --script with --out DIR: one picture does not move");
+  if (c.wants_truth() && c.paper_warp)
+    throw UsageError("--layers and --stereo do not go with --warp paper");
+  if (!c.cameras.empty() && c.script.empty() && c.frame_file.empty())
+    throw UsageError("--cameras needs --script or -o");
   if (c.bench_frames > 0 &&
       (!c.script.empty() || !c.frame_file.empty() || !c.sheet.empty() || c.compare))
     throw UsageError("--bench goes alone, without --script, -o, --sheet and --compare");
@@ -50,7 +59,7 @@ bool Command::wants_window() const {
 
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
-  std::string size, angles, view = "0,0", warp = "bound", solver, light;
+  std::string size, angles, view = "0,0", warp = "bound", solver, light, layers;
   CLI::App app(
       "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
       "--script, -o, --sheet, --compare, --bench");
@@ -72,6 +81,15 @@ std::optional<Command> read_command(int argc, char** argv) {
                  "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
       ->capture_default_str();
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
+  app.add_option("--cameras", c.cameras,
+                 "cameras.json to look from: one camera for each of the script's frames, in the "
+                 "place of its own; its first camera for -o");
+  app.add_option("--layers", layers,
+                 "the truth beside each frame, comma-separated: depth (mm), flow (px), normals, "
+                 "mask, id (the skin point), weight, or all; as EXR, the mask as PNG, with "
+                 "cameras.json and scenes.jsonl");
+  app.add_option("--stereo", c.stereo_mm,
+                 "draw a right eye as well, so many millimetres to the right of the view");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
   app.add_option(
       "--size", size,
@@ -99,7 +117,8 @@ std::optional<Command> read_command(int argc, char** argv) {
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", angles, "viewing angles of --compare, rad, comma-separated");
   app.add_option("--bench", c.bench_frames,
-                 "the first frame from --view, then N of an orbit with a poke; prints times")
+                 "the first frame from --view, then N of an orbit with a poke; prints times, with "
+                 "--layers theirs, too")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");
@@ -119,6 +138,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   c.view = pose_from(view);
   if (given("--size")) c.size = size_from(size);
   if (given("--angles")) c.angles_rad = angles_from(angles);
+  if (given("--layers")) c.layers = layers_from(layers);
   c.paper_warp = warp == "paper";
   c.solver = tissue_solver(solver);
   c.light = drawn_light(light);
