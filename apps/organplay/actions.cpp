@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "dataset_run.h"
 #include "image/png.h"
 #include "outputs.h"
 #include "player/comparison_table.h"
@@ -157,6 +158,7 @@ View view_of(const Command& command, const Bundle& bundle) {
 void run_command(const Command& command, const RunContext& context) {
   if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
+  if (!command.dataset.empty()) return run_dataset(command, context);
   check_outputs(command);
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;

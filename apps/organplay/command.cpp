@@ -21,6 +21,12 @@ void check(const Command& c) {
     throw UsageError("--script needs --out DIR, --video FILE, --report FILE or --reference DIR");
   if (c.script.empty() && shows)
     throw UsageError("--out, --video, --report and --reference need --script FILE");
+  if (!c.dataset.empty()) {
+    if (c.frame_file.empty()) throw UsageError("--dataset needs -o DIR, the folder to make");
+    if (!c.script.empty() || c.wants_truth() || !c.cameras.empty() || c.compare ||
+        c.bench_frames > 0 || c.paper_warp || !c.sheet.empty())
+      throw UsageError("--dataset goes alone, with -o DIR: its SPEC says what is drawn");
+  }
   if (c.wants_truth() && c.out_folder.empty() && c.frame_file.empty() && c.bench_frames == 0)
     throw UsageError("--layers and --stereo need --script with --out DIR, or -o FILE");
   if (c.bench_frames > 0 && c.stereo_mm) throw UsageError("--bench draws one eye alone");
@@ -90,6 +96,9 @@ std::optional<Command> read_command(int argc, char** argv) {
                  "cameras.json and scenes.jsonl");
   app.add_option("--stereo", c.stereo_mm,
                  "draw a right eye as well, so many millimetres to the right of the view");
+  app.add_option("--dataset", c.dataset,
+                 "data set to make of the bundles, each on its own, in the folder -o DIR (YAML or "
+                 "JSON, see 'organbake schema dataset'); goes on where an earlier run ended");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
   app.add_option(
       "--size", size,

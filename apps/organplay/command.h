@@ -17,7 +17,7 @@ namespace organbake {
 // What the user asked for.
 struct Command {
   std::vector<std::filesystem::path> bundles;  // several: organs that push each other
-  std::filesystem::path script, out_folder, video, report, sheet, frame_file, reference;
+  std::filesystem::path script, dataset, out_folder, video, report, sheet, frame_file, reference;
   std::filesystem::path cameras;  // to look from, in the view's or the script's place
   OrbitPose view;
   LayerSet layers;                  // beside the frames
