@@ -7,22 +7,26 @@ void bind(OptionList& list, ExportOptions& o) {
   list.add("format", &o.format,
            {.help = "gltf, obj: the surface with colours and normals as textures, in metres, y up; "
                     "colmap, transforms: cameras with pictures, masks, depth and points, in "
-                    "millimetres, LPS"},
+                    "millimetres, LPS; usd, sofa: for physics engines, with masses, springs and "
+                    "tetrahedra, in metres, y up"},
            {{"gltf", ExportFormat::gltf},
             {"colmap", ExportFormat::colmap},
             {"transforms", ExportFormat::transforms},
-            {"obj", ExportFormat::obj}});
+            {"obj", ExportFormat::obj},
+            {"usd", ExportFormat::usd},
+            {"sofa", ExportFormat::sofa}});
   list.add("faces", &o.faces,
-           {.help = "of gltf and obj: at most so many; 0 = all of the base layer's",
+           {.help = "of surfaces: at most so many; 0 = all of the base layer's",
             .min = 0,
             .max = 10'000'000});
   list.add("texture", &o.texture,
-           {.help = "of gltf and obj: its side; auto: 2048 for gltf, as fine as the maps for obj",
+           {.help = "of surfaces: its side; auto: 2048 for gltf and usd, as fine as the maps for "
+                    "obj and sofa",
             .unit = "texels",
             .min = 64,
             .max = 8192});
   list.add("albedo", &o.albedo,
-           {.help = "of gltf and obj: colours without the light that they were baked in, for "
+           {.help = "of surfaces: colours without the light that they were baked in, for "
                     "viewers that light anew; else as organplay shows them with --light baked"});
 }
 
