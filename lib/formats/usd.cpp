@@ -19,7 +19,7 @@ std::string place(const Vector3d& world_mm) {
 }
 
 template <class Numbers>
-std::string list(const Numbers& numbers) {
+std::string numbers_text(const Numbers& numbers) {
   return "[" + joined(numbers, ", ", [](auto n) { return to_text(double(n)); }) + "]";
 }
 
@@ -74,7 +74,7 @@ std::string surface_prim(const TexturedMesh& mesh) {
          joined(mesh.coordinates, ", ", coordinate) +
          "] (\n            interpolation = \"faceVarying\"\n        )\n"
          "        int[] primvars:st:indices = " +
-         list(coordinates) +
+         numbers_text(coordinates) +
          "\n        uniform token subdivisionScheme = \"none\"\n"
          "        rel material:binding = </Organ/Tissue>\n    }\n";
 }
@@ -114,8 +114,8 @@ std::string proxy_prim(const Bundle& bundle) {
           "\n        uniform token purpose = \"guide\"\n"
           "        uniform token subdivisionScheme = \"none\"\n"
           "        double[] organbake:masses = " +
-          list(m.mass_kg) + "\n        int[] organbake:anchors = " + list(m.anchors) + "\n" +
-          springs_text(m);
+          numbers_text(m.mass_kg) +
+          "\n        int[] organbake:anchors = " + numbers_text(m.anchors) + "\n" + springs_text(m);
   if (m.body) {
     const auto weights = [](const EmbeddedVertex& v) {
       return "(" + joined(v.weights, ", ", [](double w) { return to_text(w); }) + ")";
@@ -147,9 +147,9 @@ std::string body_prim(const TetrahedralBody& body, double density_kg_per_m3) {
          "\n        int4[] omniphysics:restTetVtxIndices = " + tetrahedra +
          "\n        uniform token purpose = \"guide\"\n"
          "        double[] organbake:masses = " +
-         list(masses) + "\n        double[] organbake:fills = [" +
+         numbers_text(masses) + "\n        double[] organbake:fills = [" +
          joined(body.tetrahedra, ", ", [](const Tetrahedron& t) { return to_text(t.fill); }) +
-         "]\n        int[] organbake:anchors = " + list(body.anchors) +
+         "]\n        int[] organbake:anchors = " + numbers_text(body.anchors) +
          "\n        rel material:binding:physics = </Organ/Tissue>\n    }\n";
 }
 
