@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "dataset_run.h"
 #include "image/png.h"
 #include "outputs.h"
 #include "player/comparison_table.h"
@@ -14,7 +15,10 @@
 #include "player/play.h"
 #include "player/player.h"
 #include "player/reference_frames.h"
+#include "player/script_camera.h"
 #include "results.h"
+#include "truth/truth_recorder.h"
+#include "truth_files.h"
 #include "video_pipe.h"
 #include "window_module.h"
 
@@ -37,6 +41,12 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   player.load_all();  // what is wrong with a camera is said before the first frame
   std::optional<AtomicFolder> folder;
   if (!command.out_folder.empty()) folder.emplace(command.out_folder);
+  std::optional<TruthRecorder> truth;
+  if (command.wants_truth()) {
+    options.draw.keep_bound = true;
+    truth.emplace(folder->path(), truth_options(command, script, player), options.draw);
+    options.watch = [&](const PlayedScene& scene) { truth->add(player, scene); };
+  }
   std::optional<VideoPipe> video;
   if (!command.video.empty())
     video.emplace(command.video, script.width, script.height, 1 / script.time_step_s);
@@ -51,6 +61,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
       },
       context);
   context.throw_if_cancelled();
+  if (truth) truth->finish();
   if (folder) folder->commit(), results.wrote("out", command.out_folder);
   if (video) video->finish(), results.wrote("video", command.video);
   if (!command.report.empty()) {
@@ -96,8 +107,12 @@ void write_picture(const fs::path& file, const Rgb8Image& picture, const RunCont
 
 void draw_one(const Command& command, Player& player, Results& results, const RunContext& context) {
   Frame frame;
-  player.draw(view_of(command, player.bundle()), drawing(command, player), frame);
+  const View view = view_of(command, player.bundle());
+  DrawOptions options = drawing(command, player);
+  options.keep_bound = command.wants_truth();
+  player.draw(view, options, frame);
   write_picture(command.frame_file, frame.color, context);
+  if (command.wants_truth()) write_truth_of_view(command, player, view, options, frame, context);
   results.wrote("frame", command.frame_file);
 }
 
@@ -135,6 +150,7 @@ DrawOptions drawing(const Command& command, const Player& player,
 }
 
 View view_of(const Command& command, const Bundle& bundle) {
+  if (!command.cameras.empty()) return first_recorded_view(command);
   const auto [width, height] = command.picture_size();
   return orbit_view(bundle.cameras, command.view, width, height);
 }
@@ -142,12 +158,15 @@ View view_of(const Command& command, const Bundle& bundle) {
 void run_command(const Command& command, const RunContext& context) {
   if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
+  if (!command.dataset.empty()) return run_dataset(command, context);
   check_outputs(command);
   // What can be wrong with the script is said before the bundle is read.
   std::optional<Script> script;
   DeformOptions deform;
   if (!command.script.empty()) {
     script = read_script(command.script);
+    if (!command.cameras.empty())
+      take_recorded(read_cameras(command.cameras), command.cameras.string(), *script);
     choose_size(*script, command);
     deform.time_step_s = script->time_step_s;
     deform.solver = script->solver.value_or(deform.solver);

@@ -10,6 +10,7 @@
 #include "core/text.h"
 #include "player/play.h"
 #include "player/skin_point.h"
+#include "truth/truth_tracker.h"
 
 namespace organbake {
 namespace {
@@ -36,6 +37,25 @@ void add_pokes(Script& script, const Bundle& bundle) {
   }
   script.instruments.push_back(probe);
 }
+
+// What --layers cost beside each frame.
+class TruthTimes {
+ public:
+  explicit TruthTimes(const LayerSet& layers) : tracker_(layers) {}
+
+  void watch(const Player& player, const PlayedScene& scene) {
+    Stopwatch watch;
+    tracker_.advance(player, scene.view, scene.solids, scene.picture);
+    if (tracker_.layers().flow && tracker_.has_before()) tracker_.find_forward(forward_);
+    ms_.push_back(watch.lap());
+  }
+  double median_ms() const { return median(ms_); }
+
+ private:
+  TruthTracker tracker_;
+  Flow forward_;
+  std::vector<double> ms_;
+};
 
 Json medians(const std::vector<PlayedFrame>& frames) {
   const auto of = [&](auto value) {
@@ -83,7 +103,15 @@ void run_bench(const Command& command, const RunContext& context) {
   options.instruments = false;
   options.draw = drawing(command, player);
   options.draw.measure = true;
-  const Json ms = medians(play(player, script, options, {}, context));
+  TruthTimes truth(command.layers);
+  options.draw.keep_bound = command.layers.any();
+  if (command.layers.any())
+    options.watch = [&](const PlayedScene& scene) { truth.watch(player, scene); };
+  Json ms = medians(play(player, script, options, {}, context));
+  if (command.layers.any()) {
+    ms["truth"] = truth.median_ms();
+    ms["frame"] = ms["frame"].get<double>() + truth.median_ms();
+  }
   const double fps = 1000 / ms["frame"].get<double>();
   if (command.json) {
     write_to_stdout(json_text(

@@ -22,6 +22,21 @@ void check(const Command& c) {
     throw UsageError("--script needs --out DIR, --video FILE, --report FILE or --reference DIR");
   if (c.script.empty() && shows)
     throw UsageError("--out, --video, --report and --reference need --script FILE");
+  if (!c.dataset.empty()) {
+    if (c.frame_file.empty()) throw UsageError("--dataset needs -o DIR, the folder to make");
+    if (!c.script.empty() || c.wants_truth() || !c.cameras.empty() || c.compare ||
+        c.bench_frames > 0 || c.paper_warp || !c.sheet.empty())
+      throw UsageError("--dataset goes alone, with -o DIR: its SPEC says what is drawn");
+  }
+  if (c.wants_truth() && c.out_folder.empty() && c.frame_file.empty() && c.bench_frames == 0)
+    throw UsageError("--layers and --stereo need --script with --out DIR, or -o FILE");
+  if (c.bench_frames > 0 && c.stereo_mm) throw UsageError("--bench draws one eye alone");
+  if (c.layers.flow && !c.frame_file.empty())
+    throw UsageError("--layers flow needs --script with --out DIR: one picture does not move");
+  if (c.wants_truth() && c.paper_warp)
+    throw UsageError("--layers and --stereo do not go with --warp paper");
+  if (!c.cameras.empty() && c.script.empty() && c.frame_file.empty())
+    throw UsageError("--cameras needs --script or -o");
   if (c.bench_frames > 0 &&
       (!c.script.empty() || !c.frame_file.empty() || !c.sheet.empty() || c.compare))
     throw UsageError("--bench goes alone, without --script, -o, --sheet and --compare");
@@ -44,7 +59,7 @@ void check(const Command& c) {
 
 // What is more than one word or number, as it was written.
 struct Texts {
-  std::string size, angles, view = "0,0", warp = "bound", solver, light, shell;
+  std::string size, angles, view = "0,0", warp = "bound", solver, light, layers, shell;
   bool man = false;
 };
 
@@ -67,6 +82,18 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
                  "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
       ->capture_default_str();
   app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
+  app.add_option("--cameras", c.cameras,
+                 "cameras.json to look from: one camera for each of the script's frames, in the "
+                 "place of its own; its first camera for -o");
+  app.add_option("--layers", texts.layers,
+                 "the truth beside each frame, comma-separated: depth (mm), flow (px), normals, "
+                 "mask, id (the skin point), weight, or all; as EXR, the mask as PNG, with "
+                 "cameras.json and scenes.jsonl");
+  app.add_option("--stereo", c.stereo_mm,
+                 "draw a right eye as well, so many millimetres to the right of the view");
+  app.add_option("--dataset", c.dataset,
+                 "data set to make of the bundles, each on its own, in the folder -o DIR (YAML or "
+                 "JSON, see 'organbake schema dataset'); goes on where an earlier run ended");
   app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
   app.add_option("--size", texts.size,
                  "size of a frame or of the window, WIDTHxHEIGHT pixels (default 1280x720, or the "
@@ -94,7 +121,8 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
   app.add_option("--angles", texts.angles, "viewing angles of --compare, rad, comma-separated");
   app.add_option("--bench", c.bench_frames,
-                 "the first frame from --view, then N of an orbit with a poke; prints times")
+                 "the first frame from --view, then N of an orbit with a poke; prints times, with "
+                 "--layers theirs, too")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");
@@ -137,6 +165,7 @@ std::optional<Command> read_command(int argc, char** argv) {
   c.view = pose_from(texts.view);
   if (given("--size")) c.size = size_from(texts.size);
   if (given("--angles")) c.angles_rad = angles_from(texts.angles);
+  if (given("--layers")) c.layers = layers_from(texts.layers);
   c.paper_warp = texts.warp == "paper";
   c.solver = tissue_solver(texts.solver);
   c.light = drawn_light(texts.light);

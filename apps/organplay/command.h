@@ -9,6 +9,7 @@
 #include "deform/deformer.h"
 #include "option_values.h"
 #include "player/orbit.h"
+#include "truth/layer_set.h"
 #include "warp/drawn_light.h"
 
 namespace organbake {
@@ -16,8 +17,11 @@ namespace organbake {
 // What the user asked for.
 struct Command {
   std::vector<std::filesystem::path> bundles;  // several: organs that push each other
-  std::filesystem::path script, out_folder, video, report, sheet, frame_file, reference;
+  std::filesystem::path script, dataset, out_folder, video, report, sheet, frame_file, reference;
+  std::filesystem::path cameras;  // to look from, in the view's or the script's place
   OrbitPose view;
+  LayerSet layers;                  // beside the frames
+  std::optional<double> stereo_mm;  // from the left eye to the right one
   std::optional<PictureSize> size;  // else the script's, or what is usual where it is shown
   bool instruments = true;
   bool paper_warp = false;
@@ -30,6 +34,7 @@ struct Command {
   int threads = 0;  // 0 = all
   bool json = false, quiet = false;
 
+  bool wants_truth() const { return layers.any() || stereo_mm; }
   PictureSize picture_size() const { return size.value_or(PictureSize()); }
   // Nothing that can be done without a display was asked for.
   bool wants_window() const;

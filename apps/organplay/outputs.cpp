@@ -52,14 +52,28 @@ void check_place(const fs::path& file) {
   check_writable(folder);
 }
 
+// Frames and what is written beside them.
+bool is_of_frames(const fs::directory_entry& entry) {
+  const std::string name = entry.path().filename().string();
+  if (name == "right" && entry.is_directory()) {
+    return std::all_of(fs::directory_iterator(entry.path()), fs::directory_iterator(),
+                       is_of_frames);
+  }
+  if (name == "cameras.json" || name == "scenes.jsonl") return true;
+  std::vector<std::string> kinds = layer_names();
+  kinds.push_back("frame");
+  return (name.ends_with(".png") || name.ends_with(".exr")) &&
+         std::any_of(kinds.begin(), kinds.end(),
+                     [&](const std::string& kind) { return name.starts_with(kind + "_"); });
+}
+
 // A folder of frames may be replaced by new frames; anything else is the user's.
 void check_replaceable(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw IoError::writing(folder, "is a file; name another folder");
   for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("frame_") && name.ends_with(".png")) continue;
-    throw IoError::writing(folder,
-                           "holds '" + name + "', which is no frame of mine; name another folder");
+    if (is_of_frames(entry)) continue;
+    throw IoError::writing(folder, "holds '" + entry.path().filename().string() +
+                                       "', which is no frame of mine; name another folder");
   }
 }
 

@@ -10,7 +10,7 @@ namespace organbake {
 namespace {
 
 constexpr const char* kSchema = "organbake/cameras/1";
-constexpr std::size_t kMostCameras = 4096;
+constexpr std::size_t kMostCameras = 100000;  // as many as a script has frames
 
 Json camera_to_json(const PosedCamera& camera) {
   const Intrinsics& k = camera.intrinsics;

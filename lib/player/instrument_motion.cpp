@@ -70,7 +70,8 @@ std::vector<Solid> InstrumentMotion::solids(const std::vector<InstrumentTip>& ti
   std::vector<Solid> solids;
   for (std::size_t i = 0; i < tips.size(); ++i) {
     if (!tips[i].active) continue;
-    const std::vector<Solid> tool = tool_solids(tips[i], paths_[i].shaft, *bundle_);
+    std::vector<Solid> tool = tool_solids(tips[i], paths_[i].shaft, *bundle_);
+    for (Solid& part : tool) part.instrument = static_cast<std::uint32_t>(i);
     solids.insert(solids.end(), tool.begin(), tool.end());
   }
   return solids;

@@ -18,7 +18,7 @@ class InstrumentMotion {
 
   // The tips at a time: linear between waypoints, inactive before the first and after the last.
   std::vector<InstrumentTip> tips_at(double time_s) const;
-  // What a viewer sees of the active ones.
+  // What a viewer sees of the active ones, each part with its instrument's number.
   std::vector<Solid> solids(const std::vector<InstrumentTip>& tips) const;
 
  private:

@@ -12,9 +12,10 @@
 namespace organbake {
 namespace {
 
-void take_nearer(const Frame& layer, std::size_t begin, std::size_t end, Frame& frame,
-                 std::vector<float>& depth_mm) {
+void take_nearer(const Frame& layer, std::uint8_t organ, std::size_t begin, std::size_t end,
+                 Frame& frame, std::vector<float>& depth_mm) {
   const bool shown = !frame.shown.empty() && !layer.shown.empty();
+  const bool bound = !frame.bound.empty() && !layer.bound.empty();
   for (std::size_t i = begin; i < end; ++i) {
     if (!(layer.depth_mm[i] < depth_mm[i])) continue;
     depth_mm[i] = layer.depth_mm[i];
@@ -22,6 +23,7 @@ void take_nearer(const Frame& layer, std::size_t begin, std::size_t end, Frame& 
     std::copy_n(layer.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
                 frame.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i));
     if (shown) frame.shown[i] = layer.shown[i];
+    if (bound) frame.bound[i] = layer.bound[i], frame.organ[i] = organ;
   }
 }
 
@@ -52,13 +54,15 @@ void join_layers(const std::vector<const Frame*>& layers, const DrawOptions& opt
   frame.color = first.color;
   frame.cover = first.cover;
   frame.shown = options.keep_shown ? first.shown : std::vector<Shown>{};
+  frame.bound = options.keep_bound ? first.bound : std::vector<BoundPixel>{};
+  frame.organ.assign(frame.bound.size(), 0);
   std::vector<float> depth_mm = first.depth_mm;
   constexpr std::size_t kGrain = 1 << 14;
-  parallel_pieces(std::size_t{0}, depth_mm.size(), kGrain,
-                  [&](std::size_t first, std::size_t last) {
-                    for (std::size_t l = 1; l < layers.size(); ++l)
-                      take_nearer(*layers[l], first, last, frame, depth_mm);
-                  });
+  parallel_pieces(
+      std::size_t{0}, depth_mm.size(), kGrain, [&](std::size_t first, std::size_t last) {
+        for (std::size_t l = 1; l < layers.size(); ++l)
+          take_nearer(*layers[l], static_cast<std::uint8_t>(l), first, last, frame, depth_mm);
+      });
   if (options.smooth_outline) smooth_outlines(depth_mm, deeper_mm, frame);
   frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
 }

@@ -4,6 +4,7 @@
 #include "core/error.h"
 #include "core/stopwatch.h"
 #include "player/instrument_motion.h"
+#include "player/script_camera.h"
 
 namespace organbake {
 void PlayOptions::check() const {
@@ -26,7 +27,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   for (int frame = 0; frame < script.frames; ++frame) {
     context.throw_if_cancelled();
     std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
-    const View view = orbit_view(player.bundle().cameras, camera_at(script, frame), width, height);
+    const View view = view_at(script, frame, player.bundle().cameras, width, height);
     PlayedFrame& entry = played.emplace_back();
     Stopwatch watch;
     entry.step = player.step(tips);
@@ -50,6 +51,9 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     }
     context.throw_if_cancelled();  // a large frame takes its time, too
     if (show) show(frame, picture);
+    if (options.watch)
+      options.watch(
+          {frame, frame * script.time_step_s, view, tips, draw.solids, entry.step, picture});
     context.progress(double(frame + 1) / script.frames);
   }
   return played;

@@ -11,10 +11,22 @@
 
 namespace organbake {
 
+// One moment of a script, stepped and drawn.
+struct PlayedScene {
+  int frame;
+  double time_s;
+  const View& view;
+  const std::vector<InstrumentTip>& tips;  // where they were held
+  const std::vector<Solid>& solids;        // the tools that are in the picture
+  const StepReport& step;
+  Frame& picture;  // may be taken, or drawn over
+};
+
 struct PlayOptions {
   int width = 1280, height = 720;  // pixels; the script's own size goes first
   bool instruments = true;         // draw the tools
   DrawOptions draw;
+  std::function<void(const PlayedScene&)> watch;  // may be empty; called after `show`
 
   void check() const;  // throws UsageError
 };

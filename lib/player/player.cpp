@@ -178,7 +178,8 @@ DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Fra
   }
   // Of a frame asked for with less, what it lacks now would be missing.
   unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
-              frame.shown.empty() == !options.keep_shown;
+              frame.shown.empty() == !options.keep_shown &&
+              frame.bound.empty() == !options.keep_bound;
   const DrawReport joined = joined_report(reports, unchanged);
   if (!unchanged) {
     frame.serial = 0;

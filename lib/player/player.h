@@ -62,6 +62,10 @@ class Player {
   const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
     return organs_[organ].positions;
   }
+  // Of one organ's shell, as it was last drawn, world mm, by face.
+  const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
+    return organs_[organ].warper.shell_matrices();
+  }
   TissueSolver solver() const { return solver_; }
 
  private:

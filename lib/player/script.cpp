@@ -8,38 +8,14 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "player/script_camera_json.h"
 #include "warp/view.h"
 
 namespace organbake {
 namespace {
 
 constexpr const char* kSchema = "organbake/interaction/1";
-constexpr int kMostFrames = 100000;
 constexpr double kFarMm = 1e6;
-
-[[noreturn]] void refuse_as_degrees(const JsonField& angle) {
-  angle.fail("is " + to_text(angle.number()) + ": " + kAnglesAreRadians);
-}
-
-CameraKeyframe keyframe_from(const JsonField& field) {
-  field.allow_only(
-      {"frame", "azimuth_rad", "elevation_rad", "distance", "roll_rad", "right", "up"});
-  CameraKeyframe key;
-  key.frame = static_cast<int>(field["frame"].integer(0, kMostFrames));
-  key.pose.azimuth_rad = field["azimuth_rad"].number(-1e3, 1e3);
-  key.pose.elevation_rad = field["elevation_rad"].number(-1e3, 1e3);
-  if (!can_be_elevation(key.pose.elevation_rad)) refuse_as_degrees(field["elevation_rad"]);
-  constexpr double kNearest = 1e-3, kFarthest = 1e3;  // multiples of the capture distance
-  if (const auto distance = field.find("distance"))
-    key.pose.distance = distance->number(kNearest, kFarthest);
-  if (const auto roll = field.find("roll_rad")) {
-    key.pose.roll_rad = roll->number(-1e3, 1e3);
-    if (!can_be_azimuth(key.pose.roll_rad)) refuse_as_degrees(*roll);
-  }
-  if (const auto right = field.find("right")) key.pose.right = right->number(-1e3, 1e3);
-  if (const auto up = field.find("up")) key.pose.up = up->number(-1e3, 1e3);
-  return key;
-}
 
 // Of any length, as long as its square neither vanishes nor overflows: it will be normalised.
 Eigen::Vector3d direction_from(const JsonField& field) {
@@ -102,12 +78,6 @@ TissueSolver solver_from(const JsonField& field) {
   field.fail("must be springs or fem");
 }
 
-double catmull_rom(double before, double a, double b, double after, double t) {
-  return a + 0.5 * t *
-                 (b - before +
-                  t * (2 * before - 5 * a + 4 * b - after + t * (3 * (a - b) + after - before)));
-}
-
 }  // namespace
 
 Script script_from_json(const std::string& text, const std::string& name) {
@@ -116,11 +86,10 @@ Script script_from_json(const std::string& text, const std::string& name) {
   document.require_schema(kSchema);
   document.allow_only({"schema", "name", "time_step_s", "frames", "size", "solver", "light",
                        "camera", "instruments"});
-  document["camera"].allow_only({"keyframes"});
   Script script;
   script.name = document["name"].text();
   script.time_step_s = document["time_step_s"].number(1e-5, 0.1);
-  script.frames = static_cast<int>(document["frames"].integer(1, kMostFrames));
+  script.frames = static_cast<int>(document["frames"].integer(1, kMostScriptFrames));
   if (const auto size = document.find("size")) {
     if (size->size() != 2) size->fail("must hold two numbers, width and height");
     script.width = static_cast<int>(size->at(0).integer(1, kLargestSide_px));
@@ -128,18 +97,7 @@ Script script_from_json(const std::string& text, const std::string& name) {
   }
   if (const auto solver = document.find("solver")) script.solver = solver_from(*solver);
   if (const auto light = document.find("light")) script.light = light_from(*light);
-  const JsonField keyframes = document["camera"]["keyframes"];
-  if (keyframes.size() == 0) keyframes.fail("must hold a keyframe");
-  for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    script.camera.push_back(keyframe_from(keyframes.at(i)));
-    if (i > 0 && script.camera[i].frame <= script.camera[i - 1].frame) {
-      keyframes.at(i)["frame"].fail("must be later than the keyframe's before");
-    }
-    // A long interaction may go round many times, but no more than once to the next keyframe.
-    const double from = i > 0 ? script.camera[i - 1].pose.azimuth_rad : 0;
-    if (!can_be_azimuth(script.camera[i].pose.azimuth_rad - from))
-      refuse_as_degrees(keyframes.at(i)["azimuth_rad"]);
-  }
+  read_script_camera(document["camera"], name, script);
   const JsonField instruments = document["instruments"];
   constexpr std::size_t kMostInstruments = 1024;
   if (instruments.size() > kMostInstruments) instruments.fail("may hold 1024 instruments at most");
@@ -153,20 +111,33 @@ Script read_script(const std::filesystem::path& path) {
   return script_from_json(read_text_file(path), path.string());
 }
 
-OrbitPose camera_at(const Script& script, int frame) {
+double catmull_rom(double before, double a, double b, double after, double t) {
+  return a + 0.5 * t *
+                 (b - before +
+                  t * (2 * before - 5 * a + 4 * b - after + t * (3 * (a - b) + after - before)));
+}
+
+KeyframeStretch keyframes_at(const Script& script, int frame) {
   const auto& keys = script.camera;
+  const int count = static_cast<int>(keys.size());
   const auto next = std::find_if(keys.begin(), keys.end(),
                                  [&](const CameraKeyframe& k) { return k.frame > frame; });
-  if (next == keys.begin()) return keys.front().pose;
-  if (next == keys.end()) return keys.back().pose;
-  const auto at = std::prev(next);
-  const OrbitPose& a = at->pose;
-  const OrbitPose& b = next->pose;
-  const OrbitPose& before = at == keys.begin() ? a : std::prev(at)->pose;
-  const OrbitPose& after = std::next(next) == keys.end() ? b : std::next(next)->pose;
-  const double t = double(frame - at->frame) / (next->frame - at->frame);
+  const int b = static_cast<int>(next - keys.begin());
+  if (b == 0) return {0, 0, 0, 0, 0};
+  if (b == count) return {count - 1, count - 1, count - 1, count - 1, 0};
+  const int a = b - 1;
+  return {std::max(a - 1, 0), a, b, std::min(b + 1, count - 1),
+          double(frame - keys[a].frame) / (keys[b].frame - keys[a].frame)};
+}
+
+OrbitPose camera_at(const Script& script, int frame) {
+  const KeyframeStretch at = keyframes_at(script, frame);
+  const auto pose_of = [&](int key) -> const OrbitPose& { return script.camera[key].pose; };
+  const OrbitPose &before = pose_of(at.before), &a = pose_of(at.a), &b = pose_of(at.b),
+                  &after = pose_of(at.after);
+  if (at.a == at.b) return a;
   const auto between = [&](double OrbitPose::*member) {
-    return catmull_rom(before.*member, a.*member, b.*member, after.*member, t);
+    return catmull_rom(before.*member, a.*member, b.*member, after.*member, at.share);
   };
   OrbitPose pose{between(&OrbitPose::azimuth_rad), between(&OrbitPose::elevation_rad),
                  between(&OrbitPose::distance),    between(&OrbitPose::roll_rad),

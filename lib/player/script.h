@@ -13,9 +13,13 @@
 
 namespace organbake {
 
+inline constexpr int kMostScriptFrames = 100000;
+
+// On the orbit, or a pose of the world's. All of a script are of one kind.
 struct CameraKeyframe {
   int frame = 0;
   OrbitPose pose;
+  std::optional<RigidTransform> camera_from_world = {};
 };
 
 // Where a tip is at a time: at a place of the world, or pressed depth_mm below the skin (above it
@@ -49,6 +53,10 @@ struct Script {
   std::optional<TissueSolver> solver = {};
   std::optional<DrawnLight> light = {};  // to be seen in; else what the organ is meant for
   std::vector<CameraKeyframe> camera;
+  std::optional<Intrinsics> lens = {};  // of the script's size; else virtual camera 0's angle
+  // In the keyframes' place: a camera a frame, all of one size, and the file they were read from.
+  std::vector<PosedCamera> recorded = {};
+  std::string recorded_file = {};
   std::vector<InstrumentPath> instruments;
 };
 
@@ -58,7 +66,17 @@ Script read_script(const std::filesystem::path& path);
 // The document that script_from_json() reads back to the last bit.
 std::string script_to_json(const Script& script);
 
-// The camera at a frame: Catmull–Rom between keyframes, so that it never jerks; held at the ends.
+// The keyframes before and behind a frame, and theirs; before the first and after the last a and b
+// are the same.
+struct KeyframeStretch {
+  int before, a, b, after;
+  double share;  // of the way from a to b
+};
+KeyframeStretch keyframes_at(const Script& script, int frame);
+double catmull_rom(double before, double a, double b, double after, double t);
+
+// The camera on the orbit at a frame: Catmull–Rom between keyframes, so that it never jerks; held
+// at the ends.
 OrbitPose camera_at(const Script& script, int frame);
 
 }  // namespace organbake

@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bundle/json_fields.h"
 #include "player/script.h"
+#include "player/script_camera_json.h"
 
 namespace organbake {
 namespace {
-
-Json keyframe_json(const CameraKeyframe& key) {
-  return {{"frame", key.frame},
-          {"azimuth_rad", key.pose.azimuth_rad},
-          {"elevation_rad", key.pose.elevation_rad},
-          {"distance", key.pose.distance},
-          {"roll_rad", key.pose.roll_rad},
-          {"right", key.pose.right},
-          {"up", key.pose.up}};
-}
 
 Json waypoint_json(const Waypoint& waypoint) {
   if (waypoint.position_mm) {
@@ -38,12 +29,11 @@ Json instrument_json(const InstrumentPath& instrument) {
 }  // namespace
 
 std::string script_to_json(const Script& script) {
-  Json keyframes = Json::array(), instruments = Json::array();
-  for (const CameraKeyframe& key : script.camera) keyframes.push_back(keyframe_json(key));
+  Json instruments = Json::array();
   for (const InstrumentPath& i : script.instruments) instruments.push_back(instrument_json(i));
   Json json = {{"schema", "organbake/interaction/1"},  {"name", script.name},
                {"time_step_s", script.time_step_s},    {"frames", script.frames},
-               {"camera", {{"keyframes", keyframes}}}, {"instruments", instruments}};
+               {"camera", script_camera_json(script)}, {"instruments", instruments}};
   if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
   if (script.solver) json["solver"] = to_string(*script.solver);
   if (script.light) json["light"] = to_string(*script.light);

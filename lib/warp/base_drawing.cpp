@@ -43,6 +43,7 @@ class BaseDrawing::PlacedBlock {
   float weight(std::uint32_t at) const { return weight_[at]; }
   float b1(std::uint32_t at) const { return b1_[at]; }
   float b2(std::uint32_t at) const { return b2_[at]; }
+  float height_mm(std::uint32_t at) const { return h_[at]; }
   // Colour and weight.
   const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
   // Beyond reach if it lies before the near plane.
@@ -248,8 +249,10 @@ void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces
       tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
       if (!tile.keeps_places()) return;
       const auto mean = [&w](float a, float b, float c) { return w[0] * a + w[1] * b + w[2] * c; };
-      tile.place[at] = {block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
-                        mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c))};
+      tile.place[at] = {
+          block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
+          mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)),
+          mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};
     };
     rasterise<float>(triangle, tile.box, draw_pixel);
   };

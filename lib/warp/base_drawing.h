@@ -24,7 +24,7 @@ struct BaseTile {
   using Shade = Eigen::Vector4f;  // red, green, blue, linear; weight
   struct Place {
     std::uint32_t face;
-    float b1, b2;
+    float b1, b2, height_mm;
   };
 
   PixelBox box;
@@ -33,7 +33,7 @@ struct BaseTile {
   std::vector<float> depth;
   // What lies side by side is written and read together: pixels are few, and strewn about.
   std::vector<Shade> shade;
-  std::vector<Place> place;  // on the proxy; only when places are kept
+  std::vector<Place> place;  // over the proxy; only when places are kept
 
   void clear(const PixelBox& tile, bool keep_places);
   bool keeps_places() const { return !place.empty(); }

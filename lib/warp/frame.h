@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "image/channel_image.h"
@@ -22,6 +23,20 @@ struct Shown {
 inline const Shown kNothingShown = {Eigen::Vector3f::Constant(std::nanf("")),
                                     Eigen::Vector3f::Constant(std::nanf(""))};
 
+// The skin that a pixel shows, as a point bound to the shell: any pose of the organ puts it
+// somewhere, shell_point().
+struct BoundPixel {
+  static constexpr std::uint32_t kNoSkin = 0xFFFFFFFFu;
+  std::uint32_t face = kNoSkin;  // of the shell's surface
+  float b1 = 0, b2 = 0, height_mm = 0;
+  float depth_mm = std::numeric_limits<float>::infinity();  // planar z at the pixel's centre
+  // Of all that its colour was blended from: shares of cameras × confidence, 1 at most; the base
+  // layer alone weighs next to nothing.
+  float weight = 0;
+
+  bool has_skin() const { return face != kNoSkin; }
+};
+
 // A drawn picture. The caller keeps it between frames: a Warper that finds its own last picture in
 // it, and nothing changed, leaves it alone.
 struct Frame {
@@ -29,7 +44,10 @@ struct Frame {
   std::vector<Cover> cover;     // one per pixel
   std::vector<float> depth_mm;  // planar z, +inf at the background; empty unless asked for
   std::vector<Shown> shown;     // one per pixel; empty unless asked for
-  std::uint64_t serial = 0;     // of the drawing it holds; set to 0 to force a redraw
+  // One per pixel; empty unless asked for. Tools hide no skin here, and what was filled has none.
+  std::vector<BoundPixel> bound;
+  std::vector<std::uint8_t> organ;  // whose skin is bound; empty: the one and only
+  std::uint64_t serial = 0;         // of the drawing it holds; set to 0 to force a redraw
 
   bool covered(int x, int y) const {
     return cover[std::size_t(y) * color.width + x] != Cover::background;

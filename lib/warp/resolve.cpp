@@ -135,6 +135,32 @@ void tell_shown(const TileLayers& tile, const LayerStretches& rows, int count,
   }
 }
 
+// Where the skin of a stretch's pixels is bound: by their leading samples, and by the base layer
+// where it hides them or there are none.
+void tell_bound(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
+                const SumStretch& sum, BoundPixel* bound) {
+  const LeadingSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
+  for (int i = 0; i < count; ++i) {
+    const int layer = leading.layer[i];
+    bound[i] = {};
+    if (!(sum.nearest[i] < kInfinity)) continue;
+    if (tile.count > 0 && rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm) {
+      const SampleSet& set = *tile.layers[layer].set;
+      const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+      const Patch& patch = set.chunks[slot / kChunk].patch;
+      std::array<float, 3> at = set.bound(slot);
+      const float u = rows[layer].u[i], v = rows[layer].v[i];
+      for (int k = 0; k < 3; ++k) at[k] += u * patch.along_u[k] + v * patch.along_v[k];
+      bound[i] = {patch.face, at[0], at[1], at[2], rows[layer].depth[i], sum.weight[i]};
+    } else if (tile.base) {
+      const std::size_t at = tile.base->at(x0 + i, y);
+      const BaseTile::Place& place = tile.base->place[at];
+      bound[i] = {place.face,           place.b1,     place.b2, place.height_mm,
+                  tile.base->depth[at], sum.weight[i]};
+    }
+  }
+}
+
 // Lights what the samples of a stretch summed to, by pixels' leading samples: the others that count
 // lie on the same skin.
 void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
@@ -210,7 +236,7 @@ void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretche
     const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
     parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
                              std::min(count, spans.last(row) - offset));
-    if (tile.base || tile.relit || tile.rest) fill(rows[l].depth, kInfinity);
+    if (tile.base || tile.relit || tile.rest || tile.keep_bound) fill(rows[l].depth, kInfinity);
     decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
     find_nearest(rows[l], parts[l], sum);
   }
@@ -236,6 +262,7 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
     if (tile.rest) tell_shown(tile, rows, count, sum, &frame.shown[first]);
+    if (tile.keep_bound) tell_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
     if (tile.base) mark_base(rows, tile.count, count, cover);
     depth.put(x0, y, count, sum.nearest);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
@@ -266,6 +293,7 @@ void Background::fill(const PixelBox& box, SkinDepth& depth, Frame& frame) const
     std::copy_n(row_.data(), 3 * box.width(), frame.color.pixels.data() + 3 * first);
     std::fill_n(&frame.cover[first], box.width(), Cover::background);
     if (!frame.shown.empty()) std::fill_n(&frame.shown[first], box.width(), kNothingShown);
+    if (!frame.bound.empty()) std::fill_n(&frame.bound[first], box.width(), BoundPixel());
     if (!frame.depth_mm.empty()) std::fill_n(&frame.depth_mm[first], box.width(), kInfinity);
   }
 }

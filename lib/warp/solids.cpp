@@ -213,6 +213,32 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
   return blocks;
 }
 
+void trace_solids(const std::vector<Solid>& solids, const View& view,
+                  const std::function<void(int, int, const SolidSeen&)>& visit) {
+  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  const std::vector<SolidBlock> blocks = solid_blocks(solids, view);
+  const Intrinsics& k = view.camera.intrinsics;
+  const auto trace = [&](const SolidBlock& block, int x, int y) {
+    const Vector3d d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
+    Hit nearest;
+    SolidSeen seen;
+    for (const std::uint32_t s : block.solids) {
+      const double before = nearest.along;
+      hit_solid(d, placed[s], view.near_mm, nearest);
+      if (nearest.along < before) seen.solid = s;
+    }
+    if (!std::isfinite(nearest.along)) return;
+    seen.depth_mm = static_cast<float>(nearest.along);
+    seen.normal = nearest.normal.cast<float>();
+    visit(x, y, seen);
+  };
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const PixelBox& box = blocks[b].box;
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) trace(blocks[b], x, y);
+  });
+}
+
 std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
                         const View& view, Frame& frame) {
   const std::vector<PlacedSolid> placed = placed_in(view, solids);

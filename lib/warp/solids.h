@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "warp/frame.h"
@@ -17,6 +18,7 @@ struct Solid {
   Eigen::Vector3d to = Eigen::Vector3d::Zero();
   double radius_mm = 1;
   Eigen::Vector3f color = Eigen::Vector3f::Constant(0.35f);  // linear
+  std::uint32_t instrument = 0;                              // that it is a part of
 
   bool operator==(const Solid& other) const = default;
 };
@@ -34,5 +36,17 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
 // tissue is nearer; edges are smoothed with 2 × 2 rays a pixel. Returns the pixels touched.
 std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
                         const View& view, Frame& frame);
+
+// What the ray through a pixel's centre meets first of the solids.
+struct SolidSeen {
+  std::uint32_t solid = 0;  // its place in the list
+  float depth_mm = 0;       // planar z
+  Eigen::Vector3f normal;   // camera axes, unit, outward
+};
+
+// Calls visit(x, y, seen) for every pixel whose centre a solid lies at, from several threads at
+// once, each pixel one time. Whether something else lies before it is the caller's to ask.
+void trace_solids(const std::vector<Solid>& solids, const View& view,
+                  const std::function<void(int, int, const SolidSeen&)>& visit);
 
 }  // namespace organbake

@@ -82,7 +82,7 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
                                        Scratch& own) const {
   if (blocks.empty()) return nullptr;
   const BaseDrawing& base = placed_->base;
-  own.base.clear(part, placed_->relit != nullptr);
+  own.base.clear(part, placed_->relit != nullptr || placed_->keep_bound);
   if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
     own.open.find(part, layers);
   }
@@ -108,6 +108,7 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
   layers.texel_mm = placed_->texel_mm;
   layers.relit = placed_->relit;
   layers.rest = placed_->rest;
+  layers.keep_bound = placed_->keep_bound;
   std::array<const TileKeys*, 3> drawn;
   for (const ActiveCamera& camera : placed_->cameras) {
     const auto chunks = camera.tiles[tile];

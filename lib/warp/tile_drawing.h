@@ -27,6 +27,7 @@ struct PlacedFrame {
   const std::vector<FaceFrame>& faces;
   const RelitSkin* relit;                // nullptr: the light that was baked
   const std::vector<ShellMatrix>* rest;  // nullptr: what is shown is not told
+  bool keep_bound;                       // tell where the skin of each pixel is bound
   const Background& background;
   bool measure;
 };

@@ -130,7 +130,7 @@ bool Warper::Impl::continues(const View& view, const DrawOptions& options,
   same_tools.solids = last_options.solids;
   return same_tools == last_options &&
          frame.depth_mm.empty() == !(options.keep_depth || !options.solids.empty()) &&
-         frame.shown.empty() == !options.keep_shown;
+         frame.shown.empty() == !options.keep_shown && frame.bound.empty() == !options.keep_bound;
 }
 
 // Farther away lies no skin, poked skin within reason included.
@@ -196,6 +196,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .faces = faces,
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .rest = options.keep_shown ? &rest : nullptr,
+               .keep_bound = options.keep_bound,
                .background = background,
                .measure = options.measure});
   std::atomic<int> drawn = 0;
@@ -252,6 +253,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   frame.depth_mm.resize(options.keep_depth || !options.solids.empty() ? pixels : 0);
 
   frame.shown.resize(options.keep_shown ? pixels : 0);
+  frame.bound.resize(options.keep_bound ? pixels : 0);
+  frame.organ.clear();
   s.depth.resize(width, height, s.reach_mm(view));
 
   const TileGrid grid(width, height);
@@ -285,6 +288,7 @@ DrawnLight Warper::usual_light() const {
   if (!impl_->relit) return DrawnLight::baked;
   return impl_->scope ? DrawnLight::scope : DrawnLight::world;
 }
+const std::vector<ShellMatrix>& Warper::shell_matrices() const { return impl_->shell.matrices(); }
 void Warper::bind_all() { impl_->store.require_all(); }
 void Warper::bind_ahead() { impl_->store.make_ahead(); }
 bool Warper::bind_next() { return impl_->store.make_next(); }

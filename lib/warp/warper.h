@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "geometry/shell_map.h"
 #include "geometry/view_manifold.h"
 #include "warp/drawn_light.h"
 #include "warp/frame.h"
@@ -37,6 +38,7 @@ struct DrawOptions {
   double scope_reference_mm = 0;
   bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
   bool keep_shown = false;  // also fill Frame::shown, for pixels of Cover::samples
+  bool keep_bound = false;  // also fill Frame::bound
   bool measure = false;     // fill DrawReport's times
   std::vector<Solid> solids;
 
@@ -101,6 +103,9 @@ class Warper {
   // The light that it is meant to be seen in: at the scope when its lighting has that, else the
   // world's, else what was baked.
   DrawnLight usual_light() const;
+
+  // The shell as it was last drawn, world mm, by face.
+  const std::vector<ShellMatrix>& shell_matrices() const;
 
   // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
   // then never waits. Frames are the same either way.

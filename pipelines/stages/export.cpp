@@ -12,6 +12,7 @@
 #include "exchange/web_page.h"
 #include "formats/camera_files.h"
 #include "formats/gltf.h"
+#include "formats/simulation_asset.h"
 #include "image/png.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stage_options.h"
@@ -129,6 +130,22 @@ void write_web(const Bundle& bundle, const fs::path& folder, const RunContext& c
   write_file_atomically(folder / kWebPageFile, web_page(bundle, player, context));
 }
 
+void write_usd(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+               const RunContext& context) {
+  constexpr int kUsualSide = 2048;
+  const TexturedMesh mesh = surface_of(bundle, options, kUsualSide, context);
+  write_file_atomically(folder / "organ.usda",
+                        usd_text(bundle, mesh, "organ.png", "organ_normal.png"));
+  write_png(folder / "organ.png", mesh.color);
+  write_png(folder / "organ_normal.png", mesh.normal_map);
+}
+
+void write_sofa(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+                const RunContext& context) {
+  write_obj(bundle, options, folder, context);
+  write_file_atomically(folder / "organ.scn", sofa_text(bundle, "organ.obj", "organ.png"));
+}
+
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<ExportOptions>(call.options_json);
   const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
@@ -147,6 +164,12 @@ StageReport run(const StageCall& call) {
       break;
     case ExportFormat::web:
       write_web(bundle, call.output_folder, call.context);
+      break;
+    case ExportFormat::usd:
+      write_usd(bundle, options, call.output_folder, call.context);
+      break;
+    case ExportFormat::sofa:
+      write_sofa(bundle, options, call.output_folder, call.context);
       break;
   }
   return {};

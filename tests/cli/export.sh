@@ -4,7 +4,7 @@
 source "$(dirname "$0")/assert.sh"
 quick_recipe >r.yaml
 expect 0 organbake bake r.yaml -o organ --no-report --set bundle.surface=true
-for format in gltf colmap transforms obj; do
+for format in gltf colmap transforms obj usd sofa; do
   expect 0 organbake export organ --format $format -o $format
   expect 0 organbake export organ --format $format -o again_$format --threads 1
   expect_same $format again_$format
@@ -12,6 +12,10 @@ done
 expect 0 organbake inspect obj/organ.obj --unit m
 expect 0 organbake inspect gltf/organ.glb
 python3 "$SOURCE/tests/cli/read_exports.py" organ || fail "an export"
+python3 "$SOURCE/tests/cli/read_assets.py" organ usd sofa || fail "an asset with springs"
+expect 0 organbake bake r.yaml -o solid --no-report --set mechanics.fem=true
+for format in usd sofa; do expect 0 organbake export solid --format $format -o solid_$format; done
+python3 "$SOURCE/tests/cli/read_assets.py" solid solid_usd solid_sofa || fail "an asset with tetrahedra"
 expect 0 organbake export organ --format gltf -o few --faces 100 --texture 512
 expect_err "a texture of 512 × 512 texels"
 expect 0 organbake export organ --format obj -o albedo --albedo

@@ -14,6 +14,7 @@ void run_player_suite(Bench& bench) {
   show_worst_poke(bench, bundles);
   promise_frames(bench, bundles);
   promise_motion(bench, bundles);
+  promise_truth(bench, bundles);
   promise_program(bench, bundles);
 }
 

@@ -33,6 +33,8 @@ void promise_deformation(Bench& bench);
 // Static shapes under dead loads: the finite elements' against their own converged ones, the
 // springs' against linear finite elements'.
 void promise_statics(Bench& bench, const TriangleMesh& organ);
+// A picture with depth, flow and mask beside it, on one core.
+void promise_truth(Bench& bench, PlayerBundles& bundles);
 // A cold organplay: time to its first frame, memory, size.
 void promise_program(Bench& bench, PlayerBundles& bundles);
 

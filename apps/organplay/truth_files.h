@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "command.h"
+#include "core/run_context.h"
+#include "player/player.h"
+#include "player/script.h"
+#include "truth/truth_recorder.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// From --layers and --stereo, checked.
+TruthOptions truth_options(const Command& command, const Script& script, const Player& player);
+
+// The first camera of --cameras, in --size or its own.
+View first_recorded_view(const Command& command);
+
+// The layers, the right eye and cameras.json of one view, beside its picture: for picture.png
+// picture_depth.exr, picture_right.png, picture_right_depth.exr, picture_cameras.json and so on.
+// frame: the view, drawn with its bound pixels kept.
+void write_truth_of_view(const Command& command, Player& player, const View& view,
+                         const DrawOptions& options, Frame& frame, const RunContext& context);
+
+}  // namespace organbake

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace organbake {
+
+// What Python hands over, as numbers that C++ may hold without the interpreter. Each throws a
+// UsageError, Python's ValueError, that names the argument, what it is and what it must be. None
+// looks at whether the numbers are finite: the player does.
+std::vector<Eigen::Vector3d> vectors_from(const pybind11::object& argument,
+                                          const std::string& name);
+// One for all, or one each.
+std::vector<double> numbers_from(const pybind11::object& argument, const std::string& name,
+                                 std::size_t count);
+std::vector<bool> flags_from(const pybind11::object& argument, const std::string& name,
+                             std::size_t count);
+Eigen::Vector3d vector_from(const pybind11::object& argument, const std::string& name);
+// 3 × 4, or 4 × 4 with the last row 0 0 0 1.
+Eigen::Matrix<double, 3, 4> pose_matrix_from(const pybind11::object& argument,
+                                             const std::string& name);
+
+}  // namespace organbake

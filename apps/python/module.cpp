@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <exception>
+#include <new>
+
+#include "array_arguments.h"
+#include "bind_view.h"
+#include "core/error.h"
+#include "picture_arrays.h"
+#include "shared_player.h"
+
+namespace organbake {
+namespace py = pybind11;
+namespace {
+
+// What C++ throws, as Python's own: ValueError for what was asked or what a file holds, OSError for
+// files that are not there or cannot be used, with the programs' sentences.
+void translate(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const Error& error) {
+    switch (error.code()) {
+      case ExitCode::usage:
+      case ExitCode::bad_data:
+      case ExitCode::bad_recipe:
+        return PyErr_SetString(PyExc_ValueError, error.what());
+      case ExitCode::no_input:
+      case ExitCode::read_error:
+      case ExitCode::cannot_write:
+        return PyErr_SetString(PyExc_OSError, error.what());
+      default:
+        return PyErr_SetString(PyExc_RuntimeError, error.what());
+    }
+  } catch (const std::filesystem::filesystem_error& error) {
+    PyErr_SetString(PyExc_OSError, error.what());
+  }
+}
+
+std::vector<std::filesystem::path> paths_from(const py::object& bundles) {
+  const py::object fspath = py::module_::import("os").attr("fspath");
+  const auto one = [&](const py::handle& given) {
+    try {
+      return std::filesystem::path(py::cast<std::string>(fspath(given)));
+    } catch (const py::error_already_set&) {
+    } catch (const py::cast_error&) {
+    }
+    throw UsageError("bundles must be a path, or a list of paths");
+  };
+  if (py::isinstance<py::list>(bundles) || py::isinstance<py::tuple>(bundles)) {
+    std::vector<std::filesystem::path> paths;
+    for (const py::handle& given : bundles) paths.push_back(one(given));
+    if (paths.empty()) throw UsageError("bundles is empty; a player needs a bundle");
+    return paths;
+  }
+  return {one(bundles)};
+}
+
+std::shared_ptr<SharedPlayer> load(const py::object& bundles, double time_step_s,
+                                   const std::string& solver,
+                                   const std::optional<std::string>& light) {
+  const auto paths = paths_from(bundles);
+  DeformOptions options;
+  options.time_step_s = time_step_s;
+  const auto tissue = tissue_solver(solver);
+  if (!tissue) throw UsageError("solver '" + solver + "' is none; take springs or fem");
+  options.solver = *tissue;
+  std::optional<DrawnLight> drawn;
+  if (light && !(drawn = drawn_light(*light)))
+    throw UsageError("light '" + *light + "' is none; take baked, world or scope");
+  const py::gil_scoped_release release;
+  return std::make_shared<SharedPlayer>(paths, options, drawn);
+}
+
+std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const py::object& radius_mm,
+                                     const py::object& axis_mm, const py::object& grabs,
+                                     const py::object& active) {
+  const auto positions = vectors_from(positions_mm, "positions_mm");
+  const std::size_t n = positions.size();
+  const auto radii = numbers_from(radius_mm, "radius_mm", n);
+  const auto grab = flags_from(grabs, "grabs", n), on = flags_from(active, "active", n);
+  std::vector<Eigen::Vector3d> axes(n, Eigen::Vector3d::Zero());
+  if (!axis_mm.is_none()) axes = vectors_from(axis_mm, "axis_mm");
+  if (axes.size() != n)
+    throw UsageError("axis_mm holds " + std::to_string(axes.size()) + " axes for " +
+                     std::to_string(n) + " tips");
+  std::vector<InstrumentTip> tips;
+  for (std::size_t i = 0; i < n; ++i)
+    tips.push_back({positions[i], radii[i], grab[i] ? InstrumentMode::grab : InstrumentMode::poke,
+                    on[i], axes[i]});
+  return tips;
+}
+
+py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+  auto* const kept = new std::vector<Eigen::Vector3d>(vectors);
+  const py::capsule owner(kept,
+                          [](void* p) { delete static_cast<std::vector<Eigen::Vector3d>*>(p); });
+  return py::array_t<double>({py::ssize_t(kept->size()), py::ssize_t(3)},
+                             reinterpret_cast<const double*>(kept->data()), owner);
+}
+
+// The caller's array, if a picture of the view fits in.
+std::uint8_t* room_in(const py::object& out, const View& view) {
+  if (out.is_none()) return nullptr;
+  const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
+  const std::string wanted = "out must be a writeable, C-contiguous uint8 array of shape (" +
+                             std::to_string(height) + ", " + std::to_string(width) + ", 3)";
+  if (!py::isinstance<py::array>(out)) throw UsageError(wanted);
+  auto array = py::reinterpret_borrow<py::array>(out);
+  const bool fits = array.ndim() == 3 && array.shape(0) == height && array.shape(1) == width &&
+                    array.shape(2) == 3 && array.dtype().kind() == 'u' && array.itemsize() == 1 &&
+                    array.writeable() && (array.flags() & py::array::c_style);
+  if (!fits) throw UsageError(wanted);
+  return static_cast<std::uint8_t*>(array.mutable_data());
+}
+
+PictureArrays draw(SharedPlayer& player, const View& view, const std::string& layers, bool tools,
+                   const py::object& out) {
+  view.check();
+  const LayerSet set = layers.empty() ? LayerSet() : layers_from(layers);
+  std::uint8_t* const pixels = room_in(out, view);
+  DrawnPicture picture;
+  {
+    const py::gil_scoped_release release;
+    picture = player.draw(view, set, tools, pixels);
+  }
+  return PictureArrays(std::move(picture), out);
+}
+
+void bind_picture(py::module_& m) {
+  py::class_<PictureArrays>(
+      m, "Picture",
+      "A drawn picture and the layers that were asked for; the others are None. All are arrays "
+      "over the picture's own memory, top row first, and keep it alive.")
+      .def_property_readonly("rgb", &PictureArrays::rgb, "(h, w, 3) uint8, sRGB.")
+      .def_property_readonly("depth_mm", &PictureArrays::depth_mm,
+                             "(h, w) float32: planar z, +inf at the background.")
+      .def_property_readonly("normals", &PictureArrays::normals,
+                             "(h, w, 3) float32, camera axes, unit, towards the eye; 0 at the "
+                             "background.")
+      .def_property_readonly("mask", &PictureArrays::mask,
+                             "(h, w) uint8: 0 background, 1 + organ, 101 + instrument.")
+      .def_property_readonly("skin", &PictureArrays::skin,
+                             "(h, w) of face (4294967295: no skin), b1, b2, height_mm: the skin "
+                             "point, below tools, too.")
+      .def_property_readonly("organ", &PictureArrays::organ,
+                             "(h, w) uint8: whose skin; None with one organ.")
+      .def_property_readonly("weight", &PictureArrays::weight,
+                             "(h, w) float32: of the baked samples behind the colour, 0 to 1.")
+      .def_property_readonly("flow_back", &PictureArrays::flow_back,
+                             "(h, w, 2) float32: from here to the picture drawn before, px.")
+      .def_property_readonly("flow_back_seen", &PictureArrays::flow_back_seen,
+                             "(h, w) bool: whether that picture shows the point as well.")
+      .def_property_readonly("flow_from_last", &PictureArrays::flow_from_last,
+                             "(h, w, 2) float32: of the pixels of the picture drawn before, to "
+                             "here, px.")
+      .def_property_readonly("flow_from_last_seen", &PictureArrays::flow_from_last_seen,
+                             "(h, w) bool: whether this picture shows their points as well.");
+}
+
+void bind_step(py::module_& m) {
+  py::class_<StepReport>(m, "Step", "What one time step did.")
+      .def_property_readonly(
+          "forces_n", [](const StepReport& s) { return array_of(s.tip_force_n); },
+          "(n, 3): on each tip, from the tissue, world.")
+      .def_property_readonly(
+          "positions_mm", [](const StepReport& s) { return array_of(s.tip_position_mm); },
+          "(n, 3): where each tip was held; tools hold each other off.")
+      .def_readonly("contacts", &StepReport::contacts, "Of tips with tissue.")
+      .def_readonly("tissue_contacts", &StepReport::tissue_contacts, "Of tissue with tissue.")
+      .def_readonly("tool_contacts", &StepReport::tool_contacts, "Pairs of tools that touch.")
+      .def_readonly("penetration_mm", &StepReport::penetration_mm,
+                    "The deepest skin point left inside a tip.")
+      .def_readonly("recovered", &StepReport::recovered, "A lost state went back to rest.")
+      .def_readonly("tip_too_fast", &StepReport::tip_too_fast,
+                    "A tip moved farther than can be followed.");
+}
+
+void bind_player(py::module_& m) {
+  const auto released = py::call_guard<py::gil_scoped_release>();
+  py::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>(
+      m, "Player",
+      "A baked organ, or several that push each other, to be poked and drawn. World millimetres "
+      "(LPS). Threads may share one: their calls follow each other, without the interpreter's "
+      "lock.")
+      .def(py::init(&load), py::arg("bundles"), py::kw_only(), py::arg("time_step_s") = 1.0 / 60,
+           py::arg("solver") = "springs", py::arg("light") = py::none(),
+           "bundles: a folder made by organbake bake, or a list of them. solver: springs or fem. "
+           "light: baked, world or scope; None: what the organs are made for. Raises OSError for a "
+           "file that is missing, ValueError for one that is damaged.")
+      .def(
+          "step",
+          [](SharedPlayer& self, const py::object& positions_mm, const py::object& radius_mm,
+             const py::object& axis_mm, const py::object& grabs, const py::object& active) {
+            const auto tips = tips_from(positions_mm, radius_mm, axis_mm, grabs, active);
+            const py::gil_scoped_release release;
+            return self.step(tips);
+          },
+          py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
+          py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("active") = true,
+          "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
+          "from step to step. radius_mm, grabs, active: one for all, or (n,). axis_mm: (n, 3), to "
+          "a capsule's other end; None: spheres. Returns a Step. Raises ValueError for a tip that "
+          "makes no sense.")
+      .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
+      .def("close", &SharedPlayer::close, released,
+           "Frees the bundle; later calls raise ValueError. Arrays stay good.")
+      .def(
+          "orbit",
+          [](SharedPlayer& self, double azimuth_rad, double elevation_rad, double distance,
+             int width, int height) {
+            const py::gil_scoped_release release;
+            OrbitPose pose;
+            pose.azimuth_rad = azimuth_rad, pose.elevation_rad = elevation_rad;
+            pose.distance = distance;
+            return self.orbit(pose, width, height);
+          },
+          py::arg("azimuth_rad") = 0.0, py::arg("elevation_rad") = 0.0, py::arg("distance") = 1.0,
+          py::kw_only(), py::arg("width") = 640, py::arg("height") = 480,
+          "A View round the first organ's vertical axis from its first virtual camera; distance in "
+          "multiples of that camera's.")
+      .def("draw", &draw, py::arg("view"), py::arg("layers") = "", py::kw_only(),
+           py::arg("tools") = true, py::arg("out") = py::none(),
+           "Draws a Picture. layers: of depth, flow, normals, mask, id, weight, comma-separated, "
+           "or all. Flow is to the last picture that was drawn with the same layers. tools: show "
+           "the tips of the last step. out: a uint8 array (h, w, 3) to draw into.")
+      .def(
+          "proxy_mm",
+          [](SharedPlayer& self, std::size_t organ) {
+            std::vector<Eigen::Vector3d> positions;
+            {
+              const py::gil_scoped_release release;
+              positions = self.proxy_positions(organ);
+            }
+            return array_of(positions);
+          },
+          py::arg("organ") = 0, "(n, 3): the vertices of an organ's proxy as they lie now.")
+      .def(
+          "proxy_faces",
+          [](SharedPlayer& self, std::size_t organ) {
+            std::vector<Face> faces;
+            {
+              const py::gil_scoped_release release;
+              faces = self.proxy_faces(organ);
+            }
+            py::array_t<std::uint32_t> array({py::ssize_t(faces.size()), py::ssize_t(3)});
+            auto at = array.mutable_unchecked<2>();
+            for (std::size_t f = 0; f < faces.size(); ++f)
+              for (int k = 0; k < 3; ++k) at(f, k) = faces[f][k];
+            return array;
+          },
+          py::arg("organ") = 0, "(m, 3) uint32: its faces, counter-clockwise from outside.")
+      .def(
+          "skin_point",
+          [](SharedPlayer& self, const py::object& direction) {
+            const Eigen::Vector3d along = vector_from(direction, "direction");
+            Eigen::Vector3d point;
+            {
+              const py::gil_scoped_release release;
+              point = self.skin_point(along);
+            }
+            return py::make_tuple(point.x(), point.y(), point.z());
+          },
+          py::arg("direction"),
+          "Where a line from the first organ's centre along a direction leaves its skin at rest.")
+      .def_property_readonly(
+          "organ_count",
+          [](SharedPlayer& self) {
+            const py::gil_scoped_release release;
+            return self.organ_count();
+          },
+          "How many organs were loaded.");
+}
+
+}  // namespace
+
+void bind_organplay(py::module_& m) {
+  m.doc() =
+      "Pokes and draws organs baked by organbake, on the CPU, with the truth beside every picture.";
+  py::register_exception_translator(&translate);
+  bind_view(m);
+  bind_picture(m);
+  bind_step(m);
+  bind_player(m);
+}
+
+}  // namespace organbake
+
+PYBIND11_MODULE(organplay, m) {
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
+    throw pybind11::import_error("organplay needs a processor with AVX2 and FMA");
+  organbake::bind_organplay(m);
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "player/orbit.h"
+#include "player/player.h"
+#include "truth/flow.h"
+#include "truth/truth_tracker.h"
+
+namespace organbake {
+
+// One picture and what was asked for beside it.
+struct DrawnPicture {
+  Rgb8Image color;
+  LayerSet layers;
+  PixelTruth truth;
+  bool has_flow = false;
+  Flow backward, forward;  // from this picture to the last one, and from that to this
+};
+
+// A player that several threads may call, one after the other: without the interpreter's lock,
+// which no call needs. Throws what Player throws, and UsageError once it was closed.
+class SharedPlayer {
+ public:
+  SharedPlayer(const std::vector<std::filesystem::path>& bundles, const DeformOptions& options,
+               std::optional<DrawnLight> light);
+
+  StepReport step(const std::vector<InstrumentTip>& tips);
+  void reset();
+  void close();
+  View orbit(const OrbitPose& pose, int width, int height);
+  // With the tools of the last step, if they are wanted. `pixels`: room for the picture in the
+  // caller's memory instead of the result's own, or nullptr.
+  DrawnPicture draw(const View& view, const LayerSet& layers, bool tools, std::uint8_t* pixels);
+  std::size_t organ_count();
+  std::vector<Eigen::Vector3d> proxy_positions(std::size_t organ);
+  std::vector<Face> proxy_faces(std::size_t organ);
+  Eigen::Vector3d skin_point(const Eigen::Vector3d& direction);
+
+ private:
+  Player& open();  // with the lock held
+
+  std::mutex mutex_;
+  std::unique_ptr<Player> player_;
+  std::optional<DrawnLight> light_;
+  std::vector<InstrumentTip> tips_;
+  Frame frame_;
+  std::optional<TruthTracker> tracker_;
+};
+
+}  // namespace organbake

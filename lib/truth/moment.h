@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "player/player.h"
+#include "warp/frame.h"
+#include "warp/solids.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+// Where everything lay when a picture was drawn: enough to say where any of its points was then.
+struct Moment {
+  // A shell matrix in the camera's frame, mm; each column in a register of its own.
+  using Columns = Eigen::Matrix<float, 4, 6>;
+
+  View view;
+  std::vector<std::vector<Columns>> shells;  // by organ and face
+  std::vector<Solid> solids;
+  std::vector<const BaseLayer*> bases;  // by organ; the player's
+
+  // As the player was last drawn.
+  void take(const Player& player, const View& from, const std::vector<Solid>& tools);
+
+  // Of a bound point, camera mm.
+  Eigen::Vector3f place(std::size_t organ, const BoundPixel& p) const {
+    const Columns& m = shells[organ][p.face];
+    return (m.col(0) + p.b1 * m.col(1) + p.b2 * m.col(2) +
+            p.height_mm * (m.col(3) + p.b1 * m.col(4) + p.b2 * m.col(5)))
+        .head<3>();
+  }
+};
+
+}  // namespace organbake

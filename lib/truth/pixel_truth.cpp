@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truth/pixel_truth.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "truth/pixel_normals.h"
+#include "truth/skin_facing.h"
+
+namespace organbake {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr int kWidestFill_px = 5;  // holes are filled in four rounds, slits are four wide
+
+// The bound pixel nearest to one that was filled; of equal ones the first.
+std::optional<std::size_t> nearest_bound(const Frame& picture, const PixelTruth& truth, int x,
+                                         int y) {
+  std::optional<std::size_t> best;
+  int nearest = (kWidestFill_px + 1) * (kWidestFill_px + 1);
+  for (int v = std::max(0, y - kWidestFill_px); v <= std::min(truth.height - 1, y + kWidestFill_px);
+       ++v) {
+    for (int u = std::max(0, x - kWidestFill_px);
+         u <= std::min(truth.width - 1, x + kWidestFill_px); ++u) {
+      const std::size_t at = std::size_t(v) * truth.width + u;
+      const int far = (u - x) * (u - x) + (v - y) * (v - y);
+      if (far >= nearest || picture.cover[at] == Cover::filled || !truth.bound[at].has_skin())
+        continue;
+      nearest = far, best = at;
+    }
+  }
+  return best;
+}
+
+// Pixels that the warp opened or filled after their samples had been resolved.
+void follow_fills(const Frame& picture, PixelTruth& truth) {
+  struct Filled {
+    std::size_t at;
+    std::optional<std::size_t> from;
+  };
+  std::vector<Filled> filled;
+  for (std::size_t i = 0; i < truth.pixels(); ++i) {
+    if (picture.cover[i] == Cover::background) truth.bound[i].face = BoundPixel::kNoSkin;
+    if (picture.cover[i] != Cover::filled) continue;
+    const int x = static_cast<int>(i % truth.width), y = static_cast<int>(i / truth.width);
+    filled.push_back({i, nearest_bound(picture, truth, x, y)});
+  }
+  for (const Filled& pixel : filled) {
+    truth.bound[pixel.at] = pixel.from ? truth.bound[*pixel.from] : BoundPixel();
+    truth.bound[pixel.at].weight = 0;
+    if (pixel.from && !truth.organ.empty()) truth.organ[pixel.at] = truth.organ[*pixel.from];
+  }
+}
+
+// Skin beside the background that is turned away already: samples reach a little over the outline.
+void trim_outline(const Moment& moment, PixelTruth& truth) {
+  constexpr int kRounds = 2;
+  const int width = truth.width, height = truth.height;
+  const auto open = [&](std::size_t at) { return !truth.bound[at].has_skin(); };
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<std::vector<std::size_t>> over(height);
+    tbb::parallel_for(0, height, [&](int y) {
+      for (int x = 0; x < width; ++x) {
+        const std::size_t at = std::size_t(y) * width + x;
+        if (open(at)) continue;
+        const bool border = (x > 0 && open(at - 1)) || (x + 1 < width && open(at + 1)) ||
+                            (y > 0 && open(at - width)) || (y + 1 < height && open(at + width));
+        if (border && !faces_eye(moment, truth.organ_at(at), truth.bound[at]))
+          over[y].push_back(at);
+      }
+    });
+    for (const auto& row : over)
+      for (const std::size_t at : row) truth.bound[at] = {};
+  }
+}
+
+void put_skin(const Moment& moment, bool points, PixelTruth& truth) {
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, truth.pixels(), 1 << 13), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          const BoundPixel& bound = truth.bound[i];
+          const bool skin = bound.has_skin();
+          truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
+          truth.label[i] =
+              skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
+          if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
+        }
+      });
+}
+
+void put_tools(const Moment& moment, const LayerSet& layers, PixelTruth& truth) {
+  truth.solid.assign(moment.solids.empty() ? 0 : truth.pixels(), 0);
+  if (moment.solids.empty()) return;
+  const Intrinsics& k = moment.view.camera.intrinsics;
+  trace_solids(moment.solids, moment.view, [&](int x, int y, const SolidSeen& seen) {
+    const std::size_t at = std::size_t(y) * truth.width + x;
+    if (!(seen.depth_mm < truth.depth_mm[at])) return;
+    truth.depth_mm[at] = seen.depth_mm;
+    truth.label[at] = static_cast<std::uint8_t>(
+        std::min<std::size_t>(255, kFirstToolLabel + moment.solids[seen.solid].instrument));
+    truth.solid[at] = static_cast<std::uint16_t>(seen.solid + 1);
+    if (!truth.point.empty())
+      truth.point[at] = (seen.depth_mm * unproject(k, {x + 0.5, y + 0.5})).cast<float>();
+    if (layers.normals) truth.normal[at] = seen.normal;
+  });
+}
+
+}  // namespace
+
+void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, PixelTruth& truth) {
+  truth.width = picture.color.width, truth.height = picture.color.height;
+  truth.bound.swap(picture.bound);
+  truth.organ.swap(picture.organ);
+  if (truth.organ.size() != truth.bound.size()) truth.organ.clear();
+  follow_fills(picture, truth);
+  trim_outline(moment, truth);
+  picture.serial = 0;
+  const std::size_t pixels = truth.pixels();
+  const bool points = layers.flow || layers.normals;
+  truth.depth_mm.resize(pixels);
+  truth.label.resize(pixels);
+  truth.point.resize(points ? pixels : 0);
+  truth.normal.resize(layers.normals ? pixels : 0);
+  put_skin(moment, points, truth);
+  put_tools(moment, layers, truth);
+  if (layers.normals) put_skin_normals(truth);
+}
+
+}  // namespace organbake

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# A data set of two organs: the same bytes for any number of threads, and when it was killed.
+source "$(dirname "$0")/assert.sh"
+[ -x "$BIN/organplay" ] || { echo "SKIPPED: organplay was not built"; exit 0; }
+quick_recipe >r.yaml
+expect 0 organbake bake r.yaml -o one --quiet
+expect 0 organbake bake r.yaml -o two --quiet --set decimate.faces=70
+cat >d.yaml <<'END'
+schema: organbake/dataset/1
+name: pokes & views
+seed: 3
+frames: 36
+clip_frames: 3
+shard_frames: 6
+size: [96, 64]
+layers: [depth, flow, mask]
+stereo_mm: 5
+test_share: 0.5
+pokes: {count: [1, 2], depth_mm: [4, 12]}
+gain: [0.7, 1.4]
+noise: [0, 3]
+END
+expect 0 organbake verify d.yaml
+make() { "$BIN/organplay" one two --dataset d.yaml -o "$@" --quiet; }
+expect 0 make all
+expect_equal "$(ls -d all/train/*_0000 all/test/*_0000 | wc -l)" 2
+expect_equal "$(ls all/train all/test | grep -c _000)" 6
+expect_equal "$(find all -name 'frame_*.png' | wc -l)" 72
+expect_equal "$(find all -name 'flow_*.exr' | wc -l)" 72
+[ "$(ls all/train | cut -d_ -f2 | sort -u)" != "$(ls all/test | cut -d_ -f2 | sort -u)" ] ||
+  fail "one organ is on both sides"
+grep -q '"frames_with_contact": [1-9]' all/card.json || fail "no poke touched"
+grep -q 'pokes &amp; views' all/index.html || fail "the page does not name its data set"
+
+expect 0 make single --threads 1
+expect_same all single
+
+# Killed again and again, it gets done, and is the same.
+for ((i = 0; i < 60; i++)); do
+  make killed >/dev/null 2>&1 &
+  pid=$!
+  sleep_ms $((60 + 40 * i))
+  kill -9 $pid 2>/dev/null || { wait $pid; break; }
+  wait $pid 2>/dev/null
+  shards=$(ls -d killed/*/*_000? 2>/dev/null | wc -l)
+  [ "$shards" -gt 0 ] && [ "$shards" -lt 6 ] && partly=yes
+done
+expect 0 make killed
+expect_same all killed
+[ "${partly:-no}" = yes ] || echo "note: no run was ended between two shards"
+
+refuse() {  # CODE TEXT ARGUMENTS…
+  local code=$1 text=$2
+  shift 2
+  expect "$code" "$BIN/organplay" "$@" --quiet
+  expect_err "$text"
+  expect_sentence
+}
+refuse 2 "of another spec or of other bundles" two one --dataset d.yaml -o all
+mkdir mine && touch mine/notes.txt
+refuse 2 "holds something else" one --dataset d.yaml -o mine
+refuse 2 "needs -o DIR" one --dataset d.yaml
+refuse 2 "goes alone" one --dataset d.yaml -o made --layers depth
+refuse 73 "lies in the bundle" one --dataset d.yaml -o one/set
+refuse 66 "none.yaml" one --dataset none.yaml -o made
+sed 's/seed: 3/sead: 3/' d.yaml >bad.yaml
+refuse 65 "bad.yaml" one --dataset bad.yaml -o made
+sed 's/frames: 36/frames: 36\nlights: [scope]/' d.yaml >scope.yaml
+refuse 2 "does not say in what light" one --dataset scope.yaml -o made2
+expect_gone made

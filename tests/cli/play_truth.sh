@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# The truth beside the frames of a script and of one view, two eyes, and cameras that were recorded.
+source "$(dirname "$0")/assert.sh"
+[ -x "$BIN/organplay" ] || { echo "SKIPPED: organplay was not built"; exit 0; }
+quick_recipe >r.yaml
+expect 0 organbake bake r.yaml -o b --quiet
+cat >s.json <<'END'
+{"schema": "organbake/interaction/1", "name": "s", "time_step_s": 0.02, "frames": 3, "size": [96, 64],
+ "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0},
+                          {"frame": 2, "azimuth_rad": 0.2, "elevation_rad": 0}]},
+ "instruments": [{"name": "probe", "mode": "poke",
+   "path": [{"time_s": 0, "direction": [0, -1, 0], "depth_mm": -1},
+            {"time_s": 0.2, "direction": [0, -1, 0], "depth_mm": 12}]}]}
+END
+play() { "$BIN/organplay" "$@" --quiet; }
+
+expect 0 play b --script s.json --out plain
+expect 0 play b --script s.json --out all --layers all --stereo 5
+for f in 0 1 2; do
+  cmp -s plain/frame_000$f.png all/frame_000$f.png || fail "frame $f is another with its truth"
+  for layer in depth.exr flow.exr normals.exr mask.png id.exr weight.exr; do
+    for eye in . right; do
+      [ -s "all/$eye/${layer%.*}_000$f.${layer#*.}" ] || fail "$eye lacks $layer of frame $f"
+    done
+  done
+done
+expect_equal "$(wc -l <all/scenes.jsonl)" 3
+expect 0 organbake verify all/cameras.json
+expect 0 organbake verify s.json
+# Again, with one thread, and over what is there.
+cp -r all first
+expect 0 play b --script s.json --out all --layers all --stereo 5 --threads 1
+expect_same first all
+
+# What was recorded plays back, named by the script or on the command line.
+expect 0 play b --script s.json --out again --cameras all/cameras.json
+for f in 0 1 2; do cmp -s plain/frame_000$f.png again/frame_000$f.png || fail "frame $f played back differs"; done
+sed 's|"camera": {.*|"camera": {"recorded": "all/right/cameras.json"},|; /"frame": 2, "azimuth/d' s.json >right.json
+expect 0 organbake verify right.json
+expect 0 play b --script right.json --out eye
+for f in 0 1 2; do cmp -s all/right/frame_000$f.png eye/frame_000$f.png || fail "the right eye's frame $f differs"; done
+sed -i 's/"frames": 3/"frames": 4/' right.json
+refuse() {  # CODE TEXT ARGUMENTS…
+  local code=$1 text=$2
+  shift 2
+  expect "$code" play "$@"
+  expect_err "$text"
+  expect_sentence
+}
+refuse 2 "holds 3 cameras for 4 frames" b --script right.json --out made
+
+# One view.
+expect 0 play b -o v.png --size 80x60 --layers depth,mask --stereo 4
+for file in v.png v_depth.exr v_mask.png v_right.png v_right_depth.exr v_right_mask.png v_cameras.json; do
+  [ -s $file ] || fail "$file is missing"
+done
+expect 0 play b -o w.png --cameras v_cameras.json
+cmp -s v.png w.png || fail "the view played back differs"
+
+refuse 2 "'deep' is no layer" b -o x.png --layers deep
+refuse 2 "one picture does not move" b -o x.png --layers flow
+refuse 2 "need --script with --out DIR, or -o FILE" b --script s.json --report x.json --layers depth
+refuse 2 "makes no stereo" b --script s.json --out made --stereo 0
+refuse 2 "do not go with --warp paper" b -o x.png --layers depth --warp paper
+expect_gone made
+expect_gone x.png

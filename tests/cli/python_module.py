@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# usage: python_module.py BUNDLE ORGANPLAY: tests of the module organplay against the program.
+import gc
+import inspect
+import os
+import pathlib
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+import organplay
+
+BUNDLE, PROGRAM = sys.argv[1], sys.argv[2]
+EXAMPLES = pathlib.Path(__file__).parents[2] / "apps/python/examples"
+STUB = pathlib.Path(__file__).parents[2] / "apps/python/organplay.pyi"
+
+
+def resident_kb():
+    with open("/proc/self/statm") as statm:
+        return int(statm.read().split()[1]) * resource.getpagesize() // 1024
+
+
+class PlayerTest(unittest.TestCase):
+    def setUp(self):
+        self.player = organplay.Player(BUNDLE)
+        self.view = self.player.orbit(0.2, 0.1, width=160, height=120)
+        self.out = -self.view.camera_from_world[2, :3]
+        self.skin = np.array(self.player.skin_point(self.out))
+
+    def poke(self, depth_mm, steps=10):
+        for i in range(steps):
+            step = self.player.step([self.skin + (5 - depth_mm * (i + 1) / steps) * self.out])
+        return step
+
+    def test_draws_what_the_program_draws(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "p.png")
+            subprocess.run([PROGRAM, BUNDLE, "-o", file, "--view", "0.2,0.1", "--size", "160x120",
+                            "--quiet"], check=True, stdout=subprocess.DEVNULL)
+            ppm = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", file, "-f", "rawvideo",
+                                  "-pix_fmt", "rgb24", "-"], check=True, capture_output=True)
+            expected = np.frombuffer(ppm.stdout, np.uint8).reshape(120, 160, 3)
+            np.testing.assert_array_equal(self.player.draw(self.view).rgb, expected)
+
+    def test_layers_have_their_shapes_and_units(self):
+        self.poke(4)
+        first = self.player.draw(self.view, "all")
+        self.assertIsNone(first.flow_back)
+        self.poke(6)
+        picture = self.player.draw(self.view, "all")
+        self.assertEqual(picture.rgb.shape, (120, 160, 3))
+        self.assertEqual(picture.depth_mm.dtype, np.float32)
+        self.assertEqual(picture.normals.shape, (120, 160, 3))
+        self.assertEqual(picture.flow_back.shape, (120, 160, 2))
+        self.assertEqual(picture.flow_back_seen.dtype, np.bool_)
+        self.assertEqual(set(np.unique(picture.mask)), {0, 1, 101})
+        np.testing.assert_array_equal(np.isinf(picture.depth_mm), picture.mask == 0)
+        skin = picture.mask == 1
+        self.assertTrue((picture.skin["face"][skin] != 0xFFFFFFFF).all())
+        np.testing.assert_allclose(np.linalg.norm(picture.normals[skin], axis=1), 1, atol=1e-5)
+        self.assertTrue((picture.weight >= 0).all() and (picture.weight <= 1.0001).all())
+        self.assertGreater(np.abs(picture.flow_back[skin]).max(), 0.1)
+        # A point's place from its depth projects to its pixel.
+        fx, fy, cx, cy = self.view.intrinsics
+        y, x = np.argwhere(picture.mask == 101)[0]
+        ray = np.array([(x + 0.5 - cx) / fx, (y + 0.5 - cy) / fy, 1]) * picture.depth_mm[y, x]
+        pose = self.view.camera_from_world
+        world = pose[:, :3].T @ (ray - pose[:, 3])
+        self.assertLess(np.linalg.norm(world - self.skin), 100)
+
+    def test_only_what_is_asked_for(self):
+        picture = self.player.draw(self.view, "depth")
+        for other in ("normals", "mask", "skin", "organ", "weight", "flow_back", "flow_from_last"):
+            self.assertIsNone(getattr(picture, other), other)
+
+    def test_arrays_outlive_picture_and_player(self):
+        depth = self.player.draw(self.view, "depth").depth_mm
+        rgb = self.player.draw(self.view).rgb
+        kept = depth.copy(), rgb.copy()
+        self.player.close()
+        del self.player
+        gc.collect()
+        other = organplay.Player(BUNDLE)
+        other.draw(other.orbit(2.0, width=160, height=120), "all")
+        np.testing.assert_array_equal(depth, kept[0])
+        np.testing.assert_array_equal(rgb, kept[1])
+
+    def test_draws_into_the_callers_memory(self):
+        out = np.zeros((120, 160, 3), np.uint8)
+        picture = self.player.draw(self.view, out=out)
+        self.assertIs(picture.rgb, out)
+        np.testing.assert_array_equal(out, self.player.draw(self.view).rgb)
+        frozen = out.copy()
+        frozen.flags.writeable = False
+        for wrong in (out[:, ::2], out.astype(np.float32), out[0], frozen, "memory",
+                      np.zeros((120, 160, 4), np.uint8)[..., :3]):
+            with self.assertRaisesRegex(ValueError, "out must be"):
+                self.player.draw(self.view, out=wrong)
+
+    def test_forces_push_back(self):
+        self.assertEqual(np.abs(self.player.step([self.skin + 50 * self.out]).forces_n).max(), 0)
+        step = self.poke(6)
+        self.assertGreater(step.forces_n[0] @ self.out, 0)
+        self.assertGreater(step.contacts, 0)
+        moved = self.player.proxy_mm()
+        self.player.reset()
+        self.assertGreater(np.abs(moved - self.player.proxy_mm()).max(), 1)
+        self.assertLess(self.player.proxy_faces().max(), len(moved))
+
+    def test_wrong_input_raises_and_never_crashes(self):
+        p = self.player
+        calls = [
+            lambda: p.step("tip"), lambda: p.step([["a", "b", "c"]]), lambda: p.step([1, 2, 3]),
+            lambda: p.step([[1, 2]]), lambda: p.step(np.zeros((2, 3, 1))), lambda: p.step(None),
+            lambda: p.step(np.zeros((1, 3), complex)), lambda: p.step([[np.nan, 0, 0]]),
+            lambda: p.step([[np.inf, 0, 0]]), lambda: p.step([[1e300, 0, 0]]),
+            lambda: p.step([[0, 0, 0]], radius_mm=-1), lambda: p.step([[0, 0, 0]], radius_mm=np.nan),
+            lambda: p.step([[0, 0, 0]], radius_mm=[1, 2]), lambda: p.step([[0, 0, 0]], grabs="yes"),
+            lambda: p.step([[0, 0, 0]], axis_mm=[[0, 0, np.nan]]),
+            lambda: p.step([[0, 0, 0]], axis_mm=[[0, 0, 1], [0, 0, 1]]),
+            lambda: p.step(np.array([[object()] * 3])), lambda: p.step([[1, 2, 3], [4, 5]]),
+            lambda: p.step({"a": 1}), lambda: p.draw(self.view, "deep"), lambda: p.draw(self.view, ","),
+            lambda: p.orbit(np.nan), lambda: p.orbit(width=0), lambda: p.orbit(width=-5),
+            lambda: p.orbit(distance=0), lambda: p.orbit(distance=np.inf),
+            lambda: p.draw(p.orbit(width=100000)), lambda: p.proxy_mm(1), lambda: p.proxy_faces(7),
+            lambda: p.skin_point([0, 0, 0]), lambda: p.skin_point([np.nan, 0, 1]),
+            lambda: p.skin_point([1, 2]),
+            lambda: organplay.View(10, 10, 5, 5, camera_from_world=np.eye(3)),
+            lambda: organplay.View(10, 10, 5, 5, camera_from_world=2 * np.eye(4)),
+            lambda: organplay.View(10, 10, 5, 5, camera_from_world=np.full((3, 4), np.nan)),
+            lambda: organplay.View(10, 10, -5, 5, camera_from_world=np.eye(4)),
+            lambda: organplay.View(10, 10, np.nan, 5, camera_from_world=np.eye(4)),
+            lambda: organplay.View(10, 10, 5, 5, camera_from_world=np.eye(4), near_mm=0),
+            lambda: organplay.View.look_at([0, 0, 0], [0, 0, 0]),
+            lambda: organplay.View.look_at([0, 0, 0], [0, 0, np.inf]),
+            lambda: organplay.Player([]), lambda: organplay.Player(7),
+            lambda: organplay.Player(BUNDLE, solver="water"), lambda: organplay.Player(BUNDLE, light="sun"),
+            lambda: organplay.Player(BUNDLE, time_step_s=0), lambda: organplay.Player(BUNDLE, time_step_s=np.nan),
+        ]
+        for i, call in enumerate(calls):
+            with self.assertRaises(ValueError, msg=inspect.getsource(call) + str(i)):
+                call()
+        for call in (lambda: p.draw(None), lambda: p.draw(self.view, 7), lambda: p.proxy_mm(-1),
+                     lambda: p.orbit("a")):
+            with self.assertRaises(TypeError):
+                call()
+        self.assertEqual(self.player.draw(self.view).rgb.shape, (120, 160, 3))  # alive and well
+
+    def test_files_raise_as_the_program_says(self):
+        with self.assertRaises(OSError) as missing:
+            organplay.Player("nowhere")
+        said = subprocess.run([PROGRAM, "nowhere", "-o", "x.png"], capture_output=True, text=True)
+        self.assertEqual("organplay: error: " + str(missing.exception), said.stderr.strip())
+        with tempfile.TemporaryDirectory() as folder:
+            broken = os.path.join(folder, "b")
+            shutil.copytree(BUNDLE, broken)
+            with open(os.path.join(broken, "proxy.ply"), "ab") as file:
+                file.write(b"more")
+            with self.assertRaisesRegex(ValueError, "proxy.ply"):
+                organplay.Player(broken)
+
+    def test_a_bundle_that_goes_away(self):
+        with tempfile.TemporaryDirectory() as folder:
+            bundle = os.path.join(folder, "b")
+            shutil.copytree(BUNDLE, bundle)
+            player = organplay.Player(bundle)
+            shutil.rmtree(bundle)
+            with self.assertRaises(OSError):
+                player.draw(player.orbit(width=32, height=32))
+            player.step()
+        self.player.close()
+        for call in (self.player.step, self.player.reset, self.player.proxy_mm, self.player.orbit,
+                     lambda: self.player.draw(self.view), lambda: self.player.organ_count):
+            with self.assertRaisesRegex(ValueError, "closed"):
+                call()
+        self.player.close()  # once more does no harm
+
+    def test_two_threads_on_one_player(self):
+        failures = []
+
+        def work(which):
+            try:
+                for i in range(60):
+                    self.player.step([self.skin + (5 - 0.05 * i) * self.out])
+                    picture = self.player.draw(self.view, "all" if which else "depth,flow")
+                    if picture.rgb.shape != (120, 160, 3):
+                        failures.append("shape")
+            except Exception as error:  # noqa: BLE001
+                failures.append(error)
+
+        threads = [threading.Thread(target=work, args=(i,)) for i in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
+    def test_the_lock_of_the_interpreter_is_free_meanwhile(self):
+        counted = [0]
+        stop = threading.Event()
+
+        def count():
+            while not stop.is_set():
+                counted[0] += 1
+                time.sleep(0.0002)  # gives the lock away, and takes it when it can
+
+        thread = threading.Thread(target=count)
+        large = self.player.orbit(width=1600, height=1200)
+        self.player.draw(large)
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(1000)  # nobody hands the lock over but who gives it away
+        try:
+            thread.start()
+            before = counted[0]
+            for i in range(5):
+                self.player.draw(self.player.orbit(0.1 * i, width=1600, height=1200))
+            self.assertGreater(counted[0], before)
+        finally:
+            stop.set()
+            sys.setswitchinterval(interval)
+            thread.join()
+
+    def test_nothing_leaks(self):
+        small = self.player.orbit(width=32, height=24)
+        tip = np.array([self.skin + 4 * self.out])
+
+        def run(steps):
+            for i in range(steps):
+                self.player.step(tip)
+                if i % 50 == 0:
+                    self.player.draw(small, "all")
+                if i % 500 == 0:
+                    try:
+                        self.player.step([[np.nan, 0, 0]])
+                    except ValueError:
+                        pass
+
+        run(5000)  # what is kept for its memory
+        gc.collect()
+        before = resident_kb()
+        run(100000)
+        gc.collect()
+        self.assertLess(resident_kb() - before, 4096)  # 42 bytes a step
+
+    def test_says_what_it_does(self):
+        stub = STUB.read_text()
+        for kind in (organplay.Player, organplay.View, organplay.Picture, organplay.Step):
+            for name, member in vars(kind).items():
+                if name.startswith("_") and name != "__init__":
+                    continue
+                self.assertTrue(inspect.getdoc(member) or name in ("width", "height", "organ_count"),
+                                f"{kind.__name__}.{name}")
+                self.assertIn(f"def {name}(", stub)
+
+    def test_the_environment_of_the_examples(self):
+        sys.path.insert(0, str(EXAMPLES))
+        from organ_env import OrganEnv
+        env = OrganEnv(BUNDLE, width=64, height=48, most_steps=5)
+        first, _ = env.reset(seed=4)
+        again, _ = env.reset(seed=4)
+        np.testing.assert_array_equal(first["picture"], again["picture"])
+        np.testing.assert_array_equal(first["goal"], again["goal"])
+        for i in range(5):
+            seen, reward, done, cut, told = env.step(env.goal - env.tip)
+        self.assertTrue(cut)
+        self.assertEqual(seen["picture"].shape, (48, 64, 3))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

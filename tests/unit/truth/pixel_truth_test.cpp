@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "truth/pixel_truth.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "player/orbit.h"
+#include "traced_organ.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kPixelSide_px = 320;
+
+// What the issue of the truth layers asks of them.
+constexpr double kDepthRms_mm = 0.05, kFarOff_mm = 1, kFarOffShare = 0.005;
+constexpr double kMaskIou = 0.998, kNormals_deg = 2;
+
+class PixelTruthTest : public testing::Test {
+ protected:
+  const PixelTruth& see(const View& view) {
+    draw_with_truth(player_, view, {}, tracker_);
+    truth_ = traced(traced_surface().carry(player_.proxy_positions()), view);
+    return tracker_.now();
+  }
+  View view(double azimuth, double elevation = 0.1) const {
+    return orbit_view(traced_organ().cameras, {azimuth, elevation}, kPixelSide_px, kPixelSide_px);
+  }
+  // Against what was traced, where it is no outline.
+  void expect_exact(const PixelTruth& pixels, const std::string& what) {
+    double depth2 = 0, angle = 0;
+    std::size_t count = 0, far = 0, covered = 0;
+    std::vector<bool> skin(pixels.pixels()), traced_skin(pixels.pixels());
+    for (std::size_t i = 0; i < pixels.pixels(); ++i) {
+      skin[i] = pixels.label[i] == kFirstOrganLabel;
+      traced_skin[i] = truth_.covered(i);
+      if (!skin[i] || !truth_.covered(i)) continue;
+      const double off = std::abs(double(pixels.depth_mm[i]) - truth_.depth_mm[i]);
+      ++covered, far += off > kFarOff_mm;
+      if (truth_.outline[i]) continue;
+      ++count, depth2 += off * off;
+      angle +=
+          std::acos(std::clamp(pixels.normal[i].cast<double>().dot(truth_.normal[i]), -1., 1.));
+    }
+    ASSERT_GT(count, 20000u) << what;
+    const double rms = std::sqrt(depth2 / double(count)), share = double(far) / double(covered),
+                 normals = angle / double(count) * 57.29578,
+                 iou = intersection_over_union(skin, traced_skin);
+    RecordProperty(what, "depth " + std::to_string(rms) + " mm, normals " +
+                             std::to_string(normals) + " degrees, mask " + std::to_string(iou));
+    EXPECT_LE(rms, kDepthRms_mm) << what;
+    EXPECT_LE(share, kFarOffShare) << what;
+    EXPECT_LE(normals, kNormals_deg) << what;
+    EXPECT_GE(iou, kMaskIou) << what;
+  }
+
+  Player player_{traced_organ()};
+  TruthTracker tracker_{layers_from("all")};
+  Traced truth_;
+};
+
+TEST_F(PixelTruthTest, IsWhatRaysMeetAtRest) {
+  for (const double azimuth : {0.0, 0.4, 1.9, -1.1})
+    expect_exact(see(view(azimuth)), "rest " + std::to_string(azimuth));
+}
+
+TEST_F(PixelTruthTest, IsWhatRaysMeetUnderAPoke) {
+  poke(player_, 12);
+  for (const double azimuth : {0.0, 0.7})
+    expect_exact(see(view(azimuth)), "poked " + std::to_string(azimuth));
+}
+
+TEST_F(PixelTruthTest, MovesWithTheSkin) {
+  see(view(0));
+  poke(player_, 3);
+  const PixelTruth rest = tracker_.now();
+  draw_with_truth(player_, view(0), {}, tracker_);
+  double worst = 0;
+  for (std::size_t i = 0; i < rest.pixels(); ++i)
+    if (rest.label[i] && tracker_.now().label[i])
+      worst = std::max(worst, std::abs(double(rest.depth_mm[i]) - tracker_.now().depth_mm[i]));
+  EXPECT_GT(worst, 2);
+}
+
+// The skin point of each pixel, carried, lies where the pixel looks.
+TEST_F(PixelTruthTest, TellsTheSkinPointThatAPixelShows) {
+  poke(player_, 8);
+  const View from = view(0.2);
+  const PixelTruth& pixels = see(from);
+  const auto shells = shell_matrices(traced_organ().shell().posed(player_.proxy_positions()));
+  double sum = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < pixels.pixels(); ++i) {
+    if (pixels.label[i] == 0 || truth_.outline[i]) continue;
+    const BoundPixel& b = pixels.bound[i];
+    const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
+    const Eigen::Vector2d center(i % kPixelSide_px + 0.5, i / kPixelSide_px + 0.5);
+    sum += (project(from.camera, p) - center).norm();
+    ++count;
+  }
+  constexpr double kMean_px = 0.1;
+  EXPECT_LT(sum / double(count), kMean_px);
+}
+
+TEST_F(PixelTruthTest, HasToolsWhereTheirFormulaSays) {
+  const View from = view(0);
+  const Eigen::Vector3d eye = from.camera.center_world_mm(),
+                        center = traced_organ().cameras.manifold.center_world_mm;
+  Solid ball;
+  ball.from = ball.to = center + 0.5 * (eye - center);
+  ball.radius_mm = 12;
+  ball.instrument = 3;
+  draw_with_truth(player_, from, {ball}, tracker_);
+  const PixelTruth& pixels = tracker_.now();
+  const Eigen::Vector3d middle = from.camera.camera_from_world * ball.from;
+  std::size_t tool = 0;
+  for (std::size_t i = 0; i < pixels.pixels(); ++i) {
+    const Eigen::Vector3d ray =
+        unproject(from.camera.intrinsics, {i % kPixelSide_px + 0.5, i / kPixelSide_px + 0.5});
+    const double a = ray.squaredNorm(), b = ray.dot(middle),
+                 d = b * b - a * (middle.squaredNorm() - ball.radius_mm * ball.radius_mm);
+    EXPECT_EQ(pixels.label[i] == kFirstToolLabel + 3, d >= 0) << i;
+    if (d < 0) continue;
+    ++tool;
+    const double depth = (b - std::sqrt(d)) / a;
+    EXPECT_NEAR(pixels.depth_mm[i], depth, 1e-3);
+    const Eigen::Vector3d normal = (depth * ray - middle).normalized();
+    EXPECT_GT(pixels.normal[i].cast<double>().dot(normal), 1 - 1e-5);
+  }
+  EXPECT_GT(tool, 500u);
+}
+
+TEST_F(PixelTruthTest, IsTheSameForAnyNumberOfThreads) {
+  see(view(0.3));
+  const PixelTruth many = tracker_.now();
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  TruthTracker alone(layers_from("all"));
+  draw_with_truth(player_, view(0.3), {}, alone);
+  EXPECT_EQ(many.depth_mm, alone.now().depth_mm);
+  EXPECT_EQ(many.label, alone.now().label);
+  EXPECT_EQ(many.normal, alone.now().normal);
+}
+
+TEST_F(PixelTruthTest, LabelsOrgansApart) {
+  Bundle other = traced_organ();
+  const Eigen::Vector3d aside(0, -40, 60);
+  for (auto& v : other.proxy.vertices) v += aside;
+  for (PosedCamera& c : other.cameras.cameras)
+    c.camera_from_world.translation -= c.camera_from_world.rotation * aside;
+  other.cameras.manifold.center_world_mm += aside;
+  Player two(std::vector<Bundle>{traced_organ(), other});
+  draw_with_truth(two, view(0), {}, tracker_);
+  const PixelTruth& both = tracker_.now();
+  const auto count = [&](int label) {
+    return std::count(both.label.begin(), both.label.end(), label);
+  };
+  EXPECT_GT(count(1), 2000);
+  EXPECT_GT(count(2), 2000);
+  EXPECT_EQ(count(0) + count(1) + count(2), long(both.pixels()));
+  for (std::size_t i = 0; i < both.pixels(); ++i)
+    EXPECT_TRUE(both.label[i] == 0 || both.organ_at(i) + 1 == both.label[i]) << i;
+}
+
+TEST_F(PixelTruthTest, AsksForBoundPixels) {
+  Frame frame;
+  player_.draw(view(0), {}, frame);
+  EXPECT_TRUE(frame.bound.empty());
+  EXPECT_THROW(tracker_.advance(player_, view(0), {}, frame), UsageError);
+}
+
+// Asking for the truth changes no picture.
+TEST_F(PixelTruthTest, LeavesThePictureAsItIs) {
+  Frame plain;
+  player_.draw(view(0.5), {}, plain);
+  EXPECT_EQ(plain.color.pixels, draw_with_truth(player_, view(0.5), {}, tracker_).pixels);
+}
+
+}  // namespace
+}  // namespace organbake
