@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -28,7 +29,8 @@ std::optional<std::size_t> nearest_bound(const Frame& picture, const PixelTruth&
          u <= std::min(truth.width - 1, x + kWidestFill_px); ++u) {
       const std::size_t at = std::size_t(v) * truth.width + u;
       const int far = (u - x) * (u - x) + (v - y) * (v - y);
-      if (far >= nearest || picture.cover[at] == Cover::filled || !truth.bound[at].has_skin())
+      if (far >= nearest || picture.cover[at] == Cover::filled ||
+          picture.cover[at] == Cover::background || !truth.bound[at].has_skin())
         continue;
       nearest = far, best = at;
     }
@@ -36,18 +38,23 @@ std::optional<std::size_t> nearest_bound(const Frame& picture, const PixelTruth&
   return best;
 }
 
-// Pixels that the warp opened or filled after their samples had been resolved.
+// Pixels that the warp filled after their samples had been resolved.
 void follow_fills(const Frame& picture, PixelTruth& truth) {
   struct Filled {
     std::size_t at;
     std::optional<std::size_t> from;
   };
   std::vector<Filled> filled;
-  for (std::size_t i = 0; i < truth.pixels(); ++i) {
-    if (picture.cover[i] == Cover::background) truth.bound[i].face = BoundPixel::kNoSkin;
-    if (picture.cover[i] != Cover::filled) continue;
-    const int x = static_cast<int>(i % truth.width), y = static_cast<int>(i / truth.width);
-    filled.push_back({i, nearest_bound(picture, truth, x, y)});
+  const Cover* const first = picture.cover.data();
+  const Cover* const end = first + truth.pixels();
+  // They are rare: the library finds the next one.
+  for (const Cover* next = first; next < end; ++next) {
+    next = static_cast<const Cover*>(
+        std::memchr(next, static_cast<int>(Cover::filled), static_cast<std::size_t>(end - next)));
+    if (!next) break;
+    const auto at = static_cast<std::size_t>(next - first);
+    const int x = static_cast<int>(at % truth.width), y = static_cast<int>(at / truth.width);
+    filled.push_back({at, nearest_bound(picture, truth, x, y)});
   }
   for (const Filled& pixel : filled) {
     truth.bound[pixel.at] = pixel.from ? truth.bound[*pixel.from] : BoundPixel();
@@ -56,14 +63,31 @@ void follow_fills(const Frame& picture, PixelTruth& truth) {
   }
 }
 
+void put_skin(const Moment& moment, const Frame& picture, bool points, PixelTruth& truth) {
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, truth.pixels(), 1 << 13), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          BoundPixel& bound = truth.bound[i];
+          // What the warp opened and did not fill shows nothing.
+          if (picture.cover[i] == Cover::background) bound.face = BoundPixel::kNoSkin;
+          const bool skin = bound.has_skin();
+          truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
+          truth.label[i] =
+              skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
+          if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
+        }
+      });
+}
+
 // Skin beside the background that is turned away already: samples reach a little over the outline.
 void trim_outline(const Moment& moment, PixelTruth& truth) {
   constexpr int kRounds = 2;
   const int width = truth.width, height = truth.height;
-  const auto open = [&](std::size_t at) { return !truth.bound[at].has_skin(); };
+  const auto open = [&](std::size_t at) { return truth.label[at] == 0; };
+  std::vector<std::vector<std::size_t>> over(height);
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<std::vector<std::size_t>> over(height);
     tbb::parallel_for(0, height, [&](int y) {
+      over[y].clear();
       for (int x = 0; x < width; ++x) {
         const std::size_t at = std::size_t(y) * width + x;
         if (open(at)) continue;
@@ -74,22 +98,9 @@ void trim_outline(const Moment& moment, PixelTruth& truth) {
       }
     });
     for (const auto& row : over)
-      for (const std::size_t at : row) truth.bound[at] = {};
+      for (const std::size_t at : row)
+        truth.bound[at] = {}, truth.label[at] = 0, truth.depth_mm[at] = kInfinity;
   }
-}
-
-void put_skin(const Moment& moment, bool points, PixelTruth& truth) {
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, truth.pixels(), 1 << 13), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          const BoundPixel& bound = truth.bound[i];
-          const bool skin = bound.has_skin();
-          truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
-          truth.label[i] =
-              skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
-          if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
-        }
-      });
 }
 
 void put_tools(const Moment& moment, const LayerSet& layers, PixelTruth& truth) {
@@ -117,7 +128,6 @@ void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, P
   truth.organ.swap(picture.organ);
   if (truth.organ.size() != truth.bound.size()) truth.organ.clear();
   follow_fills(picture, truth);
-  trim_outline(moment, truth);
   picture.serial = 0;
   const std::size_t pixels = truth.pixels();
   const bool points = layers.flow || layers.normals;
@@ -125,7 +135,8 @@ void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, P
   truth.label.resize(pixels);
   truth.point.resize(points ? pixels : 0);
   truth.normal.resize(layers.normals ? pixels : 0);
-  put_skin(moment, points, truth);
+  put_skin(moment, picture, points, truth);
+  trim_outline(moment, truth);
   put_tools(moment, layers, truth);
   if (layers.normals) put_skin_normals(truth);
 }

@@ -66,6 +66,4 @@ refuse 73 "lies in the bundle" one --dataset d.yaml -o one/set
 refuse 66 "none.yaml" one --dataset none.yaml -o made
 sed 's/seed: 3/sead: 3/' d.yaml >bad.yaml
 refuse 65 "bad.yaml" one --dataset bad.yaml -o made
-sed 's/frames: 36/frames: 36\nlights: [scope]/' d.yaml >scope.yaml
-refuse 2 "does not say in what light" one --dataset scope.yaml -o made2
 expect_gone made

@@ -30,7 +30,9 @@ class PlayerTest(unittest.TestCase):
     def setUp(self):
         self.player = organplay.Player(BUNDLE)
         self.view = self.player.orbit(0.2, 0.1, width=160, height=120)
-        self.out = -self.view.camera_from_world[2, :3]
+        # From aside, or the tool would hide all that it touches.
+        self.out = self.view.camera_from_world[0, :3] - self.view.camera_from_world[2, :3]
+        self.out /= np.linalg.norm(self.out)
         self.skin = np.array(self.player.skin_point(self.out))
 
     def poke(self, depth_mm, steps=10):
@@ -171,7 +173,7 @@ class PlayerTest(unittest.TestCase):
             shutil.copytree(BUNDLE, bundle)
             player = organplay.Player(bundle)
             shutil.rmtree(bundle)
-            with self.assertRaises(OSError):
+            with self.assertRaisesRegex(ValueError, "is missing"):  # of what a bundle lists
                 player.draw(player.orbit(width=32, height=32))
             player.step()
         self.player.close()

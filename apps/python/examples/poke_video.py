@@ -19,7 +19,7 @@ video = subprocess.Popen(
      "-r", "60", "-i", "-", "-pix_fmt", "yuv420p", str(folder / "pokes.mp4")],
     stdin=subprocess.PIPE)
 for poke in range(4):
-    direction = towards_eye + 0.3 * random.normal(size=3)
+    direction = towards_eye + 0.6 * random.normal(size=3)
     direction /= np.linalg.norm(direction)
     skin, depth = np.array(player.skin_point(direction)), random.uniform(5, 15)
     for i in range(60):  # a second in and out
