@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dataset/dataset_shard.h"
 
-#include <tbb/task_arena.h>
-#include <tbb/task_group.h>
-
 #include <algorithm>
 #include <memory>
 
 #include "bundle/json_fields.h"
+#include "core/background_tasks.h"
 #include "core/files.h"
 #include "dataset/clip.h"
 #include "image/png.h"
@@ -22,25 +20,18 @@ namespace {
 // planes.
 class Writers {
  public:
-  ~Writers() {
-    group_.cancel();
-    try {
-      group_.wait();
-    } catch (...) {  // something else ended the work already
-    }
-  }
   void run(WriteJob job) {
     constexpr int kFilesAThread = 8;
-    if (++waiting_ > kFilesAThread * tbb::this_task_arena::max_concurrency()) wait();
-    group_.run(std::move(job));
+    if (++waiting_ > kFilesAThread * BackgroundTasks::most_at_the_time()) wait();
+    tasks_.run(std::move(job));
   }
   void wait() {
-    group_.wait();  // throws what a job threw
+    tasks_.wait();  // throws what a job threw
     waiting_ = 0;
   }
 
  private:
-  tbb::task_group group_;
+  BackgroundTasks tasks_;
   int waiting_ = 0;
 };
 

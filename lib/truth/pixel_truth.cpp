@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truth/pixel_truth.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstring>
 #include <limits>
 #include <optional>
 
+#include "core/parallel.h"
 #include "truth/pixel_normals.h"
 #include "truth/skin_facing.h"
 
@@ -64,19 +63,18 @@ void follow_fills(const Frame& picture, PixelTruth& truth) {
 }
 
 void put_skin(const Moment& moment, const Frame& picture, bool points, PixelTruth& truth) {
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, truth.pixels(), 1 << 13), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-          BoundPixel& bound = truth.bound[i];
-          // What the warp opened and did not fill shows nothing.
-          if (picture.cover[i] == Cover::background) bound.face = BoundPixel::kNoSkin;
-          const bool skin = bound.has_skin();
-          truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
-          truth.label[i] =
-              skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
-          if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
-        }
-      });
+  constexpr std::size_t kGrain = 1 << 13;
+  parallel_pieces(std::size_t{0}, truth.pixels(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      BoundPixel& bound = truth.bound[i];
+      // What the warp opened and did not fill shows nothing.
+      if (picture.cover[i] == Cover::background) bound.face = BoundPixel::kNoSkin;
+      const bool skin = bound.has_skin();
+      truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
+      truth.label[i] = skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
+      if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
+    }
+  });
 }
 
 // Skin beside the background that is turned away already: samples reach a little over the outline.
@@ -86,7 +84,7 @@ void trim_outline(const Moment& moment, PixelTruth& truth) {
   const auto open = [&](std::size_t at) { return truth.label[at] == 0; };
   std::vector<std::vector<std::size_t>> over(height);
   for (int round = 0; round < kRounds; ++round) {
-    tbb::parallel_for(0, height, [&](int y) {
+    parallel_for(0, height, [&](int y) {
       over[y].clear();
       for (int x = 0; x < width; ++x) {
         const std::size_t at = std::size_t(y) * width + x;
