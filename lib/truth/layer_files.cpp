@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truth/layer_files.h"
 
+#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -13,6 +14,13 @@ namespace organbake {
 namespace {
 
 constexpr int kQuickZip = 1;  // layers are large and many
+
+// To a thousandth of a millimetre or pixel, in fact 1/1024: finer than either is known, and the
+// bytes that say nothing need not be packed.
+float rounded(float value) {
+  constexpr float kSteps = 1024;
+  return std::isfinite(value) ? std::nearbyint(value * kSteps) / kSteps : value;
+}
 
 template <class Value, class Of>
 Channel plane(std::string name, std::size_t pixels, Of&& of, bool half = false) {
@@ -53,7 +61,7 @@ void add_flow(const std::string& name, const Flow* flow, std::vector<Channel>& c
   const std::size_t n = flow->px.size();
   for (int k = 0; k < 2; ++k)
     channels.push_back(plane<float>(name + (k == 0 ? ".x" : ".y"), n,
-                                    [&](std::size_t i) { return flow->px[i][k]; }));
+                                    [&](std::size_t i) { return rounded(flow->px[i][k]); }));
   channels.push_back(plane<float>(
       name + ".seen", n, [&](std::size_t i) { return float(flow->seen[i]); }, true));
 }
@@ -70,12 +78,12 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
                            std::move(channels)));
   };
   if (layers.depth)
-    exr("depth", {plane<float>("Z", n, [&](std::size_t i) { return t.depth_mm[i]; })});
+    exr("depth", {plane<float>("Z", n, [&](std::size_t i) { return rounded(t.depth_mm[i]); })});
   if (layers.normals) {
     std::vector<Channel> channels;
     for (int k = 0; k < 3; ++k)
-      channels.push_back(
-          plane<float>(std::string(1, "XYZ"[k]), n, [&](std::size_t i) { return t.normal[i][k]; }));
+      channels.push_back(plane<float>(
+          std::string(1, "XYZ"[k]), n, [&](std::size_t i) { return t.normal[i][k]; }, true));
     exr("normals", std::move(channels));
   }
   if (layers.mask)

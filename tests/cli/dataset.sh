@@ -21,7 +21,8 @@ pokes: {count: [1, 2], depth_mm: [4, 12]}
 gain: [0.7, 1.4]
 noise: [0, 3]
 END
-expect 0 organbake verify d.yaml
+echo '{"schema": "organbake/dataset/1", "frames": 4, "layers": ["depth"], "gain": [0.5, 2]}' >d.json
+expect 0 organbake verify d.json
 make() { "$BIN/organplay" one two --dataset d.yaml -o "$@" --quiet; }
 expect 0 make all
 expect_equal "$(ls -d all/train/*_0000 all/test/*_0000 | wc -l)" 2

@@ -154,7 +154,7 @@ for name, prim in layer.prims.items():
         if key == "inputs:file":
             assert (usd / value).is_file(), value
 material = layer.prims["/Organ/Tissue"]["values"]
-assert abs(material["omniphysics:density"] - mechanics["density_kg_per_m3"]) <= 1e-6 * material["omniphysics:density"]
+assert abs(material["omniphysics:density"] - mechanics["tissue"]["density_kg_per_m3"]) <= 1e-6 * material["omniphysics:density"]
 assert ("/Organ/Body" in layer.prims) == (solid is not None)
 
 scene_file = xml.etree.ElementTree.parse(sofa / "organ.scn").getroot()
@@ -194,7 +194,7 @@ else:
         volume = (u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0])
                   + u[2] * (v[0] * w[1] - v[1] * w[0])) / 6
         assert volume > 0, "a tetrahedron is inside out"
-        mass += volume * fill * mechanics["density_kg_per_m3"]
+        mass += volume * fill * mechanics["tissue"]["density_kg_per_m3"]
     for total in (sum(masses), sum(body["values"]["organbake:masses"]), body["values"]["omniphysics:mass"]):
         assert abs(total - mass) <= RELATIVE * mass, f"{total} kg for {mass}"
     where = [[sum(w * nodes[n][k] for w, n in zip(weights, cells[int(t)])) for k in range(3)]
