@@ -4,12 +4,15 @@
 #include <gmock/gmock.h>
 #include <libdeflate.h>
 
+#include <cmath>
+
 #include "bundle/bundle_pack.h"
 #include "bundle/map_code.h"
 #include "core/files.h"
 #include "core/temporary_folder.h"
 #include "exchange/web_pack.h"
 #include "organ_to_export.h"
+#include "player/orbit.h"
 #include "player/player.h"
 #include "support/error_message.h"
 
