@@ -13,13 +13,12 @@
 namespace organbake {
 namespace {
 
-constexpr int kSectors = BeamEstimator::kSectors, kRings = BeamEstimator::kRings;
+constexpr int kSectors = BeamRings::kSectors, kRings = BeamRings::kRings;
 constexpr int kEvery_px = 2;  // along both sides
 constexpr float kLeastConfidence = 0.3F;
 constexpr double kLeastFacing = 0.4;       // cosine; where skin turns away normals matter too much
 constexpr std::size_t kFewestPixels = 60;  // of a ring in a sector
 constexpr int kFewestRings = 4, kFewestSectors = 5;
-constexpr int kSmoothShare = 60;  // of the picture's width: the radius of normals
 
 struct Pixel {
   float left, log_cosine;
@@ -27,9 +26,9 @@ struct Pixel {
 
 // A line's slope by least squares through what one sector of all frames shows; each frame has a
 // gain of its own. Nothing where the rings of no frame span enough.
-std::optional<double> slope_of(const std::vector<BeamEstimator::FrameRings>& frames, int sector) {
+std::optional<double> slope_of(const std::vector<BeamRings>& frames, int sector) {
   double xx = 0, xy = 0;
-  for (const BeamEstimator::FrameRings& frame : frames) {
+  for (const BeamRings& frame : frames) {
     double n = 0, x = 0, y = 0;
     const auto& left = frame.left[sector];
     const auto& log_cosine = frame.log_cosine[sector];
@@ -57,11 +56,10 @@ bool BeamEstimate::told() const {
   return sectors >= kFewestSectors && sd <= kMostSd && exponent > kSignificant * sd;
 }
 
-BeamEstimator::FrameRings BeamEstimator::rings_of(const PreparedFrame& frame, const Plane& depth,
-                                                  const Plane& confidence) {
+BeamRings beam_rings(const PreparedFrame& frame, const Plane& depth, const Plane& confidence) {
   const RayGrid rays = ray_grid(frame.camera);
   const std::vector<Eigen::Vector3f> normals =
-      smooth_normals_from_depth(depth, rays, std::max(1, rays.width / kSmoothShare));
+      smooth_normals_from_depth(depth, rays, smooth_normals_radius_px(rays));
   const double corner = std::max({std::hypot(rays.x(0), rays.y(0)),
                                   std::hypot(rays.x(rays.width - 1), rays.y(rays.height - 1))});
   std::vector<Pixel> pixels[kSectors][kRings];
@@ -83,7 +81,7 @@ BeamEstimator::FrameRings BeamEstimator::rings_of(const PreparedFrame& frame, co
       pixels[sector][ring].push_back(
           {static_cast<float>(left), static_cast<float>(-0.5 * std::log(along2))});
     }
-  FrameRings found;
+  BeamRings found;
   for (int s = 0; s < kSectors; ++s)
     for (int r = 0; r < kRings; ++r) {
       found.left[s][r] = found.log_cosine[s][r] = std::numeric_limits<float>::quiet_NaN();
@@ -101,14 +99,10 @@ BeamEstimator::FrameRings BeamEstimator::rings_of(const PreparedFrame& frame, co
   return found;
 }
 
-void BeamEstimator::add(const PreparedFrame& frame, const Plane& depth, const Plane& confidence) {
-  add(rings_of(frame, depth, confidence));
-}
-
-BeamEstimate BeamEstimator::estimate() const {
+BeamEstimate estimate_beam(const std::vector<BeamRings>& frames) {
   std::vector<double> slopes;
   for (int s = 0; s < kSectors; ++s)
-    if (const std::optional<double> slope = slope_of(frames_, s)) slopes.push_back(*slope);
+    if (const std::optional<double> slope = slope_of(frames, s)) slopes.push_back(*slope);
   BeamEstimate beam;
   if (slopes.size() < kFewestSectors) return beam;
   beam.sectors = static_cast<int>(slopes.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "shading/grid.h"
@@ -23,5 +24,11 @@ std::vector<Eigen::Vector3f> normals_from_log_range(const Plane& log_range, cons
 // pixels, which noise does not turn about. Gaps (+inf) are bridged.
 std::vector<Eigen::Vector3f> smooth_normals_from_depth(const Plane& depth, const RayGrid& rays,
                                                        int radius);
+
+// The radius for depth that two eyes matched: as far as its errors hang together.
+inline int smooth_normals_radius_px(const RayGrid& rays) {
+  constexpr int kShare = 60;  // of the width
+  return std::max(1, rays.width / kShare);
+}
 
 }  // namespace organbake

@@ -12,7 +12,7 @@ namespace {
 // A window sees no more of a smooth surface than so many pixels to each side tell it.
 constexpr int kEnough_px = 4;
 
-// Of squares of pixels: their weight, the mean value of what counts, and the mean square.
+// Sums over squares of pixels: of the weights w, of w times the value and times its square.
 struct Squares {
   cv::Mat weight, value, square;
 };

@@ -42,7 +42,6 @@ class FrontEdges {
   }
 
  private:
-  void find_steps(const SkinDepth& depth, float deeper_mm);
   void find_steps(const SkinDepth& depth, SkinDepth::Level deeper, Along along, int y);
 
   const SkinBits* skin_ = nullptr;

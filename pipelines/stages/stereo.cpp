@@ -76,7 +76,7 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
 }
 
 // How the lamp falls off to the sides, as far as the clip tells.
-LaparoscopeOptions lamp_of(const BeamEstimate& beam, StageReport& report) {
+LaparoscopeOptions learned_lamp(const BeamEstimate& beam, StageReport& report) {
   LaparoscopeOptions lamp;
   if (beam.sectors > 0) {
     report.add("beam_exponent", beam.exponent);
@@ -103,11 +103,10 @@ Rgb8Image surface_color(const KeyFrame& key, const BeamEstimate& beam,
     report.skipped.push_back({"dividing the light out of the colours", "keep_light is on"});
     return key.frame.color;
   }
-  constexpr int kSmoothShare = 60;  // of the picture's width
   FrameDepth smooth = *key.depth;
-  smooth.normals = smooth_normals_from_depth(smooth.depth, ray_grid(key.frame.camera),
-                                             key.frame.camera.width / kSmoothShare);
-  return write_albedo(call.output_folder, key.frame, smooth, lamp_of(beam, report), 1, report);
+  const RayGrid rays = ray_grid(key.frame.camera);
+  smooth.normals = smooth_normals_from_depth(smooth.depth, rays, smooth_normals_radius_px(rays));
+  return write_albedo(call.output_folder, key.frame, smooth, learned_lamp(beam, report), 1, report);
 }
 
 TriangleMesh mesh_of(const KeyFrame& key, const BeamEstimate& beam,

@@ -23,7 +23,7 @@ struct PairWork {
   PreparedFrame left;
   std::shared_ptr<const FrameDepth> depth;
   PairRecord record;
-  BeamEstimator::FrameRings rings;
+  BeamRings rings;  // unless the light is kept
 };
 using PairItem = std::shared_ptr<PairWork>;
 
@@ -48,7 +48,7 @@ class PairPipeline {
             tbb::make_filter<PairItem, void>(filter_mode::serial_in_order,
                                              [this](PairItem item) { finish(std::move(item)); }));
     strips_.write(folder_);
-    result_.beam = beam_.estimate();
+    result_.beam = estimate_beam(rings_);
     return std::move(result_);
   }
 
@@ -84,7 +84,8 @@ class PairPipeline {
     } catch (const BadDataError& error) {
       throw BadDataError("frame " + std::to_string(item->selected.index) + ": " + error.what());
     }
-    item->rings = BeamEstimator::rings_of(item->left, item->depth->depth, item->depth->confidence);
+    if (!options_.keep_light)
+      item->rings = beam_rings(item->left, item->depth->depth, item->depth->confidence);
     write(*item);
     return item;
   }
@@ -103,7 +104,7 @@ class PairPipeline {
     const FrameRecord& record = item->record.frame;
     if (strips_.wants_next()) strips_.add(frame_strip(item->left, *item->depth, 240));
     result_.records.push_back(item->record);
-    beam_.add(item->rings);
+    if (!options_.keep_light) rings_.push_back(item->rings);
     context_.debug("frame " + std::to_string(record.index));
     if (becomes_key(record, options_.mesh_frame, result_.key))
       result_.key = KeyFrame{record, std::move(item->left), item->depth};
@@ -115,7 +116,7 @@ class PairPipeline {
   const fs::path& folder_;
   const RunContext& context_;
   StripSheet strips_;
-  BeamEstimator beam_;
+  std::vector<BeamRings> rings_;
   StereoClipResult result_;
 };
 

@@ -22,7 +22,7 @@ struct PairRecord {
 
 struct StereoClipResult {
   std::vector<PairRecord> records;
-  BeamEstimate beam;            // of the lamp, taken to lie at the left lens
+  BeamEstimate beam;  // of the lamp, taken to lie at the left lens; unless its light is kept
   std::optional<KeyFrame> key;  // the left eye's
 };
 

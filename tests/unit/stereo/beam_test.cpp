@@ -18,14 +18,14 @@ BeamEstimate learned(double beam_exponent, std::uint64_t seed, int frames) {
   options.beam_exponent = beam_exponent;
   const LaparoscopyPhantom phantom(options);
   const Rectifier rectifier(rig_of(phantom));
-  BeamEstimator estimator;
+  std::vector<BeamRings> rings;
   for (int i = 0; i < frames; ++i) {
     PreparedFrame left;
     const StereoDepth found =
         depth_of_pair(rectifier, phantom.frame(i).image, phantom.right_frame(i).image, &left);
-    estimator.add(left, found.depth.depth, found.depth.confidence);
+    rings.push_back(beam_rings(left, found.depth.depth, found.depth.confidence));
   }
-  return estimator.estimate();
+  return estimate_beam(rings);
 }
 
 // The phantom's own vignette of 5 % at the rim, 34° off the axis, is part of what is learned.
@@ -45,8 +45,8 @@ TEST(Beam, IsLearnedWithAnUncertaintyThatHolds) {
 }
 
 TEST(Beam, IsNotToldByNothing) {
-  EXPECT_FALSE(BeamEstimator().estimate().told());
-  EXPECT_EQ(BeamEstimator().estimate().sectors, 0);
+  EXPECT_FALSE(estimate_beam({}).told());
+  EXPECT_EQ(estimate_beam({}).sectors, 0);
   EXPECT_FALSE((BeamEstimate{.exponent = 1, .sd = 0.6, .sectors = 8}.told()));
   EXPECT_FALSE((BeamEstimate{.exponent = 4, .sd = 0.9, .sectors = 8}.told()));
   EXPECT_FALSE((BeamEstimate{.exponent = 4, .sd = 0.1, .sectors = 3}.told()));
