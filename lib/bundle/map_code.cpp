@@ -18,7 +18,9 @@
 namespace organbake {
 namespace {
 
-constexpr double kStepsPerTexel = 128;
+// Small maps are seen with texels of several pixels, whose outlines turn over by a fraction of one;
+// they cost little, so they are kept as fine as a map of kUsualSide is.
+constexpr double kStepsPerTexel = 128, kUsualSide = 512;
 constexpr double kLargestNumber = 65535;
 
 inline std::uint8_t coded_share(float share) {  // as the player does it
@@ -73,8 +75,9 @@ Ranges ranges_of(const CameraMaps& maps, const Intrinsics& lens) {
   }
   if (count == 0) return {};
   const double texel_mm = sum / static_cast<double>(count) / std::sqrt(lens.fx * lens.fy);
-  return {Steps::over(near, far, texel_mm / kStepsPerTexel),
-          Steps::over(low, high, texel_mm / kStepsPerTexel)};
+  const double finer = std::max(1.0, kUsualSide / std::max(maps.width, maps.height));
+  const double finest = texel_mm / (kStepsPerTexel * finer);
+  return {Steps::over(near, far, finest), Steps::over(low, high, finest)};
 }
 
 MapNumbers numbers_of(const CameraMaps& maps, const Ranges& ranges) {

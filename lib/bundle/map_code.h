@@ -13,7 +13,8 @@ namespace organbake {
 // A camera's maps as the player takes them, in a form that deflate packs well: each texel in use is
 // told by how it differs from what its neighbours foretell. Colour and confidence come back as the
 // bytes that a player makes of them anyway (255·√linear; 255 = sure), faces exactly, depth and
-// height to a 128th of a texel or, where they range over more, a 65,535th of their range. Texels
+// height to a 128th of a texel of maps of 512 pixels a side or more, of smaller ones to as much of
+// their view, or where they range over more to a 65,535th of their range. Texels
 // that no player draws, of no face or no confidence, come back as background.
 std::vector<std::byte> coded_maps(const CameraMaps& maps, const Intrinsics& lens);
 // lens: the camera's; faces: how many the shell's surface has. Throws BadDataError, beginning with
