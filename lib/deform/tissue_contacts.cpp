@@ -156,7 +156,7 @@ struct TissueContacts::Prism {
   static ShellMatrix matrix_of(const FaceFrame& frame) {
     const Lanes columns[6] = {frame.origin, frame.along1,  frame.along2,
                               frame.normal, frame.normal1, frame.normal2};
-    ShellMatrix matrix;
+    ShellMatrix matrix = ShellMatrix::Zero();
     for (int c = 0; c < 6; ++c) {
       for (int i = 0; i < 3; ++i) matrix(i, c) = columns[c][i];
     }

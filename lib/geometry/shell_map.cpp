@@ -15,6 +15,7 @@ ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vec
   m.col(3) = normals[i];
   m.col(4) = normals[j] - normals[i];
   m.col(5) = normals[k] - normals[i];
+  m.rightCols<3>().setZero();
   return m;
 }
 

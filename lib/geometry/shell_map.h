@@ -21,22 +21,29 @@ struct ShellBinding {
   double height_mm = 0;
 };
 
-// S = M · (1, b1, b2, h, h·b1, h·b2)ᵀ: 15 multiply-adds per sample.
-using ShellMatrix = Eigen::Matrix<double, 3, 6>;
+// S = M · (1, b1, b2, h, h·b1, h·b2, b1², b1·b2, b2²)ᵀ. The last three columns bend a face of a
+// smooth skin (geometry/vertex_gradients.h); a flat one's are zero, and a sample of it takes 15
+// multiply-adds.
+using ShellMatrix = Eigen::Matrix<double, 3, 9>;
+// Flat.
 ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vector3d>& normals,
                          std::uint32_t face);
 std::vector<ShellMatrix> shell_matrices(const TriangleMesh& proxy);  // of every face
+inline bool is_bent(const ShellMatrix& m) { return !m.rightCols<3>().isZero(0); }
 inline Eigen::Vector3d shell_point(const ShellMatrix& m, double b1, double b2, double h) {
-  return m.col(0) + b1 * m.col(1) + b2 * m.col(2) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
+  return m.col(0) + b1 * (m.col(1) + b1 * m.col(6) + b2 * m.col(7)) +
+         b2 * (m.col(2) + b2 * m.col(8)) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
 }
 // Of shell_point by b1, b2 and h.
 inline Eigen::Matrix3d shell_jacobian(const ShellMatrix& m, double b1, double b2, double h) {
   Eigen::Matrix3d by;
-  by << m.col(1) + h * m.col(4), m.col(2) + h * m.col(5), m.col(3) + b1 * m.col(4) + b2 * m.col(5);
+  by << m.col(1) + h * m.col(4) + 2 * b1 * m.col(6) + b2 * m.col(7),
+      m.col(2) + h * m.col(5) + 2 * b2 * m.col(8) + b1 * m.col(7),
+      m.col(3) + b1 * m.col(4) + b2 * m.col(5);
   return by;
 }
 
-// b1, b2 of a point known to lie at height h over a face: linear, least squares in 3-D.
+// b1, b2 of a point known to lie at height h over a flat face: linear, least squares in 3-D.
 Eigen::Vector2d barycentric_at_height(const ShellMatrix& m, double h, const Eigen::Vector3d& point);
 // Macro + micro: what a height over a face alone, as maps store it, makes of the point that it was
 // stored for.

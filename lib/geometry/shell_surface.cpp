@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "geometry/vertex_gradients.h"
+
 namespace organbake {
 
 ShellSurface::ShellSurface(TriangleMesh proxy, std::optional<SmoothSkin> skin)
@@ -32,6 +34,20 @@ TriangleMesh ShellSurface::posed(const std::vector<Eigen::Vector3d>& proxy_posit
   mesh.faces = rest_.faces;
   pose(proxy_positions, mesh.vertices);
   return mesh;
+}
+
+std::vector<ShellMatrix> ShellSurface::posed_matrices(
+    const std::vector<Eigen::Vector3d>& proxy_positions) const {
+  const TriangleMesh mesh = posed(proxy_positions);
+  std::vector<ShellMatrix> matrices = shell_matrices(mesh);
+  if (!skin_) return matrices;
+  const VertexGradients gradients(rest_);
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(mesh);
+  std::vector<Eigen::Matrix3d> changes(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < changes.size(); ++v)
+    changes[v] = gradients.change(v, mesh.vertices, normals);
+  for (std::uint32_t f = 0; f < matrices.size(); ++f) bend_face(rest_, f, changes, matrices[f]);
+  return matrices;
 }
 
 }  // namespace organbake

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "geometry/shell_map.h"
 #include "geometry/smooth_skin.h"
 #include "geometry/triangle_mesh.h"
 
@@ -24,6 +25,9 @@ class ShellSurface {
   void pose(const std::vector<Eigen::Vector3d>& proxy_positions,
             std::vector<Eigen::Vector3d>& positions) const;
   TriangleMesh posed(const std::vector<Eigen::Vector3d>& proxy_positions) const;
+  // The shell over it then, by face: bent where it is a smooth skin.
+  std::vector<ShellMatrix> posed_matrices(
+      const std::vector<Eigen::Vector3d>& proxy_positions) const;
   // How far from it (mm) the points of a surface it was made for may lie, with much to spare.
   double reach_mm() const;
   // How many of its faces lie over each of the proxy's, one after the other.

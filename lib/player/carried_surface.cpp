@@ -78,7 +78,7 @@ CarriedSurface::CarriedSurface(TriangleMesh surface, ShellSurface shell)
 
 std::vector<Eigen::Vector3d> CarriedSurface::carry(
     const std::vector<Eigen::Vector3d>& proxy_positions) const {
-  const std::vector<ShellMatrix> matrices = shell_matrices(shell_.posed(proxy_positions));
+  const std::vector<ShellMatrix> matrices = shell_.posed_matrices(proxy_positions);
   std::vector<Eigen::Vector3d> positions;
   positions.reserve(bindings_.size());
   for (const ShellBinding& b : bindings_) {

@@ -114,7 +114,7 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
   const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
   const std::vector<bool> visible = truth_.visible(carried, view);
   const TriangleMesh deformed = shell_.posed(proxy_positions);
-  const std::vector<Eigen::Vector3d> normals = vertex_normals(deformed);
+  const std::vector<ShellMatrix> shells = shell_.posed_matrices(proxy_positions);
   const ViewManifold& manifold = bundle_.cameras.manifold;
   const ViewWeights shares =
       view_weights(manifold, view.camera.center_world_mm() - manifold.center_world_mm);
@@ -133,8 +133,7 @@ ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d
     Eigen::Vector3d at_rest;
     if (!look_up(v, shares, at_rest)) return;
     const ShellBinding b = binder_.bind(at_rest);
-    image_based[v] =
-        error(shell_point(shell_matrix(deformed, normals, b.face), b.b1, b.b2, b.height_mm));
+    image_based[v] = error(shell_point(shells[b.face], b.b1, b.b2, b.height_mm));
   });
 
   ProjectionErrors result;
@@ -167,8 +166,7 @@ Eigen::Vector2d center_of(std::size_t pixel, int width) {
 ProjectionComparison::Displayed ProjectionComparison::displayed(
     const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
     const View& view) const {
-  const TriangleMesh deformed = shell_.posed(proxy_positions);
-  const std::vector<ShellMatrix> shells = shell_matrices(deformed);
+  const std::vector<ShellMatrix> shells = shell_.posed_matrices(proxy_positions);
   std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
   parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
     if (frame.cover[i] != Cover::samples || frame.shown[i].point_mm.hasNaN()) return;

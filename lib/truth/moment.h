@@ -14,7 +14,7 @@ namespace organbake {
 // Where everything lay when a picture was drawn: enough to say where any of its points was then.
 struct Moment {
   // A shell matrix in the camera's frame, mm; each column in a register of its own.
-  using Columns = Eigen::Matrix<float, 4, 6>;
+  using Columns = Eigen::Matrix<float, 4, 9>;
 
   View view;
   std::vector<std::vector<Columns>> shells;  // by organ and face
@@ -27,7 +27,8 @@ struct Moment {
   // Of a bound point, camera mm.
   Eigen::Vector3f place(std::size_t organ, const BoundPixel& p) const {
     const Columns& m = shells[organ][p.face];
-    return (m.col(0) + p.b1 * m.col(1) + p.b2 * m.col(2) +
+    return (m.col(0) + p.b1 * (m.col(1) + p.b1 * m.col(6) + p.b2 * m.col(7)) +
+            p.b2 * (m.col(2) + p.b2 * m.col(8)) +
             p.height_mm * (m.col(3) + p.b1 * m.col(4) + p.b2 * m.col(5)))
         .head<3>();
   }

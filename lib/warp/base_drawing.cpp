@@ -77,7 +77,8 @@ class BaseDrawing::PlacedBlock {
     for (std::uint32_t k = 0; k < kNodes; ++k) {
       const float b1 = b1_[k], b2 = b2_[k], h = h_[k];
       const auto row = [&](int r) {
-        return m(r, 0) + b1 * m(r, 1) + b2 * m(r, 2) + h * (m(r, 3) + b1 * m(r, 4) + b2 * m(r, 5));
+        return m(r, 0) + b1 * (m(r, 1) + b1 * m(r, 6) + b2 * m(r, 7)) +
+               b2 * (m(r, 2) + b2 * m(r, 8)) + h * (m(r, 3) + b1 * m(r, 4) + b2 * m(r, 5));
       };
       const float z = row(2), inverse = 1 / z, x = row(0) * inverse, y = row(1) * inverse;
       const bool in_reach = (z > near_mm) & (std::abs(x) < reach) & (std::abs(y) < reach);

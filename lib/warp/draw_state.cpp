@@ -21,6 +21,7 @@ void face_frames(const PosedShell& shell, const View& view, std::vector<FaceFram
   projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
   frames.resize(shell.matrices().size());
   for (std::size_t f = 0; f < frames.size(); ++f) {
+    frames[f].bent = is_bent(shell.matrices()[f]);
     frames[f].two_sided = shell.two_sided(f);
     ShellMatrix metric = pose.rotation * shell.matrices()[f];
     metric.col(0) += pose.translation;

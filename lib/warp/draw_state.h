@@ -13,14 +13,15 @@
 namespace organbake {
 
 // A shell matrix, each column in a register of its own: the fourth row is zero.
-using ShellColumns = Eigen::Matrix<float, 4, 6>;
+using ShellColumns = Eigen::Matrix<float, 4, 9>;
 
 // One face of the shell's surface in one frame: its deformed shell matrix in the view's frame, in
-// millimetres and multiplied by the intrinsics, so that a sample lands with 15 multiply-adds and
-// one reciprocal.
+// millimetres and multiplied by the intrinsics, so that a sample of a flat face lands with 15
+// multiply-adds and one reciprocal.
 struct FaceFrame {
   ShellColumns metric;     // camera millimetres
   ShellColumns pixel;      // pixel × depth, pixel × depth, depth
+  bool bent = false;       // the last three columns are not zero
   bool two_sided = false;  // see PosedShell
 
   bool operator==(const FaceFrame&) const = default;

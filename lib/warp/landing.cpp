@@ -41,19 +41,23 @@ inline float lowest_of(float a, float b) { return a < b ? a : b; }
 inline float highest_of(float a, float b) { return a > b ? a : b; }
 
 // A face's matrix for one of its patches: from the samples' places instead of (b1, b2, h). The
-// shell map's terms are the same, 1, b1, b2, h, h·b1 and h·b2.
+// shell map's terms are the same, 1, b1, b2, h, h·b1, h·b2, b1², b1·b2 and b2².
 ShellColumns patch_matrix(const ShellColumns& face, const Patch& patch) {
   const auto [c1, c2, ch] = patch.center;
   const float e1 = patch.extent[0] / kFullPlace, e2 = patch.extent[1] / kFullPlace,
               eh = patch.extent[2] / kFullPlace;
   const Eigen::Vector4f by_h = face.col(3) + c1 * face.col(4) + c2 * face.col(5);
   ShellColumns m;
-  m.col(0) = face.col(0) + c1 * face.col(1) + c2 * face.col(2) + ch * by_h;
-  m.col(1) = e1 * (face.col(1) + ch * face.col(4));
-  m.col(2) = e2 * (face.col(2) + ch * face.col(5));
+  const Eigen::Vector4f bend1 = c1 * face.col(6) + c2 * face.col(7), bend2 = c2 * face.col(8);
+  m.col(0) = face.col(0) + c1 * (face.col(1) + bend1) + c2 * (face.col(2) + bend2) + ch * by_h;
+  m.col(1) = e1 * (face.col(1) + ch * face.col(4) + bend1 + c1 * face.col(6));
+  m.col(2) = e2 * (face.col(2) + ch * face.col(5) + 2 * bend2 + c1 * face.col(7));
   m.col(3) = eh * by_h;
   m.col(4) = eh * e1 * face.col(4);
   m.col(5) = eh * e2 * face.col(5);
+  m.col(6) = e1 * e1 * face.col(6);
+  m.col(7) = e1 * e2 * face.col(7);
+  m.col(8) = e2 * e2 * face.col(8);
   return m;
 }
 
@@ -62,26 +66,27 @@ struct Sampled {
   const Place *b1, *b2, *h;
 };
 
-// The hot loop: 15 multiply-adds and a reciprocal per sample, then its first pixel. It runs over
-// all slots of the chunk. Where the tile cuts the chunk, it tells which of its `count` samples are
-// inside.
-template <bool kCut>
+// The hot loop: 15 multiply-adds (24 where the face is bent) and a reciprocal per sample, then its
+// first pixel. It runs over all slots of the chunk. Where the tile cuts the chunk, it tells which
+// of its `count` samples are inside.
+template <bool kCut, bool kBent>
 [[gnu::always_inline]] inline void land(const Sampled& sampled, int count,
                                         const ShellColumns& matrix, const ChunkFrame& c,
                                         const Placement& at, float near_mm,
                                         Landed& __restrict out) {
-  float m[3][6];
+  float m[3][9];
   for (int r = 0; r < 3; ++r) {
-    for (int k = 0; k < 6; ++k) m[r][k] = matrix(r, k);
+    for (int k = 0; k < 9; ++k) m[r][k] = matrix(r, k);
   }
   for (int i = 0; i < static_cast<int>(kChunk); ++i) {
     const float b1 = sampled.b1[i], b2 = sampled.b2[i], h = sampled.h[i];
-    const float x =
-        m[0][0] + b1 * m[0][1] + b2 * m[0][2] + h * (m[0][3] + b1 * m[0][4] + b2 * m[0][5]);
-    const float y =
-        m[1][0] + b1 * m[1][1] + b2 * m[1][2] + h * (m[1][3] + b1 * m[1][4] + b2 * m[1][5]);
-    const float z =
-        m[2][0] + b1 * m[2][1] + b2 * m[2][2] + h * (m[2][3] + b1 * m[2][4] + b2 * m[2][5]);
+    const auto coordinate = [&](int r) __attribute__((always_inline)) {
+      const float flat =
+          m[r][0] + b1 * m[r][1] + b2 * m[r][2] + h * (m[r][3] + b1 * m[r][4] + b2 * m[r][5]);
+      if constexpr (!kBent) return flat;
+      return flat + b1 * (b1 * m[r][6] + b2 * m[r][7]) + b2 * b2 * m[r][8];
+    };
+    const float x = coordinate(0), y = coordinate(1), z = coordinate(2);
     const float inverse = 1 / (kCut ? highest_of(z, near_mm) : z);
     // Clamped one step beyond what is accepted: whatever rounding makes of a view from a thousand
     // kilometres or of a vertex as far off, a splat stays within the guard band. NaN goes low.
@@ -103,12 +108,25 @@ template <bool kCut>
 ORGANBAKE_WIDE void land_cut(const Sampled& sampled, int count, const ShellColumns& matrix,
                              const ChunkFrame& c, const Placement& at, float near_mm,
                              Landed& __restrict out) {
-  land<true>(sampled, count, matrix, c, at, near_mm, out);
+  land<true, false>(sampled, count, matrix, c, at, near_mm, out);
+}
+
+// Bent faces are few: those round a poke.
+ORGANBAKE_WIDE void land_cut_bent(const Sampled& sampled, int count, const ShellColumns& matrix,
+                                  const ChunkFrame& c, const Placement& at, float near_mm,
+                                  Landed& __restrict out) {
+  land<true, true>(sampled, count, matrix, c, at, near_mm, out);
 }
 
 ORGANBAKE_WIDE void land_uncut(const Sampled& sampled, const ShellColumns& matrix,
                                const ChunkFrame& c, const Placement& at, Landed& __restrict out) {
-  land<false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
+  land<false, false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
+}
+
+ORGANBAKE_WIDE void land_uncut_bent(const Sampled& sampled, const ShellColumns& matrix,
+                                    const ChunkFrame& c, const Placement& at,
+                                    Landed& __restrict out) {
+  land<false, true>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
 }
 
 // Moves the samples that touch the tile together.
@@ -147,8 +165,8 @@ void land_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& fra
   landed.count = static_cast<int>(set.chunks[chunk].count);
   landed.sample = &kAllSamples;
   if (frame.uncut && mostly_within(frame.box, tile.box))
-    return land_uncut(sampled, matrix, frame, at, landed);
-  land_cut(sampled, landed.count, matrix, frame, at, near_mm, landed);
+    return (face.bent ? land_uncut_bent : land_uncut)(sampled, matrix, frame, at, landed);
+  (face.bent ? land_cut_bent : land_cut)(sampled, landed.count, matrix, frame, at, near_mm, landed);
   compact(landed);
 }
 

@@ -36,7 +36,7 @@ struct PatchAt {
   float sine, cosine;
 };
 struct Placing {
-  Triple m[6];  // the face's columns
+  Triple m[9];  // the face's columns
   float fx, fy, cx, cy, near;
   int width, height;
 
@@ -48,14 +48,17 @@ struct Placing {
         near(static_cast<float>(view.near_mm)),
         width(view.camera.intrinsics.width),
         height(view.camera.intrinsics.height) {
-    for (int k = 0; k < 6; ++k) m[k] = {face.metric(0, k), face.metric(1, k), face.metric(2, k)};
+    for (int k = 0; k < 9; ++k) m[k] = {face.metric(0, k), face.metric(1, k), face.metric(2, k)};
   }
 };
+
+inline float length(const Triple& t) { return std::sqrt(t.dot(t)); }
 
 // The patch's middle in the view's frame, its derivatives along b1, b2, h, and the half size of a
 // box that surely holds all of it.
 struct PlacedPatch {
   Triple center, by_b1, by_b2, by_h, half;
+  float bend = 0;  // sine of the angle by which normals turn within it, at most
 
   PlacedPatch(const PatchAt& p, const Placing& to) {
     const float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
@@ -68,17 +71,31 @@ struct PlacedPatch {
     half = by_b1.absolute() * e1 + by_b2.absolute() * e2 + by_h.absolute() * eh +
            (to.m[4].absolute() * e1 + to.m[5].absolute() * e2) * eh;
   }
+  // On a bent face the map's squares come on top.
+  void bend_by(const PatchAt& p, const Placing& to) {
+    const float b1 = p.center.x, b2 = p.center.y, e1 = p.extent.x, e2 = p.extent.y;
+    const Triple bend1 = to.m[6] * b1 + to.m[7] * b2, bend2 = to.m[8] * b2;
+    center = center + bend1 * b1 + bend2 * b2;
+    const Triple more1 = bend1 + to.m[6] * b1, more2 = bend2 * 2 + to.m[7] * b1;
+    by_b1 = by_b1 + more1, by_b2 = by_b2 + more2;
+    const Triple turn1 = to.m[6].absolute() * (2 * e1) + to.m[7].absolute() * e2,
+                 turn2 = to.m[7].absolute() * e1 + to.m[8].absolute() * (2 * e2);
+    half = half + more1.absolute() * e1 + more2.absolute() * e2 + to.m[6].absolute() * (e1 * e1) +
+           to.m[7].absolute() * (e1 * e2) + to.m[8].absolute() * (e2 * e2);
+    bend = length(turn1) / larger(length(by_b1), 1e-30f) +
+           length(turn2) / larger(length(by_b2), 1e-30f);
+  }
   Triple along(const Triple& t) const { return by_b1 * t.x + by_b2 * t.y + by_h * t.z; }
 };
 
 // Whether every normal within the cone about `normal` points away from the eye, wherever in its box
 // the sample lies: seen from the eye the box spans asin(radius / distance), which the cone is
-// widened by.
+// widened by, and by the bend. (The sum of two angles is less than that of their sines.)
 inline bool faces_away(const PlacedPatch& p, const Triple& normal, float sine, float cosine) {
   const float along = normal.dot(p.center);
-  const float squared_radius = p.half.dot(p.half);
-  const float squared_tangent = p.center.dot(p.center) - squared_radius;
-  const float radius = std::sqrt(squared_radius);
+  const float squared_distance = p.center.dot(p.center);
+  const float radius = length(p.half) + (p.bend > 0 ? p.bend * std::sqrt(squared_distance) : 0);
+  const float squared_tangent = squared_distance - radius * radius;
   const float tangent = std::sqrt(larger(squared_tangent, 0));
   const float wide_sine = sine * tangent + cosine * radius;
   const float wide_cosine = cosine * tangent - sine * radius;
@@ -154,8 +171,10 @@ struct PlacedChunk {
   }
 };
 
+template <bool kBent>
 inline PlacedChunk placed_chunk(const PatchAt& patch, const Placing& to) {
-  const PlacedPatch p(patch, to);
+  PlacedPatch p(patch, to);
+  if constexpr (kBent) p.bend_by(patch, to);
   return {p, patch, p.along(patch.along_u), p.along(patch.along_v), to};
 }
 
@@ -168,10 +187,12 @@ struct Batch {
   alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, uncut;
 };
 
+using Numbers = std::array<const float*, PatchTable::kNumbers>;
+
 // By whole vectors: one by one, choosing and placing what a frame draws takes half as long again.
-[[gnu::flatten]] ORGANBAKE_WIDE void place_batch(
-    const std::array<const float*, PatchTable::kNumbers>& n, int count, Placing to,
-    Batch& __restrict out) {
+template <bool kBent>
+[[gnu::always_inline]] inline void place(const Numbers& n, int count, const Placing& to,
+                                         Batch& __restrict out) {
   const float *const b1 = n[0], *const b2 = n[1], *const h = n[2];
   const float *const e1 = n[3], *const e2 = n[4], *const eh = n[5];
   const float *const u1 = n[6], *const u2 = n[7], *const uh = n[8];
@@ -184,7 +205,7 @@ struct Batch {
                         {v1[i], v2[i], vh[i]},
                         sine[i],
                         cosine[i]};
-    const PlacedChunk c = placed_chunk(patch, to);
+    const PlacedChunk c = placed_chunk<kBent>(patch, to);
     const Footprint& f = c.footprint;
     out.u_x[i] = f.u_x, out.u_y[i] = f.u_y, out.v_x[i] = f.v_x, out.v_y[i] = f.v_y;
     out.z_u[i] = f.z_u, out.z_v[i] = f.z_v;
@@ -192,6 +213,16 @@ struct Batch {
     out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
     out.away[i] = c.away, out.uncut[i] = c.uncut;
   }
+}
+
+[[gnu::flatten]] ORGANBAKE_WIDE void place_flat(const Numbers& n, int count, Placing to,
+                                                Batch& __restrict out) {
+  place<false>(n, count, to, out);
+}
+
+[[gnu::flatten]] ORGANBAKE_WIDE void place_bent(const Numbers& n, int count, Placing to,
+                                                Batch& __restrict out) {
+  place<true>(n, count, to, out);
 }
 
 ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
@@ -213,10 +244,10 @@ ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
 
 void place_patches(const PatchTable& patches, std::size_t first, int count, const FaceFrame& face,
                    const View& view, ChunkFrame* frames) {
-  std::array<const float*, PatchTable::kNumbers> numbers;
+  Numbers numbers;
   for (int k = 0; k < PatchTable::kNumbers; ++k) numbers[k] = patches.number(k) + first;
   Batch batch;
-  place_batch(numbers, count, Placing(face, view), batch);
+  (face.bent ? place_bent : place_flat)(numbers, count, Placing(face, view), batch);
   for (int i = 0; i < count; ++i) frames[i] = frame_at(batch, i, face.two_sided);
 }
 

@@ -22,7 +22,11 @@ PosedShell::PosedShell(ShellSurface shell)
       normals_(vertex_normals(posed_)),
       matrices_(shell_matrices(posed_)),
       two_sided_(posed_.faces.size(), 0),
-      faces_of_(posed_.faces, posed_.vertices.size()) {}
+      faces_of_(posed_.faces, posed_.vertices.size()) {
+  if (!shell_.skin()) return;
+  gradients_.emplace(at_rest());
+  gradient_changes_.assign(normals_.size(), Eigen::Matrix3d::Zero());
+}
 
 void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
   if (proxy_positions == proxy_positions_) return;
@@ -45,13 +49,18 @@ void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
   for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
     if (!vertex_changed_[v]) continue;
     set_normal(v);
+    if (gradients_) gradient_changes_[v] = gradients_->change(v, posed_.vertices, normals_);
     mark(face_changed_, v);
   }
   for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {
-    if (!face_changed_[f]) continue;
-    matrices_[f] = shell_matrix(posed_, normals_, f);
-    two_sided_[f] = bent_over(f);
+    if (face_changed_[f]) set_face(f);
   }
+}
+
+void PosedShell::set_face(std::uint32_t face) {
+  matrices_[face] = shell_matrix(posed_, normals_, face);
+  if (gradients_) bend_face(at_rest(), face, gradient_changes_, matrices_[face]);
+  two_sided_[face] = bent_over(face);
 }
 
 // As vertex_normals() has it.

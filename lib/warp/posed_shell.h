@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "geometry/adjacency.h"
 #include "geometry/shell_map.h"
 #include "geometry/shell_surface.h"
+#include "geometry/vertex_gradients.h"
 
 namespace organbake {
 
@@ -36,7 +38,9 @@ class PosedShell {
   double pushed_mm_;
   std::vector<Eigen::Vector3d> proxy_positions_, next_vertices_;
   TriangleMesh posed_;
-  std::vector<Eigen::Vector3d> normals_;  // by vertex
+  std::vector<Eigen::Vector3d> normals_;           // by vertex
+  std::optional<VertexGradients> gradients_;       // of a smooth skin
+  std::vector<Eigen::Matrix3d> gradient_changes_;  // by vertex
   std::vector<ShellMatrix> matrices_;
   std::vector<std::uint8_t> two_sided_;
   VertexFaces faces_of_;

@@ -26,16 +26,10 @@ Vector2d place_on_face(int place) {
   return places[place];
 }
 
-Vector3d skin_normal(const ShellMatrix& m, int place) {
-  const Vector2d b = place_on_face(place);
-  return m.col(3) + b.x() * m.col(4) + b.y() * m.col(5);
-}
-
 // (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
 Matrix3d tangents(const ShellMatrix& m, int place) {
-  Matrix3d columns;
-  columns << m.col(1), m.col(2), skin_normal(m, place);
-  return columns;
+  const Vector2d b = place_on_face(place);
+  return shell_jacobian(m, b.x(), b.y(), 0);
 }
 
 Matrix3d cofactor(const Matrix3d& m) {

@@ -52,8 +52,8 @@ class BoundPoints {
 
   // Where the shell carries the points when its proxy is poked.
   std::vector<Vector3d> carried_by(const Poke& poke) const {
-    const TriangleMesh posed = shell_.posed(poked_surface(shell_.proxy(), poke).vertices);
-    const std::vector<ShellMatrix> matrices = shell_matrices(posed);
+    const std::vector<ShellMatrix> matrices =
+        shell_.posed_matrices(poked_surface(shell_.proxy(), poke).vertices);
     std::vector<Vector3d> carried;
     carried.reserve(points_.size());
     for (const ShellBinding& b : bindings_)

@@ -44,15 +44,14 @@ class Carried {
   // RMS of the distance between where the points come and where they should, of those that the
   // motion moves.
   double rms_error_mm(const Motion& motion) const {
-    const TriangleMesh posed = shell_.posed(moved(shell_.proxy().vertices, motion));
-    const std::vector<Vector3d> normals = vertex_normals(posed);
+    const std::vector<ShellMatrix> shells =
+        shell_.posed_matrices(moved(shell_.proxy().vertices, motion));
     double sum = 0, count = 0;
     for (std::size_t i = 0; i < at_rest_.size(); ++i) {
       const Vector3d should = motion(at_rest_[i]);
       if ((should - at_rest_[i]).norm() < 0.1) continue;
       const ShellBinding& b = bindings_[i];
-      const Vector3d is =
-          shell_point(shell_matrix(posed, normals, b.face), b.b1, b.b2, b.height_mm);
+      const Vector3d is = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
       sum += (is - should).squaredNorm(), ++count;
     }
     return count > 0 ? std::sqrt(sum / count) : 0;

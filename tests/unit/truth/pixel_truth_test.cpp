@@ -91,7 +91,7 @@ TEST_F(PixelTruthTest, TellsTheSkinPointThatAPixelShows) {
   poke(player_, 8);
   const View from = view(0.2);
   const PixelTruth& pixels = see(from);
-  const auto shells = shell_matrices(traced_organ().shell().posed(player_.proxy_positions()));
+  const auto shells = traced_organ().shell().posed_matrices(player_.proxy_positions());
   double sum = 0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < pixels.pixels(); ++i) {

@@ -17,6 +17,15 @@ View small_view() {
   return view;
 }
 
+// As a deep poke bends it.
+void bend(RandomStream& random, FaceFrame& face) {
+  for (int k = 6; k < 9; ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      face.metric(axis, k) = static_cast<float>(random.uniform(-30, 30));
+  }
+  face.bent = true;
+}
+
 // A face somewhere round the view, partly before its near plane and beyond its borders.
 FaceFrame random_face(RandomStream& random, const View& view) {
   TriangleMesh mesh;
@@ -29,6 +38,7 @@ FaceFrame random_face(RandomStream& random, const View& view) {
   face_frames(PosedShell(ShellSurface(mesh)), view, frames);
   FaceFrame face = frames.front();
   face.two_sided = random.below(4) == 0;
+  if (random.below(2) == 0) bend(random, face);
   return face;
 }
 
@@ -96,6 +106,35 @@ TEST(PatchFrames, BoxesHoldTheirPatches) {
     }
   }
   EXPECT_GT(corners, 500);
+}
+
+// What facing away promises: no point of the patch's face shows its outer side there.
+TEST(PatchFrames, PatchesThatFaceAwayShowNowhere) {
+  RandomStream random(8);
+  const View view = small_view();
+  int away = 0;
+  for (int round = 0; round < 4000; ++round) {
+    FaceFrame face = random_face(random, view);
+    face.two_sided = false;
+    Patch patch = random_patch(random);
+    // Along the face itself, whose normal the map tells everywhere.
+    patch.along_u[0] = 0, patch.along_u[1] = 0.02f, patch.along_v[0] = 0.02f, patch.along_v[1] = 0;
+    patch.along_u[2] = patch.along_v[2] = patch.extent[2] = 0;
+    patch.cone = NormalCone(0);
+    ChunkFrame frame;
+    place_patches(PatchTable(std::span(&patch, 1)), 0, 1, face, view, &frame);
+    if (frame.fate != ChunkFate::faces_away) continue;
+    ++away;
+    const ShellMatrix shell = face.metric.topRows<3>().cast<double>();
+    for (int corner = 0; corner < 4; ++corner) {
+      const double b1 = patch.center[0] + (corner & 1 ? 1 : -1) * double(patch.extent[0]),
+                   b2 = patch.center[1] + (corner & 2 ? 1 : -1) * double(patch.extent[1]);
+      const Eigen::Matrix3d by = shell_jacobian(shell, b1, b2, patch.center[2]);
+      const Eigen::Vector3d normal = by.col(0).cross(by.col(1));
+      EXPECT_GE(normal.dot(shell_point(shell, b1, b2, patch.center[2])), 0) << round;
+    }
+  }
+  EXPECT_GT(away, 500);
 }
 
 TEST(PatchFrames, BatchesAreOfOneFaceAndOfNoMoreThanFit) {

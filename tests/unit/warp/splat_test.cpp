@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/random.h"
+#include "warp/landing.h"
 #include "warp/patch_frames.h"
 #include "warp/pixel_key.h"
 #include "warp/tile_grid.h"
@@ -42,6 +43,7 @@ struct Scene {
     face_frames(PosedShell(ShellSurface(mesh)), view, frames);
     face = frames.front();
     face.two_sided = true;
+    if (random.below(2) == 0) bend(random);
     Chunk one;
     one.count = count;
     const double extent = std::pow(10, random.uniform(-2.5, -1));
@@ -58,6 +60,20 @@ struct Scene {
       for (std::uint32_t i = 0; i < count; ++i) (*place)[i] = static_cast<Place>(about(kFullPlace));
     }
     place_patches(PatchTable(std::span(&one.patch, 1)), 0, 1, face, view, &chunk);
+  }
+
+  // As a deep poke bends it.
+  void bend(RandomStream& random) {
+    const Intrinsics& k = view.camera.intrinsics;
+    for (int column = 6; column < 9; ++column) {
+      for (int axis = 0; axis < 3; ++axis)
+        face.metric(axis, column) = static_cast<float>(random.uniform(-10, 10));
+    }
+    Eigen::Matrix4f projection = Eigen::Matrix4f::Identity();
+    projection(0, 0) = static_cast<float>(k.fx), projection(0, 2) = static_cast<float>(k.cx);
+    projection(1, 1) = static_cast<float>(k.fy), projection(1, 2) = static_cast<float>(k.cy);
+    face.pixel = projection * face.metric;
+    face.bent = true;
   }
 
   TileKeys keys(const PixelBox& part, bool uncut) const {
@@ -108,6 +124,33 @@ TEST(Splat, APartOfATileGetsTheKeysOfTheWhole) {
         ASSERT_EQ(key_at(own, x, y), key_at(whole, x, y)) << x << ',' << y;
     }
   });
+}
+
+// Flat faces and bent ones: in the pixel, and as deep, as the shell map says of each sample.
+TEST(Splat, SamplesLandWhereTheShellMapPutsThem) {
+  constexpr double kFloat_px = 0.01, kFloatShare = 1e-4;
+  std::array<std::size_t, 2> landed_by_bend{};
+  for_scenes(600, [&](const Scene& scene, RandomStream&) {
+    const TileKeys keys = scene.keys(kTile, true);
+    Landed landed;
+    land_chunk(scene.set, 0, scene.chunk, scene.face, kNear_mm, keys, kAnySplat, landed);
+    const ShellMatrix shell = scene.face.metric.topRows<3>().cast<double>();
+    const Intrinsics& k = scene.view.camera.intrinsics;
+    for (int i = 0; i < landed.count; ++i) {
+      const auto [b1, b2, h] = scene.set.bound((*landed.sample)[i]);
+      const Eigen::Vector3d p = shell_point(shell, b1, b2, h);
+      if (p.z() < 2 * kNear_mm) continue;  // nearer, rounding moves whole pixels
+      const Eigen::Vector2d at = project(k, p);
+      const double column = kAnySplat.column(landed.cell[i]) + 0.5 * scene.chunk.columns,
+                   row = kAnySplat.row(landed.cell[i]) + 0.5 * scene.chunk.rows;
+      if (!(at.cwiseAbs().maxCoeff() < 400)) continue;  // held at the guard band's end
+      ASSERT_NEAR(landed.z[i], p.z(), kFloatShare * p.z());
+      ASSERT_NEAR(column, at.x(), 0.5 + kFloat_px);
+      ASSERT_NEAR(row, at.y(), 0.5 + kFloat_px);
+      ++landed_by_bend[scene.face.bent];
+    }
+  });
+  for (const std::size_t count : landed_by_bend) EXPECT_GT(count, 1000u);
 }
 
 TEST(Splat, NothingIsDrawnOutsideTheChunksBox) {

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "geometry/adjacency.h"
+#include "geometry/shell_map.h"
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// The gradient F of a deformation at the vertices of a surface. It turns a vertex's normal into
+// what that is now; across the normal it is the slope of a fit of second order to what has become
+// of the edges that meet there, by least squares: an uneven ring of them would pass its curvature
+// off as slope. Made once for the surface at rest.
+class VertexGradients {
+ public:
+  explicit VertexGradients(const TriangleMesh& rest);
+
+  // F − 1 at a vertex when the vertices lie at `positions` (mm) with these unit normals. To the bit
+  // zero where nothing round the vertex has moved; not a number where faces without area tell none.
+  Eigen::Matrix3d change(std::uint32_t vertex, const std::vector<Eigen::Vector3d>& positions,
+                         const std::vector<Eigen::Vector3d>& normals) const;
+
+ private:
+  struct Spoke {
+    Eigen::Vector3d edge_mm, weight;  // at rest; F = Σ (edge now)·weightᵀ + (normal now)·weightᵀ
+  };
+  struct Hub {
+    Eigen::Vector3d normal, weight;
+  };
+  VertexNeighbours neighbours_;
+  std::vector<std::uint32_t> first_;  // spoke of each vertex
+  std::vector<Spoke> spokes_;         // in the neighbours' order
+  std::vector<Hub> hubs_;
+};
+
+// Bends a face's shell matrix, flat so far, so that its edges leave the corners as the gradients
+// there tell, whose changes are given by vertex:
+//   S += Σ over its edges b_i b_j e_ij,   e_ij = ½ (F_i − F_j)(X_j − X_i),
+// with X the corners at rest. That is exact for a deformation that is quadratic in place, nothing
+// for an affine one, and the same from both faces of an edge, so that no gap opens.
+void bend_face(const TriangleMesh& rest, std::uint32_t face,
+               const std::vector<Eigen::Matrix3d>& changes, ShellMatrix& shell);
+
+}  // namespace organbake
