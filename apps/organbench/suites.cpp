@@ -26,8 +26,6 @@ const std::vector<Suite>& all_suites() {
        run_bake_suite},
       {"scaling", "time against work: the exponent of every stage's main size, and threads",
        run_scaling_suite},
-      {"precision", "single precision against double: the digits that every stage's kernel loses",
-       run_precision_suite},
       {"skip", "what a scene does not need: everything against skipping, to the same bytes",
        run_skip_suite},
       {"stability", "seeded and adversarial inputs to every stage: what breaks, and by which seed",

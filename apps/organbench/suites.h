@@ -15,7 +15,6 @@ void run_player_suite(Bench& bench);
 void run_appearance_suite(Bench& bench);
 void run_bake_suite(Bench& bench);
 void run_scaling_suite(Bench& bench);
-void run_precision_suite(Bench& bench);
 void run_skip_suite(Bench& bench);
 void run_stability_suite(Bench& bench);
 
