@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "pipelines/bundle_options.h"
 #include "pipelines/stage.h"
-#include "pipelines/stage_options.h"
 
 namespace organbake {
 

@@ -7,7 +7,7 @@
 #include "pipelines/options_json.h"
 #include "pipelines/output_target.h"
 #include "pipelines/stage_module.h"
-#include "pipelines/stage_options.h"
+#include "pipelines/stages/export/options.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -12,7 +12,7 @@
 #include "pipelines/recipe.h"
 #include "pipelines/schemas.h"
 #include "pipelines/stage_module.h"
-#include "pipelines/stage_options.h"
+#include "pipelines/stages/inspect/options.h"
 
 namespace organbake {
 namespace {

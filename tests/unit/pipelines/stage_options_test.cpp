@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stage_options.h"
-
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "pipelines/stage.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stages/place/options.h"
 
 namespace organbake {
 namespace {

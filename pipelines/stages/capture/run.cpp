@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "capture/capture.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "bundle/cameras_json.h"
+#include "bundle/map_files.h"
+#include "bundle/skin_image.h"
+#include "capture/colored_surface.h"
+#include "capture/skin_bake.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/mesh_files.h"
+#include "formats/photo.h"
+#include "geometry/ply.h"
+#include "pipelines/machine_memory.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/capture/options.h"
+#include "pipelines/stages/capture/surface_coloring.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<Photo> read_photos(const StageCall& call) {
+  const auto* document = call.input("photos");
+  if (!document) return {};
+  const CameraSet set = read_cameras(*document);
+  std::vector<Photo> photos(set.images.size());
+  tbb::parallel_for(std::size_t{0}, photos.size(), [&](std::size_t i) {
+    photos[i] = {set.cameras[i], read_photo(document->parent_path() / set.images[i])};
+  });
+  return photos;
+}
+
+// Said before the work, which may take minutes: whether the maps fit.
+void check_memory(const std::vector<PosedCamera>& cameras, const RunContext& context) {
+  constexpr double kBytesPerTexel = 48;  // 28 of the maps, the rest while they are packed
+  constexpr double kMb = 1024 * 1024, kWorthSaying_mb = 1024;  // as machine_memory() counts
+  double texels = 0;
+  for (const PosedCamera& camera : cameras)
+    texels += double(camera.intrinsics.width) * camera.intrinsics.height;
+  const double needed_mb = texels * kBytesPerTexel / kMb;
+  const double available_mb = machine_memory().available_mb;
+  const std::string need = "the maps of " + std::to_string(cameras.size()) +
+                           " cameras take about " + to_text(needed_mb / 1024, 1) + " GiB of memory";
+  if (needed_mb > available_mb)
+    throw UsageError(need + ", this machine has " + to_text(available_mb / 1024, 1) +
+                     " GiB free; place fewer cameras (--count), or smaller maps (--size)");
+  if (needed_mb > kWorthSaying_mb) context.info(need);
+}
+
+void write_details(const StageCall& call, const std::vector<CameraMaps>& maps,
+                   const std::vector<PosedCamera>& cameras, const CaptureStageOptions& options,
+                   StageReport& report) {
+  if (options.detail.split == MicroSplit::proxy) {
+    report.skipped.push_back({"filtered detail images", "the player draws by the proxy's split"});
+    return;
+  }
+  ExrWriteOptions writing{
+      .compression = options.packing.compact ? ExrCompression::pxr24 : options.packing.compression,
+      .zip_level = options.packing.zip_level};
+  // One after another: OpenCV's filters take all threads themselves.
+  for (std::size_t c = 0; c < maps.size(); ++c) {
+    call.context.throw_if_cancelled();
+    writing.camera = cameras[c];
+    write_exr(call.output_folder / camera_folder(c) / "detail.exr",
+              filtered_detail(maps[c], cameras[c].intrinsics, options.detail), writing);
+  }
+}
+
+// What the maps are bound to, written beside them where it is a smooth skin.
+ShellSurface make_shell(const StageCall& call, const TriangleMesh& surface,
+                        const TriangleMesh& proxy, double edge_mm, StageReport& report) {
+  if (edge_mm == 0) {
+    report.skipped.push_back({"the smooth skin", "skin_edge = 0 asks for none"});
+    return ShellSurface(proxy);
+  }
+  SmoothSkin skin = bake_smooth_skin(surface, proxy, edge_mm, call.context);
+  write_exr(call.output_folder / kSkinFile, skin_to_image(skin), {});
+  ShellSurface shell(proxy, std::move(skin));
+  report.add("skin_faces", shell.at_rest().faces.size());
+  report.add("skin_edge_mm", mean_edge_length(shell.at_rest()));
+  report.add("skin_carriers_per_vertex",
+             double(shell.skin()->weight.size()) / double(shell.skin()->node_count()));
+  return shell;
+}
+
+std::optional<Lighting> read_lighting(const StageCall& call) {
+  const auto* document = call.input("lighting");
+  if (!document) return std::nullopt;
+  return lighting_from_json(read_text_file(*document), document->string());
+}
+
+std::optional<ExemplarPhoto> read_exemplar(const StageCall& call, double mm_per_pixel) {
+  const auto* frame = call.input("exemplar");
+  const auto* mask = call.input("exemplar_mask");
+  if (!frame && mask)
+    throw UsageError("--exemplar-mask " + mask->string() + " has no --exemplar to be of");
+  if (!frame && mm_per_pixel > 0)
+    throw UsageError("--exemplar-mm-per-pixel " + to_text(mm_per_pixel) +
+                     " has no --exemplar to be of");
+  if (!frame) return std::nullopt;
+  if (!(mm_per_pixel > 0))
+    throw UsageError("--exemplar " + frame->string() +
+                     " needs --exemplar-mm-per-pixel: the size of its pixels on the tissue");
+  ExemplarPhoto photo{read_photo(*frame), {}, mm_per_pixel};
+  if (!mask) return photo;
+  const Rgb8Image shown = read_photo(*mask);
+  if (shown.width != photo.image.width || shown.height != photo.image.height)
+    throw BadDataError(*mask, "is " + std::to_string(shown.width) + " × " +
+                                  std::to_string(shown.height) + " pixels, its exemplar " +
+                                  std::to_string(photo.image.width) + " × " +
+                                  std::to_string(photo.image.height));
+  for (std::size_t i = 0; i < shown.pixels.size(); i += 3)
+    photo.mask.push_back(std::max({shown.pixels[i], shown.pixels[i + 1], shown.pixels[i + 2]}) >
+                         127);
+  return photo;
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<CaptureStageOptions>(call.options_json);
+  options.capture.check();
+  options.detail.check();
+  options.material.check();
+  const std::optional<ExemplarPhoto> exemplar = read_exemplar(call, options.exemplar_mm_per_pixel);
+  const TriangleMesh surface = read_mesh(*call.input("surface"), options.unit, call.context);
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.unit, call.context);
+  const CameraSet set = read_cameras(*call.input("cameras"));
+  check_memory(set.cameras, call.context);
+  StageReport report;
+  const RayScene scene(surface);
+  const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call), exemplar,
+                                                 options.material, read_lighting(call), report);
+  const ShellSurface shell = make_shell(call, surface, proxy, options.skin_edge_mm, report);
+  const CaptureSummary captured =
+      capture(surface, shell.at_rest(), set.cameras, *color, options.capture, call.context);
+  if (options.packing.compact) {
+    report.skipped.push_back({"the compression", "compact chooses one for each kind of map"});
+  }
+  write_map_files(call.output_folder, captured.maps, set.cameras, captured.base, options.packing);
+  write_ply(call.output_folder / "surface.ply",
+            colored_surface(surface, *color, options.surface_edge_mm));
+
+  write_details(call, captured.maps, set.cameras, options, report);
+  if (lighting) {
+    write_file_atomically(call.output_folder / kLightingFile, lighting_to_json(*lighting));
+  } else {
+    report.skipped.push_back({"lighting the pushed skin anew", "the light is not known"});
+  }
+
+  report.add("cameras", captured.maps.size());
+  report.add("bound_in_prism", captured.bound_in_prism);
+  report.add("bound_by_fallback", captured.bound_by_fallback);
+  report.add("unbound_texels", captured.unbound_texels);
+  report.add("back_face_texels", captured.back_face_texels);
+  report.add("unsure_texels", captured.unsure_texels);
+  report.add("largest_height_mm", captured.largest_height_mm);
+  report.add("base_steps", captured.base.steps);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "decimate/decimate.h"
+
+#include <cmath>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "decimate/faces_for_tool.h"
+
+#include "formats/mesh_files.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/decimate/options.h"
+
+namespace organbake {
+namespace {
+
+std::size_t whole(double faces) {
+  if (faces != std::floor(faces))
+    throw UsageError("faces = " + to_text(faces) + ": take a whole number, or auto");
+  return static_cast<std::size_t>(faces);
+}
+
+std::size_t auto_faces(const TriangleMesh& surface, double tool_radius_mm,
+                       const RunContext& context) {
+  const std::size_t faces = faces_for_tool(surface, tool_radius_mm);
+  context.info("faces = auto: " + std::to_string(faces) + ", which a tip of " +
+               to_text(tool_radius_mm) + " mm can dent");
+  return faces;
+}
+
+StageReport run(const StageCall& call) {
+  const auto asked = resolved_options<DecimateStageOptions>(call.options_json);
+  DecimateOptions options = asked.decimate;
+  if (asked.faces) options.faces = whole(*asked.faces);
+  options.check();
+  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
+  if (!asked.faces) options.faces = auto_faces(surface, asked.tool_radius_mm, call.context);
+  const DecimateSummary summary = decimate(surface, options, call.context);
+  write_ply(call.output_folder / "proxy.ply", summary.proxy);
+
+  StageReport report;
+  report.add("surface_faces", surface.faces.size());
+  report.add("faces", summary.proxy.faces.size());
+  report.add("rms_mm", summary.rms_mm);
+  report.add("max_mm", summary.max_mm);
+  report.add("reverse_rms_mm", summary.reverse_rms_mm);
+  report.add("reverse_max_mm", summary.reverse_max_mm);
+  report.add("volume_change", summary.volume_change);
+  report.add("closed_manifold", summary.closed_manifold);
+  report.add("components", summary.components);
+  report.add("genus", summary.genus);
+  report.add("boundary_loops", summary.boundary_loops);
+  report.add("self_intersecting_faces", summary.self_intersecting_faces);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

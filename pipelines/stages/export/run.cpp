@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
+#include "bundle/bundle.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "exchange/base_surface.h"
+#include "exchange/cut_out.h"
+#include "exchange/map_sampler.h"
+#include "exchange/surface_points.h"
+#include "exchange/textured_surface.h"
+#include "exchange/web_page.h"
+#include "formats/camera_files.h"
+#include "formats/gltf.h"
+#include "formats/simulation_asset.h"
+#include "image/png.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/export/options.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where the files of a set of pictures go, relative to the export's folder.
+struct PictureFolders {
+  const char* images = "images";
+  const char* depths = "depth";
+  const char* masks = nullptr;  // in COLMAP's way: the image's name and ".png" once more
+};
+
+// The pictures of all cameras with alpha, depth and masks. `set` then names the images.
+SceneFacts write_pictures(const Bundle& bundle, const PictureFolders& folders,
+                          const fs::path& folder, CameraSet& set, const RunContext& context) {
+  const TriangleMesh base = base_surface(bundle);
+  const RayScene scene(base);
+  std::vector<CutOut> pictures;
+  double largest_mm = 0;
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    context.throw_if_cancelled();
+    context.progress(double(c) / double(bundle.maps.size()));
+    pictures.push_back(cut_out(bundle.maps[c], bundle.cameras.cameras[c], base, scene));
+    const auto& depths = pictures.back().depth_mm;
+    largest_mm = std::max<double>(largest_mm, *std::max_element(depths.begin(), depths.end()));
+  }
+  SceneFacts facts{bounds(base), depth_unit_mm(largest_mm), {}, {}};
+  set = bundle.cameras;
+  set.images.clear();
+  for (const char* name : {folders.images, folders.depths, folders.masks})
+    if (name) fs::create_directories(folder / name);
+  for (std::size_t c = 0; c < pictures.size(); ++c) {
+    const CutOut& picture = pictures[c];
+    const std::string name = camera_folder(c) + ".png";
+    set.images.push_back(name);
+    facts.depths.push_back(std::string(folders.depths) + "/" + name);
+    write_file_atomically(folder / folders.images / name, encode_png(picture.color, picture.alpha));
+    write_file_atomically(folder / folders.depths / name, depth_png(picture, facts.depth_unit_mm));
+    if (folders.masks)
+      write_file_atomically(folder / folders.masks / (name + ".png"), mask_png(picture));
+  }
+  return facts;
+}
+
+// Points as close as the maps are fine, or as many as programs like to begin with.
+std::vector<SparsePoint> points_of(const Bundle& bundle) {
+  return surface_points(bundle, MapSampler(bundle).texel_mm());
+}
+
+void write_colmap(const Bundle& bundle, const fs::path& folder, const RunContext& context) {
+  CameraSet set;
+  SceneFacts facts = write_pictures(bundle, {.masks = "masks"}, folder, set, context);
+  const std::vector<SparsePoint> points = points_of(bundle);
+  const fs::path sparse = folder / "sparse" / "0";
+  fs::create_directories(sparse);
+  write_file_atomically(sparse / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(sparse / "images.txt", colmap_images_text(set, points));
+  write_file_atomically(sparse / "points3D.txt", colmap_points_text(points));
+  facts.points = "sparse/0/points3D.txt";
+  write_file_atomically(folder / "scene.json", scene_json(facts));
+}
+
+void write_transforms(const Bundle& bundle, const fs::path& folder, const RunContext& context) {
+  CameraSet set;
+  SceneFacts facts = write_pictures(bundle, {}, folder, set, context);
+  for (std::string& image : set.images) image = "images/" + image;
+  facts.points = "points.ply";
+  write_file_atomically(folder / facts.points, point_cloud_ply(points_of(bundle)));
+  write_file_atomically(folder / "transforms.json", transforms_json(set, facts));
+}
+
+TexturedMesh surface_of(const Bundle& bundle, const ExportOptions& options, int auto_side,
+                        const RunContext& context) {
+  const int side = options.texture ? static_cast<int>(*options.texture) : auto_side;
+  TexturedMesh mesh = textured_surface(
+      bundle, {.faces = options.faces, .texture_side = side, .albedo = options.albedo}, context);
+  context.info(std::to_string(mesh.faces.size()) + " faces, a texture of " +
+               std::to_string(mesh.color.width) + " × " + std::to_string(mesh.color.height) +
+               " texels");
+  return mesh;
+}
+
+void write_gltf(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+                const RunContext& context) {
+  constexpr int kUsualSide = 2048;
+  write_file_atomically(
+      folder / "organ.glb",
+      gltf_binary(surface_of(bundle, options, kUsualSide, context), bundle.cameras));
+}
+
+void write_obj(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+               const RunContext& context) {
+  constexpr int kByDensity = 0;
+  const TexturedMesh mesh = surface_of(bundle, options, kByDensity, context);
+  write_file_atomically(folder / "organ.obj", obj_text(mesh, "organ.mtl"));
+  write_file_atomically(folder / "organ.mtl",
+                        obj_material_text(mesh, "organ.png", "organ_normal.png"));
+  write_png(folder / "organ.png", mesh.color);
+  write_png(folder / "organ_normal.png", mesh.normal_map);
+}
+
+// Where the player for pages lies: beside the installed program, or in the build's folders.
+fs::path web_player_folder() {
+  const fs::path around = program_folder().parent_path(), web = fs::path("share") / "organbake/web";
+  const fs::path built = around.parent_path() / "web" / web;
+  return fs::exists(around / web) || !fs::exists(built) ? around / web : built;
+}
+
+void write_web(const Bundle& bundle, const fs::path& folder, const RunContext& context) {
+  const WebPlayer player = read_web_player(web_player_folder());
+  write_file_atomically(folder / kWebPageFile, web_page(bundle, player, context));
+}
+
+void write_usd(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+               const RunContext& context) {
+  constexpr int kUsualSide = 2048;
+  const TexturedMesh mesh = surface_of(bundle, options, kUsualSide, context);
+  write_file_atomically(folder / "organ.usda",
+                        usd_text(bundle, mesh, "organ.png", "organ_normal.png"));
+  write_png(folder / "organ.png", mesh.color);
+  write_png(folder / "organ_normal.png", mesh.normal_map);
+}
+
+void write_sofa(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
+                const RunContext& context) {
+  write_obj(bundle, options, folder, context);
+  write_file_atomically(folder / "organ.scn", sofa_text(bundle, "organ.obj", "organ.png"));
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<ExportOptions>(call.options_json);
+  const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
+  switch (options.format) {
+    case ExportFormat::gltf:
+      write_gltf(bundle, options, call.output_folder, call.context);
+      break;
+    case ExportFormat::colmap:
+      write_colmap(bundle, call.output_folder, call.context);
+      break;
+    case ExportFormat::transforms:
+      write_transforms(bundle, call.output_folder, call.context);
+      break;
+    case ExportFormat::obj:
+      write_obj(bundle, options, call.output_folder, call.context);
+      break;
+    case ExportFormat::web:
+      write_web(bundle, call.output_folder, call.context);
+      break;
+    case ExportFormat::usd:
+      write_usd(bundle, options, call.output_folder, call.context);
+      break;
+    case ExportFormat::sofa:
+      write_sofa(bundle, options, call.output_folder, call.context);
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

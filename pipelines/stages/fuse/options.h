@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "formats/mesh_files.h"
+#include "fusion/fuse_views.h"
+#include "pipelines/options.h"
+
+namespace organbake {
+
+struct FuseStageOptions {
+  FusionOptions fusion;
+  MeshUnit unit = MeshUnit::mm;  // of the depths
+};
+
+void bind(OptionList& list, FuseStageOptions& options);
+
+}  // namespace organbake

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fusion/fuse_views.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "bundle/cameras_json.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/mesh_files.h"
+#include "geometry/mesh_checks.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/fuse/fuse_source.h"
+#include "pipelines/stages/fuse/options.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What was left out, and how far the views are apart, said.
+void tell_fusion(const FusedSurface& fused, const std::vector<DepthView>& views,
+                 const FuseStageOptions& options, const RunContext& context, StageReport& report) {
+  const auto pictures = std::count_if(views.begin(), views.end(),
+                                      [](const DepthView& view) { return view.color.width > 0; });
+  if (pictures == 0)
+    report.skipped.push_back(
+        {"colours", "no picture is named by the cameras or lies beside the depth maps"});
+  if (!options.fusion.refine) report.skipped.push_back({"refined poses", "refine is off"});
+  if (options.fusion.holes == Holes::open)
+    report.skipped.push_back({"what no depth map shows", "holes are left open (--holes closed)"});
+  constexpr double kFarApart = 4;  // voxels
+  if (fused.apart_mm > kFarApart * fused.voxel_mm)
+    context.warn("the depth maps lie " + to_text(fused.apart_mm, 2) + " mm apart on average" +
+                 (options.fusion.refine ? std::string("; their poses are farther off than --place "
+                                                      "and --angle say, or their depths are wrong")
+                                        : std::string("; --refine moves their poses together")));
+  report.add("pictures", pictures);
+}
+
+void report_fusion(const FusedSurface& fused, std::size_t views, StageReport& report) {
+  const MeshTopology topology = analyse_topology(fused.mesh);
+  report.add("depth_maps", views);
+  report.add("voxel_mm", fused.voxel_mm);
+  report.add("truncation_mm", fused.truncation_mm);
+  report.add("pixel_noise_mm", fused.noise_mm);
+  report.add("apart_mm", fused.apart_mm);
+  report.add("faces", topology.faces);
+  report.add("components", topology.components);
+  report.add("closed_manifold", topology.closed_manifold());
+  report.add("area_mm2", surface_area(fused.mesh));
+  report.add("colored_share", fused.colored_share);
+  if (!fused.refined) return;
+  report.add("refinement_rounds", fused.refined->rounds);
+  report.add("apart_before_mm", fused.refined->before_mm);
+  report.add("most_moved_mm", fused.refined->moved_mm);
+  report.add("most_turned_rad", fused.refined->turned_rad);
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<FuseStageOptions>(call.options_json);
+  options.fusion.check();
+  const std::vector<DepthView> views = read_depth_views(call, mm_per(options.unit));
+  const FusedSurface fused = fuse_views(views, options.fusion, call.context);
+  write_ply(call.output_folder / "surface.ply", fused.mesh);
+  StageReport report;
+  if (fused.refined) {
+    CameraSet set;
+    set.cameras = fused.cameras;
+    fs::create_directories(call.output_folder / Stage::kBeside);
+    write_file_atomically(call.output_folder / Stage::kBeside / "cameras.json",
+                          cameras_to_json(set));
+  }
+  report_fusion(fused, views.size(), report);
+  tell_fusion(fused, views, options, call.context, report);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+
+#include "core/error.h"
+#include "decimate/self_intersections.h"
+#include "formats/mesh_files.h"
+#include "geometry/mesh_checks.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/inspect/options.h"
+#include "volume/describe.h"
+#include "volume/dicom_series.h"
+#include "volume/label_figures.h"
+#include "volume/read_volume.h"
+
+namespace organbake {
+namespace {
+
+std::vector<double> components(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void describe(const Volume& volume, StageReport& report) {
+  const VolumeFigures figures = volume_figures(volume);
+  report.add("kind", "volume");
+  report.add("size_voxels", std::vector<double>(figures.size.begin(), figures.size.end()));
+  report.add("spacing_mm", components(figures.spacing_mm));
+  report.add("extent_mm", components(figures.extent_mm));
+  report.add("lowest_corner_mm", components(figures.min_mm));
+  report.add("highest_corner_mm", components(figures.max_mm));
+  report.add("orientation", figures.orientation);
+  report.add("oblique_degrees", figures.oblique_degrees);
+  report.add("left_handed", figures.left_handed);
+  report.add("lowest_value", figures.range.min);
+  report.add("highest_value", figures.range.max);
+  if (!volume.slice_gaps_mm.empty()) {
+    report.add("gantry_tilt_degrees", volume.gantry_tilt_degrees);
+    report.add("slice_gaps_mm", volume.slice_gaps_mm);
+  }
+  if (volume.time_points > 1) report.add("time_points", volume.time_points);
+  report.add("warnings", volume.warnings);
+}
+
+// Segments of several layers may hide one another: each is read for itself.
+std::vector<std::string> label_lines(const std::filesystem::path& path, const Volume& mask,
+                                     VolumeReadOptions reading, const RunContext& context) {
+  std::vector<std::string> lines;
+  const bool layered = std::any_of(mask.label_names.begin(), mask.label_names.end(),
+                                   [](const LabelName& name) { return name.layer > 0; });
+  if (!layered) {
+    for (const LabelFigures& label : label_figures(mask)) lines.push_back(label_line(label));
+    return lines;
+  }
+  for (const LabelName& segment : mask.label_names) {
+    reading.label = segment.name;
+    std::vector<LabelFigures> figures = label_figures(read_volume(path, reading, context));
+    LabelFigures one = figures.empty() ? LabelFigures{} : figures.front();
+    one.label = segment.label;
+    one.name = segment.name;
+    lines.push_back(label_line(one) + ", layer " + std::to_string(segment.layer));
+  }
+  return lines;
+}
+
+// Some two seconds' work; most organs of CTs have fewer.
+constexpr std::size_t kMostFacesToIntersect = 200000;
+
+void describe(const TriangleMesh& mesh, StageReport& report) {
+  const MeshTopology topology = analyse_topology(mesh);
+  const Bounds box = bounds(mesh);
+  report.add("kind", "mesh");
+  report.add("vertices", topology.vertices);
+  report.add("faces", topology.faces);
+  report.add("components", topology.components);
+  report.add("closed_manifold", topology.closed_manifold());
+  report.add("holes", topology.boundary_loops);
+  report.add("boundary_edges", topology.boundary_edges);
+  report.add("non_manifold_edges", topology.non_manifold_edges);
+  report.add("non_manifold_vertices", topology.non_manifold_vertices);
+  report.add("misoriented_edges", topology.misoriented_edges);
+  report.add("degenerate_faces", topology.degenerate_faces);
+  report.add("euler_characteristic", topology.euler_characteristic);
+  report.add("area_mm2", surface_area(mesh));
+  report.add("volume_ml", signed_volume(mesh) / 1000);
+  report.add("lowest_corner_mm", components(box.min));
+  report.add("highest_corner_mm", components(box.max));
+  report.add("vertex_colors", !mesh.colors.empty());
+  if (mesh.faces.size() <= kMostFacesToIntersect) {
+    report.add("self_intersecting_faces", self_intersecting_faces(mesh).size());
+  } else {
+    report.add("self_intersecting_faces",
+               "not looked for in more than " + std::to_string(kMostFacesToIntersect) + " faces");
+  }
+}
+
+// What a DICOM folder holds, whether or not one of its series is a CT volume.
+std::size_t describe_folder(const std::filesystem::path& folder, StageReport& report) {
+  const DicomFolder found = scan_dicom_folder(folder);
+  std::vector<std::string> series, others;
+  for (const DicomSeries& one : list_series(found)) series.push_back(one.line());
+  for (const ScannedFile& other : found.others) {
+    others.push_back(other.file.filename().string() + ": " + other.reason);
+  }
+  report.add("series", series);
+  report.add("other_files", others);
+  return series.size();
+}
+
+void describe_volume_at(const std::filesystem::path& path, const StageCall& call,
+                        StageReport& report) {
+  const ReadStageOptions reading = resolved_options<InspectStageOptions>(call.options_json).reading;
+  const bool folder = std::filesystem::is_directory(path);
+  StageReport listed;
+  const std::size_t series = folder ? describe_folder(path, listed) : 0;
+  try {
+    VolumeReadOptions options = reading.resolved();
+    options.any_time = true;
+    const Volume volume = read_volume(path, options, call.context);
+    describe(volume, report);
+    if (looks_like_mask(volume)) {
+      report.add("labels", label_lines(path, volume, options, call.context));
+    }
+  } catch (const BadDataError& error) {
+    // A list of series is an answer of its own; one series that cannot be read is an error.
+    if (series < 2 || !reading.series.empty()) throw;
+    report.add("kind", "dicom-folder");
+    report.add("no_volume", std::string(error.what()));
+  }
+  report.figures.insert(report.figures.end(), listed.figures.begin(), listed.figures.end());
+}
+
+StageReport run(const StageCall& call) {
+  StageReport report;
+  if (const auto* path = call.input("mesh")) {
+    const auto asked = resolved_options<InspectStageOptions>(call.options_json);
+    const TriangleMesh mesh = read_mesh(*path, asked.unit, call.context);
+    describe(mesh, report);
+    report.add("suspected_unit", suspected_unit(mesh, *path, asked.unit));
+  } else {
+    describe_volume_at(*call.input("volume"), call, report);
+  }
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "isosurface/isosurface.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/error.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/isosurface/options.h"
+#include "volume/label_names_file.h"
+#include "volume/mask_check.h"
+#include "volume/read_volume.h"
+
+namespace organbake {
+namespace {
+
+std::optional<Volume> read_input(const StageCall& call, const std::string& name,
+                                 const VolumeReadOptions& options) {
+  const auto* path = call.input(name);
+  if (!path) return std::nullopt;
+  Volume volume = read_volume(*path, options, call.context);
+  for (const std::string& warning : volume.warnings) call.context.warn(name + ": " + warning);
+  return volume;
+}
+
+// A mask goes where its own header puts it; the tissue below it tells whether that is right.
+Volume placed_on(const Volume& ct, Volume mask, int label, const RunContext& context,
+                 StageReport& report) {
+  MaskCheckOptions options;
+  options.label = label;
+  const MaskCheck check = check_mask(ct, mask, options);
+  if (!check.message.empty()) context.warn("mask: " + check.message);
+  report.add("mask_plausible", check.plausible);
+  report.add("mask_overlap_share", check.overlap_share);
+  report.add("mask_soft_tissue_share", check.fit.soft_tissue_share);
+  report.add("mask_deviation_hu", check.fit.deviation_hu);
+  if (check.grids_equal) return mask;
+  context.info("the mask is brought from its own grid onto the CT's");
+  return resample_mask(mask, ct);
+}
+
+// A series and a time are of the CT; a mask of a whole scan is cut to the region like the CT.
+VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& options,
+                           const std::string& label) {
+  VolumeReadOptions reading = options.reading.resolved();
+  reading.series.clear();
+  reading.is_mask = true;
+  reading.label = label;
+  if (const auto* names = call.input("label_names")) {
+    reading.label_names = read_label_names(*names);
+  }
+  return reading;
+}
+
+Isosurface label_surface(const std::optional<Volume>& ct, Volume mask, IsosurfaceOptions options,
+                         const RunContext& context, StageReport& report) {
+  options.label = mask.chosen_label;
+  if (ct) mask = placed_on(*ct, std::move(mask), options.label, context, report);
+  return extract_label_surface(mask, options, context);
+}
+
+// The volumes end here: they are not needed while the mesh is written.
+Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
+                        StageReport& report) {
+  const std::optional<Volume> ct = read_input(call, "ct", options.reading.resolved());
+  std::optional<Volume> mask = read_input(call, "mask", for_mask(call, options, options.label));
+  if (!mask) return extract_isosurface(*ct, options.surface, call.context);
+  return label_surface(ct, std::move(*mask), options.surface, call.context, report);
+}
+
+// A label's name as the name of a file: "label_5" where it has none.
+std::string file_name(const LabelName& label) {
+  if (label.name.empty()) return "label_" + std::to_string(label.label);
+  std::string name = label.name;
+  for (char& c : name) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                       c == '-' || c == '.' || static_cast<unsigned char>(c) >= 0x80;
+    if (!plain) c = '_';
+  }
+  return name[0] == '.' ? "_" + name : name;
+}
+
+bool is_layered(const Volume& mask) {
+  return std::any_of(mask.label_names.begin(), mask.label_names.end(),
+                     [](const LabelName& name) { return name.layer > 0; });
+}
+
+// The labels that voxels have, with the names that the file gives them; segments of layers may hide
+// one another, so all of those count.
+std::vector<LabelName> labels_of(const Volume& mask) {
+  if (is_layered(mask)) return mask.label_names;
+  std::vector<LabelName> labels;
+  for (const LabelCount& count : count_labels(mask)) {
+    LabelName label{count.label, {}};
+    for (const LabelName& known : mask.label_names) {
+      if (known.label == count.label) label.name = known.name;
+    }
+    labels.push_back(label);
+  }
+  return labels;
+}
+
+// Every label's surface as a file of its own. One that gives none is told and left out.
+StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& options) {
+  const auto* path = call.input("mask");
+  if (!path) throw UsageError("--each-label needs a mask: --mask FILE");
+  const std::optional<Volume> ct = read_input(call, "ct", options.reading.resolved());
+  const std::optional<Volume> mask = read_input(call, "mask", for_mask(call, options, {}));
+  const std::vector<LabelName> labels = labels_of(*mask);
+  if (labels.empty()) throw BadDataError(*path, "holds no label");
+  StageReport report;
+  std::vector<std::string> written, left_out;
+  std::string first_error;
+  for (const LabelName& label : labels) {
+    const std::string name = file_name(label);
+    const std::string text = label.name.empty() ? std::to_string(label.label) : label.name;
+    try {
+      Volume one = is_layered(*mask)
+                       ? read_volume(*path, for_mask(call, options, text), call.context)
+                       : *mask;
+      one.chosen_label = label.label;
+      one.chosen_name = text;
+      StageReport placing;
+      const Isosurface surface =
+          label_surface(ct, std::move(one), options.surface, call.context, placing);
+      write_ply(call.output_folder / (name + ".ply"), surface.mesh);
+      report.add("volume_ml_" + name, signed_volume(surface.mesh) / 1000);
+      written.push_back(std::to_string(label.label) + " " + name);
+    } catch (const BadDataError& error) {
+      if (first_error.empty()) first_error = error.what();
+      call.context.warn("label " + text + " is left out: " + error.what());
+      left_out.push_back(text);
+    }
+  }
+  if (written.empty()) throw BadDataError(*path, "no label gives a surface: " + first_error);
+  report.add("labels", written);
+  report.add("labels_left_out", left_out);
+  return report;
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<IsosurfaceStageOptions>(call.options_json);
+  options.surface.check();
+  if (options.each_label) return run_each_label(call, options);
+  StageReport report;
+  const Isosurface surface = make_surface(call, options, report);
+  write_ply(call.output_folder / "surface.ply", surface.mesh);
+
+  report.add("vertices", surface.mesh.vertices.size());
+  report.add("faces", surface.mesh.faces.size());
+  report.add("components_found", surface.components_found);
+  report.add("components_kept", surface.components_kept);
+  report.add("volume_ml", signed_volume(surface.mesh) / 1000);
+  if (call.input("mask")) {
+    report.skipped.push_back({"the level iso, method and refine", "a mask is given"});
+  } else {
+    report.add("level_hu", surface.level_hu);
+    report.skipped.push_back({"label and smooth", "no mask is given"});
+  }
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mechanics/mechanics.h"
+
+#include <numeric>
+
+#include "core/files.h"
+#include "formats/mesh_files.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/mechanics/options.h"
+
+namespace organbake {
+namespace {
+
+StageReport run(const StageCall& call) {
+  const auto asked = resolved_options<MechanicsStageOptions>(call.options_json);
+  const MechanicsOptions& options = asked.mechanics;
+  options.check();
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"), asked.unit, call.context);
+  const MechanicsModel model = make_mechanics(proxy, options, call.context);
+  write_file_atomically(call.output_folder / "mechanics.json", mechanics_to_json(model));
+
+  StageReport report;
+  report.add("springs", model.springs.size());
+  report.add("anchors", model.anchors.size());
+  report.add("mass_kg", std::accumulate(model.mass_kg.begin(), model.mass_kg.end(), 0.0));
+  if (model.body) report.add("tetrahedra", model.body->tetrahedra.size());
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "formats/mesh_files.h"
+#include "pipelines/options.h"
+#include "viewpoints/placement.h"
+
+namespace organbake {
+
+struct PlaceStageOptions {
+  PlacementOptions placement;
+  Eigen::Vector3d cone_axis = ViewingCone().axis;
+  double cone_angle_rad = 0;      // half angle; 0 = cameras all round
+  CoverageGoal goal{.share = 0};  // share 0 = go by count
+  CoverageDetail report = CoverageDetail::brief;
+  MeshUnit unit = MeshUnit::mm;
+
+  PlacementOptions resolved() const;
+};
+
+void bind(OptionList& list, PlaceStageOptions& options);
+
+}  // namespace organbake

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <cmath>
+
+#include "bundle/cameras_json.h"
+#include "core/files.h"
+#include "formats/mesh_files.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/place/options.h"
+#include "viewpoints/coverage.h"
+
+namespace organbake {
+namespace {
+
+void tell_choice(const PlacementOptions& options, const Placement& placement, StageReport& report) {
+  if (!placement.cover) {
+    report.skipped.push_back(
+        {"the fewest cameras for a coverage", "coverage is 0; count is given"});
+    return;
+  }
+  const CoverSummary& cover = *placement.cover;
+  report.add("camera_count_lower_bound", std::ceil(cover.lower_bound));
+  report.add("relaxation_lower_bound", cover.lower_bound);
+  report.add("cameras_for_coverage", cover.for_coverage);
+  report.add("cameras_added_for_views", cover.for_views);
+  report.add("candidates", cover.candidates);
+  report.skipped.push_back({"the count", "a coverage is given"});
+  if (cover.reached) return;
+  report.add("coverage_reached", cover.coverage);
+  report.add("coverage_wanted", options.coverage->share);
+}
+
+void tell_coverage(const CoverageReport& coverage, StageReport& report) {
+  report.add("reachable_share", coverage.reachable_share);
+  report.add("hidden_share", coverage.hidden_share);
+  report.add("seen_by_1_share", coverage.seen_share[0]);
+  report.add("seen_by_2_share", coverage.seen_share[1]);
+  report.add("seen_by_3_share", coverage.seen_share[2]);
+  report.add("median_texel_mm", coverage.median_texel_mm);
+  report.add("texel_edges_mm", std::vector<double>(CoverageReport::kTexelEdges_mm.begin(),
+                                                   CoverageReport::kTexelEdges_mm.end()));
+  report.add("texel_shares",
+             std::vector<double>(coverage.texel_share.begin(), coverage.texel_share.end()));
+}
+
+void tell_views(const CoverageReport& coverage, StageReport& report) {
+  report.add("views", coverage.at_rest.views);
+  report.add("view_gap_mean", coverage.at_rest.mean_gap);
+  report.add("view_gap_worst", coverage.at_rest.worst_gap);
+  report.add("view_gap_mean_of_surface", coverage.at_rest.mean_surface_gap);
+  std::vector<double> depths, gaps, seen_twice;
+  for (const CoverageReport::Poked& poked : coverage.poked) {
+    depths.push_back(poked.depth_mm);
+    gaps.push_back(poked.certificate.mean_gap);
+    seen_twice.push_back(poked.seen_share[1]);
+  }
+  report.add("poke_depths_mm", depths);
+  report.add("view_gap_mean_poked", gaps);
+  report.add("seen_by_2_share_poked", seen_twice);
+}
+
+StageReport run(const StageCall& call) {
+  const auto asked = resolved_options<PlaceStageOptions>(call.options_json);
+  const PlacementOptions options = asked.resolved();
+  options.check();
+  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
+  const Placement placement = place_cameras(surface, options, call.context);
+  const CoverageReport coverage =
+      measure_coverage(surface, placement, options, asked.report, call.context);
+  const CameraSet set{placement.cameras, {}, placement.manifold};
+  write_file_atomically(call.output_folder / "cameras.json", cameras_to_json(set));
+  write_ply(call.output_folder / "vpm.ply", placement.manifold_surface);
+
+  StageReport report;
+  report.add("cameras", placement.cameras.size());
+  report.add("vpm_triangles", placement.manifold.triangles.size());
+  report.add(
+      "distance_mm",
+      (placement.cameras.front().center_world_mm() - placement.manifold.center_world_mm).norm());
+  tell_choice(options, placement, report);
+  tell_coverage(coverage, report);
+  if (asked.report == CoverageDetail::full) {
+    tell_views(coverage, report);
+    write_ply(call.output_folder / "seen.ply", coverage.painted);
+  } else {
+    report.skipped.push_back({"what views miss, and seen.ply", "report is brief, not full"});
+  }
+  if (!options.cone) report.skipped.push_back({"the viewing cone", "cone_angle is 0"});
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stages/register/register_clip.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+
+#include "core/error.h"
+#include "core/file_ending.h"
+#include "formats/camera_files.h"
+#include "image/png.h"
+#include "registration/overlay.h"
+#include "registration/track.h"
+#include "shading/video_reader.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string frame_name(const fs::path& video, std::size_t index) {
+  std::array<char, 16> number{};
+  std::snprintf(number.data(), number.size(), "_%06zu.png", index);
+  return video.stem().string() + number.data();
+}
+
+}  // namespace
+
+bool is_video(const fs::path& path) {
+  constexpr std::array kVideos = {".mp4", ".m4v", ".mkv", ".avi", ".mov", ".webm", ".mpg", ".mpeg"};
+  return std::find(kVideos.begin(), kVideos.end(), lower_ending(path)) != kVideos.end();
+}
+
+std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipToTrack& clip,
+                                  const RegistrationOptions& options,
+                                  const fs::path& overlay_folder, const RunContext& context,
+                                  std::string& damage) {
+  constexpr std::size_t kOverlayEach = 25;  // frames: one a second
+  VideoReader video(clip.video);
+  std::unique_ptr<PoseTracker> tracker;
+  std::vector<NamedPose> poses;
+  try {
+    for (StoredPicture stored; video.next(stored);) {
+      context.throw_if_cancelled();
+      const Rgb8Image& frame = stored.color;  // as the intrinsics were measured in
+      const std::string name = frame_name(clip.video, poses.size());
+      if (!tracker) {
+        tracker = std::make_unique<PoseTracker>(
+            surface, read_intrinsics(clip.intrinsics, name, frame.width, frame.height), options);
+        if (clip.start) tracker->start_from(*clip.start);
+      }
+      poses.push_back({name, tracker->next(frame, clip.mask, context)});
+      if ((poses.size() - 1) % kOverlayEach > 0) continue;
+      context.info("frame " + std::to_string(poses.size() - 1) + ": " +
+                   name_of(poses.back().registered.quality.verdict));
+      write_png(overlay_folder / ("overlay_" + fs::path(name).stem().string() + ".png"),
+                draw_overlay(surface, frame, poses.back().registered, options), 1);
+    }
+  } catch (const BadDataError& error) {
+    if (poses.empty()) throw;
+    damage = error.what();
+  }
+  return poses;
+}
+
+}  // namespace organbake

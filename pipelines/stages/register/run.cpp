@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "formats/camera_files.h"
+#include "formats/mesh_files.h"
+#include "formats/photo.h"
+#include "image/png.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/register/options.h"
+#include "pipelines/stages/register/pose_document.h"
+#include "pipelines/stages/register/register_clip.h"
+#include "registration/overlay.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NamedPhoto {
+  std::string name;
+  fs::path path;
+  PhotoToRegister photo;
+};
+
+std::vector<PointPair> read_pairs(const fs::path& path) {
+  std::istringstream text(read_text_file(path));
+  std::vector<PointPair> pairs;
+  for (std::string line; std::getline(text, line);) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos || line.front() == '#') continue;
+    std::istringstream words(line);
+    PointPair pair;
+    words >> pair.point_world_mm.x() >> pair.point_world_mm.y() >> pair.point_world_mm.z() >>
+        pair.pixel.x() >> pair.pixel.y();
+    if (!words) throw BadDataError(path, "'" + line + "' is not five numbers x y z u v");
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+// The start for an image: the camera of its name, else the only one there is.
+RigidTransform start_for(const CameraSet& set, const std::string& image, const fs::path& path) {
+  if (const auto named = camera_with_image(set, image)) {
+    return set.cameras[*named].camera_from_world;
+  }
+  if (set.cameras.size() == 1) return set.cameras.front().camera_from_world;
+  throw BadDataError(path, "has no camera with the image '" + image + "'");
+}
+
+std::vector<NamedPhoto> photos_of_document(const fs::path& document, bool from_poses) {
+  const CameraSet set = read_cameras(document);
+  if (set.images.empty()) throw BadDataError(document, "names no images: nothing to register");
+  std::vector<NamedPhoto> photos;
+  for (std::size_t i = 0; i < set.images.size(); ++i) {
+    NamedPhoto named{set.images[i], document.parent_path() / set.images[i], {}};
+    named.photo.image = read_photo(named.path);
+    named.photo.intrinsics = set.cameras[i].intrinsics;
+    if (from_poses) named.photo.start = set.cameras[i].camera_from_world;
+    photos.push_back(std::move(named));
+  }
+  return photos;
+}
+
+std::vector<NamedPhoto> read_photos(const StageCall& call, const RegisterStageOptions& options) {
+  if (const auto* document = call.input("unposed"))
+    return photos_of_document(*document, options.from_poses);
+  std::vector<NamedPhoto> photos;
+  for (const auto& [name, path] : call.inputs_of("photo")) {
+    NamedPhoto named{name, path, {}};
+    named.photo.image = read_photo(path);
+    named.photo.intrinsics = read_intrinsics(*call.input("intrinsics"), name,
+                                             named.photo.image.width, named.photo.image.height);
+    photos.push_back(std::move(named));
+  }
+  return photos;
+}
+
+// Mask, start and point pairs hold for all photographs of the call.
+void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
+  const auto* mask = call.input("photo_mask");
+  const auto* init = call.input("init");
+  const auto* pairs = call.input("pairs");
+  if (pairs && photos.size() > 1) throw UsageError("--pairs belongs to one photo");
+  const CameraSet starts = init ? read_camera_file(*init) : CameraSet{};
+  const Rgb8Image photo_mask = mask ? read_photo(*mask) : Rgb8Image{};  // empty: all counts
+  for (NamedPhoto& named : photos) {
+    named.photo.mask = photo_mask;
+    if (init) named.photo.start = start_for(starts, named.name, *init);
+    if (pairs) named.photo.pairs = read_pairs(*pairs);
+  }
+}
+
+RegisteredPhoto register_named(const RegisteredSurface& surface, const NamedPhoto& named,
+                               const RegistrationOptions& options, const RunContext& context) {
+  try {
+    return register_photo(surface, named.photo, options, context);
+  } catch (const BadDataError& error) {
+    throw BadDataError(named.path, error.what());
+  }
+}
+
+void write_cameras_for_others(const CameraSet& set, CameraExport also, const fs::path& folder) {
+  if (also == CameraExport::transforms)
+    write_file_atomically(folder / "transforms.json", transforms_json(set));
+  if (also != CameraExport::colmap) return;
+  fs::create_directories(folder / "colmap");
+  write_file_atomically(folder / "colmap" / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(folder / "colmap" / "images.txt", colmap_images_text(set));
+  write_file_atomically(folder / "colmap" / "points3D.txt", colmap_points_text());
+}
+
+void tell(const std::vector<NamedPose>& poses, StageReport& report) {
+  std::vector<double> correlations, uncertainties_mm;
+  std::vector<std::string> verdicts, lights;
+  for (const NamedPose& pose : poses) {
+    const PoseQuality& q = pose.registered.quality;
+    verdicts.push_back(pose.image + ": " + name_of(q.verdict));
+    lights.push_back(pose.image + ": " + name_of(pose.registered.light));
+    correlations.push_back(q.correlation);
+    uncertainties_mm.push_back(q.surface_sd_mm);
+    if (q.verdict == Verdict::ok) continue;
+    const std::string what = "photo " + pose.image;
+    report.skipped.push_back({what, std::string(name_of(q.verdict)) + ": " + q.reason});
+    if (!report.quality_gate.empty()) report.quality_gate += "; ";
+    report.quality_gate += what + " is " + name_of(q.verdict) + ": " + q.reason;
+  }
+  report.add("photos", poses.size());
+  report.add("registered", poses.size() - report.skipped.size());
+  report.add("verdicts", verdicts);
+  report.add("lights", lights);
+  report.add("correlations", correlations);
+  report.add("uncertainties_mm", uncertainties_mm);
+}
+
+// The video among the photographs; nothing without one. Throws UsageError when it is not alone.
+std::optional<fs::path> clip_of(const StageCall& call) {
+  const auto photos = call.inputs_of("photo");
+  const auto video = std::find_if(photos.begin(), photos.end(),
+                                  [](const auto& photo) { return is_video(photo.second); });
+  if (video == photos.end()) return std::nullopt;
+  if (photos.size() > 1) throw UsageError("a video is registered alone, without photographs");
+  if (call.input("pairs")) throw UsageError("--pairs belongs to a photo, not to a video");
+  return video->second;
+}
+
+std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& surface,
+                             const fs::path& video, const RegistrationOptions& options,
+                             const fs::path& beside, StageReport& report) {
+  ClipToTrack clip{video, *call.input("intrinsics"), {}, {}};
+  if (const auto* mask = call.input("photo_mask")) clip.mask = read_photo(*mask);
+  if (const auto* init = call.input("init"))
+    clip.start = start_for(read_camera_file(*init), video.stem().string() + "_000000.png", *init);
+  return track_clip(surface, clip, options, beside, call.context, report.bad_data);
+}
+
+std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurface& surface,
+                                    const std::vector<NamedPhoto>& photos,
+                                    const RegistrationOptions& options, const fs::path& beside) {
+  std::vector<NamedPose> poses;
+  for (const NamedPhoto& named : photos) {
+    call.context.info("photo " + named.name);
+    poses.push_back({named.name, register_named(surface, named, options, call.context)});
+    const std::string stem = fs::path(named.name).stem().string();
+    write_png(beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
+              draw_overlay(surface, named.photo.image, poses.back().registered, options), 1);
+    // Those that register for a bake need the pictures beside the cameras.
+    if (call.input("unposed")) {
+      fs::create_directories((call.output_folder / named.name).parent_path());
+      fs::copy_file(named.path, call.output_folder / named.name);
+    }
+  }
+  return poses;
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<RegisterStageOptions>(call.options_json);
+  options.registration.check();
+  TriangleMesh mesh = read_mesh(*call.input("surface"), options.unit, call.context);
+  if (!options.vertex_albedo) {
+    mesh.colors.clear();
+  } else if (mesh.colors.empty()) {
+    throw UsageError("--vertex-albedo: the surface has no vertex colours");
+  }
+  const std::optional<fs::path> clip = clip_of(call);
+  std::vector<NamedPhoto> photos;
+  if (!clip) {
+    photos = read_photos(call, options);
+    complete(call, photos);
+  }
+  const RegisteredSurface surface(std::move(mesh), options.closed_outline
+                                                       ? MeshBorders::outlines
+                                                       : MeshBorders::unknown_beyond);
+  const fs::path beside = call.output_folder / Stage::kBeside;
+  fs::create_directories(beside);
+  StageReport report;
+  const std::vector<NamedPose> poses =
+      clip ? track(call, surface, *clip, options.registration, beside, report)
+           : register_all(call, surface, photos, options.registration, beside);
+  write_file_atomically(call.output_folder / "pose.json", pose_document(poses));
+  write_cameras_for_others(posed_cameras(poses, false), options.also, beside);
+  tell(poses, report);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "formats/mesh_files.h"
+#include "pipelines/options.h"
+#include "repair/repair.h"
+
+namespace organbake {
+
+struct RepairStageOptions {
+  std::string mode = "auto";  // or none: the surface as it is
+  RepairOptions repair;
+  MeshUnit unit = MeshUnit::mm;
+};
+
+void bind(OptionList& list, RepairStageOptions& options);
+
+}  // namespace organbake

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/photo.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/shade/options.h"
+#include "pipelines/stages/shade/shade_clip.h"
+#include "pipelines/stages/shared/albedo_output.h"
+#include "pipelines/stages/shared/clip_source.h"
+#include "shading/frame_albedo.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<Mask> mask_at(const fs::path* path) {
+  if (!path) return std::nullopt;
+  const Rgb8Image image = read_photo(*path);
+  Mask mask(image.width, image.height);
+  for (std::size_t k = 0; k < mask.size(); ++k)
+    mask.values[k] = image.pixels[3 * k] || image.pixels[3 * k + 1] || image.pixels[3 * k + 2];
+  return mask;
+}
+
+// The place and beam of the lamp from a file.
+void take_lamp(const fs::path& path, LaparoscopeOptions& options) {
+  if (options.beam_exponent != 0 || options.light_offset_x_mm != 0 ||
+      options.light_offset_y_mm != 0)
+    throw UsageError("the lamp is told twice: take --lamp, or --beam and --light-offset");
+  const LaparoscopeOptions lamp =
+      lamp_of(lighting_from_json(read_text_file(path), path.string()), path.string());
+  options.beam_exponent = lamp.beam_exponent;
+  options.light_offset_x_mm = lamp.light_offset_x_mm;
+  options.light_offset_y_mm = lamp.light_offset_y_mm;
+}
+
+void warn_of_what_is_assumed(const ShadeStageOptions& options, const Clip& clip,
+                             const RunContext& context, StageReport& report) {
+  if (!clip.camera) {
+    context.warn("no intrinsics are given: a field of view of " +
+                 to_text(options.field_of_view_rad * 57.29577951308232, 0) +
+                 " degrees across the frame is assumed; the depth is as wrong as that is");
+    report.skipped.push_back({"undistortion", "no intrinsics are given"});
+  }
+  if (!options.frame.masks) report.skipped.push_back({"masks", "masks is off"});
+  if (!options.frame.piecewise_albedo)
+    report.skipped.push_back({"piecewise albedo", "piecewise_albedo is off"});
+}
+
+// What the frames themselves tell against being read as one scene under one lamp.
+void warn_of_what_is_odd(const std::vector<FrameRecord>& records, const RunContext& context) {
+  const auto share_of = [&](auto&& holds) {
+    return static_cast<double>(std::count_if(records.begin(), records.end(), holds)) /
+           static_cast<double>(records.size());
+  };
+  constexpr double kMost = 0.5;
+  if (share_of([](const FrameRecord& r) { return r.stereo != StereoLayout::none; }) > kMost)
+    context.warn(std::string("the frames hold two like pictures, ") +
+                 (records.front().stereo == StereoLayout::top_bottom ? "one above the other"
+                                                                     : "side by side") +
+                 ": a stereo endoscope's? They are shaded as one scene, which is wrong then; cut "
+                 "one eye out of them");
+  if (share_of([](const FrameRecord& r) { return r.combed; }) > kMost)
+    context.warn(
+        "the frames' odd and even rows disagree: interlaced video, or the two eyes of an "
+        "interlaced stereo picture; the even rows alone are shaded");
+  if (share_of([](const FrameRecord& r) { return r.colourless; }) > kMost)
+    context.warn(
+        "the frames are grey: colour cannot tell instruments and tissues apart; give --instruments "
+        "if there are any");
+}
+
+// What the verdicts come to: said always, and under --strict a gate.
+void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& options,
+           const RunContext& context, StageReport& report) {
+  const std::string what = count_verdicts(records, report);
+  if (what.empty()) return;
+  if (options.strict) report.quality_gate = what;
+  const bool flattened =
+      options.shading.model == ShadingModel::laparoscope && !options.shading.full_relief;
+  context.warn(what + (flattened ? "; where a picture does not support its relief, depth is drawn "
+                                   "to a flat plane (--full-relief keeps it)"
+                                 : ""));
+}
+
+// The colours of the surface: the frame's own, or its tissue's with the light that belongs to it.
+Rgb8Image surface_color(const KeyFrame& key, const ShadeStageOptions& options, double mm_per_unit,
+                        const StageCall& call, StageReport& report) {
+  const bool at_lens = options.shading.model == ShadingModel::laparoscope;
+  if (options.keep_light || !at_lens) {
+    report.skipped.push_back(
+        {"dividing the light out of the colours",
+         options.keep_light ? "keep_light is on" : "a light from afar is no endoscope's lamp"});
+    return key.frame.color;
+  }
+  return write_albedo(call.output_folder, key.frame, *key.depth, options.shading.laparoscope,
+                      mm_per_unit, report);
+}
+
+// The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.
+void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const StageCall& call,
+                   StageReport& report) {
+  constexpr double kAssumedRange_mm = 60;
+  Plane depth = key.depth->depth;
+  const double mm_per_unit = key.depth->metric ? 1 : kAssumedRange_mm;
+  const Rgb8Image color = surface_color(key, options, mm_per_unit, call, report);
+  if (!key.depth->metric) {
+    for (float& z : depth.values) z *= static_cast<float>(kAssumedRange_mm);
+    call.context.warn(
+        "the depth is relative; surface.ply has its median at an assumed 60 mm "
+        "(give --range-mm or --albedo)");
+  }
+  const TriangleMesh mesh = mesh_from_depth(depth, color, key.frame.camera, options.mesh);
+  write_ply(call.output_folder / "surface.ply", mesh);
+  report.add("surface_frame", key.record.index);
+  report.add("surface_faces", mesh.faces.size());
+  report.add("surface_scale", key.depth->metric ? "mm" : "assumed: median depth 60 mm");
+  report.skipped.push_back({"what the frame cannot have seen",
+                            "one viewpoint shows one side: "
+                            "masked and occluded parts are left open"});
+}
+
+StageReport run(const StageCall& call) {
+  auto options = resolved_options<ShadeStageOptions>(call.options_json);
+  options.resolve();
+  if (const fs::path* lamp = call.input("lamp")) take_lamp(*lamp, options.shading.laparoscope);
+  options.shading.check();
+  ShadeSource source = open_frames(*call.input("frames"), call.input("intrinsics"), call.context);
+  Clip clip{FrameSelection(std::move(source.next), options.selection), source.camera,
+            mask_at(call.input("instruments"))};
+  StageReport report;
+  warn_of_what_is_assumed(options, clip, call.context, report);
+  const ClipResult result = shade_clip(clip, options, call.output_folder, call.context);
+  report.bad_data = clip.frames.damage();
+  if (result.records.empty()) {
+    throw BadDataError(report.bad_data.empty() ? "the clip holds no frame" : report.bad_data);
+  }
+  write_file_atomically(call.output_folder / "plot.svg", plot_of(result.records));
+  report.add("frames_read", clip.frames.frames_read());
+  report.add("frames_shaded", result.records.size());
+  report.add("frames_duplicate", clip.frames.duplicates());
+  report.add("frames_blurred", clip.frames.blurred());
+  report.add("depth_unit", result.records.front().metric ? "mm" : "relative, median 1");
+  report_frames(result.records, report);
+  warn_of_what_is_odd(result.records, call.context);
+  judge(result.records, options, call.context, report);
+  if (result.records.front().ambiguous)
+    call.context.warn("the light is nearly frontal: hills and hollows look alike to this model");
+  if (result.key) {
+    write_surface(*result.key, options, call, report);
+  } else {
+    throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
+                     "; that frame of the clip was not shaded");
+  }
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

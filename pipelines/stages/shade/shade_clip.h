@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pipelines/stages/shade/options.h"
+#include "pipelines/stages/shared/clip_outputs.h"
+#include "shading/frame_source.h"
+
+namespace organbake {
+
+// A clip and how it was taken.
+struct Clip {
+  FrameSelection frames;
+  std::optional<Intrinsics> camera;  // nothing = the assumed field of view
+  std::optional<Mask> instruments;
+};
+
+struct ClipResult {
+  std::vector<FrameRecord> records;
+  std::optional<KeyFrame> key;
+};
+
+// Decodes, prepares, shades and writes frames at the same time, a few in memory at once. Depths do
+// not depend on how many threads there are: each frame starts from the one before it, in order.
+ClipResult shade_clip(Clip& clip, const ShadeStageOptions& options,
+                      const std::filesystem::path& folder, const RunContext& context);
+
+}  // namespace organbake

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stages/shared/albedo_output.h"
+
+#include <utility>
+
+#include "core/files.h"
+#include "image/png.h"
+#include "shading/frame_albedo.h"
+
+namespace organbake {
+
+Rgb8Image write_albedo(const std::filesystem::path& folder, const PreparedFrame& frame,
+                       const FrameDepth& depth, const LaparoscopeOptions& lamp, double mm_per_unit,
+                       StageReport& report) {
+  FrameAlbedo albedo = divide_light_out(frame, depth, lamp, mm_per_unit);
+  write_png(folder / "albedo.png", albedo.color);
+  write_file_atomically(folder / kLightingFile, lighting_to_json(laparoscope_lighting(lamp)));
+  report.add("albedo_reference_mm", albedo.reference_mm);
+  report.add("falloff_in_frame", albedo.falloff_before);
+  report.add("falloff_in_albedo", albedo.falloff_left);
+  report.add("cosine_in_frame", albedo.cosine_before);
+  report.add("cosine_in_albedo", albedo.cosine_left);
+  return std::move(albedo.color);
+}
+
+}  // namespace organbake

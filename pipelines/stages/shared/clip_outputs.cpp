@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stages/shared/clip_outputs.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/median.h"
+#include "core/text.h"
+#include "image/exr.h"
+#include "image/png.h"
+#include "shading/pictures.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+double share(const Mask& mask) {
+  return static_cast<double>(mask.size() - std::count(mask.values.begin(), mask.values.end(), 0)) /
+         static_cast<double>(std::max<std::size_t>(1, mask.size()));
+}
+
+// How many times brighter the brightest tissue's albedo is than the darkest's, 2 % at either end
+// left out.
+double albedo_span(const PreparedFrame& frame) {
+  std::vector<float> logs;
+  for (std::size_t k = 0; k < frame.log_albedo.size(); ++k)
+    if (frame.counts.values[k]) logs.push_back(frame.log_albedo.values[k]);
+  if (logs.empty()) return 1;
+  std::sort(logs.begin(), logs.end());
+  const std::size_t left_out = logs.size() / 50;
+  return std::exp(double(logs[logs.size() - 1 - left_out]) - logs[left_out]);
+}
+
+// Rounded to whole steps of 1/n, for the same reason as depth.
+float in_steps(float value, float n) { return std::round(value * n) / n; }
+
+// Rounded to one part in 16,384, far below what shading can tell: that halves files and writing.
+std::vector<float> rounded(std::vector<float> values) {
+  for (float& value : values) {
+    auto bits = std::bit_cast<std::uint32_t>(value);
+    if (std::isfinite(value)) bits = (bits + 0x100U) & ~0x1FFU;
+    value = std::bit_cast<float>(bits);
+  }
+  return values;
+}
+
+ChannelImage depth_channels(const Plane& depth) {
+  const std::vector<float> values = rounded(depth.values);
+  return {depth.width, depth.height, {{"Y", values}, {"Z", values}}};
+}
+
+ChannelImage normal_channels(const FrameDepth& depth) {
+  ChannelImage image{depth.depth.width, depth.depth.height, {}};
+  for (int c = 0; c < 3; ++c) {
+    std::vector<float> values(depth.normals.size());
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] = std::isfinite(depth.depth.values[k]) ? in_steps(depth.normals[k][c], 128) : 0;
+    image.channels.push_back({std::string(1, "XYZ"[c]), std::move(values), true});
+  }
+  return image;
+}
+
+// How much of a surface the frame gives.
+double score(const FrameRecord& record) {
+  return record.mean_confidence * (1 - record.instrument_share - record.outside_share);
+}
+
+}  // namespace
+
+bool becomes_key(const FrameRecord& record, int mesh_frame, const std::optional<KeyFrame>& key) {
+  if (mesh_frame >= 0) return record.index == static_cast<std::size_t>(mesh_frame);
+  return !key || score(record) > score(key->record);
+}
+
+FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& frame,
+                      const FrameDepth& depth) {
+  FrameRecord record;
+  record.index = index;
+  record.sharpness = sharpness;
+  record.warm = depth.warm;
+  record.combed = frame.was_combed;
+  record.colourless = frame.colourless;
+  record.stereo = frame.stereo;
+  record.metric = depth.metric;
+  record.ambiguous = depth.ambiguous;
+  record.sweeps = depth.sweeps;
+  record.refinements = depth.refinements;
+  record.albedo_span = albedo_span(frame);
+  record.residual = depth.residual;
+  record.noise = depth.noise;
+  record.branch = depth.branch;
+  record.quality = depth.quality;
+  record.outside_share = 1 - share(frame.field);
+  record.highlight_share = share(frame.highlights);
+  record.instrument_share = share(frame.instruments);
+  std::vector<float> finite;
+  double confidence = 0;
+  for (std::size_t k = 0; k < depth.depth.size(); ++k)
+    if (std::isfinite(depth.depth.values[k])) {
+      finite.push_back(depth.depth.values[k]);
+      confidence += depth.confidence.values[k];
+    }
+  if (finite.empty()) return record;
+  record.mean_confidence = confidence / static_cast<double>(finite.size());
+  record.median_depth = median(std::move(finite));
+  return record;
+}
+
+void make_frame_folders(const fs::path& folder) {
+  for (const char* part : {"depth", "normals", "mask", "confidence"})
+    fs::create_directory(folder / part);
+}
+
+void write_frame(const fs::path& folder, std::size_t index, const PreparedFrame& frame,
+                 const FrameDepth& depth, const RigidTransform& camera_from_world) {
+  constexpr std::size_t kDigits = 6;
+  const std::string name = padded(index, kDigits);
+  const PosedCamera camera{"laparoscope", frame.camera, camera_from_world};
+  const ExrWriteOptions options{.zip_level = 1, .camera = camera};
+  write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);
+  write_exr(folder / "normals" / (name + ".exr"), normal_channels(depth), options);
+  write_png(folder / "mask" / (name + ".png"), mask_picture(frame), 1);
+  Plane confidence = depth.confidence;
+  for (float& value : confidence.values) value = in_steps(value, 51);
+  write_png(folder / "confidence" / (name + ".png"), grey_picture(confidence), 1);
+}
+
+void report_frames(const std::vector<FrameRecord>& records, StageReport& report) {
+  const auto list = [&](const char* name, auto&& value) {
+    std::vector<double> values;
+    for (const FrameRecord& record : records) values.push_back(static_cast<double>(value(record)));
+    report.add(name, values);
+  };
+  list("frame", [](const FrameRecord& r) { return r.index; });
+  list("frame_warm", [](const FrameRecord& r) { return r.warm; });
+  list("frame_sweeps", [](const FrameRecord& r) { return r.sweeps; });
+  list("frame_refinements", [](const FrameRecord& r) { return r.refinements; });
+  list("frame_residual", [](const FrameRecord& r) { return r.residual; });
+  list("frame_noise", [](const FrameRecord& r) { return r.noise; });
+  list("frame_median_depth", [](const FrameRecord& r) { return r.median_depth; });
+  list("frame_mean_confidence", [](const FrameRecord& r) { return r.mean_confidence; });
+  list("frame_outside_share", [](const FrameRecord& r) { return r.outside_share; });
+  list("frame_highlight_share", [](const FrameRecord& r) { return r.highlight_share; });
+  list("frame_instrument_share", [](const FrameRecord& r) { return r.instrument_share; });
+  list("frame_albedo_span", [](const FrameRecord& r) { return r.albedo_span; });
+  list("frame_combed", [](const FrameRecord& r) { return r.combed; });
+  list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
+  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unshaped; });
+  std::vector<std::string> verdicts;
+  for (const FrameRecord& record : records) verdicts.emplace_back(name_of(record.quality.verdict));
+  report.add("frame_verdict", verdicts);
+  // A warm frame needs no sweeps: what the last cold one before it took is saved.
+  long cold = 0, saved = 0, warm = 0;
+  for (const FrameRecord& record : records) {
+    if (!record.warm) cold = record.sweeps;
+    if (record.warm) saved += cold - std::min<long>(cold, record.sweeps);
+    warm += record.warm;
+  }
+  report.add("frames_warm", warm);
+  report.add("sweeps_saved", saved);
+  std::vector<std::string> branches;
+  for (const FrameRecord& record : records)
+    if (!record.branch.empty()) branches.push_back(record.branch);
+  if (!branches.empty()) report.add("frame_branch", branches);
+}
+
+std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport& report) {
+  const auto counted = [&](DepthVerdict verdict) {
+    return std::count_if(records.begin(), records.end(), [&](const FrameRecord& record) {
+      return record.quality.verdict == verdict;
+    });
+  };
+  report.add("frames_ok", counted(DepthVerdict::ok));
+  report.add("frames_doubtful", counted(DepthVerdict::doubtful));
+  report.add("frames_failed", counted(DepthVerdict::failed));
+  const auto worst = std::max_element(records.begin(), records.end(),
+                                      [](const FrameRecord& a, const FrameRecord& b) {
+                                        return a.quality.verdict < b.quality.verdict;
+                                      });
+  if (worst->quality.verdict == DepthVerdict::ok) return "";
+  const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
+  return "the depth of " + std::to_string(bad) + " of " + std::to_string(records.size()) +
+         " frames is not ok (frame " + std::to_string(worst->index) + " is " +
+         name_of(worst->quality.verdict) + ": " + worst->quality.reason + ")";
+}
+
+void StripSheet::add(Rgb8Image strip) {
+  constexpr std::size_t kMostStrips = 12;  // rows of the picture to look at
+  strips_.push_back(std::move(strip));
+  if (strips_.size() <= kMostStrips) return;
+  for (std::size_t i = 1; 2 * i < strips_.size(); ++i) strips_[i] = std::move(strips_[2 * i]);
+  strips_.resize((strips_.size() + 1) / 2);
+  spacing_ *= 2;
+}
+
+void StripSheet::write(const fs::path& folder) const {
+  if (!strips_.empty()) write_png(folder / "strip.png", stacked(strips_), 6);
+}
+
+std::string plot_of(const std::vector<FrameRecord>& records) {
+  std::vector<Curve> curves = {{"median depth", {}},       {"mean confidence", {}},
+                               {"image residual", {}},     {"highlights, share", {}},
+                               {"instruments, share", {}}, {"sharpness", {}}};
+  for (const FrameRecord& r : records) {
+    const double values[] = {r.median_depth,    r.mean_confidence,  r.residual,
+                             r.highlight_share, r.instrument_share, r.sharpness};
+    for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
+  }
+  return plot_svg("shading over the frames of the clip", curves);
+}
+
+}  // namespace organbake

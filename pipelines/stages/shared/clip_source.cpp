@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipelines/stages/shared/clip_source.h"
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "core/file_ending.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/camera_files.h"
+#include "formats/photo.h"
+#include "shading/upright.h"
+#include "shading/video_reader.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using Next = FrameSelection::NextFrame;
+
+std::string size_text(PixelSize size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+// The frames of a folder in the order of their names.
+Next pictures_in(std::vector<fs::path> files) {
+  return [files = std::move(files), at = std::size_t{0}](StoredPicture& picture) mutable {
+    if (at == files.size()) return false;
+    try {
+      picture = read_picture(files[at]);
+    } catch (const Error& error) {
+      throw BadDataError("frame " + std::to_string(at) + ": " + error.what());
+    }
+    ++at;
+    return true;
+  };
+}
+
+Next stored_frames(const fs::path& path) {
+  if (fs::is_directory(path)) {
+    std::vector<fs::path> files;
+    for (const fs::path& file : list_files(path))
+      if (is_frame_name(file)) files.push_back(path / file);
+    if (files.empty()) throw BadDataError(path, "holds no PNG, JPEG or EXR frames");
+    return pictures_in(std::move(files));
+  }
+  if (is_frame_name(path)) return pictures_in({path});
+  auto video = std::make_shared<VideoReader>(path);
+  return [video](StoredPicture& picture) { return video->next(picture); };
+}
+
+// The first frame again, then the others.
+Next with_first(StoredPicture first, Next others) {
+  return [first = std::move(first), others = std::move(others),
+          given = false](StoredPicture& picture) mutable {
+    if (given) return others(picture);
+    given = true;
+    picture = std::move(first);
+    return true;
+  };
+}
+
+// Each frame has the size of the first.
+Next of_one_size(Next next) {
+  return [next = std::move(next), size = PixelSize(),
+          at = std::size_t{0}](StoredPicture& picture) mutable {
+    if (!next(picture)) return false;
+    const PixelSize now{picture.color.width, picture.color.height};
+    if (at == 0) size = now;
+    if (now != size)
+      throw BadDataError("frame " + std::to_string(at) + ": is " + size_text(now) +
+                         ", the frames before are " + size_text(size));
+    ++at;
+    return true;
+  };
+}
+
+// Of a lens that tells no size, or the one that both have: squeezed pixels show in its focal
+// lengths.
+bool is_squeezed(const Intrinsics& lens, double pixel_aspect) {
+  const double ratio = std::log(lens.fx / lens.fy);
+  return std::abs(ratio + std::log(pixel_aspect)) < std::abs(ratio);
+}
+
+struct Lens {
+  std::optional<Intrinsics> camera;
+  bool of_stored_pixels = false;
+};
+
+Lens lens_for(const StoredPicture& first, const fs::path& frames, const fs::path* path) {
+  if (!path) return {};
+  const PixelSize stored{first.color.width, first.color.height}, size = upright_size(first);
+  const std::string name = frames.filename().string();
+  const Intrinsics lens = read_intrinsics(*path, name, size.width, size.height);
+  const PixelSize of_lens{lens.width, lens.height};
+  if (of_lens != size) return {lens, of_lens == stored};
+  if (stored == size || !is_squeezed(lens, first.pixel_aspect)) return {lens, false};
+  return {read_intrinsics(*path, name, stored.width, stored.height), true};
+}
+
+void tell(const StoredPicture& first, bool as_stored, const RunContext& context) {
+  const PixelSize stored{first.color.width, first.color.height}, size = upright_size(first);
+  if (stored == size && first.turn == Turn::none) return;
+  const std::string tags = "the frames are stored as " + size_text(stored) + " with " +
+                           (first.turn == Turn::none ? "" : "a turn to upright and ") + "pixels " +
+                           to_text(first.pixel_aspect) + " times as wide as high; ";
+  context.info(as_stored ? tags + "they stay so, as the given intrinsics have it"
+                         : tags + "they are shaded upright with square pixels, " + size_text(size));
+}
+
+}  // namespace
+
+ShadeSource open_frames(const fs::path& frames, const fs::path* lens, const RunContext& context) {
+  Next stored = stored_frames(frames);
+  StoredPicture first;
+  if (!stored(first)) throw BadDataError(frames, "holds no frame");
+  const Lens found = lens_for(first, frames, lens);
+  tell(first, found.of_stored_pixels, context);
+  Next all = of_one_size(with_first(std::move(first), std::move(stored)));
+  if (found.of_stored_pixels) return {std::move(all), found.camera};
+  Next upright = [all = std::move(all)](StoredPicture& picture) {
+    if (!all(picture)) return false;
+    make_upright(picture);
+    return true;
+  };
+  return {std::move(upright), found.camera};
+}
+
+}  // namespace organbake

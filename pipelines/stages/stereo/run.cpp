@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+
+#include "bundle/cameras_json.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/mesh_files.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/shared/albedo_output.h"
+#include "pipelines/stages/shared/clip_options.h"
+#include "pipelines/stages/stereo/stereo_clip.h"
+#include "pipelines/stages/stereo/stereo_source.h"
+#include "shading/depth_maps.h"
+#include "shading/pictures.h"
+#include "shading/ray_grid.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// World is the left camera as it was calibrated.
+CameraSet rectified_cameras(const RectifiedEyes& eyes) {
+  CameraSet set;
+  set.cameras = {{"left", eyes.camera, {}}, eyes.right()};
+  for (PosedCamera& camera : set.cameras)
+    camera.camera_from_world = camera.camera_from_world * eyes.rectified_from_left;
+  return set;
+}
+
+void report_pairs(const std::vector<PairRecord>& records, StageReport& report) {
+  const auto list = [&](const char* name, auto&& value) {
+    std::vector<double> values;
+    for (const PairRecord& record : records) values.push_back(static_cast<double>(value(record)));
+    report.add(name, values);
+  };
+  list("frame", [](const PairRecord& r) { return r.frame.index; });
+  list("frame_median_depth", [](const PairRecord& r) { return r.frame.median_depth; });
+  list("frame_mean_confidence", [](const PairRecord& r) { return r.frame.mean_confidence; });
+  list("frame_matched_share", [](const PairRecord& r) { return r.matched_share; });
+  list("frame_filled_share", [](const PairRecord& r) { return r.filled_share; });
+  list("frame_relative_sd", [](const PairRecord& r) { return r.relative_sd; });
+  list("frame_rows_apart_px", [](const PairRecord& r) { return r.rows_apart_px; });
+  list("frame_outside_share", [](const PairRecord& r) { return r.frame.outside_share; });
+  list("frame_highlight_share", [](const PairRecord& r) { return r.frame.highlight_share; });
+  list("frame_instrument_share", [](const PairRecord& r) { return r.frame.instrument_share; });
+  std::vector<std::string> verdicts;
+  for (const PairRecord& record : records)
+    verdicts.emplace_back(name_of(record.frame.quality.verdict));
+  report.add("frame_verdict", verdicts);
+}
+
+std::string plot_of_pairs(const std::vector<PairRecord>& records) {
+  std::vector<Curve> curves = {{"median depth, mm", {}},
+                               {"mean confidence", {}},
+                               {"matched, share", {}},
+                               {"highlights, share", {}},
+                               {"instruments, share", {}}};
+  for (const PairRecord& r : records) {
+    const double values[] = {r.frame.median_depth, r.frame.mean_confidence, r.matched_share,
+                             r.frame.highlight_share, r.frame.instrument_share};
+    for (std::size_t i = 0; i < curves.size(); ++i) curves[i].values.push_back(values[i]);
+  }
+  return plot_svg("stereo over the frames of the clip", curves);
+}
+
+void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOptions& options,
+                 const RunContext& context, StageReport& report) {
+  std::vector<FrameRecord> frames;
+  for (const PairRecord& record : records) frames.push_back(record.frame);
+  const std::string what = count_verdicts(frames, report);
+  if (what.empty()) return;
+  if (options.strict) report.quality_gate = what;
+  context.warn(what);
+}
+
+// How the lamp falls off to the sides, as far as the clip tells.
+LaparoscopeOptions learned_lamp(const BeamEstimate& beam, StageReport& report) {
+  LaparoscopeOptions lamp;
+  if (beam.sectors > 0) {
+    report.add("beam_exponent", beam.exponent);
+    report.add("beam_exponent_sd", beam.sd);
+  }
+  constexpr double kNarrowest = 20;
+  if (beam.told()) {
+    lamp.beam_exponent = std::min(beam.exponent, kNarrowest);
+  } else {
+    report.skipped.push_back(
+        {"the lamp's beam", beam.sectors > 0
+                                ? "it is even, or its fall-off is not told from texture"
+                                : "too little of the picture is matched to tell it"});
+  }
+  return lamp;
+}
+
+// The lamp is taken to lie at the left lens. Matching errs from pixel to pixel: light is divided
+// out as a smooth surface would have it.
+Rgb8Image surface_color(const KeyFrame& key, const BeamEstimate& beam,
+                        const StereoStageOptions& options, const StageCall& call,
+                        StageReport& report) {
+  if (options.keep_light) {
+    report.skipped.push_back({"dividing the light out of the colours", "keep_light is on"});
+    return key.frame.color;
+  }
+  FrameDepth smooth = *key.depth;
+  const RayGrid rays = ray_grid(key.frame.camera);
+  smooth.normals = smooth_normals_from_depth(smooth.depth, rays, smooth_normals_radius_px(rays));
+  return write_albedo(call.output_folder, key.frame, smooth, learned_lamp(beam, report), 1, report);
+}
+
+TriangleMesh mesh_of(const KeyFrame& key, const BeamEstimate& beam,
+                     const StereoStageOptions& options, const StageCall& call,
+                     StageReport& report) {
+  try {
+    const Rgb8Image color = surface_color(key, beam, options, call, report);
+    return mesh_from_depth(key.depth->depth, color, key.frame.camera, options.mesh);
+  } catch (const BadDataError& error) {
+    const std::string& reason = key.record.quality.reason;
+    throw BadDataError("the eyes' pictures give no surface: " +
+                       (reason.empty() ? std::string(error.what()) : reason) +
+                       "; do they and the calibration belong together?");
+  }
+}
+
+void write_pair_surface(const StereoClipResult& clip, const RectifiedEyes& eyes,
+                        const StereoStageOptions& options, const StageCall& call,
+                        StageReport& report) {
+  const KeyFrame& key = *clip.key;
+  TriangleMesh mesh = mesh_of(key, clip.beam, options, call, report);
+  const Eigen::Matrix3d left_from_rectified = eyes.rectified_from_left.rotation.transpose();
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex = left_from_rectified * vertex;
+  write_ply(call.output_folder / "surface.ply", mesh);
+  report.add("surface_frame", key.record.index);
+  report.add("surface_faces", mesh.faces.size());
+  report.add("surface_scale", "mm");
+  report.skipped.push_back({"what the left eye cannot have seen",
+                            "one place shows one side: masked and occluded parts are left open"});
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<StereoStageOptions>(call.options_json);
+  options.stereo.check();
+  const fs::path &left = *call.input("left"), &calibration = *call.input("calibration");
+  EyeSource source = open_eyes(left, call.input("right"), options, call.context);
+  const Rectifier rectifier(read_stereo_rig(
+      calibration,
+      {source.eye.width, source.eye.height, source.left, source.right, mm_per(options.unit)}));
+  FrameSelection frames(std::move(source.next), selection_of(options.every, options.sharpest));
+  StageReport report;
+  const StereoClipResult result =
+      match_clip(frames, rectifier, options, call.output_folder, call.context);
+  report.bad_data = frames.damage();
+  if (result.records.empty())
+    throw BadDataError(report.bad_data.empty() ? "the clip holds no frame" : report.bad_data);
+  if (!result.key)
+    throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
+                     "; that frame of the clip was not matched");
+  const RectifiedEyes& eyes = rectifier.eyes();
+  write_file_atomically(call.output_folder / "plot.svg", plot_of_pairs(result.records));
+  write_file_atomically(call.output_folder / "cameras.json",
+                        cameras_to_json(rectified_cameras(eyes)));
+  report.add("frames_read", frames.frames_read());
+  report.add("frames_matched", result.records.size());
+  report.add("frames_duplicate", frames.duplicates());
+  report.add("frames_blurred", frames.blurred());
+  report.add("depth_unit", "mm");
+  report.add("baseline_mm", eyes.baseline_mm);
+  report.add("rectified", rectifier.changes_pictures() ? "by the calibration" : "as given");
+  report_pairs(result.records, report);
+  judge_pairs(result.records, options, call.context, report);
+  write_pair_surface(result, eyes, options, call, report);
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)

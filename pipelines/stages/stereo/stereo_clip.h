@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pipelines/stages/shared/clip_outputs.h"
+#include "pipelines/stages/stereo/options.h"
+#include "shading/beam_estimate.h"
+#include "shading/frame_source.h"
+#include "stereo/rectifier.h"
+
+namespace organbake {
+
+// What the report keeps of a pair of pictures besides.
+struct PairRecord {
+  FrameRecord frame;
+  double matched_share = 0, filled_share = 0, relative_sd = 0, rows_apart_px = 0;
+};
+
+struct StereoClipResult {
+  std::vector<PairRecord> records;
+  BeamEstimate beam;  // of the lamp, taken to lie at the left lens; unless its light is kept
+  std::optional<KeyFrame> key;  // the left eye's
+};
+
+// Decodes, rectifies, matches and writes pairs at the same time, a few in memory at once. A pair's
+// depth depends on no other pair.
+StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
+                            const StereoStageOptions& options, const std::filesystem::path& folder,
+                            const RunContext& context);
+
+}  // namespace organbake
