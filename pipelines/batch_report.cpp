@@ -2,10 +2,8 @@
 #include "pipelines/batch_report.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "core/text.h"
 #include "pipelines/case_table.h"
@@ -32,20 +30,6 @@ std::string key_of(const KeyFigure& figure) {
 std::string one_line(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   return text;
-}
-
-// A file's name as part of a link.
-std::string url_of(const std::string& path) {
-  constexpr const char* kHex = "0123456789ABCDEF";
-  std::string result;
-  for (const unsigned char c : path) {
-    if (std::isalnum(c) || std::string_view("/._-~").find(char(c)) != std::string_view::npos) {
-      result += char(c);
-    } else {
-      result += {'%', kHex[c >> 4], kHex[c & 15]};
-    }
-  }
-  return result;
 }
 
 bool bad(const BatchRow& row) { return row.exit_code != 0; }
@@ -78,9 +62,10 @@ std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
 std::string page_row(const BatchRow& row, const std::vector<std::string>& columns) {
   const std::string picture =
       row.picture.empty() ? "" : "<img alt=\"\" src=\"" + url_of(row.picture) + "\">";
+  const std::string name = escape_html(row.name);
   std::string html =
       std::string("<tr") + (bad(row) ? " class=\"failed\"" : "") + ">" +
-      cell(escape_html(row.name)) + cell(picture) +
+      cell(row.page.empty() ? name : html_link(row.page, row.name)) + cell(picture) +
       cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
       cell(to_text(row.seconds, 2)) + cell(to_text(row.peak_mb, 0));
   // A failed case has no figures: its error stands in their place.
@@ -122,7 +107,8 @@ Json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows) {
                      {"peak_mb", row.peak_mb},
                      {"figures", row.figures},
                      {"error", row.error},
-                     {"picture", row.picture}});
+                     {"picture", row.picture},
+                     {"page", row.page}});
   }
   return {{"schema", "organbake/batch/1"}, {"recipe", recipe}, {"cases", cases}};
 }
@@ -131,7 +117,8 @@ std::vector<BatchRow> rows_of(const Json& batch) {
   std::vector<BatchRow> rows;
   for (const Json& one : batch.at("cases")) {
     rows.push_back({one.at("case"), one.at("status"), one.at("exit_code"), one.at("seconds"),
-                    one.at("peak_mb"), one.at("figures"), one.at("error"), one.at("picture")});
+                    one.at("peak_mb"), one.at("figures"), one.at("error"), one.at("picture"),
+                    one.value("page", "")});
   }
   return rows;
 }

@@ -18,6 +18,7 @@ struct BatchRow {
   std::map<std::string, double> figures;  // "decimate.rms_mm" …: what tells a good bake from a bad
   std::string error;                      // the worker's last words, when it failed
   std::string picture;  // of the organ, relative to the batch's folder; may be empty
+  std::string page;     // with its player, likewise
 };
 
 // The figures of a bundle's report.json that the batch shows.

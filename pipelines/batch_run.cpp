@@ -60,12 +60,13 @@ Batch::Batch(const BatchOptions& options, std::vector<BatchCase> cases,
       context_(std::move(context)) {
   for (const BatchCase& one : cases_) {
     waiting_.push_back(rows_.size());
-    rows_.push_back({one.name, "not started", int(ExitCode::batch_partial), 0, 0, {}, {}, {}});
+    rows_.push_back({one.name, "not started", int(ExitCode::batch_partial), 0, 0, {}, {}, {}, {}});
   }
 }
 
 std::vector<BatchRow> Batch::run() {
   if (options_.pictures) fs::create_directories(options_.output / "pictures");
+  if (options_.web) fs::create_directories(options_.output / "pages");
   while (true) {
     if (context_.cancelled()) stop_workers();
     while (may_start()) start_next();
@@ -125,12 +126,9 @@ void Batch::collect(const WorkerEnd& end) {
   BatchRow& row = rows_[worker.index];
   row.seconds += std::chrono::duration<double>(Clock::now() - worker.started).count();
   row.peak_mb = std::max(row.peak_mb, end.peak_mb);
-  if (worker.task == Task::picture) {
-    if (end.exit_code == 0) row.picture = "pictures/" + row.name + ".png";
-    finish(worker.index);
-  } else {
-    end_bake(worker.index, end);
-  }
+  if (worker.task == Task::bake) return end_bake(worker.index, end);
+  if (end.exit_code == 0) extra_of(row, worker.task) = extra_file(row, worker.task);
+  if (worker.task == Task::page || !start_extra(worker.index, Task::page)) finish(worker.index);
 }
 
 void Batch::end_bake(std::size_t index, const WorkerEnd& end) {
@@ -138,7 +136,7 @@ void Batch::end_bake(std::size_t index, const WorkerEnd& end) {
   row.exit_code = end.exit_code;
   if (end.exit_code == 0) {
     describe_success(row);
-    if (!start_picture(index)) finish(index);
+    if (!start_extra(index, Task::picture)) finish(index);
     return;
   }
   row.status = "failed";
@@ -154,22 +152,38 @@ void Batch::describe_success(BatchRow& row) {
   row.error.clear();
 }
 
-// The player is another program, and need not be installed.
-bool Batch::start_picture(std::size_t index) {
+bool Batch::start_extra(std::size_t index, Task first) {
   BatchRow& row = rows_[index];
-  const fs::path player = program_folder() / "organplay";
-  const fs::path file = options_.output / "pictures" / (row.name + ".png");
-  if (!options_.pictures || !fs::exists(player)) return false;
-  if (row.status == "unchanged" && fs::exists(file)) {
-    row.picture = "pictures/" + row.name + ".png";
-    return false;
+  for (const Task task : {Task::picture, Task::page}) {
+    if (task < first || !(task == Task::picture ? options_.pictures : options_.web)) continue;
+    const std::vector<std::string> command = extra_command(row, task);
+    if (!fs::exists(command.front())) continue;  // the player need not be installed
+    if (row.status == "unchanged" && fs::exists(options_.output / extra_file(row, task))) {
+      extra_of(row, task) = extra_file(row, task);
+      continue;
+    }
+    const char* const log = task == Task::picture ? ".picture.log" : ".page.log";
+    running_[start_worker(command, "/dev/null", log_of(row, log))] = {index, task, Clock::now()};
+    return true;
   }
-  const pid_t process =
-      start_worker({player.string(), (options_.output / row.name).string(), "-o", file.string(),
-                    "--size", "240x180", "--quiet", "--threads", std::to_string(options_.threads)},
-                   "/dev/null", log_of(row, ".picture.log"));
-  running_[process] = {index, Task::picture, Clock::now()};
-  return true;
+  return false;
+}
+
+std::vector<std::string> Batch::extra_command(const BatchRow& row, Task task) const {
+  const bool picture = task == Task::picture;
+  const std::string bundle = (options_.output / row.name).string();
+  std::vector<std::string> command = {
+      (program_folder() / (picture ? "organplay" : "organbake")).string()};
+  if (picture) command.insert(command.end(), {bundle, "--size", "240x180"});
+  if (!picture) command.insert(command.end(), {"export", bundle, "--format", "web"});
+  command.insert(command.end(), {"-o", (options_.output / extra_file(row, task)).string(),
+                                 "--quiet", "--threads", std::to_string(options_.threads)});
+  return command;
+}
+
+// Relative to the batch's folder.
+std::string Batch::extra_file(const BatchRow& row, Task task) {
+  return task == Task::picture ? "pictures/" + row.name + ".png" : "pages/" + row.name + ".html";
 }
 
 bool Batch::try_again(std::size_t index) {

@@ -24,7 +24,7 @@ struct BatchOptions {
   int jobs = 1;                                 // cases at once
   int threads = 1;                              // of each
   double memory_mb = 0;  // that the cases under way may need together; 0 = no limit
-  bool keep_going = true, pictures = true;
+  bool keep_going = true, pictures = true, web = false;
 };
 
 // Told whenever a case starts, ends, or failed and will be tried again.
@@ -37,9 +37,9 @@ struct BatchProgress {
 };
 
 // Bakes cases, each in a process of its own, so that no crash of one ends the others: first
-// `organbake bake`, then `organplay` for a picture. A case that failed by a passing fault (killed
-// from outside, as when memory is short, or exit code 75) is tried once more after the others, with
-// none beside it.
+// `organbake bake`, then `organplay` for a picture and `organbake export` for a page. A case that
+// failed by a passing fault (killed from outside, as when memory is short, or exit code 75) is
+// tried once more after the others, with none beside it.
 class Batch {
  public:
   using Listener = std::function<void(const BatchProgress&)>;
@@ -54,7 +54,7 @@ class Batch {
 
  private:
   using Clock = std::chrono::steady_clock;
-  enum class Task { bake, picture };
+  enum class Task { bake, picture, page };
   struct Worker {
     std::size_t index;
     Task task;
@@ -68,7 +68,14 @@ class Batch {
   void collect(const WorkerEnd& end);
   void end_bake(std::size_t index, const WorkerEnd& end);
   void describe_success(BatchRow& row);
-  bool start_picture(std::size_t index);
+  // What is made of a bundle that was baked, one after the other: from `first` on the next that is
+  // asked for and not there yet. False: nothing is left.
+  bool start_extra(std::size_t index, Task first);
+  std::vector<std::string> extra_command(const BatchRow& row, Task task) const;
+  static std::string extra_file(const BatchRow& row, Task task);
+  static std::string& extra_of(BatchRow& row, Task task) {
+    return task == Task::picture ? row.picture : row.page;
+  }
   bool try_again(std::size_t index);
   void finish(std::size_t index);
   void tell(std::size_t index, BatchProgress::Event event) const;

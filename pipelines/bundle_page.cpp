@@ -235,14 +235,19 @@ std::string title_line(const Bundle& frame) {
          page_number(static_cast<double>(bytes) / 1e6) + " MB</p>\n";
 }
 
+std::string player_line(const std::string& player) {
+  return player.empty() ? "" : "<p>" + html_link(player, "Poke it in a page") + "</p>\n";
+}
+
 }  // namespace
 
-std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run) {
+std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run,
+                        const std::string& player) {
   const Bundle frame = reader.read_frame();
   const Json report = checked_report(reader);
   const BundlePictures pictures = bundle_pictures(reader, frame);
   return html_page(frame.manifest.name + ": bake report", kBundlePageStyle,
-                   title_line(frame) + warnings_section(report, run) +
+                   title_line(frame) + player_line(player) + warnings_section(report, run) +
                        proxies_section(frame, pictures) + stages_section(report, run) +
                        coverage_section(report) + sheet_section(frame, pictures) +
                        skipped_section(report) + origin_section(frame.manifest) +

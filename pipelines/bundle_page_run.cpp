@@ -49,13 +49,31 @@ std::string run_script(const BundleReader& reader, const BakeRun& run) {
   return kStart + text + kEnd + "\n";
 }
 
-std::filesystem::path page_beside(const std::filesystem::path& bundle) {
+namespace {
+
+std::filesystem::path beside(const std::filesystem::path& bundle, const char* ending) {
   std::filesystem::path folder = bundle.lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();  // "organ/"
   // "." has no name of its own to add to.
   if (folder.filename() == "." || folder.filename() == ".." || folder.filename().empty())
     folder = std::filesystem::absolute(bundle).lexically_normal().parent_path();
-  return folder.parent_path() / (folder.filename().string() + "_report.html");
+  return folder.parent_path() / (folder.filename().string() + ending);
+}
+
+}  // namespace
+
+std::filesystem::path page_beside(const std::filesystem::path& bundle) {
+  return beside(bundle, "_report.html");
+}
+
+std::filesystem::path player_page_beside(const std::filesystem::path& bundle) {
+  return beside(bundle, "_player.html");
+}
+
+std::string player_link(const std::filesystem::path& bundle, const std::filesystem::path& report) {
+  const auto player = std::filesystem::absolute(player_page_beside(bundle));
+  return player.lexically_proximate(std::filesystem::absolute(report).parent_path())
+      .generic_string();
 }
 
 std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const BundleReader& reader) {

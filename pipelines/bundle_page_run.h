@@ -32,5 +32,9 @@ std::optional<BakeRun> run_of_page(const std::filesystem::path& page, const Bund
 // Beside the bundle, "organ" → "organ_report.html": a page tells times, which no file of a bundle
 // may hold.
 std::filesystem::path page_beside(const std::filesystem::path& bundle);
+// The page with its player likewise, "organ" → "organ_player.html".
+std::filesystem::path player_page_beside(const std::filesystem::path& bundle);
+// How a report links to it.
+std::string player_link(const std::filesystem::path& bundle, const std::filesystem::path& report);
 
 }  // namespace organbake

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/html_page.h"
 
+#include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <string_view>
 
 #include "core/text.h"
 #include "image/png.h"
@@ -41,6 +43,23 @@ std::string html_page(const std::string& title, const std::string& style, const 
          "<meta name=\"viewport\" content=\"width=device-width\"><title>" +
          escape_html(title) + "</title><style>" + kCommonStyle + style + "</style>\n" + body +
          "</html>\n";
+}
+
+std::string url_of(const std::string& path) {
+  constexpr const char* kHex = "0123456789ABCDEF";
+  std::string result;
+  for (const unsigned char c : path) {
+    if (std::isalnum(c) || std::string_view("/._-~").find(char(c)) != std::string_view::npos) {
+      result += char(c);
+    } else {
+      result += {'%', kHex[c >> 4], kHex[c & 15]};
+    }
+  }
+  return result;
+}
+
+std::string html_link(const std::string& path, const std::string& text) {
+  return "<a href=\"" + url_of(path) + "\">" + escape_html(text) + "</a>";
 }
 
 std::string html_cell(const std::string& text) { return "<td>" + escape_html(text) + "</td>"; }

@@ -16,6 +16,10 @@ std::string html_page(const std::string& title, const std::string& style, const 
 std::string html_cell(const std::string& text);
 std::string html_heading(const std::string& text);
 
+// A file's path as part of a link, and a link to it; `text` is plain.
+std::string url_of(const std::string& path);
+std::string html_link(const std::string& path, const std::string& text);
+
 // A picture as part of the page: <img> with the alternative text, which must not be empty.
 std::string html_picture(const Rgb8Image& image, const std::string& alternative);
 // "data:image/png;base64,…", where SVG wants a link.

@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "organbake/commands.h"
+#include "organbake/web_page.h"
 #include "pipelines/bundle_page.h"
 #include "pipelines/output_target.h"
 #include "pipelines/outputs.h"
@@ -22,7 +23,7 @@ struct BakeFlags {
   std::filesystem::path output, cache;
   std::string from, to, quality, repair;
   std::vector<std::string> settings;
-  bool force = false, dry_run = false, explain = false, report = true;
+  bool force = false, dry_run = false, explain = false, report = true, web = false;
 };
 
 OptionList flag_list(BakeFlags& flags) {
@@ -49,6 +50,9 @@ OptionList flag_list(BakeFlags& flags) {
            {.help = "tell what each step depends on, why it runs or not"})
       .add("report", &flags.report,
            {.help = "write a page about the bundle beside it, BUNDLE_report.html"})
+      .add("web", &flags.web,
+           {.help = "write a page beside the bundle in which anyone can poke it, "
+                    "BUNDLE_player.html; the report links to it"})
       .add("cache", &flags.cache, {.help = "folder of the cache"});
   return list;
 }
@@ -149,8 +153,11 @@ BakeRun run_of(const std::vector<StepResult>& steps, double seconds) {
 void write_page(const BakeFlags& flags, const BakeRun& run, bool unchanged) {
   const BundleReader reader(flags.output);
   const std::filesystem::path page = page_beside(flags.output);
-  if (unchanged && run_of_page(page, reader)) return;
-  write_file_atomically(page, bundle_page(reader, run));
+  const std::optional<BakeRun> first = unchanged ? run_of_page(page, reader) : std::nullopt;
+  if (first && !flags.web) return;
+  const bool has_player = flags.web || std::filesystem::exists(player_page_beside(flags.output));
+  const std::string player = has_player ? player_link(flags.output, page) : "";
+  write_file_atomically(page, bundle_page(reader, first.value_or(run), player));
 }
 
 std::size_t count_ran(const std::vector<StepResult>& steps) {
@@ -189,6 +196,9 @@ int run_bake(const Arguments& arguments, Session& session) {
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   if (flags.to.empty() && flags.report)
     write_page(flags, run_of(steps, spent.count()), state == "unchanged");
+  const std::filesystem::path player = player_page_beside(flags.output);
+  if (flags.to.empty() && flags.web && !(state == "unchanged" && std::filesystem::exists(player)))
+    write_player_page(flags.output, player, session);
   terminal.log(LogLevel::info, flags.output.string() + ": " + state + "; " +
                                    std::to_string(count_ran(steps)) + " of " +
                                    std::to_string(steps.size()) + " stages ran");

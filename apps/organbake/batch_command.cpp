@@ -125,7 +125,8 @@ BatchOptions options_of(const BatchFlags& flags, const Session& session) {
           .threads = std::max(1, available / flags.jobs),
           .memory_mb = cases.memory_mb > 0 ? cases.memory_mb : machine_memory().available_mb,
           .keep_going = flags.keep_going,
-          .pictures = cases.pictures};
+          .pictures = cases.pictures,
+          .web = cases.web};
 }
 
 // Nobody needs an estimate of what has the machine to itself.

@@ -14,6 +14,8 @@ void add_case_flags(OptionList& list, CaseFlags& flags) {
       .add("set", &flags.settings,
            {.help = "key=value for all cases, repeatable; a case's own settings go first"})
       .add("pictures", &flags.pictures, {.help = "a picture of every organ, for the page"})
+      .add("web", &flags.web,
+           {.help = "a page for every organ in which anyone can poke it; the batch's links to it"})
       .add("memory", &flags.memory_mb,
            {.help = "what the cases under way may need; 0 = what this machine has",
             .unit = "MB",

@@ -18,7 +18,7 @@ struct CaseFlags {
   std::filesystem::path recipe, output, cache;
   std::string input = "ct";
   std::vector<std::string> settings;
-  bool pictures = true;
+  bool pictures = true, web = false;
   double memory_mb = 0;
 };
 void add_case_flags(OptionList& list, CaseFlags& flags);

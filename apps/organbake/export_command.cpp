@@ -2,11 +2,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/files.h"
 #include "organbake/commands.h"
-#include "pipelines/options_json.h"
-#include "pipelines/output_target.h"
-#include "pipelines/stage_module.h"
+#include "organbake/web_page.h"
 #include "pipelines/stages/export/options.h"
 
 namespace organbake {
@@ -24,18 +21,7 @@ int run_export(const Arguments& arguments, Session& session) {
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake export' needs a bundle");
   if (output.empty()) throw UsageError("-o is missing: where shall the export go?");
-  const bool is_page = asked.format == ExportFormat::web;
-  if (is_page) check_output_file(output, ".html");
-  if (!is_page) check_output_folder(output);
-  const fs::path bundle = words->front();
-  if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
-  // The formats' libraries are heavy, so a module writes them.
-  AtomicFolder folder(output);
-  const Stage stage{.name = "export"};
-  const RunContext context = session.context(stage.name);
-  run_in_module(stage, {to_json(own).dump(), {{"bundle", bundle}}, folder.path(), context});
-  if (is_page) fs::rename(folder.path() / kWebPageFile, file_to_write(output));
-  if (!is_page) folder.commit();
+  write_export(words->front(), own, asked.format == ExportFormat::web, output, session);
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
 }

@@ -23,7 +23,9 @@ int run_report(const Arguments& arguments, Session& session) {
   const std::filesystem::path beside = page_beside(words->front());
   if (output.empty()) output = beside;
   check_output_file(output, ".html");
-  write_file_atomically(output, bundle_page(reader, run_of_page(beside, reader)));
+  const bool has_player = std::filesystem::exists(player_page_beside(words->front()));
+  const std::string player = has_player ? player_link(words->front(), output) : "";
+  write_file_atomically(output, bundle_page(reader, run_of_page(beside, reader), player));
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
 }

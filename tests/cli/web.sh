@@ -29,6 +29,16 @@ mkdir folder
 expect 73 organbake export organ --format web -o folder
 expect_equal "" "$(leftovers .)"
 
+# A bake and a batch make pages as well, and their own pages link to them.
+expect 0 organbake bake r.yaml -o linked --web
+expect_same organ.html linked_player.html
+grep -q 'href="linked_player.html"' linked_report.html || fail "the report does not link to the page"
+printf 'case,phantom.seed\nfirst one,1\n' >cases.csv
+expect 0 organbake batch cases.csv --recipe r.yaml -o many --web --no-pictures --quiet
+[ -s "many/pages/first one.html" ] || fail "no page of the batch's case"
+grep -q 'href="pages/first%20one.html"' many/batch.html || fail "the batch's page does not link"
+grep -q 'page": "pages/first one.html"' many/batch.json || fail "batch.json does not tell the page"
+
 if ! command -v node >/dev/null; then
   echo "SKIPPED: there is no node here (Debian: nodejs); the module was not run"
   exit 0

@@ -16,10 +16,10 @@ namespace {
 using testing::HasSubstr;
 
 BatchRow good(const std::string& name, double rms_mm) {
-  return {name, "written", 0, 1.5, 100, {{"decimate.rms_mm", rms_mm}}, {}, "pictures/a b.png"};
+  return {name, "written", 0, 1.5, 100, {{"decimate.rms_mm", rms_mm}}, {}, "pictures/a b.png", ""};
 }
 BatchRow bad(const std::string& name, int exit_code) {
-  return {name, "failed", exit_code, 0.1, 10, {}, "a,b: \"wrong\"\n<mend> it", {}};
+  return {name, "failed", exit_code, 0.1, 10, {}, "a,b: \"wrong\"\n<mend> it", {}, {}};
 }
 
 TEST(BatchReport, ComesBackFromItsJson) {

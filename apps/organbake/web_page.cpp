@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/web_page.h"
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "pipelines/options_json.h"
+#include "pipelines/output_target.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/export/options.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+
+void write_export(const fs::path& bundle, const OptionList& told, bool is_page,
+                  const fs::path& output, Session& session) {
+  is_page ? check_output_file(output, ".html") : check_output_folder(output);
+  if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
+  AtomicFolder folder(output);
+  const Stage stage{.name = "export"};
+  const RunContext context = session.context(stage.name);
+  run_in_module(stage, {to_json(told).dump(), {{"bundle", bundle}}, folder.path(), context});
+  if (is_page) fs::rename(folder.path() / kWebPageFile, file_to_write(output));
+  if (!is_page) folder.commit();
+}
+
+void write_player_page(const fs::path& bundle, const fs::path& page, Session& session) {
+  ExportOptions options;
+  options.format = ExportFormat::web;
+  OptionList told;
+  bind(told, options);
+  write_export(bundle, told, true, page, session);
+}
+
+}  // namespace organbake

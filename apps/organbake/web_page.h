@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+#include "organbake/session.h"
+#include "pipelines/options.h"
+
+namespace organbake {
+
+// Writes what a bundle is exported to, as `export` is told by its own options: a folder, or of the
+// format `web` the page itself. The formats' libraries are heavy, so a module does it. Throws
+// NoInputError for no bundle, UsageError where the output cannot be, and what the export throws.
+void write_export(const std::filesystem::path& bundle, const OptionList& told, bool is_page,
+                  const std::filesystem::path& output, Session& session);
+// The page that holds the bundle and its player.
+void write_player_page(const std::filesystem::path& bundle, const std::filesystem::path& page,
+                       Session& session);
+
+}  // namespace organbake
