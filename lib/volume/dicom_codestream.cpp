@@ -69,6 +69,13 @@ Frame jpeg_frame(Bytes stream, unsigned start_of_frame, const DicomSlice& slice)
   refuse(slice, "its JPEG is of another kind than the header says");
 }
 
+// Behind a stream that is cut off CharLS goes on decoding zeros, for minutes.
+void check_end_of_image(Bytes stream, const DicomSlice& slice) {
+  while (!stream.empty() && stream.back() == std::byte{0}) stream = stream.first(stream.size() - 1);
+  if (stream.size() < 2 || big_endian(stream, stream.size() - 2, 2) != 0xFFD9)
+    refuse(slice, "they end too early");
+}
+
 // The table of the segments, one for each byte of a pixel (PS3.5, G.5).
 void check_rle(Bytes stream, const DicomSlice& slice) {
   constexpr std::size_t kTable = 64;
@@ -201,6 +208,7 @@ std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding codi
   } else {
     const bool jpeg_ls = coding == DicomCoding::jpeg_ls;
     check_frame(jpeg_frame(stream, jpeg_ls ? kJpegLsFrame : kLosslessFrame, slice), slice);
+    check_end_of_image(stream, slice);
   }
   return stream;
 }

@@ -167,8 +167,7 @@ Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
   const Eigen::Vector3d margin(2 * fine, 2 * fine, 0);
   const Eigen::Vector3d count =
       ((high - low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
-  checked_voxel_count({std::int64_t(count[0]), std::int64_t(count[1]), std::int64_t(count[2])},
-                      name);
+  checked_grid_size(count, name);
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
   grid.origin_mm = axes * (low - margin);
   return grid;
