@@ -190,10 +190,12 @@ class Walker {
   std::uint64_t items(std::uint64_t at, std::uint64_t end, const Coding& coding, bool delimited,
                       int depth) {
     while (at < end) {
+      const std::uint32_t tag = tag_at(at, coding);
+      if (tag != kItem && !(delimited && tag == kSequenceEnd))
+        throw Flaw{"has a sequence that holds something else than items"};
       const Element item = element_at(at, coding);
       if (item.value > end) throw Flaw{"has a sequence that ends within an item"};
-      if (delimited && item.tag == kSequenceEnd) return item.value;
-      if (item.tag != kItem) throw Flaw{"has a sequence that holds something else than items"};
+      if (tag == kSequenceEnd) return item.value;
       if (item.length == kUndefined) {
         at = elements(item.value, end, coding, true, depth + 1);
       } else {
