@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::uint32_t kUndefined = 0xFFFFFFFF;
 constexpr std::uint32_t kItem = 0xFFFEE000, kItemEnd = 0xFFFEE00D, kSequenceEnd = 0xFFFEE0DD;
-constexpr std::uint32_t kPixelData = 0x7FE00010, kTransferSyntax = 0x00020010;
+constexpr std::uint32_t kPixelData = 0x7FE00010, kTransferSyntax = 0x00020010,
+                        kMetaLength = 0x00020000;
 constexpr int kDeepest = 16;
 
 struct Flaw {
@@ -122,19 +123,35 @@ class Walker {
   }
 
   // The meta group is explicit little-endian in every file. Returns the transfer syntax that it
-  // names, if there is one; `at` then stands behind it.
+  // names, empty without such a group; `at` then stands behind it. Where it ends, or what it names,
+  // may not be open to two readings: vtk-dicom goes by its length, others by its tags.
   std::string walk_meta(std::uint64_t& at) {
-    constexpr std::size_t kLongestUid = 64;
     std::string syntax;
+    std::uint64_t told_end = 0;
+    const std::uint64_t begin = at;
     while (at + 8 <= window_.size() && number(at, 2, {}) == 0x0002) {
       const Element element = element_at(at, {});
       check_end(element, window_.size());
-      if (element.tag == kTransferSyntax)
-        syntax = window_.at(element.value, std::min<std::size_t>(element.length, kLongestUid));
+      if (element.tag == kMetaLength && element.length == 4)
+        told_end = element.value + 4 + number(element.value, 4, {});
+      if (element.tag == kTransferSyntax) syntax = uid_of(element);
       at = element.value + element.length;
     }
-    syntax.erase(std::min(syntax.find_first_of(std::string_view("\0 ", 2)), syntax.size()));
+    if (told_end != 0 && told_end != at)
+      throw Flaw{"has a meta group of another length than it says"};
+    if (at != begin && syntax.empty()) throw Flaw{"does not name its transfer syntax"};
     return syntax;
+  }
+
+  std::string uid_of(const Element& element) {
+    constexpr std::size_t kLongestUid = 64;
+    if (element.length > kLongestUid) throw Flaw{"has a transfer syntax of no sound name"};
+    std::string uid(window_.at(element.value, element.length));
+    const std::size_t end = std::min(uid.find_first_not_of("0123456789."), uid.size());
+    if (uid.find_first_not_of(std::string_view("\0 ", 2), end) != uid.npos)
+      throw Flaw{"has a transfer syntax of no sound name"};
+    uid.resize(end);
+    return uid;
   }
 
   Coding coding_of_syntax(const std::string& syntax, std::uint64_t at) {
