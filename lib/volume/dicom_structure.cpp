@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/dicom_structure.h"
 
-#include <vtkDICOMDictEntry.h>
-#include <vtkDICOMDictionary.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkNew.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -61,16 +61,26 @@ bool is_letters(std::string_view vr) {
   return vr[0] >= 'A' && vr[0] <= 'Z' && vr[1] >= 'A' && vr[1] <= 'Z';
 }
 
+// Of an unknown kind nobody knows how its length is written.
+bool is_known(std::string_view vr) {
+  static constexpr std::string_view kKnown =
+      "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI UL UN "
+      "UR US UT UV ";
+  return is_letters(vr) && kKnown.find(std::string(vr) + " ") != kKnown.npos;
+}
+
 bool has_long_length(std::string_view vr) {
   static constexpr std::string_view kLong[] = {"OB", "OD", "OF", "OL", "OV", "OW", "SQ",
                                                "SV", "UC", "UN", "UR", "UT", "UV"};
   return std::find(std::begin(kLong), std::end(kLong), vr) != std::end(kLong);
 }
 
+// As the parser itself finds it.
 bool is_listed_as_sequence(std::uint32_t tag) {
-  const vtkDICOMDictEntry entry = vtkDICOMDictionary::FindDictEntry(vtkDICOMTag(
-      static_cast<unsigned short>(tag >> 16), static_cast<unsigned short>(tag & 0xFFFF)));
-  return entry.IsValid() && entry.GetVR() == vtkDICOMVR::SQ;
+  thread_local const vtkNew<vtkDICOMMetaData> data;
+  const vtkDICOMTag asked(static_cast<unsigned short>(tag >> 16),
+                          static_cast<unsigned short>(tag & 0xFFFF));
+  return data->FindDictVR(0, asked) == vtkDICOMVR::SQ;
 }
 
 struct Coding {
@@ -87,6 +97,7 @@ class Walker {
         window_.size() >= kPreamble && window_.at(kPreamble - 4, 4) == "DICM";
     std::uint64_t at = with_preamble ? kPreamble : 0;
     const std::string syntax = walk_meta(at);
+    if (with_preamble && at == kPreamble) throw Flaw{"has no meta group"};
     const Coding coding = coding_of_syntax(syntax, at);
     elements(at, window_.size(), coding, false, 0);
   }
@@ -111,7 +122,7 @@ class Walker {
     const bool delimiter = element.tag >> 16 == 0xFFFE;
     if (coding.is_explicit && !delimiter) {
       element.vr = window_.at(at + 4, 2);
-      if (!is_letters(element.vr)) throw Flaw{"holds something that is no data element"};
+      if (!is_known(element.vr)) throw Flaw{"holds something that is no data element"};
       const bool is_long = has_long_length(element.vr);
       element.length = is_long ? number(at + 8, 4, coding) : number(at + 6, 2, coding);
       element.value = at + (is_long ? 12 : 8);
@@ -196,7 +207,13 @@ class Walker {
     if (!undefined) check_end(element, end);
     const std::uint64_t value_end = undefined ? end : element.value + element.length;
     const bool unknown = element.vr.empty() || element.vr == "UN";
-    if (element.vr == "SQ" || (unknown && (undefined || is_listed_as_sequence(element.tag)))) {
+    if (!unknown && element.vr != "SQ" && is_listed_as_sequence(element.tag))
+      throw Flaw{"has another value in a sequence's place"};
+    const bool by_content =
+        unknown && value_end - element.value >= 8 &&
+        (tag_at(element.value, coding) == kItem || tag_at(element.value, {false, false}) == kItem);
+    if (element.vr == "SQ" ||
+        (unknown && (undefined || by_content || is_listed_as_sequence(element.tag)))) {
       // What is of unknown kind is implicit inside (PS3.5, 6.2.2).
       const Coding inside = element.vr == "UN" ? Coding{false, false} : coding;
       return items(element.value, value_end, inside, undefined, depth);

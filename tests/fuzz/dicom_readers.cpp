@@ -110,8 +110,52 @@ Seeds codestream_seeds() {
   return seeds;
 }
 
+std::uint32_t number_at(const std::string& bytes, std::size_t at, int count) {
+  std::uint32_t value = 0;
+  for (int i = count; i-- > 0;)
+    value = value << 8 | static_cast<unsigned char>(bytes[at + static_cast<std::size_t>(i)]);
+  return value;
+}
+
+// Elements in explicit little-endian without their kinds, and so on in their sequences.
+std::string without_kinds(const std::string& elements) {
+  constexpr std::size_t kItemHead = 8;
+  std::string all;
+  for (std::size_t at = 0; at + kItemHead <= elements.size();) {
+    const std::string kind = elements.substr(at + 4, 2);
+    const bool is_long = kind == "OB" || kind == "OW" || kind == "SQ";
+    const std::size_t value = at + (is_long ? 12 : 8);
+    const std::size_t length = number_at(elements, is_long ? at + 8 : at + 6, is_long ? 4 : 2);
+    std::string content = elements.substr(value, length);
+    if (kind == "SQ") {
+      std::string items;
+      for (std::size_t i = 0; i + kItemHead <= content.size();) {
+        const std::size_t bytes = number_at(content, i + 4, 4);
+        const std::string inside = without_kinds(content.substr(i + kItemHead, bytes));
+        items += content.substr(i, 4) + dicom_number(static_cast<std::uint32_t>(inside.size()), 4) +
+                 inside;
+        i += kItemHead + bytes;
+      }
+      content = items;
+    }
+    all += elements.substr(at, 4) + dicom_number(static_cast<std::uint32_t>(content.size()), 4) +
+           content;
+    at = value + length;
+  }
+  return all;
+}
+
+// A file as old archives hold it: implicit little-endian.
+std::string as_implicit(const std::string& file) {
+  constexpr std::size_t kMetaLengthEnd = 144;  // behind the preamble and the group's length
+  const std::size_t data_set = kMetaLengthEnd + number_at(file, kMetaLengthEnd - 4, 4);
+  return dicom_head("1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.1.2") +
+         without_kinds(file.substr(data_set));
+}
+
 Seeds image_seeds() {
-  return {enhanced_ct({slice_at(0, 4), slice_at(2, 4)}),
+  return {as_implicit(enhanced_ct({slice_at(0, 4), slice_at(2, 4)})),
+          enhanced_ct({slice_at(0, 4), slice_at(2, 4)}),
           enhanced_ct({slice_at(0, 3), slice_at(2, 3), slice_at(5, 3)})};
 }
 
@@ -134,7 +178,7 @@ Seeds contour_seeds() {
     organ.contours.push_back({z, {{0, 0}, {20, 0}, {20, 15}, {0, 15}}});
     organ.contours.push_back({z, {{5, 5}, {9, 5}, {7, 9}}});
   }
-  return {structure_set({organ})};
+  return {structure_set({organ}), as_implicit(structure_set({organ}))};
 }
 
 std::string directory_of(int slices) {
