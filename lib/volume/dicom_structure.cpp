@@ -193,13 +193,27 @@ class Walker {
       const Element element = element_at(at, coding);
       if (delimited && element.tag == kItemEnd) return element.value;
       if (depth == 0 && element.tag == kPixelData) {
-        // Fragments are passed over by the parser; plain pixels are looked for by their readers.
-        return element.length == kUndefined ? fragments(element.value, end, coding) : end;
+        at = behind_pixels(element, end, coding);
+        if (is_padding(at, end)) return end;
+        continue;
       }
       at = behind(element, end, coding, depth);
     }
     if (delimited) throw Flaw{"has an item without an end"};
     return at;
+  }
+
+  // Plain pixels that are cut off are found by their readers. The parser goes on behind them.
+  std::uint64_t behind_pixels(const Element& element, std::uint64_t end, const Coding& coding) {
+    if (element.length == kUndefined) return fragments(element.value, end, coding);
+    const std::uint64_t left = end - std::min(end, element.value);
+    return element.length > left ? end : element.value + element.length;
+  }
+
+  bool is_padding(std::uint64_t at, std::uint64_t end) {
+    for (; at < end; ++at)
+      if (window_.at(at, 1)[0] != '\0') return false;
+    return true;
   }
 
   std::uint64_t behind(const Element& element, std::uint64_t end, const Coding& coding, int depth) {
