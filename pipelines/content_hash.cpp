@@ -38,6 +38,12 @@ std::string hex(XXH128_hash_t hash) {
   return text;
 }
 
+// A document may name what no file can be called.
+bool is_file(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error);
+}
+
 std::vector<InputFile> files_of_folder(const fs::path& folder) {
   std::vector<InputFile> files;
   for (const fs::path& file : list_files(folder)) {
@@ -63,7 +69,7 @@ std::vector<InputFile> files_of_header(const fs::path& header) {
     const std::size_t end = text.find_first_of("\r\n", begin);
     if (begin == std::string::npos) continue;
     const fs::path data = header.parent_path() / text.substr(begin, end - begin);
-    if (fs::is_regular_file(data)) return {{"data", data}, {"header", header}};
+    if (is_file(data)) return {{"data", data}, {"header", header}};
   }
   return files_of_folder(header.parent_path().empty() ? fs::path(".") : header.parent_path());
 }
@@ -78,7 +84,7 @@ std::vector<InputFile> files_of_pair(const fs::path& path) {
       if (at != std::string::npos) name.replace(at, other.size(), ending);
     }
     const fs::path file = path.parent_path() / name;
-    if (name.find(ending) == std::string::npos || !fs::is_regular_file(file)) return {};
+    if (name.find(ending) == std::string::npos || !is_file(file)) return {};
     files.push_back({ending, file});
   }
   return files;
@@ -121,7 +127,7 @@ std::vector<InputFile> files_of_posed(const fs::path& document) {
       if (!camera.is_object() || !camera.contains(key) || !camera[key].is_string()) continue;
       const auto image = camera[key].get<std::string>();
       const fs::path file = document.parent_path() / image;
-      if (fs::is_regular_file(file)) files.push_back({image, file});
+      if (is_file(file)) files.push_back({image, file});
     }
   }
   std::sort(files.begin() + 1, files.end(),

@@ -119,7 +119,7 @@ Document Document::parse_json(std::string text, std::string name) {
       return true;
     });
     return {std::move(text), std::move(name), std::move(json)};
-  } catch (const Json::parse_error& error) {
+  } catch (const Json::exception& error) {  // a number too large for a double is one, too
     // "[json.exception.parse_error.101] parse error at line 3, column 5: …"
     const std::string what = error.what();
     const std::size_t begin = what.find("] ");

@@ -9,6 +9,7 @@
 #include "core/files.h"
 #include "formats/colmap_text.h"
 #include "formats/transforms_json.h"
+#include "geometry/written_size.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -38,8 +39,8 @@ double number(const Json& json, const char* key, const fs::path& path) {
 
 Intrinsics plain_lens(const Json& json, const fs::path& path) {
   Intrinsics k;
-  k.width = static_cast<int>(number(json, "width", path));
-  k.height = static_cast<int>(number(json, "height", path));
+  k.width = written_size(number(json, "width", path));
+  k.height = written_size(number(json, "height", path));
   k.fx = number(json, "fx", path);
   k.fy = number(json, "fy", path);
   k.cx = number(json, "cx", path);

@@ -1,19 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/mesh_files.h"
 
-#include <vtkAppendPolyData.h>
-#include <vtkCellType.h>
-#include <vtkCompositeDataIterator.h>
-#include <vtkDataSetSurfaceFilter.h>
-#include <vtkGLTFReader.h>
-#include <vtkIdList.h>
-#include <vtkMultiBlockDataSet.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkXMLPolyDataReader.h>
-#include <vtkXMLUnstructuredGridReader.h>
-
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -22,10 +9,10 @@
 #include "core/file_ending.h"
 #include "core/files.h"
 #include "core/text.h"
+#include "formats/gltf_reader.h"
 #include "formats/legacy_vtk.h"
-#include "formats/polydata_mesh.h"
 #include "formats/text_meshes.h"
-#include "formats/vtk_error_log.h"
+#include "formats/vtk_xml_meshes.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
 #include "geometry/weld.h"
@@ -42,82 +29,9 @@ void check_readable(const fs::path& path) {
   if (fs::file_size(path) == 0) throw BadDataError(path, "is empty");
 }
 
-template <typename Reader>
-TriangleMesh read_through(Reader* reader, const fs::path& path) {
-  VtkErrorLog errors;
-  errors.watch(reader);
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  errors.throw_if_any(path);
-  return mesh_from_polydata(reader->GetOutput(), path.string());
-}
-
 template <typename Parse>
 TriangleMesh parsed(const fs::path& path, const Parse& parse) {
   return parse(read_text_file(path), path.string());
-}
-
-// Filters trust what a grid says of its cells.
-void check_cells(vtkUnstructuredGrid& grid, const fs::path& path) {
-  vtkNew<vtkIdList> corners;
-  for (vtkIdType cell = 0; cell < grid.GetNumberOfCells(); ++cell) {
-    if (grid.GetCellType(cell) == VTK_POLYHEDRON)
-      throw BadDataError(path, "holds polyhedra; save its surface (ParaView: Extract Surface)");
-    grid.GetCellPoints(cell, corners);
-    for (vtkIdType c = 0; c < corners->GetNumberOfIds(); ++c) {
-      const vtkIdType point = corners->GetId(c);
-      if (point >= 0 && point < grid.GetNumberOfPoints()) continue;
-      throw BadDataError(path, "cell " + std::to_string(cell) + " uses point " +
-                                   std::to_string(point) + " of " +
-                                   std::to_string(grid.GetNumberOfPoints()));
-    }
-  }
-}
-
-TriangleMesh read_vtp(const fs::path& path) {
-  vtkNew<vtkXMLPolyDataReader> reader;
-  VtkErrorLog parser_errors;
-  reader->SetParserErrorObserver(parser_errors.observer());
-  TriangleMesh mesh = read_through(reader.Get(), path);
-  parser_errors.throw_if_any(path);
-  return mesh;
-}
-
-// The surface of cells of any kind: of solids their outside, of faces themselves.
-TriangleMesh read_vtu(const fs::path& path) {
-  vtkNew<vtkXMLUnstructuredGridReader> reader;
-  VtkErrorLog errors;
-  reader->SetParserErrorObserver(errors.observer());
-  errors.watch(reader);
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  errors.throw_if_any(path);
-  check_cells(*reader->GetOutput(), path);
-  vtkNew<vtkDataSetSurfaceFilter> surface;
-  errors.watch(surface);
-  surface->SetInputData(reader->GetOutput());
-  surface->Update();
-  errors.throw_if_any(path);
-  return mesh_from_polydata(surface->GetOutput(), path.string());
-}
-
-TriangleMesh read_gltf(const fs::path& path) {
-  vtkNew<vtkGLTFReader> reader;
-  VtkErrorLog errors;
-  errors.watch(reader);
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  errors.throw_if_any(path);
-  vtkNew<vtkAppendPolyData> all;
-  const auto block = vtk::TakeSmartPointer(reader->GetOutput()->NewIterator());
-  for (block->InitTraversal(); !block->IsDoneWithTraversal(); block->GoToNextItem()) {
-    if (auto* part = vtkPolyData::SafeDownCast(block->GetCurrentDataObject()))
-      all->AddInputData(part);
-  }
-  if (all->GetNumberOfInputConnections(0) == 0) throw BadDataError(path, "holds no triangles");
-  all->Update();
-  // COLOR_0 is linear by glTF's definition.
-  return mesh_from_polydata(all->GetOutput(), path.string(), true);
 }
 
 bool is_gltf(const std::string& ending) { return ending == ".glb" || ending == ".gltf"; }

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "formats/camera_files.h"
 #include "geometry/written_rotation.h"
+#include "geometry/written_size.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -25,8 +26,8 @@ double value(const Json& frame, const Json& top, const char* key, double otherwi
 
 Intrinsics lens_from(const Json& frame, const Json& top) {
   Intrinsics k;
-  k.width = static_cast<int>(value(frame, top, "w", 0));
-  k.height = static_cast<int>(value(frame, top, "h", 0));
+  k.width = written_size(value(frame, top, "w", 0));
+  k.height = written_size(value(frame, top, "h", 0));
   const double angle = value(frame, top, "camera_angle_x", 0);
   const double from_angle = angle > 0 ? k.width / (2 * std::tan(angle / 2)) : 0;
   k.fx = value(frame, top, "fl_x", from_angle);

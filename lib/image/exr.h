@@ -30,9 +30,10 @@ void write_exr(const std::filesystem::path& path, const ChannelImage& image,
                const ExrWriteOptions& options = {});
 
 // Reads half, float and uint channels of a single-part file. Throws NoInputError, or BadDataError
-// for anything damaged, deep, tiled, multi-part or larger than max_pixels (checked before memory
-// is taken). Missing channels are the caller's to find. `only`: the channels that are wanted; none
-// named = all. Spreads over TBB's threads.
+// for anything damaged, deep, tiled, multi-part, compressed by RLE or B44, or larger than
+// max_pixels or than its bytes can hold (checked before memory is taken). Missing channels are the
+// caller's to find. `only`: the channels that are wanted; none named = all. Spreads over TBB's
+// threads.
 ChannelImage read_exr(const std::filesystem::path& path, std::size_t max_pixels = 1u << 28);
 ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
                        std::size_t max_pixels = 1u << 28,

@@ -5,18 +5,16 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
-#include <ImfTestFile.h>
-#include <ImfVersion.h>
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <stdexcept>
 
 #include "core/error.h"
 #include "core/files.h"
 #include "core/parallel.h"
 #include "image/exr.h"
+#include "image/exr_header.h"
 #include "image/exr_zip.h"
 
 namespace organbake {
@@ -54,28 +52,6 @@ class MemorySource : public Imf::IStream {
   std::span<const std::byte> bytes_;
   std::size_t position_ = 0;
 };
-
-void refuse(bool bad, const std::string& why) {
-  if (bad) throw std::runtime_error(why);
-}
-
-// Sizes are checked before any pixel memory is taken: a damaged header may claim anything.
-void check_header(const Imf::InputFile& file, std::size_t max_pixels) {
-  refuse(Imf::isTiled(file.version()), "is tiled; scan lines are read here");
-  refuse(Imf::isNonImage(file.version()), "holds deep data");
-  refuse(Imf::isMultiPart(file.version()), "has several parts");
-  const Imath::Box2i window = file.header().dataWindow();
-  const std::int64_t width = std::int64_t(window.max.x) - window.min.x + 1;
-  const std::int64_t height = std::int64_t(window.max.y) - window.min.y + 1;
-  refuse(width < 1 || height < 1 || width > std::numeric_limits<int>::max() / 64 ||
-             static_cast<std::uint64_t>(height) > max_pixels / static_cast<std::uint64_t>(width),
-         "claims " + std::to_string(width) + " × " + std::to_string(height) + " pixels");
-  const Imf::ChannelList& channels = file.header().channels();
-  for (auto it = channels.begin(); it != channels.end(); ++it) {
-    refuse(it.channel().xSampling != 1 || it.channel().ySampling != 1,
-           std::string("channel '") + it.name() + "' is subsampled");
-  }
-}
 
 bool wanted(const std::string& name, const std::vector<std::string>& only) {
   return only.empty() || std::find(only.begin(), only.end(), name) != only.end();
@@ -159,9 +135,9 @@ void read_zip(Imf::InputFile& file, int block_rows, ChannelImage& image) {
 ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
                        std::size_t max_pixels, const std::vector<std::string>& only) {
   try {
+    check_exr_header(bytes, max_pixels);
     MemorySource stream(bytes, name);
     Imf::InputFile file(stream, 0);
-    check_header(file, max_pixels);
     ChannelImage image = empty_image(file.header(), only);
     image.pixel_aspect = double(file.header().pixelAspectRatio());
     switch (file.header().compression()) {

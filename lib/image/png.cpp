@@ -81,12 +81,45 @@ struct Samples {
   std::vector<std::uint8_t> values;  // R, G, B, A
 };
 
+// Whether no chunk claims more bytes than there are: libpng takes memory for some before it reads.
+bool chunks_fit(std::span<const std::byte> file) {
+  constexpr std::size_t kSignature = 8, kAroundData = 12;  // length, name and checksum
+  for (std::size_t at = kSignature; at + kAroundData <= file.size();) {
+    std::size_t length = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      length = length << 8 | std::to_integer<std::size_t>(file[at + i]);
+    if (length > file.size() - at - kAroundData) return false;
+    at += kAroundData + length;
+  }
+  return true;
+}
+
+// Whether its deflated rows can lie in the file, whose header has been read.
+bool can_hold(std::span<const std::byte> file, std::uint32_t width, std::uint32_t height) {
+  constexpr std::size_t kBitDepth = 24, kColorType = 25;  // bytes of the header
+  constexpr double kDeflateRatio = 1040;                  // 1032, and headers
+  const unsigned type = std::to_integer<unsigned>(file[kColorType]);
+  const bool palette = (type & PNG_COLOR_MASK_PALETTE) != 0;
+  const unsigned samples = palette ? 1
+                                   : ((type & PNG_COLOR_MASK_COLOR) != 0 ? 3 : 1) +
+                                         ((type & PNG_COLOR_MASK_ALPHA) != 0 ? 1 : 0);
+  const double bits = std::to_integer<unsigned>(file[kBitDepth]) * samples;
+  return (bits / 8 * width + 1) * height <= kDeflateRatio * static_cast<double>(file.size());
+}
+
 Samples decoded(std::span<const std::byte> bytes, const std::string& name, std::size_t max_pixels) {
   ReadState state;
   const auto fail = [&] { throw BadDataError(name + ": is not a readable PNG: " + state.message); };
+  if (!chunks_fit(bytes))
+    throw BadDataError(name + ": is not a readable PNG: a part of it is cut off");
   if (!png_image_begin_read_from_memory(&state, bytes.data(), bytes.size())) fail();
   if (state.height == 0 || state.width > max_pixels / state.height) {
     throw BadDataError(name + ": claims " + std::to_string(state.width) + " × " +
+                       std::to_string(state.height) + " pixels");
+  }
+  if (!can_hold(bytes, state.width, state.height)) {
+    throw BadDataError(name + ": is not a readable PNG: its " + std::to_string(bytes.size()) +
+                       " bytes cannot hold " + std::to_string(state.width) + " × " +
                        std::to_string(state.height) + " pixels");
   }
   Samples samples{static_cast<int>(state.width),

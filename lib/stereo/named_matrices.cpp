@@ -32,13 +32,13 @@ std::optional<double> number_of(const YAML::Node& node) {
   return value;
 }
 
-// [1, 2, 3], or [[1, 2], [3, 4]].
-std::optional<NamedMatrices::Rows> rows_of_sequence(const YAML::Node& node) {
+// [1, 2, 3], or [[1, 2], [3, 4]], and nothing deeper: an alias may stand for the list it is in.
+std::optional<NamedMatrices::Rows> rows_of_sequence(const YAML::Node& node, int levels = 2) {
   NamedMatrices::Rows rows;
-  if (node.size() == 0 || node.size() > kMostValues) return std::nullopt;
+  if (levels == 0 || node.size() == 0 || node.size() > kMostValues) return std::nullopt;
   for (const YAML::Node& item : node) {
     if (item.IsSequence()) {
-      const auto row = rows_of_sequence(item);
+      const auto row = rows_of_sequence(item, levels - 1);
       if (!row || row->rows != 1 || (rows.rows > 0 && row->columns != rows.columns))
         return std::nullopt;
       rows.values.insert(rows.values.end(), row->values.begin(), row->values.end());
@@ -64,7 +64,8 @@ std::optional<NamedMatrices::Rows> matrix_of(const YAML::Node& node) {
   auto rows = rows_of_sequence(node["data"]);
   if (!rows || !node["rows"] || !node["cols"]) return rows;
   const auto height = number_of(node["rows"]), width = number_of(node["cols"]);
-  if (!height || !width || *height * *width != static_cast<double>(rows->values.size()))
+  const auto most = static_cast<double>(rows->values.size());
+  if (!height || !width || !(*height >= 1 && *height <= most) || *height * *width != most)
     return std::nullopt;
   rows->rows = static_cast<int>(*height);
   rows->columns = static_cast<int>(*width);

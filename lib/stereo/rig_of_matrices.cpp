@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "geometry/written_rotation.h"
+#include "geometry/written_size.h"
 
 namespace organbake {
 namespace {
@@ -45,14 +46,13 @@ std::optional<Matrix3d> rotation_of(const Rows* rows) {
 
 Intrinsics sized_lens(const NamedMatrices& found, const EyePictures& pictures) {
   Intrinsics lens;
-  lens.width =
-      static_cast<int>(found.number({"imagewidth", "width", "w"}).value_or(pictures.width));
+  lens.width = written_size(found.number({"imagewidth", "width", "w"}).value_or(pictures.width));
   lens.height =
-      static_cast<int>(found.number({"imageheight", "height", "h"}).value_or(pictures.height));
+      written_size(found.number({"imageheight", "height", "h"}).value_or(pictures.height));
   const Rows* size = found.find({"imagesize", "size", "imgsize", "resolution"});
   if (size && size->values.size() == 2) {
-    lens.width = static_cast<int>(size->values[0]);
-    lens.height = static_cast<int>(size->values[1]);
+    lens.width = written_size(size->values[0]);
+    lens.height = written_size(size->values[1]);
   }
   return lens;
 }

@@ -175,8 +175,8 @@ std::uint64_t ByteSource::skip(std::uint64_t count) {
 }
 
 ByteStream::ByteStream(const fs::path& file, Coding coding, std::uint64_t offset) : file_(file) {
-  if (fs::is_directory(file)) throw NoInputError(file, "is a folder, a file is needed");
   std::error_code error;
+  if (fs::is_directory(file, error)) throw NoInputError(file, "is a folder, a file is needed");
   const std::uint64_t bytes = fs::file_size(file, error);
   if (error) throw NoInputError(file, "cannot be opened: " + error.message());
   const std::uint64_t left = bytes - std::min<std::uint64_t>(bytes, offset);

@@ -54,9 +54,14 @@ std::vector<std::byte> decompress(const DicomSlice& slice, DicomCoding coding) {
   keep_off_the_terminal();
   std::vector<std::byte> stream = read_codestream(slice, coding);
   if (stream.size() % 2) stream.push_back(std::byte{0});  // fragments are even by PS3.5
-  const auto image = image_of(slice, stream);
   const std::size_t bytes =
       static_cast<std::size_t>(slice.columns) * slice.rows * (slice.pixels.bits_allocated / 8);
+  constexpr std::size_t kStrongestCompression = 2000;  // an empty image as JPEG 2000
+  if (bytes / kStrongestCompression > stream.size())
+    throw BadDataError(slice.file, "truncated: " + std::to_string(stream.size()) +
+                                       " bytes cannot hold " + std::to_string(slice.columns) + "×" +
+                                       std::to_string(slice.rows) + " pixels");
+  const auto image = image_of(slice, stream);
   std::vector<std::byte> values(bytes);
   if (image->GetBufferLength() != bytes ||
       !image->GetBuffer(reinterpret_cast<char*>(values.data()))) {

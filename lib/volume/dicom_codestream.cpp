@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <span>
 
 #include "core/error.h"
@@ -48,26 +49,95 @@ Frame jpeg_2000_frame(Bytes stream, const DicomSlice& slice) {
           big_endian(stream, 40, 2), (byte_at(stream, 42) & 0x7F) + 1};
 }
 
-// The start-of-frame marker (ISO 10918-1, B.2.2; ISO 14495-1, C.2.2), behind tables and comments.
-Frame jpeg_frame(Bytes stream, unsigned start_of_frame, const DicomSlice& slice) {
-  if (stream.size() < 4 || big_endian(stream, 0, 2) != 0xFFD8)
-    refuse(slice, "no JPEG begins there");
-  for (std::size_t at = 2; at + 10 <= stream.size();) {
-    if (byte_at(stream, at) != 0xFF) break;
-    const unsigned marker = byte_at(stream, at + 1);
-    if (marker == 0xFF) {  // fill
-      ++at;
-      continue;
+// The markers of a JPEG or JPEG-LS stream of one component (ISO 10918-1, B.2; ISO 14495-1, C.2),
+// all of them: a decoder that meets one where it should not be ends the program (GDCM's
+// assertions), and one whose stream is cut off goes on with zeros for minutes (CharLS).
+class JpegMarkers {
+ public:
+  JpegMarkers(Bytes stream, bool jpeg_ls, const DicomSlice& slice)
+      : stream_(stream), jpeg_ls_(jpeg_ls), slice_(slice) {}
+
+  Frame frame() {
+    if (stream_.size() < 4 || big_endian(stream_, 0, 2) != 0xFFD8)
+      refuse(slice_, "no JPEG begins there");
+    at_ = 2;
+    while (true) {
+      const unsigned marker = next_marker();
+      const Bytes segment = next_segment();
+      if (marker == kStartOfScan) {
+        check_scan(segment);
+        return *frame_;
+      }
+      if (marker == (jpeg_ls_ ? kJpegLsFrame : kLosslessFrame)) {
+        read_frame(segment);
+      } else if (!is_table(marker)) {
+        refuse(slice_, "its JPEG is of another kind than the header says");
+      }
     }
-    if (marker == start_of_frame) {
-      return {big_endian(stream, at + 7, 2), big_endian(stream, at + 5, 2), byte_at(stream, at + 9),
-              byte_at(stream, at + 4)};
-    }
-    if (marker == 0xDA || marker == 0xD9) break;
-    at += 2 + big_endian(stream, at + 2, 2);
   }
-  refuse(slice, "its JPEG is of another kind than the header says");
-}
+
+ private:
+  static constexpr unsigned kLosslessFrame = 0xC3, kJpegLsFrame = 0xF7, kHuffman = 0xC4;
+  static constexpr unsigned kStartOfScan = 0xDA, kEndOfImage = 0xD9, kJpegLsTables = 0xF8;
+
+  unsigned next_marker() {
+    if (at_ + 2 > stream_.size() || byte_at(stream_, at_) != 0xFF)
+      refuse(slice_, "a marker is missing");
+    while (at_ < stream_.size() && byte_at(stream_, at_) == 0xFF) ++at_;  // fill
+    if (at_ == stream_.size()) refuse(slice_, "they end too early");
+    return byte_at(stream_, at_++);
+  }
+
+  Bytes next_segment() {
+    const std::size_t left = stream_.size() - at_;
+    const std::size_t length = left < 2 ? 0 : big_endian(stream_, at_, 2);
+    if (length < 2 || length > left) refuse(slice_, "a segment of their JPEG is cut off");
+    const Bytes segment = stream_.subspan(at_ + 2, length - 2);
+    at_ += length;
+    return segment;
+  }
+
+  // Comments, applications' own data, restart intervals and the tables that decoders check.
+  bool is_table(unsigned marker) {
+    if (marker == kHuffman) has_huffman_ = true;
+    return (marker >= 0xE0 && marker <= 0xEF) || marker == 0xFE || marker == 0xDD ||
+           marker == 0xDB || (marker == kHuffman && !jpeg_ls_) ||
+           (marker == kJpegLsTables && jpeg_ls_);
+  }
+
+  void read_frame(Bytes segment) {
+    constexpr std::size_t kFrameOfOne = 9;
+    if (frame_ || segment.size() < kFrameOfOne) refuse(slice_, "its JPEG has no sound frame");
+    frame_ = Frame{big_endian(segment, 3, 2), big_endian(segment, 1, 2), byte_at(segment, 5),
+                   byte_at(segment, 0)};
+    if (frame_->components == 1 && segment.size() != kFrameOfOne)
+      refuse(slice_, "its JPEG has no sound frame");
+  }
+
+  // One scan, with nothing but restarts in it and the end behind it.
+  void check_scan(Bytes segment) {
+    constexpr std::size_t kScanOfOne = 6;
+    if (!frame_ || (frame_->components == 1 && segment.size() != kScanOfOne) ||
+        (!jpeg_ls_ && !has_huffman_))
+      refuse(slice_, "its JPEG has no sound scan");
+    for (; at_ + 1 < stream_.size(); ++at_) {
+      if (byte_at(stream_, at_) != 0xFF) continue;
+      const unsigned next = byte_at(stream_, at_ + 1);
+      const bool data = jpeg_ls_ ? next < 0x80 : next == 0;
+      if (data || next == 0xFF || (next >= 0xD0 && next <= 0xD7)) continue;
+      if (next != kEndOfImage) refuse(slice_, "something else than pixels is among them");
+      return;
+    }
+    refuse(slice_, "they end too early");
+  }
+
+  Bytes stream_;
+  bool jpeg_ls_;
+  const DicomSlice& slice_;
+  std::size_t at_ = 0;
+  std::optional<Frame> frame_;
+  bool has_huffman_ = false;
+};
 
 // The table of the segments, one for each byte of a pixel (PS3.5, G.5).
 void check_rle(Bytes stream, const DicomSlice& slice) {
@@ -191,7 +261,6 @@ DicomCoding coding_of(const std::string& transfer_syntax) {
 }
 
 std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding coding) {
-  constexpr unsigned kLosslessFrame = 0xC3, kJpegLsFrame = 0xF7;
   if (slice.pixels.bytes != DicomPixels::kEncapsulated) refuse(slice, "they are not in fragments");
   std::vector<std::byte> stream = joined_fragments(slice);
   if (coding == DicomCoding::rle) {
@@ -199,8 +268,7 @@ std::vector<std::byte> read_codestream(const DicomSlice& slice, DicomCoding codi
   } else if (coding == DicomCoding::jpeg_2000) {
     check_frame(jpeg_2000_frame(stream, slice), slice);
   } else {
-    const bool jpeg_ls = coding == DicomCoding::jpeg_ls;
-    check_frame(jpeg_frame(stream, jpeg_ls ? kJpegLsFrame : kLosslessFrame, slice), slice);
+    check_frame(JpegMarkers(stream, coding == DicomCoding::jpeg_ls, slice).frame(), slice);
   }
   return stream;
 }

@@ -147,7 +147,9 @@ Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
                 const std::string& name) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(HUGE_VAL), high = -low;
   double gap = HUGE_VAL;
+  std::size_t plane_count = 0;
   for (const Planes& planes : wanted) {
+    plane_count += planes.size();
     if (usual_gap(planes) > 0) gap = std::min(gap, usual_gap(planes));
     for (const auto& [along, polygons] : planes) {
       for (const Polygon2& polygon : polygons) {
@@ -167,8 +169,12 @@ Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
   const Eigen::Vector3d margin(2 * fine, 2 * fine, 0);
   const Eigen::Vector3d count =
       ((high - low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
-  checked_voxel_count({std::int64_t(count[0]), std::int64_t(count[1]), std::int64_t(count[2])},
-                      name);
+  checked_grid_size(count, name);
+  // Where one pair of planes lies close together and all others far apart, the gaps are wrong.
+  constexpr double kMostSlicesPerPlane = 8, kAlwaysFit = 16;
+  if (count.z() > kMostSlicesPerPlane * static_cast<double>(plane_count) + kAlwaysFit)
+    throw BadDataError(name + ": its planes lie at too uneven gaps, of " + to_text(gap, 2) +
+                       " mm and more");
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
   grid.origin_mm = axes * (low - margin);
   return grid;

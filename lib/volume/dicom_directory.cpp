@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "formats/vtk_error_log.h"
+#include "volume/dicom_structure.h"
 #include "volume/header_text.h"
 
 namespace organbake {
@@ -56,6 +57,7 @@ bool is_dicom_directory(const fs::path& file) {
 }
 
 std::vector<fs::path> images_of_directory(const fs::path& file) {
+  if (const std::string flaw = flaw_of_dicom(file); !flaw.empty()) throw BadDataError(file, flaw);
   vtkNew<vtkDICOMMetaData> data;
   vtkNew<vtkDICOMParser> parser;
   VtkErrorLog errors;

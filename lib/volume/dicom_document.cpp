@@ -3,13 +3,17 @@
 
 #include <algorithm>
 
+#include "core/error.h"
 #include "formats/vtk_error_log.h"
 #include "volume/dicom_masks.h"
+#include "volume/dicom_structure.h"
 #include "volume/header_text.h"
 
 namespace organbake {
 
 DicomDocument::DicomDocument(const std::filesystem::path& file) : readable_(file) {
+  if (const std::string flaw = flaw_of_dicom(readable_.path()); !flaw.empty())
+    throw BadDataError(file, flaw);
   vtkNew<vtkDICOMParser> parser;
   VtkErrorLog errors;
   errors.watch_object(parser);
@@ -31,6 +35,7 @@ DicomMaskKind dicom_mask_kind(const std::filesystem::path& file) {
   VtkErrorLog errors;
   errors.watch_object(parser);
   const ReadableDicom readable(file);
+  if (!flaw_of_dicom(readable.path()).empty()) return DicomMaskKind::none;
   parser->SetMetaData(data);
   parser->SetFileName(readable.path().c_str());
   parser->Update();

@@ -71,8 +71,7 @@ void set_planes(Segmentation& seg, const Eigen::Vector3d& normal, const Eigen::M
   }
   if (!std::isfinite(gap)) gap = told_gap_mm > 0 ? told_gap_mm : 1;
   const double slices = std::round((along.back() - along.front()) / gap) + 1;
-  checked_voxel_count({seg.grid.size[0], seg.grid.size[1], static_cast<std::int64_t>(slices)},
-                      file.string());
+  checked_grid_size(Eigen::Vector3d(seg.grid.size[0], seg.grid.size[1], slices), file.string());
   seg.grid.size[2] = static_cast<int>(slices);
   const auto first = std::min_element(
       seg.frames.begin(), seg.frames.end(), [&](const SegmentFrame& a, const SegmentFrame& b) {
@@ -97,6 +96,9 @@ void set_planes(Segmentation& seg, const Eigen::Vector3d& normal, const Eigen::M
 void read_frames(const DicomDocument& document, Segmentation& seg, const fs::path& file) {
   vtkDICOMMetaData& data = document.data();
   const int count = std::max(1, data.Get(DC::NumberOfFrames).AsInt());
+  constexpr std::uintmax_t kLeastFrame = 8;  // bytes of its place, if it had no pixels
+  if (static_cast<std::uintmax_t>(count) > fs::file_size(document.readable()) / kLeastFrame)
+    throw BadDataError(file, "truncated: it cannot hold " + std::to_string(count) + " frames");
   double orientation[6], spacing[2], position[3];
   if (!vector_of(data.Get(0, 0, DC::ImageOrientationPatient), 6, orientation) ||
       !vector_of(data.Get(0, 0, DC::PixelSpacing), 2, spacing)) {

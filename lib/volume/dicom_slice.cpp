@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "formats/vtk_error_log.h"
+#include "volume/dicom_structure.h"
 #include "volume/inflated_dicom.h"
 
 namespace organbake {
@@ -147,6 +148,15 @@ bool is_dicom(const fs::path& file) {
          vtkDICOMUtilities::IsDICOMFile(file.c_str());
 }
 
+// A description is kept of every frame, before anybody looks for its pixels: an item of eight bytes
+// at least, or several times that in a functional group.
+bool can_hold(const fs::path& file, int frames) {
+  constexpr std::uintmax_t kLeastFrame = 8;
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  return frames <= 1 || (!error && static_cast<std::uintmax_t>(frames) <= bytes / kLeastFrame);
+}
+
 }  // namespace
 
 ScannedFile scan_dicom_file(const fs::path& file) {
@@ -159,6 +169,11 @@ ScannedFile scan_dicom_file(const fs::path& file) {
   VtkErrorLog errors;
   errors.watch_object(parser);
   const ReadableDicom readable(file);
+  if (const std::string flaw = flaw_of_dicom(readable.path()); !flaw.empty()) {
+    scanned.damaged = true;
+    scanned.reason = flaw;
+    return scanned;
+  }
   parser->SetMetaData(data);
   parser->SetFileName(readable.path().c_str());
   parser->Update();
@@ -167,7 +182,14 @@ ScannedFile scan_dicom_file(const fs::path& file) {
     scanned.reason = errors.first();
   } else if (data->Has(DC::Rows) && data->Has(DC::Columns)) {
     scanned.slice = slice_from(*data, *parser, file);
-    for (int frame = 1; frame < std::min(scanned.slice->pixels.frames, kMostFrames); ++frame) {
+    const int frames = scanned.slice->pixels.frames;
+    if (!can_hold(readable.path(), frames)) {
+      scanned.slice.reset();
+      scanned.damaged = true;
+      scanned.reason = "claims " + std::to_string(frames) + " frames, which it cannot hold";
+      return scanned;
+    }
+    for (int frame = 1; frame < std::min(frames, kMostFrames); ++frame) {
       DicomSlice& later = scanned.later_frames.emplace_back(*scanned.slice);
       later.told_apart_by.clear();
       later.has_geometry = false;

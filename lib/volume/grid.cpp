@@ -73,4 +73,12 @@ std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const s
   return static_cast<std::size_t>(count);
 }
 
+std::size_t checked_grid_size(const Eigen::Vector3d& size, const std::string& name) {
+  constexpr double kFarthest = 1e15;  // beyond any grid, and well within an integer
+  std::array<std::int64_t, 3> whole;
+  for (int axis = 0; axis < 3; ++axis)
+    whole[axis] = std::abs(size[axis]) < kFarthest ? static_cast<std::int64_t>(size[axis]) : -1;
+  return checked_voxel_count(whole, name);
+}
+
 }  // namespace organbake

@@ -32,5 +32,7 @@ inline Eigen::Vector3d lps_from_ras(const Eigen::Vector3d& point) {
 // Checks a header's sizes before memory is taken and returns the number of voxels: 1…65535 along
 // each axis, at most 2³¹ in all. Throws BadDataError.
 std::size_t checked_voxel_count(const std::array<std::int64_t, 3>& size, const std::string& name);
+// The same of sizes that were calculated: whole numbers, as far as they are numbers at all.
+std::size_t checked_grid_size(const Eigen::Vector3d& size, const std::string& name);
 
 }  // namespace organbake

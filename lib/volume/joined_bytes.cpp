@@ -141,6 +141,10 @@ ByteStream joined_parts(std::vector<VoxelPart> parts, ByteStream::Coding coding,
 ByteStream every_nth_value(ByteStream tuples, std::size_t value_bytes, std::size_t values,
                            std::size_t which) {
   const fs::path file = tuples.file();
+  // One tuple is held in memory; what a header says of its length may be a lie.
+  if (values == 0 || values > tuples.most_possible_bytes() / value_bytes)
+    throw BadDataError(
+        file, "truncated: it cannot hold " + std::to_string(values) + " values for each voxel");
   const std::uint64_t most = tuples.most_possible_bytes() / values;
   return ByteStream(
       file, std::make_unique<NthValueSource>(std::move(tuples), value_bytes, values, which), most);

@@ -33,12 +33,21 @@ std::optional<int> as_number(const std::string& text) {
   return value;
 }
 
-std::optional<ChosenLabel> by_name(const std::string& text, const std::vector<LabelName>& names) {
+// A file may give its labels any numbers; voxels have but these.
+ChosenLabel chosen_of(const LabelName& known, const std::string& file) {
+  if (known.label < 1 || known.label > kMostLabel)
+    throw BadDataError(file + ": its label \"" + known.name + "\" has the number " +
+                       std::to_string(known.label) + "; 1…32767 are labels");
+  return {known.label, known.layer, known.name};
+}
+
+std::optional<ChosenLabel> by_name(const std::string& text, const std::vector<LabelName>& names,
+                                   const std::string& file) {
   for (const LabelName& known : names) {
-    if (known.name == text) return ChosenLabel{known.label, known.layer, known.name};
+    if (known.name == text) return chosen_of(known, file);
   }
   for (const LabelName& known : names) {
-    if (plain(known.name) == plain(text)) return ChosenLabel{known.label, known.layer, known.name};
+    if (plain(known.name) == plain(text)) return chosen_of(known, file);
   }
   return std::nullopt;
 }
@@ -58,7 +67,7 @@ ChosenLabel by_number(int label, const std::vector<LabelName>& names, const std:
 
 std::optional<ChosenLabel> one_label(const std::string& text, const std::vector<LabelName>& names,
                                      const std::string& file) {
-  if (const auto named = by_name(text, names)) return named;
+  if (const auto named = by_name(text, names, file)) return named;
   if (const auto number = as_number(text)) return by_number(*number, names, file);
   return std::nullopt;
 }

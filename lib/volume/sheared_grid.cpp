@@ -71,8 +71,10 @@ Volume upright_grid(const Volume& stored, const ShearedAffine& affine, const std
   low = (low.array() + kRoundingSlack).floor();
   high = (high.array() - kRoundingSlack).ceil();
   const Eigen::Vector3d count = high - low + Eigen::Vector3d::Ones();
-  checked_voxel_count({std::int64_t(count[0]), std::int64_t(count[1]), std::int64_t(count[2])},
-                      name);
+  // However long and thin a volume is, what a scanner shears stays of its own size.
+  constexpr std::size_t kMostGrowth = 16, kAlwaysFits = 1'000'000;
+  if (checked_grid_size(count, name) > std::max(kMostGrowth * stored.voxel_count(), kAlwaysFits))
+    throw BadDataError(name + ": its axes are sheared so that no grid of its size holds it");
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
   grid.origin_mm = grid.world_from_index(low);
   return grid;

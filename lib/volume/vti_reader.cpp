@@ -1,60 +1,90 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/vti_reader.h"
 
-#include <vtkDataArray.h>
-#include <vtkImageData.h>
-#include <vtkMatrix3x3.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkXMLImageDataReader.h>
+#include <algorithm>
+#include <array>
+#include <map>
 
 #include "core/error.h"
-#include "formats/vtk_error_log.h"
+#include "formats/vtk_xml.h"
 #include "volume/grid.h"
+#include "volume/header_text.h"
 #include "volume/sheared_grid.h"
 #include "volume/voxel_decoding.h"
-#include "volume/vtk_voxel_type.h"
 
 namespace organbake {
 namespace {
 
-VoxelType type_of(vtkDataArray& array, const std::filesystem::path& path) {
-  const std::optional<VoxelType> type = voxel_type_of_vtk(array.GetDataType());
-  if (!type) throw BadDataError(path, "its values are not plain numbers");
-  return *type;
+VoxelType type_of(const VtkXmlNumbers& numbers, const VtkXmlFile& file) {
+  static const std::map<std::string, VoxelType> kTypes = {
+      {"Int8", VoxelType::int8},       {"UInt8", VoxelType::uint8},
+      {"Int16", VoxelType::int16},     {"UInt16", VoxelType::uint16},
+      {"Int32", VoxelType::int32},     {"UInt32", VoxelType::uint32},
+      {"Int64", VoxelType::int64},     {"UInt64", VoxelType::uint64},
+      {"Float32", VoxelType::float32}, {"Float64", VoxelType::float64}};
+  const auto type = kTypes.find(numbers.type);
+  if (type == kTypes.end()) file.fail("its values are not plain numbers");
+  return type->second;
 }
 
-vtkDataArray& scalars_of(vtkImageData& image, const std::filesystem::path& path) {
-  vtkPointData* points = image.GetPointData();
-  vtkDataArray* array = points->GetScalars();
-  if (!array && points->GetNumberOfArrays() == 1) array = points->GetArray(0);
-  if (!array) throw BadDataError(path, "has no point scalars");
-  if (array->GetNumberOfComponents() != 1) {
-    throw BadDataError(path, "has " + std::to_string(array->GetNumberOfComponents()) +
-                                 " values per voxel; one is needed");
+// The active scalars, else the only array.
+const VtkXmlArray& scalars_of(const VtkXmlPiece& piece, const VtkXmlFile& file) {
+  const auto section = piece.sections.find("PointData");
+  const VtkXmlArray* array = nullptr;
+  if (section != piece.sections.end()) {
+    const auto active = section->second.attributes.find("Scalars");
+    if (active != section->second.attributes.end()) array = section->second.find(active->second);
+    if (!array && section->second.arrays.size() == 1) array = &section->second.arrays[0];
   }
-  if (array->GetNumberOfTuples() != image.GetNumberOfPoints()) {
-    throw BadDataError(path, "truncated: " + std::to_string(array->GetNumberOfTuples()) +
-                                 " values for " + std::to_string(image.GetNumberOfPoints()) +
-                                 " voxels");
-  }
+  if (!array) file.fail("has no point scalars");
+  if (array->components != 1)
+    file.fail("has " + std::to_string(array->components) + " values per voxel; one is needed");
   return *array;
 }
 
-Shear place(vtkImageData& image, Volume& volume, const std::string& name) {
-  int extent[6];
-  image.GetExtent(extent);
-  std::array<std::int64_t, 3> size;
+// `count` numbers of an attribute; the given ones where it is not there.
+template <std::size_t kCount>
+std::array<double, kCount> attribute(const VtkXmlFile& file, const char* name,
+                                     std::array<double, kCount> otherwise) {
+  const auto found = file.attributes().find(name);
+  if (found == file.attributes().end()) return otherwise;
+  const std::vector<double> values = numbers(found->second, name);
+  if (values.size() != kCount)
+    file.fail(std::string(name) + " is \"" + found->second + "\"; " + std::to_string(kCount) +
+              " numbers are needed");
+  std::copy_n(values.begin(), kCount, otherwise.begin());
+  return otherwise;
+}
+
+// First and last index along each axis.
+std::array<std::int64_t, 6> extent_of(const XmlAttributes& attributes, const char* name,
+                                      const VtkXmlFile& file) {
+  const auto found = attributes.find(name);
+  const std::vector<std::int64_t> values =
+      found == attributes.end() ? std::vector<std::int64_t>() : integers(found->second, name);
+  constexpr std::int64_t kFarthest = std::int64_t{1} << 31;
+  const bool sound = values.size() == 6 && std::all_of(values.begin(), values.end(), [](auto i) {
+                       return i > -kFarthest && i < kFarthest;
+                     });
+  if (!sound) file.fail(std::string("lacks a sound ") + name + " of six indices");
+  std::array<std::int64_t, 6> extent;
+  std::copy_n(values.begin(), 6, extent.begin());
+  return extent;
+}
+
+Shear place(const VtkXmlFile& file, const std::array<std::int64_t, 6>& extent, Volume& volume,
+            const std::string& name) {
+  const auto spacing = attribute<3>(file, "Spacing", {1, 1, 1});
+  const auto at = attribute<3>(file, "Origin", {0, 0, 0});
+  const auto direction = attribute<9>(file, "Direction", {1, 0, 0, 0, 1, 0, 0, 0, 1});
   Eigen::Matrix3d axes;
   Eigen::Vector3d first, origin;
+  std::array<std::int64_t, 3> size;
   for (int axis = 0; axis < 3; ++axis) {
-    size[axis] = std::int64_t{extent[2 * axis + 1]} - extent[2 * axis] + 1;
-    for (int row = 0; row < 3; ++row) {
-      axes(row, axis) =
-          image.GetDirectionMatrix()->GetElement(row, axis) * image.GetSpacing()[axis];
-    }
-    first[axis] = extent[2 * axis];
-    origin[axis] = image.GetOrigin()[axis];
+    for (int row = 0; row < 3; ++row) axes(row, axis) = direction[3 * row + axis] * spacing[axis];
+    size[axis] = extent[2 * axis + 1] - extent[2 * axis] + 1;
+    first[axis] = static_cast<double>(extent[2 * axis]);
+    origin[axis] = at[axis];
   }
   checked_voxel_count(size, name);
   for (int axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(size[axis]);
@@ -65,24 +95,20 @@ Shear place(vtkImageData& image, Volume& volume, const std::string& name) {
 }  // namespace
 
 Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& options) {
-  vtkNew<vtkXMLImageDataReader> reader;
-  VtkErrorLog errors;
-  errors.watch(reader);
-  reader->SetParserErrorObserver(errors.observer());
-  reader->SetFileName(path.c_str());
-  reader->Update();
-  errors.throw_if_any(path);
-  vtkImageData& image = *reader->GetOutput();
-  if (image.GetNumberOfPoints() == 0) throw BadDataError(path, "holds no voxels");
+  const VtkXmlFile file(path, "ImageData");
+  const VtkXmlPiece& piece = file.pieces().front();
+  const auto extent = extent_of(piece.attributes, "Extent", file);
+  if (file.pieces().size() > 1 || extent != extent_of(file.attributes(), "WholeExtent", file))
+    file.fail("comes in several pieces; save it as one");
   Volume volume;
-  const Shear shear = place(image, volume, path.string());
-  vtkDataArray& scalars = scalars_of(image, path);
-  const VoxelEncoding encoding{type_of(scalars, path), false, 1, 0};
-  const auto count = static_cast<std::size_t>(scalars.GetNumberOfTuples());
+  const Shear shear = place(file, extent, volume, path.string());
+  const VtkXmlArray& scalars = scalars_of(piece, file);
+  const auto count = static_cast<std::size_t>(volume.size[0]) * volume.size[1] * volume.size[2];
+  const VtkXmlNumbers values = file.numbers(scalars, count);
+  const VoxelEncoding encoding{type_of(values, file), false, 1, 0};
   volume.voxels.resize(count);
   ConversionLoss loss;
-  convert_voxels(static_cast<const std::byte*>(scalars.GetVoidPointer(0)), count, encoding, volume,
-                 0, loss);
+  convert_voxels(values.bytes.data(), count, encoding, volume, 0, loss);
   settle_losses(loss, volume, path.string());
   if (shear) return straightened(std::move(volume), shear, options, path.string());
   if (!options.region) return volume;

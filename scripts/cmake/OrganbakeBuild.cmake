@@ -50,6 +50,13 @@ if(ORGANBAKE_SANITIZE)
     $<$<STREQUAL:${ORGANBAKE_SANITIZE},stress>:-fno-sanitize=null,alignment,pointer-overflow>)
   target_link_options(organbake_build_flags INTERFACE -fsanitize=address,undefined)
 endif()
+if(ORGANBAKE_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+    message(FATAL_ERROR "ORGANBAKE_FUZZ needs clang's libFuzzer: cmake --preset fuzz")
+  endif()
+  # The readers tell libFuzzer which branches an input took.
+  target_compile_options(organbake_build_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 install(TARGETS organbake_build_flags EXPORT organplay COMPONENT liborganplay-dev)
 
 # Eigen and the standard headers are parsed once, not by every file: that halves a full build. Each
@@ -71,7 +78,7 @@ endfunction()
 # namespaces must then differ between the files of a target; the presets dev and player, which
 # compile each file alone, see to it that each still includes what it uses.
 function(organbake_compile_together target)
-  if(ORGANBAKE_PRECOMPILE)
+  if(ORGANBAKE_PRECOMPILE OR ORGANBAKE_FUZZ)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
   endif()
 endfunction()

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // Half a unit of rounding, and float32 affines: 1e-5 mm at 110 mm, 12 HU per mm.
-constexpr double kRounding_hu = 0.5 + 1e-3;
+constexpr double kNiftiRounding_hu = 0.5 + 1e-3;
 // Two roundings: of the stored voxels, and of what lies between them.
 constexpr double kResampled_hu = 1 + 1e-2;
 
@@ -39,7 +39,7 @@ TEST_F(NiftiKinds, Nifti2OfEitherByteOrder) {
     if (big_endian) nifti.swap_to_big_endian();
     const Volume volume = read(nifti.bytes_nifti2());
     EXPECT_EQ(volume.voxels, truth.voxels);
-    EXPECT_LT(largest_ramp_error(volume), kRounding_hu);
+    EXPECT_LT(largest_ramp_error(volume), kNiftiRounding_hu);
     EXPECT_THAT(volume.warnings, IsEmpty());
   }
   write_bytes(folder_.path() / "scan.nii.gz", gzipped(NiftiBytes(truth).bytes_nifti2()));
@@ -60,7 +60,7 @@ TEST_F(NiftiKinds, APairIsReadByEitherName) {
   for (const char* name : {"a.b.hdr", "a.b.img", "packed.hdr.gz", "packed.img.gz"}) {
     const Volume volume = read_volume(folder_.path() / name);
     EXPECT_EQ(volume.voxels, truth.voxels) << name;
-    EXPECT_LT(largest_ramp_error(volume), kRounding_hu) << name;
+    EXPECT_LT(largest_ramp_error(volume), kNiftiRounding_hu) << name;
   }
   fs::remove(folder_.path() / "a.b.img");
   EXPECT_THAT(message_of(ExitCode::no_input, [&] { read_volume(folder_.path() / "a.b.hdr"); }),

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cameras and calibrations.
+#include "formats/camera_files.h"
+#include "fuzz/readers.h"
+#include "stereo/stereo_rig.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 48;
+
+void read_posed(std::span<const std::byte> bytes, const InputFolder& folder) {
+  const std::filesystem::path file = folder.file("cameras.json", bytes);
+  read_camera_file(file);
+  read_intrinsics(file, "b.png", kWidth, kHeight);
+}
+
+void read_lens(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_intrinsics(folder.file("lens.yml", bytes), "b.png", kWidth, kHeight);
+}
+
+const std::vector<std::string> kColmapFiles = {"cameras.txt", "images.txt"};
+
+void read_colmap(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_camera_file(folder.parts(kColmapFiles, bytes));
+}
+
+void read_rig(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_stereo_rig(folder.file("rig.yml", bytes), {.width = 720, .height = 576});
+}
+
+const std::vector<std::string> kRigTexts = {"c.left.intrinsics.txt", "c.left.distortion.txt",
+                                            "c.right.intrinsics.txt", "c.right.distortion.txt",
+                                            "c.l2r.txt"};
+
+void read_rig_texts(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_stereo_rig(folder.parts(kRigTexts, bytes), {.width = 720, .height = 576});
+}
+
+CameraSet two_cameras() {
+  CameraSet set;
+  for (const double x : {0., 4.5}) {
+    PosedCamera camera;
+    camera.name = x > 0 ? "right" : "left";
+    camera.intrinsics = {
+        .width = kWidth, .height = kHeight, .fx = 50, .fy = 51, .cx = 32, .cy = 24};
+    camera.intrinsics.k1 = x / 100;
+    camera.camera_from_world.translation = {-x, 2, 300};
+    set.cameras.push_back(camera);
+  }
+  set.images = {"a.png", "b.png"};
+  return set;
+}
+
+Seeds posed_seeds() {
+  CameraSet with_manifold = two_cameras();
+  with_manifold.manifold.directions = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
+  with_manifold.images.clear();
+  return {cameras_to_json(two_cameras()), cameras_to_json(with_manifold)};
+}
+
+Seeds transforms_seeds() {
+  return {transforms_json(two_cameras()),
+          R"({"camera_angle_x": 0.9, "w": 64, "h": 48, "frames": [{"file_path": "b.png",
+              "transform_matrix": [[1,0,0,3],[0,1,0,2],[0,0,1,9],[0,0,0,1]]}]})"};
+}
+
+Seeds lens_seeds() {
+  return {
+      "%YAML:1.0\n---\nimage_width: 64\nimage_height: 48\ncamera_matrix: !!opencv-matrix\n"
+      "   rows: 3\n   cols: 3\n   dt: d\n   data: [ 100., 0., 31.5, 0., 100., 31.5, 0., 0., 1. ]\n"
+      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n"
+      "   data: [ 0.1, 0., 0., 0., 0. ]\n",
+      R"({"width": 64, "height": 48, "fx": 50, "fy": 50, "cx": 32, "cy": 24,
+              "distortion_k1_k2_p1_p2_k3": [0.1, 0, 0, 0, 0]})"};
+}
+
+Seeds colmap_seeds() {
+  const CameraSet set = two_cameras();
+  return {
+      joined_parts({{0, colmap_cameras_text(set)}, {1, colmap_images_text(set)}}),
+      joined_parts({{0,
+                     "# ours\n1 SIMPLE_RADIAL 64 48 50 32 24 0.1\n2 FULL_OPENCV 64 48 50 50 "
+                     "32 24 0.1 0 0 0 0 0 0 0\n"},
+                    {1, "1 1 0 0 0 1 2 3 1 a.png\n\n2 0.5 0.5 0.5 0.5 0 0 9 2 b.png\n1 2 -1\n"}})};
+}
+
+std::string matrix(const std::string& name, int rows, int columns, const std::string& values) {
+  return name + ": !!opencv-matrix\n   rows: " + std::to_string(rows) +
+         "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ " + values + " ]\n";
+}
+
+Seeds rig_seeds() {
+  const std::string lenses = matrix("K1", 3, 3, "500., 0., 360., 0., 501., 288., 0., 0., 1.") +
+                             matrix("D1", 1, 5, "-0.1, 0.02, 0., 0., 0.") +
+                             matrix("K2", 3, 3, "502., 0., 350., 0., 503., 280., 0., 0., 1.") +
+                             matrix("D2", 1, 5, "-0.2, 0., 0., 0., 0.");
+  return {"%YAML:1.0\n---\n" + lenses + matrix("R", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") +
+              matrix("T", 3, 1, "-4.5, 0.1, 0."),
+          "%YAML:1.0\n---\n" +
+              matrix("P1", 3, 4, "500., 0., 360., 0., 0., 500., 288., 0., 0., 0., 1., 0.") +
+              matrix("P2", 3, 4, "500., 0., 340., -2250., 0., 500., 288., 0., 0., 0., 1., 0."),
+          "K1: [[500, 0, 360], [0, 501, 288], [0, 0, 1]]\nK2: [[502, 0, 350], [0, 503, 280], "
+          "[0, 0, 1]]\nD2: [-0.2, 0, 0, 0, 0]\nR: [0, 0, 0]\nT: [-4.5, 0.1, 0]\n"};
+}
+
+Seeds rig_text_seeds() {
+  return {joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
+                        {1, "-0.1 0.02 0 0 0\n"},
+                        {2, "502 0 350\n0 503 280\n0 0 1\n"},
+                        {3, "-0.2 0 0 0 0"},
+                        {4, "1 0 0 -4.5\n0 1 0 0.1\n0 0 1 0\n0 0 0 1\n"}})};
+}
+
+const Words kJson = {"\"width\": ",
+                     "\"height\": ",
+                     "\"fx\": ",
+                     "\"camera_from_world\": ",
+                     "\"rotation\": ",
+                     "\"translation_mm\": ",
+                     "\"directions\": ",
+                     "\"frames\": ",
+                     "\"transform_matrix\": ",
+                     "\"file_path\": ",
+                     "\"camera_angle_x\": ",
+                     "\"w\": ",
+                     "\"fl_x\": ",
+                     "\"k1\": ",
+                     "\"left_out\": ",
+                     "null",
+                     "[]",
+                     "{}",
+                     "1e308",
+                     "-1",
+                     "1e99",
+                     "\"\\u0000\"",
+                     "true"};
+const Words kYaml = {"rows: ",
+                     "cols: ",
+                     "data: [",
+                     "!!opencv-matrix",
+                     "dt: d",
+                     "&a ",
+                     "*a",
+                     "<<: ",
+                     "? ",
+                     "- ",
+                     "[[",
+                     "{",
+                     "|",
+                     ">",
+                     "\"",
+                     "!!binary ",
+                     ".nan",
+                     ".inf",
+                     "1e999",
+                     "~",
+                     "image_width: ",
+                     "K1: ",
+                     "D1: ",
+                     "P1: ",
+                     "Q: ",
+                     "R: ",
+                     "T: "};
+
+}  // namespace
+
+std::vector<FuzzReader> camera_readers() {
+  return {
+      {"cameras", read_posed, posed_seeds, kJson, 3200},
+      {"transforms", read_posed, transforms_seeds, kJson, 3200},
+      {"lens", read_lens, lens_seeds, kYaml, 2000},
+      {"colmap",
+       read_colmap,
+       colmap_seeds,
+       {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV", "# ",
+        "-1 ", "1e99 ", "nan ", "99999999999 ", kPartMark},
+       2000},
+      {"stereo-rig", read_rig, rig_seeds, kYaml, 1200},
+      {"stereo-texts",
+       read_rig_texts,
+       rig_text_seeds,
+       {"1e308 ", "nan ", "-0 ", "\n\n", kPartMark},
+       1200},
+  };
+}
+
+}  // namespace organbake

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Documents in text: scripts, recipes, light, tissue, data sets, tables.
+#include "bundle/lighting.h"
+#include "bundle/mechanics_model.h"
+#include "core/files.h"
+#include "dataset/dataset_spec.h"
+#include "fuzz/readers.h"
+#include "pipelines/case_table.h"
+#include "pipelines/document.h"
+#include "pipelines/recipe.h"
+#include "pipelines/schemas.h"
+#include "player/script.h"
+#include "unit/bundle/small_bundle.h"
+#include "volume/label_names_file.h"
+
+namespace organbake {
+namespace {
+
+const std::vector<std::string> kScriptFiles = {"script.json", "cameras.json"};
+
+void read_any_script(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_script(folder.parts(kScriptFiles, bytes) / "script.json");
+}
+
+void read_any_recipe(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_recipe(folder.file("recipe.yaml", bytes), {});
+}
+
+void read_lighting(std::span<const std::byte> bytes, const InputFolder&) {
+  lighting_from_json(text_of(bytes), "lighting.json");
+}
+
+constexpr std::size_t kVertices = 4;
+
+void read_mechanics(std::span<const std::byte> bytes, const InputFolder&) {
+  mechanics_from_json(text_of(bytes), "mechanics.json", kVertices);
+}
+
+void read_dataset(std::span<const std::byte> bytes, const InputFolder&) {
+  dataset_spec_from_json(text_of(bytes), "dataset.json");
+}
+
+void read_manifest(std::span<const std::byte> bytes, const InputFolder&) {
+  manifest_from_json(text_of(bytes), "manifest.json");
+}
+
+void read_table(std::span<const std::byte> bytes, const InputFolder& folder) {
+  case_table_text(read_case_table(folder.file("cases.csv", bytes)));
+}
+
+void read_labels(std::span<const std::byte> bytes, const InputFolder& folder) {
+  read_label_names(folder.file("labels.txt", bytes));
+}
+
+// As `organbake validate` does: any document that names one of our schemas.
+void check_any_document(std::span<const std::byte> bytes, const InputFolder&) {
+  const Document document = Document::parse_json(text_of(bytes), "document.json");
+  check_document(document, schema_of(document));
+}
+
+const char* const kScript = R"({"schema": "organbake/interaction/1", "name": "two tools",
+ "time_step_s": 0.02, "frames": 9, "size": [32, 24],
+ "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0},
+                          {"frame": 8, "azimuth_rad": 1, "elevation_rad": 0.5, "distance": 2}]},
+ "instruments": [{"name": "p", "mode": "grab", "radius_mm": 4,
+                  "path": [{"time_s": 0, "position_mm": [1, 2, 3]},
+                           {"time_s": 1, "direction": [0, 1, 0], "depth_mm": 5}]}]})";
+const char* const kFreeScript = R"({"schema": "organbake/interaction/1", "name": "free",
+ "time_step_s": 0.02, "frames": 5, "size": [32, 24],
+ "camera": {"intrinsics": {"fx": 30, "fy": 30, "cx": 16, "cy": 12},
+   "keyframes": [{"frame": 0, "camera_from_world": {"rotation": [[1,0,0],[0,1,0],[0,0,1]],
+                                                    "translation_mm": [1, 2, 300]}},
+                 {"frame": 4, "position_mm": [0, 0, -300], "look_at_mm": [0, 0, 0],
+                  "up_direction": [0, 1, 0]}]},
+ "instruments": []})";
+const char* const kRecordedScript = R"({"schema": "organbake/interaction/1", "name": "recorded",
+ "time_step_s": 0.02, "frames": 2, "size": [8, 6], "camera": {"recorded": "cameras.json"},
+ "instruments": []})";
+
+Seeds script_seeds() {
+  return {joined_parts({{0, kScript}}), joined_parts({{0, kFreeScript}}),
+          joined_parts({{0, kRecordedScript}, {1, cameras_to_json(small_bundle().cameras)}})};
+}
+
+Seeds recipe_seeds() {
+  return {
+      "schema: organbake/recipe/1\nname: organ\nphantom: {size: [32, 32, 16], seed: 3}\n"
+      "isosurface: {smooth: 1.5, largest: 1}\ndecimate: {faces: auto}\n"
+      "mechanics: {young_modulus: 10, anchor_fraction: 0.5}\nplace: {count: 12}\n"
+      "capture: {material: liver}\nbundle: {surface: true}\n",
+      "schema: organbake/recipe/1\nname: \"a\\tb\"\nquality: draft\ndecimate:\n  faces: 16\n"};
+}
+
+Seeds lighting_seeds() {
+  Lighting plain;
+  plain.ambient_above = {0.5, 0.5, 0.5};
+  plain.lamps = {{Eigen::Vector3d::UnitX(), {1, 0.9, 0.8}}};
+  Lighting scope = plain;
+  scope.gloss = wet_gloss();
+  scope.scope = ScopeLight{};
+  scope.finish.relief_slope = 0.1;
+  return {lighting_to_json(plain), lighting_to_json(scope)};
+}
+
+Seeds mechanics_seeds() {
+  MechanicsModel model = small_bundle().mechanics;
+  model.elimination_order = {2, 1, 3};
+  MechanicsModel solid = small_bundle().mechanics;
+  TetrahedralBody body;
+  body.nodes_mm = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {3, 3, 3.1}};
+  body.tetrahedra = {{{0, 1, 2, 3}, 0.25}, {{1, 2, 3, 4}, 1}};
+  body.vertices = {{0, {1, 0, 0, 0}},
+                   {0, {0.1, 0.2, 0.3, 0.4}},
+                   {1, {0.25, 0.25, 0.25, 0.25}},
+                   {1, {0, 0, 0, 1}}};
+  body.anchors = {0, 3};
+  body.poisson_ratio = 0.3;
+  body.damping_s = 0.01;
+  solid.body = body;
+  return {mechanics_to_json(model), mechanics_to_json(solid)};
+}
+
+Seeds dataset_seeds() {
+  return {R"({"schema": "organbake/dataset/1", "frames": 7, "name": "n", "seed": 9,
+        "clip_frames": 4, "shard_frames": 8, "size": [32, 24],
+        "layers": ["depth", "mask"], "stereo_mm": 5, "test_share": 0.5, "time_step_s": 0.02,
+        "views": {"cone_rad": 0.3, "distance": 1, "roll_rad": 0.1, "motion_rad": 0.2},
+        "pokes": {"count": [1, 2], "depth_mm": [1, 3], "radius_mm": 4, "cone_rad": 0.1},
+        "lights": ["world", "scope"], "gain": [0.5, 2], "noise": 3})"};
+}
+
+Seeds manifest_seeds() {
+  Manifest manifest;
+  manifest.name = "small";
+  manifest.generator = "tests";
+  manifest.input_hashes = {{"ct", std::string(64, 'a')}};
+  manifest.seeds = {{"phantom", 7}};
+  manifest.files = {{"cam_000/depth.exr", 12, std::string(64, '0')}};
+  manifest.edited = {"cam_000/depth.exr"};
+  return {manifest_to_json(manifest)};
+}
+
+Seeds table_seeds() {
+  return {"case,ct,decimate.faces\na,scan.nii.gz,100\n\"b\",\"c,\"\"d\"\".nii\",\n",
+          "case,label\nliver,5\n"};
+}
+
+Seeds label_seeds() {
+  return {
+      "################\n# ITK-SNAP\n    0     0    0    0        0  0  0    \"Clear Label\"\n"
+      "    5   255    0    0        1  1  1    \"liver\"\n",
+      "# 3D Slicer\n0 background 0 0 0 0\n5 liver 221 130 101 255\n", "5 liver\n7 spleen\n"};
+}
+
+Seeds document_seeds() {
+  return {kScript, mechanics_seeds().front(), lighting_seeds().back(), manifest_seeds().front(),
+          dataset_seeds().front()};
+}
+
+const Words kJson = {"\"schema\": ",
+                     "\"frames\": ",
+                     "\"size\": ",
+                     "\"camera\": ",
+                     "\"keyframes\": ",
+                     "\"recorded\": ",
+                     "\"instruments\": ",
+                     "\"path\": ",
+                     "\"solver\": ",
+                     "\"light\": ",
+                     "\"time_s\": ",
+                     "\"direction\": ",
+                     "\"anchors\": ",
+                     "\"springs\": ",
+                     "\"mass_kg\": ",
+                     "\"nodes_mm\": ",
+                     "\"tetrahedra\": ",
+                     "\"lamps\": ",
+                     "\"gloss\": ",
+                     "\"scope\": ",
+                     "\"bytes\": ",
+                     "\"sha256\": ",
+                     "null",
+                     "[]",
+                     "{}",
+                     "[[[[[[[[",
+                     "1e308",
+                     "-1",
+                     "4294967296",
+                     "0.5",
+                     "true",
+                     "\"\\ud800\"",
+                     "\"..\"",
+                     kPartMark};
+
+}  // namespace
+
+std::vector<FuzzReader> document_readers() {
+  return {
+      {"script", read_any_script, script_seeds, kJson, 2400},
+      {"recipe",
+       read_any_recipe,
+       recipe_seeds,
+       {"phantom:", "isosurface:", "decimate:", "mechanics:",  "place:", "capture:",
+        "bundle:",  "quality: ",   "inputs:",   "faces: ",     "auto",   "&a ",
+        "*a",       "<<: ",        "? ",        "!!binary ",   "- ",     "[[",
+        "{",        "}",           "|\n",       ">\n",         "\"",     ".nan",
+        "1e999",    "~",           "---\n",     "%YAML 1.2\n", "# "},
+       480},
+      {"lighting", read_lighting, lighting_seeds, kJson, 3200},
+      {"mechanics", read_mechanics, mechanics_seeds, kJson, 3200},
+      {"dataset", read_dataset, dataset_seeds, kJson, 3200},
+      {"manifest", read_manifest, manifest_seeds, kJson, 3200},
+      {"case-table",
+       read_table,
+       table_seeds,
+       {"case", ",", ";", "\"", "\"\"", "\r\n", "..", "/"},
+       1200},
+      {"label-names", read_labels, label_seeds, {"\"", "# ", "-1 ", "99999 ", "1e9 "}, 3200},
+      {"document", check_any_document, document_seeds, kJson, 800},
+  };
+}
+
+}  // namespace organbake

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fuzz/input_folder.h"
+
+namespace organbake {
+
+using Seeds = std::vector<std::string>;
+using Words = std::vector<std::string_view>;
+
+// One reader of the project as a user's file reaches it: any bytes at all are read, or refused with
+// one of the project's own errors (core/error.h).
+struct FuzzReader {
+  const char* name;
+  void (*read)(std::span<const std::byte> bytes, const InputFolder& folder);
+  Seeds (*seeds)();  // small sound inputs: what is made worse
+  Words words;       // of the format, for what puts inputs together
+  int mutations;     // how many damaged inputs the unit test makes: as many as a third of a second
+                     // takes
+};
+
+// All of them, by kind of file.
+const std::vector<FuzzReader>& fuzz_readers();
+std::vector<FuzzReader> volume_readers();
+std::vector<FuzzReader> dicom_readers();
+std::vector<FuzzReader> surface_readers();
+std::vector<FuzzReader> picture_readers();
+std::vector<FuzzReader> document_readers();
+std::vector<FuzzReader> camera_readers();
+std::vector<FuzzReader> bundle_readers();
+std::vector<FuzzReader> play_readers();
+
+// The files of a bundle of two cameras, as parts of one input (InputFolder::parts). Its manifest is
+// made anew each time: who changes a file on purpose seals it as well.
+extern const std::vector<std::string> kBundleFiles;
+Seeds bundle_seeds();
+
+// Throws UsageError naming those that there are.
+const FuzzReader& fuzz_reader(std::string_view name);
+
+// Whether the input was read; false: it was refused as documented, and `refusal` says how.
+// Everything else that a reader may throw leaves, and is a finding: an error that says the fault
+// lies in the program or in the system, or one that is not the project's own.
+bool is_read(const FuzzReader& reader, std::span<const std::byte> bytes, const InputFolder& folder,
+             std::string* refusal = nullptr);
+
+inline std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text));
+}
+inline std::string text_of(std::span<const std::byte> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+}  // namespace organbake
