@@ -220,21 +220,6 @@ void for_rows(const Prediction& p, const Row& row) {
   }
 }
 
-// Beside the organ a pixel moves with the part of it that lies nearest.
-Vector3d point_near(const Prediction& p, int x, int y) {
-  const std::size_t i = p.index(x, y);
-  if (p.coverage[i] > 0) return p.point[i].cast<double>();
-  Vector3d sum = Vector3d::Zero();
-  int count = 0;
-  for (int v = y - 1; v <= y + 1; ++v)
-    for (int u = x - 1; u <= x + 1; ++u) {
-      if (!p.contains(u, v) || !(p.coverage[p.index(u, v)] > 0)) continue;
-      sum += p.point[p.index(u, v)].cast<double>();
-      ++count;
-    }
-  return count > 0 ? Vector3d(sum / count) : sum;
-}
-
 }  // namespace
 
 void predict(const RegisteredSurface& surface, const PhotoLevel& level, const ObjectPose& pose,
@@ -273,6 +258,20 @@ void relight(Prediction& p, const ShadingBasis::Weights& weights) {
     for (int j = 0; j < p.basis; ++j) sum += weights[j] * p.phi_at(i)[j];
     p.radiance[i] = static_cast<float>(sum);
   }
+}
+
+Vector3d point_near(const Prediction& p, int x, int y) {
+  const std::size_t i = p.index(x, y);
+  if (p.coverage[i] > 0) return p.point[i].cast<double>();
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (int v = y - 1; v <= y + 1; ++v)
+    for (int u = x - 1; u <= x + 1; ++u) {
+      if (!p.contains(u, v) || !(p.coverage[p.index(u, v)] > 0)) continue;
+      sum += p.point[p.index(u, v)].cast<double>();
+      ++count;
+    }
+  return count > 0 ? Vector3d(sum / count) : sum;
 }
 
 PixelDerivative pixel_derivative(const Prediction& p, const Intrinsics& k, const Vector3d& center,

@@ -57,6 +57,10 @@ void predict(const RegisteredSurface& surface, const PhotoLevel& level, const Ob
              double focal_scale, const ShadingBasis& basis, const ShadingBasis::Weights& weights,
              const PredictionSettings& settings, Prediction& prediction);
 
+// The surface point of a pixel, camera mm. Beside the organ a pixel moves with the part of it that
+// lies nearest; zero where none does.
+Eigen::Vector3d point_near(const Prediction& prediction, int x, int y);
+
 // d radiance of a pixel that stays where it is / d (ω, τ, ln f): what the surface point does by
 // itself, minus what slides past: the picture's gradient times the motion of its points.
 using PixelDerivative = Eigen::Matrix<double, 7, 1>;

@@ -89,6 +89,21 @@ void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyr
   }
 }
 
+void appraise(const RegisteredSurface& surface, const PhotoLevel& level,
+              const RefineOptions& options, RefineState& state) {
+  const ShadingBasis basis = basis_for(options, state.solver.object_pose());
+  state.solver.light = basis.first_weights();
+  LivePrediction live(surface, level, basis, {.margin = kFinestBand + 2}, state.solver);
+  live.PrepareForEvaluation(false, true);
+  std::vector<WeightedPixel> pixels = overlap(level, live.prediction(), kFinestBand);
+  state.usable = pixels.size() >= kFewestPixels;
+  if (!state.usable) return;
+  state.appearance = fit_appearance(level, live.prediction(), basis, pixels);
+  state.solver.light = state.appearance.light;
+  live.PrepareForEvaluation(false, true);
+  state.correlation = NccCost(live, pixels, options.similarity).correlation();
+}
+
 Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
                     const RefineOptions& options, const RefineState& state) {
   Curvature result;

@@ -38,6 +38,10 @@ ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose);
 void refine(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid, int first,
             int last, const RefineOptions& options, RefineState& state, const RunContext& context);
 
+// What a level says of a state whose pose stands: its light, the appearance and R.
+void appraise(const RegisteredSurface& surface, const PhotoLevel& level,
+              const RefineOptions& options, RefineState& state);
+
 // (JᵀJ) of r by the motion (and ln f last when asked) and its parts by patch, of the state's R on a
 // level: what the covariance is made of.
 struct Curvature {

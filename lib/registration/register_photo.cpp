@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "registration/register_photo.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -10,6 +11,7 @@
 #include "registration/light_choice.h"
 #include "registration/point_pairs.h"
 #include "registration/pose_quality.h"
+#include "registration/tissue_search.h"
 
 namespace organbake {
 namespace {
@@ -80,6 +82,55 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
   return result;
 }
 
+// A piece of an organ is what a laparoscope sees from near: texture drowns its relief, so that it
+// is sought with a model of tissue, unless the light or the similarity is chosen.
+bool seen_as_tissue(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
+                    const RegistrationOptions& o) {
+  return start && surface.open() && o.light == LightModel::automatic && o.reach == Reach::wide &&
+         o.similarity == Similarity::radiance && o.form == Form::patches && !o.free_focal;
+}
+
+// Stays on the finest level; the light that tissue is seen under is a lamp near the lens.
+SearchResult search_as_tissue(const RegisteredSurface& surface, const Rgb8Image& photo,
+                              const std::vector<PhotoLevel>& pyramid, const RigidTransform& start,
+                              RefineOptions& options, const RunContext& context) {
+  SearchResult result;
+  options.light.model = LightModel::beam;
+  const auto pose =
+      search_tissue(surface, photo, pyramid, object_pose(start, surface.center()), context);
+  if (!pose) return result;
+  result.best.solver.pose = pose->to_array();
+  appraise(surface, pyramid.front(), options, result.best);
+  return result;
+}
+
+double apart_mm(const RegisteredSurface& surface, const RefineState& a, const RefineState& b) {
+  const RigidTransform first = rigid_transform(a.solver.object_pose(), surface.center());
+  const RigidTransform second = rigid_transform(b.solver.object_pose(), surface.center());
+  double sum = 0;
+  for (const SurfaceSample& sample : surface.samples())
+    sum += (first * sample.point - second * sample.point).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
+}
+
+// Where outlines confirm a pose that shading and colour found, they also have the last word. That
+// they take it somewhere else means that one of the two is misled.
+PoseQuality finish_by_outlines(const RegisteredSurface& surface,
+                               const std::vector<PhotoLevel>& pyramid, const RefineOptions& options,
+                               const PoseQuality& quality, RefineState& state,
+                               const RunContext& context) {
+  constexpr double kApart_mm = 1.5;
+  RefineState finished = state;
+  refine(surface, pyramid, std::min<int>(1, static_cast<int>(pyramid.size()) - 1), 0, options,
+         finished, context);
+  PoseQuality result = quality;
+  result.verdict = Verdict::doubtful;
+  result.reason = "what shading and colour say and what the outline says lie apart";
+  if (!finished.usable || !(apart_mm(surface, state, finished) < kApart_mm)) return result;
+  state = finished;
+  return assess(surface, pyramid, options, state, 1, context);
+}
+
 RefineOptions refine_options(const RegistrationOptions& o) {
   RefineOptions options;
   options.light.model = o.light;
@@ -126,9 +177,11 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   std::optional<RigidTransform> start = photo.start;
   if (!photo.pairs.empty()) start = pose_from_pairs(photo.pairs, photo.intrinsics);
   if (start) result.camera.camera_from_world = *start;
+  const bool as_tissue = seen_as_tissue(surface, start, options);
   const std::vector<PhotoLevel> pyramid =
       photo_pyramid(photo.image, photo.mask, photo.intrinsics, options.finest_side_px,
                     !start           ? kSearchCoarsestSide
+                    : as_tissue      ? kCoarsestTissueSide
                     : surface.open() ? kCoarsestSideOpen
                                      : kCoarsestSide);
   if (pyramid.empty()) {
@@ -138,15 +191,19 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
 
   RefineOptions refining = refine_options(options);
   SearchResult found =
-      options.light == LightModel::automatic
+      as_tissue ? search_as_tissue(surface, photo.image, pyramid, *start, refining, context)
+      : options.light == LightModel::automatic
           ? search_with_any_light(surface, pyramid, start, options.reach, refining, context)
           : search(surface, pyramid, start, options.reach, refining, context);
   result.light = refining.light.model;
   context.progress(0.4);
   RefineState& state = found.best;
-  if (state.usable) refine(surface, pyramid, found.level, 0, refining, state, context);
+  if (state.usable && !as_tissue)
+    refine(surface, pyramid, found.level, 0, refining, state, context);
   context.progress(0.9);
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
+  if (as_tissue && result.quality.verdict == Verdict::ok)
+    result.quality = finish_by_outlines(surface, pyramid, refining, result.quality, state, context);
   if (!state.usable) return result;
   result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
   result.camera.intrinsics.fx *= std::exp(state.solver.log_focal);

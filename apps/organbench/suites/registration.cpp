@@ -244,15 +244,17 @@ void promise_rendered_liver(Bench& bench) {
 void run_registration_suite(Bench& bench) {
   const LampScenes scenes(bench.quick() ? 256 : 1024, bench.quick() ? 2 : 8,
                           PhotographedSurface::formula);
-  sweep(bench, scenes);
-  promise_time(bench, scenes);
-  promise_accuracy(bench, scenes);
-  promise_efficiency(bench);
-  promise_reach(bench, scenes);
-  promise_verdicts(bench, scenes);
-  promise_rendered_liver(bench);
+  if (bench.wants("time")) {
+    sweep(bench, scenes);
+    promise_time(bench, scenes);
+  }
+  if (bench.wants("accuracy")) promise_accuracy(bench, scenes);
+  if (bench.wants("efficiency")) promise_efficiency(bench);
+  if (bench.wants("reach")) promise_reach(bench, scenes);
+  if (bench.wants("verdicts")) promise_verdicts(bench, scenes);
+  if (bench.wants("rendered liver")) promise_rendered_liver(bench);
   promise_what_people_have(bench);
-  promise_tracking(bench);
+  if (bench.wants("tracking")) promise_tracking(bench);
 }
 
 }  // namespace organbake

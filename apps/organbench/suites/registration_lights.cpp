@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "core/text.h"
@@ -83,11 +84,15 @@ void promise_open_patches(Bench& bench, const RegistrationCases& cases) {
   bench.now("open patches");
   const int count = bench.count(1, 9, 30);
   Tally tally;
+  std::vector<double> seconds;
   for (int i = 0; i < count; ++i) {
     bench.context().throw_if_cancelled();
     const std::size_t organ = static_cast<std::size_t>(i) % cases.organs().size();
     const RegistrationCase made = cases.open_patch(organ, static_cast<std::uint64_t>(i));
+    const auto begin = std::chrono::steady_clock::now();
     const RegisteredPhoto found = register_photo(*made.patch, made.photo, {}, bench.context());
+    seconds.push_back(
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     tally.add(*made.patch, made, found);
     if (i == 0)
       bench.show(shrunk(draw_overlay(*made.patch, made.photo.image, found, {}), 640),
@@ -101,6 +106,7 @@ void promise_open_patches(Bench& bench, const RegistrationCases& cases) {
   bench.add(Figure{what + ": mTRE ≤ 1 mm", "%", tally.percent(tally.right, tally.cases), 80,
                    Figure::Goal::at_least});
   bench.add(Figure{what + ": wrong ones that are ok", "", double(tally.false_ok), 0});
+  bench.add(Figure{what + ": time, median", "s", spread_of(seconds).median, 2});
 }
 
 }  // namespace
@@ -108,8 +114,8 @@ void promise_open_patches(Bench& bench, const RegistrationCases& cases) {
 void promise_what_people_have(Bench& bench) {
   const auto folder = bench.data("registration/rendered_liver");
   const RegistrationCases cases(folder.empty() ? folder : folder.parent_path().parent_path());
-  promise_lights(bench, cases);
-  promise_open_patches(bench, cases);
+  if (bench.wants("lights")) promise_lights(bench, cases);
+  if (bench.wants("open patches")) promise_open_patches(bench, cases);
 }
 
 }  // namespace organbake
