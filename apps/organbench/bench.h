@@ -25,7 +25,7 @@ struct BenchOptions {
   int threads = 0;               // 0 = all
   std::uint64_t first_case = 0;  // of the stability suite, whose cases are numbered by their seeds
   std::uint64_t cases = 0;       // 0 = as many as the effort allows
-  std::string only = {};         // part of a measurement's name (Bench::wants); empty = all
+  std::string only = {};         // the one measurement that is taken (Bench::wants); empty = all
   std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
 };
@@ -74,7 +74,9 @@ class Bench {
   const RunContext& context() const { return context_; }
 
   // Whether a measurement of this name was asked for; suites whose parts take long ask this.
-  bool wants(const std::string& name) const { return name.find(options_.only) != name.npos; }
+  bool wants(const std::string& name) const {
+    return options_.only.empty() || options_.only == name;
+  }
 
   // A file or folder of the real data; empty, and said in the result, when it is not there.
   std::filesystem::path data(const std::string& relative_path);

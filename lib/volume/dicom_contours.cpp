@@ -142,17 +142,26 @@ double usual_gap(const Planes& planes) {
   return gaps[gaps.size() / 2];
 }
 
+// Pixels (mm) of a grid that takes no more memory than its contours' points are a reason for: a few
+// triangles over a torso do not ask for a gigabyte.
+double finest_for(std::size_t points, const Eigen::Vector2d& across_mm, double slices) {
+  constexpr double kAlwaysVoxels = 2e7, kVoxelsPerPoint = 3000;
+  const double most = kAlwaysVoxels + kVoxelsPerPoint * static_cast<double>(points);
+  return std::sqrt(across_mm.prod() * (slices + 1) / most);
+}
+
 // The region that is wanted, or all of them, on a grid of the planes of the one with most.
 Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
                 const std::string& name) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(HUGE_VAL), high = -low;
   double gap = HUGE_VAL;
-  std::size_t plane_count = 0;
+  std::size_t plane_count = 0, point_count = 0;
   for (const Planes& planes : wanted) {
     plane_count += planes.size();
     if (usual_gap(planes) > 0) gap = std::min(gap, usual_gap(planes));
     for (const auto& [along, polygons] : planes) {
       for (const Polygon2& polygon : polygons) {
+        point_count += polygon.size();
         for (const Eigen::Vector2d& p : polygon) {
           low = low.cwiseMin(Eigen::Vector3d(p.x(), p.y(), along));
           high = high.cwiseMax(Eigen::Vector3d(p.x(), p.y(), along));
@@ -161,8 +170,16 @@ Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
     }
   }
   if (!std::isfinite(gap)) gap = 1;  // one plane: as thick as that
-  const double across = (high - low).head<2>().maxCoeff();
-  const double fine = std::clamp(across / kAcross, kFinest_mm, kCoarsest_mm);
+  // Where one pair of planes lies close together and all others far apart, the gaps are wrong. Two
+  // lumps of one region may well lie a torso apart.
+  constexpr double kMostSlicesPerPlane = 8, kAlwaysFit = 1000;
+  const double slices = (high.z() - low.z()) / gap;
+  if (slices > kMostSlicesPerPlane * static_cast<double>(plane_count) + kAlwaysFit)
+    throw BadDataError(name + ": its planes lie at too uneven gaps, of " + to_text(gap, 2) +
+                       " mm and more");
+  const Eigen::Vector2d across = (high - low).head<2>();
+  const double fine = std::max(std::clamp(across.maxCoeff() / kAcross, kFinest_mm, kCoarsest_mm),
+                               finest_for(point_count, across, slices));
   Volume grid;
   grid.spacing_mm = {fine, fine, gap};
   grid.direction = axes;
@@ -170,11 +187,6 @@ Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
   const Eigen::Vector3d count =
       ((high - low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
   checked_grid_size(count, name);
-  // Where one pair of planes lies close together and all others far apart, the gaps are wrong.
-  constexpr double kMostSlicesPerPlane = 8, kAlwaysFit = 16;
-  if (count.z() > kMostSlicesPerPlane * static_cast<double>(plane_count) + kAlwaysFit)
-    throw BadDataError(name + ": its planes lie at too uneven gaps, of " + to_text(gap, 2) +
-                       " mm and more");
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
   grid.origin_mm = axes * (low - margin);
   return grid;

@@ -164,6 +164,29 @@ TEST_F(DicomMasks, PlanesFarApartLeaveAGapAndOneMissingPlaneDoesNot) {
   EXPECT_EQ(at(30), 4);
 }
 
+TEST_F(DicomMasks, LumpsATorsoApartAreOneRegion) {
+  Roi nodes{"nodes", {}};
+  for (const double z : {0.0, 2.0, 4.0, 600.0, 602.0, 604.0})
+    nodes.contours.push_back({z, circle(0, 0, 10)});
+  const LabelFigures figures = label_figures(read(structure_set({nodes}), "nodes"))[0];
+  EXPECT_NEAR(figures.volume_ml / (2 * 3 * 2 * M_PI * 10 * 10 / 1000), 1, 0.01);
+}
+
+// Three points a plane are no reason for a gigabyte; many points have the grid they always had.
+TEST_F(DicomMasks, AFewTrianglesOverATorsoAskForLittle) {
+  Roi triangles{"triangles", {}}, circles{"circles", {}};
+  for (int k = 0; k < 400; ++k) {
+    triangles.contours.push_back({2.0 * k, {{-250, -150}, {250, -150}, {0, 250}}});
+    if (k < 100) circles.contours.push_back({2.0 * k, circle(0, 0, 200)});
+  }
+  const Volume sparse = read(structure_set({triangles}), "triangles");
+  constexpr std::size_t kAlwaysFits = 30'000'000;  // voxels
+  EXPECT_LT(sparse.voxel_count(), kAlwaysFits);
+  EXPECT_NEAR(label_figures(sparse)[0].volume_ml / (400 * 2 * 0.5 * 500 * 400 / 1000), 1, 0.02);
+  const Volume dense = read(structure_set({circles}), "circles");
+  EXPECT_NEAR(dense.spacing_mm.x(), 400.0 / 600, 0.01);
+}
+
 TEST_F(DicomMasks, WithoutClosedContoursThereIsNoMask) {
   EXPECT_THAT(message_of(ExitCode::bad_data,
                          [&] {
