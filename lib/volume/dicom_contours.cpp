@@ -145,7 +145,7 @@ double usual_gap(const Planes& planes) {
 // Pixels (mm) of a grid that takes no more memory than its contours' points are a reason for: a few
 // triangles over a torso do not ask for a gigabyte.
 double finest_for(std::size_t points, const Eigen::Vector2d& across_mm, double slices) {
-  constexpr double kAlwaysVoxels = 2e7, kVoxelsPerPoint = 3000;
+  constexpr double kAlwaysVoxels = 1.5e7, kVoxelsPerPoint = 3000;
   const double most = kAlwaysVoxels + kVoxelsPerPoint * static_cast<double>(points);
   return std::sqrt(across_mm.prod() * (slices + 1) / most);
 }
