@@ -30,7 +30,11 @@ ShellMatrix shell_matrix(const TriangleMesh& proxy, const std::vector<Eigen::Vec
                          std::uint32_t face);
 std::vector<ShellMatrix> shell_matrices(const TriangleMesh& proxy);  // of every face
 inline bool is_bent(const ShellMatrix& m) { return !m.rightCols<3>().isZero(0); }
-inline Eigen::Vector3d shell_point(const ShellMatrix& m, double b1, double b2, double h) {
+// Of any matrix with these columns.
+template <class Columns>
+Eigen::Matrix<typename Columns::Scalar, Columns::RowsAtCompileTime, 1> shell_point(
+    const Columns& m, typename Columns::Scalar b1, typename Columns::Scalar b2,
+    typename Columns::Scalar h) {
   return m.col(0) + b1 * (m.col(1) + b1 * m.col(6) + b2 * m.col(7)) +
          b2 * (m.col(2) + b2 * m.col(8)) + h * (m.col(3) + b1 * m.col(4) + b2 * m.col(5));
 }

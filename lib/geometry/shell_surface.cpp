@@ -39,14 +39,17 @@ TriangleMesh ShellSurface::posed(const std::vector<Eigen::Vector3d>& proxy_posit
 std::vector<ShellMatrix> ShellSurface::posed_matrices(
     const std::vector<Eigen::Vector3d>& proxy_positions) const {
   const TriangleMesh mesh = posed(proxy_positions);
-  std::vector<ShellMatrix> matrices = shell_matrices(mesh);
-  if (!skin_) return matrices;
+  if (!skin_) return shell_matrices(mesh);
   const VertexGradients gradients(rest_);
   const std::vector<Eigen::Vector3d> normals = vertex_normals(mesh);
   std::vector<Eigen::Matrix3d> changes(mesh.vertices.size());
   for (std::uint32_t v = 0; v < changes.size(); ++v)
     changes[v] = gradients.change(v, mesh.vertices, normals);
-  for (std::uint32_t f = 0; f < matrices.size(); ++f) bend_face(rest_, f, changes, matrices[f]);
+  std::vector<ShellMatrix> matrices(mesh.faces.size());
+  for (std::uint32_t f = 0; f < matrices.size(); ++f) {
+    matrices[f] = shell_matrix(mesh, normals, f);
+    bend_face(rest_, f, changes, matrices[f]);
+  }
   return matrices;
 }
 

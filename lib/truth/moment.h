@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "geometry/shell_map.h"
 #include "player/player.h"
 #include "warp/frame.h"
 #include "warp/solids.h"
@@ -27,10 +28,7 @@ struct Moment {
   // Of a bound point, camera mm.
   Eigen::Vector3f place(std::size_t organ, const BoundPixel& p) const {
     const Columns& m = shells[organ][p.face];
-    return (m.col(0) + p.b1 * (m.col(1) + p.b1 * m.col(6) + p.b2 * m.col(7)) +
-            p.b2 * (m.col(2) + p.b2 * m.col(8)) +
-            p.height_mm * (m.col(3) + p.b1 * m.col(4) + p.b2 * m.col(5)))
-        .head<3>();
+    return shell_point(m, p.b1, p.b2, p.height_mm).head<3>();
   }
 };
 

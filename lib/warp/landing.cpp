@@ -111,7 +111,7 @@ ORGANBAKE_WIDE void land_cut(const Sampled& sampled, int count, const ShellColum
   land<true, false>(sampled, count, matrix, c, at, near_mm, out);
 }
 
-// Bent faces are few: those round a poke.
+// None at rest; a deep poke bends most faces.
 ORGANBAKE_WIDE void land_cut_bent(const Sampled& sampled, int count, const ShellColumns& matrix,
                                   const ChunkFrame& c, const Placement& at, float near_mm,
                                   Landed& __restrict out) {
