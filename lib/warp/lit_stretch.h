@@ -24,13 +24,36 @@ class LitStretch {
   int post_count() const { return post_count_; }
   int post(int k) const { return posts_[k]; }
 
-  // Mixes the other pixels of a plane whose posts are set. Equal numbers stay what they are.
-  void mix(float* plane) const;
+  // Whether group g runs on: it has three posts, its first, middle and last pixel.
+  bool smooth(int g) const { return smooth_[g]; }
+  int count() const { return count_; }  // pixels
 
  private:
+  int count_;
   std::array<bool, kStretch / kGroup> smooth_{};
   int post_count_ = 0;
   std::array<std::int32_t, kStretch> posts_;
+};
+
+// What is known of some of a stretch's posts, eight numbers each; row `count` holds what stands
+// where nothing is known.
+struct PostTable {
+  alignas(32) float rows[kStretch + 1][8];
+};
+
+// Spreads such tables over all pixels of their stretch, three numbers at a time.
+class PostSpread {
+ public:
+  // at[k]: the pixel that row k is known of, one of the stretch's posts.
+  PostSpread(const LitStretch& stretch, const std::int32_t* at, int count);
+
+  // Planes of the numbers first, first + 1 and first + 2, whole vectors of the stretch. Equal
+  // numbers stay what they are.
+  void operator()(const PostTable& table, int first, const std::array<float*, 3>& planes) const;
+
+ private:
+  const LitStretch& stretch_;
+  std::array<std::int16_t, kStretch> row_;
 };
 
 }  // namespace organbake

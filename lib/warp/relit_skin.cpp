@@ -185,24 +185,17 @@ void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
 }
 
 template <class AnyNode>
-void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const Triangles& t, int count,
-                          MixedNodes& out) {
+void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& elsewhere,
+                          const Triangles& t, int count, PostTable& mixed) {
   for (int k = 0; k < count; ++k) {
     const float along = t.along[k], down = t.down[k], rest = 1 - along - down;
-    const auto& corner = nodes[t.corner[k]].mixed;
-    const auto& below = nodes[t.below[k]].mixed;
-    const auto& beside = nodes[t.beside[k]].mixed;
-    for (int c = 0; c < 8; ++c)
-      out.of[k][c] = rest * corner[c] + along * below[c] + down * beside[c];
+    const float* __restrict const corner = nodes[t.corner[k]].mixed.data();
+    const float* __restrict const below = nodes[t.below[k]].mixed.data();
+    const float* __restrict const beside = nodes[t.beside[k]].mixed.data();
+    float* __restrict const out = mixed.rows[k];
+    for (int c = 0; c < 8; ++c) out[c] = rest * corner[c] + along * below[c] + down * beside[c];
   }
-}
-
-// One number of the posts over a stretch; posts that are not among them get another one.
-void RelitSkin::spread(const MixedNodes& mixed, int number, float elsewhere, const SkinPixels& skin,
-                       const LitStretch& stretch, float* plane) {
-  std::fill_n(plane, kStretch, elsewhere);
-  for (int k = 0; k < skin.count; ++k) plane[skin.at[k]] = mixed.of[k][number];
-  stretch.mix(plane);
+  std::copy(elsewhere.mixed.begin(), elsewhere.mixed.end(), mixed.rows[count]);
 }
 
 void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
@@ -210,29 +203,30 @@ void RelitSkin::light(const SkinPixels& skin, const LitStretch& stretch,
   if (skin.count == 0) return;
   Triangles triangles;
   find_triangles(skin, triangles);
-  MixedNodes mixed;
-  mix_nodes(nodes_, triangles, skin.count, mixed);
+  PostTable mixed;
+  mix_nodes(nodes_, Node(), triangles, skin.count, mixed);
+  const PostSpread spread(stretch, skin.at, skin.count);
+  SkinPlanes<3> gains;
+  spread(mixed, 0, gains.planes());
   for (int c = 0; c < 3; ++c) {
-    alignas(64) float gain[kStretch];
-    spread(mixed, c, 1, skin, stretch, gain);
     float* const plane = colors.planes[c];
-    for (int i = 0; i < colors.count; ++i) plane[i] *= gain[i];
+    for (int i = 0; i < colors.count; ++i) plane[i] *= gains.of[c][i];
   }
   if (from_scope_) {
     ScopeSkin scope_skin;
-    for (int c = 0; c < 3; ++c) spread(mixed, 3 + c, 0, skin, stretch, scope_skin.normals.of[c]);
-    return light_scope(skin, triangles, stretch, scope_skin, colors);
+    spread(mixed, 3, scope_skin.normals.planes());
+    return light_scope(skin, triangles, spread, scope_skin, colors);
   }
   const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
   if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
   SkinDirections normals;
-  for (int c = 0; c < 3; ++c) spread(mixed, 3 + c, 0, skin, stretch, normals.of[c]);
+  spread(mixed, 3, normals.planes());
   add_gloss(normals, colors);
 }
 
 // Where skin lies at rest is asked for only where gloss may show: the relief is bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
-                            const LitStretch& stretch, ScopeSkin& scope_skin,
+                            const PostSpread& spread, ScopeSkin& scope_skin,
                             const StretchColors& colors) const {
   std::fill_n(scope_skin.depth_mm, kStretch, 1.0f);
   for (int i = 0; i < colors.count; ++i) {
@@ -241,13 +235,11 @@ void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
   }
   ScopeLit lit;
   if (!shine_.light(scope_skin, colors, lit)) return;
-  MixedNodes mixed;
-  mix_nodes(rest_nodes_, triangles, skin.count, mixed);
+  PostTable mixed;
+  mix_nodes(rest_nodes_, RestNode(), triangles, skin.count, mixed);
   ScopeSkinAtRest at_rest;
-  for (int c = 0; c < 3; ++c) {
-    spread(mixed, c, 0, skin, stretch, at_rest.normals.of[c]);
-    spread(mixed, 3 + c, 0, skin, stretch, at_rest.places_mm.of[c]);
-  }
+  spread(mixed, 0, at_rest.normals.planes());
+  spread(mixed, 3, at_rest.places_mm.planes());
   shine_.add_gloss(lit, scope_skin, at_rest, colors);
 }
 

@@ -73,17 +73,12 @@ class RelitSkin {
   void light_face(std::uint32_t face);
   Eigen::Vector3f light_on(const Eigen::Vector3d& normal) const;
   bool may_shine(std::uint32_t face, const Eigen::Vector3f& eye) const;
-  struct MixedNodes {  // as a Node's numbers, by pixel
-    alignas(32) float of[kStretch][8];
-  };
   void find_triangles(const SkinPixels& skin, Triangles& out) const;
   template <class AnyNode>
-  static void mix_nodes(const std::vector<AnyNode>& nodes, const Triangles& triangles, int count,
-                        MixedNodes& out);
-  static void spread(const MixedNodes& mixed, int number, float elsewhere, const SkinPixels& skin,
-                     const LitStretch& stretch, float* plane);
+  static void mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& elsewhere,
+                        const Triangles& triangles, int count, PostTable& mixed);
   void add_gloss(const SkinDirections& normals, const StretchColors& colors) const;
-  void light_scope(const SkinPixels& skin, const Triangles& triangles, const LitStretch& stretch,
+  void light_scope(const SkinPixels& skin, const Triangles& triangles, const PostSpread& spread,
                    ScopeSkin& scope_skin, const StretchColors& colors) const;
   void light_by(bool scope);
   void place_rest_nodes();

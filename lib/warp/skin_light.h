@@ -36,6 +36,12 @@ struct StretchColors {
 template <int numbers>
 struct SkinPlanes {
   alignas(64) float of[numbers][kStretch];
+
+  std::array<float*, numbers> planes() {
+    std::array<float*, numbers> all;
+    for (int c = 0; c < numbers; ++c) all[c] = of[c];
+    return all;
+  }
 };
 using SkinDirections = SkinPlanes<3>;  // x, y, z
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -17,12 +18,19 @@ template <class NumberOf>
 std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
                          int* asked = nullptr) {
   const LitStretch stretch(depth.data(), static_cast<int>(depth.size()), kTexel_mm);
-  std::vector<float> plane(kStretch, -1);
-  for (int k = 0; k < stretch.post_count(); ++k)
-    plane[stretch.post(k)] = number_of(stretch.post(k));
-  if (asked) *asked = stretch.post_count();
-  stretch.mix(plane.data());
-  return plane;
+  const int posts = stretch.post_count();
+  std::vector<std::int32_t> at;
+  PostTable table;
+  for (int k = 0; k < posts; ++k) {
+    at.push_back(stretch.post(k));
+    table.rows[k][3] = number_of(at.back());
+  }
+  table.rows[posts][3] = -1;
+  if (asked) *asked = posts;
+  alignas(64) std::array<std::array<float, kStretch>, 3> planes;
+  PostSpread(stretch, at.data(), posts)(table, 3,
+                                        {planes[0].data(), planes[1].data(), planes[2].data()});
+  return {planes[0].begin(), planes[0].begin() + static_cast<std::ptrdiff_t>(depth.size())};
 }
 
 TEST(LitStretch, WhatRisesEvenlyIsMixedExactlyFromThreeOfEight) {
