@@ -16,8 +16,8 @@ Bundle memory_bundle(const TriangleMesh& surface, const TriangleMesh& proxy,
   Bundle bundle;
   bundle.proxy = proxy;
   if (skin_edge_mm > 0) bundle.skin = bake_smooth_skin(surface, proxy, skin_edge_mm);
-  CaptureSummary captured = capture(surface, bundle.shell().at_rest(), placed.cameras,
-                                    *make_vertex_color(surface), capturing);
+  CaptureResult captured = capture(surface, bundle.shell().at_rest(), placed.cameras,
+                                   *make_vertex_color(surface), capturing);
   bundle.cameras = {placed.cameras, {}, placed.manifold};
   bundle.mechanics = make_mechanics(proxy, {});
   bundle.maps = std::move(captured.maps);

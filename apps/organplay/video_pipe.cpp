@@ -15,7 +15,7 @@
 #include "core/error.h"
 #include "core/file_ending.h"
 #include "core/files.h"
-#include "core/leftovers.h"
+#include "core/temporary_files.h"
 #include "core/text.h"
 
 extern char** environ;

@@ -41,7 +41,7 @@ int rays_needed(const PosedCamera& camera, const Bounds& surface, double detail_
   return kTexelsPerDetail * texel_mm <= detail_mm ? 1 : 2;
 }
 
-void add_counts(const std::vector<TileCounts>& counts, CaptureSummary& summary) {
+void add_counts(const std::vector<TileCounts>& counts, CaptureResult& summary) {
   for (const TileCounts& tile : counts) {
     summary.bound_in_prism += tile.in_prism;
     summary.bound_by_fallback += tile.by_fallback;
@@ -52,7 +52,7 @@ void add_counts(const std::vector<TileCounts>& counts, CaptureSummary& summary) 
 }
 
 void capture_maps(const std::vector<CaptureScene>& scenes, const std::vector<PosedCamera>& cameras,
-                  CaptureSummary& summary, const RunContext& context) {
+                  CaptureResult& summary, const RunContext& context) {
   for (const PosedCamera& camera : cameras)
     summary.maps.push_back(background_maps(camera.intrinsics));
   const std::vector<TileAddress> tiles = all_tiles(cameras);
@@ -94,9 +94,9 @@ void CaptureOptions::check() const {
     throw UsageError("base_step_mm = " + to_text(base_step_mm) + ": take 0.01…1000 mm");
 }
 
-CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
-                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
-                       const CaptureOptions& options, const RunContext& context) {
+CaptureResult capture(const TriangleMesh& surface, const TriangleMesh& proxy,
+                      const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
+                      const CaptureOptions& options, const RunContext& context) {
   options.check();
   check_mesh(surface, "surface");
   check_mesh(proxy, "proxy");
@@ -113,7 +113,7 @@ CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
   const ShellBinder shell(proxy, reach_mm);
   context.throw_if_cancelled();
 
-  CaptureSummary summary;
+  CaptureResult summary;
   const Bounds box = bounds(surface);
   std::vector<CaptureScene> scenes;
   for (const PosedCamera& camera : cameras) {

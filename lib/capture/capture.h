@@ -21,7 +21,7 @@ struct CaptureOptions {
   void check() const;
 };
 
-struct CaptureSummary {
+struct CaptureResult {
   std::vector<CameraMaps> maps;  // one per camera
   BaseLayer base;
   std::size_t bound_in_prism = 0;
@@ -43,8 +43,8 @@ struct CaptureSummary {
 // Texels without confidence are background, and those that no face of the proxy carries. The same
 // bytes for any number of threads. Throws UsageError, or BadDataError for a broken or empty mesh,
 // no cameras, or bad intrinsics.
-CaptureSummary capture(const TriangleMesh& surface, const TriangleMesh& proxy,
-                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
-                       const CaptureOptions& options, const RunContext& context = {});
+CaptureResult capture(const TriangleMesh& surface, const TriangleMesh& proxy,
+                      const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
+                      const CaptureOptions& options, const RunContext& context = {});
 
 }  // namespace organbake

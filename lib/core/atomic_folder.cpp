@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "core/leftovers.h"
+#include "core/temporary_files.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -50,7 +50,7 @@ AtomicFolder::AtomicFolder(fs::path target) : target_(std::move(target)) {
   std::error_code error;
   fs::create_directories(parent, error);
   const std::string prefix = temporary_prefix(target_);
-  if (!error) remove_leftovers(parent, prefix);
+  if (!error) remove_stale_temporaries(parent, prefix);
   static std::atomic<unsigned> counter{0};
   temporary_ = parent / (prefix + std::to_string(::getpid()) + "-" + std::to_string(counter++));
   if (!error) fs::create_directory(temporary_, error);

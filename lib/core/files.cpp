@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/leftovers.h"
+#include "core/temporary_files.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -49,7 +49,7 @@ void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
   }
 }
 
-void describe_topology(DecimateSummary& summary) {
+void describe_topology(DecimateResult& summary) {
   const MeshTopology topology = analyse_topology(summary.proxy);
   summary.closed_manifold = topology.closed_manifold();
   summary.components = topology.components;
@@ -63,7 +63,7 @@ void describe_topology(DecimateSummary& summary) {
                   2;
 }
 
-void measure(DecimateSummary& summary, const TriangleMesh& surface, const RunContext& context) {
+void measure(DecimateResult& summary, const TriangleMesh& surface, const RunContext& context) {
   const MeshDistance forward =
       mesh_distance(surface, summary.proxy, kErrorSamples, kErrorSeed, context);
   const MeshDistance reverse =
@@ -92,10 +92,10 @@ void DecimateOptions::check() const {
   }
 }
 
-DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& options,
-                         const RunContext& context) {
+DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& options,
+                        const RunContext& context) {
   options.check();
-  DecimateSummary summary;
+  DecimateResult summary;
   summary.proxy = reduce(surface, options, context);
   if (!(options.max_error_mm > 0)) check_budget(summary.proxy, options);
   measure(summary, surface, context);

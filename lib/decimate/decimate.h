@@ -24,7 +24,7 @@ struct DecimateOptions {
   void check() const;
 };
 
-struct DecimateSummary {
+struct DecimateResult {
   TriangleMesh proxy;
   // surface → proxy: RMS at area-uniform samples; the largest of all points, up to 0.5 % more
   double rms_mm = 0, max_mm = 0;
@@ -38,7 +38,7 @@ struct DecimateSummary {
 
 // Reduces a surface to a proxy. All methods but cluster keep genus, components and manifoldness.
 // Throws BadDataError when the surface can't be used or the budget can't be reached.
-DecimateSummary decimate(const TriangleMesh& surface, const DecimateOptions& options,
-                         const RunContext& context = {});
+DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& options,
+                        const RunContext& context = {});
 
 }  // namespace organbake

@@ -9,7 +9,7 @@
 #include "core/parallel.h"
 #include "geometry/mesh_checks.h"
 #include "image/srgb.h"
-#include "warp/rasteriser.h"
+#include "warp/drawing/rasteriser.h"
 
 namespace organbake {
 namespace {

@@ -14,7 +14,7 @@
 #include "player/ideal_picture.h"
 #include "player/orbit.h"
 #include "player/skin_point.h"
-#include "warp/outline.h"
+#include "warp/finishing/outline.h"
 
 namespace organbake {
 namespace {
@@ -58,7 +58,7 @@ Rgb8Image smoothed(Rgb8Image on_black) {
   }
   const PixelBox all{0, 0, on_black.width, on_black.height};
   frame.color = std::move(on_black);
-  SkinBits skin;
+  CoverMask skin;
   skin.read_with_border(all, frame);
   FrontEdges edges;
   edges.find(skin);

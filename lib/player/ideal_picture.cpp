@@ -7,7 +7,7 @@
 
 #include "core/parallel.h"
 #include "image/srgb.h"
-#include "warp/warper.h"
+#include "warp/camera_shares.h"
 
 namespace organbake {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "bundle/bundle.h"
 #include "player/script.h"
-#include "warp/solids.h"
+#include "warp/finishing/solids.h"
 
 namespace organbake {
 

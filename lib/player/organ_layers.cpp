@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "warp/front_edges.h"
-#include "warp/outline.h"
-#include "warp/skin_depth.h"
+#include "warp/finishing/front_edges.h"
+#include "warp/finishing/outline.h"
+#include "warp/picture/skin_depth.h"
 
 namespace organbake {
 namespace {
@@ -39,7 +39,7 @@ void smooth_outlines(const std::vector<float>& depth_mm, float deeper_mm, Frame&
     std::copy_n(&depth_mm[std::size_t(y) * width], width, row.begin());
     depth.put(0, y, width, row.data());
   }
-  SkinBits skin;
+  CoverMask skin;
   skin.read({0, 0, width, height}, frame);
   FrontEdges edges;
   edges.find(skin, depth, deeper_mm);

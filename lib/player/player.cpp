@@ -6,8 +6,8 @@
 
 #include "core/error.h"
 #include "player/organ_layers.h"
-#include "warp/front_edges.h"
-#include "warp/light_meter.h"
+#include "warp/finishing/front_edges.h"
+#include "warp/light/light_meter.h"
 
 namespace organbake {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "bundle/bundle.h"
 #include "deform/deformer.h"
-#include "warp/paper_warp.h"
+#include "warp/paper/paper_warp.h"
 #include "warp/warper.h"
 
 namespace organbake {

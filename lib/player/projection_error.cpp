@@ -11,7 +11,7 @@
 #include "core/parallel.h"
 #include "geometry/nearest_on_triangle.h"
 #include "geometry/view_manifold.h"
-#include "warp/warper.h"
+#include "warp/draw_options.h"
 
 namespace organbake {
 namespace {

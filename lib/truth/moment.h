@@ -6,8 +6,8 @@
 
 #include "geometry/shell_map.h"
 #include "player/player.h"
+#include "warp/finishing/solids.h"
 #include "warp/frame.h"
-#include "warp/solids.h"
 #include "warp/view.h"
 
 namespace organbake {

@@ -6,20 +6,20 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "warp/active_cameras.h"
-#include "warp/base_drawing.h"
-#include "warp/bundle_fit.h"
-#include "warp/finish.h"
-#include "warp/light_meter.h"
-#include "warp/moved_cells.h"
-#include "warp/phase_clock.h"
-#include "warp/posed_shell.h"
-#include "warp/relit_skin.h"
-#include "warp/resolve.h"
-#include "warp/sample_store.h"
-#include "warp/skin_bits.h"
-#include "warp/tile_drawing.h"
-#include "warp/tile_grid.h"
+#include "warp/drawing/base_drawing.h"
+#include "warp/drawing/resolve.h"
+#include "warp/drawing/tile_drawing.h"
+#include "warp/finishing/cover_mask.h"
+#include "warp/finishing/post_process.h"
+#include "warp/light/light_meter.h"
+#include "warp/light/relit_skin.h"
+#include "warp/picture/phase_clock.h"
+#include "warp/picture/tile_grid.h"
+#include "warp/placing/active_cameras.h"
+#include "warp/placing/dirty_cells.h"
+#include "warp/placing/posed_shell.h"
+#include "warp/samples/bundle_fit.h"
+#include "warp/samples/sample_store.h"
 
 namespace organbake {
 namespace {
@@ -34,16 +34,6 @@ std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
 }
 
 }  // namespace
-
-ViewWeights trimmed(ViewWeights w) {
-  double sum = 0;
-  for (double& weight : w.weights) {
-    weight = std::max(0.0, (weight - kLeastShare) / (1 - kLeastShare));
-    sum += weight;
-  }
-  for (double& weight : w.weights) weight /= sum;  // the largest is at least a third: sum > 0
-  return w;
-}
 
 struct Warper::Impl {
   PosedShell shell;
@@ -63,10 +53,10 @@ struct Warper::Impl {
   float texel_mm = 1;  // of the active cameras
   std::vector<FaceFrame> faces, last_faces;
   std::vector<std::uint8_t> moved;  // per face, since the last frame; empty: all is new
-  MovedCells moved_cells;
-  Finish finish;
-  Survey survey;                    // once the base layer is placed, of that, too
-  std::vector<std::uint8_t> gappy;  // per face: its samples may leave pixels open
+  DirtyCells dirty_cells;
+  PostProcess post_process;
+  VisibilitySummary visibility;             // once the base layer is placed, of that, too
+  std::vector<std::uint8_t> may_have_gaps;  // per face: its samples may leave pixels open
   TileLists base_tiles;
   SkinDepth depth;
   TileDrawing tiles;
@@ -143,38 +133,38 @@ void Warper::Impl::place_faces(const View& view, bool continued) {
   last_faces.swap(faces);
   face_frames(shell, view, faces);
   moved.clear();
-  moved_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
+  dirty_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
   if (!continued) return;
   moved.resize(faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f) moved[f] = !(faces[f] == last_faces[f]);
 }
 
 void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawReport& report) {
-  active.place(faces, moved, view, grid, moved_cells);
-  active.survey(faces.size(), report, survey);
+  active.place(faces, moved, view, grid, dirty_cells);
+  active.summarise(faces.size(), report, visibility);
 }
 
 void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report) {
-  gappy = survey.stretched;
-  for (std::size_t f = 0; f < faces.size(); ++f) gappy[f] |= faces[f].two_sided;
+  may_have_gaps = visibility.stretched;
+  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= faces[f].two_sided;
   const auto mark_moved = [&] {
     for (std::uint32_t b = 0; !moved.empty() && b < base.chosen_count(); ++b) {
-      if (moved[base.face(b)]) moved_cells.mark(base.box(b));
+      if (moved[base.face(b)]) dirty_cells.mark(base.box(b));
     }
   };
   mark_moved();
-  base.choose(faces, gappy, report.weights, view);
+  base.choose(faces, may_have_gaps, report.weights, view);
   mark_moved();
   const auto box_of = [&](std::uint32_t block) { return base.box(block); };
   for (std::uint32_t b = 0; b < base.chosen_count(); ++b) {
-    survey.box = united(survey.box, box_of(b));
-    survey.shown[base.face(b)] = 1;
+    visibility.box = united(visibility.box, box_of(b));
+    visibility.shown[base.face(b)] = 1;
   }
   base_tiles.build(grid, base.chosen_count(), box_of);
 }
 
 void Warper::Impl::light_faces(const View& view, const DrawOptions& options) {
-  if (options.light == DrawnLight::world) relit->light_faces(view, survey.shown);
+  if (options.light == DrawnLight::world) relit->light_faces(view, visibility.shown);
   if (options.light != DrawnLight::scope) return;
   double reference_mm = options.scope_reference_mm;
   if (!(reference_mm > 0)) {
@@ -182,7 +172,7 @@ void Warper::Impl::light_faces(const View& view, const DrawOptions& options) {
     meter.add(shell.shell().proxy());
     reference_mm = meter.reference_mm();
   }
-  relit->light_faces_from_scope(view, reference_mm, survey.shown);
+  relit->light_faces_from_scope(view, reference_mm, visibility.shown);
 }
 
 // Those tiles, or parts of them, in which something moved.
@@ -201,7 +191,7 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .measure = options.measure});
   std::atomic<int> drawn = 0;
   parallel_for(0, grid.count(), [&](int t) {
-    const PixelBox part = moved_cells.within(grid.box(t));
+    const PixelBox part = dirty_cells.within(grid.box(t));
     if (part.empty()) return;
     tiles.draw(t, grid.box(t), part, depth, frame);
     ++drawn;
@@ -209,8 +199,8 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
   tiles.count(report);
   report.tiles_drawn = drawn;
   report.tiles_kept = grid.count() - drawn;
-  report.sample_pixels = count_cover(frame, survey.box, Cover::samples);
-  report.base_pixels = count_cover(frame, survey.box, Cover::base);
+  report.sample_pixels = count_cover(frame, visibility.box, Cover::samples);
+  report.base_pixels = count_cover(frame, visibility.box, Cover::base);
 }
 
 Warper::Warper(const Bundle& bundle)
@@ -262,7 +252,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   PhaseClock clock(options.measure);
   s.shell.pose(positions);
   s.choose_cameras(view, report);
-  if (continued) s.finish.undo(background, frame);
+  if (continued) s.post_process.undo(background, frame);
   s.place_faces(view, continued);
   if (relight) s.relit->turn(s.shell.matrices(), s.moved);
   s.place_samples(view, grid, report);
@@ -271,7 +261,8 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   s.light_faces(view, options);
   clock.lap(report.times.base);
   s.draw_tiles(view, grid, options, background, frame, report);
-  s.finish.apply(view, options, s.survey.box, s.depth, kStepTexels * s.texel_mm, frame, report);
+  s.post_process.apply(view, options, s.visibility.box, s.depth, kStepTexels * s.texel_mm, frame,
+                       report);
 
   s.last_view = view;
   s.last_options = options;

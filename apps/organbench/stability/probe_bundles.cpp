@@ -94,7 +94,7 @@ double probe_capture(RandomStream& random, const ProbeFolder&) {
   const CaptureOptions options{.rays_per_texel_side = 1 + int(random.below(3)),
                                .base_step_mm = any_size(random, 0, 2)};
   const auto color = surface.colors.empty() ? make_material_color({}) : make_vertex_color(surface);
-  const CaptureSummary captured = capture(surface, proxy, cameras, *color, options);
+  const CaptureResult captured = capture(surface, proxy, cameras, *color, options);
   expect_finite(captured.largest_height_mm, "the largest height");
   // Only a body has a shell in which every point lies; of others any finite binding is as good.
   const double edge = bounds(proxy).diagonal();

@@ -93,7 +93,7 @@ double probe_decimate(RandomStream& random, const ProbeFolder&) {
   options.faces = chance(random, 0.1) ? random.below(5) : 4 + random.below(200);
   options.objective = chance(random, 0.3) ? DecimateObjective::max : DecimateObjective::rms;
   if (chance(random, 0.05)) options.max_error_mm = any_size(random, -3, 2);
-  const DecimateSummary summary = decimate(surface, options);
+  const DecimateResult summary = decimate(surface, options);
   check_mesh(summary.proxy, "proxy");
   expect_finite(summary.proxy, "a vertex of the proxy");
   expect_finite(summary.rms_mm + summary.max_mm + summary.reverse_rms_mm, "the proxy's distance");

@@ -42,7 +42,7 @@ struct ReadyImage {
   ChannelImage image;
 };
 
-std::vector<ReadyImage> ready_images(const CaptureSummary& captured, const CaptureScenario& scene,
+std::vector<ReadyImage> ready_images(const CaptureResult& captured, const CaptureScenario& scene,
                                      const fs::path& folder) {
   std::vector<ReadyImage> images;
   images.push_back({folder / "base.exr", base_layer_to_image(captured.base)});
@@ -57,7 +57,7 @@ std::vector<ReadyImage> ready_images(const CaptureSummary& captured, const Captu
   return images;
 }
 
-std::vector<Eigen::Vector3d> stored_points(const CaptureSummary& captured,
+std::vector<Eigen::Vector3d> stored_points(const CaptureResult& captured,
                                            const CaptureScenario& scene) {
   std::vector<Eigen::Vector3d> points;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
@@ -70,7 +70,7 @@ std::vector<Eigen::Vector3d> stored_points(const CaptureSummary& captured,
   return points;
 }
 
-void promise_binding(Bench& bench, const CaptureSummary& captured, const CaptureScenario& scene) {
+void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureScenario& scene) {
   bench.now("binding");
   std::vector<Eigen::Vector3d> points = stored_points(captured, scene);
   constexpr std::size_t kMost = 1'000'000;
@@ -95,7 +95,7 @@ void promise_capture_time(Bench& bench) {
   const auto color = make_vertex_color(scene.surface);
   CaptureOptions options;
   options.rays_per_texel_side = 1;
-  CaptureSummary captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
+  CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
   const std::vector<ReadyImage> images =
       ready_images(captured, scene, fresh_folder(bench, "openexr"));
   const EmbreeDepth embree(scene.surface);

@@ -135,7 +135,7 @@ class Sights {
 };
 
 // Random stored texels of the organ in all maps.
-std::vector<Probe> probes_of(const CaptureSummary& captured, const CaptureScenario& scene,
+std::vector<Probe> probes_of(const CaptureResult& captured, const CaptureScenario& scene,
                              const FlatScene& flat, const Sights& sights) {
   constexpr int kProbes = 60'000;
   constexpr std::uint64_t kSeed = 7;
@@ -195,7 +195,7 @@ void promise_albedo(Bench& bench, const CaptureScenario& scene, const OrganPhant
     CaptureOptions options;
     const bool standard = side == 2;
     options.rays_per_texel_side = side;
-    CaptureSummary captured;
+    CaptureResult captured;
     const Timing timing = bench.time(
         [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); });
     const std::vector<Probe> probes = probes_of(captured, scene, flat, sights);
@@ -254,7 +254,7 @@ void promise_occlusion(Bench& bench, CaptureScenario scene, const OrganPhantom& 
   const std::vector<Photo> photos = photographs(flat, cameras);
   const auto color = make_photo_color(scene.surface, flat.rays(), photos);
   const Sights sights(scene.surface, flat.rays(), photos);
-  const CaptureSummary captured = capture(scene.surface, scene.proxy, scene.cameras, *color, {});
+  const CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, {});
   // The bar is far bluer than tissue: a tenth of it shows as this much.
   const float bled = 0.1f * kBarColor[2];
   const std::vector<Probe> probes = probes_of(captured, scene, flat, sights);

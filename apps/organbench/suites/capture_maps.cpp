@@ -24,7 +24,7 @@ bool kept_for_sure(const RayScene& scene, const SmoothNormals& normals, const Ra
   return hit.face == kNoHit || -normals.at(hit).dot(ray.direction.normalized()) > kLeastCosine;
 }
 
-void promise_depth(Bench& bench, const CaptureSummary& captured, const CaptureScenario& scene) {
+void promise_depth(Bench& bench, const CaptureResult& captured, const CaptureScenario& scene) {
   bench.now("depth against an exact oracle");
   constexpr int kTexels = 10'000;
   constexpr std::uint64_t kSeed = 6;
@@ -58,7 +58,7 @@ struct SplitError {
   std::size_t unbound = 0;
 };
 
-SplitError split_error(const fs::path& folder, const CaptureSummary& captured,
+SplitError split_error(const fs::path& folder, const CaptureResult& captured,
                        const CaptureScenario& scene) {
   const std::vector<ShellMatrix> shells = shell_matrices(scene.proxy);
   SplitError error;
@@ -106,7 +106,7 @@ const NamedPacking kPackings[] = {
     {"compact", {.compact = true}},
 };
 
-void sweep_packings(Bench& bench, const CaptureSummary& captured, const CaptureScenario& scene) {
+void sweep_packings(Bench& bench, const CaptureResult& captured, const CaptureScenario& scene) {
   const std::string task = std::to_string(scene.cameras.size()) + " cameras of " +
                            std::to_string(scene.cameras.front().intrinsics.width) +
                            "², colour from photographs: write";
@@ -148,7 +148,7 @@ void promise_capture_maps(Bench& bench) {
   for (const PosedCamera& camera : phantom.photo_cameras())
     photos.push_back({camera, phantom.photograph(camera, bench.context())});
   const auto color = make_photo_color(scene.surface, RayScene(scene.surface), std::move(photos));
-  const CaptureSummary captured = capture(scene.surface, scene.proxy, scene.cameras, *color, {});
+  const CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, {});
   promise_depth(bench, captured, scene);
   sweep_packings(bench, captured, scene);
 }

@@ -139,7 +139,7 @@ StageReport run(const StageCall& call) {
   const auto [color, lighting] = choose_coloring(surface, scene, read_photos(call), exemplar,
                                                  options.material, read_lighting(call), report);
   const ShellSurface shell = make_shell(call, surface, proxy, options.skin_edge_mm, report);
-  const CaptureSummary captured =
+  const CaptureResult captured =
       capture(surface, shell.at_rest(), set.cameras, *color, options.capture, call.context);
   if (options.packing.compact) {
     report.skipped.push_back({"the compression", "compact chooses one for each kind of map"});

@@ -37,7 +37,7 @@ StageReport run(const StageCall& call) {
   options.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
   if (!asked.faces) options.faces = auto_faces(surface, asked.tool_radius_mm, call.context);
-  const DecimateSummary summary = decimate(surface, options, call.context);
+  const DecimateResult summary = decimate(surface, options, call.context);
   write_ply(call.output_folder / "proxy.ply", summary.proxy);
 
   StageReport report;

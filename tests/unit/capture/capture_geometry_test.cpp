@@ -14,8 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-CaptureSummary capture_plainly(const TriangleMesh& surface, const TriangleMesh& proxy,
-                               const std::vector<PosedCamera>& cameras) {
+CaptureResult capture_plainly(const TriangleMesh& surface, const TriangleMesh& proxy,
+                              const std::vector<PosedCamera>& cameras) {
   return capture(surface, proxy, cameras, *make_material_color({}), {});
 }
 
@@ -33,7 +33,7 @@ TEST(CaptureDepth, IsThePlanarDepthOfASphere) {
   const Vector3d center(7, -3, 12);
   constexpr double kRadius = 30;
   const PosedCamera camera = odd_camera({40, -100, 30}, center + Vector3d(4, 0, 2));
-  const CaptureSummary summary =
+  const CaptureResult summary =
       capture_plainly(sphere_at(center, kRadius, 6), sphere_at(center, kRadius, 1), {camera});
   const CameraMaps& maps = summary.maps[0];
   ASSERT_EQ(maps.width, 150);
@@ -96,7 +96,7 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
   const std::vector<PosedCamera> cameras = {odd_camera({0, -120, 0}, Vector3d::Zero()),
                                             odd_camera({70, 60, 70}, Vector3d::Zero()),
                                             odd_camera({-80, 30, -60}, Vector3d::Zero())};
-  const CaptureSummary summary = capture_plainly(surface, proxy, cameras);
+  const CaptureResult summary = capture_plainly(surface, proxy, cameras);
   const std::vector<Vector3d> normals = vertex_normals(proxy);
   std::size_t bound = 0;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -131,7 +131,7 @@ TEST(CaptureBinding, MacroPlusMicroIsTheSurface) {
 TEST(CaptureBinding, TexelsThatNoFaceCarriesAreBackgroundAndCounted) {
   TriangleMesh proxy = box_mesh({100, 100, 100});
   for (auto& v : proxy.vertices) v -= Vector3d::Constant(50);
-  const CaptureSummary summary =
+  const CaptureResult summary =
       capture_plainly(sphere_mesh(0.01, 3), proxy, {plain_camera({0, -0.04, 0}, {0, 0, 0}, 40)});
   EXPECT_GT(summary.unbound_texels, 400u);
   EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
@@ -144,7 +144,7 @@ TEST(CaptureBinding, FromAfarNoHeightLeadsAcrossTheBody) {
   for (auto& v : proxy.vertices) v -= Vector3d::Constant(50);
   PosedCamera camera = plain_camera({0, -1e5, 0}, {0, 0, 0}, 40);
   camera.intrinsics.fx = camera.intrinsics.fy = 4e5;  // 10 mm across
-  const CaptureSummary summary = capture_plainly(sphere_mesh(4, 3), proxy, {camera});
+  const CaptureResult summary = capture_plainly(sphere_mesh(4, 3), proxy, {camera});
   const CameraMaps& maps = summary.maps[0];
   const CameraRays rays(camera);
   const std::vector<ShellMatrix> shells = shell_matrices(proxy);
@@ -183,8 +183,8 @@ TEST(CaptureColor, AMarkIsWhereItProjects) {
 }
 
 TEST(CaptureDepth, ASurfaceSeenFromInsideIsBackground) {
-  const CaptureSummary summary = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
-                                                 {plain_camera({1, 2, 3}, {10, 0, 0}, 40)});
+  const CaptureResult summary = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
+                                                {plain_camera({1, 2, 3}, {10, 0, 0}, 40)});
   EXPECT_EQ(summary.back_face_texels, 1600u);
   EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
   for (const float depth : summary.maps[0].depth_mm) EXPECT_TRUE(std::isinf(depth));
@@ -193,15 +193,15 @@ TEST(CaptureDepth, ASurfaceSeenFromInsideIsBackground) {
 TEST(CaptureDepth, AnInsideOutSurfaceIsBackgroundAndCounted) {
   TriangleMesh surface = sphere_mesh(50, 3);
   for (Face& face : surface.faces) std::swap(face[1], face[2]);
-  const CaptureSummary summary =
+  const CaptureResult summary =
       capture_plainly(surface, sphere_mesh(50, 1), {plain_camera({0, -200, 0}, {0, 0, 0}, 40)});
   EXPECT_GT(summary.back_face_texels, 400u);
   EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
 }
 
 TEST(CaptureDepth, ACameraThatLooksAwaySeesNothing) {
-  const CaptureSummary summary = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
-                                                 {plain_camera({0, -200, 0}, {0, -400, 0}, 40)});
+  const CaptureResult summary = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
+                                                {plain_camera({0, -200, 0}, {0, -400, 0}, 40)});
   for (const std::uint32_t face : summary.maps[0].face) EXPECT_EQ(face, kNoFace);
 }
 

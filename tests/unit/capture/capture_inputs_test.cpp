@@ -36,7 +36,7 @@ struct Inputs {
   TriangleMesh proxy = sphere_mesh(20, 1);
   std::vector<PosedCamera> cameras = {plain_camera({0, -90, 0}, Vector3d::Zero(), 32)};
 
-  CaptureSummary run() const {
+  CaptureResult run() const {
     return capture(surface, proxy, cameras, *make_material_color({}), {});
   }
 };
@@ -74,7 +74,7 @@ TEST(CaptureInputs, CanBeCancelled) {
 TEST(CaptureInputs, OneTexelCameraWorks) {
   Inputs inputs;
   inputs.cameras[0].intrinsics = {1, 1, 1, 1, 0.5, 0.5};
-  const CaptureSummary summary = inputs.run();
+  const CaptureResult summary = inputs.run();
   EXPECT_NEAR(summary.maps[0].depth_mm[0], 70, 0.5);
 }
 
@@ -95,7 +95,7 @@ TEST(CaptureInputs, SameBytesForAnyNumberOfThreads) {
     const auto color = make_photo_color(surface, RayScene(surface), std::move(photos));
     return capture(surface, proxy, cameras, *color, {});
   };
-  const CaptureSummary one = run(1), four = run(4);
+  const CaptureResult one = run(1), four = run(4);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     EXPECT_TRUE(same_bytes(one.maps[c].depth_mm, four.maps[c].depth_mm));
     EXPECT_TRUE(same_bytes(one.maps[c].color, four.maps[c].color));

@@ -37,7 +37,7 @@ TEST(Decimate, KeepsBudgetManifoldnessAndVolume) {
   const TriangleMesh mesh = lumpy_mesh(50, 3);
   const double diagonal = bounds(mesh).diagonal();
   for (const std::size_t faces : {4, 20, 80, 81, 300}) {
-    const DecimateSummary s = decimate(mesh, to_faces(faces));
+    const DecimateResult s = decimate(mesh, to_faces(faces));
     EXPECT_LE(s.proxy.faces.size(), faces);
     EXPECT_GE(s.proxy.faces.size() + 1, faces);  // collapses take two faces at a time
     EXPECT_TRUE(s.closed_manifold);
@@ -55,7 +55,7 @@ TEST(Decimate, KeepsBudgetManifoldnessAndVolume) {
 }
 
 TEST(Decimate, AFlatSidedBodyLosesNothing) {
-  const DecimateSummary s = decimate(grid_box({30, 20, 10}, 8), to_faces(12));
+  const DecimateResult s = decimate(grid_box({30, 20, 10}, 8), to_faces(12));
   EXPECT_EQ(s.proxy.faces.size(), 12u);
   EXPECT_NEAR(signed_volume(s.proxy), 6000, 1e-6);
   // Solves of 3×3 systems whose planes are exact: micrometres would already be a defect.
@@ -70,7 +70,7 @@ TEST(Decimate, AnOpenSurfaceKeepsItsBorder) {
   for (const Face& f : sphere.faces) {
     if (sphere.vertices[f[0]].z() > 0) cap.faces.push_back(f);
   }
-  const DecimateSummary s = decimate(cap, to_faces(100));
+  const DecimateResult s = decimate(cap, to_faces(100));
   EXPECT_LE(s.proxy.faces.size(), 100u);
   EXPECT_FALSE(s.closed_manifold);
   const MeshTopology topology = analyse_topology(s.proxy);
@@ -82,19 +82,19 @@ TEST(Decimate, AnOpenSurfaceKeepsItsBorder) {
 
 TEST(Decimate, PlaceAndUnitDoNotMatter) {
   const TriangleMesh mesh = lumpy_mesh(50, 3);
-  const DecimateSummary here = decimate(mesh, to_faces(80));
-  const DecimateSummary there = decimate(moved(mesh, {1e6, -2e6, 3e6}), to_faces(80));
+  const DecimateResult here = decimate(mesh, to_faces(80));
+  const DecimateResult there = decimate(moved(mesh, {1e6, -2e6, 3e6}), to_faces(80));
   // Input coordinates of 3e6 are rounded to 5e-10 mm; collapses in another order would show as mm.
   EXPECT_NEAR(here.rms_mm, there.rms_mm, 1e-4);
-  const DecimateSummary metres = decimate(scaled(mesh, 1e-3), to_faces(80));
+  const DecimateResult metres = decimate(scaled(mesh, 1e-3), to_faces(80));
   EXPECT_NEAR(here.rms_mm, 1e3 * metres.rms_mm, 1e-4);
 }
 
 TEST(Decimate, IsRepeatable) {
   const TriangleMesh mesh = lumpy_mesh(50, 3);
   for (const auto method : {DecimateMethod::lindstrom_turk, DecimateMethod::cluster}) {
-    const DecimateSummary a = decimate(mesh, to_faces(80, method));
-    const DecimateSummary b = decimate(mesh, to_faces(80, method));
+    const DecimateResult a = decimate(mesh, to_faces(80, method));
+    const DecimateResult b = decimate(mesh, to_faces(80, method));
     EXPECT_EQ(a.proxy.vertices, b.proxy.vertices);
     EXPECT_EQ(a.proxy.faces, b.proxy.faces);
     EXPECT_EQ(a.rms_mm, b.rms_mm);
@@ -107,14 +107,14 @@ TEST(Decimate, EdgesWithoutLengthAreNoObstacle) {
     mesh.vertices[mesh.faces[f * 20][0]] = mesh.vertices[mesh.faces[f * 20][1]];
   }
   ASSERT_GT(analyse_topology(mesh).degenerate_faces, 0u);
-  const DecimateSummary s = decimate(mesh, to_faces(80));
+  const DecimateResult s = decimate(mesh, to_faces(80));
   EXPECT_EQ(s.proxy.faces.size(), 80u);
   EXPECT_TRUE(s.closed_manifold);
 }
 
 TEST(Decimate, ASurfaceWithinTheBudgetIsReturned) {
   for (const auto method : {DecimateMethod::lindstrom_turk, DecimateMethod::cluster}) {
-    const DecimateSummary s = decimate(tetrahedron_mesh(), to_faces(80, method));
+    const DecimateResult s = decimate(tetrahedron_mesh(), to_faces(80, method));
     EXPECT_EQ(s.proxy.faces.size(), 4u);
     EXPECT_LT(s.max_mm, 1e-12);
     EXPECT_EQ(s.volume_change, 0);
@@ -145,7 +145,7 @@ TEST(Decimate, UnusableSurfacesAreRefused) {
 
 TEST(Decimate, ClusteringIsTheWorseOfTheTwo) {
   const TriangleMesh mesh = lumpy_mesh(50, 4);
-  const DecimateSummary naive = decimate(mesh, to_faces(80, DecimateMethod::cluster));
+  const DecimateResult naive = decimate(mesh, to_faces(80, DecimateMethod::cluster));
   EXPECT_LE(naive.proxy.faces.size(), 80u);
   EXPECT_GT(naive.rms_mm, 2 * decimate(mesh, to_faces(80)).rms_mm);
 }
@@ -165,7 +165,7 @@ TEST(Decimate, RealLiverAndItsVessels) {
        {"liver.vtk", "gallbladder.vtk", "portal_vein.vtk", "liver_tumours.vtk"}) {
     SCOPED_TRACE(name);
     const TriangleMesh mesh = read_mesh(folder / name);
-    const DecimateSummary s = decimate(mesh, to_faces(400));
+    const DecimateResult s = decimate(mesh, to_faces(400));
     EXPECT_LE(s.proxy.faces.size(), 400u);
     EXPECT_EQ(s.closed_manifold, analyse_topology(mesh).boundary_edges == 0);
     EXPECT_LT(s.rms_mm, 0.01 * bounds(mesh).diagonal());

@@ -28,7 +28,7 @@ TEST(MaxError, IsKeptWithFewFaces) {
     SCOPED_TRACE(seed);
     const TriangleMesh mesh = manifold_faces(seeded_mesh(seed));
     DecimateOptions options{.max_error_mm = 0.02 * bounds(mesh).diagonal()};
-    const DecimateSummary s = decimate(mesh, options);
+    const DecimateResult s = decimate(mesh, options);
     EXPECT_LE(verified_distance(mesh, s.proxy), options.max_error_mm);
     EXPECT_LE(s.max_mm, options.max_error_mm);
     const MeshTopology before = analyse_topology(mesh), after = analyse_topology(s.proxy);
@@ -36,7 +36,7 @@ TEST(MaxError, IsKeptWithFewFaces) {
     EXPECT_EQ(after.components, before.components);
     EXPECT_EQ(after.euler_characteristic, before.euler_characteristic);
     options.method = DecimateMethod::lindstrom_turk;
-    const DecimateSummary plain = decimate(mesh, options);
+    const DecimateResult plain = decimate(mesh, options);
     EXPECT_LE(plain.max_mm, options.max_error_mm);
     EXPECT_LE(double(s.proxy.faces.size()), 1.5 * double(plain.proxy.faces.size()));
   }
@@ -44,7 +44,7 @@ TEST(MaxError, IsKeptWithFewFaces) {
 
 TEST(MaxError, BelowAnyDetailReturnsTheSurface) {
   const TriangleMesh mesh = lumpy_mesh(50, 0);
-  const DecimateSummary s = decimate(mesh, {.max_error_mm = 1e-9});
+  const DecimateResult s = decimate(mesh, {.max_error_mm = 1e-9});
   EXPECT_EQ(s.proxy.faces.size(), mesh.faces.size());
   EXPECT_LT(s.max_mm, 1e-9);
 }

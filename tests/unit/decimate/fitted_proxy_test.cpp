@@ -18,19 +18,19 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-DecimateSummary fitted(const TriangleMesh& mesh, std::size_t faces, bool flips = true) {
+DecimateResult fitted(const TriangleMesh& mesh, std::size_t faces, bool flips = true) {
   return decimate(mesh, {.faces = faces, .flips = flips});
 }
 
-DecimateSummary lindstrom_turk(const TriangleMesh& mesh, std::size_t faces) {
+DecimateResult lindstrom_turk(const TriangleMesh& mesh, std::size_t faces) {
   return decimate(mesh, {.method = DecimateMethod::lindstrom_turk, .faces = faces});
 }
 
 TEST(FittedProxy, IsNearerThanLindstromTurkAndKeepsTheVolume) {
   const TriangleMesh mesh = lumpy_mesh(50, 4);
-  const DecimateSummary plain = lindstrom_turk(mesh, 80);
+  const DecimateResult plain = lindstrom_turk(mesh, 80);
   for (const bool flips : {false, true}) {
-    const DecimateSummary s = fitted(mesh, 80, flips);
+    const DecimateResult s = fitted(mesh, 80, flips);
     EXPECT_LE(s.proxy.faces.size(), 80u);
     EXPECT_TRUE(s.closed_manifold);
     EXPECT_EQ(s.self_intersecting_faces, 0u);
@@ -43,23 +43,23 @@ TEST(FittedProxy, IsNearerThanLindstromTurkAndKeepsTheVolume) {
 
 TEST(FittedProxy, FlipsLowerTheDistanceFurther) {
   const TriangleMesh mesh = lumpy_mesh(50, 4);
-  const DecimateSummary fit = fitted(mesh, 60, false), flipped = fitted(mesh, 60, true);
+  const DecimateResult fit = fitted(mesh, 60, false), flipped = fitted(mesh, 60, true);
   EXPECT_LT(flipped.rms_mm + flipped.reverse_rms_mm, fit.rms_mm + fit.reverse_rms_mm);
 }
 
 TEST(FittedProxy, OfASphereIsNearTheBestKnown) {
-  const DecimateSummary s = fitted(sphere_mesh(100, 4), 80);
+  const DecimateResult s = fitted(sphere_mesh(100, 4), 80);
   // A scaled icosphere of 80 faces reaches 1.27 % of the radius, Lindstrom–Turk 1.54 %.
   EXPECT_LT(s.rms_mm, 1.30);
   EXPECT_LT(s.reverse_rms_mm, 1.30);
   DecimateOptions largest{.faces = 80, .objective = DecimateObjective::max};
-  const DecimateSummary m = decimate(sphere_mesh(100, 4), largest);
+  const DecimateResult m = decimate(sphere_mesh(100, 4), largest);
   EXPECT_LT(std::max(m.max_mm, m.reverse_max_mm), 4.2);  // Lindstrom–Turk: 6.9
 }
 
 TEST(FittedProxy, LooksOutward) {
   const TriangleMesh mesh = lumpy_mesh(50, 4);
-  const DecimateSummary s = fitted(mesh, 80);
+  const DecimateResult s = fitted(mesh, 80);
   for (std::size_t f = 0; f < s.proxy.faces.size(); ++f) {
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     for (const std::uint32_t v : s.proxy.faces[f]) center += s.proxy.vertices[v] / 3;
@@ -84,7 +84,7 @@ TEST(FittedProxy, NoSliverFoldsOver) {
   for (Eigen::Vector3d& v : mesh.vertices)
     v *= 1 + 0.008 * std::sin(v.x()) * std::sin(v.y() + 1) * std::sin(v.z() + 2);
   for (const std::size_t faces : {700, 1000, 2000}) {
-    const DecimateSummary s = fitted(mesh, faces);
+    const DecimateResult s = fitted(mesh, faces);
     EXPECT_GT(least_corner_cosine(s.proxy), 0.1) << faces << " faces";  // were −0.98…−0.81
     EXPECT_LT(s.rms_mm, 0.92 * lindstrom_turk(mesh, faces).rms_mm);
   }
@@ -93,7 +93,7 @@ TEST(FittedProxy, NoSliverFoldsOver) {
 TEST(FittedProxy, KeepsGenusComponentsAndBorders) {
   for (const int holes : {1, 3, 5}) {
     const TriangleMesh mesh = bent(perforated_plate(holes, 5, 4), 3);
-    const DecimateSummary s = fitted(mesh, 160, holes == 3);
+    const DecimateResult s = fitted(mesh, 160, holes == 3);
     EXPECT_TRUE(s.closed_manifold);
     EXPECT_EQ(s.genus, holes);
     EXPECT_EQ(s.components, 1u);
@@ -102,13 +102,13 @@ TEST(FittedProxy, KeepsGenusComponentsAndBorders) {
   }
   TriangleMesh many;
   for (int i = 0; i < 10; ++i) many = joined(many, moved(lumpy_mesh(10, 3), {40.0 * i, 0, 0}));
-  const DecimateSummary parts = fitted(many, 200, false);
+  const DecimateResult parts = fitted(many, 200, false);
   EXPECT_EQ(parts.components, 10u);
   EXPECT_EQ(parts.genus, 0);
   EXPECT_TRUE(parts.closed_manifold);
   EXPECT_THAT([&] { fitted(many, 38); }, ThrowsMessage<BadDataError>(HasSubstr("below 40 faces")));
 
-  const DecimateSummary open = fitted(opened(lumpy_mesh(50, 4), 1), 100, false);
+  const DecimateResult open = fitted(opened(lumpy_mesh(50, 4), 1), 100, false);
   EXPECT_EQ(open.boundary_loops, 1u);
   EXPECT_EQ(open.genus, 0);
   EXPECT_LT(open.rms_mm, 1.5);
@@ -125,13 +125,13 @@ TEST(FittedProxy, IsTheSameForAnyNumberOfThreads) {
 
 TEST(FittedProxy, PlaceAndUnitDoNotMatter) {
   const TriangleMesh mesh = lumpy_mesh(50, 3);
-  const DecimateSummary here = fitted(mesh, 80, false);
+  const DecimateResult here = fitted(mesh, 80, false);
   for (const double unit : {1e-3, 1e-5}) {  // a body of 0.05 mm, of half a micrometre
-    const DecimateSummary s = fitted(scaled(mesh, unit), 80, false);
+    const DecimateResult s = fitted(scaled(mesh, unit), 80, false);
     EXPECT_NEAR(s.rms_mm / unit, here.rms_mm, 0.05 * here.rms_mm);
   }
   // Coordinates of 1e6 mm are rounded to 1e-10 mm, which may decide a tie differently.
-  const DecimateSummary there = fitted(moved(mesh, {1e6, -1e6, 1e6}), 80, false);
+  const DecimateResult there = fitted(moved(mesh, {1e6, -1e6, 1e6}), 80, false);
   EXPECT_NEAR(there.rms_mm, here.rms_mm, 0.05 * here.rms_mm);
   EXPECT_NEAR(there.volume_change, 0, 1e-6);
 }
@@ -154,14 +154,14 @@ TEST(FittedProxy, BadSurfacesAreRefusedOrSurvived) {
 }
 
 TEST(FittedProxy, AFlatSidedBodyLosesNothing) {
-  const DecimateSummary s = fitted(grid_box({30, 20, 10}, 8), 12);
+  const DecimateResult s = fitted(grid_box({30, 20, 10}, 8), 12);
   EXPECT_NEAR(signed_volume(s.proxy), 6000, 1e-3);
   EXPECT_LT(std::max(s.max_mm, s.reverse_max_mm), 0.01);
 }
 
 TEST(QuadricCollapse, StaysManifoldWithinTheBudget) {
   const TriangleMesh mesh = moved(lumpy_mesh(50, 4), {1e5, 0, 0});
-  const DecimateSummary s = decimate(mesh, {.method = DecimateMethod::quadric, .faces = 80});
+  const DecimateResult s = decimate(mesh, {.method = DecimateMethod::quadric, .faces = 80});
   EXPECT_LE(s.proxy.faces.size(), 80u);
   EXPECT_TRUE(s.closed_manifold);
   EXPECT_EQ(s.genus, 0);

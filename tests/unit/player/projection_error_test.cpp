@@ -9,7 +9,7 @@
 #include "organ_to_play.h"
 #include "player/ideal_picture.h"
 #include "player/orbit.h"
-#include "warp/paper_warp.h"
+#include "warp/paper/paper_warp.h"
 #include "warp/warper.h"
 
 namespace organbake {

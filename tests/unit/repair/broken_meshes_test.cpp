@@ -46,7 +46,7 @@ TEST_P(BrokenMeshes, BecomeUsableOrgans) {
     EXPECT_LT(largest_distance(broken.meant, repaired.mesh, RayScene(repaired.mesh)), kDistance_mm);
     EXPECT_LT(largest_distance(repaired.mesh, broken.meant, RayScene(broken.meant)), kDistance_mm);
   }
-  const DecimateSummary proxy = decimate(
+  const DecimateResult proxy = decimate(
       repaired.mesh, {.method = DecimateMethod::quadric, .faces = broken.open ? 200u : 400u});
   EXPECT_GT(proxy.proxy.faces.size(), 20u);
   EXPECT_EQ(proxy.closed_manifold, !broken.open);

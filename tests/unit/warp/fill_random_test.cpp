@@ -6,7 +6,7 @@
 
 #include "core/random.h"
 #include "unit/warp/filled_frame.h"
-#include "warp/skin_bits.h"
+#include "warp/finishing/cover_mask.h"
 
 namespace organbake {
 namespace {

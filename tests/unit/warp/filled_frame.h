@@ -3,15 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include "warp/hole_fill.h"
-#include "warp/slit_fill.h"
+#include "warp/finishing/holes.h"
 
 namespace organbake {
 
 // fill() of a frame's box by bits read from it, which must tell the frame's skin afterwards, too.
 template <class Fill>
 auto filled_in(const PixelBox& box, bool really, Frame& frame, Fill&& fill) {
-  SkinBits kept, anew;
+  CoverMask kept, anew;
   kept.read(box, frame);
   const auto result = fill(kept, really, frame);
   anew.read(box, frame);

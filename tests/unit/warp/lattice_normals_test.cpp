@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/lattice_normals.h"
+#include "warp/light/lattice_normals.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "warp/left_pack.h"
+#include "warp/drawing/left_pack.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/open_pixels.h"
+#include "warp/drawing/open_pixels.h"
 
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "warp/pixel_key.h"
+#include "warp/drawing/pixel_key.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/outline.h"
+#include "warp/finishing/outline.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Frame white_on_black(int width, int height, const Inside& inside) {
 PixelBox whole(const Frame& frame) { return {0, 0, frame.color.width, frame.color.height}; }
 
 void soften(const PixelBox& box, Outline& outline, Frame& frame) {
-  SkinBits skin;
+  CoverMask skin;
   skin.read_with_border(box, frame);
   FrontEdges edges;
   edges.find(skin);
@@ -201,7 +201,7 @@ void soften_inside(Frame& frame, const DepthAt& depth_at) {
     for (int x = 0; x < width; ++x) row[x] = depth_at(x, y);
     depth.put(0, y, width, row.data());
   }
-  SkinBits skin;
+  CoverMask skin;
   skin.read(whole(frame), frame);
   FrontEdges edges;
   edges.find(skin, depth, kDeeper_mm);

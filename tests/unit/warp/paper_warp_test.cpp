@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/paper_warp.h"
+#include "warp/paper/paper_warp.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/patch_frames.h"
+#include "warp/placing/patch_frames.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/rasteriser.h"
+#include "warp/drawing/rasteriser.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/relit_skin.h"
+#include "warp/light/relit_skin.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

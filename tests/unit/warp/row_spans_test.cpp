@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/row_spans.h"
+#include "warp/picture/row_spans.h"
 
 #include <gtest/gtest.h>
 

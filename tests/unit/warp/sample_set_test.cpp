@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "warp/sample_set.h"
+#include "warp/samples/sample_set.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <set>
 
 #include "unit/warp/synthetic_bundle.h"
-#include "warp/pixel_key.h"
-#include "warp/texel_detail.h"
-#include "warp/texel_order.h"
+#include "warp/drawing/pixel_key.h"
+#include "warp/samples/texel_detail.h"
+#include "warp/samples/texel_order.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,7 @@
 #include "image/difference.h"
 #include "image/srgb.h"
 #include "synthetic_bundle.h"
-#include "warp/light_meter.h"
+#include "warp/light/light_meter.h"
 #include "warp/warper.h"
 
 namespace organbake {

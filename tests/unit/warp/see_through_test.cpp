@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/see_through.h"
+#include "warp/finishing/holes.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/solids.h"
+#include "warp/finishing/solids.h"
 
 #include <gtest/gtest.h>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random chunks over one face, near and far: however a tile cuts them, a pixel gets the same key.
-#include "warp/splat.h"
+#include "warp/drawing/splat.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "core/random.h"
-#include "warp/landing.h"
-#include "warp/patch_frames.h"
-#include "warp/pixel_key.h"
-#include "warp/tile_grid.h"
+#include "warp/drawing/landing.h"
+#include "warp/drawing/pixel_key.h"
+#include "warp/picture/tile_grid.h"
+#include "warp/placing/patch_frames.h"
 #include "warp/view.h"
 
 namespace organbake {

@@ -8,6 +8,7 @@
 #include "core/random.h"
 #include "unit/warp/synthetic_bundle.h"
 #include "unit/warp/views_round.h"
+#include "warp/camera_shares.h"
 #include "warp/warper.h"
 
 namespace organbake {

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "bundle/base_layer.h"
+#include "geometry/shell_map.h"
+#include "geometry/view_manifold.h"
+#include "warp/drawing/open_pixels.h"
+#include "warp/picture/row_spans.h"
+#include "warp/placing/draw_state.h"
+
+namespace organbake {
+
+// The base layer's weight where no active camera sees the skin; samples weigh camera × confidence.
+inline constexpr float kBaseWeight = 0.03f;
+
+// One tile's picture of the base layer; depth +inf where it is not drawn.
+struct BaseTile {
+  using Shade = Eigen::Vector4f;  // red, green, blue, linear; weight
+  struct Place {
+    std::uint32_t face;
+    float b1, b2, height_mm;
+  };
+
+  PixelBox box;
+  std::size_t triangles = 0;  // drawn
+  RowSpans spans;             // where they may lie
+  std::vector<float> depth;
+  // What lies side by side is written and read together: pixels are few, and strewn about.
+  std::vector<Shade> shade;
+  std::vector<Place> place;  // over the proxy; only when places are kept
+
+  void clear(const PixelBox& tile, bool keep_places);
+  bool keeps_places() const { return !place.empty(); }
+  bool drawn(std::size_t at) const { return depth[at] < std::numeric_limits<float>::infinity(); }
+  std::size_t at(int x, int y) const {
+    return std::size_t(y - box.y0) * box.width() + (x - box.x0);
+  }
+};
+
+// Draws the parts of the base layer that a view needs: where it weighs because the active cameras
+// hardly see the skin, and, on faces that ask for it, the pixels that no sample reached. Whole
+// blocks of a face's lattice are passed over before any of their nodes is placed.
+class BaseDrawing {
+ public:
+  // rest: the proxy's shell matrices, undeformed, world.
+  BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest);
+
+  // Chooses the blocks of one frame. may_have_gaps[f] ≠ 0 says that samples may leave face f open.
+  void choose(const std::vector<FaceFrame>& faces, const std::vector<std::uint8_t>& may_have_gaps,
+              const ViewWeights& weights, const View& view);
+  // The chosen blocks, by number: the pixels that each may touch, and whether it fills gaps.
+  std::uint32_t chosen_count() const { return static_cast<std::uint32_t>(chosen_.size()); }
+  const PixelBox& box(std::uint32_t chosen) const { return chosen_[chosen].box; }
+  bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
+  std::uint32_t face(std::uint32_t chosen) const {
+    return blocks_[chosen_[chosen].block].patch.face;
+  }
+
+  // Draws a chosen block into a tile. `open` is looked at for blocks that fill gaps only.
+  // Thread-safe.
+  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const View& view,
+            const OpenPixels& open, BaseTile& tile) const;
+
+ private:
+  // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.
+  static constexpr std::uint32_t kCells = 4;
+  struct Block {
+    Patch patch;
+    std::uint32_t i = 0, j = 0;          // first cell
+    std::vector<std::uint32_t> seen_by;  // of its nodes, each set of cameras once
+  };
+  struct Chosen {
+    std::uint32_t block;
+    PixelBox box;
+    bool weighs, fills_gaps;
+  };
+  class PlacedBlock;
+
+  Block make_block(std::uint32_t face, std::uint32_t i, std::uint32_t j,
+                   const ShellMatrix& rest) const;
+  std::size_t node(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+    return std::size_t(face) * layer_.nodes_per_face() + base_node_index(layer_.steps, i, j);
+  }
+  std::uint32_t block_end(std::uint32_t first) const {  // last node row of a block
+    return std::min(first + kCells, layer_.steps);
+  }
+  float weight_of(std::uint32_t seen_by) const;
+  bool weighs(const Block& block) const;
+
+  BaseLayer layer_;
+  std::vector<Block> blocks_;  // by face
+  PatchTable patches_;         // theirs, once more
+  std::vector<Chosen> chosen_;
+  std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
+  std::array<float, 8> weight_by_active_ = {};
+};
+
+}  // namespace organbake

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/drawing/dominant_samples.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "warp/picture/vector_loops.h"
+
+namespace organbake {
+namespace {
+
+ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerStretch& __restrict row,
+                                        int count, NearestSamples& __restrict nearest) {
+  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+    nearest.layer[i] = row.depth[i] < nearest.depth[i] ? l : nearest.layer[i];
+    nearest.depth[i] = row.depth[i] < nearest.depth[i] ? row.depth[i] : nearest.depth[i];
+  }
+}
+
+ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerStretch& __restrict row,
+                                   const SumStretch& __restrict sum, float tolerance_mm, int count,
+                                   DominantSamples& __restrict leading) {
+  for (unsigned i = 0; i < whole_vectors(count); ++i)
+    leading.layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : leading.layer[i];
+}
+
+}  // namespace
+
+NearestSamples::NearestSamples(const LayerStretches& rows, int layers, int count) {
+  std::fill_n(layer, whole_vectors(count), 0);
+  std::fill_n(depth, whole_vectors(count), std::numeric_limits<float>::infinity());
+  for (int l = 0; l < layers; ++l) take_nearer(l, rows[l], count, *this);
+}
+
+DominantSamples::DominantSamples(const LayerShares& shares, const LayerStretches& rows,
+                                 const SumStretch& sum, float tolerance_mm, int count) {
+  std::copy_n(NearestSamples(rows, shares.count, count).layer, whole_vectors(count), layer);
+  std::array<int, 3> by_share = {0, 1, 2};
+  const auto used = by_share.begin() + shares.count;
+  // Of equal shares the first layer comes last, and stands.
+  std::sort(by_share.begin(), used, [&](int a, int b) {
+    return shares.of[a] != shares.of[b] ? shares.of[a] < shares.of[b] : a > b;
+  });
+  std::for_each(by_share.begin(), used,
+                [&](int l) { prefer(l, rows[l], sum, tolerance_mm, count, *this); });
+}
+
+}  // namespace organbake

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/light/lattice_normals.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "geometry/shell_map.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// A node on a face's rim by what its neighbours know it as: the edge's vertices, the smaller first,
+// and its steps from the second; a corner is the vertex twice.
+using RimNode = std::array<std::uint32_t, 3>;
+
+// Nothing for a node inside the face.
+std::optional<RimNode> rim_node(const Face& face, std::uint32_t steps, std::uint32_t i,
+                                std::uint32_t j) {
+  const std::array<std::uint32_t, 3> steps_from = {steps - i - j, i, j};
+  for (int k = 0; k < 3; ++k) {
+    if (steps_from[k] == steps) return RimNode{face[k], face[k], 0};
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (steps_from[k] > 0) continue;
+    const int a = (k + 1) % 3, b = (k + 2) % 3;  // the edge's ends
+    return face[a] < face[b] ? RimNode{face[a], face[b], steps_from[a]}
+                             : RimNode{face[b], face[a], steps_from[b]};
+  }
+  return std::nullopt;
+}
+
+// One face's alone, not of unit length, added to its nodes'.
+void add_face(const BaseLayer& layer, const ShellMatrix& shell, const float* height_mm,
+              Vector3d* normals) {
+  const std::uint32_t n = layer.steps;
+  std::vector<Vector3d> points(layer.nodes_per_face());
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    points[node] = shell_point(shell, double(i) / n, double(j) / n, height_mm[node]);
+  });
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const Vector3d normal = (points[b] - points[a]).cross(points[c] - points[a]);
+    for (const std::uint32_t node : {a, b, c}) normals[node] += normal;
+  };
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    if (i + j + 1 > n) return;
+    const std::uint32_t down = base_node_index(n, i + 1, j), right = base_node_index(n, i, j + 1);
+    add(node, down, right);
+    if (i + j + 2 <= n) add(down, base_node_index(n, i + 1, j + 1), right);
+  });
+}
+
+// Narrower than this share of a usual face, lattice triangles are so small that the rounding of
+// their heights turns them about.
+constexpr double kNarrow = 1.0 / 8;
+
+double altitude(const TriangleMesh& proxy, std::uint32_t face) {
+  const Face& f = proxy.faces[face];
+  double longest = 0;
+  for (int k = 0; k < 3; ++k)
+    longest = std::max(longest, (proxy.vertices[f[k]] - proxy.vertices[f[(k + 1) % 3]]).norm());
+  return longest > 0 ? 2 * face_area(proxy, face) / longest : 0;
+}
+
+double usual_size(const TriangleMesh& proxy) {
+  return std::sqrt(2 * surface_area(proxy) / double(std::max<std::size_t>(1, proxy.faces.size())));
+}
+
+// Spreads the normals on a face's rim over its inner nodes, each of which becomes the mean of its
+// neighbours.
+void spread_rim(std::uint32_t steps, Vector3d* normals) {
+  const auto at = [&](std::uint32_t i, std::uint32_t j) -> Vector3d& {
+    return normals[base_node_index(steps, i, j)];
+  };
+  const auto each_inner = [&](auto&& visit) {
+    for (std::uint32_t i = 1; i < steps; ++i)
+      for (std::uint32_t j = 1; i + j < steps; ++j) visit(i, j);
+  };
+  const Vector3d corners = at(0, 0) + at(steps, 0) + at(0, steps);
+  each_inner([&](std::uint32_t i, std::uint32_t j) { at(i, j) = corners.stableNormalized(); });
+  for (std::uint32_t sweep = 0; sweep < steps; ++sweep) {
+    each_inner([&](std::uint32_t i, std::uint32_t j) {
+      at(i, j) = (at(i + 1, j) + at(i - 1, j) + at(i, j + 1) + at(i, j - 1) + at(i + 1, j - 1) +
+                  at(i - 1, j + 1))
+                     .stableNormalized();
+    });
+  }
+}
+
+}  // namespace
+
+std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy) {
+  const std::size_t per_face = layer.nodes_per_face();
+  const std::vector<ShellMatrix> shells = shell_matrices(proxy);
+  std::vector<Vector3d> normals(layer.face_count * per_face, Vector3d::Zero());
+  std::map<RimNode, Vector3d> joined;
+  std::vector<std::pair<std::size_t, const Vector3d*>> rim;  // a node, and what it joins
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
+    const std::size_t first = f * per_face;
+    add_face(layer, shells[f], &layer.height_mm[first], &normals[first]);
+    each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const auto name = rim_node(proxy.faces[f], layer.steps, i, j);
+      if (!name) return;
+      Vector3d& sum = joined.try_emplace(*name, Vector3d::Zero()).first->second;
+      sum += normals[first + node];
+      rim.emplace_back(first + node, &sum);
+    });
+  }
+  for (const auto& [node, sum] : rim) normals[node] = *sum;
+  for (Vector3d& normal : normals) normal.stableNormalize();
+  const double narrow_mm = kNarrow * usual_size(proxy);
+  for (std::uint32_t f = 0; f < layer.face_count; ++f)
+    if (altitude(proxy, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
+  return normals;
+}
+
+}  // namespace organbake

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "warp/camera_shares.h"
+#include "warp/picture/pixel_box.h"
+#include "warp/picture/tile_grid.h"
+#include "warp/placing/dirty_cells.h"
+#include "warp/placing/draw_state.h"
+#include "warp/samples/sample_store.h"
+#include "warp/view.h"
+
+namespace organbake {
+
+struct DrawReport;
+
+// What one camera does in one frame.
+struct ActiveCamera {
+  const SampleSet* set = nullptr;
+  float weight = 0;  // its share in the view
+  std::vector<ChunkFrame> chunks;
+  TileLists tiles;  // chunks drawn, by tile
+};
+
+// What the chunks of a frame come to.
+struct VisibilitySummary {
+  PixelBox box;  // of all pixels that a sample may touch
+  // By face: whether samples of it are drawn, and lie farther apart than the largest splat.
+  std::vector<std::uint8_t> shown, stretched;
+};
+
+// The up to three cameras that the viewing manifold names for a view, their chunks placed, culled
+// and listed by tile. Kept between frames for its memory.
+class ActiveCameras {
+ public:
+  // Those of used_cameras(weights), which the store must have.
+  void choose(const SampleStore& store, const ViewWeights& weights);
+  // moved[f] ≠ 0: the face has moved since the last placing, which was for the same cameras and
+  // view; empty: all is new. Marks what chunks of moved faces left or entered.
+  void place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
+             const View& view, const TileGrid& grid, DirtyCells& cells);
+
+  std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
+  // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
+  // without a step. 1 when there are no samples.
+  float texel_mm() const;
+  // Looks what becomes of the chunks of all faces, and adds samples and faces drawn and skipped to
+  // the report. `visibility` is begun anew.
+  void summarise(std::size_t faces, DrawReport& report, VisibilitySummary& visibility) const;
+
+ private:
+  std::array<ActiveCamera, 3> cameras_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace organbake
