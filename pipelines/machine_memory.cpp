@@ -11,7 +11,7 @@
 namespace organbake {
 namespace {
 
-constexpr double kBytesPerMb = 1024.0 * 1024.0;
+constexpr double kBytesPerMegabyte = 1024.0 * 1024.0;
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
 double meminfo_mb(const std::string& key) {
@@ -24,13 +24,13 @@ double meminfo_mb(const std::string& key) {
 double group_mb(const std::string& path, double otherwise) {
   std::ifstream file(path);
   double bytes = 0;
-  return file >> bytes ? bytes / kBytesPerMb : otherwise;
+  return file >> bytes ? bytes / kBytesPerMegabyte : otherwise;
 }
 
 // Without what is kept of files that were read: it is given back when asked for.
 double group_used_mb(const std::string& folder) {
   const double cached = number_behind("inactive_file", folder + "/memory.stat").value_or(0);
-  return group_mb(folder + "/memory.current", 0) - cached / kBytesPerMb;
+  return group_mb(folder + "/memory.current", 0) - cached / kBytesPerMegabyte;
 }
 
 // The folder of this process' group (cgroup v2: a line "0::/path").

@@ -11,7 +11,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kWidth = 680, kHeight = 340;
+constexpr int kChartWidth = 680, kHeight = 340;
 constexpr int kLeft = 70, kRight = 250, kTop = 16, kBottom = 46;
 // Told apart by people who don't see all colours (Okabe, Ito 2008).
 constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
@@ -84,7 +84,7 @@ std::string text_at(double x, double y, const char* anchor, const std::string& t
 
 std::string axes(const LogAxis& x, const LogAxis& y, const std::string& x_title,
                  const std::string& y_title, double y_zero = 0) {
-  const double bottom = kHeight - kBottom, right = kWidth - kRight;
+  const double bottom = kHeight - kBottom, right = kChartWidth - kRight;
   std::string svg;
   for (const double tick : x.ticks()) {
     const std::string at = to_text(x.pixel(tick), 1);
@@ -106,8 +106,8 @@ std::string axes(const LogAxis& x, const LogAxis& y, const std::string& x_title,
 }
 
 std::string begin_svg() {
-  return "<svg viewBox='0 0 " + std::to_string(kWidth) + " " + std::to_string(kHeight) +
-         "' width='" + std::to_string(kWidth) + "' role='img'>";
+  return "<svg viewBox='0 0 " + std::to_string(kChartWidth) + " " + std::to_string(kHeight) +
+         "' width='" + std::to_string(kChartWidth) + "' role='img'>";
 }
 
 std::string named(const Quantity& q) { return q.unit.empty() ? q.name : q.name + ", " + q.unit; }
@@ -156,7 +156,7 @@ std::string time_error_chart(const std::vector<Point>& points) {
     }
   }
   if (times.empty()) times = {1};
-  const LogAxis x(times, kLeft, kWidth - kRight), y(errors, kHeight - kBottom, kTop);
+  const LogAxis x(times, kLeft, kChartWidth - kRight), y(errors, kHeight - kBottom, kTop);
   const Quantity& error = points.front().errors.front();
   const std::vector<std::size_t> front = pareto_front(points);
 
@@ -173,7 +173,8 @@ std::string time_error_chart(const std::vector<Point>& points) {
       peer = points[i].peer;
       const double py = y.pixel(errors[i]);
       if (!timed(points[i])) {
-        line += "M" + to_text(kLeft, 0) + " " + to_text(py, 1) + "H" + to_text(kWidth - kRight, 0);
+        line +=
+            "M" + to_text(kLeft, 0) + " " + to_text(py, 1) + "H" + to_text(kChartWidth - kRight, 0);
         continue;
       }
       const double px = x.pixel(drawn_time(points[i]));
@@ -183,10 +184,10 @@ std::string time_error_chart(const std::vector<Point>& points) {
     svg += "<path d='" + line + "' fill='none' stroke='" + color + "'" +
            (peer ? " stroke-dasharray='4 3'" : "") + "/>" + dots;
     const double row = kTop + 12 + 18 * double(s);
-    svg += "<path d='M" + to_text(kWidth - kRight + 10, 0) + " " + to_text(row - 4, 0) +
+    svg += "<path d='M" + to_text(kChartWidth - kRight + 10, 0) + " " + to_text(row - 4, 0) +
            "h16' stroke='" + color + "' stroke-width='2'" +
            (peer ? " stroke-dasharray='4 3'" : "") + "/>" +
-           text_at(kWidth - kRight + 32, row, "start", subjects[s]);
+           text_at(kChartWidth - kRight + 32, row, "start", subjects[s]);
   }
   return svg + "</svg>";
 }
@@ -204,7 +205,7 @@ std::string time_work_chart(const std::vector<Point>& points) {
     work.push_back(p.knobs.front().value);
     times.push_back(drawn_time(p));
   }
-  const LogAxis x(work, kLeft, kWidth - kRight), y(times, kHeight - kBottom, kTop);
+  const LogAxis x(work, kLeft, kChartWidth - kRight), y(times, kHeight - kBottom, kTop);
   std::string line, dots;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double px = x.pixel(work[i]), py = y.pixel(times[i]);

@@ -7,7 +7,7 @@
 namespace organbake {
 namespace {
 
-constexpr const char* kSchema = "organbake/mechanics/1";
+constexpr const char* kMechanicsSchema = "organbake/mechanics/1";
 constexpr double kTiny = 1e-300, kHuge = 1e12;  // positive, and far from overflow when multiplied
 
 Spring spring_from(const JsonField& field, std::int64_t vertex_count) {
@@ -53,7 +53,7 @@ std::string mechanics_to_json(const MechanicsModel& model) {
                        {"stiffness_n_per_mm", s.stiffness_n_per_mm},
                        {"damping_n_s_per_mm", s.damping_n_s_per_mm}});
   }
-  Json json = {{"schema", kSchema},
+  Json json = {{"schema", kMechanicsSchema},
                {"tissue",
                 {{"young_modulus_kpa", model.young_modulus_kpa},
                  {"density_kg_per_m3", model.density_kg_per_m3},
@@ -72,7 +72,7 @@ MechanicsModel mechanics_from_json(const std::string& text, const std::string& n
                                    std::size_t vertex_count) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
-  document.require_schema(kSchema);
+  document.require_schema(kMechanicsSchema);
   const auto vertices = static_cast<std::int64_t>(vertex_count);
   MechanicsModel model;
   const JsonField tissue = document["tissue"];

@@ -12,7 +12,7 @@
 namespace organbake {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoVertexYet = 0xFFFFFFFFu;
 
 bool repeats_a_corner(const Face& f) { return f[0] == f[1] || f[1] == f[2] || f[2] == f[0]; }
 
@@ -104,12 +104,12 @@ TriangleMesh manifold_faces(const TriangleMesh& surface) {
   TriangleMesh result;
   result.faces.reserve(kept.faces.size());
   CornerFans fans(kept.faces);
-  std::vector<std::uint32_t> vertex_of_fan(3 * kept.faces.size(), kNone);
+  std::vector<std::uint32_t> vertex_of_fan(3 * kept.faces.size(), kNoVertexYet);
   for (std::uint32_t f = 0; f < kept.faces.size(); ++f) {
     Face face;
     for (std::uint32_t c = 0; c < 3; ++c) {
       std::uint32_t& vertex = vertex_of_fan[fans.find(3 * f + c)];
-      if (vertex == kNone) {
+      if (vertex == kNoVertexYet) {
         vertex = static_cast<std::uint32_t>(result.vertices.size());
         result.vertices.push_back(surface.vertices[kept.faces[f][c]]);
       }

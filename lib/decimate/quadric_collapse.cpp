@@ -13,7 +13,7 @@ struct DoubleTraits : OpenMesh::DefaultTraits {
   using Point = OpenMesh::Vec3d;
   using Normal = OpenMesh::Vec3d;
 };
-using HalfEdgeMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
+using DoubleMesh = OpenMesh::TriMesh_ArrayKernelT<DoubleTraits>;
 
 // OpenMesh asks it now and then whether to go on.
 class CancelObserver : public OpenMesh::Decimater::Observer {
@@ -26,8 +26,8 @@ class CancelObserver : public OpenMesh::Decimater::Observer {
   const RunContext& context_;
 };
 
-HalfEdgeMesh to_half_edges(const TriangleMesh& mesh, const Eigen::Vector3d& center) {
-  HalfEdgeMesh result;
+DoubleMesh to_half_edges(const TriangleMesh& mesh, const Eigen::Vector3d& center) {
+  DoubleMesh result;
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
     const Eigen::Vector3d p = vertex - center;  // quadrics far from the origin would cancel
     result.add_vertex({p.x(), p.y(), p.z()});
@@ -37,7 +37,7 @@ HalfEdgeMesh to_half_edges(const TriangleMesh& mesh, const Eigen::Vector3d& cent
   return result;
 }
 
-TriangleMesh from_half_edges(HalfEdgeMesh& mesh, const Eigen::Vector3d& center) {
+TriangleMesh from_half_edges(DoubleMesh& mesh, const Eigen::Vector3d& center) {
   mesh.garbage_collection();
   TriangleMesh result;
   for (const auto vertex : mesh.vertices()) {
@@ -60,12 +60,12 @@ TriangleMesh from_half_edges(HalfEdgeMesh& mesh, const Eigen::Vector3d& center) 
 TriangleMesh collapse_by_quadrics(const TriangleMesh& surface, std::size_t faces,
                                   const RunContext& context) {
   const Eigen::Vector3d center = bounds(surface).center();
-  HalfEdgeMesh mesh = to_half_edges(surface, center);
+  DoubleMesh mesh = to_half_edges(surface, center);
   mesh.request_face_normals();
   mesh.update_face_normals();
   CancelObserver observer(context);
-  OpenMesh::Decimater::DecimaterT<HalfEdgeMesh> decimater(mesh);
-  OpenMesh::Decimater::ModQuadricT<HalfEdgeMesh>::Handle quadric;
+  OpenMesh::Decimater::DecimaterT<DoubleMesh> decimater(mesh);
+  OpenMesh::Decimater::ModQuadricT<DoubleMesh>::Handle quadric;
   decimater.add(quadric);
   decimater.module(quadric).unset_max_err();
   decimater.set_observer(&observer);

@@ -14,7 +14,7 @@ constexpr int kRounds = 32;
 constexpr double kTouching = 1e-9;  // of both radii
 // Of both radii: a piece this long brings no centre past the other's.
 constexpr double kPieceOfRadii = 0.5;
-constexpr int kMostPieces = 256;
+constexpr int kMostContactPieces = 256;
 constexpr double kTouchWithin = 1e-6;  // of both radii: pushed apart, tools touch by rounding
 
 double share_of(double part, double whole) {
@@ -69,7 +69,7 @@ int pieces_between(const std::vector<InstrumentTip>& from, const std::vector<Ins
       most = std::max(most, 1 + way / piece);
     }
   }
-  return static_cast<int>(std::min<double>(most, kMostPieces));
+  return static_cast<int>(std::min<double>(most, kMostContactPieces));
 }
 
 }  // namespace

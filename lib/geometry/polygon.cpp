@@ -7,7 +7,7 @@
 namespace organbake {
 namespace {
 
-using Corners = std::vector<std::uint32_t>;
+using PolygonCorners = std::vector<std::uint32_t>;
 
 class EarCutter {
  public:
@@ -59,7 +59,7 @@ class EarCutter {
   }
 
   const std::vector<Eigen::Vector3d>& vertices_;
-  Corners left_;
+  PolygonCorners left_;
   Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();
 };
 

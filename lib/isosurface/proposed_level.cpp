@@ -11,14 +11,15 @@
 namespace organbake {
 namespace {
 
-constexpr int kLowest = -32768;
+constexpr int kLowestProposed = -32768;
 constexpr int kValues = 65536;
 // Peaks are looked for through this window, wide enough for a CT's noise to leave one summit.
 constexpr int kHalfWindow_hu = 10;
 
 std::vector<double> histogram_of(const Volume& ct) {
   std::vector<double> counts(kValues, 0);
-  for (const std::int16_t value : ct.voxels) ++counts[static_cast<std::size_t>(value - kLowest)];
+  for (const std::int16_t value : ct.voxels)
+    ++counts[static_cast<std::size_t>(value - kLowestProposed)];
   return counts;
 }
 
@@ -63,17 +64,17 @@ double peak(const std::vector<double>& counts, int first, int end) {
       ++plateau;  // a single sharp value looks the same from anywhere in the window
     }
   }
-  return at + plateau / 2 + kLowest;
+  return at + plateau / 2 + kLowestProposed;
 }
 
-std::string number(double value) {
+std::string hu_text(double value) {
   return value < 0 ? "−" + to_text(-value) : to_text(value + 0.0);
 }
 
 }  // namespace
 
 std::string ProposedLevel::reason() const {
-  return "half-way between the peaks at " + number(low_peak_hu) + " and " + number(high_peak_hu) +
+  return "half-way between the peaks at " + hu_text(low_peak_hu) + " and " + hu_text(high_peak_hu) +
          " HU";
 }
 

@@ -15,7 +15,7 @@ namespace {
 // slowly and a straight line is right.
 constexpr int kLongestSide = 4;
 // Of the way from the lower plateau to the upper: a level nearer to either is no edge between them.
-constexpr double kLeastShare = 0.25;
+constexpr double kLeastRefinedShare = 0.25;
 constexpr double kEdgeMargin = 1.0 / 256;  // as contour() keeps it
 
 // The values of one row of the grid, seen so that they rise at the edge.
@@ -36,7 +36,7 @@ class Row {
     if (!low || !high) return std::nullopt;
     const double from = value(*low), span = value(*high) - from;
     const double share = (level - from) / span;
-    if (!(share >= kLeastShare && share <= 1 - kLeastShare)) return std::nullopt;
+    if (!(share >= kLeastRefinedShare && share <= 1 - kLeastRefinedShare)) return std::nullopt;
     double below = 0;  // voxels' worth of the first plateau
     for (int i = *low; i <= *high; ++i) below += 1 - (value(i) - from) / span;
     return *low - 0.5 + below + (share - 0.5);

@@ -15,7 +15,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kDirections = 180;
-constexpr int kBlack = 12;                     // 8-bit: no channel brighter
+constexpr int kBlackBorder = 12;               // 8-bit: no channel brighter
 constexpr double kLeastRadius = 0.4;           // of the shorter side: fields of view are large
 constexpr double kOffCircle = 0.01;            // of the radius
 constexpr double kLeastShare = 0.7;            // of the border's directions lie on the circle
@@ -29,7 +29,7 @@ struct Circle {
 
 bool is_black(const Rgb8Image& photo, int x, int y) {
   const std::uint8_t* rgb = photo.at(x, y);
-  return std::max({rgb[0], rgb[1], rgb[2]}) <= kBlack;
+  return std::max({rgb[0], rgb[1], rgb[2]}) <= kBlackBorder;
 }
 
 // Where the picture stops being black on the way from its edge to the centre; nothing when it is

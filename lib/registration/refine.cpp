@@ -11,9 +11,9 @@
 namespace organbake {
 namespace {
 
-constexpr std::size_t kFewestPixels = 40;  // of an overlap, and of a patch
-constexpr int kFinestBand = 5;             // pixels beyond the outline
-constexpr double kOtherLens = 0.7;         // |ln f| of a focal length beyond half or double
+constexpr std::size_t kFewestRefinedPixels = 40;  // of an overlap, and of a patch
+constexpr int kFinestBand = 5;                    // pixels beyond the outline
+constexpr double kOtherLens = 0.7;                // |ln f| of a focal length beyond half or double
 
 bool in_front(const RegisteredSurface& surface, const ObjectPose& pose) {
   return pose.center_camera_mm.allFinite() && pose.camera_from_world.coeffs().allFinite() &&
@@ -38,7 +38,7 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     LivePrediction live(surface, level, basis, {.margin = band + 2}, state.solver);
     live.PrepareForEvaluation(false, true);
     std::vector<WeightedPixel> pixels = overlap(level, live.prediction(), band);
-    state.usable = pixels.size() >= kFewestPixels;
+    state.usable = pixels.size() >= kFewestRefinedPixels;
     if (!state.usable) return;
     state.appearance = fit_appearance(level, live.prediction(), basis, pixels);
     state.solver.light = state.appearance.light;
@@ -49,7 +49,7 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     const bool whole = options.form == Form::whole || level.factor > 2 ||
                        (finest && one_gain_fits_all(live, pixels, options.patch_px));
     state.usable = whole ? problem.add_whole(pixels)
-                         : problem.add_patches(pixels, options.patch_px, kFewestPixels);
+                         : problem.add_patches(pixels, options.patch_px, kFewestRefinedPixels);
     if (!state.usable) return;
     problem.solve(steps);
     if (std::abs(state.solver.log_focal) > kOtherLens) {
@@ -96,7 +96,7 @@ void appraise(const RegisteredSurface& surface, const PhotoLevel& level,
   LivePrediction live(surface, level, basis, {.margin = kFinestBand + 2}, state.solver);
   live.PrepareForEvaluation(false, true);
   std::vector<WeightedPixel> pixels = overlap(level, live.prediction(), kFinestBand);
-  state.usable = pixels.size() >= kFewestPixels;
+  state.usable = pixels.size() >= kFewestRefinedPixels;
   if (!state.usable) return;
   state.appearance = fit_appearance(level, live.prediction(), basis, pixels);
   state.solver.light = state.appearance.light;
@@ -111,7 +111,7 @@ Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
   LivePrediction live(surface, level, basis, {.margin = kFinestBand + 2}, state.solver);
   live.PrepareForEvaluation(true, true);
   std::vector<WeightedPixel> pixels = overlap(level, live.prediction(), kFinestBand);
-  if (pixels.size() < kFewestPixels) return result;
+  if (pixels.size() < kFewestRefinedPixels) return result;
   fit_appearance(level, live.prediction(), basis, pixels);
   const int motion = options.free_focal ? 7 : 6, light = basis.size(), all = motion + light;
   const NccCost::Rows rows = NccCost(live, pixels, Similarity::radiance).rows();

@@ -18,7 +18,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kBaseSide = 16;
+constexpr int kDistantBaseSide = 16;
 constexpr double kAmbiguousSlant = 10 * std::numbers::pi / 180;
 
 ShadedImage prepared(const Plane& intensity, const Mask& inside, double albedo) {
@@ -151,7 +151,7 @@ void remove_mean(Plane& z) {
 void take_best_sheet(ShadedImage finest, const Eigen::Vector3d& s, double roughness,
                      DistantEstimate& estimate) {
   std::vector<ShadedImage> levels = {std::move(finest)};
-  while (std::max(levels.back().rays.width, levels.back().rays.height) > kBaseSide)
+  while (std::max(levels.back().rays.width, levels.back().rays.height) > kDistantBaseSide)
     levels.push_back(halved(levels.back()));
   const int width = levels.back().rays.width, height = levels.back().rays.height;
   const double rise = 0.1 * levels.back().rays.step_x * std::max(width, height);

@@ -11,7 +11,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kFirstSteps = 12, kMostSteps = 100, kMostRounds = 1000;
+constexpr int kFirstSteps = 12, kMostGradientSteps = 100, kMostRounds = 1000;
 // Of candidates in a step, worked on at the same time; fixed, so that sums don't hang on threads.
 constexpr std::size_t kPieces = 4;
 // Primal against dual steps: at first the candidates have far to go, in the end the prices of deep
@@ -270,7 +270,7 @@ double gradient_cover_bound(const std::vector<SampleBits>& seen, const CoverGoal
   for (int round = 0; round < kMostRounds && work < most_steps * relaxation.entries(); ++round) {
     work += relaxation.run_round(steps, balance);
     balance = 1 + kBalanceFades * (balance - 1);
-    steps = std::min(2 * steps, kMostSteps);
+    steps = std::min(2 * steps, kMostGradientSteps);
     best = std::max(best, relaxation.lower_bound());
     // A better bound would be the same whole number.
     constexpr double kRounding = 1e-3;

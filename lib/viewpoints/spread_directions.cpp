@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kAllRound = kPi - 1e-9;
-using Directions = std::vector<Eigen::Vector3d>;
+using DirectionList = std::vector<Eigen::Vector3d>;
 
 // All in the frame whose +z is the axis.
 Eigen::Vector3d at_angles(double from_axis, double azimuth) {
@@ -26,8 +26,8 @@ Eigen::Vector3d on_spiral(double height, double azimuth) {
 
 const double kGoldenAngle = kPi * (3 - std::sqrt(5.0));
 
-Directions spiral(int count, double half_angle) {
-  Directions directions;
+DirectionList spiral(int count, double half_angle) {
+  DirectionList directions;
   for (int i = 0; i < count; ++i) {
     const double height = 1 - (1 - std::cos(half_angle)) * i / std::max(count - 1, 1);
     directions.push_back(on_spiral(height, kGoldenAngle * i));
@@ -35,9 +35,9 @@ Directions spiral(int count, double half_angle) {
   return directions;
 }
 
-Directions spiral_off_the_rim(int count, double half_angle) {
+DirectionList spiral_off_the_rim(int count, double half_angle) {
   constexpr double kTurn = 1.0;  // any that is no multiple of the golden angle
-  Directions directions;
+  DirectionList directions;
   for (int i = 0; i < count; ++i) {
     const double height = 1 - (1 - std::cos(half_angle)) * (i + 0.5) / count;
     directions.push_back(on_spiral(height, kTurn + kGoldenAngle * i));
@@ -45,15 +45,15 @@ Directions spiral_off_the_rim(int count, double half_angle) {
   return directions;
 }
 
-Directions on_the_rim(int count, double half_angle) {
-  Directions directions;
+DirectionList on_the_rim(int count, double half_angle) {
+  DirectionList directions;
   for (int i = 0; i < count; ++i) {
     directions.push_back(at_angles(half_angle, 2 * kPi * i / count));
   }
   return directions;
 }
 
-double energy(const Directions& directions) {
+double energy(const DirectionList& directions) {
   double sum = 0;
   for (std::size_t i = 0; i < directions.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
@@ -63,8 +63,8 @@ double energy(const Directions& directions) {
   return sum;
 }
 
-Directions forces(const Directions& directions) {
-  Directions result(directions.size(), Eigen::Vector3d::Zero());
+DirectionList forces(const DirectionList& directions) {
+  DirectionList result(directions.size(), Eigen::Vector3d::Zero());
   for (std::size_t i = 0; i < directions.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const Eigen::Vector3d apart = directions[i] - directions[j];
@@ -86,7 +86,7 @@ Eigen::Vector3d inside_cap(const Eigen::Vector3d& direction, double half_angle) 
 }
 
 // Steepest descent with a step that grows while the energy falls. The first stays on the axis.
-void relax(Directions& directions, double half_angle) {
+void relax(DirectionList& directions, double half_angle) {
   constexpr int kMostSteps = 4000;
   constexpr double kAtRest = 1e-13;  // largest move, radians
   double current = energy(directions);
@@ -95,8 +95,8 @@ void relax(Directions& directions, double half_angle) {
       2 * kPi * (1 - std::cos(half_angle)) / static_cast<double>(directions.size());
   double step = 0.01 * patch * patch;
   for (int i = 0; i < kMostSteps; ++i) {
-    const Directions force = forces(directions);
-    Directions moved = directions;
+    const DirectionList force = forces(directions);
+    DirectionList moved = directions;
     double largest_move = 0;
     for (std::size_t k = 1; k < directions.size(); ++k) {
       moved[k] = inside_cap(directions[k] + step * force[k], half_angle);
@@ -116,7 +116,7 @@ void relax(Directions& directions, double half_angle) {
 
 // Turns about +z until the first direction's nearest neighbour (or itself, off the axis) has
 // azimuth 0.
-void roll(Directions& directions) {
+void roll(DirectionList& directions) {
   if (directions.size() < 2) return;
   std::size_t nearest = 1;
   for (std::size_t k = 2; k < directions.size(); ++k) {
@@ -151,7 +151,7 @@ Eigen::Matrix3d world_from_cap(const Eigen::Vector3d& axis) {
 
 std::vector<Eigen::Vector3d> spread_directions(int count, const Eigen::Vector3d& axis,
                                                double half_angle_rad) {
-  Directions directions;
+  DirectionList directions;
   if (count > 1 && count < 4 && half_angle_rad < kPi / 2) {
     directions = on_the_rim(count, half_angle_rad);
   } else {
@@ -176,9 +176,9 @@ double even_spacing_rad(std::size_t count, double half_angle_rad) {
 
 std::vector<Eigen::Vector3d> lattice_directions(int count, const Eigen::Vector3d& axis,
                                                 double half_angle_rad, LatticeKind lattice) {
-  Directions directions = lattice == LatticeKind::on_rim
-                              ? spiral(count, half_angle_rad)
-                              : spiral_off_the_rim(count, half_angle_rad);
+  DirectionList directions = lattice == LatticeKind::on_rim
+                                 ? spiral(count, half_angle_rad)
+                                 : spiral_off_the_rim(count, half_angle_rad);
   if (lattice == LatticeKind::on_rim && half_angle_rad < kAllRound) {
     const double spacing = even_spacing_rad(static_cast<std::size_t>(count), half_angle_rad);
     const int ring = static_cast<int>(std::ceil(2 * kPi * std::sin(half_angle_rad) / spacing));

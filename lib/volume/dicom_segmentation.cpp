@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
 constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
-constexpr double kSamePlane_mm = 0.01;
+constexpr double kSameFramePlane_mm = 0.01;
 // A frame this far from a plane of the grid, in gaps, belongs to none.
 constexpr double kOffPlane = 0.05;
 
@@ -67,7 +67,7 @@ void set_planes(Segmentation& seg, const Eigen::Vector3d& normal, const Eigen::M
   double gap = HUGE_VAL;
   for (std::size_t i = 1; i < along.size(); ++i) {
     const double step = along[i] - along[i - 1];
-    if (step > kSamePlane_mm) gap = std::min(gap, step);
+    if (step > kSameFramePlane_mm) gap = std::min(gap, step);
   }
   if (!std::isfinite(gap)) gap = told_gap_mm > 0 ? told_gap_mm : 1;
   const double slices = std::round((along.back() - along.front()) / gap) + 1;

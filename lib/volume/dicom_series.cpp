@@ -91,7 +91,7 @@ void sort_out(std::vector<DicomSlice> images, DicomSeries& series) {
 }
 
 // Series numbers are numbers, but DICOM holds them as text.
-bool before(const DicomSeries& a, const DicomSeries& b) {
+bool comes_before(const DicomSeries& a, const DicomSeries& b) {
   if (a.number.size() != b.number.size()) return a.number.size() < b.number.size();
   return std::tie(a.number, a.uid) < std::tie(b.number, b.uid);
 }
@@ -194,7 +194,7 @@ std::vector<DicomSeries> list_series(const DicomFolder& folder) {
     sort_out(std::move(images), series);
     all.push_back(std::move(series));
   }
-  std::sort(all.begin(), all.end(), before);
+  std::sort(all.begin(), all.end(), comes_before);
   return all;
 }
 

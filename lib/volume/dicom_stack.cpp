@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 constexpr double kSlack_mm = 0.05;
 constexpr double kSlackShare = 0.01;  // of the gap, for thick slices
 // Interpolating across more than this many typical gaps would invent anatomy.
-constexpr double kWidestGap = 2.5;
+constexpr double kWidestSliceGap = 2.5;
 // A gap this near to a whole number of usual ones is a slice that is not there.
 constexpr double kMissingSlack = 0.05;
 constexpr double kSteepestCourse = 1.0;  // tan 45°; gantries tilt by 30° at most
@@ -74,7 +74,7 @@ std::string missing_slices(const DicomStack& stack, double usual_mm) {
 void check_gaps(const DicomStack& stack, double usual_mm, const fs::path& folder) {
   for (std::size_t k = 1; k < stack.slices.size(); ++k) {
     const double gap = stack.along_mm[k] - stack.along_mm[k - 1];
-    if (gap <= kWidestGap * usual_mm) continue;
+    if (gap <= kWidestSliceGap * usual_mm) continue;
     throw BadDataError(folder, "slices are missing: " + to_text(gap, 2) + " mm between " +
                                    stack.slices[k - 1].file.filename().string() + " and " +
                                    stack.slices[k].file.filename().string() + ", where " +

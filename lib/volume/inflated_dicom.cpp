@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kPreamble = 132;
 constexpr std::size_t kLongestMeta = 4096;
 constexpr std::size_t kLargestInflated = std::size_t{1} << 28;  // of one slice
-const std::string kDeflated = "1.2.840.10008.1.2.1.99";
+const std::string kDeflatedSyntax = "1.2.840.10008.1.2.1.99";
 const std::string kExplicit = "1.2.840.10008.1.2.1";  // what it is once inflated
 
 std::uint32_t number(const std::string& bytes, std::size_t at, int count) {
@@ -75,9 +75,9 @@ bool write_all(int descriptor, const std::string& bytes) {
 // up with the zeros that UIDs are padded with.
 std::optional<std::string> as_explicit(const fs::path& file) {
   const std::string start = start_of(file);
-  if (start.find(kDeflated) == std::string::npos) return std::nullopt;
+  if (start.find(kDeflatedSyntax) == std::string::npos) return std::nullopt;
   const auto meta = end_of_meta(start);
-  if (!meta || start.find(kDeflated) >= *meta) return std::nullopt;
+  if (!meta || start.find(kDeflatedSyntax) >= *meta) return std::nullopt;
   std::error_code error;
   if (fs::file_size(file, error) > kLargestInflated || error) return std::nullopt;
   std::ifstream stream(file, std::ios::binary);
@@ -85,8 +85,8 @@ std::optional<std::string> as_explicit(const fs::path& file) {
   auto data_set = inflated(bytes, *meta);
   if (!data_set) return std::nullopt;
   std::string head = bytes.substr(0, *meta);
-  head.replace(head.find(kDeflated), kDeflated.size(),
-               kExplicit + std::string(kDeflated.size() - kExplicit.size(), '\0'));
+  head.replace(head.find(kDeflatedSyntax), kDeflatedSyntax.size(),
+               kExplicit + std::string(kDeflatedSyntax.size() - kExplicit.size(), '\0'));
   return head + *data_set;
 }
 

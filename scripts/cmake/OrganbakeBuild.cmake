@@ -79,7 +79,7 @@ endfunction()
 # compile each file alone, see to it that each still includes what it uses.
 function(organbake_compile_together target)
   if(ORGANBAKE_PRECOMPILE OR ORGANBAKE_FUZZ)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   endif()
 endfunction()
 

@@ -14,7 +14,7 @@ namespace organbake {
 namespace {
 
 using Level = SkinDepth::Level;
-constexpr int kWord = CoverMask::kWord;
+constexpr int kEdgeWord = CoverMask::kWord;
 
 // One bit for each of 64 pairs of levels that are more than `deeper` apart. The compiler makes
 // bytes of bits, one by one.
@@ -30,7 +30,7 @@ std::uint64_t apart(const Level* levels, const Level* others, Level most) {
     return _mm256_cmpeq_epi16(_mm256_subs_epu16(difference, deeper), _mm256_setzero_si256());
   };
   std::uint64_t near = 0;
-  for (int i = 0; i < kWord; i += 32) {
+  for (int i = 0; i < kEdgeWord; i += 32) {
     const __m256i bytes = _mm256_packs_epi16(far_apart(i), far_apart(i + 16));
     const auto bits = static_cast<std::uint32_t>(
         _mm256_movemask_epi8(_mm256_permute4x64_epi64(bytes, 0b11011000)));
@@ -45,14 +45,14 @@ std::uint64_t apart(const Level* levels, const Level* others, Level most) {
     return wasm_u16x8_gt(difference, deeper);
   };
   std::uint64_t far = 0;
-  for (int i = 0; i < kWord; i += 16) {
+  for (int i = 0; i < kEdgeWord; i += 16) {
     const v128_t bytes = wasm_i8x16_narrow_i16x8(far_apart(i), far_apart(i + 8));
     far |= std::uint64_t{wasm_i8x16_bitmask(bytes)} << i;
   }
   return far;
 #else
   std::uint64_t far = 0;
-  for (int i = 0; i < kWord; ++i)
+  for (int i = 0; i < kEdgeWord; ++i)
     far |= std::uint64_t{std::abs(int{levels[i]} - int{others[i]}) > int{most}} << i;
   return far;
 #endif
@@ -119,7 +119,7 @@ void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, i
     const std::uint64_t both =
         here[word] & (along == row ? skin_->left_of(here, word) : skin_->skin(y + 1)[word]);
     if (both == 0) continue;
-    const int x0 = word * kWord;
+    const int x0 = word * kEdgeWord;
     for (std::uint64_t bits = both & apart(line[1] + x0, line[2] + x0, deeper); bits != 0;
          bits &= bits - 1) {
       const int bit = std::countr_zero(bits), x = x0 + bit;

@@ -13,13 +13,14 @@ namespace {
 
 using Level = SkinDepth::Level;
 
-constexpr int kBlock = 1024;  // columns at a time: five rows of them stay in the first-level cache
+constexpr int kDepthBlock =
+    1024;  // columns at a time: five rows of them stay in the first-level cache
 static_assert(SkinDepth::kMargin >= 2);  // how far to either side is looked
 
 inline Level nearer(Level a, Level b) { return a < b ? a : b; }
 inline Level farther(Level a, Level b) { return a > b ? a : b; }
 
-using Flags = std::array<Level, kBlock>;
+using Flags = std::array<Level, kDepthBlock>;
 
 // Looks at whole vectors of a row; rows: the five round it. Returns whether any pixel is found.
 ORGANBAKE_MULTIVERSION bool look_through(const std::array<const Level*, 5>& rows, int width,
@@ -44,8 +45,8 @@ ORGANBAKE_MULTIVERSION bool look_through(const std::array<const Level*, 5>& rows
 void find_in_row(const PixelBox& box, int y, const SkinDepth& depth, Level deeper,
                  std::vector<std::uint32_t>& found) {
   alignas(64) Flags through;
-  for (int x0 = box.x0; x0 < box.x1; x0 += kBlock) {
-    const int width = std::min(kBlock, box.x1 - x0);
+  for (int x0 = box.x0; x0 < box.x1; x0 += kDepthBlock) {
+    const int width = std::min(kDepthBlock, box.x1 - x0);
     std::array<const Level*, 5> rows;
     for (int i = 0; i < 5; ++i) rows[i] = depth.row(y + i - 2) + x0;
     constexpr int kLine = 64 / sizeof(Level);  // of a cache's

@@ -18,7 +18,7 @@
 namespace organbake {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kFarAway = std::numeric_limits<float>::infinity();
 constexpr int kWidestSplat_px = 8;
 constexpr double kSpareSplat_px = 0.05;  // a texel of one pixel and a rounding is no two wide
 constexpr double kSameSurfaceTexels = 2;
@@ -75,7 +75,7 @@ bool look_up(const CameraMaps& maps, const std::vector<float>& micro, const Eige
     const int dx = i & 1, dy = i >> 1;
     out.texel[i] = std::size_t(y + dy) * maps.width + x + dx;
     out.share[i] = (dx ? along : 1 - along) * (dy ? down : 1 - down);
-    if (!(micro[out.texel[i]] < kInfinity)) return false;
+    if (!(micro[out.texel[i]] < kFarAway)) return false;
   }
   return true;
 }
@@ -92,7 +92,7 @@ struct PaperWarp::Warped {
   double widest_px = 0;
 
   void clear(std::size_t pixels, bool keep_rest) {
-    depth_mm.assign(pixels, kInfinity);
+    depth_mm.assign(pixels, kFarAway);
     color.resize(pixels);
     rest_mm.resize(keep_rest ? pixels : 0);
   }
@@ -129,10 +129,10 @@ struct PaperWarp::Warped {
 float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>& shares,
                        std::size_t pixel, double same_surface, const DrawOptions& options,
                        Frame& frame) {
-  float nearest = kInfinity;
+  float nearest = kFarAway;
   for (const Warped& view : views) nearest = std::min(nearest, view.depth_mm[pixel]);
   std::uint8_t* const rgb = &frame.color.pixels[3 * pixel];
-  if (!(nearest < kInfinity)) {
+  if (!(nearest < kFarAway)) {
     std::copy(options.background.begin(), options.background.end(), rgb);
     return nearest;
   }
@@ -163,7 +163,7 @@ PaperWarp::PaperWarp(const Bundle& bundle)
   parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
     const CameraMaps& maps = bundle.maps[c];
     std::vector<float>&proxy = proxy_depth_[c], &micro = micro_depth_[c];
-    proxy.assign(maps.depth_mm.size(), kInfinity);
+    proxy.assign(maps.depth_mm.size(), kFarAway);
     each_pixel(shell_.at_rest(), bundle.cameras.cameras[c],
                [&](int x, int y, double depth, std::uint32_t, const auto&) {
                  float& nearest = proxy[std::size_t(y) * maps.width + x];
@@ -171,8 +171,8 @@ PaperWarp::PaperWarp(const Bundle& bundle)
                });
     micro.resize(proxy.size());
     for (std::size_t i = 0; i < micro.size(); ++i) {
-      const bool both = proxy[i] < kInfinity && maps.face[i] != kNoFace;
-      micro[i] = both ? maps.depth_mm[i] - proxy[i] : kInfinity;
+      const bool both = proxy[i] < kFarAway && maps.face[i] != kNoFace;
+      micro[i] = both ? maps.depth_mm[i] - proxy[i] : kFarAway;
     }
   });
 }
@@ -182,7 +182,7 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
   const PosedCamera& camera = bundle.cameras.cameras[number];
   const CameraMaps& maps = bundle.maps[number];
   // The macrostructure: the deformed proxy's depth, and which skin each pixel shows.
-  std::vector<float> macro(maps.depth_mm.size(), kInfinity);
+  std::vector<float> macro(maps.depth_mm.size(), kFarAway);
   std::vector<Eigen::Vector2d> rest_pixel(macro.size());
   std::vector<float> rest_depth(macro.size());
   each_pixel(deformed, camera,
@@ -200,8 +200,7 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
   const Intrinsics& k = view.camera.intrinsics;
   for (std::size_t i = 0; i < macro.size(); ++i) {
     Lookup at;
-    if (!(macro[i] < kInfinity) || !look_up(maps, micro_depth_[number], rest_pixel[i], at))
-      continue;
+    if (!(macro[i] < kFarAway) || !look_up(maps, micro_depth_[number], rest_pixel[i], at)) continue;
     // Skin that another part of the proxy hid at rest was never seen from here.
     const float texel_mm = rest_depth[i] / static_cast<float>(camera.intrinsics.fx);
     if (rest_depth[i] > proxy_depth_[number][at.texel[0]] + 6 * texel_mm) continue;
@@ -260,13 +259,13 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.cover.assign(pixels, Cover::background);
   frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
   frame.depth_mm.clear();
-  if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kInfinity);
+  if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kFarAway);
   const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
-  std::vector<float> depth_mm(pixels + kLanes, kInfinity);  // read in whole vectors
+  std::vector<float> depth_mm(pixels + kLanes, kFarAway);  // read in whole vectors
   float farthest_mm = 1;
   for (std::size_t i = 0; i < pixels; ++i) {
     depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
-    if (!(depth_mm[i] < kInfinity)) continue;
+    if (!(depth_mm[i] < kFarAway)) continue;
     ++report.sample_pixels;
     farthest_mm = std::max(farthest_mm, depth_mm[i]);
   }

@@ -12,14 +12,14 @@
 namespace organbake {
 namespace {
 
-constexpr int kSide = 40;
+constexpr int kFileSide = 40;
 
 // A tilted plane about 300 mm away with a background, heights of a few mm, a smooth colour.
 CameraMaps some_maps() {
   CameraMaps maps;
-  maps.width = maps.height = kSide;
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  maps.width = maps.height = kFileSide;
+  for (int y = 0; y < kFileSide; ++y) {
+    for (int x = 0; x < kFileSide; ++x) {
       const bool filled = x > 3 && y > 2;
       maps.depth_mm.push_back(filled ? 300.123f + 0.377f * x - 0.19f * y
                                      : std::numeric_limits<float>::infinity());
@@ -39,7 +39,7 @@ struct Written {
 Written written_with(const MapPacking& packing) {
   const TemporaryFolder folder;
   PosedCamera camera;
-  camera.intrinsics = {kSide, kSide, 100, 100, 20, 20};
+  camera.intrinsics = {kFileSide, kFileSide, 100, 100, 20, 20};
   BaseLayer base;
   base.steps = base.face_count = 1;
   base.height_mm.assign(3, 0);

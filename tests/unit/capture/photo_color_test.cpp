@@ -17,7 +17,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-const Vector3f kRed{0.6f, 0.02f, 0.02f}, kGreen{0.02f, 0.5f, 0.02f};
+const Vector3f kPhotoRed{0.6f, 0.02f, 0.02f}, kPhotoGreen{0.02f, 0.5f, 0.02f};
 
 Photo grey_photo(const PosedCamera& camera, std::uint8_t grey) {
   Photo photo{camera, Rgb8Image(camera.intrinsics.width, camera.intrinsics.height)};
@@ -41,7 +41,7 @@ Photo blurred(const Photo& sharp) {
 
 // A smooth pattern on a sphere, photographed and read back from elsewhere.
 TEST(PhotoColor, GivesBackWhatThePhotosShow) {
-  TriangleMesh surface = painted(sphere_mesh(30, 6), kRed);
+  TriangleMesh surface = painted(sphere_mesh(30, 6), kPhotoRed);
   for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
     const Vector3d& p = surface.vertices[v];
     surface.colors[v] = Vector3d(0.4 + 0.2 * std::sin(p.x() / 4), 0.3 + 0.2 * std::sin(p.y() / 5),
@@ -69,7 +69,7 @@ TEST(PhotoColor, GivesBackWhatThePhotosShow) {
 // A red bar before a green sphere, photographed from the front. From elsewhere the sphere shows
 // places that no photo sees: they take green from around, never red or the black background.
 TEST(PhotoColor, AnOccluderLeavesNoColourBehind) {
-  TriangleMesh bar = painted(square_at({0, -60, 0}, {0, -1, 0}, 8, 6), kRed);
+  TriangleMesh bar = painted(square_at({0, -60, 0}, {0, -1, 0}, 8, 6), kPhotoRed);
   for (Vector3d& vertex : bar.vertices) vertex.z() *= 4;
   const TriangleMesh back = [&] {  // the bar's other side, so that it is closed to all views
     TriangleMesh mesh = bar;
@@ -77,7 +77,7 @@ TEST(PhotoColor, AnOccluderLeavesNoColourBehind) {
     for (Vector3d& vertex : mesh.vertices) vertex.y() += 0.5;
     return mesh;
   }();
-  const TriangleMesh scene = joined(joined(painted(sphere_mesh(30, 5), kGreen), bar), back);
+  const TriangleMesh scene = joined(joined(painted(sphere_mesh(30, 5), kPhotoGreen), bar), back);
   const std::vector<Photo> photos = {
       blurred(photo_of(scene, plain_camera({0, -180, 0}, {0, 0, 0}, 256)))};
   const auto color = make_photo_color(scene, RayScene(scene), photos);
@@ -88,7 +88,7 @@ TEST(PhotoColor, AnOccluderLeavesNoColourBehind) {
          shade_through(scene, *color, plain_camera(eye, {0, -20, 0}, 120))) {
       if (point.norm() < 31) {
         EXPECT_LT(shade.x(), 0.06) << "red on the sphere at " << point.transpose();
-        EXPECT_NEAR(shade.y(), kGreen.y(), 0.1);
+        EXPECT_NEAR(shade.y(), kPhotoGreen.y(), 0.1);
         ++sphere;
       } else if (point.y() < -59.9) {
         EXPECT_LT(shade.y(), 0.06) << "green on the bar";
@@ -152,12 +152,12 @@ TEST(PhotoColor, HighlightsOfOnePhotoAreOutvoted) {
 }
 
 TEST(PhotoColor, PlacesThatNoPhotoSeesAreFilled) {
-  const TriangleMesh surface = painted(sphere_mesh(30, 4), kGreen);
+  const TriangleMesh surface = painted(sphere_mesh(30, 4), kPhotoGreen);
   const auto color = make_photo_color(
       surface, RayScene(surface), {photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150))});
   for (const auto& sample :
        shade_through(surface, *color, plain_camera({0, 120, 0}, {0, 0, 0}, 60)))
-    EXPECT_LT((sample.color - kGreen).norm(), 0.03);
+    EXPECT_LT((sample.color - kPhotoGreen).norm(), 0.03);
 }
 
 // A face whose corners all sit on its outline is seen nevertheless.
@@ -172,7 +172,7 @@ TEST(PhotoColor, TwoLargeTrianglesSuffice) {
 
 // A wrongly posed photograph may stand inside the organ, where it sees faces from behind alone.
 TEST(PhotoColor, APhotographFromInsideTheOrganColoursNothing) {
-  const TriangleMesh surface = painted(sphere_mesh(30, 4), kGreen);
+  const TriangleMesh surface = painted(sphere_mesh(30, 4), kPhotoGreen);
   const RayScene scene(surface);
   const Photo outside = photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150));
   Photo inside = grey_photo(plain_camera({3, 4, -5}, {0, -30, 0}, 150), 255);
@@ -187,7 +187,7 @@ TEST(PhotoColor, APhotographFromInsideTheOrganColoursNothing) {
 
 // Every face looks inward: photographs from outside see none of them from the front.
 TEST(PhotoColor, AnInsideOutSurfaceIsRefused) {
-  TriangleMesh surface = painted(sphere_mesh(30, 4), kGreen);
+  TriangleMesh surface = painted(sphere_mesh(30, 4), kPhotoGreen);
   const Photo photo = photo_of(surface, plain_camera({0, -120, 0}, {0, 0, 0}, 150));
   for (Face& face : surface.faces) std::swap(face[1], face[2]);
   EXPECT_THROW(make_photo_color(surface, RayScene(surface), {photo}), BadDataError);

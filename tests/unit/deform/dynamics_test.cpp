@@ -10,7 +10,7 @@
 namespace organbake {
 namespace {
 
-using Points = std::vector<Eigen::Vector3d>;
+using PointList = std::vector<Eigen::Vector3d>;
 
 InstrumentTip grasper_at(const Eigen::Vector3d& position_mm, double radius_mm = 3) {
   InstrumentTip tip;
@@ -22,8 +22,8 @@ InstrumentTip grasper_at(const Eigen::Vector3d& position_mm, double radius_mm = 
 }
 
 // kg·mm/s.
-Eigen::Vector3d momentum(const MechanicsModel& model, const Points& before, const Points& after,
-                         double dt) {
+Eigen::Vector3d momentum(const MechanicsModel& model, const PointList& before,
+                         const PointList& after, double dt) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t v = 0; v < after.size(); ++v) {
     sum += model.mass_kg[v] / dt * (after[v] - before[v]);
@@ -32,7 +32,8 @@ Eigen::Vector3d momentum(const MechanicsModel& model, const Points& before, cons
 }
 
 // Kinetic and spring energy, kg·mm²/s² (µJ).
-double energy(const MechanicsModel& model, const Points& before, const Points& after, double dt) {
+double energy(const MechanicsModel& model, const PointList& before, const PointList& after,
+              double dt) {
   double sum = 0;
   for (std::size_t v = 0; v < after.size(); ++v) {
     sum += 0.5 * model.mass_kg[v] * (after[v] - before[v]).squaredNorm() / (dt * dt);
@@ -112,7 +113,7 @@ TEST(Deformer, AFreeBodyKeepsItsMomentum) {
     const Eigen::Vector3d pull(0.5 * step, 0.3 * step, -0.1 * step);
     deformer.step({grasper_at(mesh.vertices[0] + pull, 6)});
   }
-  Points before = deformer.positions();
+  PointList before = deformer.positions();
   deformer.step({});
   const Eigen::Vector3d first =
       momentum(mechanics, before, deformer.positions(), options.time_step_s);
@@ -143,7 +144,7 @@ TEST(Deformer, EnergyNeverGrowsWithoutInput) {
         tip.position_mm = {5, 2, 46 - 0.4 * step};
         deformer.step({tip});
       }
-      Points before = deformer.positions();
+      PointList before = deformer.positions();
       deformer.step({});
       double last = energy(mechanics, before, deformer.positions(), options.time_step_s);
       const double released = last;
@@ -180,9 +181,9 @@ TEST(Deformer, HeldShapeConverges) {
       }
       return deformer.positions();
     };
-    const Points reference = held(300, 1.0 / 60);
+    const PointList reference = held(300, 1.0 / 60);
     for (const double rate : {30.0, 60.0, 120.0}) {
-      const Points shape = held(4, 1 / rate);
+      const PointList shape = held(4, 1 / rate);
       double worst = 0;
       for (std::size_t v = 0; v < shape.size(); ++v) {
         worst = std::max(worst, (shape[v] - reference[v]).norm());

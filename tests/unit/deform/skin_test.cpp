@@ -13,7 +13,7 @@
 namespace organbake::deform {
 namespace {
 
-constexpr double kTimeStep_s = 1.0 / 60;
+constexpr double kSkinStep_s = 1.0 / 60;
 constexpr double kSame_mm = 1e-9;  // the same formula, summed in another order
 // A lattice four times as fine, at 40 mm with 2 mm cells, comes this near to the true nearest
 // point.
@@ -23,7 +23,7 @@ struct Posed {
   TriangleMesh mesh = test::lumpy_organ(2, 40, 3);
   BaseLayer base = test::sphere_base(mesh, 42, 8);
   MechanicsModel mechanics = test::spring_body(mesh);
-  SpringNetwork network{{{mesh, mechanics, base}}, kTimeStep_s};
+  SpringNetwork network{{{mesh, mechanics, base}}, kSkinStep_s};
   Skin skin{network, {{mesh, mechanics, base}}};
   Rows x = network.rest();
 
@@ -109,7 +109,7 @@ TEST(Skin, NearestPointBeatsAFineSampling) {
 TEST(Skin, WithoutABaseItIsTheProxy) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   const MechanicsModel mechanics = test::spring_body(mesh);
-  const SpringNetwork network({{mesh, mechanics, {}}}, kTimeStep_s);
+  const SpringNetwork network({{mesh, mechanics, {}}}, kSkinStep_s);
   Skin skin(network, {{mesh, mechanics, {}}});
   skin.pose(network.rest());
   const Face& f = mesh.faces[5];
@@ -125,7 +125,7 @@ TEST(Skin, WithoutABaseItIsTheProxy) {
 TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   const MechanicsModel mechanics = test::spring_body(mesh);
-  const SpringNetwork network({{mesh, mechanics, {}}}, kTimeStep_s);
+  const SpringNetwork network({{mesh, mechanics, {}}}, kSkinStep_s);
   Skin skin(network, {{mesh, mechanics, test::sphere_base(mesh, 41, 4)}});
   const Rows collapsed(network.size(), Row(1, 2, 3, 0));
   skin.pose(collapsed);
@@ -141,7 +141,7 @@ TEST(Skin, ASmoothOneIsMetWhereItsNodesLie) {
   const SmoothSkin smooth = flat_skin(mesh, 3);
   const BaseLayer none;
   const DeformBodies with = {{mesh, mechanics, none, &smooth}}, without = {{mesh, mechanics, none}};
-  const SpringNetwork network(without, kTimeStep_s);
+  const SpringNetwork network(without, kSkinStep_s);
   Skin skin(network, with), proxy(network, without);
   Rows x = network.rest();
   RandomStream random(12);

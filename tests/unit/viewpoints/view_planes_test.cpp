@@ -12,7 +12,7 @@ namespace organbake {
 namespace {
 
 constexpr double kFarBox = 1e6;
-constexpr double kRounding = 1e-12;
+constexpr double kPlaneRounding = 1e-12;
 
 TEST(ViewPlanes, TwentyEvenPlanesHave36Vertices) {
   const auto directions = spread_directions(20, {0, -1, 0}, std::numbers::pi);
@@ -22,9 +22,9 @@ TEST(ViewPlanes, TwentyEvenPlanesHave36Vertices) {
     EXPECT_EQ(vertex.planes.size(), 3u);
     EXPECT_FALSE(vertex.on_box);
     for (const std::uint32_t plane : vertex.planes) {
-      EXPECT_NEAR(directions[plane].dot(vertex.position), 1, kRounding);
+      EXPECT_NEAR(directions[plane].dot(vertex.position), 1, kPlaneRounding);
     }
-    for (const auto& d : directions) EXPECT_LE(d.dot(vertex.position), 1 + kRounding);
+    for (const auto& d : directions) EXPECT_LE(d.dot(vertex.position), 1 + kPlaneRounding);
   }
   EXPECT_TRUE(analyse_topology(polyhedron.surface).closed_manifold());
   EXPECT_GT(signed_volume(polyhedron.surface), 4.0 / 3 * std::numbers::pi);
@@ -33,7 +33,7 @@ TEST(ViewPlanes, TwentyEvenPlanesHave36Vertices) {
 TEST(ViewPlanes, OnePlaneCutsTheBox) {
   const PlanePolyhedron half = intersect_view_planes({{0, 0, 1}}, 3);
   EXPECT_EQ(half.vertices.size(), 8u);
-  EXPECT_NEAR(signed_volume(half.surface), 6 * 6 * 4, kRounding * 100);
+  EXPECT_NEAR(signed_volume(half.surface), 6 * 6 * 4, kPlaneRounding * 100);
   for (const auto& vertex : half.vertices) EXPECT_TRUE(vertex.on_box);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const Eigen::Matrix3d kUpright = Eigen::Matrix3d::Identity();
+const Eigen::Matrix3d kUprightBox = Eigen::Matrix3d::Identity();
 
 TEST(Region, IsParsedFromTwoCorners) {
   const Region region = parse_region("10,-5,3, -2,7,9", "--roi");
@@ -88,8 +88,8 @@ TEST(Region, LittleMoreIsReadOfAFileThanItHolds) {
 class DicomRegionTest : public DicomFolderTest {};
 
 TEST_F(DicomRegionTest, ReadsOnlyTheSlicesItNeeds) {
-  add_stack({0, 2, 4, 6, 8, 10, 12}, kUpright);
-  DicomBytes torn = slice_at({5, -8, 32}, kUpright);  // the last one's pixels cannot be decoded
+  add_stack({0, 2, 4, 6, 8, 10, 12}, kUprightBox);
+  DicomBytes torn = slice_at({5, -8, 32}, kUprightBox);  // the last one's pixels cannot be decoded
   torn.photometric = "RGB";
   add("slice1", torn);
   EXPECT_THAT(error(), HasSubstr("photometric"));
@@ -101,7 +101,7 @@ TEST_F(DicomRegionTest, ReadsOnlyTheSlicesItNeeds) {
 TEST_F(DicomRegionTest, OfAnUnevenTiltedStackIsThatPartOfTheWhole) {
   std::vector<double> along;
   for (int k = 0; k < 40; ++k) along.push_back(2 * k + (k > 20 ? 1 : 0));  // more than one piece
-  add_stack(along, kUpright, 0.3 * kUpright.col(1));
+  add_stack(along, kUprightBox, 0.3 * kUprightBox.col(1));
   const Volume whole = read();
   const Volume part = read({.region = Region{{6, -2, 60}, {7, 6, 70}}});
   EXPECT_LT(part.voxels.size(), whole.voxels.size());

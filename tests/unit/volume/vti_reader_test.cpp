@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr double kRounding_hu = 0.5 + 1e-6;
+constexpr double kVtiRounding_hu = 0.5 + 1e-6;
 
 struct VtiText {
   Volume volume = ramp_volume(oblique_direction());
@@ -60,9 +60,9 @@ class Vti : public ::testing::Test {
 
 TEST_F(Vti, DirectionAndExtentPutEveryVoxelInItsPlace) {
   VtiText vti;
-  EXPECT_LT(largest_ramp_error(read(vti.text())), kRounding_hu);
+  EXPECT_LT(largest_ramp_error(read(vti.text())), kVtiRounding_hu);
   vti.first_index = {-3, 2, 7};
-  EXPECT_LT(largest_ramp_error(read(vti.text())), kRounding_hu);
+  EXPECT_LT(largest_ramp_error(read(vti.text())), kVtiRounding_hu);
 }
 
 TEST_F(Vti, OtherNumberTypesAreConverted) {

@@ -16,7 +16,7 @@
 namespace organbake {
 namespace {
 
-SyntheticOptions lumpy_options() {
+SyntheticOptions lumpy_base_options() {
   SyntheticOptions options;
   options.organ.lump_share = 0.05;
   options.map_size = 192;
@@ -25,7 +25,7 @@ SyntheticOptions lumpy_options() {
 }
 
 const Bundle& lumpy_bundle() {
-  static const Bundle bundle = make_synthetic_bundle(lumpy_options());
+  static const Bundle bundle = make_synthetic_bundle(lumpy_base_options());
   return bundle;
 }
 
@@ -98,7 +98,7 @@ const Eigen::Vector3d kBetweenCameras(0.5, -1, 0.4);
 TEST(WarpedFrame, ComesCloseToTheFormula) {
   const Bundle& bundle = lumpy_bundle();
   const View view = view_from(bundle, kBetweenCameras, 256);
-  const Formula truth = trace_formula(lumpy_options().organ, view);
+  const Formula truth = trace_formula(lumpy_base_options().organ, view);
   Frame frame;
   Warper(bundle).draw(bundle.proxy.vertices, view, {}, frame);
   // One sample a pixel against nine: texture of 3 mm at 0.6 mm a pixel leaves about 36 dB.
@@ -109,9 +109,9 @@ TEST(WarpedFrame, ComesCloseToTheFormula) {
 TEST(BaseLayer, TakesOverWhereNoCameraSawTheSkin) {
   Bundle bundle = lumpy_bundle();
   const View view = view_from(bundle, kBetweenCameras, 256);
-  const Formula truth = trace_formula(lumpy_options().organ, view);
+  const Formula truth = trace_formula(lumpy_base_options().organ, view);
   const Eigen::Vector3d towards_eye = kBetweenCameras.normalized();
-  const SyntheticOrgan organ = lumpy_options().organ;
+  const SyntheticOrgan organ = lumpy_base_options().organ;
   hide_from_cameras(bundle, organ.center + organ.radius(towards_eye) * towards_eye, 15);
   Warper warper(bundle);
   Frame frame;

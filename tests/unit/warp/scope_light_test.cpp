@@ -64,16 +64,16 @@ DrawOptions from_scope() {
   return options;
 }
 
-Frame drawn(const Bundle& bundle, const std::vector<Vector3d>& positions, const View& view,
-            const DrawOptions& options = from_scope()) {
+Frame drawn_by_scope(const Bundle& bundle, const std::vector<Vector3d>& positions, const View& view,
+                     const DrawOptions& options = from_scope()) {
   Warper warper(bundle);
   Frame frame;
   warper.draw(positions, view, options, frame);
   return frame;
 }
 
-Frame drawn(const Bundle& bundle, const View& view) {
-  return drawn(bundle, bundle.proxy.vertices, view);
+Frame drawn_by_scope(const Bundle& bundle, const View& view) {
+  return drawn_by_scope(bundle, bundle.proxy.vertices, view);
 }
 
 double mean_light(const Frame& frame) {
@@ -125,7 +125,7 @@ struct ScopeTruth {
 
 double truth_db(const Bundle& bundle, float albedo) {
   const View view = front_of(bundle);
-  const Frame frame = drawn(bundle, view);
+  const Frame frame = drawn_by_scope(bundle, view);
   const ScopeTruth truth{bundle, view};
   Rgb8Image expected(frame.color.width, frame.color.height);
   std::vector<std::uint8_t> inside(frame.cover.size(), 0);
@@ -187,7 +187,7 @@ TEST(ScopeLight, SkinKeepsItsOwnColours) {
     }
   }
   const View view = front_of(bundle);
-  const Frame expected = drawn(bundle, view), frame = drawn(lit, view);
+  const Frame expected = drawn_by_scope(bundle, view), frame = drawn_by_scope(lit, view);
   std::vector<std::uint8_t> shown(expected.cover.size());
   for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = expected.cover[i] == Cover::samples;
   EXPECT_GT(compare_images(frame.color, expected.color, shown).psnr_db, 38);
@@ -198,9 +198,9 @@ TEST(ScopeLight, AMeteredExposureIsTheSameFromNearAndFar) {
   lighting.scope->reference_mm = 0;
   const Bundle bundle = organ_in(lighting, 0.5f);
   View view = front_of(bundle);
-  const double near = mean_light(drawn(bundle, view));
+  const double near = mean_light(drawn_by_scope(bundle, view));
   view.camera.camera_from_world.translation *= 3;  // along the same ray to the centre, about
-  const double far = mean_light(drawn(bundle, view));
+  const double far = mean_light(drawn_by_scope(bundle, view));
   EXPECT_NEAR(far / near, 1, 0.1);
   EXPECT_NEAR(near, 0.9 * 0.5 * 0.65, 0.06) << "gain · albedo · the meter's mean";
 }
@@ -227,11 +227,11 @@ TEST(ScopeLight, TheReliefIsCarriedByTheSkin) {
   RigidTransform& pose = with_it.camera.camera_from_world;
   pose.rotation = pose.rotation * turn.toRotationMatrix().transpose();
   pose.translation -= pose.rotation * shift;
-  const Frame at_rest = drawn(bundle, view);
-  const Frame carried = drawn(bundle, moved, with_it);
+  const Frame at_rest = drawn_by_scope(bundle, view);
+  const Frame carried = drawn_by_scope(bundle, moved, with_it);
   SkinFinish other = rough;
   other.relief_mm = 6.7;
-  const Frame elsewhere = drawn(organ_in(scope_light(other, {{0.9, 300}}), 0.1f), view);
+  const Frame elsewhere = drawn_by_scope(organ_in(scope_light(other, {{0.9, 300}}), 0.1f), view);
   // Where either shows a highlight of it.
   const auto db = [&](const Frame& other) {
     std::vector<std::uint8_t> shining(at_rest.cover.size());
@@ -248,8 +248,8 @@ TEST(ScopeLight, ReliefFinerThanAPixelKeepsItsLight) {
   SkinFinish fine;
   fine.relief_slope = 0.1, fine.relief_mm = 2.5;
   const Bundle bundle = organ_in(scope_light(fine, {{0.5, 400}}), 0.0f);
-  const double near = mean_light(drawn(bundle, front_of(bundle, 6)));
-  const double far = mean_light(drawn(bundle, front_of(bundle, 0.75)));
+  const double near = mean_light(drawn_by_scope(bundle, front_of(bundle, 6)));
+  const double far = mean_light(drawn_by_scope(bundle, front_of(bundle, 0.75)));
   EXPECT_NEAR(far / near, 1, 0.2);
 }
 
@@ -270,7 +270,7 @@ TEST(ScopeLight, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
         options.light = light;
         warper.draw(positions, view, options, frame);
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-        ASSERT_EQ(frame.color.pixels, drawn(bundle, positions, view, options).color.pixels)
+        ASSERT_EQ(frame.color.pixels, drawn_by_scope(bundle, positions, view, options).color.pixels)
             << to_string(light) << ", dented by " << depth_mm << " mm, camera " << c;
       }
     }
@@ -283,10 +283,10 @@ TEST(ScopeLight, EachBundleHasTheLightItIsMeantFor) {
   bundle.lighting->scope.reset();
   EXPECT_EQ(Warper(bundle).usual_light(), DrawnLight::world);
   const View view = front_of(bundle);
-  EXPECT_NO_THROW(drawn(bundle, view)) << "a known light is enough to be lit by a scope";
+  EXPECT_NO_THROW(drawn_by_scope(bundle, view)) << "a known light is enough to be lit by a scope";
   bundle.lighting.reset();
   EXPECT_EQ(Warper(bundle).usual_light(), DrawnLight::baked);
-  EXPECT_THROW(drawn(bundle, view), UsageError);
+  EXPECT_THROW(drawn_by_scope(bundle, view), UsageError);
 }
 
 TEST(ScopeLight, NamesAreReadBack) {

@@ -15,11 +15,11 @@ namespace {
 constexpr int kPictureWidth = 600, kPictureHeight = 80;
 constexpr float kDeeperMm = 4;
 
-struct Picture {
+struct TerracePicture {
   Frame frame;
   SkinDepth depth;
 
-  Picture() {
+  TerracePicture() {
     depth.resize(kPictureWidth, kPictureHeight, 400);
     set_depth(0, 0, kPictureWidth, kPictureHeight, 100);
     frame.color = Rgb8Image(kPictureWidth, kPictureHeight);
@@ -38,7 +38,7 @@ struct Picture {
 };
 
 TEST(SeeThrough, OpensSlitsAlongRowsAndColumns) {
-  Picture picture;
+  TerracePicture picture;
   picture.set_depth(20, 10, 400, 12, 150);  // two pixels high, across blocks
   picture.set_depth(500, 20, 501, 70, 150);
   picture.set_depth(300, 40, 301, 41, 150);
@@ -49,7 +49,7 @@ TEST(SeeThrough, OpensSlitsAlongRowsAndColumns) {
 }
 
 TEST(SeeThrough, LeavesStepsSlopesAndWideGapsAlone) {
-  Picture picture;
+  TerracePicture picture;
   picture.set_depth(0, 0, 100, kPictureHeight, 150);  // a step: an outline before something farther
   picture.set_depth(200, 20, 206, 60, 150);           // a gap between two lobes
   for (int x = 300; x < 400; ++x)
@@ -58,7 +58,7 @@ TEST(SeeThrough, LeavesStepsSlopesAndWideGapsAlone) {
 }
 
 TEST(SeeThrough, TheBackgroundIsNoSide) {
-  Picture picture;
+  TerracePicture picture;
   picture.set_depth(50, 0, 52, kPictureHeight, 150);
   picture.depth.clear({0, 0, 50, kPictureHeight});
   // The picture's border is none, either.
@@ -68,7 +68,7 @@ TEST(SeeThrough, TheBackgroundIsNoSide) {
 }
 
 TEST(SeeThrough, SkinBeyondTheReachIsOneDepth) {
-  Picture picture;
+  TerracePicture picture;
   picture.set_depth(0, 0, kPictureWidth, kPictureHeight, 500);
   picture.set_depth(50, 0, 52, kPictureHeight, 1e30f);
   EXPECT_EQ(picture.open(), 0u);
@@ -78,7 +78,7 @@ TEST(SeeThrough, SkinBeyondTheReachIsOneDepth) {
 }
 
 TEST(SeeThrough, LooksBeyondTheBoxButFindsNothingThere) {
-  Picture picture;
+  TerracePicture picture;
   picture.set_depth(100, 0, 102, kPictureHeight, 150);
   EXPECT_EQ(picture.open({101, 10, 300, 20}), 10u);
   EXPECT_EQ(picture.open({60, 10, 101, 20}), 10u);
@@ -87,12 +87,12 @@ TEST(SeeThrough, LooksBeyondTheBoxButFindsNothingThere) {
 
 TEST(SeeThrough, IsTheSameForAnyNumberOfThreads) {
   RandomStream random(7);
-  Picture one;
+  TerracePicture one;
   for (int y = 0; y < kPictureHeight; ++y) {
     for (int x = 0; x < kPictureWidth; ++x)
       one.set_depth(x, y, x + 1, y + 1, random.uniform(0, 1) < 0.1 ? 150.0f : 100.0f);
   }
-  Picture two = one;
+  TerracePicture two = one;
   {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
     EXPECT_GT(one.open(), 0u);

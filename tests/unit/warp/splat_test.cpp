@@ -16,12 +16,12 @@
 namespace organbake {
 namespace {
 
-constexpr PixelBox kTile{0, 0, TileGrid::kWidth, TileGrid::kHeight};
+constexpr PixelBox kSplatTile{0, 0, TileGrid::kWidth, TileGrid::kHeight};
 constexpr float kNear_mm = 1, kTie_mm = 0.3f;
 
 View tile_view() {
   View view;
-  view.camera.intrinsics = {kTile.x1, kTile.y1, 300, 300, 128, 64};
+  view.camera.intrinsics = {kSplatTile.x1, kSplatTile.y1, 300, 300, 128, 64};
   view.near_mm = kNear_mm;
   return view;
 }
@@ -80,7 +80,7 @@ struct Scene {
     ChunkFrame frame = chunk;
     frame.uncut = frame.uncut && uncut;
     TileKeys keys;
-    keys.clear(kTile, part);
+    keys.clear(kSplatTile, part);
     splat_chunk(set, 0, frame, face, kNear_mm, kTie_mm, keys);
     return keys;
   }
@@ -107,7 +107,7 @@ TEST(Splat, AChunkWithinItsTileIsDrawnAsIfItWereCut) {
     if (!scene.chunk.uncut) return;
     ++uncut;
     large += scene.chunk.columns > TileKeys::kGuard || scene.chunk.rows > TileKeys::kGuard;
-    ASSERT_EQ(scene.keys(kTile, true).keys, scene.keys(kTile, false).keys);
+    ASSERT_EQ(scene.keys(kSplatTile, true).keys, scene.keys(kSplatTile, false).keys);
   });
   EXPECT_GT(uncut, 500);
   EXPECT_GT(large, 100);
@@ -115,10 +115,10 @@ TEST(Splat, AChunkWithinItsTileIsDrawnAsIfItWereCut) {
 
 TEST(Splat, APartOfATileGetsTheKeysOfTheWhole) {
   for_scenes(1500, [&](const Scene& scene, RandomStream& random) {
-    const int x0 = 32 * static_cast<int>(random.below(kTile.x1 / 32)),
-              y0 = 32 * static_cast<int>(random.below(kTile.y1 / 32));
-    const PixelBox part{x0, y0, x0 + 32, y0 + 64 < kTile.y1 ? y0 + 64 : kTile.y1};
-    const TileKeys whole = scene.keys(kTile, true), own = scene.keys(part, true);
+    const int x0 = 32 * static_cast<int>(random.below(kSplatTile.x1 / 32)),
+              y0 = 32 * static_cast<int>(random.below(kSplatTile.y1 / 32));
+    const PixelBox part{x0, y0, x0 + 32, y0 + 64 < kSplatTile.y1 ? y0 + 64 : kSplatTile.y1};
+    const TileKeys whole = scene.keys(kSplatTile, true), own = scene.keys(part, true);
     for (int y = part.y0; y < part.y1; ++y) {
       for (int x = part.x0; x < part.x1; ++x)
         ASSERT_EQ(key_at(own, x, y), key_at(whole, x, y)) << x << ',' << y;
@@ -131,7 +131,7 @@ TEST(Splat, SamplesLandWhereTheShellMapPutsThem) {
   constexpr double kFloat_px = 0.01, kFloatShare = 1e-4;
   std::array<std::size_t, 2> landed_by_bend{};
   for_scenes(600, [&](const Scene& scene, RandomStream&) {
-    const TileKeys keys = scene.keys(kTile, true);
+    const TileKeys keys = scene.keys(kSplatTile, true);
     Landed landed;
     land_chunk(scene.set, 0, scene.chunk, scene.face, kNear_mm, keys, kAnySplat, landed);
     const ShellMatrix shell = scene.face.metric.topRows<3>().cast<double>();
@@ -156,10 +156,10 @@ TEST(Splat, SamplesLandWhereTheShellMapPutsThem) {
 TEST(Splat, NothingIsDrawnOutsideTheChunksBox) {
   std::size_t drawn = 0;
   for_scenes(800, [&](const Scene& scene, RandomStream&) {
-    const TileKeys keys = scene.keys(kTile, true);
+    const TileKeys keys = scene.keys(kSplatTile, true);
     const PixelBox& box = scene.chunk.box;
-    for (int y = kTile.y0; y < kTile.y1; ++y) {
-      for (int x = kTile.x0; x < kTile.x1; ++x) {
+    for (int y = kSplatTile.y0; y < kSplatTile.y1; ++y) {
+      for (int x = kSplatTile.x0; x < kSplatTile.x1; ++x) {
         if (key_at(keys, x, y) == kEmptyKey) continue;
         ++drawn;
         ASSERT_TRUE(x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1);
@@ -182,7 +182,7 @@ TEST(Splat, AbsurdPlacesStayWithinTheGuardBand) {
       chunk.fate = ChunkFate::drawn;
       chunk.box = {100, 50, 120, 60};
       chunk.columns = chunk.rows = TileKeys::kGuard;
-      scene.keys(kTile, true);  // the sanitizers look on
+      scene.keys(kSplatTile, true);  // the sanitizers look on
     }
   }
 }
