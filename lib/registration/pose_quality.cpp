@@ -34,25 +34,6 @@ Eigen::Matrix<double, 3, 6> point_motion(const Vector3d& d) {
   return j;
 }
 
-void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
-                    const RefineState& state, PoseQuality& quality) {
-  quality.surface_sd_mm = quality.position_sd_mm = quality.rotation_sd_deg = 1e9;
-  if (curvature.pixels == 0) return;
-  const Eigen::MatrixXd all = sandwich_covariance(curvature);
-  if (!all.allFinite()) return;
-  const Eigen::Matrix<double, 6, 6> cov = all.topLeftCorner<6, 6>();
-  quality.rotation_sd_deg =
-      std::sqrt(std::max(0.0, cov.topLeftCorner<3, 3>().trace())) * 180 / std::numbers::pi;
-  quality.position_sd_mm = std::sqrt(std::max(0.0, cov.bottomRightCorner<3, 3>().trace()));
-  const Eigen::Matrix3d turn = state.solver.object_pose().camera_from_world.toRotationMatrix();
-  double sum = 0;
-  for (const SurfaceSample& sample : surface.samples()) {
-    const auto j = point_motion(turn * (sample.point - surface.center()));
-    sum += (j * cov * j.transpose()).trace();
-  }
-  quality.surface_sd_mm = std::sqrt(std::max(0.0, sum / surface.samples().size()));
-}
-
 // What a free focal length would want; 1 unless that is well outside what texture and noise do to
 // it.
 double wanted_focal_scale(const FocalCheck& check) {
@@ -155,6 +136,25 @@ double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
 
 }  // namespace
 
+void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
+                    const ObjectPose& pose, PoseQuality& quality) {
+  quality.surface_sd_mm = quality.position_sd_mm = quality.rotation_sd_deg = 1e9;
+  if (curvature.pixels == 0) return;
+  const Eigen::MatrixXd all = sandwich_covariance(curvature);
+  if (!all.allFinite()) return;
+  const Eigen::Matrix<double, 6, 6> cov = all.topLeftCorner<6, 6>();
+  quality.rotation_sd_deg =
+      std::sqrt(std::max(0.0, cov.topLeftCorner<3, 3>().trace())) * 180 / std::numbers::pi;
+  quality.position_sd_mm = std::sqrt(std::max(0.0, cov.bottomRightCorner<3, 3>().trace()));
+  const Eigen::Matrix3d turn = pose.camera_from_world.toRotationMatrix();
+  double sum = 0;
+  for (const SurfaceSample& sample : surface.samples()) {
+    const auto j = point_motion(turn * (sample.point - surface.center()));
+    sum += (j * cov * j.transpose()).trace();
+  }
+  quality.surface_sd_mm = std::sqrt(std::max(0.0, sum / surface.samples().size()));
+}
+
 PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                    const RefineOptions& options, const RefineState& state, double runner_up_margin,
                    const RunContext& context) {
@@ -185,7 +185,8 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   quality.outline_share = outline.share;
   if (outline.places > 0)
     quality.outline_asked_share = static_cast<double>(outline.asked) / outline.places;
-  measure_spread(surface, curvature(surface, pyramid[level], options, state), state, quality);
+  measure_spread(surface, curvature(surface, pyramid[level], options, state),
+                 state.solver.object_pose(), quality);
   quality.focal_scale =
       options.free_focal || !options.check_focal
           ? 1

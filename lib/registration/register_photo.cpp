@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "geometry/reach.h"
+#include "registration/color_silhouette.h"
 #include "registration/global_search.h"
 #include "registration/light_choice.h"
 #include "registration/point_pairs.h"
@@ -57,11 +58,12 @@ SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLev
 }
 
 // Each light explains the photograph as well as it can, on a level of moderate size; the light that
-// is chosen stands in `options`.
+// is chosen stands in `options`, the others in `left`.
 SearchResult search_with_any_light(const RegisteredSurface& surface,
                                    const std::vector<PhotoLevel>& pyramid,
                                    const std::optional<RigidTransform>& start, Reach reach,
-                                   RefineOptions& options, const RunContext& context) {
+                                   RefineOptions& options, std::vector<LightTrial>& left,
+                                   const RunContext& context) {
   options.light.model = LightModel::camera;
   SearchResult at_lens = search(surface, pyramid, start, reach, options, context);
   options.light.model = LightModel::estimated;
@@ -73,8 +75,10 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
   while (level > 0 && pyramid[level].intrinsics.width < kEnoughForLight) --level;
   RefineOptions trying = options;
   trying.free_focal = false;
-  const LightTrial chosen = simplest_of_best(try_lights(
-      surface, pyramid, std::max(at_lens.level, anywhere.level), level, trying, starts, context));
+  left = try_lights(surface, pyramid, std::max(at_lens.level, anywhere.level), level, trying,
+                    starts, context);
+  const LightTrial chosen = simplest_of_best(left);
+  std::erase_if(left, [&](const LightTrial& trial) { return trial.model == chosen.model; });
   options.light.model = chosen.model;
   SearchResult result = chosen.model == LightModel::estimated ? anywhere : at_lens;
   result.best = chosen.state;
@@ -131,6 +135,63 @@ PoseQuality finish_by_outlines(const RegisteredSurface& surface,
   return assess(surface, pyramid, options, state, 1, context);
 }
 
+// Where shading finds nothing, colour may: near a start, and of a whole organ, whose borders are
+// its outline. What is chosen (a light, a lens, a form) is chosen for shading.
+bool colors_may_tell(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
+                     const RegistrationOptions& o) {
+  return start && !surface.open() && o.light == LightModel::automatic && o.reach == Reach::wide &&
+         o.similarity == Similarity::radiance && o.form == Form::patches && !o.free_focal;
+}
+
+// An instrument in front can pass for what a beam or another light does, and then drags the pose
+// with it: the other lights have their say on a pose that is not ok, and the outline, which knows
+// no light, decides. What took so many tries is doubtful at best.
+void let_outline_choose_light(const RegisteredSurface& surface,
+                              const std::vector<PhotoLevel>& pyramid,
+                              const std::vector<LightTrial>& left, int level, RefineOptions options,
+                              RefineState& state, RegisteredPhoto& found,
+                              const RunContext& context) {
+  constexpr double kMore = 0.1;  // of the outline
+  options.check_focal = false;
+  for (const LightTrial& trial : left) {
+    options.light.model = trial.model;
+    RefineState other = trial.state;
+    if (other.usable) refine(surface, pyramid, level, 0, options, other, context);
+    const PoseQuality quality = assess(surface, pyramid, options, other, 1, context);
+    if (!(quality.outline_share > found.quality.outline_share + kMore)) continue;
+    state = other;
+    found.light = trial.model;
+    found.quality = quality;
+    if (quality.verdict != Verdict::ok) continue;
+    found.quality.verdict = Verdict::doubtful;
+    found.quality.reason = "the light that explains the photograph best has the outline elsewhere";
+  }
+}
+
+// Its outline is not where shading found the organ.
+bool may_lie_elsewhere(const PoseQuality& q) {
+  constexpr double kLittle = 0.5;  // of the outline
+  return q.verdict == Verdict::failed ||
+         (q.verdict == Verdict::doubtful && q.outline_share < kLittle);
+}
+
+bool draws_it_better(const PoseQuality& by_color, const PoseQuality& by_shading) {
+  constexpr double kMore = 0.2;  // of the outline
+  return by_color.verdict != Verdict::failed &&
+         by_color.outline_share > by_shading.outline_share + kMore;
+}
+
+RegisteredPhoto by_silhouette(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                              const std::optional<RigidTransform>& start,
+                              const RunContext& context) {
+  if (!start) throw UsageError("a silhouette is told from its ground near a start: give one");
+  if (surface.open())
+    throw UsageError(
+        "a piece of an organ has no silhouette of its own: does the organ end where the mesh has "
+        "a border, say that its outline is closed");
+  return register_by_color(surface, photo, *start, context);
+}
+
 RefineOptions refine_options(const RegistrationOptions& o) {
   RefineOptions options;
   options.light.model = o.light;
@@ -177,6 +238,8 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   std::optional<RigidTransform> start = photo.start;
   if (!photo.pairs.empty()) start = pose_from_pairs(photo.pairs, photo.intrinsics);
   if (start) result.camera.camera_from_world = *start;
+  if (options.similarity == Similarity::silhouette)
+    return by_silhouette(surface, photo, start, context);
   const bool as_tissue = seen_as_tissue(surface, start, options);
   const std::vector<PhotoLevel> pyramid =
       photo_pyramid(photo.image, photo.mask, photo.intrinsics, options.finest_side_px,
@@ -190,10 +253,12 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   }
 
   RefineOptions refining = refine_options(options);
+  std::vector<LightTrial> other_lights;
   SearchResult found =
       as_tissue ? search_as_tissue(surface, photo.image, pyramid, *start, refining, context)
       : options.light == LightModel::automatic
-          ? search_with_any_light(surface, pyramid, start, options.reach, refining, context)
+          ? search_with_any_light(surface, pyramid, start, options.reach, refining, other_lights,
+                                  context)
           : search(surface, pyramid, start, options.reach, refining, context);
   result.light = refining.light.model;
   context.progress(0.4);
@@ -204,6 +269,13 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
   if (as_tissue && result.quality.verdict == Verdict::ok)
     result.quality = finish_by_outlines(surface, pyramid, refining, result.quality, state, context);
+  if (result.quality.verdict != Verdict::ok && options.reach == Reach::wide)
+    let_outline_choose_light(surface, pyramid, other_lights, found.level, refining, state, result,
+                             context);
+  if (may_lie_elsewhere(result.quality) && colors_may_tell(surface, start, options)) {
+    RegisteredPhoto by_color = register_by_color(surface, photo, *start, context);
+    if (draws_it_better(by_color.quality, result.quality)) return by_color;
+  }
   if (!state.usable) return result;
   result.camera.camera_from_world = rigid_transform(state.solver.object_pose(), surface.center());
   result.camera.intrinsics.fx *= std::exp(state.solver.log_focal);

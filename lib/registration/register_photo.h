@@ -75,13 +75,17 @@ struct PoseQuality {
 struct RegisteredPhoto {
   PosedCamera camera;  // intrinsics as found when the focal length was free
   PoseQuality quality;
-  LightModel light = LightModel::camera;  // as given, or as found by `automatic`
+  // As given, or as found by `automatic`, which stands for itself where colour alone told the pose.
+  LightModel light = LightModel::camera;
 };
 
 // Aligns the photograph with the surface by maximising the normalised cross-correlation of photo
-// and predicted shading (the paper, 2.1.1). Never throws for not finding the pose: that is what the
-// verdict says. Throws BadDataError when intrinsics, image and mask do not fit together, UsageError
-// for too few point pairs. The same result for any number of threads.
+// and predicted shading (the paper, 2.1.1); where that fails near a start, or when
+// Similarity::silhouette asks for it, the surface's silhouette with what has its colours
+// (color_silhouette.h). Never throws for not finding the pose: that is what the verdict says.
+// Throws BadDataError when intrinsics, image and mask do not fit together, UsageError for too few
+// point pairs, and for a silhouette without a start or of an open surface. The same result for any
+// number of threads.
 RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
                                const RegistrationOptions& options, const RunContext& context = {});
 

@@ -18,9 +18,13 @@ void bind(OptionList& list, RegisterStageOptions& o) {
            {"estimated", LightModel::estimated}})
       .add("light_direction", &r.light_direction,
            {.help = "surface to light in the camera's axes: x right, y down, z forward"})
-      .add("similarity", &r.similarity,
-           {.help = "what is correlated: radiance, as in the paper, or its gradient"},
-           {{"radiance", Similarity::radiance}, {"gradient", Similarity::gradient}})
+      .add(
+          "similarity", &r.similarity,
+          {.help = "what is correlated: radiance, as in the paper; its gradient; or, near a start, "
+                   "the silhouette with what has the organ's colours"},
+          {{"radiance", Similarity::radiance},
+           {"gradient", Similarity::gradient},
+           {"silhouette", Similarity::silhouette}})
       .add("form", &r.form,
            {.help = "one correlation per patch with a robust loss, or one for the whole picture"},
            {{"patches", Form::patches}, {"whole", Form::whole}})
