@@ -65,8 +65,8 @@ Batch::Batch(const BatchOptions& options, std::vector<BatchCase> cases,
 }
 
 std::vector<BatchRow> Batch::run() {
-  if (options_.pictures) fs::create_directories(options_.output / "pictures");
-  if (options_.web) fs::create_directories(options_.output / "pages");
+  if (options_.pictures) make_folder(options_.output / "pictures");
+  if (options_.web) make_folder(options_.output / "pages");
   while (true) {
     if (context_.cancelled()) stop_workers();
     while (may_start()) start_next();

@@ -144,6 +144,7 @@ BundleWritten write_bundle(const BakeResult& bake, Runner& runner, const fs::pat
   const StepIngredients ingredients = ingredients_of(bake, runner);
   const std::optional<CacheEntry> known = runner.cache().find(ingredients);
   if (known && is_whole(target, read_text_file(known->folder / "manifest.json"))) {
+    AtomicFolder::sweep(target);
     return BundleWritten::unchanged;
   }
   check_output_folder(target);

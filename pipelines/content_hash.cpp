@@ -7,10 +7,8 @@
 #include <xxhash.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -91,9 +89,8 @@ std::vector<InputFile> files_of_pair(const fs::path& path) {
 }
 
 bool is_dicom(const fs::path& path) {
-  std::array<char, 132> first{};
-  std::ifstream(path, std::ios::binary).read(first.data(), first.size());
-  return std::string_view(first.data() + 128, 4) == "DICM";
+  const std::string first = read_beginning(path, 132);
+  return first.size() == 132 && first.ends_with("DICM");
 }
 
 // One file may stand for the series beside it, or for all that a DICOMDIR lists below it: whatever

@@ -2,14 +2,13 @@
 #include "pipelines/copy_files.h"
 
 #include "core/error.h"
+#include "core/files.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
 
 void make_folder_of(const fs::path& file) {
-  std::error_code error;
-  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
-  if (error) throw IoError::writing(file, "its folder cannot be made: " + error.message());
+  if (file.has_parent_path()) make_folder(file.parent_path());
 }
 
 void copy_into(const fs::path& from, const fs::path& to) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "pipelines/content_hash.h"
 #include "pipelines/options_json.h"
 #include "pipelines/schemas.h"
@@ -102,6 +103,9 @@ std::vector<Forecast> Runner::forecast(const Plan& plan, const RunOptions& optio
 std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
                                     const StepListener& listener) {
   check_from(plan, options);
+  // An entry that somebody else has finished meanwhile is written by nobody any more, who would
+  // tidy up after those that were killed.
+  AtomicFolder::sweep_inside(cache_.folder());
   std::vector<StepResult> results;
   results.reserve(plan.steps.size());
   bool reached = false;

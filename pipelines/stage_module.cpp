@@ -16,6 +16,15 @@ namespace {
   throw Error(ExitCode::internal, file.string() + ": " + why + "; the installation is incomplete");
 }
 
+// A library that is missing, or of another version, is missing from the installation; that one
+// cannot be read is the system's fault.
+[[noreturn]] void refuse_unloaded(const fs::path& file, const std::string& why) {
+  for (const char* sign : {"No such file", "undefined symbol", "version `"}) {
+    if (why.find(sign) != std::string::npos) refuse(file, "cannot be loaded: " + why);
+  }
+  throw IoError::reading(file, "cannot be loaded: " + why);
+}
+
 template <class Function>
 Function symbol(void* module, const char* name, const fs::path& file) {
   void* address = ::dlsym(module, name);
@@ -37,7 +46,7 @@ StageReport run_in_module(const Stage& stage, const StageCall& call) {
   const fs::path file = module_file(stage.name);
   // Never closed: the libraries behind it are not made to be unloaded, and the program ends soon.
   void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!module) refuse(file, std::string("cannot be loaded: ") + ::dlerror());
+  if (!module) refuse_unloaded(file, ::dlerror());
   const auto version = symbol<const char* (*)()>(module, "organbake_stage_version", file);
   if (std::string_view(version()) != ORGANBAKE_VERSION) {
     refuse(file, std::string("is of version ") + version() + ", not " ORGANBAKE_VERSION);

@@ -21,7 +21,7 @@ void write_export(const fs::path& bundle, const OptionList& told, bool is_page,
   const Stage stage{.name = "export"};
   const RunContext context = session.context(stage.name);
   run_in_module(stage, {to_json(told).dump(), {{"bundle", bundle}}, folder.path(), context});
-  if (is_page) fs::rename(folder.path() / kWebPageFile, file_to_write(output));
+  if (is_page) write_file_atomically(output, read_file(folder.path() / kWebPageFile));
   if (!is_page) folder.commit();
 }
 

@@ -36,8 +36,11 @@ const BundleFile* listed(const Manifest& manifest, const std::string& file) {
 
 // A link could lead out of the bundle, whatever the path says.
 void check_is_file(const fs::path& path) {
-  std::error_code error;  // of a name that no file can have, too
-  if (fs::is_regular_file(fs::symlink_status(path, error))) return;
+  std::error_code error;
+  const fs::file_status status = fs::symlink_status(path, error);
+  if (fs::is_regular_file(status)) return;
+  if (error == std::errc::io_error) throw IoError::reading(path, error.message());
+  // There is none, or of a name that no file can have.
   throw BadDataError(path, "is missing or not a regular file");
 }
 

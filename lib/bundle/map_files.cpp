@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bundle/map_files.h"
 
+#include "core/files.h"
 #include "core/parallel.h"
 
 namespace organbake {
@@ -16,8 +17,7 @@ ExrWriteOptions packed(const MapPacking& packing, ExrCompression when_compact) {
 void write_map_files(const std::filesystem::path& folder, const std::vector<CameraMaps>& maps,
                      const std::vector<PosedCamera>& cameras, const BaseLayer& base,
                      const MapPacking& packing) {
-  for (std::size_t c = 0; c < cameras.size(); ++c)
-    std::filesystem::create_directory(folder / camera_folder(c));
+  for (std::size_t c = 0; c < cameras.size(); ++c) make_folder(folder / camera_folder(c));
   parallel_for(std::size_t{0}, 3 * cameras.size() + 1, [&](std::size_t i) {
     ExrWriteOptions exact = packed(packing, ExrCompression::pxr24);
     if (i == 3 * cameras.size())

@@ -33,7 +33,7 @@ bool rename_folder(const fs::path& from, const fs::path& to, unsigned flags) {
     errno = EEXIST;
     return false;
   }
-  if (flags == RENAME_EXCHANGE) fs::remove_all(to, ignored);
+  if (flags == RENAME_EXCHANGE) remove_all_of(to);
   return ::rename(from.c_str(), to.c_str()) == 0;
 }
 
@@ -42,11 +42,25 @@ IoError cannot_rename(const fs::path& target) {
   return IoError::writing(target, "cannot be renamed into place: " + reason);
 }
 
+fs::path without_slash(const fs::path& folder) {  // "out/" names the folder "out"
+  return folder.has_filename() ? folder : folder.parent_path();
+}
+
+fs::path parent_of(const fs::path& target) {
+  return target.has_parent_path() ? target.parent_path() : fs::path(".");
+}
+
 }  // namespace
 
-AtomicFolder::AtomicFolder(fs::path target) : target_(std::move(target)) {
-  if (!target_.has_filename()) target_ = target_.parent_path();  // "out/" names the folder "out"
-  const fs::path parent = target_.has_parent_path() ? target_.parent_path() : fs::path(".");
+void AtomicFolder::sweep(const fs::path& target) {
+  const fs::path folder = without_slash(target);
+  remove_stale_temporaries(parent_of(folder), temporary_prefix(folder));
+}
+
+void AtomicFolder::sweep_inside(const fs::path& folder) { remove_stale_temporaries(folder, {}); }
+
+AtomicFolder::AtomicFolder(fs::path target) : target_(without_slash(target)) {
+  const fs::path parent = parent_of(target_);
   std::error_code error;
   fs::create_directories(parent, error);
   const std::string prefix = temporary_prefix(target_);
@@ -59,8 +73,7 @@ AtomicFolder::AtomicFolder(fs::path target) : target_(std::move(target)) {
 
 AtomicFolder::~AtomicFolder() {
   if (committed_) return;
-  std::error_code ignored;
-  fs::remove_all(temporary_, ignored);
+  remove_all_of(temporary_);
 }
 
 bool AtomicFolder::commit(IfExists if_exists) {
@@ -70,8 +83,7 @@ bool AtomicFolder::commit(IfExists if_exists) {
   // Swapping the two leaves no moment without a whole folder under the target's name.
   if (!rename_folder(temporary_, target_, RENAME_EXCHANGE)) throw cannot_rename(target_);
   committed_ = true;
-  std::error_code ignored;
-  fs::remove_all(temporary_, ignored);
+  remove_all_of(temporary_);
   return true;
 }
 

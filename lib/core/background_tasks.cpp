@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "core/thread_order.h"
+
 #ifndef ORGANBAKE_NO_THREADS
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
@@ -14,6 +16,12 @@ namespace organbake {
 
 struct BackgroundTasks::Impl {
   tbb::task_group group;
+  SharedWork shared;
+
+  void wait() {
+    const SharedWork::Wait until_done(shared);
+    group.wait();
+  }
 };
 
 BackgroundTasks::BackgroundTasks() : impl_(new Impl) {}
@@ -21,13 +29,19 @@ BackgroundTasks::BackgroundTasks() : impl_(new Impl) {}
 BackgroundTasks::~BackgroundTasks() {
   impl_->group.cancel();
   try {
-    impl_->group.wait();
+    impl_->wait();
   } catch (...) {  // something else ended the work already
   }
 }
 
-void BackgroundTasks::run(std::function<void()> task) { impl_->group.run(std::move(task)); }
-void BackgroundTasks::wait() { impl_->group.wait(); }
+void BackgroundTasks::run(std::function<void()> task) {
+  impl_->shared.share_again();
+  impl_->group.run([task = std::move(task), &shared = impl_->shared] {
+    const SharedWork::Piece piece(shared);
+    task();
+  });
+}
+void BackgroundTasks::wait() { impl_->wait(); }
 int BackgroundTasks::most_at_the_time() { return tbb::this_task_arena::max_concurrency(); }
 
 #else

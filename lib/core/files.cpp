@@ -44,6 +44,19 @@ std::size_t openable_size(const fs::path& path, int fd) {
   return static_cast<std::size_t>(status.st_size);
 }
 
+// As many as there are, up to the span's size; returns how many.
+std::size_t read_some(int fd, std::span<std::byte> bytes, const fs::path& path) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw IoError::reading(path, reason());
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
 void write_all(int fd, std::span<const std::byte> bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(fd, bytes.data(), bytes.size());
@@ -63,15 +76,17 @@ std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) 
                                  std::to_string(max_bytes) + " are accepted here");
   }
   std::vector<std::byte> bytes(size);
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t got = ::read(file.get(), bytes.data() + done, size - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) throw IoError::reading(path, reason());
-    if (got == 0) throw IoError::reading(path, "became shorter while it was read");
-    done += static_cast<std::size_t>(got);
-  }
+  if (read_some(file.get(), bytes, path) < size)
+    throw IoError::reading(path, "became shorter while it was read");
   return bytes;
+}
+
+std::string read_beginning(const fs::path& path, std::size_t bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  openable_size(path, file.get());
+  std::string first(bytes, '\0');
+  first.resize(read_some(file.get(), std::as_writable_bytes(std::span(first)), path));
+  return first;
 }
 
 std::string read_text_file(const fs::path& path, std::size_t max_bytes) {
@@ -111,10 +126,16 @@ void write_file_atomically(const fs::path& path, std::string_view text) {
   write_file_atomically(path, std::as_bytes(std::span(text.data(), text.size())));
 }
 
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw IoError::writing(folder, "cannot be made: " + error.message());
+}
+
 fs::path program_folder() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw Error(ExitCode::internal, "/proc/self/exe cannot be read: " + error.message());
+  if (error) throw IoError::reading("/proc/self/exe", error.message());
   return program.parent_path();
 }
 

@@ -18,6 +18,9 @@ std::vector<std::byte> read_file(const std::filesystem::path& path,
 std::string read_text_file(const std::filesystem::path& path,
                            std::size_t max_bytes = std::size_t{1} << 28);
 
+// Its first bytes, fewer where it ends before. Throws as read_file() does.
+std::string read_beginning(const std::filesystem::path& path, std::size_t bytes);
+
 // Where a result of that name is to be written: behind a symbolic link. Throws IoError for what is
 // there and no regular file: a folder, a device, a pipe.
 std::filesystem::path file_to_write(const std::filesystem::path& path);
@@ -27,6 +30,9 @@ std::filesystem::path file_to_write(const std::filesystem::path& path);
 // behind.
 void write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void write_file_atomically(const std::filesystem::path& path, std::string_view text);
+
+// Makes a folder, and those above it, where they are missing. Throws IoError (writing).
+void make_folder(const std::filesystem::path& folder);
 
 // A folder that appears at `target` complete or not at all. Files are written below path();
 // commit() renames it into place (an existing target is replaced when `replace`); without commit()
@@ -44,13 +50,18 @@ class AtomicFolder {
   // Returns false when the target existed and was kept.
   bool commit(IfExists if_exists = IfExists::replace);
 
+  // Only removes what killed processes left, for a target that needs no writing.
+  static void sweep(const std::filesystem::path& target);
+  // The same for every target in a folder that holds nothing but ours.
+  static void sweep_inside(const std::filesystem::path& folder);
+
  private:
   std::filesystem::path target_;
   std::filesystem::path temporary_;
   bool committed_ = false;
 };
 
-// Where the running program lies. Throws Error (internal).
+// Where the running program lies. Throws IoError (reading).
 std::filesystem::path program_folder();
 
 // All regular files below `folder`, relative, in byte order of their generic names.

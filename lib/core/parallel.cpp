@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/parallel.h"
 
+#include "core/thread_order.h"
+
 #ifndef ORGANBAKE_NO_THREADS
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
@@ -14,8 +16,12 @@ namespace organbake::parallel_detail {
 
 void share_out(std::size_t count, std::size_t grain, Work work, const void* body) {
   using Range = tbb::blocked_range<std::size_t>;
-  tbb::parallel_for(Range(0, count, grain),
-                    [&](const Range& range) { work(body, range.begin(), range.end()); });
+  SharedWork shared;
+  const SharedWork::Wait wait(shared);
+  tbb::parallel_for(Range(0, count, grain), [&](const Range& range) {
+    const SharedWork::Piece piece(shared);
+    work(body, range.begin(), range.end());
+  });
 }
 
 void isolate(Work work, const void* body) {

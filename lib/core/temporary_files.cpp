@@ -15,8 +15,12 @@ namespace {
 
 std::optional<pid_t> owner(const std::string& name, const std::string& prefix) {
   if (!name.starts_with(prefix)) return std::nullopt;
+  const std::size_t mark = name.rfind(kTemporaryMark);
+  if (mark == std::string::npos) return std::nullopt;
+  const std::size_t number = mark + kTemporaryMark.size();
+  if (!prefix.empty() && number != prefix.size()) return std::nullopt;
   pid_t pid = 0;
-  const char* begin = name.data() + prefix.size();
+  const char* begin = name.data() + number;
   const auto result = std::from_chars(begin, name.data() + name.size(), pid);
   if (result.ec != std::errc() || pid <= 0) return std::nullopt;
   return pid;
@@ -43,6 +47,12 @@ fs::path temporary_file(const fs::path& file) {
   return folder / (prefix + std::to_string(::getpid()));
 }
 
+void remove_all_of(const fs::path& path) {
+  std::error_code error;
+  fs::remove_all(path, error);
+  if (error) fs::remove_all(path, error);
+}
+
 void remove_stale_temporaries(const fs::path& folder, const std::string& prefix) {
   // A folder under a temporary name is new, and its writer's alone. It may get thousands of frames,
   // and looking through it for each would take longer than writing them.
@@ -50,7 +60,7 @@ void remove_stale_temporaries(const fs::path& folder, const std::string& prefix)
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const auto pid = owner(entry.path().filename().string(), prefix);
-    if (pid && !alive(*pid)) fs::remove_all(entry.path(), ignored);
+    if (pid && !alive(*pid)) remove_all_of(entry.path());
   }
 }
 

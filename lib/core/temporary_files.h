@@ -15,8 +15,12 @@ inline constexpr std::string_view kTemporaryMark = ".tmp-";
 // Sweeps what killed processes left under the file's temporary names.
 std::filesystem::path temporary_file(const std::filesystem::path& file);
 
+// Removes a file or a folder, as well as the system lets us: a fault that has passed at the second
+// try leaves nothing behind.
+void remove_all_of(const std::filesystem::path& path);
+
 // Removes from a folder what killed processes left under temporary names that begin with `prefix`,
-// up to and with the mark.
+// up to and with the mark; under any, where none is given.
 void remove_stale_temporaries(const std::filesystem::path& folder, const std::string& prefix);
 
 }  // namespace organbake

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/photo.h"
 
-#include <array>
-#include <fstream>
-#include <string_view>
+#include <string>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -22,13 +20,9 @@ PictureKind kind_of(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path)) {
     throw NoInputError(path, "is a folder, a photograph (PNG or JPEG) is needed");
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw NoInputError(path, "cannot be opened");
-  std::array<char, 4> first{};
-  file.read(first.data(), first.size());
-  const std::string_view magic(first.data(), static_cast<std::size_t>(file.gcount()));
+  const std::string magic = read_beginning(path, 4);
   if (magic == "\x89PNG") return PictureKind::png;
-  if (magic.substr(0, 3) == "\xFF\xD8\xFF") return PictureKind::jpeg;
+  if (magic.starts_with("\xFF\xD8\xFF")) return PictureKind::jpeg;
   if (magic == "\x76\x2F\x31\x01") return PictureKind::exr;
   return PictureKind::other;
 }

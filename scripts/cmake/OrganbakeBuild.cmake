@@ -42,7 +42,10 @@ target_compile_options(organbake_warnings INTERFACE -Wall -Wextra -Wno-psabi
   $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>
   $<$<BOOL:${ORGANBAKE_PRECOMPILE}>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-subobject-linkage>
   $<$<BOOL:${ORGANBAKE_WERROR}>:-Werror>)
-if(ORGANBAKE_SANITIZE)
+if(ORGANBAKE_SANITIZE STREQUAL "thread")
+  target_compile_options(organbake_build_flags INTERFACE -fsanitize=thread -fno-omit-frame-pointer)
+  target_link_options(organbake_build_flags INTERFACE -fsanitize=thread)
+elseif(ORGANBAKE_SANITIZE)
   # Tests of pointers make Eigen's small functions too large to be inlined: without them the same
   # cases take half the time.
   target_compile_options(organbake_build_flags INTERFACE

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # kill -9 at 20 random moments: every rerun ends in the same bytes, with nothing left of the dead.
+# ORGANBAKE_KILLS=100 for the long form; at each system call: scripts/faults kill.
 source "$(dirname "$0")/assert.sh"
 small_recipe >r.yaml
 expect 0 organbake bake r.yaml -o whole --cache whole-cache
@@ -8,8 +9,8 @@ start=$(milliseconds)
 expect 0 organbake bake r.yaml -o timed --cache timed-cache
 total=$(($(milliseconds) - start))
 
-RANDOM=7
-for i in $(seq 20); do
+RANDOM=${ORGANBAKE_SEED:-7}
+for i in $(seq "${ORGANBAKE_KILLS:-20}"); do
   # Half of them from an empty cache: early moments count as much as late ones.
   [ $((i % 2)) -eq 0 ] && rm -rf "$ORGANBAKE_CACHE" b
   moment=$((RANDOM % (total + 1)))

@@ -48,7 +48,7 @@ SceneFacts write_pictures(const Bundle& bundle, const PictureFolders& folders,
   set = bundle.cameras;
   set.images.clear();
   for (const char* name : {folders.images, folders.depths, folders.masks})
-    if (name) fs::create_directories(folder / name);
+    if (name) make_folder(folder / name);
   for (std::size_t c = 0; c < pictures.size(); ++c) {
     const CutOut& picture = pictures[c];
     const std::string name = camera_folder(c) + ".png";
@@ -72,7 +72,7 @@ void write_colmap(const Bundle& bundle, const fs::path& folder, const RunContext
   SceneFacts facts = write_pictures(bundle, {.masks = "masks"}, folder, set, context);
   const std::vector<SparsePoint> points = points_of(bundle);
   const fs::path sparse = folder / "sparse" / "0";
-  fs::create_directories(sparse);
+  make_folder(sparse);
   write_file_atomically(sparse / "cameras.txt", colmap_cameras_text(set));
   write_file_atomically(sparse / "images.txt", colmap_images_text(set, points));
   write_file_atomically(sparse / "points3D.txt", colmap_points_text(points));

@@ -69,7 +69,7 @@ StageReport run(const StageCall& call) {
   if (fused.refined) {
     CameraSet set;
     set.cameras = fused.cameras;
-    fs::create_directories(call.output_folder / Stage::kBeside);
+    make_folder(call.output_folder / Stage::kBeside);
     write_file_atomically(call.output_folder / Stage::kBeside / "cameras.json",
                           cameras_to_json(set));
   }

@@ -30,7 +30,7 @@ std::string photo_name(std::size_t index) {
 void write_photos(const OrganPhantom& phantom, const fs::path& folder, const RunContext& context) {
   CameraSet set;
   set.cameras = phantom.photo_cameras();
-  fs::create_directory(folder);
+  make_folder(folder);
   for (std::size_t i = 0; i < set.cameras.size(); ++i) {
     context.throw_if_cancelled();
     set.images.push_back(photo_name(i));
@@ -49,7 +49,7 @@ std::string phantom_json(const std::string& options_json) {
 // whose places to each other all frames have.
 void write_right_eye(const LaparoscopyPhantom& phantom, int frames, const StageCall& call) {
   const fs::path folder = call.output_folder / "right";
-  fs::create_directory(folder);
+  make_folder(folder);
   for (int i = 0; i < frames; ++i) {
     call.context.throw_if_cancelled();
     write_png(folder / (padded(static_cast<std::size_t>(i), 6) + ".png"),
@@ -68,8 +68,8 @@ StageReport run_laparoscopy(const PhantomStageOptions& options, const StageCall&
   asked.seed = options.organ.seed;
   const LaparoscopyPhantom phantom(asked);
   const fs::path frames = call.output_folder / "frames", truth = call.output_folder / "truth";
-  fs::create_directory(frames);
-  fs::create_directory(truth);
+  make_folder(frames);
+  make_folder(truth);
   constexpr std::size_t kDigits = 6;
   CameraSet set;
   for (int i = 0; i < asked.frames; ++i) {

@@ -110,7 +110,7 @@ void write_cameras_for_others(const CameraSet& set, CameraExport also, const fs:
   if (also == CameraExport::transforms)
     write_file_atomically(folder / "transforms.json", transforms_json(set));
   if (also != CameraExport::colmap) return;
-  fs::create_directories(folder / "colmap");
+  make_folder(folder / "colmap");
   write_file_atomically(folder / "colmap" / "cameras.txt", colmap_cameras_text(set));
   write_file_atomically(folder / "colmap" / "images.txt", colmap_images_text(set));
   write_file_atomically(folder / "colmap" / "points3D.txt", colmap_points_text());
@@ -172,8 +172,8 @@ std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurfa
               draw_overlay(surface, named.photo.image, poses.back().registered, options), 1);
     // Those that register for a bake need the pictures beside the cameras.
     if (call.input("unposed")) {
-      fs::create_directories((call.output_folder / named.name).parent_path());
-      fs::copy_file(named.path, call.output_folder / named.name);
+      make_folder((call.output_folder / named.name).parent_path());
+      write_file_atomically(call.output_folder / named.name, read_file(named.path));
     }
   }
   return poses;
@@ -198,7 +198,7 @@ StageReport run(const StageCall& call) {
                                                        ? MeshBorders::outlines
                                                        : MeshBorders::unknown_beyond);
   const fs::path beside = call.output_folder / Stage::kBeside;
-  fs::create_directories(beside);
+  make_folder(beside);
   StageReport report;
   const std::vector<NamedPose> poses =
       clip ? track(call, surface, *clip, options.registration, beside, report)

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/files.h"
 #include "core/median.h"
 #include "core/text.h"
 #include "image/exr.h"
@@ -109,8 +110,7 @@ FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& 
 }
 
 void make_frame_folders(const fs::path& folder) {
-  for (const char* part : {"depth", "normals", "mask", "confidence"})
-    fs::create_directory(folder / part);
+  for (const char* part : {"depth", "normals", "mask", "confidence"}) make_folder(folder / part);
 }
 
 void write_frame(const fs::path& folder, std::size_t index, const PreparedFrame& frame,

@@ -5,6 +5,7 @@
 #include <tbb/parallel_pipeline.h>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "core/text.h"
 #include "image/png.h"
 #include "pipelines/stages/stereo/stereo_source.h"
@@ -126,7 +127,7 @@ StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
                             const StereoStageOptions& options, const fs::path& folder,
                             const RunContext& context) {
   make_frame_folders(folder);
-  fs::create_directory(folder / "pictures");
+  make_folder(folder / "pictures");
   return PairPipeline(frames, rectifier, options, folder, context).run();
 }
 

@@ -36,6 +36,14 @@ TEST_F(Files, ReadingNamesWhatIsWrong) {
   EXPECT_EQ(read_file(at("big"), 5).size(), 5u);
 }
 
+TEST_F(Files, ABeginningIsNeverLongerThanItsFile) {
+  write_file_atomically(at("a"), "12345");
+  EXPECT_EQ(read_beginning(at("a"), 3), "123");
+  EXPECT_EQ(read_beginning(at("a"), 9), "12345");
+  EXPECT_THROW(read_beginning(at("missing"), 3), NoInputError);
+  EXPECT_THROW(read_beginning(folder_.path(), 3), NoInputError);
+}
+
 TEST_F(Files, DevicesPipesAndFoldersAreNoFilesToWrite) {
   const fs::path pipe = at("pipe");
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0666), 0);
@@ -94,6 +102,25 @@ TEST_F(Files, WhatAKilledProcessLeftIsSwept) {
   fs::create_directories(stale / "cam_000");
   AtomicFolder out(at("out"));
   EXPECT_FALSE(fs::exists(stale));
+}
+
+TEST_F(Files, WhatAKilledProcessLeftIsSweptWhereNothingIsWritten) {
+  fs::create_directories(at(".out.tmp-999999999-0"));
+  AtomicFolder::sweep(at("out") / "");
+  EXPECT_TRUE(fs::is_empty(folder_.path()));
+  for (const char* name : {".a.tmp-999999999-0", ".b.tmp-999999999-7", "kept", ".c.tmp-x"})
+    fs::create_directories(at(name));
+  fs::create_directories(at((".d.tmp-" + std::to_string(::getpid()) + "-0").c_str()));  // alive
+  AtomicFolder::sweep_inside(folder_.path());
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 3);
+}
+
+TEST_F(Files, FoldersAreMadeOrTheSentenceSaysWhyNot) {
+  make_folder(at("a") / "b");
+  make_folder(at("a") / "b");
+  EXPECT_TRUE(fs::is_directory(at("a") / "b"));
+  std::ofstream(at("file")) << "x";
+  EXPECT_THROW(make_folder(at("file") / "c"), IoError);
 }
 
 TEST_F(Files, WhatAKilledProcessLeftOfAFileIsSweptWhenItIsWritten) {

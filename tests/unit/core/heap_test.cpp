@@ -20,7 +20,7 @@ long faults_of_writing(std::size_t bytes) {
 }
 
 TEST(Heap, KeepsWhatWasFreed) {
-#if !defined(__GLIBC__) || defined(__SANITIZE_ADDRESS__)
+#if !defined(__GLIBC__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "another malloc than glibc's";
 #endif
   constexpr std::size_t kBytes = std::size_t{24} << 20, kPages = kBytes / 4096;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <numeric>
 #include <stdexcept>
 
@@ -69,6 +70,19 @@ TEST(BackgroundThread, IsAskedToStopAndWaitedFor) {
   }
   EXPECT_TRUE(ended);
 }
+
+#ifdef __SANITIZE_THREAD__
+// Else what ThreadSanitizer is told of TBB (core/thread_order.h) could have made it blind.
+TEST(ThreadSanitizerDeathTest, SeesARaceInSharedWork) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto race = [] {
+    long sum = 0;
+    parallel_for(0, 1'000'000, [&](int i) { sum += i; });
+    std::exit(sum == 0 ? 1 : 0);  // its own exit code takes the place of this
+  };
+  EXPECT_EXIT(race(), testing::ExitedWithCode(66), "data race");
+}
+#endif
 
 }  // namespace
 }  // namespace organbake
