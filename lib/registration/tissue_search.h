@@ -5,6 +5,7 @@
 
 #include "core/run_context.h"
 #include "image/channel_image.h"
+#include "registration/object_pose.h"
 #include "registration/photo_pyramid.h"
 #include "registration/registered_surface.h"
 
