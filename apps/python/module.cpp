@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <array>
 #include <exception>
 #include <new>
 
@@ -101,6 +103,32 @@ py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
                              reinterpret_cast<const double*>(kept->data()), owner);
 }
 
+// A contact as a row of NumPy's.
+struct ContactRow {
+  std::uint32_t instrument, organ;
+  std::array<double, 3> position_mm, normal, force_n;
+  double depth_mm;
+  bool carried;
+};
+
+py::array_t<ContactRow> rows_of(const std::vector<ContactPoint>& points) {
+  const auto numbers = [](const Eigen::Vector3d& v) {
+    return std::array<double, 3>{v.x(), v.y(), v.z()};
+  };
+  py::array_t<ContactRow> rows(static_cast<py::ssize_t>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const ContactPoint& p = points[i];
+    rows.mutable_at(static_cast<py::ssize_t>(i)) = {static_cast<std::uint32_t>(p.instrument),
+                                                    static_cast<std::uint32_t>(p.organ),
+                                                    numbers(p.position_mm),
+                                                    numbers(p.normal),
+                                                    numbers(p.force_n),
+                                                    p.depth_mm,
+                                                    p.carried};
+  }
+  return rows;
+}
+
 // The caller's array, if a picture of the view fits in.
 std::uint8_t* room_in(const py::object& out, const View& view) {
   if (out.is_none()) return nullptr;
@@ -161,6 +189,8 @@ void bind_picture(py::module_& m) {
 }
 
 void bind_step(py::module_& m) {
+  PYBIND11_NUMPY_DTYPE(ContactRow, instrument, organ, position_mm, normal, force_n, depth_mm,
+                       carried);
   py::class_<StepReport>(m, "Step", "What one time step did.")
       .def_property_readonly(
           "forces_n", [](const StepReport& s) { return array_of(s.tip_force_n); },
@@ -168,6 +198,11 @@ void bind_step(py::module_& m) {
       .def_property_readonly(
           "positions_mm", [](const StepReport& s) { return array_of(s.tip_position_mm); },
           "(n, 3): where each tip was held; tools hold each other off.")
+      .def_property_readonly(
+          "contact_points", [](const StepReport& s) { return rows_of(s.contact_points); },
+          "(contacts,) of instrument, organ, position_mm (3; of the skin, world), normal (3; unit, "
+          "from the tissue to the instrument), force_n (3; on the instrument: a tip's force is "
+          "their sum), depth_mm (of the skin below its place at rest), carried (by a grasper).")
       .def_readonly("contacts", &StepReport::contacts, "Of tips with tissue.")
       .def_readonly("tissue_contacts", &StepReport::tissue_contacts, "Of tissue with tissue.")
       .def_readonly("tool_contacts", &StepReport::tool_contacts, "Pairs of tools that touch.")

@@ -39,6 +39,19 @@ Json instruments_json(const PlayedScene& scene, const std::vector<std::string>& 
   return all;
 }
 
+Json contacts_json(const StepReport& step) {
+  Json all = Json::array();
+  for (const ContactPoint& point : step.contact_points)
+    all.push_back({{"instrument", point.instrument},
+                   {"organ", point.organ},
+                   {"position_mm", to_json(point.position_mm)},
+                   {"normal", to_json(point.normal)},
+                   {"force_n", to_json(point.force_n)},
+                   {"depth_mm", point.depth_mm},
+                   {"carried", point.carried}});
+  return all;
+}
+
 Json proxies_json(const Player& player) {
   Json organs = Json::array();
   for (std::size_t o = 0; o < player.organ_count(); ++o) {
@@ -58,6 +71,7 @@ std::string scene_line(int frame, const PosedCamera& camera, const PlayedScene& 
                      {"camera", camera_json(camera)},
                      {"instruments", instruments_json(scene, instrument_names)},
                      {"contacts", scene.step.contacts},
+                     {"contact_points", contacts_json(scene.step)},
                      {"tissue_contacts", scene.step.tissue_contacts},
                      {"tool_contacts", scene.step.tool_contacts},
                      {"penetration_mm", scene.step.penetration_mm},
