@@ -4,41 +4,19 @@
 #include <pybind11/stl.h>
 
 #include <array>
-#include <exception>
+#include <filesystem>
 #include <new>
 
 #include "array_arguments.h"
 #include "bind_view.h"
 #include "core/error.h"
 #include "picture_arrays.h"
+#include "python_errors.h"
 #include "shared_player.h"
 
 namespace organbake {
 namespace py = pybind11;
 namespace {
-
-// What C++ throws, as Python's own: ValueError for what was asked or what a file holds, OSError for
-// files that are not there or cannot be used, with the programs' sentences.
-void translate(std::exception_ptr thrown) {
-  try {
-    if (thrown) std::rethrow_exception(thrown);
-  } catch (const Error& error) {
-    switch (error.code()) {
-      case ExitCode::usage:
-      case ExitCode::bad_data:
-      case ExitCode::bad_recipe:
-        return PyErr_SetString(PyExc_ValueError, error.what());
-      case ExitCode::no_input:
-      case ExitCode::read_error:
-      case ExitCode::cannot_write:
-        return PyErr_SetString(PyExc_OSError, error.what());
-      default:
-        return PyErr_SetString(PyExc_RuntimeError, error.what());
-    }
-  } catch (const std::filesystem::filesystem_error& error) {
-    PyErr_SetString(PyExc_OSError, error.what());
-  }
-}
 
 std::vector<std::filesystem::path> paths_from(const py::object& bundles) {
   const py::object fspath = py::module_::import("os").attr("fspath");
@@ -314,7 +292,7 @@ void bind_player(py::module_& m) {
 void bind_organplay(py::module_& m) {
   m.doc() =
       "Pokes and draws organs baked by organbake, on the CPU, with the truth beside every picture.";
-  py::register_exception_translator(&translate);
+  py::register_exception_translator(&translate_error);
   bind_view(m);
   bind_picture(m);
   bind_step(m);
