@@ -42,7 +42,7 @@ void read_dataset(std::span<const std::byte> bytes, const InputFolder&) {
 }
 
 // As `organplay --lens` does, but for its size.
-void read_lens(std::span<const std::byte> bytes, const InputFolder&) {
+void read_scope(std::span<const std::byte> bytes, const InputFolder&) {
   constexpr int kSide_px = 12;
   LensPicture(scope_lens_from_json(text_of(bytes), "lens.json").in_size(kSide_px, kSide_px),
               "lens.json");
@@ -128,7 +128,7 @@ Seeds mechanics_seeds() {
   return {mechanics_to_json(model), mechanics_to_json(solid)};
 }
 
-Seeds lens_seeds() {
+Seeds scope_seeds() {
   return {R"({"schema": "organbake/scope-lens/1", "width": 64, "height": 48, "fx": 60, "fy": 61,
         "cx": 32, "cy": 24, "distortion_k1_k2_p1_p2_k3": [-0.3, 0.1, 0.001, -0.002, 0.01],
         "vignette_exponent": 3})"};
@@ -223,9 +223,9 @@ std::vector<FuzzReader> document_readers() {
       {"lighting", read_lighting, lighting_seeds, kJson, 3200},
       {"mechanics", read_mechanics, mechanics_seeds, kJson, 3200},
       {"dataset", read_dataset, dataset_seeds, kJson, 3200},
-      {"lens",
-       read_lens,
-       lens_seeds,
+      {"scope-lens",
+       read_scope,
+       scope_seeds,
        {"\"fx\": ", "\"distortion_k1_k2_p1_p2_k3\": ", "\"cameras\": ", "1e308", "-1", "null"},
        3200},
       {"manifest", read_manifest, manifest_seeds, kJson, 3200},
