@@ -4,9 +4,11 @@
 #include "bundle/bundle.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "dataset/dataset_spec.h"
 #include "organbake/commands.h"
 #include "pipelines/recipe.h"
 #include "pipelines/schemas.h"
+#include "truth/scope_lens.h"
 
 namespace organbake {
 namespace {
@@ -24,20 +26,42 @@ std::string verify_bundle(const fs::path& folder) {
   return "bundle, " + std::to_string(bundle.manifest().files.size()) + " files";
 }
 
+// Beyond the schema: rotations are rotations, triangles name cameras that exist, ranges go upwards,
+// shards hold a clip.
+std::string verify_parsed(const Document& document) {
+  const std::string schema = schema_of(document);
+  check_document(document, schema);
+  const std::string text = document.json().dump();
+  if (schema == "cameras") cameras_from_json(text, document.name());
+  if (schema == "dataset") dataset_spec_from_json(text, document.name());
+  if (schema == "scope-lens") scope_lens_from_json(text, document.name());
+  return schema;
+}
+
+bool is_dataset(const Document& document) {
+  const nlohmann::json& json = document.json();
+  return json.is_object() && json.contains("schema") && json["schema"].is_string() &&
+         json["schema"].get<std::string>().starts_with("organbake/dataset/");
+}
+
+// A data set's spec, or else a recipe.
+std::string verify_yaml(const fs::path& file) {
+  const Document document = Document::parse_yaml(read_text_file(file), file.string());
+  if (is_dataset(document)) return verify_parsed(document);
+  read_recipe(file, {});
+  return "recipe";
+}
+
 std::string verify_document(const fs::path& file) {
   const std::string text = read_text_file(file);
   // A document may have any name; what begins otherwise is something else.
   const std::size_t begin = text.find_first_not_of(" \t\r\n");
   if (file.extension() != ".json" && (begin == std::string::npos || text[begin] != '{')) {
     throw UsageError(file.string() +
-                     ": verify takes a bundle's folder, a JSON document or a recipe (.yaml)");
+                     ": verify takes a bundle's folder, a JSON document, a recipe or a data set's "
+                     "spec (.yaml)");
   }
-  const Document document = Document::parse_json(text, file.string());
-  const std::string schema = schema_of(document);
-  check_document(document, schema);
-  // Beyond the schema: rotations are rotations, triangles name cameras that exist.
-  if (schema == "cameras") read_cameras(file);
-  return schema;
+  return verify_parsed(Document::parse_json(text, file.string()));
 }
 
 std::string verify(const fs::path& path) {
@@ -45,10 +69,7 @@ std::string verify(const fs::path& path) {
   if (fs::is_directory(path)) return verify_bundle(path);
   if (path.filename() == "manifest.json") return verify_bundle(path.parent_path());
   const std::string ending = path.extension().string();
-  if (ending == ".yaml" || ending == ".yml") {
-    read_recipe(path, {});
-    return "recipe";
-  }
+  if (ending == ".yaml" || ending == ".yml") return verify_yaml(path);
   return verify_document(path);
 }
 

@@ -17,6 +17,7 @@
 #include "player/reference_frames.h"
 #include "player/script_camera.h"
 #include "results.h"
+#include "truth/scope_lens.h"
 #include "truth/truth_recorder.h"
 #include "truth_files.h"
 #include "video_pipe.h"
@@ -36,6 +37,8 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   options.instruments = command.instruments;
   options.draw = drawing(command, player, script.light);
   options.draw.measure = !command.report.empty();
+  const auto lens = lens_picture(command, script.width, script.height);
+  if (lens) options.lens = lens->pinhole();
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
   player.load_all();  // what is wrong with a camera is said before the first frame
@@ -44,7 +47,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   std::optional<TruthRecorder> truth;
   if (command.wants_truth()) {
     options.draw.keep_bound = true;
-    truth.emplace(folder->path(), truth_options(command, script, player), options.draw);
+    truth.emplace(folder->path(), truth_options(command, script, player, lens), options.draw);
     options.watch = [&](const PlayedScene& scene) { truth->add(player, scene); };
   }
   std::optional<VideoPipe> video;
@@ -52,12 +55,15 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
     video.emplace(command.video, script.width, script.height, 1 / script.time_step_s);
 
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
+  Rgb8Image seen;
   const auto frames = play(
       player, script, options,
       [&](int number, const Frame& frame) {
-        if (folder) write_png(folder->path() / frame_file_name(number), frame.color, kQuick);
-        if (video) video->add(frame.color);
-        if (reference) reference->compare(number, frame.color);
+        if (lens) lens->show(frame.color, seen);
+        const Rgb8Image& picture = lens ? seen : frame.color;
+        if (folder) write_png(folder->path() / frame_file_name(number), picture, kQuick);
+        if (video) video->add(picture);
+        if (reference) reference->compare(number, picture);
       },
       context);
   context.throw_if_cancelled();
@@ -107,12 +113,18 @@ void write_picture(const fs::path& file, const Rgb8Image& picture, const RunCont
 
 void draw_one(const Command& command, Player& player, Results& results, const RunContext& context) {
   Frame frame;
-  const View view = view_of(command, player.bundle());
+  View view = view_of(command, player.bundle());
+  const auto lens =
+      lens_picture(command, view.camera.intrinsics.width, view.camera.intrinsics.height);
+  if (lens) view.camera.intrinsics = lens->pinhole();
   DrawOptions options = drawing(command, player);
   options.keep_bound = command.wants_truth();
   player.draw(view, options, frame);
-  write_picture(command.frame_file, frame.color, context);
-  if (command.wants_truth()) write_truth_of_view(command, player, view, options, frame, context);
+  Rgb8Image seen;
+  if (lens) lens->show(frame.color, seen);
+  write_picture(command.frame_file, lens ? seen : frame.color, context);
+  if (command.wants_truth())
+    write_truth_of_view(command, player, view, lens.get(), options, frame, context);
   results.wrote("frame", command.frame_file);
 }
 
@@ -155,7 +167,12 @@ View view_of(const Command& command, const Bundle& bundle) {
   return orbit_view(bundle.cameras, command.view, width, height);
 }
 
-void run_command(const Command& command, const RunContext& context) {
+void run_command(const Command& given, const RunContext& context) {
+  Command command = given;
+  if (!command.lens.empty()) {
+    const Intrinsics lens = read_scope_lens(command.lens).intrinsics;
+    command.lens_size = {lens.width, lens.height};
+  }
   if (command.wants_window()) return open_window(command, context);
   if (command.bench_frames > 0) return run_bench(command, context);
   if (!command.dataset.empty()) return run_dataset(command, context);
@@ -166,7 +183,7 @@ void run_command(const Command& command, const RunContext& context) {
   if (!command.script.empty()) {
     script = read_script(command.script);
     if (!command.cameras.empty())
-      take_recorded(read_cameras(command.cameras), command.cameras.string(), *script);
+      take_recorded(recorded_cameras(command), command.cameras.string(), *script);
     choose_size(*script, command);
     deform.time_step_s = script->time_step_s;
     deform.solver = script->solver.value_or(deform.solver);

@@ -24,8 +24,8 @@ void check(const Command& c) {
     throw UsageError("--out, --video, --report and --reference need --script FILE");
   if (!c.dataset.empty()) {
     if (c.frame_file.empty()) throw UsageError("--dataset needs -o DIR, the folder to make");
-    if (!c.script.empty() || c.wants_truth() || !c.cameras.empty() || c.compare ||
-        c.bench_frames > 0 || c.paper_warp || !c.sheet.empty())
+    if (!c.script.empty() || c.wants_truth() || !c.cameras.empty() || !c.lens.empty() ||
+        c.compare || c.bench_frames > 0 || c.paper_warp || !c.sheet.empty())
       throw UsageError("--dataset goes alone, with -o DIR: its SPEC says what is drawn");
   }
   if (c.wants_truth() && c.out_folder.empty() && c.frame_file.empty() && c.bench_frames == 0)
@@ -35,6 +35,10 @@ void check(const Command& c) {
     throw UsageError("--layers flow needs --script with --out DIR: one picture does not move");
   if (c.wants_truth() && c.paper_warp)
     throw UsageError("--layers and --stereo do not go with --warp paper");
+  if (!c.lens.empty() && c.out_folder.empty() && c.video.empty() && c.reference.empty() &&
+      c.frame_file.empty())
+    throw UsageError("--lens needs --script with --out DIR, --video or --reference, or -o FILE");
+  if (!c.lens.empty() && c.paper_warp) throw UsageError("--lens does not go with --warp paper");
   if (!c.cameras.empty() && c.script.empty() && c.frame_file.empty())
     throw UsageError("--cameras needs --script or -o");
   if (c.bench_frames > 0 &&
@@ -89,6 +93,11 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
                  "the truth beside each frame, comma-separated: depth (mm), flow (px), normals, "
                  "mask, id (the skin point), weight, or all; as EXR, the mask as PNG, with "
                  "cameras.json and scenes.jsonl");
+  app.add_option(
+      "--lens", c.lens,
+      "calibration of a scope (JSON, see 'organbake schema scope-lens', or cameras.json) "
+      "whose distortion and vignette are put on pictures and layers; its size is theirs "
+      "unless --size or the script says another");
   app.add_option("--stereo", c.stereo_mm,
                  "draw a right eye as well, so many millimetres to the right of the view");
   app.add_option("--dataset", c.dataset,

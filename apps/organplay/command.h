@@ -18,11 +18,13 @@ namespace organbake {
 struct Command {
   std::vector<std::filesystem::path> bundles;  // several: organs that push each other
   std::filesystem::path script, dataset, out_folder, video, report, sheet, frame_file, reference;
+  std::filesystem::path lens;     // of a scope, that the pictures are shown through
   std::filesystem::path cameras;  // to look from, in the view's or the script's place
   OrbitPose view;
-  LayerSet layers;                  // beside the frames
-  std::optional<double> stereo_mm;  // from the left eye to the right one
-  std::optional<PictureSize> size;  // else the script's, or what is usual where it is shown
+  LayerSet layers;                       // beside the frames
+  std::optional<double> stereo_mm;       // from the left eye to the right one
+  std::optional<PictureSize> size;       // else the script's, or what is usual where it is shown
+  std::optional<PictureSize> lens_size;  // of the lens, once it is read
   bool instruments = true;
   bool paper_warp = false;
   std::optional<DrawnLight> light;     // else the script's, or what the organ is meant for
@@ -35,7 +37,7 @@ struct Command {
   bool json = false, quiet = false;
 
   bool wants_truth() const { return layers.any() || stereo_mm; }
-  PictureSize picture_size() const { return size.value_or(PictureSize()); }
+  PictureSize picture_size() const { return size.value_or(lens_size.value_or(PictureSize())); }
   // Nothing that can be done without a display was asked for.
   bool wants_window() const;
 };

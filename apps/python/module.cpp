@@ -1,42 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <exception>
+#include <array>
+#include <filesystem>
 #include <new>
 
 #include "array_arguments.h"
 #include "bind_view.h"
 #include "core/error.h"
 #include "picture_arrays.h"
+#include "python_errors.h"
 #include "shared_player.h"
 
 namespace organbake {
 namespace py = pybind11;
 namespace {
-
-// What C++ throws, as Python's own: ValueError for what was asked or what a file holds, OSError for
-// files that are not there or cannot be used, with the programs' sentences.
-void translate(std::exception_ptr thrown) {
-  try {
-    if (thrown) std::rethrow_exception(thrown);
-  } catch (const Error& error) {
-    switch (error.code()) {
-      case ExitCode::usage:
-      case ExitCode::bad_data:
-      case ExitCode::bad_recipe:
-        return PyErr_SetString(PyExc_ValueError, error.what());
-      case ExitCode::no_input:
-      case ExitCode::read_error:
-      case ExitCode::cannot_write:
-        return PyErr_SetString(PyExc_OSError, error.what());
-      default:
-        return PyErr_SetString(PyExc_RuntimeError, error.what());
-    }
-  } catch (const std::filesystem::filesystem_error& error) {
-    PyErr_SetString(PyExc_OSError, error.what());
-  }
-}
 
 std::vector<std::filesystem::path> paths_from(const py::object& bundles) {
   const py::object fspath = py::module_::import("os").attr("fspath");
@@ -101,6 +81,32 @@ py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
                              reinterpret_cast<const double*>(kept->data()), owner);
 }
 
+// A contact as a row of NumPy's.
+struct ContactRow {
+  std::uint32_t instrument, organ;
+  std::array<double, 3> position_mm, normal, force_n;
+  double depth_mm;
+  bool carried;
+};
+
+py::array_t<ContactRow> rows_of(const std::vector<ContactPoint>& points) {
+  const auto numbers = [](const Eigen::Vector3d& v) {
+    return std::array<double, 3>{v.x(), v.y(), v.z()};
+  };
+  py::array_t<ContactRow> rows(static_cast<py::ssize_t>(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const ContactPoint& p = points[i];
+    rows.mutable_at(static_cast<py::ssize_t>(i)) = {static_cast<std::uint32_t>(p.instrument),
+                                                    static_cast<std::uint32_t>(p.organ),
+                                                    numbers(p.position_mm),
+                                                    numbers(p.normal),
+                                                    numbers(p.force_n),
+                                                    p.depth_mm,
+                                                    p.carried};
+  }
+  return rows;
+}
+
 // The caller's array, if a picture of the view fits in.
 std::uint8_t* room_in(const py::object& out, const View& view) {
   if (out.is_none()) return nullptr;
@@ -161,6 +167,8 @@ void bind_picture(py::module_& m) {
 }
 
 void bind_step(py::module_& m) {
+  PYBIND11_NUMPY_DTYPE(ContactRow, instrument, organ, position_mm, normal, force_n, depth_mm,
+                       carried);
   py::class_<StepReport>(m, "Step", "What one time step did.")
       .def_property_readonly(
           "forces_n", [](const StepReport& s) { return array_of(s.tip_force_n); },
@@ -168,6 +176,11 @@ void bind_step(py::module_& m) {
       .def_property_readonly(
           "positions_mm", [](const StepReport& s) { return array_of(s.tip_position_mm); },
           "(n, 3): where each tip was held; tools hold each other off.")
+      .def_property_readonly(
+          "contact_points", [](const StepReport& s) { return rows_of(s.contact_points); },
+          "(contacts,) of instrument, organ, position_mm (3; of the skin, world), normal (3; unit, "
+          "from the tissue to the instrument), force_n (3; on the instrument: a tip's force is "
+          "their sum), depth_mm (of the skin below its place at rest), carried (by a grasper).")
       .def_readonly("contacts", &StepReport::contacts, "Of tips with tissue.")
       .def_readonly("tissue_contacts", &StepReport::tissue_contacts, "Of tissue with tissue.")
       .def_readonly("tool_contacts", &StepReport::tool_contacts, "Pairs of tools that touch.")
@@ -279,7 +292,7 @@ void bind_player(py::module_& m) {
 void bind_organplay(py::module_& m) {
   m.doc() =
       "Pokes and draws organs baked by organbake, on the CPU, with the truth beside every picture.";
-  py::register_exception_translator(&translate);
+  py::register_exception_translator(&translate_error);
   bind_view(m);
   bind_picture(m);
   bind_step(m);

@@ -35,9 +35,13 @@ class Keys {
       value.low = value.high = field->number(low, high);
       return;
     }
-    if (field->size() != 2) field->fail("must hold two numbers, the lowest and the highest");
+    const auto refuse = [&](const std::string& rule) {
+      field->fail("is " + field->json().dump() + ", " + rule);
+    };
+    if (!field->json().is_array() || field->size() != 2)
+      refuse("must hold two numbers, the lowest and the highest, or be one for both");
     value = {field->at(0).number(low, high), field->at(1).number(low, high)};
-    if (value.high < value.low) field->fail("must not end below its beginning");
+    if (value.high < value.low) refuse("must not end below its beginning");
   }
 
  private:
@@ -61,7 +65,7 @@ void read_pokes(const JsonField& pokes, DatasetSpec& spec) {
   keys.range("count", 0, kMostPokes, count);
   spec.fewest_pokes = static_cast<int>(count.low), spec.most_pokes = static_cast<int>(count.high);
   if (spec.fewest_pokes != count.low || spec.most_pokes != count.high)
-    pokes["count"].fail("must be whole numbers");
+    pokes["count"].fail("is " + pokes["count"].json().dump() + ", must be whole numbers");
   keys.range("depth_mm", -kDeepest_mm, kDeepest_mm, spec.depth_mm);
   keys.range("radius_mm", kThinnestTip_mm, kDeepest_mm, spec.radius_mm);
   keys.number("cone_rad", 0, kHalfTurn, spec.poke_cone_rad);
@@ -81,7 +85,8 @@ void read_layers(const JsonField& layers, DatasetSpec& spec) {
 void read_lights(const JsonField& lights, DatasetSpec& spec) {
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const auto light = drawn_light(lights.at(i).text());
-    if (!light) lights.at(i).fail("is no light: take baked, world or scope");
+    if (!light)
+      lights.at(i).fail("'" + lights.at(i).text() + "' is no light: take baked, world or scope");
     spec.lights.push_back(*light);
   }
 }
@@ -107,7 +112,9 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
   keys.whole("clip_frames", 1, 100000, spec.clip_frames);
   keys.whole("shard_frames", 1, 100000, spec.shard_frames);
   if (spec.shard_frames < spec.clip_frames)
-    document["shard_frames"].fail("is less than clip_frames; a shard holds whole clips");
+    (document.find("shard_frames") ? document["shard_frames"] : document["clip_frames"])
+        .fail("shard_frames " + std::to_string(spec.shard_frames) + " is less than clip_frames " +
+              std::to_string(spec.clip_frames) + "; a shard holds whole clips");
   if (const auto size = document.find("size")) {
     if (size->size() != 2) size->fail("must hold two numbers, width and height");
     spec.width = static_cast<int>(size->at(0).integer(1, kLargestSide_px));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "deform/deformer.h"
 
+#include <algorithm>
 #include <string>
 
 #include "core/error.h"
@@ -29,6 +30,8 @@ struct Deformer::Impl {
       : solver(bodies, checked(options)) {
     for (const DeformBody& body : bodies) {
       positions.insert(positions.end(), body.proxy.vertices.begin(), body.proxy.vertices.end());
+      faces_up_to.push_back((faces_up_to.empty() ? 0 : faces_up_to.back()) +
+                            body.proxy.faces.size());
     }
     to_rest();
   }
@@ -40,11 +43,13 @@ struct Deformer::Impl {
   void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
   void report_positions(const std::vector<InstrumentTip>& tips);
   void report_forces();
+  ContactPoint contact_point(const deform::Contact& c) const;
   bool publish();
 
   deform::ShapeSolver solver;
   deform::Instruments instruments;
   std::vector<Eigen::Vector3d> positions;  // of the proxy's vertices, mm
+  std::vector<std::size_t> faces_up_to;    // with each organ
   StepReport report;                       // of the last step that was computed
   int still_steps = 0;
   bool asleep = false;
@@ -129,10 +134,30 @@ void Deformer::Impl::report_forces() {
     if (c.force.isZero(0)) continue;
     ++(c.of_tissue() ? report.tissue_contacts : report.contacts);
     if (c.of_tissue()) continue;
-    // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
-    const double on_points = 1 / c.lever.free_share;
-    report.tip_force_n[c.tip] -= on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
+    report.contact_points.push_back(contact_point(c));
+    report.tip_force_n[c.tip] += report.contact_points.back().force_n;
   }
+}
+
+ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
+  ContactPoint point;
+  point.instrument = c.tip;
+  point.organ = static_cast<std::size_t>(
+      std::upper_bound(faces_up_to.begin(), faces_up_to.end(), c.at.face) - faces_up_to.begin());
+  point.position_mm = c.point.head<3>();
+  point.carried = c.carried;
+  // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
+  const double on_points = 1 / c.lever.free_share;
+  point.force_n = -on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
+  const deform::Row pushed = c.point - c.anchored_at;
+  if (c.carried) {
+    point.normal = point.force_n.normalized();
+    point.depth_mm = pushed.norm();
+  } else {
+    point.normal = -c.normal.head<3>();
+    point.depth_mm = pushed.dot(c.normal);
+  }
+  return point;
 }
 
 void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) {

@@ -43,11 +43,24 @@ struct DeformOptions {
   void check() const;
 };
 
+// A point of the skin that an instrument holds off, or carries.
+struct ContactPoint {
+  std::size_t instrument = 0, organ = 0;
+  Eigen::Vector3d position_mm;  // of the skin, world
+  // Unit, from the tissue to the instrument; of a carried point along the force.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  // on the instrument
+  // How far the skin lies from its place at rest, against the normal; of a carried point all round.
+  double depth_mm = 0;
+  bool carried = false;
+};
+
 struct StepReport {
   std::size_t contacts = 0;                  // of instruments
   std::size_t tissue_contacts = 0;           // of tissue with tissue
   std::size_t tool_contacts = 0;             // pairs of tools that hold each other off
   std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
+  std::vector<ContactPoint> contact_points;  // `contacts` of them; a tip's force is their sum
   // Where each tip was held, world: tools that run into each other stop there.
   std::vector<Eigen::Vector3d> tip_position_mm;
   // A tip moved farther than can be followed, and may have passed through skin.

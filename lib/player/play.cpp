@@ -27,7 +27,8 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   for (int frame = 0; frame < script.frames; ++frame) {
     context.throw_if_cancelled();
     std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
-    const View view = view_at(script, frame, player.bundle().cameras, width, height);
+    View view = view_at(script, frame, player.bundle().cameras, width, height);
+    if (options.lens) view.camera.intrinsics = *options.lens;
     PlayedFrame& entry = played.emplace_back();
     Stopwatch watch;
     entry.step = player.step(tips);

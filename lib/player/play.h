@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ struct PlayedScene {
 struct PlayOptions {
   int width = 1280, height = 720;  // pixels; the script's own size goes first
   bool instruments = true;         // draw the tools
+  // A lens in the place of the script's own, with the size of its pictures; without distortion.
+  std::optional<Intrinsics> lens = {};
   DrawOptions draw;
   std::function<void(const PlayedScene&)> watch;  // may be empty; called after `show`
 

@@ -139,8 +139,9 @@ PoseQuality finish_by_outlines(const RegisteredSurface& surface,
 // its outline. What is chosen (a light, a lens, a form) is chosen for shading.
 bool colors_may_tell(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
                      const RegistrationOptions& o) {
-  return start && !surface.open() && o.light == LightModel::automatic && o.reach == Reach::wide &&
-         o.similarity == Similarity::radiance && o.form == Form::patches && !o.free_focal;
+  return o.last_resorts && start && !surface.open() && o.light == LightModel::automatic &&
+         o.reach == Reach::wide && o.similarity == Similarity::radiance &&
+         o.form == Form::patches && !o.free_focal;
 }
 
 // An instrument in front can pass for what a beam or another light does, and then drags the pose
@@ -269,7 +270,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
   if (as_tissue && result.quality.verdict == Verdict::ok)
     result.quality = finish_by_outlines(surface, pyramid, refining, result.quality, state, context);
-  if (result.quality.verdict != Verdict::ok && options.reach == Reach::wide)
+  if (result.quality.verdict != Verdict::ok && options.last_resorts)
     let_outline_choose_light(surface, pyramid, other_lights, found.level, refining, state, result,
                              context);
   if (may_lie_elsewhere(result.quality) && colors_may_tell(surface, start, options)) {

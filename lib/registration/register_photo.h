@@ -28,6 +28,9 @@ struct RegistrationOptions {
   Form form = Form::patches;
   bool free_focal = false;  // one scale for both focal lengths is sought with the pose
   Reach reach = Reach::wide;
+  // Where a pose is not ok, follow the lights that were not chosen, and look for its colours: what
+  // comes of it is doubtful at best, and takes as long again.
+  bool last_resorts = true;
   int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
   int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
   int solver_iterations = 8;  // within each; 1…100

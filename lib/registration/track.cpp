@@ -16,6 +16,7 @@ PoseTracker::PoseTracker(const RegisteredSurface& surface, const Intrinsics& int
     : surface_(surface), intrinsics_(intrinsics), options_(options) {
   options_.check();
   intrinsics_.check();
+  options_.last_resorts = false;  // only poses that are ok are followed
 }
 
 RegisteredPhoto PoseTracker::next(const Rgb8Image& frame, const Rgb8Image& mask,

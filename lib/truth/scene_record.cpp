@@ -7,16 +7,18 @@
 namespace organbake {
 namespace {
 
-Json camera_json(const View& view) {
-  const Intrinsics& k = view.camera.intrinsics;
+Json camera_json(const PosedCamera& camera) {
+  const Intrinsics& k = camera.intrinsics;
   Json pose = Json::array();
   for (int row = 0; row < 3; ++row) {
-    const auto& r = view.camera.camera_from_world.rotation;
-    pose.push_back(
-        {r(row, 0), r(row, 1), r(row, 2), view.camera.camera_from_world.translation[row]});
+    const auto& r = camera.camera_from_world.rotation;
+    pose.push_back({r(row, 0), r(row, 1), r(row, 2), camera.camera_from_world.translation[row]});
   }
-  return {{"width", k.width}, {"height", k.height},       {"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx},
-          {"cy", k.cy},       {"camera_from_world", pose}};
+  Json json = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
+               {"fy", k.fy},       {"cx", k.cx},         {"cy", k.cy}};
+  if (k.has_distortion()) json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  json["camera_from_world"] = pose;
+  return json;
 }
 
 Json instruments_json(const PlayedScene& scene, const std::vector<std::string>& names) {
@@ -37,6 +39,19 @@ Json instruments_json(const PlayedScene& scene, const std::vector<std::string>& 
   return all;
 }
 
+Json contacts_json(const StepReport& step) {
+  Json all = Json::array();
+  for (const ContactPoint& point : step.contact_points)
+    all.push_back({{"instrument", point.instrument},
+                   {"organ", point.organ},
+                   {"position_mm", to_json(point.position_mm)},
+                   {"normal", to_json(point.normal)},
+                   {"force_n", to_json(point.force_n)},
+                   {"depth_mm", point.depth_mm},
+                   {"carried", point.carried}});
+  return all;
+}
+
 Json proxies_json(const Player& player) {
   Json organs = Json::array();
   for (std::size_t o = 0; o < player.organ_count(); ++o) {
@@ -49,13 +64,14 @@ Json proxies_json(const Player& player) {
 
 }  // namespace
 
-std::string scene_line(int frame, const PlayedScene& scene, const Player& player,
-                       const std::vector<std::string>& instrument_names) {
+std::string scene_line(int frame, const PosedCamera& camera, const PlayedScene& scene,
+                       const Player& player, const std::vector<std::string>& instrument_names) {
   const Json json = {{"frame", frame},
                      {"time_s", scene.time_s},
-                     {"camera", camera_json(scene.view)},
+                     {"camera", camera_json(camera)},
                      {"instruments", instruments_json(scene, instrument_names)},
                      {"contacts", scene.step.contacts},
+                     {"contact_points", contacts_json(scene.step)},
                      {"tissue_contacts", scene.step.tissue_contacts},
                      {"tool_contacts", scene.step.tool_contacts},
                      {"penetration_mm", scene.step.penetration_mm},

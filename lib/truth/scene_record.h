@@ -10,9 +10,10 @@
 namespace organbake {
 
 // One line of JSON, with its newline, of what lies behind a frame: its number, its time, the camera
-// (px, mm), each instrument (mm, N, whether it is there), how many contacts there were, and where
+// (px, mm; of the picture that was written), each instrument (mm, N, whether it is there), the
+// points of its skin that they touch (mm, unit normals, N), how many contacts there were, and where
 // the vertices of each organ's proxy lie (world mm).
-std::string scene_line(int frame, const PlayedScene& scene, const Player& player,
-                       const std::vector<std::string>& instrument_names);
+std::string scene_line(int frame, const PosedCamera& camera, const PlayedScene& scene,
+                       const Player& player, const std::vector<std::string>& instrument_names);
 
 }  // namespace organbake

@@ -44,15 +44,18 @@ View right_eye(const View& view, double baseline_mm) {
 struct TruthRecorder::Eye {
   fs::path folder;
   TruthTracker tracker;
+  std::shared_ptr<const LensPicture> lens;
   std::function<void(WriteJob)> run;
   CameraSet cameras;
   int frame = -1;  // of the last picture
   Flow backward, forward;
   bool has_backward = false;
-  Frame picture;  // of an eye that nobody else draws
+  Frame picture;    // of an eye that nobody else draws
+  PixelTruth seen;  // through the lens
+  Flow drawn_flow;  // before it
 
   Eye(fs::path where, const TruthOptions& options)
-      : folder(std::move(where)), tracker(options.layers), run(options.run) {
+      : folder(std::move(where)), tracker(options.layers), lens(options.lens), run(options.run) {
     if (!run) run = [](const WriteJob& job) { job(); };
   }
 
@@ -60,24 +63,38 @@ struct TruthRecorder::Eye {
            Frame& drawn) {
     tracker.advance(player, view, tools, drawn);
     const LayerSet& layers = tracker.layers();
-    for (WriteJob& job : layer_jobs(folder, "", numbered(number), layers, tracker.now()))
+    if (lens) lens->show(tracker.now(), seen);
+    for (WriteJob& job : layer_jobs(folder, "", numbered(number), layers, truth()))
       run(std::move(job));
     if (layers.flow && tracker.has_before()) {
-      tracker.find_forward(forward);
+      find_forward();
       put_flow(&forward);
-      tracker.find_backward(backward);
+      find_backward();
       has_backward = true;
     }
     frame = number;
-    cameras.cameras.push_back(view.camera);
+    cameras.cameras.push_back(camera_of(view));
     cameras.cameras.back().name = "frame" + numbered(number);
     cameras.images.push_back(frame_file_name(number));
   }
+  const PixelTruth& truth() const { return lens ? seen : tracker.now(); }
+  PosedCamera camera_of(const View& view) const {
+    PosedCamera camera = view.camera;
+    if (lens) camera.intrinsics = lens->lens();
+    return camera;
+  }
+  void find_forward() {
+    tracker.find_forward(lens ? drawn_flow : forward);
+    if (lens) lens->show(drawn_flow, tracker.before(), forward);
+  }
+  void find_backward() {
+    tracker.find_backward(lens ? drawn_flow : backward);
+    if (lens) lens->show(drawn_flow, tracker.now(), backward);
+  }
   // Of the last picture.
   void put_flow(const Flow* on) const {
-    for (WriteJob& job :
-         flow_jobs(folder / ("flow" + numbered(frame) + ".exr"), tracker.now().width,
-                   tracker.now().height, on, has_backward ? &backward : nullptr))
+    for (WriteJob& job : flow_jobs(folder / ("flow" + numbered(frame) + ".exr"), truth().width,
+                                   truth().height, on, has_backward ? &backward : nullptr))
       run(std::move(job));
   }
   // No picture follows on the last one.
@@ -111,7 +128,8 @@ void TruthRecorder::begin(const TruthClip& clip) {
 
 void TruthRecorder::add(Player& player, const PlayedScene& scene) {
   const int frame = clip_.first_frame + scene.frame;
-  scenes_ += scene_line(frame, scene, player, clip_.instruments);
+  scenes_ +=
+      scene_line(frame, eyes_.front()->camera_of(scene.view), scene, player, clip_.instruments);
   eyes_.front()->add(frame, player, scene.view, scene.solids, scene.picture);
   if (!options_.baseline_mm) return;
   Eye& right = *eyes_.back();
@@ -120,6 +138,7 @@ void TruthRecorder::add(Player& player, const PlayedScene& scene) {
   draw.solids = scene.solids;
   player.draw(view, draw, right.picture);
   const auto picture = std::make_shared<Rgb8Image>(right.picture.color);
+  if (right.lens) right.lens->show(right.picture.color, *picture);
   right.run(
       [expose = clip_.expose_right, frame, picture, file = right.folder / frame_file_name(frame)] {
         constexpr int kQuick = 1;  // PNG level

@@ -12,6 +12,7 @@
 #include "player/player.h"
 #include "truth/layer_files.h"
 #include "truth/layer_set.h"
+#include "truth/lens_picture.h"
 
 namespace organbake {
 
@@ -19,6 +20,8 @@ struct TruthOptions {
   LayerSet layers;
   std::optional<double> baseline_mm;     // draw a right eye, too, so far along the view's x axis
   std::vector<std::string> instruments;  // their names
+  // Pictures as a scope shows them; those that are added are its pinhole's. Empty: as they are.
+  std::shared_ptr<const LensPicture> lens = {};
   // Runs the writing of files, now or later; empty: now.
   std::function<void(WriteJob)> run = {};
 

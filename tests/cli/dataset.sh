@@ -65,6 +65,20 @@ refuse 2 "needs -o DIR" one --dataset d.yaml
 refuse 2 "goes alone" one --dataset d.yaml -o made --layers depth
 refuse 73 "lies in the bundle" one --dataset d.yaml -o one/set
 refuse 66 "none.yaml" one --dataset none.yaml -o made
+# What is wrong with a spec is said with its file, key and value, before anything is made.
+expect 0 organbake verify d.yaml
+expect_out "ok (dataset)"
+expect 0 organbake verify d.json
+for wrong in 's/frames: 36/frames: 0/|frames|0' 's/shard_frames: 6/shard_frames: 2/|shard_frames|2' \
+             's/gain: .0.7, 1.4./gain: [1.4, 0.7]/|gain|1.4' 's/depth, flow, mask/depth, flou/|layers|flou' \
+             's/test_share: 0.5/test_share: 1.5/|test_share|1.5' 's/seed: 3/sead: 3/|sead|sead'; do
+  sed "${wrong%%|*}" d.yaml >bad.yaml
+  key=${wrong#*|}
+  expect 65 organbake verify bad.yaml
+  for word in bad.yaml "${key%|*}" "${key#*|}"; do expect_err "$word"; done
+  refuse 65 "bad.yaml" one --dataset bad.yaml -o made
+  for word in "${key%|*}" "${key#*|}"; do expect_err "$word"; done
+done
 sed 's/seed: 3/sead: 3/' d.yaml >bad.yaml
 refuse 65 "bad.yaml" one --dataset bad.yaml -o made
 expect_gone made

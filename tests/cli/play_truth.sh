@@ -58,6 +58,31 @@ done
 expect 0 play b -o w.png --cameras v_cameras.json
 cmp -s v.png w.png || fail "the view played back differs"
 
+# Through the lens of a scope: its size, its cameras, the same bytes for any number of threads.
+cat >lens.json <<'END'
+{"width": 80, "height": 60, "fx": 70, "fy": 70, "cx": 41, "cy": 29,
+ "distortion_k1_k2_p1_p2_k3": [-0.2, 0.03, 0.001, 0.001, 0], "vignette_exponent": 3}
+END
+expect 0 play b -o l.png --lens lens.json --layers depth,normals,mask,id,weight --stereo 4
+for file in l.png l_depth.exr l_normals.exr l_mask.png l_right.png; do [ -s $file ] || fail "$file is missing"; done
+grep -q '"distortion_k1_k2_p1_p2_k3"' l_cameras.json || fail "the cameras lack the distortion"
+expect 0 organbake verify l_cameras.json
+expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo 5
+cp -r lens first_lens
+expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo 5 --threads 1
+expect_same first_lens lens
+cmp -s all/frame_0000.png lens/frame_0000.png && fail "the lens does nothing"
+# What was seen through the lens plays back through it.
+expect 0 play b --script s.json --out again --cameras lens/cameras.json --lens lens.json
+for f in 0 1 2; do cmp -s lens/frame_000$f.png again/frame_000$f.png || fail "frame $f through the lens differs"; done
+refuse 2 "has lens distortion" b --script s.json --out made --cameras lens/cameras.json
+sed 's/-0.2/-9/' lens.json >folded.json
+refuse 65 "folds the picture" b -o m.png --lens folded.json
+sed 's/"fx"/"focal"/' lens.json >odd.json
+refuse 65 "focal" b -o m.png --lens odd.json
+refuse 66 "no-lens.json" b -o m.png --lens no-lens.json
+refuse 2 "lens needs" b --lens lens.json --sheet m.png
+
 refuse 2 "'deep' is no layer" b -o x.png --layers deep
 refuse 2 "one picture does not move" b -o x.png --layers flow
 refuse 2 "need --script with --out DIR, or -o FILE" b --script s.json --report x.json --layers depth

@@ -110,6 +110,12 @@ class PlayerTest(unittest.TestCase):
         step = self.poke(6)
         self.assertGreater(step.forces_n[0] @ self.out, 0)
         self.assertGreater(step.contacts, 0)
+        points = step.contact_points
+        self.assertEqual(len(points), step.contacts)
+        np.testing.assert_allclose(points["force_n"].sum(0), step.forces_n[0], atol=1e-12)
+        np.testing.assert_allclose(np.linalg.norm(points["normal"], axis=1), 1, atol=1e-9)
+        self.assertGreater(points["depth_mm"].max(), 1)
+        self.assertFalse(points["carried"].any())
         moved = self.player.proxy_mm()
         self.player.reset()
         self.assertGreater(np.abs(moved - self.player.proxy_mm()).max(), 1)

@@ -10,6 +10,7 @@
 #include "pipelines/recipe.h"
 #include "pipelines/schemas.h"
 #include "player/script.h"
+#include "truth/lens_picture.h"
 #include "unit/bundle/small_bundle.h"
 #include "volume/label_names_file.h"
 
@@ -38,6 +39,13 @@ void read_mechanics(std::span<const std::byte> bytes, const InputFolder&) {
 
 void read_dataset(std::span<const std::byte> bytes, const InputFolder&) {
   dataset_spec_from_json(text_of(bytes), "dataset.json");
+}
+
+// As `organplay --lens` does, but for its size.
+void read_scope(std::span<const std::byte> bytes, const InputFolder&) {
+  constexpr int kSide_px = 12;
+  LensPicture(scope_lens_from_json(text_of(bytes), "lens.json").in_size(kSide_px, kSide_px),
+              "lens.json");
 }
 
 void read_manifest(std::span<const std::byte> bytes, const InputFolder&) {
@@ -118,6 +126,12 @@ Seeds mechanics_seeds() {
   body.damping_s = 0.01;
   solid.body = body;
   return {mechanics_to_json(model), mechanics_to_json(solid)};
+}
+
+Seeds scope_seeds() {
+  return {R"({"schema": "organbake/scope-lens/1", "width": 64, "height": 48, "fx": 60, "fy": 61,
+        "cx": 32, "cy": 24, "distortion_k1_k2_p1_p2_k3": [-0.3, 0.1, 0.001, -0.002, 0.01],
+        "vignette_exponent": 3})"};
 }
 
 Seeds dataset_seeds() {
@@ -209,6 +223,11 @@ std::vector<FuzzReader> document_readers() {
       {"lighting", read_lighting, lighting_seeds, kJson, 3200},
       {"mechanics", read_mechanics, mechanics_seeds, kJson, 3200},
       {"dataset", read_dataset, dataset_seeds, kJson, 3200},
+      {"scope-lens",
+       read_scope,
+       scope_seeds,
+       {"\"fx\": ", "\"distortion_k1_k2_p1_p2_k3\": ", "\"cameras\": ", "1e308", "-1", "null"},
+       3200},
       {"manifest", read_manifest, manifest_seeds, kJson, 3200},
       {"case-table",
        read_table,

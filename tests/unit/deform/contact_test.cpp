@@ -175,6 +175,38 @@ TEST(Contact, NoForceWithoutTouch) {
   EXPECT_EQ(report.tip_force_n[0], Vector3d::Zero());
 }
 
+// Where, how deep and how hard each tip touches: on its sphere, along its radius, and all of it.
+TEST(Contact, PointsTellWhatEachTipFeels) {
+  const TriangleMesh mesh = test::geodesic_sphere(4, 40);
+  Deformer deformer(mesh, test::spring_body(mesh), {});
+  StepReport report;
+  constexpr double kDepth_mm = 6;
+  for (int step = 0; step < 60; ++step) {
+    const double in = std::min(kDepth_mm, 0.2 * step);
+    report =
+        deformer.step({poke_at({0, 0, 45 - in}), poke_at({90, 0, 0}), poke_at({45 - in, 0, 0})});
+  }
+  ASSERT_EQ(report.contact_points.size(), report.contacts);
+  std::vector<Vector3d> force_n(3, Vector3d::Zero());
+  double deepest_mm = 0;
+  for (const ContactPoint& point : report.contact_points) {
+    EXPECT_EQ(point.organ, 0u);
+    EXPECT_FALSE(point.carried);
+    ASSERT_NE(point.instrument, 1u) << "it touches nothing";
+    const Vector3d center = report.tip_position_mm[point.instrument];
+    EXPECT_NEAR((point.position_mm - center).norm(), 5, kOnSphere_mm);
+    EXPECT_NEAR(point.normal.dot((center - point.position_mm).normalized()), 1, 0.01);
+    EXPECT_GT(point.force_n.dot(point.normal), 0) << "tissue pushes, it does not pull";
+    deepest_mm = std::max(deepest_mm, point.depth_mm);
+    force_n[point.instrument] += point.force_n;
+  }
+  // Facets of 11 mm lie up to 0.5 mm below the sphere, and contacts beside the deepest place.
+  constexpr double kSpread_mm = 1.2;
+  EXPECT_NEAR(deepest_mm, kDepth_mm, kSpread_mm);
+  for (int tip = 0; tip < 3; ++tip)
+    EXPECT_LT((force_n[tip] - report.tip_force_n[tip]).norm(), 1e-12) << tip;
+}
+
 // Static equilibrium of the whole: what the anchors hold is what the tip feels.
 TEST(Contact, ForceBalancesTheAnchors) {
   constexpr double kBalanceRelative = 0.01;  // held for two seconds; friction still creeps

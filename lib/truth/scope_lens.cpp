@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truth/scope_lens.h"
+
+#include <array>
+
+#include "bundle/cameras_json.h"
+#include "bundle/json_fields.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "warp/view.h"
+
+namespace organbake {
+namespace {
+
+void read_distortion(const JsonField& field, Intrinsics& lens) {
+  constexpr double kMost = 1e3;
+  if (field.size() != 5) field.fail("must hold five numbers: k1, k2, p1, p2, k3");
+  double* const into[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2, &lens.k3};
+  for (std::size_t i = 0; i < 5; ++i) *into[i] = field.at(i).number(-kMost, kMost);
+}
+
+}  // namespace
+
+ScopeLens ScopeLens::in_size(int width, int height) const {
+  ScopeLens other = *this;
+  Intrinsics& lens = other.intrinsics;
+  const double across = double(width) / lens.width, down = double(height) / lens.height;
+  lens.fx *= across, lens.cx *= across, lens.fy *= down, lens.cy *= down;
+  lens.width = width, lens.height = height;
+  return other;
+}
+
+ScopeLens scope_lens_from_json(const std::string& text, const std::string& name) {
+  const Json json = parse_json(text, name);
+  const JsonField document(json, name);
+  ScopeLens scope;
+  if (json.is_object() && json.contains("cameras")) {
+    const CameraSet set = cameras_from_json(text, name);
+    if (set.cameras.empty()) document["cameras"].fail("holds no camera whose lens could be taken");
+    scope.intrinsics = set.cameras.front().intrinsics;
+    return scope;
+  }
+  if (!json.is_object()) document.fail("is no object: write width, height, fx, fy, cx and cy");
+  document.allow_only({"schema", "width", "height", "fx", "fy", "cx", "cy",
+                       "distortion_k1_k2_p1_p2_k3", "vignette_exponent"});
+  if (document.find("schema")) document.require_schema("organbake/scope-lens/1");
+  constexpr double kLeast = 1e-3, kMost = 1e9, kMostExponent = 100;
+  Intrinsics& lens = scope.intrinsics;
+  lens.width = static_cast<int>(document["width"].integer(1, kLargestSide_px));
+  lens.height = static_cast<int>(document["height"].integer(1, kLargestSide_px));
+  lens.fx = document["fx"].number(kLeast, kMost);
+  lens.fy = document["fy"].number(kLeast, kMost);
+  lens.cx = document["cx"].number(-kMost, kMost);
+  lens.cy = document["cy"].number(-kMost, kMost);
+  if (const auto d = document.find("distortion_k1_k2_p1_p2_k3")) read_distortion(*d, lens);
+  if (const auto n = document.find("vignette_exponent"))
+    scope.vignette_exponent = n->number(0, kMostExponent);
+  return scope;
+}
+
+ScopeLens read_scope_lens(const std::filesystem::path& path) {
+  return scope_lens_from_json(read_text_file(path), path.string());
+}
+
+}  // namespace organbake

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "truth/lens_picture.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "image/srgb.h"
+#include "player/orbit.h"
+#include "traced_organ.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kLensSide_px = 320;
+// As without a lens, but for outlines: between the pinhole's pixels they are known to a tenth of a
+// pixel, of an organ 200 pixels across.
+constexpr double kLensDepthRms_mm = 0.05, kLensNormals_deg = 2, kLensFlow_px = 0.1,
+                 kLensPoint_px = 0.1;
+constexpr double kLensMaskIou = 0.996, kLensHiddenIou = 0.93;
+
+// Strong barrel distortion, a little off its middle.
+ScopeLens scope() {
+  ScopeLens lens;
+  lens.intrinsics =
+      orbit_view(traced_organ().cameras, {}, kLensSide_px, kLensSide_px).camera.intrinsics;
+  Intrinsics& k = lens.intrinsics;
+  k.cx += 4, k.cy -= 3;
+  const double r2 = std::pow(kLensSide_px / 2.0 / k.fx, 2);  // at the middle of a side
+  k.k1 = -0.18 / r2, k.k2 = 0.02 / (r2 * r2), k.p1 = 0.01, k.p2 = -0.02;
+  return lens;
+}
+
+class LensPictureTest : public testing::Test {
+ protected:
+  View pinhole(double azimuth) const {
+    View view = orbit_view(traced_organ().cameras, {azimuth, 0.1}, kLensSide_px, kLensSide_px);
+    view.camera.intrinsics = lens_.pinhole();
+    return view;
+  }
+  View through(double azimuth) const {
+    View view = pinhole(azimuth);
+    view.camera.intrinsics = lens_.lens();
+    return view;
+  }
+  Eigen::Vector2d center(std::size_t i) const {
+    return {double(i % kLensSide_px) + 0.5, double(i / kLensSide_px) + 0.5};
+  }
+
+  LensPicture lens_{scope(), "scope.json"};
+  Player player_{traced_organ()};
+  TruthTracker tracker_{layers_from("all")};
+};
+
+TEST_F(LensPictureTest, LayersAreWhatTheScopesRaysMeet) {
+  poke(player_, 8);
+  draw_with_truth(player_, pinhole(0.2), {}, tracker_);
+  PixelTruth seen;
+  lens_.show(tracker_.now(), seen);
+  const auto carried = traced_surface().carry(player_.proxy_positions());
+  const Traced truth = traced(carried, through(0.2));
+  const auto shells = traced_organ().shell().posed_matrices(player_.proxy_positions());
+  double depth2 = 0, degrees = 0, points_px = 0;
+  std::size_t count = 0;
+  std::vector<bool> skin(seen.pixels()), traced_skin(seen.pixels());
+  for (std::size_t i = 0; i < seen.pixels(); ++i) {
+    skin[i] = seen.label[i] != 0, traced_skin[i] = truth.covered(i);
+    if (!skin[i] || !truth.covered(i) || truth.outline[i]) continue;
+    ++count;
+    depth2 += std::pow(double(seen.depth_mm[i]) - truth.depth_mm[i], 2);
+    degrees += 57.29578 *
+               std::acos(std::clamp(seen.normal[i].cast<double>().dot(truth.normal[i]), -1., 1.));
+    const BoundPixel& b = seen.bound[i];
+    const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
+    points_px += (project(through(0.2).camera, p) - center(i)).norm();
+  }
+  ASSERT_GT(count, 20000u);
+  const double n = double(count), rms = std::sqrt(depth2 / n),
+               iou = intersection_over_union(skin, traced_skin);
+  RecordProperty("figures", "depth " + std::to_string(rms) + " mm, normals " +
+                                std::to_string(degrees / n) + " degrees, points " +
+                                std::to_string(points_px / n) + " px, mask " + std::to_string(iou));
+  EXPECT_LE(rms, kLensDepthRms_mm);
+  EXPECT_LE(degrees / n, kLensNormals_deg);
+  EXPECT_LE(points_px / n, kLensPoint_px);
+  EXPECT_GE(iou, kLensMaskIou);
+}
+
+TEST_F(LensPictureTest, FlowIsInPixelsOfTheScope) {
+  std::vector<Eigen::Vector3d> carried[2];
+  Traced truth[2];
+  const double azimuths[] = {0.0, 0.5};
+  for (int i = 0; i < 2; ++i) {
+    if (i == 1) poke(player_, 12);
+    draw_with_truth(player_, pinhole(azimuths[i]), {}, tracker_);
+    carried[i] = traced_surface().carry(player_.proxy_positions());
+    truth[i] = traced(carried[i], through(azimuths[i]));
+  }
+  Flow drawn, seen;
+  tracker_.find_forward(drawn);
+  lens_.show(drawn, tracker_.before(), seen);
+  const Sight sight(carried[1], through(azimuths[1]));
+  double sum = 0;
+  std::size_t count = 0;
+  std::vector<bool> hidden(seen.px.size()), traced_hidden(seen.px.size());
+  for (std::size_t i = 0; i < seen.px.size(); ++i) {
+    if (!truth[0].covered(i)) continue;
+    const Eigen::Vector3d now = traced_surface().point(truth[0].seen[i], carried[1]);
+    hidden[i] = seen.seen[i] == 0, traced_hidden[i] = !sight.sees(now);
+    if (truth[0].outline[i] || traced_hidden[i] || hidden[i]) continue;
+    sum += (seen.px[i].cast<double>() - (project(through(azimuths[1]).camera, now) - center(i)))
+               .norm();
+    ++count;
+  }
+  ASSERT_GT(count, 10000u);
+  const double iou = intersection_over_union(hidden, traced_hidden);
+  RecordProperty("figures",
+                 std::to_string(sum / double(count)) + " px, hidden " + std::to_string(iou));
+  EXPECT_LE(sum / double(count), kLensFlow_px);
+  EXPECT_GE(iou, kLensHiddenIou);
+}
+
+// Of a picture whose colour is where it lies: each ray brings that of its own place.
+TEST_F(LensPictureTest, ColorsComeFromWhereTheRaysLead) {
+  const Intrinsics& wide = lens_.pinhole();
+  Rgb8Image drawn(wide.width, wide.height), seen;
+  for (int y = 0; y < wide.height; ++y)
+    for (int x = 0; x < wide.width; ++x)
+      for (int c = 0; c < 3; ++c)
+        drawn.at(x, y)[c] = static_cast<std::uint8_t>(
+            40 + 170 * (c == 0 ? double(x) / wide.width : double(y) / wide.height));
+  lens_.show(drawn, seen);
+  ASSERT_EQ(seen.width, kLensSide_px);
+  constexpr double kStep = 1.5;  // of 8 bits
+  for (const std::size_t i : {0u, 319u, 51000u, 60123u, 102399u}) {
+    const Eigen::Vector2d from = project(wide, unproject(lens_.lens(), center(i)));
+    EXPECT_NEAR(seen.pixels[3 * i], 40 + 170 * (from.x() - 0.5) / wide.width, kStep) << i;
+    EXPECT_NEAR(seen.pixels[3 * i + 1], 40 + 170 * (from.y() - 0.5) / wide.height, kStep) << i;
+  }
+}
+
+TEST_F(LensPictureTest, AVignetteTakesLightByTheAngleToTheAxis) {
+  ScopeLens lens = scope();
+  lens.vignette_exponent = 3;
+  const LensPicture dim(lens, "scope.json");
+  Rgb8Image drawn(dim.pinhole().width, dim.pinhole().height), seen;
+  std::fill(drawn.pixels.begin(), drawn.pixels.end(), std::uint8_t{200});
+  dim.show(drawn, seen);
+  for (const std::size_t i : {0u, 160u, 51359u, 102399u}) {
+    const double cosine = unproject(lens.intrinsics, center(i)).normalized().z();
+    const double light = linear_from_srgb8()[200] * std::pow(cosine, 3);
+    EXPECT_NEAR(seen.pixels[3 * i], srgb8_from_linear(float(light)), 1) << i;
+  }
+}
+
+TEST_F(LensPictureTest, RefusesLensesThatFoldOrSeeTooWide) {
+  ScopeLens folding = scope();
+  folding.intrinsics.k1 *= 6, folding.intrinsics.k2 = 0;
+  try {
+    LensPicture(folding, "bad.json");
+    FAIL() << "a picture that is folded over itself was taken";
+  } catch (const BadDataError& error) {
+    EXPECT_NE(std::string(error.what()).find("bad.json"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("folds"), std::string::npos);
+  }
+  ScopeLens wide = scope();
+  wide.intrinsics.cx = 1e6;
+  EXPECT_THROW(LensPicture(wide, "bad.json"), BadDataError);
+}
+
+TEST(ScopeLens, IsReadFromWhatPeopleHave) {
+  const ScopeLens lens = scope_lens_from_json(
+      R"({"width": 640, "height": 480, "fx": 500, "fy": 510, "cx": 320, "cy": 250,
+          "distortion_k1_k2_p1_p2_k3": [-0.3, 0.1, 0.001, -0.002, 0], "vignette_exponent": 2})",
+      "l.json");
+  EXPECT_EQ(lens.intrinsics.fy, 510);
+  EXPECT_EQ(lens.intrinsics.p2, -0.002);
+  EXPECT_EQ(lens.vignette_exponent, 2);
+  const ScopeLens half = lens.in_size(320, 240);
+  EXPECT_EQ(half.intrinsics.fx, 250);
+  EXPECT_EQ(half.intrinsics.cy, 125);
+  EXPECT_EQ(half.intrinsics.k1, -0.3);
+  for (const char* bad :
+       {"[]", "{}", R"({"width": 640, "height": 480, "fx": 500, "fy": 510, "cx": 320})",
+        R"({"width": 640, "height": 480, "fx": -1, "fy": 510, "cx": 320, "cy": 1})",
+        R"({"width": 640, "height": 480, "fx": 5, "fy": 510, "cx": 320, "cy": 1, "k1": 3})",
+        R"({"width": 640, "height": 480, "fx": 5, "fy": 5, "cx": 3, "cy": 1,
+            "distortion_k1_k2_p1_p2_k3": [1, 2]})"})
+    EXPECT_THROW(scope_lens_from_json(bad, "l.json"), BadDataError) << bad;
+}
+
+}  // namespace
+}  // namespace organbake
