@@ -2,6 +2,7 @@
 #include "warp/patch_frames.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <array>
 
