@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "bundle/bundle.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "core/parallel.h"
 #include "pipelines/content_hash.h"
 #include "pipelines/copy_files.h"
 #include "pipelines/options_json.h"
@@ -122,8 +121,7 @@ bool is_whole(const fs::path& target, const std::string& manifest_text) {
     if (read_text_file(target / "manifest.json") != manifest_text) return false;
     const BundleReader bundle(target);
     const auto& files = bundle.manifest().files;
-    tbb::parallel_for(std::size_t{0}, files.size(),
-                      [&](std::size_t i) { bundle.read(files[i].path); });
+    parallel_for(std::size_t{0}, files.size(), [&](std::size_t i) { bundle.read(files[i].path); });
     return true;
   } catch (const Error&) {
     return false;

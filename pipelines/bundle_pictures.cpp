@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/bundle_pictures.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "core/text.h"
 #include "image/srgb.h"
 #include "pipelines/html_page.h"
@@ -184,7 +183,7 @@ BundlePictures bundle_pictures(const BundleReader& reader, const Bundle& frame) 
     pictures.proxy_cameras.push_back(opposite);
   pictures.proxies_svg.resize(pictures.proxy_cameras.size());
   pictures.thumbnails.resize(frame.cameras.cameras.size());
-  tbb::parallel_for(std::size_t{0}, frame.cameras.cameras.size(), [&](std::size_t c) {
+  parallel_for(std::size_t{0}, frame.cameras.cameras.size(), [&](std::size_t c) {
     const CameraMaps maps =
         reader.read_maps(c, frame.cameras.cameras[c].intrinsics, shell_face_count(frame));
     pictures.thumbnails[c] = map_thumbnails(maps, pictures.height_limit_mm);

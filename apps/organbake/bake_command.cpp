@@ -160,6 +160,12 @@ void write_page(const BakeFlags& flags, const BakeRun& run, bool unchanged) {
   write_file_atomically(page, bundle_page(reader, first.value_or(run), player));
 }
 
+// Pages that this bake leaves alone, one that was killed may have begun.
+void sweep_pages(const std::filesystem::path& bundle) {
+  AtomicFolder::sweep(page_beside(bundle));
+  AtomicFolder::sweep(player_page_beside(bundle));
+}
+
 std::size_t count_ran(const std::vector<StepResult>& steps) {
   return static_cast<std::size_t>(
       std::count_if(steps.begin(), steps.end(), [](const StepResult& step) { return step.ran; }));
@@ -194,6 +200,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));
   const std::string state = write_result(flags, recipe, plan, steps, runner);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  if (flags.to.empty()) sweep_pages(flags.output);
   if (flags.to.empty() && flags.report)
     write_page(flags, run_of(steps, spent.count()), state == "unchanged");
   const std::filesystem::path player = player_page_beside(flags.output);

@@ -54,7 +54,10 @@ fs::path parent_of(const fs::path& target) {
 
 void AtomicFolder::sweep(const fs::path& target) {
   const fs::path folder = without_slash(target);
-  remove_stale_temporaries(parent_of(folder), temporary_prefix(folder));
+  const fs::path parent = parent_of(folder);
+  remove_stale_temporaries(parent, temporary_prefix(folder));
+  remove_stale_temporaries(parent,
+                           folder.filename().string() + std::string(kTemporaryMark));  // of a file
 }
 
 void AtomicFolder::sweep_inside(const fs::path& folder) { remove_stale_temporaries(folder, {}); }

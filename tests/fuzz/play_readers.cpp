@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the readers of bundles and scripts let pass must be playable: steps and draws end, tissue
-// stays finite, no depth lies behind the eye.
+// stays finite, no depth lies behind the eye, and two threads draw what one does.
 #include <cmath>
-#include <stdexcept>
 
+#include "core/parallel.h"
 #include "fuzz/readers.h"
 #include "player/play.h"
 #include "player/player.h"
@@ -14,21 +14,32 @@ namespace {
 
 constexpr int kWidth = 24, kHeight = 18;
 
-// Not the project's own error: a finding.
-void expect(bool holds, const char* what) {
-  if (!holds) throw std::runtime_error(what);
+// All that was drawn in one go, to be held against another.
+using Pictures = std::vector<std::uint8_t>;
+
+void add_sound(const Player& player, const Frame& frame, Pictures& pictures) {
+  for (const Eigen::Vector3d& place : player.proxy_positions())
+    expect_invariant(place.allFinite(), "a vertex of the tissue is no place");
+  for (const float depth : frame.depth_mm)
+    expect_invariant(depth >= 0, "a depth is behind the eye");
+  expect_invariant(
+      frame.color.pixels.size() == std::size_t(3) * frame.color.width * frame.color.height,
+      "a picture of another size than it says");
+  pictures.insert(pictures.end(), frame.color.pixels.begin(), frame.color.pixels.end());
 }
 
-void expect_sound(const Player& player, const Frame& frame) {
-  for (const Eigen::Vector3d& place : player.proxy_positions())
-    expect(place.allFinite(), "a vertex of the tissue is no place");
-  for (const float depth : frame.depth_mm) expect(depth >= 0, "a depth is behind the eye");
-  expect(frame.color.pixels.size() == std::size_t(3) * frame.color.width * frame.color.height,
-         "a picture of another size than it says");
+template <class Work>
+void expect_same_pictures(const Work& pictures_of) {
+  const auto with = [&](int threads) {
+    const ThreadLimit limit(threads);
+    return pictures_of();
+  };
+  const Pictures alone = with(1);
+  expect_invariant(alone == with(2), "two threads draw other pictures than one");
 }
 
 // Poked from outside in, along the way from an eye.
-void poke_and_draw(Player& player, const OrbitPose& pose) {
+void poke_and_draw(Player& player, const OrbitPose& pose, Pictures& pictures) {
   const View view = orbit_view(player.bundle().cameras, pose, kWidth, kHeight);
   const std::vector<Eigen::Vector3d> rest = player.proxy_positions();
   DrawOptions options;
@@ -42,7 +53,7 @@ void poke_and_draw(Player& player, const OrbitPose& pose) {
     tip.position_mm = eye + 0.25 * (step + 1) * (rest.front() - eye);
     player.step({tip});
     player.draw(view, options, frame);
-    expect_sound(player, frame);
+    add_sound(player, frame, pictures);
   }
 }
 
@@ -51,12 +62,16 @@ void play_bundle(std::span<const std::byte> bytes, const InputFolder& folder) {
   Manifest manifest;
   manifest.name = "sealed";
   write_manifest(bundle, manifest);
-  Player player(bundle);
-  poke_and_draw(player, {});
   OrbitPose behind;
   behind.azimuth_rad = 2;
   behind.distance = 0.7;
-  poke_and_draw(player, behind);
+  expect_same_pictures([&] {
+    Pictures pictures;
+    Player player(bundle);
+    poke_and_draw(player, {}, pictures);
+    poke_and_draw(player, behind, pictures);
+    return pictures;
+  });
 }
 
 // A few frames of any script, small, whatever it asks for.
@@ -65,12 +80,17 @@ void play_script(std::span<const std::byte> bytes, const InputFolder&) {
   constexpr int kMostFrames = 4;
   script.frames = std::min(script.frames, kMostFrames);
   if (script.width > kWidth || script.height > kHeight) return;
-  Player player(small_bundle());
   PlayOptions options;
   options.width = kWidth;
   options.height = kHeight;
   options.draw.keep_depth = true;
-  play(player, script, options, [&](int, const Frame& frame) { expect_sound(player, frame); });
+  expect_same_pictures([&] {
+    Pictures pictures;
+    Player player(small_bundle());
+    play(player, script, options,
+         [&](int, const Frame& frame) { add_sound(player, frame, pictures); });
+    return pictures;
+  });
 }
 
 Seeds played_script_seeds() {

@@ -8,8 +8,9 @@ namespace {
 
 std::vector<FuzzReader> all_readers() {
   std::vector<FuzzReader> all;
-  for (const auto& some : {volume_readers(), dicom_readers(), surface_readers(), picture_readers(),
-                           document_readers(), camera_readers(), bundle_readers(), play_readers()})
+  for (const auto& some :
+       {volume_readers(), dicom_readers(), surface_readers(), picture_readers(), document_readers(),
+        camera_readers(), bundle_readers(), play_readers(), algorithm_targets()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

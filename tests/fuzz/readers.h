@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,7 +16,8 @@ using Seeds = std::vector<std::string>;
 using Words = std::vector<std::string_view>;
 
 // One reader of the project as a user's file reaches it: any bytes at all are read, or refused with
-// one of the project's own errors (core/error.h).
+// one of the project's own errors (core/error.h). So are, by the algorithms, the meshes and options
+// that any bytes stand for (drawn.h).
 struct FuzzReader {
   const char* name;
   void (*read)(std::span<const std::byte> bytes, const InputFolder& folder);
@@ -35,6 +37,7 @@ std::vector<FuzzReader> document_readers();
 std::vector<FuzzReader> camera_readers();
 std::vector<FuzzReader> bundle_readers();
 std::vector<FuzzReader> play_readers();
+std::vector<FuzzReader> algorithm_targets();
 
 // The files of a bundle of two cameras, as parts of one input (InputFolder::parts). Its manifest is
 // made anew each time: who changes a file on purpose seals it as well.
@@ -49,6 +52,11 @@ const FuzzReader& fuzz_reader(std::string_view name);
 // lies in the program or in the system, or one that is not the project's own.
 bool is_read(const FuzzReader& reader, std::span<const std::byte> bytes, const InputFolder& folder,
              std::string* refusal = nullptr);
+
+// What must hold of all that is read. Its error is not one of the project's own: a finding.
+inline void expect_invariant(bool holds, const char* what) {
+  if (!holds) throw std::runtime_error(what);
+}
 
 inline std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text));

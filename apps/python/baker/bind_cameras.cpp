@@ -79,10 +79,10 @@ void bind_place(py::module_& m) {
         "axis (from the organ to the eye). Returns Cameras.");
 }
 
-CaptureSummary bake_maps(const py::object& vertices, const py::object& faces,
-                         const py::object& colors, const py::object& proxy_vertices,
-                         const py::object& proxy_faces, const Placement& cameras,
-                         int rays_per_texel_side, double base_step_mm) {
+CaptureResult bake_maps(const py::object& vertices, const py::object& faces,
+                        const py::object& colors, const py::object& proxy_vertices,
+                        const py::object& proxy_faces, const Placement& cameras,
+                        int rays_per_texel_side, double base_step_mm) {
   TriangleMesh surface = mesh_from(vertices, faces);
   const TriangleMesh proxy = mesh_from(proxy_vertices, proxy_faces);
   if (!colors.is_none()) {

@@ -96,9 +96,9 @@ DecimateMethod method_from(const std::string& name) {
                    "' is none; take fitted, lindstrom_turk, quadric or cluster");
 }
 
-DecimateSummary reduce(const py::object& vertices, const py::object& faces, std::size_t count,
-                       double max_error_mm, const std::string& method, const std::string& objective,
-                       bool flips) {
+DecimateResult reduce(const py::object& vertices, const py::object& faces, std::size_t count,
+                      double max_error_mm, const std::string& method, const std::string& objective,
+                      bool flips) {
   const TriangleMesh mesh = mesh_from(vertices, faces);
   DecimateOptions options;
   options.faces = count, options.max_error_mm = max_error_mm, options.flips = flips;
@@ -111,7 +111,7 @@ DecimateSummary reduce(const py::object& vertices, const py::object& faces, std:
 }
 
 void bind_decimate(py::module_& m) {
-  using Summary = DecimateSummary;
+  using Summary = DecimateResult;
   py::class_<Summary>(m, "Proxy",
                       "A decimated surface, and how far it lies from the one it stands for.")
       .def_property_readonly(

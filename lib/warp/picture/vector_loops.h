@@ -4,7 +4,8 @@
 // For plain loops that carry a frame: compiled a second time for AVX-512, and chosen when the
 // program is loaded, a sixteenth of a frame. Both give the same bits: the arithmetic is the same
 // lane by lane, fused multiply-adds included. Sanitizers are not ready yet when it is chosen.
-#if defined(__SANITIZE_ADDRESS__) || defined(__clang__) || !defined(__AVX2__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || \
+    !defined(__AVX2__)
 #define ORGANBAKE_MULTIVERSION
 #else
 #define ORGANBAKE_MULTIVERSION __attribute__((target_clones("default", "arch=x86-64-v4")))

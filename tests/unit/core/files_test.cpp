@@ -106,6 +106,7 @@ TEST_F(Files, WhatAKilledProcessLeftIsSwept) {
 
 TEST_F(Files, WhatAKilledProcessLeftIsSweptWhereNothingIsWritten) {
   fs::create_directories(at(".out.tmp-999999999-0"));
+  std::ofstream(at("out.tmp-999999999")) << "half";
   AtomicFolder::sweep(at("out") / "");
   EXPECT_TRUE(fs::is_empty(folder_.path()));
   for (const char* name : {".a.tmp-999999999-0", ".b.tmp-999999999-7", "kept", ".c.tmp-x"})

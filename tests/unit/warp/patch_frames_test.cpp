@@ -2,6 +2,7 @@
 #include "warp/placing/patch_frames.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <array>
 

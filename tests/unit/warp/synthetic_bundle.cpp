@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "unit/warp/synthetic_bundle.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/parallel.h"
 #include "geometry/shell_map.h"
 
 namespace organbake {
@@ -118,7 +117,7 @@ CameraMaps make_maps(const SyntheticOptions& o, const PosedCamera& camera,
   const auto ray_of = [&](double x, double y) -> Vector3d {
     return world_from_camera.rotation * unproject(camera.intrinsics, {x, y});
   };
-  tbb::parallel_for(0, o.map_size, [&](int y) {
+  parallel_for(0, o.map_size, [&](int y) {
     for (int x = 0; x < o.map_size; ++x) {
       const std::size_t at = std::size_t(y) * o.map_size + x;
       const Vector3d ray = ray_of(x + 0.5, y + 0.5);
