@@ -103,7 +103,7 @@ class Bakes:
         told = f"{' '.join(call)}: exit code {code}, '{said.strip()}'"
         bundle = self.folder / "b"
         # libgcrypt, which FFmpeg brings along, ends any program where it cannot see whether the
-        # machine is in FIPS mode: nothing has been written by then.
+        # machine is in FIPS mode: like a kill.
         ends_itself = code == -signal.SIGABRT and "in libgcrypt" in said
         if code != 0 and code not in ENDS[fault] and not ends_itself:
             return told
@@ -117,7 +117,8 @@ class Bakes:
         if bundle.exists() and not any(same(bundle, self.folder / s) for s in states):
             return told + ": the bundle is a mixture"
         # Who is killed, or may not remove, cannot tidy up: the next bake does.
-        helpless = fault in ("kill", "dead", "EROFS") or call[0] in ("unlink", "unlinkat", "rmdir")
+        helpless = (fault in ("kill", "dead", "EROFS") or ends_itself or
+                    call[0] in ("unlink", "unlinkat", "rmdir"))
         if self.leftovers() and not helpless:
             return told + f": left behind {self.leftovers()}"
         again = self.bake("b", "cache")
