@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "warp/draw_options.h"
+#include "warp/samples/sample_set.h"
 
 namespace organbake {
 namespace {
