@@ -4,8 +4,10 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
+#include "core/base64.h"
 #include "core/text.h"
 #include "image/png.h"
 
@@ -18,23 +20,6 @@ constexpr const char* kCommonStyle =
     "border-bottom:1px solid #ccc}table{border-collapse:collapse}"
     "th,td{padding:.2rem .7rem;text-align:right;border-bottom:1px solid #e4e4e4}"
     "th:first-child,td:first-child{text-align:left}.quiet{color:#666}img,svg{display:block}";
-
-std::string base64(const std::string& bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      three = three << 8 | (i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += i + k > bytes.size() ? '=' : kDigits[three >> (18 - 6 * k) & 63];
-    }
-  }
-  return text;
-}
 
 }  // namespace
 
@@ -72,7 +57,8 @@ std::string html_picture(const Rgb8Image& image, const std::string& alternative)
 }
 
 std::string png_data_uri(const Rgb8Image& image) {
-  return "data:image/png;base64," + base64(encode_png(image));
+  const std::string png = encode_png(image);
+  return "data:image/png;base64," + to_base64(std::as_bytes(std::span(png)));
 }
 
 std::string page_number(double value, int digits) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base64.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
@@ -14,22 +15,6 @@
 namespace organbake {
 namespace {
 namespace fs = std::filesystem;
-
-std::string base64(std::span<const std::byte> bytes) {
-  constexpr std::string_view kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    for (std::size_t k = 0; k < 3; ++k)
-      three = three << 8 | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += k <= count ? kDigits[three >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
 
 void add_row(const std::string& name, const std::string& value, std::string& rows) {
   rows += "<tr><th scope=\"row\">" + escape_html(name) + "</th><td>" + escape_html(value) +
@@ -89,8 +74,8 @@ std::string web_page(const Bundle& bundle, const WebPlayer& player, const RunCon
        {"style", player.style},
        {"loader", player.loader},
        {"script", player.script},
-       {"module", base64(gzipped(player.module))},
-       {"pack", base64(web_pack(bundle, context))}}};
+       {"module", to_base64(gzipped(player.module))},
+       {"pack", to_base64(web_pack(bundle, context))}}};
   return filled(player.page, texts);
 }
 

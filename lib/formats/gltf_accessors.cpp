@@ -9,9 +9,9 @@
 #include <string_view>
 #include <type_traits>
 
+#include "core/base64.h"
 #include "core/error.h"
 #include "core/files.h"
-#include "formats/base64.h"
 
 namespace organbake {
 namespace {

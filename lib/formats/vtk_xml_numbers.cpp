@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "formats/base64.h"
+#include "core/base64.h"
 #include "formats/vtk_xml.h"
 
 namespace organbake {
