@@ -5,8 +5,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "registration/field_of_view.h"
-
 namespace organbake {
 namespace {
 
@@ -37,18 +35,14 @@ Rgb8Image cut(const Rgb8Image& photo, const Piece& piece) {
 
 // Blown pixels count: what they show has a colour, too, and seldom the organ's.
 std::vector<std::uint8_t> counted(const PhotoToRegister& photo, const Piece& piece, int factor) {
-  const std::vector<std::uint8_t> field = inside_round_field(photo.image);
+  const std::vector<std::uint8_t> field = pixels_in_field(photo.image, photo.mask);
   std::vector<std::uint8_t> valid;
   for (int y = piece.top; y < piece.top + piece.height; y += factor)
     for (int x = piece.left; x < piece.left + piece.width; x += factor) {
       bool counts = true;
       for (int v = y; v < y + factor; ++v)
-        for (int u = x; u < x + factor; ++u) {
+        for (int u = x; u < x + factor; ++u)
           counts = counts && field[std::size_t(v) * photo.image.width + u];
-          if (photo.mask.pixels.empty()) continue;
-          const std::uint8_t* rgb = photo.mask.at(u, v);
-          counts = counts && rgb[0] + rgb[1] + rgb[2] >= 3 * 128;
-        }
       valid.push_back(counts);
     }
   return valid;

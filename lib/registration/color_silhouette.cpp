@@ -103,7 +103,7 @@ RegisteredPhoto register_by_color(const RegisteredSurface& surface, const PhotoT
   result.camera.camera_from_world = start;
   const ObjectPose first = object_pose(start, surface.center());
   result.quality.reason = "the start has the organ out of the picture";
-  if (!(first.center_camera_mm.z() > 0.05 * surface.radius_mm())) return result;
+  if (!in_front(surface, first)) return result;
   const ColorScene scene = ColorScene::around(surface, photo, first);
   const SilhouetteFit fit = fit_silhouette(surface, scene, first, context);
   if (!fit.usable) {

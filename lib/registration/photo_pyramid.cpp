@@ -65,13 +65,18 @@ PhotoLevel halved(const PhotoLevel& fine, const Intrinsics& intrinsics) {
 
 }  // namespace
 
-std::vector<std::uint8_t> valid_pixels(const Rgb8Image& photo, const Rgb8Image& mask) {
+std::vector<std::uint8_t> pixels_in_field(const Rgb8Image& photo, const Rgb8Image& mask) {
   std::vector<std::uint8_t> valid = inside_round_field(photo);
-  drop_blown(photo, valid);
   for (std::size_t i = 0; 3 * i < mask.pixels.size(); ++i) {
     const std::uint8_t* rgb = &mask.pixels[3 * i];
     if (rgb[0] + rgb[1] + rgb[2] < 3 * 128) valid[i] = 0;
   }
+  return valid;
+}
+
+std::vector<std::uint8_t> valid_pixels(const Rgb8Image& photo, const Rgb8Image& mask) {
+  std::vector<std::uint8_t> valid = pixels_in_field(photo, mask);
+  drop_blown(photo, valid);
   return valid;
 }
 

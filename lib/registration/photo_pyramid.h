@@ -21,9 +21,10 @@ struct PhotoLevel {
   std::size_t index(int x, int y) const { return std::size_t(y) * intrinsics.width + x; }
 };
 
-// Which pixels of a photograph count: not blown out (nor next to a pixel that is), not in the
-// black border of a round field of view, and not black in `mask` (8-bit RGB of the photograph's
-// size; nothing when empty).
+// Which pixels of a photograph are not in the black border of a round field of view, and not black
+// in `mask` (8-bit RGB of the photograph's size; nothing when empty).
+std::vector<std::uint8_t> pixels_in_field(const Rgb8Image& photo, const Rgb8Image& mask);
+// Those of them that count: neither blown out nor next to a pixel that is.
 std::vector<std::uint8_t> valid_pixels(const Rgb8Image& photo, const Rgb8Image& mask);
 
 // Levels of factor 1, 2, 4 … each the mean of 2×2 pixels of the one before, the sensor's own way of

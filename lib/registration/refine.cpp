@@ -15,11 +15,6 @@ constexpr std::size_t kFewestRefinedPixels = 40;  // of an overlap, and of a pat
 constexpr int kFinestBand = 5;                    // pixels beyond the outline
 constexpr double kOtherLens = 0.7;                // |ln f| of a focal length beyond half or double
 
-bool in_front(const RegisteredSurface& surface, const ObjectPose& pose) {
-  return pose.center_camera_mm.allFinite() && pose.camera_from_world.coeffs().allFinite() &&
-         pose.center_camera_mm.z() > 0.05 * surface.radius_mm();
-}
-
 void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, int band,
                      const RefineOptions& options, RefineState& state, const RunContext& context) {
   const double settled = 0.2;  // pixels: less motion is none
@@ -66,6 +61,11 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
 }
 
 }  // namespace
+
+bool in_front(const RegisteredSurface& surface, const ObjectPose& pose) {
+  return pose.center_camera_mm.allFinite() && pose.camera_from_world.coeffs().allFinite() &&
+         pose.center_camera_mm.z() > 0.05 * surface.radius_mm();
+}
 
 ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose) {
   return ShadingBasis(options.light, pose.center_camera_mm.norm());

@@ -32,6 +32,9 @@ struct RefineState {
 // The basis for a surface's pose: falloff 1 at the organ's centre.
 ShadingBasis basis_for(const RefineOptions& options, const ObjectPose& pose);
 
+// Whether a pose has the surface's centre well before the camera, and is finite.
+bool in_front(const RegisteredSurface& surface, const ObjectPose& pose);
+
 // Climbs R coarse to fine, over levels first … last of a pyramid (finest first in memory, so
 // first ≥ last), from the state's pose; the state is left where it was when the organ is out of the
 // picture.

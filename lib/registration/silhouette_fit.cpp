@@ -104,10 +104,6 @@ Motion climb(const Residuals& residuals, double prior, Motion motion) {
   return motion;
 }
 
-bool before_camera(const RegisteredSurface& surface, const ObjectPose& pose) {
-  return pose.center_camera_mm.z() > 0.05 * surface.radius_mm();
-}
-
 }  // namespace
 
 SilhouetteFit fit_silhouette(const RegisteredSurface& surface, const ColorScene& scene,
@@ -118,7 +114,7 @@ SilhouetteFit fit_silhouette(const RegisteredSurface& surface, const ColorScene&
   constexpr double kPrior = 0.02, kLess = 0.8, kFewestPixels = 40;
   SilhouetteFit fit;
   fit.pose = start;
-  if (scene.empty() || !before_camera(surface, start)) return fit;
+  if (scene.empty() || !in_front(surface, start)) return fit;
   Motion motion = Motion::Zero();
   for (int round = 0; round < kRounds; ++round) {
     context.throw_if_cancelled();
@@ -131,7 +127,7 @@ SilhouetteFit fit_silhouette(const RegisteredSurface& surface, const ColorScene&
     const Residuals residuals(surface, scene, start, blur_px, fit.likely);
     motion = climb(residuals, kPrior * area * std::pow(kLess, round), motion);
     fit.pose = moved(start, motion);
-    if (!before_camera(surface, fit.pose)) return fit;
+    if (!in_front(surface, fit.pose)) return fit;
   }
   fit.likely = likely_organ(scene, covered(surface, scene.level, fit.pose, 0));
   fit.usable = motion.head<3>().norm() < kMostTurn_rad && motion.tail<3>().norm() < kMostShift_mm;
