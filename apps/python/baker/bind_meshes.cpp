@@ -20,16 +20,8 @@ namespace {
 Volume volume_from(const py::object& voxels, const py::object& spacing, const py::object& origin,
                    const py::object& direction) {
   const std::string wanted = "an array of real numbers of shape (nz, ny, nx)";
-  const py::array any = py::array::ensure(voxels);
-  if (!any) {
-    PyErr_Clear();
-    throw UsageError("voxels is no array; it must be " + wanted);
-  }
-  const std::string what = std::string(py::str(any.dtype())) + " of the shape " +
-                           std::string(py::str(any.attr("shape")));
-  if (any.ndim() != 3 || any.size() == 0 ||
-      std::string("biuf").find(any.dtype().kind()) == std::string::npos)
-    throw UsageError("voxels is " + what + "; it must be " + wanted);
+  const py::array any = array_from(voxels, "voxels", wanted);
+  if (any.ndim() != 3 || any.size() == 0 || !holds_real_numbers(any)) refuse(any, "voxels", wanted);
   const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
   Volume volume;
   for (int axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(any.shape(2 - axis));

@@ -12,22 +12,6 @@ namespace organbake {
 namespace py = pybind11;
 namespace {
 
-std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }
-
-py::array array_from(const py::object& argument, const std::string& name,
-                     const std::string& wanted) {
-  py::array array = py::array::ensure(argument);
-  if (array) return array;
-  PyErr_Clear();
-  throw UsageError(name + " is no array; it must be " + wanted);
-}
-
-[[noreturn]] void refuse(const py::array& array, const std::string& name,
-                         const std::string& wanted) {
-  throw UsageError(name + " is " + std::string(py::str(array.dtype())) + " of the shape " +
-                   shape_of(array) + "; it must be " + wanted);
-}
-
 std::vector<Face> faces_from(const py::object& argument, std::size_t vertices) {
   const std::string wanted = "an array of whole numbers of shape (m, 3)";
   const py::array any = array_from(argument, "faces", wanted);
@@ -49,6 +33,23 @@ std::vector<Face> faces_from(const py::object& argument, std::size_t vertices) {
 }
 
 }  // namespace
+
+py::array array_from(const py::object& argument, const std::string& name,
+                     const std::string& wanted) {
+  py::array array = py::array::ensure(argument);
+  if (array) return array;
+  PyErr_Clear();
+  throw UsageError(name + " is no array; it must be " + wanted);
+}
+
+void refuse(const py::array& array, const std::string& name, const std::string& wanted) {
+  throw UsageError(name + " is " + std::string(py::str(array.dtype())) + " of the shape " +
+                   std::string(py::str(array.attr("shape"))) + "; it must be " + wanted);
+}
+
+bool holds_real_numbers(const py::array& array) {
+  return std::string("biuf").find(array.dtype().kind()) != std::string::npos;
+}
 
 TriangleMesh mesh_from(const py::object& vertices, const py::object& faces) {
   TriangleMesh mesh;
@@ -93,9 +94,7 @@ Rgb8Image mask_from(const py::object& argument, const std::string& name) {
   if (argument.is_none()) return {};
   const std::string wanted = "an array of shape (h, w), not 0 where the picture counts";
   const py::array any = array_from(argument, name, wanted);
-  if (any.ndim() != 2 || any.size() == 0 ||
-      std::string("biuf").find(any.dtype().kind()) == std::string::npos)
-    refuse(any, name, wanted);
+  if (any.ndim() != 2 || any.size() == 0 || !holds_real_numbers(any)) refuse(any, name, wanted);
   const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
   Rgb8Image mask(static_cast<int>(any.shape(1)), static_cast<int>(any.shape(0)));
   for (std::size_t i = 0; i < mask.pixels.size(); ++i)

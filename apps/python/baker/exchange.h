@@ -19,6 +19,12 @@ namespace organbake {
 // Meshes, pictures and lenses between NumPy and C++. What comes from Python throws UsageError,
 // Python's ValueError, naming the argument, what it is and what it must be.
 
+pybind11::array array_from(const pybind11::object& argument, const std::string& name,
+                           const std::string& wanted);
+[[noreturn]] void refuse(const pybind11::array& array, const std::string& name,
+                         const std::string& wanted);
+bool holds_real_numbers(const pybind11::array& array);  // or bools
+
 // (n, 3) vertices in mm, and (m, 3) faces of whole numbers.
 TriangleMesh mesh_from(const pybind11::object& vertices, const pybind11::object& faces);
 pybind11::array_t<double> vertices_of(const TriangleMesh& mesh);
