@@ -13,10 +13,8 @@ constexpr const char* kSchema = "organbake/cameras/1";
 constexpr std::size_t kMostCameras = 100000;  // as many as a script has frames
 
 Json camera_to_json(const PosedCamera& camera) {
-  const Intrinsics& k = camera.intrinsics;
-  Json json = {{"name", camera.name}, {"width", k.width}, {"height", k.height}, {"fx", k.fx},
-               {"fy", k.fy},          {"cx", k.cx},       {"cy", k.cy}};
-  if (k.has_distortion()) json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  Json json = {{"name", camera.name}};
+  json.update(intrinsics_to_json(camera.intrinsics));
   Json rotation = Json::array();
   for (int row = 0; row < 3; ++row) {
     rotation.push_back(to_json(Eigen::Vector3d(camera.camera_from_world.rotation.row(row))));

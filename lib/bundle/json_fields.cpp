@@ -59,6 +59,13 @@ std::string json_text(const Json& json) {
 
 Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
+Json intrinsics_to_json(const Intrinsics& k) {
+  Json json = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
+               {"fy", k.fy},       {"cx", k.cx},         {"cy", k.cy}};
+  if (k.has_distortion()) json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  return json;
+}
+
 void JsonField::fail(const std::string& message) const {
   throw BadDataError(document_ + ": " + (pointer_.empty() ? "/" : pointer_) + ": " + message);
 }

@@ -10,6 +10,8 @@
 #include <string>
 #include <string_view>
 
+#include "geometry/camera.h"
+
 namespace organbake {
 
 using Json = nlohmann::ordered_json;
@@ -20,6 +22,8 @@ Json parse_json(const std::string& text, const std::string& name);
 // Two-space indentation and a final newline, the form of every JSON file the project writes.
 std::string json_text(const Json& json);
 Json to_json(const Eigen::Vector3d& v);
+// Width, height, fx, fy, cx, cy, and the distortion where there is some.
+Json intrinsics_to_json(const Intrinsics& intrinsics);
 
 // One value of a document with the way that leads to it, so that every error names both:
 // "cameras.json: /cameras/2/fx: needs a number > 0". Reading for the .cpp files of the runtime.

@@ -8,15 +8,12 @@ namespace organbake {
 namespace {
 
 Json camera_json(const PosedCamera& camera) {
-  const Intrinsics& k = camera.intrinsics;
   Json pose = Json::array();
   for (int row = 0; row < 3; ++row) {
     const auto& r = camera.camera_from_world.rotation;
     pose.push_back({r(row, 0), r(row, 1), r(row, 2), camera.camera_from_world.translation[row]});
   }
-  Json json = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
-               {"fy", k.fy},       {"cx", k.cx},         {"cy", k.cy}};
-  if (k.has_distortion()) json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  Json json = intrinsics_to_json(camera.intrinsics);
   json["camera_from_world"] = pose;
   return json;
 }
