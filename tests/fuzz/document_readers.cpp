@@ -114,17 +114,7 @@ Seeds mechanics_seeds() {
   MechanicsModel model = small_bundle().mechanics;
   model.elimination_order = {2, 1, 3};
   MechanicsModel solid = small_bundle().mechanics;
-  TetrahedralBody body;
-  body.nodes_mm = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {3, 3, 3.1}};
-  body.tetrahedra = {{{0, 1, 2, 3}, 0.25}, {{1, 2, 3, 4}, 1}};
-  body.vertices = {{0, {1, 0, 0, 0}},
-                   {0, {0.1, 0.2, 0.3, 0.4}},
-                   {1, {0.25, 0.25, 0.25, 0.25}},
-                   {1, {0, 0, 0, 1}}};
-  body.anchors = {0, 3};
-  body.poisson_ratio = 0.3;
-  body.damping_s = 0.01;
-  solid.body = body;
+  solid.body = small_body();
   return {mechanics_to_json(model), mechanics_to_json(solid)};
 }
 

@@ -15,17 +15,7 @@ namespace {
 
 MechanicsModel with_body() {
   MechanicsModel model = small_bundle().mechanics;
-  TetrahedralBody body;
-  body.nodes_mm = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {0, 0, 3}, {3, 3, 3.1}};
-  body.tetrahedra = {{{0, 1, 2, 3}, 0.25}, {{1, 2, 3, 4}, 1}};
-  body.vertices = {{0, {1, 0, 0, 0}},
-                   {0, {0.1, 0.2, 0.3, 0.4}},
-                   {1, {0.25, 0.25, 0.25, 0.25}},
-                   {1, {0, 0, 0, 1}}};
-  body.anchors = {0, 3};
-  body.poisson_ratio = 0.3;
-  body.damping_s = 0.01;
-  model.body = body;
+  model.body = small_body();
   return model;
 }
 
