@@ -45,11 +45,7 @@ PosedCamera camera_from(const JsonField& field) {
   k.fy = field["fy"].number(kSmallest, kLargest);
   k.cx = field["cx"].number();
   k.cy = field["cy"].number();
-  if (const auto distortion = field.find("distortion_k1_k2_p1_p2_k3")) {
-    if (distortion->size() != 5) distortion->fail("must hold five numbers");
-    double* const target[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};
-    for (int i = 0; i < 5; ++i) *target[i] = distortion->at(i).number();
-  }
+  read_distortion(field, k);
   const JsonField pose = field["camera_from_world"];
   camera.camera_from_world.rotation = rotation_from(pose["rotation"]);
   camera.camera_from_world.translation = pose["translation_mm"].vector3();

@@ -66,6 +66,14 @@ Json intrinsics_to_json(const Intrinsics& k) {
   return json;
 }
 
+void read_distortion(const JsonField& lens, Intrinsics& k) {
+  const auto field = lens.find("distortion_k1_k2_p1_p2_k3");
+  if (!field) return;
+  if (field->size() != 5) field->fail("must hold five numbers: k1, k2, p1, p2, k3");
+  double* const into[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};
+  for (std::size_t i = 0; i < 5; ++i) *into[i] = field->at(i).number();
+}
+
 void JsonField::fail(const std::string& message) const {
   throw BadDataError(document_ + ": " + (pointer_.empty() ? "/" : pointer_) + ": " + message);
 }

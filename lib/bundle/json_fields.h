@@ -24,6 +24,9 @@ std::string json_text(const Json& json);
 Json to_json(const Eigen::Vector3d& v);
 // Width, height, fx, fy, cx, cy, and the distortion where there is some.
 Json intrinsics_to_json(const Intrinsics& intrinsics);
+class JsonField;
+// The distortion of a lens that `lens` describes; leaves it as it is where the key is missing.
+void read_distortion(const JsonField& lens, Intrinsics& intrinsics);
 
 // One value of a document with the way that leads to it, so that every error names both:
 // "cameras.json: /cameras/2/fx: needs a number > 0". Reading for the .cpp files of the runtime.

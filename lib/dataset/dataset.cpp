@@ -61,6 +61,8 @@ DatasetSummary make_dataset(const DatasetSpec& spec, const std::vector<fs::path>
                             const fs::path& folder, const std::string& generator,
                             const RunContext& context) {
   const DatasetPlan plan = plan_dataset(spec, bundles);
+  const auto lens =
+      spec.lens ? std::make_shared<const LensPicture>(*spec.lens, "the data set's lens") : nullptr;
   claim(folder, identity(spec, plan));
   DeformOptions deform;
   deform.time_step_s = spec.time_step_s;
@@ -82,7 +84,7 @@ DatasetSummary make_dataset(const DatasetSpec& spec, const std::vector<fs::path>
       loaded = shard.organ;
       check_lights(spec, plan.organs[loaded], *player);
     }
-    make_shard(spec, shard, *player, folder, context);
+    make_shard(spec, lens, shard, *player, folder, context);
     ++summary.shards_made;
     context.info(shard.folder + " is there, " + std::to_string(s + 1) + " of " +
                  std::to_string(plan.shards.size()));

@@ -66,8 +66,9 @@ std::uint64_t item_of(const DatasetShard& shard, const DatasetSpec& spec, int fr
 
 }  // namespace
 
-void make_shard(const DatasetSpec& spec, const DatasetShard& shard, Player& player,
-                const std::filesystem::path& dataset, const RunContext& context) {
+void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture>& lens,
+                const DatasetShard& shard, Player& player, const std::filesystem::path& dataset,
+                const RunContext& context) {
   AtomicFolder folder(dataset / shard.folder);
   Writers writers;
   DrawOptions draw;
@@ -75,6 +76,7 @@ void make_shard(const DatasetSpec& spec, const DatasetShard& shard, Player& play
   TruthOptions truth;
   truth.layers = spec.layers;
   truth.baseline_mm = spec.baseline_mm;
+  truth.lens = lens;
   truth.run = [&](WriteJob job) { writers.run(std::move(job)); };
   TruthRecorder recorder(folder.path(), truth, draw);
   Counts counts;
@@ -97,15 +99,18 @@ void make_shard(const DatasetSpec& spec, const DatasetShard& shard, Player& play
     recorder.begin(part);
     PlayOptions options;
     options.draw = draw;
+    if (lens) options.lens = lens->pinhole();
     options.watch = [&](const PlayedScene& scene) {
       counts.add(scene.step);
       const int frame = part.first_frame + scene.frame;
       const auto picture = std::make_shared<Rgb8Image>(scene.picture.color);
-      writers.run([expose_frame, frame, picture, file = folder.path() / frame_file_name(frame)] {
-        constexpr int kQuick = 1;  // PNG level
-        expose_frame(frame, false, *picture);
-        write_png(file, *picture, kQuick);
-      });
+      writers.run(
+          [expose_frame, lens, frame, picture, file = folder.path() / frame_file_name(frame)] {
+            constexpr int kQuick = 1;  // PNG level
+            if (lens) lens->show(Rgb8Image(*picture), *picture);
+            expose_frame(frame, false, *picture);
+            write_png(file, *picture, kQuick);
+          });
       recorder.add(player, scene);
     };
     play(player, clip.script, options, {}, context);

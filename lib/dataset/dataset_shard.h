@@ -2,16 +2,19 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 
 #include "core/run_context.h"
 #include "dataset/dataset_plan.h"
 #include "player/player.h"
+#include "truth/lens_picture.h"
 
 namespace organbake {
 
 // Plays a shard's clips and writes their pictures, truth and shard.json, its clips and what the
-// card counts, into its folder, which then appears as a whole.
-void make_shard(const DatasetSpec& spec, const DatasetShard& shard, Player& player,
-                const std::filesystem::path& dataset, const RunContext& context);
+// card counts, into its folder, which then appears as a whole. lens: the spec's; null without one.
+void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture>& lens,
+                const DatasetShard& shard, Player& player, const std::filesystem::path& dataset,
+                const RunContext& context);
 
 }  // namespace organbake

@@ -91,6 +91,14 @@ void read_lights(const JsonField& lights, DatasetSpec& spec) {
   }
 }
 
+// The pictures have the lens's size, unless another is asked for.
+void read_lens(const JsonField& lens, const std::string& name, bool size_asked, DatasetSpec& spec) {
+  spec.lens = scope_lens_from_json(lens.json().dump(), name + ": /lens");
+  const Intrinsics& given = spec.lens->intrinsics;
+  if (!size_asked) spec.width = given.width, spec.height = given.height;
+  spec.lens = spec.lens->in_size(spec.width, spec.height);
+}
+
 Json range_json(const SampledRange& range) { return Json::array({range.low, range.high}); }
 
 }  // namespace
@@ -100,7 +108,7 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
   const JsonField document(json, name);
   document.require_schema(kDatasetSchema);
   document.allow_only({"schema", "name", "seed", "frames", "clip_frames", "shard_frames", "size",
-                       "layers", "stereo_mm", "test_share", "time_step_s", "views", "pokes",
+                       "layers", "stereo_mm", "lens", "test_share", "time_step_s", "views", "pokes",
                        "lights", "gain", "noise"});
   DatasetSpec spec;
   const Keys keys(document);
@@ -120,6 +128,8 @@ DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& n
     spec.width = static_cast<int>(size->at(0).integer(1, kLargestSide_px));
     spec.height = static_cast<int>(size->at(1).integer(1, kLargestSide_px));
   }
+  if (const auto lens = document.find("lens"))
+    read_lens(*lens, name, document.find("size").has_value(), spec);
   if (const auto layers = document.find("layers")) read_layers(*layers, spec);
   if (const auto stereo = document.find("stereo_mm")) spec.baseline_mm = stereo->number(1e-3, 1000);
   keys.number("test_share", 0, 1, spec.test_share);
@@ -163,6 +173,7 @@ std::string dataset_spec_to_json(const DatasetSpec& s) {
                {"gain", range_json(s.gain)},
                {"noise", range_json(s.noise)}};
   if (s.baseline_mm) json["stereo_mm"] = *s.baseline_mm;
+  if (s.lens) json["lens"] = parse_json(scope_lens_to_json(*s.lens), "lens");
   return json_text(json);
 }
 

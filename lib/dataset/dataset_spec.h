@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "truth/layer_set.h"
+#include "truth/scope_lens.h"
 #include "warp/drawn_light.h"
 
 namespace organbake {
@@ -27,6 +28,7 @@ struct DatasetSpec {
   int width = 640, height = 480;
   LayerSet layers;
   std::optional<double> baseline_mm;  // two eyes
+  std::optional<ScopeLens> lens;      // of a scope, in the pictures' size
   double test_share = 0.2;            // of the organs
   double time_step_s = 1.0 / 30;
 

@@ -248,9 +248,11 @@ std::string encode_png(const Rgb8Image& image, std::span<const std::uint8_t> alp
                           kUsualLevel);
 }
 
-std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values) {
+std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values,
+                            int compression_level) {
   return encoded_or_throw(
-      {width, height, 8, PNG_COLOR_TYPE_GRAY, values.data(), std::size_t(width)}, kUsualLevel);
+      {width, height, 8, PNG_COLOR_TYPE_GRAY, values.data(), std::size_t(width)},
+      compression_level);
 }
 
 std::string encode_grey_png(int width, int height, std::span<const std::uint16_t> values) {

@@ -25,7 +25,8 @@ std::string encode_png(const Rgb8Image& image, int compression_level = 6);
 // With alpha, one value a pixel; colours are not multiplied by it.
 std::string encode_png(const Rgb8Image& image, std::span<const std::uint8_t> alpha);
 // Numbers rather than light, as masks and depths are stored.
-std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values);
+std::string encode_grey_png(int width, int height, std::span<const std::uint8_t> values,
+                            int compression_level = 6);
 std::string encode_grey_png(int width, int height, std::span<const std::uint16_t> values);
 void write_png(const std::filesystem::path& path, const Rgb8Image& image,
                int compression_level = 6);

@@ -13,10 +13,12 @@
 namespace organbake {
 namespace {
 
-constexpr int kQuickZip = 1;  // layers are large and many
+// Layers are large and many.
+constexpr int kQuickZip = 1;
+constexpr int kQuickPng = 1;
 
-// To a thousandth of a millimetre or pixel, in fact 1/1024: finer than either is known, and the
-// bytes that say nothing need not be packed.
+// To a thousandth of a millimetre, in fact 1/1024: finer than depth is known, and the bytes that
+// say nothing need not be packed.
 float rounded(float value) {
   constexpr float kSteps = 1024;
   return std::isfinite(value) ? std::nearbyint(value * kSteps) / kSteps : value;
@@ -56,12 +58,14 @@ std::vector<Channel> id_channels(const PixelTruth& t) {
           number("h", &BoundPixel::height_mm)};
 }
 
+// As halves, which are as exact as flow is known up to 50 px or so: packing takes longer than all
+// else that a data set does, and its time goes by the bytes.
 void add_flow(const std::string& name, const Flow* flow, std::vector<Channel>& channels) {
   if (!flow) return;
   const std::size_t n = flow->px.size();
   for (int k = 0; k < 2; ++k)
-    channels.push_back(plane<float>(name + (k == 0 ? ".x" : ".y"), n,
-                                    [&](std::size_t i) { return rounded(flow->px[i][k]); }));
+    channels.push_back(plane<float>(
+        name + (k == 0 ? ".x" : ".y"), n, [&](std::size_t i) { return flow->px[i][k]; }, true));
   channels.push_back(plane<float>(
       name + ".seen", n, [&](std::size_t i) { return float(flow->seen[i]); }, true));
 }
@@ -89,7 +93,7 @@ std::vector<WriteJob> layer_jobs(const std::filesystem::path& folder, const std:
   if (layers.mask)
     jobs.push_back([file = folder / (before + "mask" + after + ".png"), width = t.width,
                     height = t.height, label = t.label] {
-      write_file_atomically(file, encode_grey_png(width, height, std::span(label)));
+      write_file_atomically(file, encode_grey_png(width, height, std::span(label), kQuickPng));
     });
   if (layers.id) exr("id", id_channels(t));
   if (layers.weight)

@@ -19,6 +19,7 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
+constexpr double kFiner = 2;
 constexpr int kMargin_px = 2;  // of the pinhole's picture beyond what the scope sees
 
 // z = 1, through the centres of the scope's pixels.
@@ -50,7 +51,8 @@ std::vector<Vector3d> scope_rays(const Intrinsics& lens, const std::string& name
   return rays;
 }
 
-// As fine as the scope's picture is at its middle, and wide enough for all rays.
+// Wide enough for all rays, and finer than the scope's picture is at its middle, so that outlines
+// are known to a fraction of the scope's pixels; less so where it would become too large.
 Intrinsics pinhole_round(const std::vector<Vector3d>& rays, const Intrinsics& lens,
                          const std::string& name) {
   Vector2d low = Vector2d::Constant(1e9), high = -low;
@@ -58,17 +60,20 @@ Intrinsics pinhole_round(const std::vector<Vector3d>& rays, const Intrinsics& le
     low = low.cwiseMin(ray.head<2>());
     high = high.cwiseMax(ray.head<2>());
   }
-  Intrinsics pinhole;
-  pinhole.fx = lens.fx, pinhole.fy = lens.fy;
-  pinhole.cx = kMargin_px - std::floor(low.x() * lens.fx);
-  pinhole.cy = kMargin_px - std::floor(low.y() * lens.fy);
-  const double width = std::ceil(high.x() * lens.fx) + pinhole.cx + kMargin_px,
-               height = std::ceil(high.y() * lens.fy) + pinhole.cy + kMargin_px;
-  if (!(width <= kLargestSide_px && height <= kLargestSide_px))
+  const Vector2d focal_px(lens.fx, lens.fy);
+  const Vector2d span_px = (high - low).cwiseProduct(focal_px);
+  constexpr double kRoom_px = kLargestSide_px - 2 * kMargin_px - 2;  // two for whole pixels
+  const double finer = std::min(kFiner, kRoom_px / span_px.maxCoeff());
+  if (!(finer >= 1))
     throw BadDataError(name, "sees so wide that a picture without its distortion would have " +
-                                 to_text(width, 0) + " × " + to_text(height, 0) +
+                                 to_text(span_px.x(), 0) + " × " + to_text(span_px.y(), 0) +
                                  " pixels; take a smaller size");
-  pinhole.width = static_cast<int>(width), pinhole.height = static_cast<int>(height);
+  Intrinsics pinhole;
+  pinhole.fx = finer * lens.fx, pinhole.fy = finer * lens.fy;
+  pinhole.cx = kMargin_px - std::floor(low.x() * pinhole.fx);
+  pinhole.cy = kMargin_px - std::floor(low.y() * pinhole.fy);
+  pinhole.width = static_cast<int>(std::ceil(high.x() * pinhole.fx) + pinhole.cx) + kMargin_px;
+  pinhole.height = static_cast<int>(std::ceil(high.y() * pinhole.fy) + pinhole.cy) + kMargin_px;
   return pinhole;
 }
 

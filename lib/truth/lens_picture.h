@@ -13,8 +13,8 @@
 namespace organbake {
 
 // Pictures as a scope shows them, made of pictures of a pinhole in its place that is wide enough to
-// hold all that the scope sees. Where a ray of the scope meets the pinhole's picture is worked out
-// once for all frames.
+// hold all that the scope sees, and up to twice as fine. Where a ray of the scope meets the
+// pinhole's picture is worked out once for all frames.
 class LensPicture {
  public:
   // Throws BadDataError naming `name` for a lens that folds its picture over itself, and for one

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truth/scope_lens.h"
 
-#include <array>
-
 #include "bundle/cameras_json.h"
 #include "bundle/json_fields.h"
 #include "core/error.h"
@@ -12,12 +10,7 @@
 namespace organbake {
 namespace {
 
-void read_distortion(const JsonField& field, Intrinsics& lens) {
-  constexpr double kMost = 1e3;
-  if (field.size() != 5) field.fail("must hold five numbers: k1, k2, p1, p2, k3");
-  double* const into[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2, &lens.k3};
-  for (std::size_t i = 0; i < 5; ++i) *into[i] = field.at(i).number(-kMost, kMost);
-}
+constexpr const char* kScopeLensSchema = "organbake/scope-lens/1";
 
 }  // namespace
 
@@ -43,7 +36,7 @@ ScopeLens scope_lens_from_json(const std::string& text, const std::string& name)
   if (!json.is_object()) document.fail("is no object: write width, height, fx, fy, cx and cy");
   document.allow_only({"schema", "width", "height", "fx", "fy", "cx", "cy",
                        "distortion_k1_k2_p1_p2_k3", "vignette_exponent"});
-  if (document.find("schema")) document.require_schema("organbake/scope-lens/1");
+  if (document.find("schema")) document.require_schema(kScopeLensSchema);
   constexpr double kLeast = 1e-3, kMost = 1e9, kMostExponent = 100;
   Intrinsics& lens = scope.intrinsics;
   lens.width = static_cast<int>(document["width"].integer(1, kLargestSide_px));
@@ -52,10 +45,17 @@ ScopeLens scope_lens_from_json(const std::string& text, const std::string& name)
   lens.fy = document["fy"].number(kLeast, kMost);
   lens.cx = document["cx"].number(-kMost, kMost);
   lens.cy = document["cy"].number(-kMost, kMost);
-  if (const auto d = document.find("distortion_k1_k2_p1_p2_k3")) read_distortion(*d, lens);
+  read_distortion(document, lens);
   if (const auto n = document.find("vignette_exponent"))
     scope.vignette_exponent = n->number(0, kMostExponent);
   return scope;
+}
+
+std::string scope_lens_to_json(const ScopeLens& scope) {
+  Json json = {{"schema", kScopeLensSchema}};
+  json.update(intrinsics_to_json(scope.intrinsics));
+  if (scope.vignette_exponent != 0) json["vignette_exponent"] = scope.vignette_exponent;
+  return json_text(json);
 }
 
 ScopeLens read_scope_lens(const std::filesystem::path& path) {

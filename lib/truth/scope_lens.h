@@ -21,6 +21,7 @@ struct ScopeLens {
 // vignette_exponent, or a cameras.json, whose first camera's lens is taken. Throws BadDataError
 // naming `name` and the key.
 ScopeLens scope_lens_from_json(const std::string& text, const std::string& name);
+std::string scope_lens_to_json(const ScopeLens& lens);
 ScopeLens read_scope_lens(const std::filesystem::path& path);
 
 }  // namespace organbake

@@ -51,6 +51,17 @@ expect 0 make killed
 expect_same all killed
 [ "${partly:-no}" = yes ] || echo "note: no run was ended between two shards"
 
+# Through a scope's lens, whose size the pictures have.
+lens='"width": 80, "height": 60, "fx": 90, "fy": 90, "cx": 40, "cy": 30'
+echo '{"schema": "organbake/dataset/1", "frames": 4, "clip_frames": 2, "layers": ["all"], "lens": {'"$lens"',
+  "distortion_k1_k2_p1_p2_k3": [-0.3, 0.1, 0.001, 0.002, 0], "vignette_exponent": 2}}' >lens.json
+expect 0 organbake verify lens.json
+expect 0 "$BIN/organplay" one --dataset lens.json -o seen --quiet
+grep -q '"distortion_k1_k2_p1_p2_k3"' seen/train/*/cameras.json || fail "the cameras have no distortion"
+expect_equal "$(od -An -j16 -N8 -tu4 --endian=big seen/train/*/frame_0003.png | xargs)" "80 60"
+echo '{"schema": "organbake/dataset/1", "frames": 4, "lens": {'"$lens"',
+  "distortion_k1_k2_p1_p2_k3": [-9, 0, 0, 0, 0]}}' >folds.json
+
 refuse() {  # CODE TEXT ARGUMENTS…
   local code=$1 text=$2
   shift 2
@@ -64,6 +75,7 @@ refuse 2 "holds something else" one --dataset d.yaml -o mine
 refuse 2 "needs -o DIR" one --dataset d.yaml
 refuse 2 "goes alone" one --dataset d.yaml -o made --layers depth
 refuse 73 "lies in the bundle" one --dataset d.yaml -o one/set
+refuse 65 "folds the picture over itself" one --dataset folds.json -o made
 refuse 66 "none.yaml" one --dataset none.yaml -o made
 # What is wrong with a spec is said with its file, key and value, before anything is made.
 expect 0 organbake verify d.yaml

@@ -38,6 +38,24 @@ TEST(DatasetSpec, ReadsEverything) {
   EXPECT_EQ(dataset_spec_to_json(dataset_spec_from_json(text, "again.json")), text);
 }
 
+TEST(DatasetSpec, PicturesHaveTheSizeOfTheirLensUnlessToldOtherwise) {
+  const std::string lens = R"(, "lens": {"width": 80, "height": 60, "fx": 70, "fy": 72, "cx": 41,
+      "cy": 30, "distortion_k1_k2_p1_p2_k3": [-0.2, 0.05, 0.001, -0.002, 0.01],
+      "vignette_exponent": 3})";
+  const DatasetSpec spec = dataset_spec_from_json(spec_with(lens), "d.json");
+  ASSERT_TRUE(spec.lens);
+  EXPECT_EQ(spec.width, 80);
+  EXPECT_EQ(spec.height, 60);
+  EXPECT_EQ(spec.lens->intrinsics.p2, -0.002);
+  const DatasetSpec half =
+      dataset_spec_from_json(spec_with(lens + R"(, "size": [40, 30])"), "d.json");
+  EXPECT_EQ(half.width, 40);
+  EXPECT_EQ(half.lens->intrinsics.width, 40);
+  EXPECT_EQ(half.lens->intrinsics.fx, 35);
+  const std::string text = dataset_spec_to_json(half);
+  EXPECT_EQ(dataset_spec_to_json(dataset_spec_from_json(text, "again.json")), text);
+}
+
 TEST(DatasetSpec, NamesWhatIsWrong) {
   const auto refusal = [](const std::string& more) -> std::string {
     try {
@@ -53,6 +71,7 @@ TEST(DatasetSpec, NamesWhatIsWrong) {
   EXPECT_TRUE(refusal(R"(, "pokes": {"count": 1.5})").starts_with("d.json: /pokes/count"));
   EXPECT_TRUE(refusal(R"(, "shard_frames": 3)").starts_with("d.json: /shard_frames"));
   EXPECT_TRUE(refusal(R"(, "views": {"cone": 1})").starts_with("d.json: /views"));
+  EXPECT_TRUE(refusal(R"(, "lens": {"width": 80, "height": -6})").starts_with("d.json: /lens: /h"));
   EXPECT_TRUE(refusal(R"(, "test_share": -0.1)").starts_with("d.json: /test_share"));
 }
 
