@@ -88,6 +88,16 @@ void check_indices(vtkCellArray* cells, vtkIdType point_count, const std::string
   }
 }
 
+// vtkTriangleFilter reads the first two points of a strip before it counts them.
+void check_strips(vtkCellArray* strips, const std::string& name) {
+  for (vtkIdType s = 0; s < strips->GetNumberOfCells(); ++s) {
+    const vtkIdType points = strips->GetCellSize(s);
+    if (points < 3)
+      throw BadDataError(name + ": triangle strip " + std::to_string(s) + " has " +
+                         std::to_string(points) + " points; a triangle takes three");
+  }
+}
+
 }  // namespace
 
 TriangleMesh mesh_from_polydata(vtkPolyData* polydata, const std::string& name,
@@ -99,6 +109,7 @@ TriangleMesh mesh_from_polydata(vtkPolyData* polydata, const std::string& name,
   }
   check_indices(polydata->GetPolys(), point_count, name);
   check_indices(polydata->GetStrips(), point_count, name);
+  check_strips(polydata->GetStrips(), name);
   vtkNew<vtkTriangleFilter> triangles;
   VtkErrorLog errors;
   errors.watch(triangles);
