@@ -18,7 +18,7 @@ using Eigen::Vector3f;
 
 constexpr float kWidest = 3.5f;  // scores beyond are as this one
 
-float luminance(const Vector3f& c) { return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]; }
+float luminance_of(const Vector3f& c) { return luminance(c[0], c[1], c[2]); }
 
 [[noreturn]] void refuse(const std::string& why) {
   throw BadDataError("the exemplar " + why + ": choose a frame, or a mask, that shows the tissue " +
@@ -54,7 +54,7 @@ float median_luminance(const std::vector<Vector3f>& pixels,
                        const std::vector<std::uint8_t>& usable) {
   std::vector<float> values;
   for (std::size_t i = 0; i < pixels.size(); ++i)
-    if (usable[i]) values.push_back(luminance(pixels[i]));
+    if (usable[i]) values.push_back(luminance_of(pixels[i]));
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -112,7 +112,7 @@ void Exemplar::keep(const ExemplarPhoto& photo, std::vector<std::uint8_t>& usabl
   const float limit = kHighlight * median_luminance(pixels_, usable);
   std::size_t highlights = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    bright[i] |= usable[i] && luminance(pixels_[i]) > limit;
+    bright[i] |= usable[i] && luminance_of(pixels_[i]) > limit;
     highlights += bright[i];
   }
   highlight_share_ = masked > 0 ? double(highlights) / static_cast<double>(masked) : 0;
@@ -132,7 +132,7 @@ void Exemplar::take_light_out(const std::vector<std::uint8_t>& usable) {
     for (int x = 0; x < width_; ++x) {
       const std::size_t i = std::size_t(y) * width_ + x;
       weight.at<float>(y, x) = usable[i];
-      light.at<float>(y, x) = usable[i] ? luminance(pixels_[i]) : 0;
+      light.at<float>(y, x) = usable[i] ? luminance_of(pixels_[i]) : 0;
     }
   cv::GaussianBlur(light, light, {}, kLight_px, kLight_px, cv::BORDER_CONSTANT);
   cv::GaussianBlur(weight, weight, {}, kLight_px, kLight_px, cv::BORDER_CONSTANT);

@@ -5,7 +5,6 @@
 
 #include "capture/shell_hits.h"
 #include "capture/skin_targets.h"
-#include "capture/skin_weights.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "geometry/mesh_checks.h"

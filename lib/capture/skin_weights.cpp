@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/skin_weights.h"
+#include "capture/skin_targets.h"
 
 #include <tbb/parallel_for.h>
 

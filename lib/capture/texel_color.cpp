@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/texel_color.h"
+#include "capture/texel_tile.h"
 
 #include <cmath>
 

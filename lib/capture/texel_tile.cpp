@@ -8,7 +8,6 @@
 #include "capture/camera_rays.h"
 #include "capture/depth_edges.h"
 #include "capture/smooth_step.h"
-#include "capture/texel_color.h"
 #include "image/grow.h"
 
 namespace organbake {

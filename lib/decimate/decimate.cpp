@@ -5,13 +5,11 @@
 #include <string>
 
 #include "core/error.h"
+#include "decimate/collapse.h"
 #include "decimate/edge_twins.h"
 #include "decimate/error_search.h"
-#include "decimate/largest_distance.h"
-#include "decimate/manifold_faces.h"
+#include "decimate/mesh_defects.h"
 #include "decimate/mesh_distance.h"
-#include "decimate/self_intersections.h"
-#include "decimate/vertex_clustering.h"
 #include "geometry/mesh_checks.h"
 #include "raycast/ray_scene.h"
 

@@ -5,10 +5,9 @@
 #include <cmath>
 #include <string>
 
-#include "decimate/edge_collapse.h"
+#include "decimate/collapse.h"
 #include "decimate/fitted_proxy.h"
-#include "decimate/largest_distance.h"
-#include "decimate/quadric_collapse.h"
+#include "decimate/mesh_distance.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {

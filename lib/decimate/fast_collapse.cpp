@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/fast_collapse.h"
+#include "decimate/collapse.h"
 
 #include <algorithm>
 #include <array>

@@ -6,14 +6,10 @@
 #include <cmath>
 #include <string>
 
-#include "decimate/edge_collapse.h"
-#include "decimate/fast_collapse.h"
+#include "decimate/collapse.h"
 #include "decimate/fit_reference.h"
-#include "decimate/keep_apart.h"
-#include "decimate/proxy_moves.h"
+#include "decimate/mesh_defects.h"
 #include "decimate/refined_proxy.h"
-#include "decimate/self_intersections.h"
-#include "decimate/unfold_faces.h"
 #include "decimate/unit_frame.h"
 #include "decimate/vertex_fit.h"
 

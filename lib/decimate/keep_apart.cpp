@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/keep_apart.h"
+#include "decimate/fitted_proxy.h"
 
-#include "decimate/self_intersections.h"
+#include "decimate/mesh_defects.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/largest_distance.h"
+#include "decimate/mesh_distance.h"
 
 #include <tbb/parallel_for.h>
 

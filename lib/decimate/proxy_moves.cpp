@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/proxy_moves.h"
+#include "decimate/fitted_proxy.h"
 
 #include <algorithm>
 #include <limits>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "decimate/self_intersections.h"
+#include "decimate/mesh_defects.h"
 
 namespace organbake {
 namespace {

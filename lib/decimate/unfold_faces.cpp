@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/unfold_faces.h"
+#include "decimate/mesh_defects.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

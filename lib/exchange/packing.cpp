@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/packing.h"
+#include "exchange/atlas.h"
 
 #include <algorithm>
 #include <cmath>

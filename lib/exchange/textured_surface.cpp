@@ -8,13 +8,10 @@
 #include <unordered_map>
 
 #include "core/error.h"
-#include "decimate/edge_collapse.h"
-#include "decimate/fast_collapse.h"
-#include "decimate/manifold_faces.h"
+#include "decimate/collapse.h"
+#include "decimate/mesh_defects.h"
 #include "exchange/atlas.h"
 #include "exchange/base_surface.h"
-#include "exchange/charts.h"
-#include "exchange/packing.h"
 
 namespace organbake {
 namespace {

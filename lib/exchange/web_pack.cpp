@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/web_pack.h"
+#include "exchange/web_page.h"
 
 #include <libdeflate.h>
 #include <tbb/parallel_for.h>

@@ -10,7 +10,6 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
-#include "exchange/web_pack.h"
 
 namespace organbake {
 namespace {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,5 +23,12 @@ WebPlayer read_web_player(const std::filesystem::path& folder);
 
 // One self-contained page in which the organ can be looked at and poked. Throws as web_pack() does.
 std::string web_page(const Bundle& bundle, const WebPlayer& player, const RunContext& context = {});
+
+// A bundle as the player in a page reads it (bundle/bundle_pack.h), the same bytes for any number
+// of threads. Throws BadDataError for a bundle too large for it, CancelledError.
+std::vector<std::byte> web_pack(const Bundle& bundle, const RunContext& context = {});
+
+// A gzip stream as small as is worth waiting for.
+std::vector<std::byte> gzipped(std::span<const std::byte> bytes);
 
 }  // namespace organbake

@@ -7,8 +7,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "formats/colmap_text.h"
-#include "formats/transforms_json.h"
+#include "formats/foreign_cameras.h"
 #include "geometry/written_size.h"
 
 namespace organbake {

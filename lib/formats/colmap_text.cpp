@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/colmap_text.h"
+#include "formats/foreign_cameras.h"
 
 #include <Eigen/Geometry>
 #include <map>

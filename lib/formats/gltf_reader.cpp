@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/gltf_reader.h"
+#include "formats/mesh_readers.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/jpeg.h"
+#include "formats/picture_decoders.h"
 
 #include <turbojpeg.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/legacy_vtk.h"
+#include "formats/mesh_readers.h"
 
 #include <vtkCellArray.h>
 #include <vtkNew.h>

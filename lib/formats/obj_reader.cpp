@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <charconv>
 
-#include "formats/text_meshes.h"
+#include "formats/mesh_readers.h"
 #include "formats/text_scanner.h"
 #include "geometry/polygon.h"
 #include "geometry/written_color.h"

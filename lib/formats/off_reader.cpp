@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/text_meshes.h"
+#include "formats/mesh_readers.h"
 #include "formats/text_scanner.h"
 #include "geometry/polygon.h"
 #include "geometry/written_color.h"

@@ -5,9 +5,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "formats/exr_picture.h"
-#include "formats/jpeg.h"
-#include "formats/picture_tags.h"
+#include "formats/picture_decoders.h"
 #include "image/png.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/picture_tags.h"
+#include "formats/picture_decoders.h"
 
 #include <algorithm>
 #include <cstdint>

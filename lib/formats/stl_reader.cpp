@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "formats/text_meshes.h"
+#include "formats/mesh_readers.h"
 #include "formats/text_scanner.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/transforms_json.h"
+#include "formats/foreign_cameras.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

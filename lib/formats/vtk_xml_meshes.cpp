@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/vtk_xml_meshes.h"
+#include "formats/mesh_readers.h"
 
 #include <vtkCell.h>
 #include <vtkCellArray.h>

@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "core/text.h"
-#include "fusion/view_overlap.h"
 #include "geometry/mesh_checks.h"
 
 namespace organbake {

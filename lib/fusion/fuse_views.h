@@ -5,11 +5,25 @@
 #include <vector>
 
 #include "core/run_context.h"
+#include "fusion/depth_view.h"
 #include "fusion/distance_volume.h"
 #include "fusion/refine_poses.h"
-#include "fusion/view_color.h"
+#include "geometry/triangle_mesh.h"
 
 namespace organbake {
+
+// What lit the pictures, to be divided out of them.
+enum class PictureLight {
+  any,     // unknown: colours stay as they are
+  camera,  // a lamp at the lens: brightness goes with the cosine over the distance squared
+};
+
+// Colours each vertex by all pictures that see it, the straighter and nearer the more; one that
+// differs from the others (a highlight) counts less. What none sees takes its neighbours' colour.
+// smooth[i] belongs to views[i]. Without any picture the mesh has no colours. Returns the share of
+// vertices that a picture sees.
+double color_by_views(const std::vector<DepthView>& views, const std::vector<SmoothView>& smooth,
+                      PictureLight light, double surface_mm, TriangleMesh& mesh);
 
 struct FusionOptions {
   double voxel_mm = 0;       // 0 = as fine as the depth maps' pixels
@@ -37,5 +51,16 @@ struct FusedSurface {
 // overlaps no other or is of another scale, and when no surface is left.
 FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions& options,
                         const RunContext& context = {});
+
+// How a view agrees with all the others about the surface.
+struct ViewOverlap {
+  double share = 0;     // of its points, those that another view sees, too
+  double scale = 1;     // median of its depths over theirs, along their rays
+  double agreeing = 1;  // share of its points that lie where the others have a surface
+};
+std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views);
+
+// Throws BadDataError for a view that sees nothing that another one sees, or is of another scale.
+void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views);
 
 }  // namespace organbake

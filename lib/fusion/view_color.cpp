@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fusion/view_color.h"
+#include "fusion/fuse_views.h"
 
 #include <tbb/parallel_for.h>
 

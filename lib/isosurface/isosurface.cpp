@@ -7,12 +7,11 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "isosurface/capped_field.h"
-#include "isosurface/finished_surface.h"
+#include "isosurface/contour.h"
 #include "isosurface/proposed_level.h"
-#include "isosurface/refine_crossings.h"
 #include "isosurface/slab_contour.h"
+#include "isosurface/smoothing.h"
 #include "isosurface/surface_components.h"
-#include "isosurface/taubin.h"
 
 namespace organbake {
 namespace {

@@ -8,11 +8,11 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "isosurface/contour.h"
-#include "isosurface/finished_surface.h"
-#include "isosurface/gaussian_blur.h"
 #include "isosurface/isosurface.h"
 #include "isosurface/mask_stairs.h"
-#include "volume/labels_text.h"
+#include "isosurface/smoothing.h"
+#include "isosurface/surface_components.h"
+#include "volume/label_names_file.h"
 
 namespace organbake {
 namespace {

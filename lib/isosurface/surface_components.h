@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "geometry/triangle_mesh.h"
+#include "isosurface/isosurface.h"
 
 namespace organbake {
 
@@ -25,5 +26,9 @@ struct KeptComponents {
 // Keeps the connected pieces that pass the filter, in their order; the mesh is empty when none
 // does.
 KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter);
+
+// What CT and mask surfaces share once they lie in the world: the pieces' filter and the smoothing.
+// Throws BadDataError when no piece is left.
+Isosurface finished(TriangleMesh mesh, const IsosurfaceOptions& options, const RunContext& context);
 
 }  // namespace organbake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/body_struts.h"
+#include "mechanics/lattice_body.h"
 
 #include <algorithm>
 #include <optional>

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "mechanics/inside_samples.h"
 #include "mechanics/lattice_cell.h"
 
 namespace organbake {

@@ -10,7 +10,6 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "geometry/mesh_checks.h"
-#include "mechanics/body_struts.h"
 #include "mechanics/elimination_order.h"
 #include "mechanics/lattice_body.h"
 #include "mechanics/spring_fit.h"

@@ -7,7 +7,6 @@
 #include <iterator>
 
 #include "core/median.h"
-#include "registration/robust_weight.h"
 
 namespace organbake {
 namespace {

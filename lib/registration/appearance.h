@@ -35,4 +35,8 @@ std::vector<double> held_out_residuals(const PhotoLevel& level, const Prediction
                                        const ShadingBasis& basis,
                                        const std::vector<WeightedPixel>& pixels, int side);
 
+// Geman & McClure 1987: the weight of a residual whose square is `off2` times that of the cutoff. 1
+// for what fits, a quarter at the cutoff, nothing far beyond.
+inline double robust_weight(double off2) { return 1 / ((1 + off2) * (1 + off2)); }
+
 }  // namespace organbake

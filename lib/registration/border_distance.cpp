@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/border_distance.h"
+#include "registration/registered_surface.h"
 
 #include <algorithm>
 #include <limits>

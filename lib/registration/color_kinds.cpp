@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/color_kinds.h"
+#include "registration/color_scene.h"
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>

@@ -6,7 +6,6 @@
 
 #include "core/text.h"
 #include "registration/pose_quality.h"
-#include "registration/silhouette_fit.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/field_of_view.h"
+#include "registration/photo_pyramid.h"
 
 #include <Eigen/Core>
 #include <Eigen/QR>

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/focal_check.h"
+#include "registration/pose_quality.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "registration/sandwich.h"
 
 namespace organbake {
 

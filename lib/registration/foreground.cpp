@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/foreground.h"
+#include "registration/pose_candidates.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/gain_consistency.h"
+#include "registration/refine.h"
 
 #include <map>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/outline.h"
+#include "registration/pose_quality.h"
 
 #include <algorithm>
 #include <array>

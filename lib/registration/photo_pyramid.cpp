@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "image/srgb.h"
-#include "registration/field_of_view.h"
 #include "registration/object_pose.h"
 
 namespace organbake {

@@ -38,4 +38,10 @@ std::vector<PhotoLevel> photo_pyramid(const Rgb8Image& photo, const Rgb8Image& m
 // Rays through the pixel centres of a lens, row by row.
 std::vector<Eigen::Vector3f> pixel_rays(const Intrinsics& intrinsics);
 
+// 1 inside the round field of view of an endoscope, 0 in its black border; all 1 when the picture
+// has no such border. The field is found as a circle: seen from the picture's centre, the outermost
+// pixels that are not black lie on one, cut by the picture's edges at most. A dark background
+// round an organ is no border: its outline is no circle, or far too small a one.
+std::vector<std::uint8_t> inside_round_field(const Rgb8Image& photo);
+
 }  // namespace organbake

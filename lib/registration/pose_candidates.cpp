@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-#include "registration/robust_weight.h"
+#include "registration/appearance.h"
 
 namespace organbake {
 namespace {

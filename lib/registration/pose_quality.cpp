@@ -6,9 +6,6 @@
 #include <numbers>
 
 #include "core/text.h"
-#include "registration/focal_check.h"
-#include "registration/outline.h"
-#include "registration/sandwich.h"
 
 namespace organbake {
 namespace {

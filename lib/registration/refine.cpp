@@ -6,7 +6,6 @@
 #include <map>
 
 #include "registration/cost_functions/level_problem.h"
-#include "registration/gain_consistency.h"
 
 namespace organbake {
 namespace {

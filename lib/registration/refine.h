@@ -6,6 +6,7 @@
 #include "core/run_context.h"
 #include "registration/appearance.h"
 #include "registration/cost_functions/live_prediction.h"
+#include "registration/cost_functions/ncc_cost.h"
 
 namespace organbake {
 
@@ -54,5 +55,12 @@ struct Curvature {
 };
 Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
                     const RefineOptions& options, const RefineState& state);
+
+// Whether one gain and offset over all pixels leave as little of the photograph unexplained as one
+// of each for every square of `side` pixels, within what noise does. Then nothing varies slowly –
+// no vignette, no albedo, no instrument – and the whole picture's R, which gives less away, is the
+// efficient estimate.
+bool one_gain_fits_all(const LivePrediction& live, const std::vector<WeightedPixel>& pixels,
+                       int side);
 
 }  // namespace organbake

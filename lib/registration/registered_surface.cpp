@@ -8,7 +8,6 @@
 
 #include "core/random.h"
 #include "geometry/mesh_checks.h"
-#include "registration/border_distance.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/silhouette_fit.h"
+#include "registration/color_silhouette.h"
 
 #include <tbb/parallel_for.h>
 

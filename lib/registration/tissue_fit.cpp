@@ -9,7 +9,6 @@
 
 #include "core/median.h"
 #include "registration/appearance.h"
-#include "registration/robust_weight.h"
 #include "registration/tissue_colors.h"
 
 namespace organbake {

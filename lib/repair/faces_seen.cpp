@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "repair/faces_seen.h"
+#include "repair/repair_steps.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "repair/oriented_faces.h"
+#include "repair/repair_steps.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "raycast/ray_scene.h"
-#include "repair/faces_seen.h"
 
 namespace organbake {
 namespace {

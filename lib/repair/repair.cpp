@@ -8,16 +8,11 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "decimate/largest_distance.h"
+#include "decimate/mesh_distance.h"
 #include "geometry/mesh_checks.h"
 #include "isosurface/surface_components.h"
 #include "raycast/ray_scene.h"
-#include "repair/closed_holes.h"
-#include "repair/faces_seen.h"
-#include "repair/oriented_faces.h"
-#include "repair/split_edges.h"
-#include "repair/touching_vertices.h"
-#include "repair/wrapped_surface.h"
+#include "repair/repair_steps.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "repair/split_edges.h"
+#include "repair/repair_steps.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "repair/touching_vertices.h"
+#include "repair/repair_steps.h"
 
 #include <algorithm>
 #include <map>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/albedo_of_color.h"
+#include "shading/frame_albedo.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "image/srgb.h"
-#include "shading/box_mean.h"
 #include "shading/every_second.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

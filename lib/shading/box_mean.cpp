@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/box_mean.h"
+#include "shading/grid_filters.h"
 
 #include <opencv2/imgproc.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/confidence.h"
+#include "shading/frame_depth.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

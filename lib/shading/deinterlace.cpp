@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/deinterlace.h"
+#include "shading/frame_preparation.h"
 
 #include <cstdlib>
 

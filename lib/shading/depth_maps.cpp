@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "shading/box_mean.h"
-#include "shading/differences.h"
-#include "shading/pyramid.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/differences.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

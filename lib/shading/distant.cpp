@@ -9,10 +9,8 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "shading/differences.h"
 #include "shading/first_order_equations.h"
-#include "shading/noise_level.h"
-#include "shading/pyramid.h"
+#include "shading/grid_filters.h"
 #include "shading/rimmed_solid.h"
 
 namespace organbake {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/field_of_view.h"
+#include "shading/masks.h"
 
 #include <algorithm>
-
-#include "shading/masks.h"
 
 namespace organbake {
 namespace {

@@ -6,11 +6,8 @@
 
 #include "core/error.h"
 #include "image/srgb.h"
-#include "shading/albedo_of_color.h"
-#include "shading/deinterlace.h"
-#include "shading/field_of_view.h"
-#include "shading/highlights.h"
-#include "shading/instruments.h"
+#include "shading/frame_albedo.h"
+#include "shading/frame_preparation.h"
 #include "shading/masks.h"
 
 namespace organbake {

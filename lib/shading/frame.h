@@ -2,11 +2,17 @@
 #pragma once
 
 #include "geometry/camera.h"
+#include "image/channel_image.h"
 #include "image/picture.h"
 #include "shading/grid.h"
-#include "shading/stereo_frame.h"
 
 namespace organbake {
+
+enum class StereoLayout { none, side_by_side, top_bottom };
+
+// Whether a frame holds two pictures of one scene: its halves, without their slow shading, are
+// alike but for a shift (normalised correlation at low resolution).
+StereoLayout find_stereo_layout(const Rgb8Image& frame);
 
 struct FrameOptions {
   int halvings = 0;              // 0…4: of the frame's size, before anything else

@@ -9,9 +9,8 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "image/srgb.h"
-#include "shading/box_mean.h"
+#include "shading/grid_filters.h"
 #include "shading/masks.h"
-#include "shading/pyramid.h"
 #include "shading/ray_grid.h"
 
 namespace organbake {

@@ -4,6 +4,7 @@
 #include "bundle/lighting.h"
 #include "image/channel_image.h"
 #include "shading/frame_depth.h"
+#include "shading/grid.h"
 
 namespace organbake {
 
@@ -32,5 +33,13 @@ LaparoscopeOptions lamp_of(const Lighting& lighting, const std::string& name);
 // Throws BadDataError where no tissue counts.
 FrameAlbedo divide_light_out(const PreparedFrame& frame, const FrameDepth& depth,
                              const LaparoscopeOptions& options, double mm_per_unit);
+
+// ln albedo of every pixel, of mean 0 over the inside, as far as colour tells it: tissue of another
+// colour (gallbladder against liver, fat, blood) is brighter or darker. Shading is continuous where
+// colours meet, so that steps of brightness that go with steps of chromaticity are steps of albedo:
+// ln albedo is taken for linear in chromaticity, its two slopes by least absolute deviations over
+// pairs of pixels a short way apart. Nothing is decided, so that a slightly other picture gives a
+// slightly other albedo.
+Plane log_albedo_of_color(const Rgb8Image& frame, const Plane& intensity, const Mask& inside);
 
 }  // namespace organbake

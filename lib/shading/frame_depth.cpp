@@ -8,10 +8,9 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "core/text.h"
-#include "shading/confidence.h"
 #include "shading/depth_maps.h"
+#include "shading/grid_filters.h"
 #include "shading/light_estimate.h"
-#include "shading/pyramid.h"
 
 namespace organbake {
 namespace {

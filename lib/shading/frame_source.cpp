@@ -3,7 +3,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "shading/sharpness.h"
+#include "shading/frame_preparation.h"
 
 namespace organbake {
 

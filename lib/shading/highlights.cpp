@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/highlights.h"
+#include "shading/masks.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "shading/box_mean.h"
-#include "shading/masks.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

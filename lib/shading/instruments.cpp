@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/instruments.h"
+#include "shading/masks.h"
 
 #include <algorithm>
 
-#include "shading/box_mean.h"
 #include "shading/every_second.h"
-#include "shading/masks.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

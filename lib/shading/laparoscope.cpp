@@ -11,10 +11,7 @@
 #include "core/median.h"
 #include "core/text.h"
 #include "shading/fast_sweeping.h"
-#include "shading/noise_level.h"
-#include "shading/offset_light.h"
-#include "shading/pyramid.h"
-#include "shading/roughness.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

@@ -2,12 +2,27 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "geometry/camera.h"
 #include "shading/grid.h"
-#include "shading/still_image.h"
+#include "shading/log_range_fit.h"
+#include "shading/ray_grid.h"
 
 namespace organbake {
+
+// An image so coarse that most of its noise is gone, to hold a following frame against.
+struct CoarseImage {
+  Plane intensity, variance;
+  Mask inside;
+};
+
+// `levels`: each half the size of the one before it.
+CoarseImage coarse_image(const std::vector<ShadedImage>& levels);
+
+// Whether noise alone tells the two apart: nothing moved that these pixels could show, be it the
+// whole scene by a little or one spot by more.
+bool shows_the_same(const CoarseImage& before, const CoarseImage& now);
 
 // A laparoscope: perspective camera, its light at the optical centre or a little beside it,
 // 1/r² falloff (Prados & Faugeras 2005; Tankus, Sochen & Yeshurun 2005).
@@ -49,5 +64,11 @@ struct RangeEstimate {
 RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
                                 const Intrinsics& camera, const LaparoscopeOptions& options,
                                 const RangeEstimate* previous = nullptr, double range_mm = 0);
+
+// Brightness of a surface under the light as the options place it, over that under a light at the
+// optical centre with an even beam. log_range_mm: ln r, r in mm; one value per ray.
+// Where the surface turns away from the light the ratio is held at a twentieth.
+Plane light_ratio(const Plane& log_range_mm, const RayGrid& rays,
+                  const LaparoscopeOptions& options);
 
 }  // namespace organbake

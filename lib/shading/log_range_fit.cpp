@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shading/differences.h"
 #include "shading/first_order_equations.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/noise_level.h"
+#include "shading/grid_filters.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
-#include "shading/box_mean.h"
 #include "shading/distant_light.h"
 #include "shading/first_order_equations.h"
+#include "shading/grid_filters.h"
 #include "shading/masks.h"
 
 namespace organbake {

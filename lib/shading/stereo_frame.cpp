@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/stereo_frame.h"
+#include "shading/frame.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "shading/box_mean.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/still_image.h"
+#include "shading/laparoscope.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/upright.h"
+#include "shading/frame_preparation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stereo/eye_image.h"
+#include "stereo/disparity.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stereo/fill_gaps.h"
+#include "stereo/refine_disparity.h"
 
 #include <algorithm>
 #include <cmath>

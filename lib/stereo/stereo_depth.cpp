@@ -13,9 +13,7 @@
 #include "shading/depth_maps.h"
 #include "shading/masks.h"
 #include "stereo/eye_order.h"
-#include "stereo/fill_gaps.h"
 #include "stereo/refine_disparity.h"
-#include "stereo/stereo_verdict.h"
 
 namespace organbake {
 namespace {

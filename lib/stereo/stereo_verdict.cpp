@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stereo/stereo_verdict.h"
+#include "stereo/stereo_depth.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/complete_views.h"
+#include "viewpoints/cover_cameras.h"
 
 #include <algorithm>
 #include <cmath>

@@ -10,11 +10,10 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "viewpoints/choose_cover.h"
-#include "viewpoints/complete_views.h"
 #include "viewpoints/cover_bound.h"
 #include "viewpoints/cover_candidates.h"
-#include "viewpoints/outward.h"
 #include "viewpoints/sample_pool.h"
+#include "viewpoints/surface_samples.h"
 
 namespace organbake {
 namespace {

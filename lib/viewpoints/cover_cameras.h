@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "viewpoints/cover_scene.h"
 #include "viewpoints/organ_frame.h"
 #include "viewpoints/placement.h"
 
@@ -14,5 +15,9 @@ namespace organbake {
 // BadDataError when no view of the region shows anything.
 Placement cover_with_cameras(const TriangleMesh& surface, const OrganFrame& organ,
                              const PlacementOptions& options, const RunContext& context);
+
+// The cameras, and more of them at the worst views until views over the VPM miss, on average, no
+// more than CoverageGoal::view_gap of what they show (see ViewCertificate).
+Placement complete_views(const CoverScene& scene, const CoverScene::Directions& cameras);
 
 }  // namespace organbake

@@ -8,10 +8,8 @@
 
 #include "core/median.h"
 #include "viewpoints/organ_frame.h"
-#include "viewpoints/outward.h"
-#include "viewpoints/painted_surface.h"
-#include "viewpoints/poked_surface.h"
 #include "viewpoints/spread_directions.h"
+#include "viewpoints/surface_samples.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/painted_surface.h"
+#include "viewpoints/surface_samples.h"
 
 #include <array>
 

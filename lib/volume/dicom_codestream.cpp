@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/dicom_codestream.h"
+#include "volume/dicom_codec.h"
 
 #include <algorithm>
 #include <map>

@@ -11,7 +11,7 @@
 #include "volume/dicom_document.h"
 #include "volume/dicom_masks.h"
 #include "volume/grid.h"
-#include "volume/labels_text.h"
+#include "volume/label_names_file.h"
 #include "volume/mask_labels.h"
 #include "volume/region.h"
 

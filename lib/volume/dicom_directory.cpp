@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/dicom_directory.h"
+#include "volume/dicom_structure.h"
 
 #include <vtkDICOMItem.h>
 #include <vtkDICOMMetaData.h>
@@ -14,7 +14,6 @@
 
 #include "core/error.h"
 #include "formats/vtk_error_log.h"
-#include "volume/dicom_structure.h"
 #include "volume/header_text.h"
 
 namespace organbake {

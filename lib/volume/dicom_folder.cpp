@@ -7,7 +7,7 @@
 #include <iterator>
 
 #include "core/error.h"
-#include "volume/dicom_directory.h"
+#include "volume/dicom_structure.h"
 
 namespace organbake {
 

@@ -17,7 +17,6 @@
 #include "volume/dicom_codec.h"
 #include "volume/inflated_dicom.h"
 #include "volume/voxel_decoding.h"
-#include "volume/vtk_voxel_type.h"
 
 namespace organbake {
 namespace {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "volume/volume.h"
@@ -13,5 +14,11 @@ namespace organbake {
 // opacity), or a number and a name. Lines that begin with '#' are comments, label 0 is the
 // background. Throws NoInputError, and BadDataError naming the line that is none of these.
 std::vector<LabelName> read_label_names(const std::filesystem::path& file);
+
+// "1 spleen, 5 liver": what messages can name without filling the screen.
+std::string label_list(const std::vector<LabelName>& names);
+
+// Throws BadDataError: "the mask has no label 7; it holds 1 spleen, 2, 5".
+[[noreturn]] void throw_label_absent(const Volume& mask, int label);
 
 }  // namespace organbake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/labels_text.h"
+#include "volume/label_names_file.h"
 
 #include <algorithm>
 

@@ -9,7 +9,7 @@
 #include "core/text.h"
 #include "volume/describe.h"
 #include "volume/index_map.h"
-#include "volume/labels_text.h"
+#include "volume/label_names_file.h"
 
 namespace organbake {
 namespace {

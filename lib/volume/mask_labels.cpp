@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "volume/header_text.h"
-#include "volume/labels_text.h"
+#include "volume/label_names_file.h"
 
 namespace organbake {
 namespace {

@@ -13,11 +13,8 @@
 #include "volume/dicom_reader.h"
 #include "volume/header_text.h"
 #include "volume/mask_labels.h"
-#include "volume/metaimage_reader.h"
-#include "volume/nifti_reader.h"
-#include "volume/nrrd_reader.h"
 #include "volume/unzipped_folder.h"
-#include "volume/vti_reader.h"
+#include "volume/volume_formats.h"
 
 namespace organbake {
 namespace {

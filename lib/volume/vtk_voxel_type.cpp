@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/vtk_voxel_type.h"
+#include "volume/dicom_pixels.h"
 
 #include <vtkType.h>
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/text.h"
-#include "decimate/edge_collapse.h"
+#include "decimate/collapse.h"
 #include "decimate/mesh_distance.h"
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"

@@ -12,7 +12,7 @@
 #include "player/contact_sheet.h"
 #include "player/orbit.h"
 #include "player/skin_point.h"
-#include "viewpoints/poked_surface.h"
+#include "viewpoints/surface_samples.h"
 #include "warp/warper.h"
 #ifdef ORGANBAKE_HAS_EGL
 #include "organbench/peers/software_gl.h"

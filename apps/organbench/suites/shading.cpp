@@ -13,7 +13,6 @@
 #include "shading/fast_sweeping.h"
 #include "shading/laparoscope.h"
 #include "shading/light_estimate.h"
-#include "shading/offset_light.h"
 #include "shading/tsai_shah.h"
 
 namespace organbake {

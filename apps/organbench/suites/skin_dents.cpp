@@ -14,7 +14,7 @@
 #include "geometry/shell_surface.h"
 #include "organbench/suites/player_parts.h"
 #include "phantom/phantom.h"
-#include "viewpoints/poked_surface.h"
+#include "viewpoints/surface_samples.h"
 
 namespace organbake {
 namespace {

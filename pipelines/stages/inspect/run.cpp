@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "decimate/self_intersections.h"
+#include "decimate/mesh_defects.h"
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
 #include "pipelines/stage_binding.h"

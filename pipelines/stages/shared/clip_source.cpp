@@ -12,7 +12,7 @@
 #include "core/text.h"
 #include "formats/camera_files.h"
 #include "formats/photo.h"
-#include "shading/upright.h"
+#include "shading/frame_preparation.h"
 #include "shading/video_reader.h"
 
 namespace organbake {

@@ -4,7 +4,7 @@
 #include "formats/mesh_files.h"
 #include "pipelines/options.h"
 #include "shading/depth_mesh.h"
-#include "shading/stereo_frame.h"
+#include "shading/frame.h"
 #include "stereo/stereo_depth.h"
 
 namespace organbake {

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "pipelines/stages/shared/clip_source.h"
-#include "shading/stereo_frame.h"
+#include "shading/frame.h"
 
 namespace organbake {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "core/run_context.h"
 #include "pipelines/stages/stereo/options.h"
+#include "shading/frame_preparation.h"
 #include "shading/frame_source.h"
-#include "shading/upright.h"
 
 namespace organbake {
 

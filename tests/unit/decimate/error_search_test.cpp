@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "decimate/manifold_faces.h"
+#include "decimate/mesh_defects.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
 #include "unit/decimate/seeded_meshes.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/fast_collapse.h"
+#include "decimate/collapse.h"
 
 #include <gtest/gtest.h>
 
 #include "decimate/edge_twins.h"
-#include "decimate/self_intersections.h"
+#include "decimate/mesh_defects.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
 #include "support/shapes.h"

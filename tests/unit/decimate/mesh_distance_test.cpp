@@ -5,7 +5,6 @@
 #include <tbb/global_control.h>
 
 #include "core/error.h"
-#include "decimate/largest_distance.h"
 #include "raycast/ray_scene.h"
 #include "support/meshes.h"
 #include "support/shapes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/vertex_clustering.h"
+#include "decimate/collapse.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/charts.h"
+#include "exchange/atlas.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "exchange/packing.h"
 #include "support/meshes.h"
 
 namespace organbake {

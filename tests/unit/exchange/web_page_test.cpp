@@ -10,7 +10,6 @@
 #include "bundle/map_code.h"
 #include "core/files.h"
 #include "core/temporary_folder.h"
-#include "exchange/web_pack.h"
 #include "organ_to_export.h"
 #include "player/orbit.h"
 #include "player/player.h"

@@ -8,7 +8,7 @@
 
 #include "core/temporary_folder.h"
 #include "file_bytes.h"
-#include "formats/jpeg.h"
+#include "formats/picture_decoders.h"
 #include "image/png.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/refine_crossings.h"
+#include "isosurface/contour.h"
 
 #include <gtest/gtest.h>
 

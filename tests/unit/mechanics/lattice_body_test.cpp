@@ -8,7 +8,6 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "mechanics/inside_samples.h"
 #include "mechanics/lattice_cell.h"
 #include "mechanics/mechanics.h"
 #include "support/meshes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/field_of_view.h"
+#include "registration/photo_pyramid.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "lamp_studio.h"
-#include "registration/photo_pyramid.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,7 @@
 #include "lamp_studio.h"
 #include "phantom/icosphere.h"
 #include "registration/appearance.h"
-#include "registration/border_distance.h"
+#include "registration/registered_surface.h"
 
 namespace organbake {
 namespace {

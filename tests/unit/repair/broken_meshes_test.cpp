@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "decimate/decimate.h"
-#include "decimate/largest_distance.h"
+#include "decimate/mesh_distance.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/weld.h"
 #include "raycast/ray_scene.h"

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "image/srgb.h"
 #include "phantom/laparoscopy.h"
-#include "shading/box_mean.h"
+#include "shading/grid_filters.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "shading/box_mean.h"
+#include "shading/grid_filters.h"
 #include "shading/masks.h"
 
 namespace organbake {

@@ -4,11 +4,9 @@
 #include <limits>
 
 #include "core/error.h"
-#include "shading/deinterlace.h"
-#include "shading/field_of_view.h"
 #include "shading/frame.h"
-#include "shading/highlights.h"
-#include "shading/instruments.h"
+#include "shading/frame_preparation.h"
+#include "shading/masks.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/offset_light.h"
+#include "shading/laparoscope.h"
 
 #include <gmock/gmock.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/upright.h"
+#include "shading/frame_preparation.h"
 
 #include <gmock/gmock.h>
 
 #include "core/error.h"
 #include "phantom/laparoscopy.h"
-#include "shading/stereo_frame.h"
+#include "shading/frame.h"
 
 namespace organbake {
 namespace {

@@ -13,7 +13,7 @@
 #include "geometry/ply.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
-#include "viewpoints/poked_surface.h"
+#include "viewpoints/surface_samples.h"
 
 namespace organbake {
 namespace {

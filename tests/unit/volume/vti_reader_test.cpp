@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/vti_reader.h"
+#include "volume/volume_formats.h"
 
 #include <gmock/gmock.h>
 

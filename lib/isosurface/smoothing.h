@@ -5,7 +5,16 @@
 #include <array>
 #include <vector>
 
+#include "core/run_context.h"
+#include "geometry/triangle_mesh.h"
+
 namespace organbake {
+
+// Smooths a mesh by pairs of umbrella steps, one inward and one outward (Taubin 1995), which leaves
+// the shape's large features in place. What the closed mesh's volume changes all the same is given
+// back by moving it along its normals, to 0.01 %. Vertices on a boundary stay. Same result for any
+// number of threads.
+void taubin_smooth(TriangleMesh& mesh, int steps, const RunContext& context = {});
 
 // Separable Gaussian over a grid (x fastest), kernel cut at 3 σ and normalised; σ in voxels for
 // each axis, 0 = none. Beyond the grid its outermost values go on. Same result for any number of

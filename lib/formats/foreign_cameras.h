@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "bundle/cameras_json.h"
 
@@ -9,5 +11,10 @@ namespace organbake {
 
 // cameras.txt and images.txt of a COLMAP text model's folder (camera_files.h).
 CameraSet read_colmap_text(const std::filesystem::path& folder);
+
+// A NeRF's transforms.json (camera_files.h): lens keys at the top or per frame. Throws BadDataError
+// naming `path`.
+CameraSet transforms_from_json(const nlohmann::ordered_json& json,
+                               const std::filesystem::path& path);
 
 }  // namespace organbake

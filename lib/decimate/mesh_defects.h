@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// Whether a face of `some` meets another of `some` or of `others` elsewhere than where they share
+// corners: an edge of one pierces the other, or two faces over one edge are folded onto each other.
+bool faces_intersect(const std::vector<Eigen::Vector3d>& points, const std::vector<Face>& some,
+                     const std::vector<Face>& others);
+
+// Faces that meet another so, in ascending order. Works in the order of n log n for surfaces.
+std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh);
+
+// Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
+// alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked
+// at are faces more than a right angle from a neighbour. An edge of theirs is flipped where the
+// sharpest of the edges concerned gets flatter and the surface hardly moves: a real ridge stays.
+// The mesh must be manifold; it stays so. Returns the number of flips.
+std::size_t unfold_faces(TriangleMesh& mesh);
+
+// The surface as a half-edge structure can hold it: faces with a repeated corner dropped (their
+// neighbours then meet), vertices where several fans touch split into one copy a fan, unused
+// vertices dropped, colours dropped. Faces of a closed surface are turned outward as a whole when
+// the volume is negative; single components are left as they are, for an inward one may be a
+// cavity. Throws BadDataError with the count when edges have three or more faces, or neighbouring
+// faces are wound against each other: such a surface has no unique repair.
+TriangleMesh manifold_faces(const TriangleMesh& surface);
+
+}  // namespace organbake
