@@ -29,7 +29,7 @@ if(ORGANBAKE_WEB)
   # A floating-point comparison never traps there, whatever the compiler is told.
   target_compile_options(organbake_build_flags INTERFACE -msimd128 -fwasm-exceptions)
   target_link_options(organbake_build_flags INTERFACE -fwasm-exceptions)
-else()
+elseif(ORGANBAKE_ARCHITECTURE)
   target_compile_options(organbake_build_flags INTERFACE -march=${ORGANBAKE_ARCHITECTURE})
 endif()
 add_library(organbake_warnings INTERFACE)
@@ -98,6 +98,8 @@ function(organbake_compile_files_lightly)
     SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
+set(ORGANBAKE_FUSED -ffp-contract=fast)
+
 # organbake_module(<name> [RUNTIME] [ROOMS ...] SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
 # Declares organbake::<name>. RUNTIME modules are what organplay needs: they are installed and exported.
 # ROOMS are folders of the module, all of whose files belong to it; HEADERS are what others may see.
@@ -120,6 +122,10 @@ function(organbake_module name)
   organbake_precompile(${target} organbake_precompiled)
   organbake_compile_together(${target})
   if(arg_RUNTIME)
+    # Which of several products an addition is fused with is the compiler's choice, another one on
+    # another processor: pictures would differ by a level here and there. Files of plain loops over
+    # numbers, where the choice is the same, turn it on again (ORGANBAKE_FUSED).
+    target_compile_options(${target} PRIVATE -ffp-contract=off)
     install(TARGETS ${target} EXPORT organplay
             ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT liborganplay-dev)
     foreach(header IN LISTS arg_HEADERS)
