@@ -14,7 +14,8 @@ void __tsan_release(void* address);
 
 namespace organbake {
 
-// Whatever happened before one thread's leave() is seen by all threads after their enter().
+// Whatever happened before one thread's leave() is seen by all threads after their enter(). Each
+// object has an address of its own, which is all that it is known by.
 class ThreadOrder {
  public:
 #ifdef ORGANBAKE_THREAD_SANITIZER
@@ -24,9 +25,6 @@ class ThreadOrder {
   void leave() {}
   void enter() {}
 #endif
-
- private:
-  char address_ = 0;
 };
 
 // The order of work that is shared out: what is before the sharing happens before each piece, and

@@ -44,7 +44,9 @@ int cubic_roots(const Cubic& f, std::array<double, 3>& roots) {
     }
     return 3;
   }
-  const double s = -std::copysign(std::cbrt(std::abs(r) + std::sqrt(r * r - q * q * q)), r);
+  // glibc's pow gives the same bits on every processor, its cbrt does not.
+  const double root = std::pow(std::abs(r) + std::sqrt(r * r - q * q * q), 1.0 / 3);
+  const double s = -std::copysign(root, r);
   roots[0] = s + (s != 0 ? q / s : 0) - a / 3;
   return 1;
 }

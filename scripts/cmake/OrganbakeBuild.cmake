@@ -29,7 +29,7 @@ if(ORGANBAKE_WEB)
   # A floating-point comparison never traps there, whatever the compiler is told.
   target_compile_options(organbake_build_flags INTERFACE -msimd128 -fwasm-exceptions)
   target_link_options(organbake_build_flags INTERFACE -fwasm-exceptions)
-else()
+elseif(ORGANBAKE_ARCHITECTURE)
   target_compile_options(organbake_build_flags INTERFACE -march=${ORGANBAKE_ARCHITECTURE})
 endif()
 add_library(organbake_warnings INTERFACE)
@@ -64,11 +64,17 @@ install(TARGETS organbake_build_flags EXPORT organplay COMPONENT liborganplay-de
 
 # Eigen and the standard headers are parsed once, not by every file: that halves a full build. Each
 # file still names all that it uses: the presets dev and player build without.
+# A precompiled header brings the way of fusing multiply-adds with it: the runtime has its own.
+set(ORGANBAKE_UNFUSED -ffp-contract=off)
+set(ORGANBAKE_FUSED -ffp-contract=fast)
 if(ORGANBAKE_PRECOMPILE)
-  add_library(organbake_precompiled STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
-  target_link_libraries(organbake_precompiled PRIVATE
-    organbake_build_flags $<BUILD_INTERFACE:organbake_warnings> Eigen3::Eigen)
-  target_precompile_headers(organbake_precompiled PRIVATE ${CMAKE_CURRENT_LIST_DIR}/precompiled.h)
+  foreach(kind precompiled runtime_precompiled)
+    add_library(organbake_${kind} STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
+    target_link_libraries(organbake_${kind} PRIVATE
+      organbake_build_flags $<BUILD_INTERFACE:organbake_warnings> Eigen3::Eigen)
+    target_precompile_headers(organbake_${kind} PRIVATE ${CMAKE_CURRENT_LIST_DIR}/precompiled.h)
+  endforeach()
+  target_compile_options(organbake_runtime_precompiled PRIVATE ${ORGANBAKE_UNFUSED})
 endif()
 function(organbake_precompile target from)
   if(ORGANBAKE_PRECOMPILE)
@@ -117,9 +123,15 @@ function(organbake_module name)
   target_link_libraries(${target}
     PUBLIC organbake_build_flags ${arg_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:organbake_warnings> ${arg_PRIVATE})
-  organbake_precompile(${target} organbake_precompiled)
   organbake_compile_together(${target})
-  if(arg_RUNTIME)
+  if(NOT arg_RUNTIME)
+    organbake_precompile(${target} organbake_precompiled)
+  else()
+    organbake_precompile(${target} organbake_runtime_precompiled)
+    # Which of several products an addition is fused with is the compiler's choice, another one on
+    # another processor: pictures would differ by a level here and there. Files of plain loops over
+    # numbers, where the choice is the same, turn it on again (ORGANBAKE_FUSED).
+    target_compile_options(${target} PRIVATE ${ORGANBAKE_UNFUSED})
     install(TARGETS ${target} EXPORT organplay
             ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT liborganplay-dev)
     foreach(header IN LISTS arg_HEADERS)

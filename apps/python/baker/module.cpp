@@ -5,8 +5,10 @@
 #include "python_errors.h"
 
 PYBIND11_MODULE(organbake, m) {
+#ifdef __AVX2__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
     throw pybind11::import_error("organbake needs a processor with AVX2 and FMA");
+#endif
   m.doc() =
       "Stages of organbake as functions, with arrays in and out: surface, decimate, place, "
       "capture, "

@@ -38,9 +38,12 @@ DominantSamples::DominantSamples(const LayerShares& shares, const LayerStretches
   std::array<int, 3> by_share = {0, 1, 2};
   const auto used = by_share.begin() + shares.count;
   // Of equal shares the first layer comes last, and stands.
-  std::sort(by_share.begin(), used, [&](int a, int b) {
+  const auto earlier = [&](int a, int b) {
     return shares.of[a] != shares.of[b] ? shares.of[a] < shares.of[b] : a > b;
-  });
+  };
+  // At most three: in std::sort g++ 12 sees, on some processors, an index that is never formed.
+  for (auto first = by_share.begin(); first != used; ++first)
+    std::iter_swap(first, std::min_element(first, used, earlier));
   std::for_each(by_share.begin(), used,
                 [&](int l) { prefer(l, rows[l], sum, tolerance_mm, count, *this); });
 }

@@ -30,9 +30,9 @@ TEST_P(LatticeOfSteps, NodesLieWhereTheirFacesPutThem) {
         ASSERT_LT(node, lines.size());
         used.insert(node);
         const double b1 = double(i) / n, b2 = double(j) / n;
-        const auto& [a, b, c] = proxy.faces[f];
+        const Face& face = proxy.faces[f];
         const auto mixed = [&](const std::vector<Vector3d>& at) -> Vector3d {
-          return (1 - b1 - b2) * at[a] + b1 * at[b] + b2 * at[c];
+          return (1 - b1 - b2) * at[face[0]] + b1 * at[face[1]] + b2 * at[face[2]];
         };
         EXPECT_LT((lines[node].foot - mixed(proxy.vertices)).norm(), 1e-12);
         EXPECT_LT((lines[node].direction - mixed(normals)).norm(), 1e-12);
