@@ -150,7 +150,7 @@ std::uint32_t CutBody::tetrahedron_at(const Eigen::Vector3d& at_mm) const {
 
 // The copy of the nearest corner to which a straight way leads that no sheet bars; else, of the one
 // to which the fewest do.
-std::uint32_t CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const {
+CutBody::SeenCopy CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const {
   const auto& nodes = body_.tetrahedra[tetrahedron].nodes;
   const GridPoint from = grid_.snapped(at_mm, first_free_rank() - 1);
   std::array<int, 4> corners = {0, 1, 2, 3};
@@ -169,18 +169,22 @@ std::uint32_t CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d&
     if (bars < fewest) fewest = bars, best = corner;
     if (bars == 0) break;
   }
-  return cut_.copy_at(tetrahedron, best);
+  return {cut_.copy_at(tetrahedron, best), fewest == 0};
 }
 
-TissuePlace CutBody::place(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& side_mm) const {
+TissuePlace CutBody::place(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& side_mm,
+                           const TissuePlace* beside) const {
   const std::uint32_t t = tetrahedron_at(side_mm);
-  const std::uint32_t copy = cut_.split(t) ? copy_of(t, side_mm) : cut_.first_copy(t);
-  return {copy, limited(weights_in(t, at_mm))};
+  if (!cut_.split(t)) return {cut_.first_copy(t), limited(weights_in(t, at_mm))};
+  const SeenCopy seen = copy_of(t, side_mm);
+  if (seen.in_sight || !beside) return {seen.copy, limited(weights_in(t, at_mm))};
+  const std::uint32_t other = cut_.copies()[beside->copy].tetrahedron;
+  return {beside->copy, limited(weights_in(other, at_mm))};
 }
 
 bool CutBody::holds(std::uint32_t copy, const Eigen::Vector3d& at_mm) const {
   const std::uint32_t t = cut_.copies()[copy].tetrahedron;
-  return !cut_.split(t) || copy_of(t, at_mm) == copy;
+  return !cut_.split(t) || copy_of(t, at_mm).copy == copy;
 }
 
 PosedBody::PosedBody(const CutBody& body, const std::vector<Eigen::Vector3d>& nodes_mm)

@@ -40,7 +40,10 @@ class CutBody {
 
   // Where the tissue at `side_mm` lies, told for a place near it: at a cut the two may differ, the
   // one on the cut, the other a little off it. Outside the body, that of the nearest tetrahedron.
-  TissuePlace place(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& side_mm) const;
+  // Where cuts leave none of a tetrahedron's corners in sight, the copy that holds the tissue
+  // `beside` it carries it, too.
+  TissuePlace place(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& side_mm,
+                    const TissuePlace* beside = nullptr) const;
   // Weights of a place in a tetrahedron; outside it some are negative.
   std::array<double, 4> weights_in(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const;
   // Whether a copy holds the tissue at a place of its tetrahedron.
@@ -48,7 +51,11 @@ class CutBody {
 
  private:
   std::uint32_t tetrahedron_at(const Eigen::Vector3d& at_mm) const;
-  std::uint32_t copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const;
+  struct SeenCopy {
+    std::uint32_t copy;
+    bool in_sight;  // of one of its corners
+  };
+  SeenCopy copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const;
   void build_cells();
 
   TetrahedralBody body_;

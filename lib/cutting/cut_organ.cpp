@@ -133,12 +133,15 @@ void CutOrgan::remake() {
   const CutWalls walls = cut_walls(skin, sheet_);
   now_.proxy = {};
   std::vector<TissuePlace> places;
-  const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& side) {
+  const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& side,
+                       const TissuePlace* beside) {
     now_.proxy.vertices.push_back(at);
-    places.push_back(body_.place(at, side));
+    places.push_back(body_.place(at, side, beside));
   };
-  for (const CutSkin::Vertex& v : skin.vertices()) add(v.at_mm, v.side_mm);
-  for (const CutWalls::Vertex& v : walls.vertices) add(v.at_mm, v.side_mm);
+  places.reserve(skin.vertices().size() + walls.vertices.size());
+  for (const CutSkin::Vertex& v : skin.vertices())
+    add(v.at_mm, v.side_mm, v.on_border ? &places[v.corner] : nullptr);
+  for (const CutWalls::Vertex& v : walls.vertices) add(v.at_mm, v.side_mm, &places[v.lip]);
   for (const SkinPart& part : skin.parts()) now_.proxy.faces.push_back(part.corners);
   const auto first = static_cast<std::uint32_t>(skin.vertices().size());
   for (const auto& [a, b, c] : walls.faces)

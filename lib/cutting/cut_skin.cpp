@@ -82,11 +82,12 @@ class CutSkin::FaceCutter {
   void add(const Point& a, const Point& b, const Point& c) {
     made_.push_back({face_, {a.vertex, b.vertex, c.vertex}, {a.at, b.at, c.at}});
   }
-  Point add_inner(const PathPoint& point, const Vector2d& toward) {
+  Point add_inner(const PathPoint& point, const Vector2d& toward, double aside, int side) {
     Vertex vertex;
     vertex.at_mm = world(point.in_face);
-    vertex.side_mm = world((1 - kAside) * point.in_face + kAside * toward);
+    vertex.side_mm = world((1 - aside) * point.in_face + aside * toward);
     vertex.on_border = true;
+    vertex.corner = corners_[side];
     vertex.place = point.place;
     vertex.face = face_;
     vertex.in_face = point.in_face;
@@ -146,8 +147,8 @@ class CutSkin::FaceCutter {
     std::vector<Point> near = {on_edge(a, a)}, far = {on_edge(a, b)};
     const Vector2d middle = 0.5 * (kCornersAt[b] + kCornersAt[c]);
     for (const PathPoint& p : path) {
-      near.push_back(add_inner(p, kCornersAt[a]));
-      far.push_back(add_inner(p, middle));
+      near.push_back(add_inner(p, kCornersAt[a], kAside, a));
+      far.push_back(add_inner(p, middle, kAside, b));
     }
     near.push_back(on_edge(c, a)), far.push_back(on_edge(c, c));
     for (std::size_t i = 0; i < last; ++i) {
@@ -163,9 +164,11 @@ class CutSkin::FaceCutter {
   void cut_in_three() {
     const Vector2d middle = (on_edge(0, 0).at + on_edge(1, 1).at + on_edge(2, 2).at) / 3;
     std::array<Point, 3> inner;
+    const SheetPlace place = middle_place();
     for (int k = 0; k < 3; ++k) {
-      PathPoint point{middle, skin_.vertices_[cut_[k]->second.first].place};
-      inner[k] = add_inner(point, kCornersAt[k]);
+      const PathPoint point{middle, place};
+      // Cuts need not meet there: the corner's own tissue carries it.
+      inner[k] = add_inner(point, kCornersAt[k], 1, k);
     }
     for (int k = 0; k < 3; ++k) {
       const int next = (k + 1) % 3, last = (k + 2) % 3;
@@ -173,6 +176,18 @@ class CutSkin::FaceCutter {
       add(corner(k), inner[k], on_edge(last, k));
       add_border(on_edge(k, k), inner[k], on_edge(k, next), inner[next]);
     }
+  }
+
+  // On the sheet that cuts two of the edges, half-way between them.
+  SheetPlace middle_place() const {
+    std::array<SheetPlace, 3> at;
+    for (int k = 0; k < 3; ++k) at[k] = skin_.vertices_[cut_[k]->second.first].place;
+    for (int k = 0; k < 3; ++k) {
+      const SheetPlace& other = at[(k + 1) % 3];
+      if (at[k].stroke == other.stroke)
+        return {other.stroke, (at[k].line + other.line) / 2, (at[k].row + other.row) / 2};
+    }
+    return at[0];
   }
 
   CutSkin& skin_;
@@ -187,7 +202,7 @@ class CutSkin::FaceCutter {
 
 CutSkin::CutSkin(const TriangleMesh& skin, const EdgeCrossings& edges, const CutSheet& sheet) {
   for (const Vector3d& v : skin.vertices)
-    vertices_.push_back({v, v, false, {}, 0, Vector2d::Zero()});
+    vertices_.push_back({v, v, false, 0, {}, 0, Vector2d::Zero()});
   for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
     parts_.push_back({f, skin.faces[f], kCornersAt});
   cut_edges(skin, edges);
@@ -229,6 +244,7 @@ void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
     vertex.at_mm = on(share);
     vertex.side_mm = on(kProbeShare * crossed.first.share);
     vertex.on_border = true;
+    vertex.corner = a;
     vertex.place = crossed.first.place;
     vertex.face = faces.front().first;
     const Face& f = skin.faces[vertex.face];
@@ -239,6 +255,7 @@ void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
     EdgeEnds ends;
     ends.first = ends.second = add_vertex(vertex);
     if (parted == static_cast<std::ptrdiff_t>(faces.size())) {
+      vertex.corner = b;
       vertex.side_mm = on(1 - kProbeShare * (1 - crossed.last.share));
       ends.second = add_vertex(vertex);
     }

@@ -40,7 +40,9 @@ class CutSkin {
     Eigen::Vector3d at_mm;
     Eigen::Vector3d side_mm;  // beside the cut, where the tissue lies that carries it
     bool on_border = false;
-    SheetPlace place;  // on the border
+    // On the border: the uncut skin's vertex whose side it is.
+    std::uint32_t corner = 0;
+    SheetPlace place;
     // Where it lies on the uncut skin; an uncut skin's own vertices are not told.
     std::uint32_t face = 0;
     Eigen::Vector2d in_face = Eigen::Vector2d::Zero();

@@ -13,8 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kDown = 4;                // quadrangles from the lips to the bottom
-constexpr double kAside_mm = 0.05;      // from the cut into the tissue
+constexpr int kDown = 4;            // quadrangles from the lips to the bottom
+constexpr double kAside_mm = 0.05;  // from the cut into the tissue
+constexpr double kFarAside_mm = 0.5;
 constexpr double kFarthestEnd_mm = 12;  // of a cut's end from where its lips come together
 constexpr double kBelowSkin_mm = 1.5;
 constexpr double kAlongEdge = 1e-3;   // sine of the angle between the blade's edge and the skin
@@ -107,11 +108,15 @@ class WallMaker {
     const SheetPlace& place = vertex(lip).place;
     const double bottom = bottom_row(place);
     for (int k = 0; k <= kDown; ++k) {
+      // Where cuts cross, the lip tells better than the wall where its tissue lies.
+      const Vector3d of_lip = vertex(lip).side_mm - vertex(lip).at_mm;
+      const Vector3d aside = k == 0 || of_lip.norm() > kFarAside_mm ? of_lip : -kAside_mm * outward;
       SheetPlace here = place;
       here.row += (bottom - place.row) * k / kDown;
       CutWalls::Vertex made_here;
+      made_here.lip = lip;
       made_here.at_mm = k == 0 ? vertex(lip).at_mm : sheet_.at(here);
-      made_here.side_mm = k == 0 ? vertex(lip).side_mm : made_here.at_mm - kAside_mm * outward;
+      made_here.side_mm = made_here.at_mm + aside;
       at->second[k] = static_cast<std::uint32_t>(walls_.vertices.size());
       walls_.vertices.push_back(made_here);
     }
@@ -149,7 +154,8 @@ class WallMaker {
         at.row += (bottom - beyond.row) * k / kDown;
         ends[side][k] = static_cast<std::uint32_t>(walls_.vertices.size());
         const Vector3d point = sheet_.at(at);
-        walls_.vertices.push_back({point, point + (side == 0 ? -kAside_mm : kAside_mm) * outward});
+        walls_.vertices.push_back({point, point + (side == 0 ? -kAside_mm : kAside_mm) * outward,
+                                   side == 0 ? border.left[end] : border.right[end]});
       }
     }
     if (end == 1) {

@@ -17,6 +17,7 @@ struct CutWalls {
   struct Vertex {
     Eigen::Vector3d at_mm;
     Eigen::Vector3d side_mm;  // beside the cut, in the tissue whose wall it is
+    std::uint32_t lip;        // the skin's vertex at the wall's lip above
   };
   std::vector<Vertex> vertices;
   std::vector<Face> faces;  // outward: away from that tissue
