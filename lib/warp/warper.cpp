@@ -42,13 +42,11 @@ struct Warper::Impl {
   ViewManifold manifold;
   std::vector<ShellMatrix> rest;
   BaseDrawing base;
-
   // The last drawing, to recognise when nothing changed.
   View last_view;
   DrawOptions last_options;
   DrawReport last_report;
   std::uint64_t serial = 0;
-
   // Kept between frames for their memory.
   ActiveCameras active;
   float texel_mm = 1;  // of the active cameras
@@ -63,7 +61,6 @@ struct Warper::Impl {
   TileDrawing tiles;
   std::optional<RelitSkin> relit;   // when the bundle knows its light
   std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
-
   std::shared_ptr<SampleStore> store;
   bool cut = false;  // tissue beside cuts opens gaps between samples anywhere
 
