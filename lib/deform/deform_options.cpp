@@ -8,6 +8,24 @@
 
 namespace organbake {
 
+const char* to_string(InstrumentMode mode) {
+  switch (mode) {
+    case InstrumentMode::grab:
+      return "grab";
+    case InstrumentMode::cut:
+      return "cut";
+    default:
+      return "poke";
+  }
+}
+
+std::optional<InstrumentMode> instrument_mode(std::string_view name) {
+  for (const auto mode : {InstrumentMode::poke, InstrumentMode::grab, InstrumentMode::cut}) {
+    if (name == to_string(mode)) return mode;
+  }
+  return std::nullopt;
+}
+
 const char* to_string(TissueSolver solver) {
   return solver == TissueSolver::fem ? "fem" : "springs";
 }

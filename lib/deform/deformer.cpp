@@ -36,6 +36,7 @@ struct Deformer::Impl {
     to_rest();
   }
 
+  void take_over(Impl& before, const std::vector<std::vector<std::uint32_t>>& sources);
   const StepReport& step(const std::vector<InstrumentTip>& asked);
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
@@ -60,6 +61,22 @@ void Deformer::Impl::to_rest() {
   solver.to_rest();
   still_steps = 0;
   asleep = solver.relaxed_at_rest();
+}
+
+void Deformer::Impl::take_over(Impl& before,
+                               const std::vector<std::vector<std::uint32_t>>& sources) {
+  std::vector<std::uint32_t> all, first(sources.size() + 1, 0);
+  for (const std::uint32_t slot : before.solver.tissue().slot_of_node())
+    ++first[before.solver.tissue().organ_of_slot()[slot] + 1];
+  for (std::size_t organ = 0; organ < sources.size(); ++organ) {
+    first[organ + 1] += first[organ];
+    for (const std::uint32_t node : sources[organ]) all.push_back(first[organ] + node);
+  }
+  instruments = before.instruments;
+  solver.take_over(before.solver, all, instruments.tips());
+  report = before.report;
+  asleep = false;
+  publish();
 }
 
 const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) {
@@ -194,12 +211,27 @@ Deformer::Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics,
     : Deformer({{proxy, mechanics, base}}, options) {}
 Deformer::Deformer(const DeformBodies& bodies, const DeformOptions& options)
     : impl_(std::make_unique<Impl>(bodies, options)) {}
+Deformer::Deformer(const DeformBodies& bodies, const DeformOptions& options, Deformer& before,
+                   const std::vector<std::vector<std::uint32_t>>& sources)
+    : Deformer(bodies, options) {
+  impl_->take_over(*before.impl_, sources);
+}
 Deformer::~Deformer() = default;
 Deformer::Deformer(Deformer&&) noexcept = default;
+Deformer& Deformer::operator=(Deformer&&) noexcept = default;
 
+void Deformer::check(const std::vector<InstrumentTip>& tips) { deform::check_tips(tips); }
 StepReport Deformer::step(const std::vector<InstrumentTip>& tips) { return impl_->step(tips); }
 void Deformer::set_load(const std::vector<Eigen::Vector3d>& force_n) { impl_->set_load(force_n); }
 const std::vector<Eigen::Vector3d>& Deformer::positions() const { return impl_->positions; }
+std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
+  std::vector<Eigen::Vector3d> positions;
+  for (const std::uint32_t slot : impl_->solver.tissue().slot_of_node()) {
+    if (impl_->solver.tissue().organ_of_slot()[slot] == organ)
+      positions.push_back(impl_->solver.shape()[slot].head<3>());
+  }
+  return positions;
+}
 bool Deformer::moved() const { return impl_->moved; }
 void Deformer::reset() {
   impl_->to_rest();

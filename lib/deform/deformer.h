@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -11,12 +12,17 @@
 
 namespace organbake {
 
-enum class InstrumentMode { poke, grab };
+// A cutting tip is a blade's edge, from its position along its axis: it pushes nothing.
+enum class InstrumentMode { poke, grab, cut };
+
+const char* to_string(InstrumentMode mode);
+std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
 
 // A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
 // at the position. A grabbing tip carries the tissue that its sphere touched when it closed.
 // A thinner tip would slip between what contacts are exact to.
 inline constexpr double kThinnestTip_mm = 0.05;
+inline constexpr double kShortestBlade_mm = 0.1;
 
 struct InstrumentTip {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
@@ -83,13 +89,24 @@ class Deformer {
            const DeformOptions& options = {});
   ~Deformer();
   Deformer(Deformer&&) noexcept;
+  Deformer& operator=(Deformer&&) noexcept;
+
+  // The same organs once blades have cut some of them, carried over as they lie and move in
+  // `before`, with what instruments hold. sources: by organ, for each node of its tetrahedra the
+  // one of `before` that it was. Loads are dropped.
+  Deformer(const DeformBodies& bodies, const DeformOptions& options, Deformer& before,
+           const std::vector<std::vector<std::uint32_t>>& sources);
 
   // Several organs that meet each other. What overlaps at rest may stay as it is, no deeper.
   explicit Deformer(const DeformBodies& bodies, const DeformOptions& options = {});
 
+  // Throws UsageError for tips that make no sense, as step() does.
+  static void check(const std::vector<InstrumentTip>& tips);
   StepReport step(const std::vector<InstrumentTip>& tips);
   // Of the proxies' vertices, one organ after the other, mm.
   const std::vector<Eigen::Vector3d>& positions() const;
+  // Of an organ's tetrahedra, mm; none of springs.
+  std::vector<Eigen::Vector3d> node_positions(std::size_t organ) const;
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
   // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.

@@ -42,7 +42,6 @@ class FemBody final : public Tissue {
   static void push(const Block& block, const Matrices& stress, Lanes* force);
 
   bool damped_ = false;
-  std::vector<std::uint32_t> slot_of_node_;
   std::vector<Block> blocks_;  // filled up with elements that do nothing
 };
 

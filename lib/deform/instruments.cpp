@@ -46,8 +46,14 @@ void check_tips(const std::vector<InstrumentTip>& tips) {
       throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be " +
                        to_text(kThinnestTip_mm) + " to 1e9");
     }
-    if (tip.mode != InstrumentMode::poke && tip.mode != InstrumentMode::grab) {
-      throw UsageError(name + " has an unknown mode; use poke or grab");
+    if (tip.mode != InstrumentMode::poke && tip.mode != InstrumentMode::grab &&
+        tip.mode != InstrumentMode::cut) {
+      throw UsageError(name + " has an unknown mode; use poke, grab or cut");
+    }
+    if (tip.mode == InstrumentMode::cut && !(tip.axis_mm.norm() >= kShortestBlade_mm)) {
+      throw UsageError(name + " cuts and has the axis " + describe(tip.axis_mm) +
+                       " mm; give its blade's edge, from the tip to the upper end, of 0.1 mm at "
+                       "least");
     }
   }
 }
@@ -73,7 +79,7 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
   };
   std::erase_if(contacts, [&](const Contact& c) { return !c.of_tissue() && !goes_on(c.tip); });
   for (std::size_t i = 0; i < tips.size(); ++i) {
-    if (!tips[i].active) continue;
+    if (!tips[i].active || tips[i].mode == InstrumentMode::cut) continue;
     TipSweep sweep;
     sweep.tip = static_cast<std::uint32_t>(i);
     sweep.to = to_row(tips[i].position_mm);

@@ -55,6 +55,9 @@ void check_tetrahedron(const TetrahedralBody& body, std::size_t index) {
   require(t.fill > 0 && t.fill <= 1, name + ": fill is " + to_text(t.fill) + "; it must be 0 to 1");
 }
 
+// Skin of a cut body may stand out of the tetrahedron that carries it.
+constexpr double kOutside = 2;
+
 void check_embedded(const TetrahedralBody& body, std::size_t vertex) {
   const EmbeddedVertex& v = body.vertices[vertex];
   const std::string name = "embedded vertex " + std::to_string(vertex);
@@ -62,7 +65,8 @@ void check_embedded(const TetrahedralBody& body, std::size_t vertex) {
                                                       std::to_string(v.tetrahedron) + " of " +
                                                       std::to_string(body.tetrahedra.size()));
   for (const double w : v.weights) {
-    require(w >= 0 && w <= 1, name + " has a weight of " + to_text(w) + "; it must be 0 to 1");
+    require(w >= -kOutside && w <= 1 + kOutside,
+            name + " has a weight of " + to_text(w) + "; it must be 0 to 1");
   }
 }
 

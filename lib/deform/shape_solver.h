@@ -53,6 +53,11 @@ class ShapeSolver {
   // Takes the step's motion for the velocity and returns its largest (mm).
   double settle_motion();
 
+  // Takes over how the bodies lie and move, and what instruments carry, from before they were cut.
+  // sources: for each node of the tetrahedra the one of `before` that it was.
+  void take_over(ShapeSolver& before, const std::vector<std::uint32_t>& sources,
+                 const std::vector<InstrumentTip>& tips);
+
   bool lost() const;  // not finite, or far beyond anything that tissue does
   double farthest_from_rest() const;
   void to_rest();
@@ -68,6 +73,7 @@ class ShapeSolver {
   bool tools_touch() const;
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
+  bool hold_anew(Contact& contact, const Row& at_rest, const Row& center);
   Penetration close_gaps(const std::vector<TipSweep>& sweeps);
   void find_faces(const std::vector<TipSweep>& sweeps);
   Penetration refresh(const std::vector<TipSweep>& sweeps, double fraction);

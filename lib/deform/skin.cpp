@@ -42,6 +42,7 @@ Skin::Skin(const Tissue& tissue, const DeformBodies& bodies)
     }
     first_vertex += body.proxy.vertices.size();
   }
+  at_cut_.resize(lattices_.size(), 0);
   find_carriers();
 }
 
@@ -91,6 +92,9 @@ void Skin::add_smooth_lattices(const DeformBody& body, const std::uint32_t* slot
     }
     add_lattice(lattice.steps(), heights.data());
     lattices_.back().first_node = first_node;
+    at_cut_.resize(lattices_.size(), 0);
+    for (std::size_t n = first_node; n < node_of_.size(); ++n)
+      at_cut_.back() |= body.skin->is_creased(node_of_[n] - before);
   }
 }
 

@@ -67,6 +67,8 @@ class Skin {
   // Whether a smooth skin lies over any face.
   bool smooth() const { return nodes_.count() > 0; }
   bool smooth(std::uint32_t face) const { return lattices_[face].first_node != kFlat; }
+  // Whether a face is a cut's wall, or ends at its lips.
+  bool at_cut(std::uint32_t face) const { return at_cut_[face] != 0; }
   // The slots that carry a smooth face's nodes, and its leverage: no node moves farther than the
   // farthest of them times that.
   std::span<const std::uint32_t> carriers(std::uint32_t face) const {
@@ -133,6 +135,7 @@ class Skin {
   SmoothNodes nodes_;
   std::vector<std::uint32_t> carrier_start_ = {0}, carriers_;  // by face
   std::vector<double> leverage_;                               // by face
+  std::vector<std::uint8_t> at_cut_;                           // by face
   std::vector<double> tallest_mm_;
   std::vector<double> lowest_mm_, highest_mm_;  // of each face's heights
   double tallest_of_all_mm_ = 0;

@@ -29,6 +29,8 @@ class Tissue {
   std::size_t free_count() const { return factor_.size(); }
   std::size_t moving_count() const { return free_count() + embedding_.count(); }  // free, carried
   const std::vector<std::uint32_t>& slot_of_vertex() const { return slot_of_vertex_; }
+  // Of the tetrahedra's nodes, one organ's after the other's; springs have none.
+  const std::vector<std::uint32_t>& slot_of_node() const { return slot_of_node_; }
   const Rows& rest() const { return rest_; }                 // mm, by slot
   const std::vector<Face>& faces() const { return faces_; }  // of slots
   const SparseFactor& factor() const { return factor_; }
@@ -69,7 +71,7 @@ class Tissue {
 
   SparseFactor factor_;
   Embedding embedding_;
-  std::vector<std::uint32_t> slot_of_vertex_, organ_of_slot_, part_of_slot_;
+  std::vector<std::uint32_t> slot_of_vertex_, slot_of_node_, organ_of_slot_, part_of_slot_;
   std::uint32_t part_count_ = 0;
   std::vector<double> bulk_energy_;
   std::vector<double> inertia_;  // m/dt² by slot, kg/s²; of free points at least

@@ -44,7 +44,8 @@ std::vector<ShellMatrix> ShellSurface::posed_matrices(
   const std::vector<Eigen::Vector3d> normals = vertex_normals(mesh);
   std::vector<Eigen::Matrix3d> changes(mesh.vertices.size());
   for (std::uint32_t v = 0; v < changes.size(); ++v)
-    changes[v] = gradients.change(v, mesh.vertices, normals);
+    changes[v] =
+        skin_->is_creased(v) ? unknown_change() : gradients.change(v, mesh.vertices, normals);
   std::vector<ShellMatrix> matrices(mesh.faces.size());
   for (std::uint32_t f = 0; f < matrices.size(); ++f) {
     matrices[f] = shell_matrix(mesh, normals, f);

@@ -22,7 +22,11 @@ struct SmoothSkin {
   std::vector<std::uint32_t> first;    // node n has the carriers first[n] … first[n + 1] − 1
   std::vector<std::uint32_t> carrier;  // vertices of the proxy; a node's differ
   std::vector<double> weight;          // of each carrier
+  // By node, set where a blade has cut the skin; empty: nowhere. Edges that end there stay
+  // straight, so that skin and the cut's wall, which bend each in its own way, keep their border.
+  std::vector<std::uint8_t> creased = {};
 
+  bool is_creased(std::size_t node) const { return !creased.empty() && creased[node] != 0; }
   std::size_t node_count() const { return first.empty() ? 0 : first.size() - 1; }
   std::size_t faces_per_proxy_face() const { return std::size_t{steps} * steps; }
 };

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "geometry/adjacency.h"
@@ -36,6 +37,11 @@ class VertexGradients {
   std::vector<Spoke> spokes_;         // in the neighbours' order
   std::vector<Hub> hubs_;
 };
+
+// Of a vertex whose gradient is not known: edges that end there stay straight.
+inline Eigen::Matrix3d unknown_change() {
+  return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
+}
 
 // Bends a face's shell matrix, flat so far, so that its edges leave the corners as the gradients
 // there tell, whose changes are given by vertex:

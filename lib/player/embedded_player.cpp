@@ -77,7 +77,9 @@ EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
     instrument.position_mm = Eigen::Vector3d(tip.position_mm.data());
     instrument.radius_mm = tip.radius_mm;
     instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
-    instrument.mode = tip.grabs ? InstrumentMode::grab : InstrumentMode::poke;
+    instrument.mode = tip.cuts    ? InstrumentMode::cut
+                      : tip.grabs ? InstrumentMode::grab
+                                  : InstrumentMode::poke;
     instrument.active = tip.active;
     instruments.push_back(instrument);
   }

@@ -31,6 +31,8 @@ class EmbeddedPlayer {
     std::array<double, 3> axis_mm{};  // to a capsule's other end; zero: a sphere
     bool grabs = false;               // carries the tissue that it touches when it closes
     bool active = true;
+    // A blade whose edge is the axis: cuts what it sweeps through, finite elements only.
+    bool cuts = false;
   };
   struct Options {
     double time_step_s = 1.0 / 60;
@@ -69,7 +71,8 @@ class EmbeddedPlayer {
   void draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes);
 
   // Of an organ's coarse proxy, for collisions and haptics of the caller's own; x y z of each
-  // vertex, mm. Throws for an organ or a vertex that there is not.
+  // vertex, mm. Once a blade has cut it, of its skin and the cuts' walls, which become more with
+  // every step in which a cut grows. Throws for an organ or a vertex that there is not.
   std::size_t vertex_count(std::size_t organ = 0) const;
   std::array<double, 3> vertex_mm(std::size_t vertex, std::size_t organ = 0) const;
 

@@ -15,6 +15,7 @@ constexpr double kTurnPerPicture_rad = std::numbers::pi;  // a drag across the s
 constexpr double kZoomPerStep = 0.9;
 constexpr double kNearest = 0.35, kFarthest = 4;  // of the virtual cameras' distance
 constexpr double kHighest_rad = 1.5;
+constexpr double kCutDepth_mm = 8, kBlade_mm = 40, kBladeRadius_mm = 0.4;
 
 double smaller_side(const View& view) {
   return std::min(view.camera.intrinsics.width, view.camera.intrinsics.height);
@@ -67,14 +68,15 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
   mode_ = mode;
   pushed_mm_ = 0;
   holding_ = true;
-  tips_.push_back({touched_mm_, tool_radius_mm_, mode, true});
+  const bool cuts = mode == InstrumentMode::cut;
+  const double radius_mm = cuts ? kBladeRadius_mm : tool_radius_mm_;
+  const Eigen::Vector3d axis_mm =
+      cuts ? Eigen::Vector3d(-kBlade_mm * sight_) : Eigen::Vector3d::Zero();
+  tips_.push_back({touched_mm_, radius_mm, mode, true, axis_mm});
   // A tool reaches into the picture from below, so that it does not hide what it touches.
   const Eigen::Vector3d from_eye(0.3, 0.6, -0.74);
-  tool_record_.push_back({mode == InstrumentMode::poke ? "poke" : "grab",
-                          tool_radius_mm_,
-                          mode,
-                          {},
-                          world_from_camera.rotation * from_eye});
+  tool_record_.push_back(
+      {to_string(mode), radius_mm, mode, {}, world_from_camera.rotation * from_eye, axis_mm});
   return true;
 }
 
@@ -89,10 +91,12 @@ Eigen::Vector3d LiveSession::tip_position_mm() const {
   const double z = (camera_from_world * touched_mm_).z();
   const Eigen::Vector2d moved_mm =
       z / touch_view_.camera.intrinsics.fx * (pointer_px_ - touched_px_);
-  if (mode_ == InstrumentMode::grab) {
-    const Eigen::Vector3d across(moved_mm.x(), moved_mm.y(), 0);
+  const Eigen::Vector3d across(moved_mm.x(), moved_mm.y(), 0);
+  if (mode_ == InstrumentMode::grab)
     return touching + camera_from_world.rotation.transpose() * across + pushed_mm_ * sight_;
-  }
+  if (mode_ == InstrumentMode::cut)
+    return touched_mm_ + camera_from_world.rotation.transpose() * across +
+           (kCutDepth_mm + pushed_mm_) * sight_;
   return touching + (moved_mm.norm() + pushed_mm_) * sight_;
 }
 

@@ -15,9 +15,10 @@ namespace {
 template <class Organs>
 DeformBodies bodies_of(const Organs& organs) {
   DeformBodies bodies;
-  for (const auto& organ : organs)
-    bodies.push_back({organ.bundle.proxy, organ.bundle.mechanics, organ.bundle.base,
-                      organ.bundle.skin ? &*organ.bundle.skin : nullptr});
+  for (const auto& organ : organs) {
+    const Bundle& now = organ.now();
+    bodies.push_back({now.proxy, now.mechanics, now.base, now.skin ? &*now.skin : nullptr});
+  }
   return bodies;
 }
 
@@ -27,7 +28,7 @@ Player::Organ Player::bound(Bundle bundle, bool keep_maps) {
   Warper warper(bundle);
   if (!keep_maps) bundle.maps.clear();  // the bound samples say all that drawing needs
   std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
-  return {std::move(bundle), std::move(warper), std::move(positions), {}};
+  return {std::move(bundle), std::move(warper), std::move(positions), {}, nullptr, std::nullopt};
 }
 
 Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool keep_maps) {
@@ -45,7 +46,7 @@ Player::Organ Player::framed(Bundle frame, Warper::ReadMaps read) {
   Warper warper(frame, std::move(read));
   frame.maps.clear();
   std::vector<Eigen::Vector3d> positions = frame.proxy.vertices;
-  return {std::move(frame), std::move(warper), std::move(positions), {}};
+  return {std::move(frame), std::move(warper), std::move(positions), {}, nullptr, std::nullopt};
 }
 
 std::vector<Player::Organ> Player::one_of(Organ organ) {
@@ -70,7 +71,7 @@ std::vector<Player::Organ> Player::bound(std::vector<Bundle> bundles, bool keep_
 }
 
 Player::Player(std::vector<Organ> organs, const DeformOptions& options)
-    : organs_(std::move(organs)), solver_(options.solver), deformer_(bodies_of(organs_), options) {
+    : organs_(std::move(organs)), options_(options), deformer_(bodies_of(organs_), options) {
   if (organs_.empty()) throw UsageError("a player needs a bundle");
 }
 
@@ -92,7 +93,7 @@ Player::Player(const std::vector<std::filesystem::path>& bundle_folders,
     : Player(opened(bundle_folders, keep_maps), options) {}
 
 void Player::load_all() {
-  for (Organ& organ : organs_) organ.warper.bind_all();
+  for (Organ& organ : organs_) organ.shown().bind_all();
 }
 
 void Player::load_ahead() {
@@ -116,15 +117,26 @@ DrawnLight Player::usual_light() const {
 }
 
 StepReport Player::step(const std::vector<InstrumentTip>& tips) {
+  cut(tips);
   StepReport report = deformer_.step(tips);
   if (deformer_.moved()) take_positions();
   return report;
 }
 
 void Player::reset() {
+  bool was_cut = false;
+  for (Organ& organ : organs_) {
+    was_cut = was_cut || organ.cut_warper;
+    organ.cut_warper.reset();
+    organ.cutting.reset();
+    organ.positions.resize(organ.bundle.proxy.vertices.size());
+  }
+  if (was_cut) deformer_ = Deformer(deform_bodies(), options_);
   deformer_.reset();
   take_positions();
 }
+
+DeformBodies Player::deform_bodies() const { return bodies_of(organs_); }
 
 void Player::take_positions() {
   auto next = deformer_.positions().begin();
@@ -139,8 +151,9 @@ DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& fra
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
   if (options.method == WarpMethod::bound) {
-    return organ.warper.draw(organ.positions, view, options, frame);
+    return organ.shown().draw(organ.positions, view, options, frame);
   }
+  if (organ.cut_warper) throw UsageError("the paper's own warp draws no cuts");
   if (!paper_) paper_ = std::make_unique<PaperWarp>(organ.bundle);
   return paper_->draw(organ.bundle, organ.positions, view, options, frame);
 }
@@ -172,7 +185,7 @@ DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Fra
     own.smooth_outline = false;  // theirs together is
     if (!organ.warper.can_relight()) own.light = DrawnLight::baked;
     own.scope_reference_mm = reference_mm;
-    reports.push_back(organ.warper.draw(organ.positions, view, own, organ.picture));
+    reports.push_back(organ.shown().draw(organ.positions, view, own, organ.picture));
     layers.push_back(&organ.picture);
     unchanged = unchanged && reports.back().unchanged;
   }

@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "cutting/cut_organ.h"
 #include "deform/deformer.h"
 #include "warp/paper/paper_warp.h"
 #include "warp/warper.h"
@@ -46,6 +48,7 @@ class Player {
   // Reads one camera more, for who has no thread to spare; false when all are there.
   bool load_next();
 
+  // Cutting tips need the solver fem and organs baked with tetrahedra: else UsageError.
   StepReport step(const std::vector<InstrumentTip>& tips);
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
@@ -53,20 +56,25 @@ class Player {
   bool can_relight() const;  // DrawOptions::light, any organ
   // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
   DrawnLight usual_light() const;
-  // Back to rest.
+  // Back to rest, and whole.
   void reset();
 
   std::size_t organ_count() const { return organs_.size(); }
   const Bundle& bundle(std::size_t organ = 0) const { return organs_[organ].bundle; }
-  // Of one organ's proxy, mm.
+  // The same as blades have cut it, without maps: its proxy is then the skin and the cuts' walls.
+  const Bundle& bundle_now(std::size_t organ = 0) const { return organs_[organ].now(); }
+  bool is_cut(std::size_t organ = 0) const { return organs_[organ].cut_warper.has_value(); }
+  // In how many pieces blades have cut an organ.
+  std::size_t piece_count(std::size_t organ = 0) const;
+  // Of the proxy of bundle_now(), mm.
   const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
     return organs_[organ].positions;
   }
   // Of one organ's shell, as it was last drawn, world mm, by face.
   const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
-    return organs_[organ].warper.shell_matrices();
+    return organs_[organ].shown().shell_matrices();
   }
-  TissueSolver solver() const { return solver_; }
+  TissueSolver solver() const { return options_.solver; }
 
  private:
   struct Organ {
@@ -74,6 +82,12 @@ class Player {
     Warper warper;
     std::vector<Eigen::Vector3d> positions;  // of the proxy, mm
     Frame picture;                           // of this organ alone; only where there are others
+    std::unique_ptr<CutOrgan> cutting;       // once a blade was near
+    std::optional<Warper> cut_warper;        // once it has cut
+
+    Warper& shown() { return cut_warper ? *cut_warper : warper; }
+    const Warper& shown() const { return cut_warper ? *cut_warper : warper; }
+    const Bundle& now() const { return cut_warper ? cutting->now() : bundle; }
   };
   Player(std::vector<Organ> organs, const DeformOptions& options);
   static std::vector<Organ> one_of(Organ organ);
@@ -84,11 +98,14 @@ class Player {
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);
   void take_positions();
+  DeformBodies deform_bodies() const;
+  void cut(const std::vector<InstrumentTip>& tips);
+  void take_cuts(const std::vector<std::uint8_t>& changed);
   double metered_mm(const View& view, const DrawOptions& options) const;
   DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
 
   std::vector<Organ> organs_;
-  TissueSolver solver_;
+  DeformOptions options_;
   Deformer deformer_;
   std::unique_ptr<PaperWarp> paper_;  // made when first asked for
   std::uint64_t joined_ = 0;          // serial of the last picture of several organs

@@ -50,12 +50,17 @@ InstrumentPath instrument_from(const JsonField& field) {
   if (const auto radius = field.find("radius_mm"))
     instrument.radius_mm = radius->number(kThinnestTip_mm, kFarMm);
   const JsonField mode = field["mode"];
-  if (mode.text() != "poke" && mode.text() != "grab") mode.fail("must be 'poke' or 'grab'");
-  instrument.mode = mode.text() == "grab" ? InstrumentMode::grab : InstrumentMode::poke;
+  const auto known = instrument_mode(mode.text());
+  if (!known) mode.fail("must be 'poke', 'grab' or 'cut'");
+  instrument.mode = *known;
   if (const auto axis = field.find("axis_mm")) {
     instrument.axis_mm = axis->vector3();
     if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
   }
+  if (instrument.mode == InstrumentMode::cut && !(instrument.axis_mm.norm() >= kShortestBlade_mm))
+    field.fail(
+        "cuts and needs axis_mm: its blade's edge, from the tip to the upper end, of 0.1 mm "
+        "at least");
   if (const auto shaft = field.find("shaft")) instrument.shaft = direction_from(*shaft);
   const JsonField path = field["path"];
   if (path.size() == 0) path.fail("must hold a waypoint");

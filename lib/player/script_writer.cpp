@@ -16,9 +16,8 @@ Json waypoint_json(const Waypoint& waypoint) {
 }
 
 Json instrument_json(const InstrumentPath& instrument) {
-  Json json = {{"name", instrument.name},
-               {"mode", instrument.mode == InstrumentMode::grab ? "grab" : "poke"},
-               {"path", Json::array()}};
+  Json json = {
+      {"name", instrument.name}, {"mode", to_string(instrument.mode)}, {"path", Json::array()}};
   if (instrument.radius_mm > 0) json["radius_mm"] = instrument.radius_mm;
   if (!instrument.axis_mm.isZero(0)) json["axis_mm"] = to_json(instrument.axis_mm);
   if (instrument.shaft) json["shaft"] = to_json(*instrument.shaft);

@@ -26,7 +26,7 @@ Json instruments_json(const PlayedScene& scene, const std::vector<std::string>& 
     json["name"] = i < names.size() ? names[i] : "instrument " + std::to_string(i);
     json["label"] = kFirstToolLabel + i;
     json["active"] = tip.active;
-    json["mode"] = tip.mode == InstrumentMode::grab ? "grab" : "poke";
+    json["mode"] = to_string(tip.mode);
     json["position_mm"] = to_json(tip.position_mm);
     json["axis_mm"] = to_json(tip.axis_mm);
     json["radius_mm"] = tip.radius_mm;

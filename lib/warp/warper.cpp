@@ -19,6 +19,7 @@
 #include "warp/placing/dirty_cells.h"
 #include "warp/placing/posed_shell.h"
 #include "warp/samples/bundle_fit.h"
+#include "warp/samples/face_split.h"
 #include "warp/samples/sample_store.h"
 
 namespace organbake {
@@ -41,13 +42,11 @@ struct Warper::Impl {
   ViewManifold manifold;
   std::vector<ShellMatrix> rest;
   BaseDrawing base;
-
   // The last drawing, to recognise when nothing changed.
   View last_view;
   DrawOptions last_options;
   DrawReport last_report;
   std::uint64_t serial = 0;
-
   // Kept between frames for their memory.
   ActiveCameras active;
   float texel_mm = 1;  // of the active cameras
@@ -62,10 +61,10 @@ struct Warper::Impl {
   TileDrawing tiles;
   std::optional<RelitSkin> relit;   // when the bundle knows its light
   std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
+  std::shared_ptr<SampleStore> store;
+  bool cut = false;  // tissue beside cuts opens gaps between samples anywhere
 
-  SampleStore store;
-
-  Impl(const Bundle& bundle, ReadMaps read);
+  Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples);
   bool continues(const View& view, const DrawOptions& options, const Frame& frame) const;
   void choose_cameras(const View& view, DrawReport& report);
   void place_faces(const View& view, bool continued);
@@ -91,12 +90,12 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
 
 }  // namespace
 
-Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
+Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples)
     : shell(bundle.shell()),
       manifold(bundle.cameras.manifold),
       rest(shell.matrices()),
       base(bundle.base, rest),
-      store(bundle.cameras.cameras.size(), binding(bundle, std::move(read))) {
+      store(std::move(samples)) {
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting);
@@ -107,8 +106,8 @@ Warper::Impl::Impl(const Bundle& bundle, ReadMaps read)
 void Warper::Impl::choose_cameras(const View& view, DrawReport& report) {
   report.weights = drawn_shares(manifold, view);
   const std::vector<std::size_t> cameras = used_cameras(report.weights);
-  store.require(cameras);
-  active.choose(store, report.weights);
+  store->require(cameras);
+  active.choose(*store, report.weights);
   report.texel_mm = texel_mm = active.texel_mm();
 }
 
@@ -146,7 +145,7 @@ void Warper::Impl::place_samples(const View& view, const TileGrid& grid, DrawRep
 
 void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report) {
   may_have_gaps = visibility.stretched;
-  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= faces[f].two_sided;
+  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= faces[f].two_sided || cut;
   const auto mark_moved = [&] {
     for (std::uint32_t b = 0; !moved.empty() && b < base.chosen_count(); ++b) {
       if (moved[base.face(b)]) dirty_cells.mark(base.box(b));
@@ -209,10 +208,24 @@ Warper::Warper(const Bundle& bundle)
 }
 Warper::Warper(const Bundle& bundle, ReadMaps read) {
   check_fit(bundle);
-  impl_ = std::make_unique<Impl>(bundle, std::move(read));
+  impl_ = std::make_unique<Impl>(bundle,
+                                 std::make_shared<SampleStore>(bundle.cameras.cameras.size(),
+                                                               binding(bundle, std::move(read))));
 }
+Warper::Warper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Warper::~Warper() = default;
 Warper::Warper(Warper&&) noexcept = default;
+Warper& Warper::operator=(Warper&&) noexcept = default;
+
+Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
+  const auto split = [uncut = impl_->store, parts](std::size_t camera) {
+    return split_samples(uncut->made(camera), parts);
+  };
+  auto impl =
+      std::make_unique<Impl>(now, std::make_shared<SampleStore>(now.cameras.cameras.size(), split));
+  impl->cut = true;
+  return Warper(std::move(impl));
+}
 
 DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                         const DrawOptions& options, Frame& frame) {
@@ -241,7 +254,6 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
   frame.color.pixels.resize(3 * pixels);
   frame.cover.resize(pixels);
   frame.depth_mm.resize(options.keep_depth || !options.solids.empty() ? pixels : 0);
-
   frame.shown.resize(options.keep_shown ? pixels : 0);
   frame.bound.resize(options.keep_bound ? pixels : 0);
   frame.organ.clear();
@@ -280,8 +292,8 @@ DrawnLight Warper::usual_light() const {
   return impl_->scope ? DrawnLight::scope : DrawnLight::world;
 }
 const std::vector<ShellMatrix>& Warper::shell_matrices() const { return impl_->shell.matrices(); }
-void Warper::bind_all() { impl_->store.require_all(); }
-void Warper::bind_ahead() { impl_->store.make_ahead(); }
-bool Warper::bind_next() { return impl_->store.make_next(); }
+void Warper::bind_all() { impl_->store->require_all(); }
+void Warper::bind_ahead() { impl_->store->make_ahead(); }
+bool Warper::bind_next() { return impl_->store->make_next(); }
 
 }  // namespace organbake

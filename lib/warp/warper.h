@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "cutting/cut_organ.h"
 #include "geometry/shell_map.h"
 #include "warp/draw_options.h"
 #include "warp/drawn_light.h"
@@ -42,8 +43,12 @@ class Warper {
   // needs them. `read` may be called from any thread, for several cameras at once.
   using ReadMaps = std::function<CameraMaps(std::size_t camera)>;
   Warper(const Bundle& bundle, ReadMaps read);
+  // One that draws the organ as blades have cut it, with the samples of this uncut one, which it
+  // shares. `now` needs no maps.
+  Warper cut(const Bundle& now, const CutOrgan::FaceParts& parts) const;
   ~Warper();
   Warper(Warper&&) noexcept;
+  Warper& operator=(Warper&&) noexcept;
 
   // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options, such as
   // a light other than the baked one for a bundle that does not know its own,
@@ -69,6 +74,7 @@ class Warper {
 
  private:
   struct Impl;
+  explicit Warper(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -132,7 +132,7 @@ void OrganView::draw_overlays() const {
   const View& view = session_.view();
   const ViewWeights& weights = last_.draw.weights;
   for (std::size_t organ = 0; proxy_lines_ && organ < player_.organ_count(); ++organ)
-    draw_proxy(player_.bundle(organ).proxy, player_.proxy_positions(organ), view);
+    draw_proxy(player_.bundle_now(organ).proxy, player_.proxy_positions(organ), view);
   if (camera_lines_) draw_cameras(bundle.cameras, weights, view);
   if (manifold_lines_) draw_manifold(bundle.cameras, weights, view);
 }

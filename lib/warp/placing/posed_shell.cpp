@@ -49,7 +49,11 @@ void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
   for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
     if (!vertex_changed_[v]) continue;
     set_normal(v);
-    if (gradients_) gradient_changes_[v] = gradients_->change(v, posed_.vertices, normals_);
+    if (gradients_) {
+      gradient_changes_[v] = shell_.skin()->is_creased(v)
+                                 ? unknown_change()
+                                 : gradients_->change(v, posed_.vertices, normals_);
+    }
     mark(face_changed_, v);
   }
   for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {

@@ -53,6 +53,11 @@ bool SampleStore::make_next() {
   return ++next_ < count_;
 }
 
+const SampleSet& SampleStore::made(std::size_t camera) {
+  require_one(camera);
+  return slots_[camera].set;
+}
+
 const SampleSet& SampleStore::operator[](std::size_t camera) const { return slots_[camera].set; }
 
 }  // namespace organbake

@@ -32,6 +32,8 @@ class SampleStore {
   // Not beside make_ahead().
   bool make_next();
 
+  // Of one camera, made when it is not there yet.
+  const SampleSet& made(std::size_t camera);
   // Of a camera that was required.
   const SampleSet& operator[](std::size_t camera) const;
 

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cutting/cut_organ.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.h"
+#include "cutting/cut_walls.h"
+#include "cutting/tissue_look.h"
+
+namespace organbake {
+namespace {
+
+// Elements stand out of the skin by no more than their size.
+constexpr double kReachPerEdge = 1.5;
+
+const TetrahedralBody& tetrahedra_of(const Bundle& bundle) {
+  if (!bundle.mechanics.body) {
+    throw UsageError("the organ '" + bundle.manifest.name +
+                     "' was baked without tetrahedra and cannot be cut; bake it with --set "
+                     "mechanics.fem=true, and play it with the solver fem");
+  }
+  return *bundle.mechanics.body;
+}
+
+std::vector<GridPoint> snapped_skin(const TriangleMesh& skin, const CutBody& body) {
+  std::vector<GridPoint> points;
+  for (const Eigen::Vector3d& v : skin.vertices) {
+    const auto rank = body.first_free_rank() + static_cast<std::uint32_t>(points.size());
+    points.push_back(body.grid().snapped(v, rank));
+  }
+  return points;
+}
+
+// The corners of the lattice's cell that holds a place, and their weights.
+struct LatticeMix {
+  std::array<std::uint32_t, 3> nodes;
+  std::array<float, 3> weights;
+};
+
+LatticeMix lattice_mix(std::uint32_t steps, const Eigen::Vector2d& at) {
+  const auto n = static_cast<std::int64_t>(steps);
+  const double u = std::clamp(at.x(), 0.0, 1.0) * double(n);
+  const double v = std::clamp(at.y(), 0.0, 1.0) * double(n);
+  const std::int64_t i = std::min<std::int64_t>(static_cast<std::int64_t>(u), n - 1);
+  const std::int64_t j = std::min<std::int64_t>(static_cast<std::int64_t>(v), n - 1 - i);
+  const auto node = [&](std::int64_t a, std::int64_t b) {
+    return base_node_index(steps, std::uint32_t(a), std::uint32_t(b));
+  };
+  const double s = std::clamp(u - double(i), 0.0, 1.0), t = std::clamp(v - double(j), 0.0, 1.0);
+  if (s + t > 1 && i + j + 2 <= n) {
+    return {{node(i + 1, j + 1), node(i, j + 1), node(i + 1, j)},
+            {float(s + t - 1), float(1 - s), float(1 - t)}};
+  }
+  const double sum = std::max(1.0, s + t);
+  return {{node(i, j), node(i + 1, j), node(i, j + 1)},
+          {float(1 - (s + t) / sum), float(s / sum), float(t / sum)}};
+}
+
+SmoothSkin skin_of_itself(std::size_t vertices) {
+  SmoothSkin skin;
+  skin.steps = 1;
+  skin.first.resize(vertices + 1);
+  std::iota(skin.first.begin(), skin.first.end(), 0u);
+  skin.carrier.resize(vertices);
+  std::iota(skin.carrier.begin(), skin.carrier.end(), 0u);
+  skin.weight.assign(vertices, 1.0);
+  return skin;
+}
+
+}  // namespace
+
+CutOrgan::CutOrgan(const Bundle& bundle)
+    : base_(bundle.base),
+      lighting_(bundle.lighting),
+      skin_(bundle.shell().at_rest()),
+      body_(tetrahedra_of(bundle)),
+      skin_edges_(snapped_skin(skin_, body_), edges_of(skin_.faces)),
+      inside_(skin_, body_.grid(),
+              body_.first_free_rank() + static_cast<std::uint32_t>(skin_.vertices.size())),
+      sheet_(body_.grid(),
+             body_.first_free_rank() + 2 * static_cast<std::uint32_t>(skin_.vertices.size()) + 2) {
+  now_.manifest = bundle.manifest;
+  now_.cameras = bundle.cameras;
+  now_.lighting = bundle.lighting;
+  now_.mechanics = bundle.mechanics;
+  now_.mechanics.springs.clear();
+  now_.mechanics.elimination_order.clear();
+  if (base_.color.empty()) return;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const std::uint32_t nodes = base_.nodes_per_face();
+  for (std::size_t i = 0; i < base_.color.size(); ++i) {
+    Eigen::Vector3d color = base_.color[i].cast<double>();
+    if (lighting_) {
+      const Eigen::Vector3d light = lighting_->diffuse(face_normal(skin_, i / nodes));
+      color = color.cwiseQuotient(light.cwiseMax(0.05));
+    }
+    sum += color;
+  }
+  mean_albedo_ = (sum / double(base_.color.size())).cast<float>().cwiseMin(1).cwiseMax(0);
+}
+
+bool CutOrgan::sweep(std::span<const BladeNow> blades,
+                     const std::vector<Eigen::Vector3d>& nodes_mm) {
+  for (auto& [instrument, path] : paths_) {
+    if (std::none_of(blades.begin(), blades.end(),
+                     [&, i = instrument](const BladeNow& b) { return b.instrument == i; }))
+      path.lift();
+  }
+  if (blades.empty()) return false;
+  const PosedBody posed(body_, nodes_mm);
+  for (const BladeNow& now : blades) {
+    paths_[now.instrument].advance(now.blade, posed, inside_, kReachPerEdge * body_.mean_edge_mm(),
+                                   sheet_);
+  }
+  const std::span fresh = std::span(sheet_.triangles()).subspan(taken_);
+  taken_ = sheet_.triangles().size();
+  if (fresh.empty()) return false;
+  std::vector<CutSheet::Triangle> in_tissue;
+  std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(in_tissue),
+               [](const CutSheet::Triangle& t) { return !t.farther_out; });
+  const bool skin_cut = skin_edges_.add(in_tissue);
+  const bool body_cut = body_.add(fresh);
+  if (!skin_cut && !body_cut) return false;
+  remake();
+  return true;
+}
+
+void CutOrgan::remake() {
+  const CutSkin skin(skin_, skin_edges_, sheet_);
+  const CutWalls walls = cut_walls(skin, sheet_);
+  now_.proxy = {};
+  std::vector<TissuePlace> places;
+  const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& side,
+                       const TissuePlace* beside) {
+    now_.proxy.vertices.push_back(at);
+    places.push_back(body_.place(at, side, beside));
+  };
+  places.reserve(skin.vertices().size() + walls.vertices.size());
+  for (const CutSkin::Vertex& v : skin.vertices())
+    add(v.at_mm, v.side_mm, v.on_border ? &places[v.corner] : nullptr);
+  for (const CutWalls::Vertex& v : walls.vertices) add(v.at_mm, v.side_mm, &places[v.lip]);
+  for (const SkinPart& part : skin.parts()) now_.proxy.faces.push_back(part.corners);
+  const auto first = static_cast<std::uint32_t>(skin.vertices().size());
+  for (const auto& [a, b, c] : walls.faces)
+    now_.proxy.faces.push_back({first + a, first + b, first + c});
+  now_.skin = skin_of_itself(now_.proxy.vertices.size());
+  now_.skin->creased.assign(now_.proxy.vertices.size(), 1);
+  for (std::size_t v = 0; v < skin.vertices().size(); ++v)
+    now_.skin->creased[v] = skin.vertices()[v].on_border;
+  face_parts_.clear();
+  for (const auto& [face, parts] : skin.parts_of()) {
+    for (const std::uint32_t part : parts)
+      face_parts_[face].push_back({part, skin.parts()[part].at});
+  }
+  remake_body(places);
+  remake_base(skin, walls.faces.size());
+}
+
+void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
+  const CutTetrahedra& cut = body_.cut();
+  const TetrahedralBody& uncut = body_.uncut();
+  TetrahedralBody& body = *now_.mechanics.body;
+  node_sources_.clear();
+  if (cut_before_) {
+    node_sources_ = cut.sources(*cut_before_);
+  } else {
+    for (std::uint32_t n = 0; n < cut.node_count(); ++n) node_sources_.push_back(cut.original(n));
+  }
+  cut_before_ = cut;
+  std::vector<std::uint8_t> anchored(uncut.nodes_mm.size(), 0);
+  for (const std::uint32_t n : uncut.anchors) anchored[n] = 1;
+  body.nodes_mm.clear(), body.anchors.clear(), body.tetrahedra.clear(), body.vertices.clear();
+  for (std::uint32_t n = 0; n < cut.node_count(); ++n) {
+    body.nodes_mm.push_back(uncut.nodes_mm[cut.original(n)]);
+    // What is cut off an anchor is free.
+    if (n < uncut.nodes_mm.size() && anchored[n]) body.anchors.push_back(n);
+  }
+  constexpr double kLeastShare = 0.02;  // less would be flung about
+  for (const CutTetrahedra::Copy& copy : cut.copies()) {
+    const double fill = uncut.tetrahedra[copy.tetrahedron].fill;
+    body.tetrahedra.push_back({copy.nodes, fill * std::clamp(copy.share, kLeastShare, 1.0)});
+  }
+  for (const TissuePlace& place : places) body.vertices.push_back({place.copy, place.weights});
+}
+
+Eigen::Vector3f CutOrgan::inner_color(std::uint32_t face, double b1, double b2) const {
+  const auto& [i, j, k] = now_.proxy.faces[face];
+  const auto& at = now_.proxy.vertices;
+  const Eigen::Vector3f albedo =
+      inner_albedo((1 - b1 - b2) * at[i] + b1 * at[j] + b2 * at[k], mean_albedo_);
+  if (!lighting_) return albedo;
+  const Eigen::Vector3d light = lighting_->diffuse(face_normal(now_.proxy, face));
+  return albedo.cwiseProduct(light.cwiseMax(0.05).cast<float>());
+}
+
+// The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
+// they are bent, nothing opens between the two.
+void CutOrgan::flatten_lips(const CutSkin& skin, const SkinPart& part, float* heights_mm) const {
+  const std::uint32_t n = base_.steps;
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const auto on_border = [&](int c) { return skin.vertices()[part.corners[c]].on_border; };
+    const std::uint32_t last = on_border(k) && on_border(next) ? n : 0;
+    for (std::uint32_t s = 0; on_border(k) && s <= last; ++s) {
+      std::array<std::uint32_t, 3> b{};
+      b[k] = n - s, b[next] += s;
+      heights_mm[base_node_index(n, b[1], b[2])] = 0;
+    }
+  }
+}
+
+void CutOrgan::remake_base(const CutSkin& skin, std::size_t walls) {
+  if (base_.face_count == 0) return;
+  BaseLayer& base = now_.base;
+  const std::uint32_t n = base.steps = base_.steps;
+  const std::uint32_t nodes = base_.nodes_per_face();
+  base.face_count = static_cast<std::uint32_t>(now_.proxy.faces.size());
+  base.height_mm = base_.height_mm, base.color = base_.color, base.seen_by = base_.seen_by;
+  const std::size_t all = std::size_t(base.face_count) * nodes;
+  base.height_mm.resize(all, 0.0f), base.color.resize(all), base.seen_by.resize(all, 0);
+  for (const auto& [face, parts] : skin.parts_of()) {
+    for (const std::uint32_t number : parts) {
+      const SkinPart& part = skin.parts()[number];
+      for (std::uint32_t i = 0; i <= n; ++i) {
+        for (std::uint32_t j = 0; i + j <= n; ++j) {
+          const double b1 = double(i) / n, b2 = double(j) / n;
+          const LatticeMix mix =
+              lattice_mix(n, (1 - b1 - b2) * part.at[0] + b1 * part.at[1] + b2 * part.at[2]);
+          const std::size_t to = std::size_t(number) * nodes + base_node_index(n, i, j);
+          base.height_mm[to] = 0, base.color[to].setZero(), base.seen_by[to] = ~0u;
+          for (int k = 0; k < 3; ++k) {
+            const std::size_t from = std::size_t(face) * nodes + mix.nodes[k];
+            base.height_mm[to] += mix.weights[k] * base_.height_mm[from];
+            base.color[to] += mix.weights[k] * base_.color[from];
+            if (mix.weights[k] > 0) base.seen_by[to] &= base_.seen_by[from];
+          }
+        }
+      }
+      flatten_lips(skin, part, &base.height_mm[std::size_t(number) * nodes]);
+    }
+  }
+  for (std::size_t w = 0; w < walls; ++w) {
+    const auto face = static_cast<std::uint32_t>(skin.parts().size() + w);
+    for (std::uint32_t i = 0; i <= n; ++i) {
+      for (std::uint32_t j = 0; i + j <= n; ++j)
+        base.color[std::size_t(face) * nodes + base_node_index(n, i, j)] =
+            inner_color(face, double(i) / n, double(j) / n);
+    }
+  }
+}
+
+}  // namespace organbake

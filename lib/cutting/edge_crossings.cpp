@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cutting/edge_crossings.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace organbake {
+
+void GridBox::add(const GridPoint& point) {
+  for (int c = 0; c < 3; ++c) {
+    low[c] = std::min(low[c], point.at[c]);
+    high[c] = std::max(high[c], point.at[c]);
+  }
+}
+
+bool GridBox::meets(const GridBox& other) const {
+  for (int c = 0; c < 3; ++c) {
+    if (low[c] > other.high[c] || other.low[c] > high[c]) return false;
+  }
+  return true;
+}
+
+GridBox box_of(const CutSheet::Triangle& triangle) {
+  GridBox box(triangle.corners[0]);
+  box.add(triangle.corners[1]);
+  box.add(triangle.corners[2]);
+  return box;
+}
+
+double EdgeCrossings::Crossed::share() const {
+  return std::clamp(0.5 * (first.share + last.share), kLeastShare, 1 - kLeastShare);
+}
+
+EdgeCrossings::EdgeCrossings(std::vector<GridPoint> points, std::vector<Edge> edges)
+    : points_(std::move(points)), edges_(std::move(edges)) {
+  for (Edge& edge : edges_) {
+    if (edge[0] > edge[1]) std::swap(edge[0], edge[1]);
+  }
+  std::sort(edges_.begin(), edges_.end());
+  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+  crossed_.resize(edges_.size());
+}
+
+std::uint32_t EdgeCrossings::index_of(std::uint32_t a, std::uint32_t b) const {
+  const Edge edge = {std::min(a, b), std::max(a, b)};
+  return static_cast<std::uint32_t>(std::lower_bound(edges_.begin(), edges_.end(), edge) -
+                                    edges_.begin());
+}
+
+bool EdgeCrossings::add(std::span<const CutSheet::Triangle> triangles) {
+  if (triangles.empty()) return false;
+  std::vector<GridBox> boxes;
+  for (const CutSheet::Triangle& triangle : triangles) boxes.push_back(box_of(triangle));
+  GridBox all = boxes.front();
+  for (const CutSheet::Triangle& triangle : triangles)
+    for (const GridPoint& corner : triangle.corners) all.add(corner);
+  bool more = false;
+  for (std::uint32_t e = 0; e < edges_.size(); ++e) {
+    const GridPoint &a = points_[edges_[e][0]], &b = points_[edges_[e][1]];
+    GridBox box(a);
+    box.add(b);
+    if (!box.meets(all)) continue;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      if (!box.meets(boxes[t]) || !crosses(a, b, triangles[t].corners)) continue;
+      const SheetCrossing here = crossing_of(a, b, triangles[t]);
+      Crossed& crossed = crossed_[e];
+      if (!crossed.cut || here.share < crossed.first.share) crossed.first = here;
+      if (!crossed.cut || here.share > crossed.last.share) crossed.last = here;
+      more = more || !crossed.cut;
+      crossed.cut = true;
+    }
+  }
+  return more;
+}
+
+}  // namespace organbake

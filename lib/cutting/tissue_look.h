@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace organbake {
+
+// The albedo (linear RGB) of tissue on the inside, at a place at rest: that of the skin, darker and
+// redder, mottled and with fibres, the same wherever a cut comes by.
+Eigen::Vector3f inner_albedo(const Eigen::Vector3d& at_mm, const Eigen::Vector3f& skin_albedo);
+
+}  // namespace organbake

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <limits>
+
+#include "deform/shape_solver.h"
+
+namespace organbake::deform {
+
+void ShapeSolver::take_over(ShapeSolver& before, const std::vector<std::uint32_t>& sources,
+                            const std::vector<InstrumentTip>& tips) {
+  to_rest();
+  for (std::size_t n = 0; n < sources.size(); ++n) {
+    const std::uint32_t slot = tissue_->slot_of_node()[n];
+    const std::uint32_t was = before.tissue_->slot_of_node()[sources[n]];
+    if (slot >= tissue_->free_count()) continue;  // anchors stay
+    x_[slot] = before.x_[was];
+    velocity_[slot] = before.velocity_[was];
+  }
+  tissue_->embedding().carry_positions(tissue_->rest(), x_);
+  x_start_ = x_free_ = x_before_ = x_coasted_ = x_;
+  std::vector<Row> at_rest;
+  before.skin_.pose(before.tissue_->rest());
+  for (const Contact& c : before.contacts_)
+    at_rest.push_back(before.skin_.hit(c.at, Row::Zero()).point);
+  before.skin_.pose(before.x_);
+  for (std::size_t i = 0; i < at_rest.size(); ++i) {
+    Contact contact = before.contacts_[i];
+    if (contact.of_tissue() || !contact.carried || contact.tip >= tips.size()) continue;
+    if (hold_anew(contact, at_rest[i], to_row(tips[contact.tip].position_mm)))
+      contacts_.push_back(contact);
+  }
+}
+
+// The skin that is nearest to where the tip held it, at rest.
+bool ShapeSolver::hold_anew(Contact& contact, const Row& at_rest, const Row& center) {
+  skin_.pose(tissue_->rest());
+  double nearest_mm = std::numeric_limits<double>::infinity();
+  for (std::uint32_t face = 0; face < skin_.faces().size(); ++face) {
+    if (skin_.least_distance(face, at_rest) >= nearest_mm) continue;
+    const SkinHit hit = skin_.nearest(face, at_rest);
+    if (hit.distance_mm < nearest_mm) nearest_mm = hit.distance_mm, contact.at = hit.at;
+  }
+  skin_.pose(x_);
+  if (search_.lever(contact.at).free_share == 0) return false;
+  search_.place(contact, center);
+  contact.grab_offset = constrained_point(contact, x_, tissue_->rest()) - center;
+  return true;
+}
+
+}  // namespace organbake::deform

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "warp/samples/face_split.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace organbake {
+namespace {
+
+// From places in a face to places in a part of it.
+struct IntoPart {
+  std::uint32_t face;
+  Eigen::Vector2d origin;
+  Eigen::Matrix2d turn;
+
+  explicit IntoPart(const CutOrgan::FacePart& part) : face(part.face), origin(part.at[0]) {
+    Eigen::Matrix2d sides;
+    sides << part.at[1] - part.at[0], part.at[2] - part.at[0];
+    turn = sides.inverse();
+  }
+  Eigen::Vector2d operator()(const Eigen::Vector2d& at) const { return turn * (at - origin); }
+  // The least of the three weights: not below 0 inside.
+  double depth(const Eigen::Vector2d& at) const {
+    const Eigen::Vector2d b = (*this)(at);
+    return std::min({b.x(), b.y(), 1 - b.sum()});
+  }
+};
+
+struct BoundSample {
+  std::uint32_t from_slot;
+  std::array<float, 3> at;
+};
+
+class ChunkSplitter {
+ public:
+  ChunkSplitter(const SampleSet& from, SampleSet& to) : from_(from), to_(to) {}
+
+  void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
+    std::vector<std::vector<BoundSample>> groups(parts.size());
+    for (std::uint32_t i = 0; i < from_.chunks[chunk].count; ++i) {
+      const std::uint32_t slot = chunk * kChunk + i;
+      const std::array<float, 3> bound = from_.bound(slot);
+      const Eigen::Vector2d at(bound[0], bound[1]);
+      std::size_t best = 0;
+      double deepest = -std::numeric_limits<double>::infinity();
+      for (std::size_t p = 0; p < parts.size(); ++p) {
+        const double depth = parts[p].depth(at);
+        if (depth > deepest) deepest = depth, best = p;
+      }
+      const Eigen::Vector2d in_part = parts[best](at);
+      groups[best].push_back(
+          {slot, {static_cast<float>(in_part.x()), static_cast<float>(in_part.y()), bound[2]}});
+    }
+    bool own = true;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (groups[p].empty()) continue;
+      const std::uint32_t at = std::exchange(own, false) ? chunk : add_chunk();
+      put(at, from_.chunks[chunk].patch, parts[p], groups[p]);
+    }
+  }
+
+ private:
+  std::uint32_t add_chunk() {
+    to_.chunks.emplace_back();
+    const std::size_t slots = to_.chunks.size() * kChunk;
+    to_.b1.resize(slots), to_.b2.resize(slots), to_.h.resize(slots), to_.detail.resize(slots);
+    return static_cast<std::uint32_t>(to_.chunks.size() - 1);
+  }
+
+  void put(std::uint32_t chunk, const Patch& was, const IntoPart& part,
+           const std::vector<BoundSample>& samples) {
+    Chunk& made = to_.chunks[chunk];
+    made.count = static_cast<std::uint32_t>(samples.size());
+    Patch& patch = made.patch;
+    patch = was;
+    patch.face = part.face;
+    const auto turn = [&](const float(&along)[3], float(&out)[3]) {
+      const Eigen::Vector2d b = part.turn * Eigen::Vector2d(along[0], along[1]);
+      out[0] = static_cast<float>(b.x()), out[1] = static_cast<float>(b.y()), out[2] = along[2];
+    };
+    turn(was.along_u, patch.along_u);
+    turn(was.along_v, patch.along_v);
+    const std::size_t first = std::size_t{chunk} * kChunk;
+    const std::array<std::vector<Place>*, 3> places = {&to_.b1, &to_.b2, &to_.h};
+    for (int k = 0; k < 3; ++k) {
+      float low = samples[0].at[k], high = low;
+      for (const BoundSample& s : samples)
+        low = std::min(low, s.at[k]), high = std::max(high, s.at[k]);
+      patch.center[k] = 0.5f * (low + high), patch.extent[k] = 0.5f * (high - low);
+      const float scale = patch.extent[k] > 0 ? kFullPlace / patch.extent[k] : 0;
+      auto& out = *places[k];
+      std::fill_n(out.begin() + static_cast<std::ptrdiff_t>(first), kChunk, Place{0});
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        const float place = std::clamp(std::round((samples[i].at[k] - patch.center[k]) * scale),
+                                       -kFullPlace, kFullPlace);
+        out[first + i] = static_cast<Place>(place);
+      }
+    }
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      to_.detail[first + i] = from_.detail[samples[i].from_slot];
+  }
+
+  const SampleSet& from_;
+  SampleSet& to_;
+};
+
+}  // namespace
+
+SampleSet split_samples(const SampleSet& set, const CutOrgan::FaceParts& parts) {
+  SampleSet split = set;
+  ChunkSplitter splitter(set, split);
+  for (std::uint32_t c = 0; c < set.chunks.size(); ++c) {
+    const auto found = parts.find(set.chunks[c].patch.face);
+    if (found == parts.end()) continue;
+    const std::vector<IntoPart> into(found->second.begin(), found->second.end());
+    splitter.split(c, into);
+  }
+  std::vector<Patch> patches;
+  patches.reserve(split.chunks.size());
+  for (const Chunk& chunk : split.chunks) patches.push_back(chunk.patch);
+  split.patches = PatchTable(patches);
+  return split;
+}
+
+}  // namespace organbake

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cutting/cut_skin.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "cut_bodies.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// In the plane z = 0, from the origin on.
+TriangleMesh sheet_of_skin(int cells, double cell_mm) {
+  TriangleMesh mesh;
+  for (int y = 0; y <= cells; ++y)
+    for (int x = 0; x <= cells; ++x) mesh.vertices.push_back(cell_mm * Vector3d(x, y, 0));
+  const auto at = [&](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
+  for (int y = 0; y < cells; ++y) {
+    for (int x = 0; x < cells; ++x) {
+      mesh.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+      mesh.faces.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
+    }
+  }
+  return mesh;
+}
+
+struct SkinCut {
+  TriangleMesh skin = sheet_of_skin(12, 5);
+  MaterialGrid grid{Vector3d(30, 30, 0)};
+  EdgeCrossings edges{points(), edges_of(skin.faces)};
+  CutSheet sheet{grid, 1000};
+
+  std::vector<GridPoint> points() const {
+    std::vector<GridPoint> points;
+    for (const Vector3d& v : skin.vertices)
+      points.push_back(grid.snapped(v, static_cast<std::uint32_t>(points.size())));
+    return points;
+  }
+  CutSkin along(const std::function<Vector3d(double)>& path, int lines) {
+    std::vector<Vector3d> tips;
+    for (int i = 0; i < lines; ++i)
+      tips.push_back(path(double(i) / (lines - 1)) - Vector3d(0, 0, 5));
+    const std::size_t before = sheet.triangles().size();
+    test::add_stroke(tips, {0, 0, 14}, sheet);
+    edges.add(std::span(sheet.triangles()).subspan(before));
+    return CutSkin(skin, edges, sheet);
+  }
+};
+
+double area_of(const CutSkin& skin, const SkinPart& part) {
+  const auto at = [&](int k) { return skin.vertices()[part.corners[k]].at_mm; };
+  return 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).z();
+}
+
+// Parts fill their faces, without turning over.
+void expect_same_area(const SkinCut& cut, const CutSkin& skin) {
+  double sum = 0;
+  for (const SkinPart& part : skin.parts()) {
+    ASSERT_GT(area_of(skin, part), 0);
+    sum += area_of(skin, part);
+  }
+  EXPECT_NEAR(sum, surface_area(cut.skin), 1e-9 * sum);
+  for (const auto& [face, parts] : skin.parts_of()) {
+    double of_face = 0;
+    for (const std::uint32_t part : parts) {
+      EXPECT_EQ(skin.parts()[part].face, face);
+      of_face += area_of(skin, skin.parts()[part]);
+    }
+    EXPECT_NEAR(of_face, face_area(cut.skin, face), 1e-9);
+  }
+}
+
+TEST(CutSkin, WithoutACutItIsAsItWas) {
+  SkinCut cut;
+  const CutSkin skin(cut.skin, cut.edges, cut.sheet);
+  EXPECT_EQ(skin.vertices().size(), cut.skin.vertices.size());
+  EXPECT_EQ(skin.parts().size(), cut.skin.faces.size());
+  EXPECT_TRUE(skin.borders().empty());
+}
+
+TEST(CutSkin, TheBorderLiesOnTheBladesPath) {
+  SkinCut cut;
+  const auto path = [](double t) { return Vector3d(6 + 47 * t, 30 + 9 * std::sin(5 * t), 0); };
+  const CutSkin skin = cut.along(path, 120);
+  expect_same_area(cut, skin);
+  ASSERT_GT(skin.borders().size(), 15u);
+  double worst = 0, length = 0;
+  for (const SkinBorder& border : skin.borders()) {
+    const Vector3d a = skin.vertices()[border.left[0]].at_mm,
+                   b = skin.vertices()[border.left[1]].at_mm;
+    length += (b - a).norm();
+    EXPECT_EQ(a, skin.vertices()[border.right[0]].at_mm);
+    EXPECT_EQ(b, skin.vertices()[border.right[1]].at_mm);
+    for (const Vector3d& p : {a, Vector3d(0.5 * (a + b)), b}) {
+      double nearest = 1e300;
+      for (int i = 0; i <= 4000; ++i) nearest = std::min(nearest, (path(i / 4000.0) - p).norm());
+      worst = std::max(worst, nearest);
+    }
+  }
+  EXPECT_LT(worst, 0.3);  // mm; 3 % of an edge for places next to its ends, 0.1 between
+  double whole = 0;
+  for (int i = 0; i < 4000; ++i) whole += (path((i + 1) / 4000.0) - path(i / 4000.0)).norm();
+  EXPECT_GT(length, whole - 2 * 5 * std::sqrt(2.0));  // to within a face at either end
+  EXPECT_LT(length, whole + 0.5);
+}
+
+// Both sides have vertices of their own, but at the ends.
+TEST(CutSkin, SidesShareTheEndsOnly) {
+  SkinCut cut;
+  const CutSkin skin = cut.along([](double t) { return Vector3d(11 + 36 * t, 27.3, 0); }, 50);
+  int shared = 0;
+  for (const SkinBorder& border : skin.borders())
+    shared += (border.left[0] == border.right[0]) + (border.left[1] == border.right[1]);
+  EXPECT_EQ(shared, 2);
+}
+
+// Along edges, through vertices, over itself and old cuts, there and back.
+TEST(CutSkin, RandomStrokesKeepTheArea) {
+  std::mt19937_64 random(5);
+  const auto unit = [&] { return std::uniform_real_distribution<>(0, 1)(random); };
+  for (int trial = 0; trial < 60; ++trial) {
+    SkinCut cut;
+    for (int stroke = 0; stroke < 5; ++stroke) {
+      const bool on_lattice = random() % 2;
+      Vector3d from(70 * unit() - 5, 70 * unit() - 5, 0), to(70 * unit() - 5, 70 * unit() - 5, 0);
+      if (on_lattice) from = 5 * (from / 5).array().round(), to = 5 * (to / 5).array().round();
+      const double bend = on_lattice ? 0 : 20 * unit() - 10, turns = 9 * unit();
+      const CutSkin skin = cut.along(
+          [&](double t) {
+            return Vector3d(from + t * (to - from) +
+                            bend * Vector3d(std::sin(turns * t), std::cos(turns * t), 0));
+          },
+          2 + static_cast<int>(random() % 60));
+      expect_same_area(cut, skin);
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace organbake
