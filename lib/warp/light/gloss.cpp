@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "warp/light/unit_vector.h"
+
 namespace organbake {
 namespace {
 
@@ -72,7 +74,7 @@ void Gloss::shine(const SkinDirections& normals, const SkinDirections& toward_ey
 
 bool Gloss::may_show(const Eigen::Vector3f& normal, const Eigen::Vector3f& toward_eye) const {
   return std::any_of(lamps_.begin(), lamps_.end(), [&](const Lamp& lamp) {
-    return normal.dot((lamp.toward + toward_eye).normalized()) >= least_near_cosine_;
+    return ordered_dot(normal, unit_vector(lamp.toward + toward_eye)) >= least_near_cosine_;
   });
 }
 
