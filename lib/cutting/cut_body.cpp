@@ -51,7 +51,7 @@ CutBody::CutBody(const TetrahedralBody& body)
       grid_(grid_about(body)),
       edges_(snapped_nodes(body, grid_), edges_of(body.tetrahedra)),
       cut_(body_, edges_),
-      near_triangles_(body.tetrahedra.size()) {
+      near_barriers_(body.tetrahedra.size()) {
   for (std::uint32_t e = 0; e < edges_.count(); ++e)
     mean_edge_mm_ +=
         (body_.nodes_mm[edges_.edge(e)[1]] - body_.nodes_mm[edges_.edge(e)[0]]).norm() /
@@ -101,8 +101,10 @@ bool CutBody::add(std::span<const CutSheet::Triangle> triangles) {
   for (const CutSheet::Triangle& triangle : triangles) {
     const GridBox box = box_of(triangle);
     for (std::size_t t = 0; t < boxes_.size(); ++t) {
-      if (boxes_[t].meets(box)) near_triangles_[t].push_back(triangle);
+      if (boxes_[t].meets(box))
+        near_barriers_[t].push_back(static_cast<std::uint32_t>(barriers_.size()));
     }
+    barriers_.push_back({triangle.corners, box});
   }
   if (!edges_.add(triangles)) return false;
   CutTetrahedra now(body_, edges_);
@@ -161,11 +163,14 @@ CutBody::SeenCopy CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vecto
   int best = corners[0];
   std::size_t fewest = std::numeric_limits<std::size_t>::max();
   for (const int corner : corners) {
-    const auto bars = static_cast<std::size_t>(
-        std::count_if(near_triangles_[tetrahedron].begin(), near_triangles_[tetrahedron].end(),
-                      [&](const CutSheet::Triangle& triangle) {
-                        return crosses(from, edges_.point(nodes[corner]), triangle.corners);
-                      }));
+    const GridPoint& to = edges_.point(nodes[corner]);
+    GridBox way(from);
+    way.add(to);
+    std::size_t bars = 0;
+    for (const std::uint32_t b : near_barriers_[tetrahedron]) {
+      bars += barriers_[b].box.meets(way) && crosses(from, to, barriers_[b].corners);
+      if (bars >= fewest) break;
+    }
     if (bars < fewest) fewest = bars, best = corner;
     if (bars == 0) break;
   }

@@ -65,7 +65,12 @@ class CutBody {
   double mean_edge_mm_ = 0;
   std::vector<Eigen::Matrix<double, 4, 3>> gradients_;
   std::vector<GridBox> boxes_;  // of the tetrahedra, a little wider
-  std::vector<std::vector<CutSheet::Triangle>> near_triangles_;  // by tetrahedron
+  struct Barrier {
+    std::array<GridPoint, 3> corners;
+    GridBox box;
+  };
+  std::vector<Barrier> barriers_;                          // the sheets' triangles
+  std::vector<std::vector<std::uint32_t>> near_barriers_;  // by tetrahedron
   // Tetrahedra by the cells of a regular grid that their boxes touch.
   Eigen::Vector3d low_mm_ = Eigen::Vector3d::Zero();
   Eigen::Array3i cells_ = Eigen::Array3i::Ones();

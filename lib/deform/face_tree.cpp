@@ -36,6 +36,8 @@ FaceTree::FaceTree(const Tissue& tissue, Skin& skin)
     rest_normal_.push_back(normal_of(x[i], x[j], x[k]));
   }
   std::iota(order_.begin(), order_.end(), 0u);
+  // A cut's walls lie on each other from the first: they are let pass.
+  std::erase_if(order_, [&](std::uint32_t f) { return skin.at_cut(f); });
   if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
 }
 

@@ -126,10 +126,7 @@ void TissueContacts::feel_all() {
   for (const std::uint32_t k : touched_) felt_[k].felt = false;
   touched_.clear();
   has_own_.assign(feelers_.size(), 0);
-  for (const auto& [f, g] : pairs_) {
-    // A cut's walls lie on each other from the first: they are let pass.
-    if (!skin_.at_cut(f) && !skin_.at_cut(g)) feel(f, g), feel(g, f);
-  }
+  for (const auto& [f, g] : pairs_) feel(f, g), feel(g, f);
   std::sort(touched_.begin(), touched_.end());
 }
 
