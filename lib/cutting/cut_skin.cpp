@@ -237,9 +237,8 @@ void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
     const auto [a, b] = edges.edge(edge);
     const EdgeCrossings::Crossed& crossed = edges[edge];
     const double share = crossed.share();
-    const auto on = [&](double t) -> Vector3d {
-      return (1 - t) * skin.vertices[a] + t * skin.vertices[b];
-    };
+    const Vector3d &from = skin.vertices[a], &to = skin.vertices[b];
+    const auto on = [&](double t) -> Vector3d { return (1 - t) * from + t * to; };
     Vertex vertex;
     vertex.at_mm = on(share);
     vertex.side_mm = on(kProbeShare * crossed.first.share);
