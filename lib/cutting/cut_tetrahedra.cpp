@@ -14,8 +14,6 @@ namespace organbake {
 namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-// Of a tetrahedron, as the element of a copy counts at least: next to nothing would be flung about.
-constexpr double kLeastShare = 0.02;
 
 using FaceKey = std::array<std::uint32_t, 3>;
 
