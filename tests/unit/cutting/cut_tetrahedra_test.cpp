@@ -134,9 +134,11 @@ class RandomStrokes {
   }
   void add(CutSheet& sheet) {
     const int kind = static_cast<int>(random_() % 5);
-    const Vector3d from = kind == 0 ? node() : place();
-    const Vector3d to = kind == 0 ? node() : kind == 4 ? Vector3d(from + 1e-7 * place()) : place();
-    Vector3d up = kind == 0 ? Vector3d(node() - node()) : Vector3d(place() - place());
+    const auto any = [&] { return kind == 0 ? node() : place(); };
+    const Vector3d from = any();
+    const Vector3d to = kind == 4 ? Vector3d(from + 1e-7 * place()) : any();
+    Vector3d up = any();
+    up -= any();
     std::vector<Vector3d> tips;
     const int lines = 2 + static_cast<int>(random_() % 14);
     for (int i = 0; i < lines; ++i) {
@@ -152,7 +154,8 @@ class RandomStrokes {
  private:
   double unit() { return std::uniform_real_distribution<>(0, 1)(random_); }
   Vector3d node() { return body_.nodes_mm[random_() % body_.nodes_mm.size()]; }
-  Vector3d place() { return low_ + Vector3d(unit(), unit(), unit()).cwiseProduct(high_ - low_); }
+  // Braces: in order, whatever the compiler.
+  Vector3d place() { return low_ + Vector3d{unit(), unit(), unit()}.cwiseProduct(high_ - low_); }
   const TetrahedralBody& body_;
   Random random_;
   Vector3d low_ = Vector3d::Constant(1e300), high_ = Vector3d::Constant(-1e300);
@@ -167,7 +170,7 @@ TEST(CutTetrahedra, RandomSweepsLeaveClosedFragmentsOfTheSameVolume) {
   const MaterialGrid grid(Vector3d(20, 15, 15));
   const EdgeCrossings uncut = test::crossings(body, grid);
   RandomStrokes strokes(body, 11);
-  std::uint32_t most = 0;
+  int bodies = 0, parted = 0;
   for (int done = 0; done < sweeps;) {
     EdgeCrossings edges = uncut;
     CutSheet sheet(grid, static_cast<std::uint32_t>(body.nodes_mm.size()));
@@ -183,9 +186,9 @@ TEST(CutTetrahedra, RandomSweepsLeaveClosedFragmentsOfTheSameVolume) {
       ASSERT_NEAR(signed_volume(surfaces[f]), volumes[f], 1e-6 * whole);
     }
     for (const auto& copy : cut.copies()) ASSERT_GE(copy.share, 0);
-    most = std::max(most, cut.fragment_count());
+    ++bodies, parted += cut.fragment_count() > 1;
   }
-  EXPECT_GE(most, 3u);  // the sweeps do cut
+  EXPECT_GE(50 * parted, bodies) << "few are cut through: one in 23 was";
 }
 
 }  // namespace
