@@ -7,8 +7,8 @@
 #include <map>
 #include <utility>
 
+#include "core/union_find.h"
 #include "cutting/tetrahedron_pieces.h"
-#include "cutting/union_find.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cutting/union_find.h"
+#include "core/union_find.h"
 
 namespace organbake {
 

@@ -2,10 +2,10 @@
 #include "decimate/mesh_defects.h"
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 #include "core/error.h"
+#include "core/union_find.h"
 #include "decimate/edge_twins.h"
 #include "geometry/mesh_checks.h"
 
@@ -33,8 +33,7 @@ void refuse_non_manifold_edges(const MeshTopology& topology) {
 // Corners (3·face + corner) that share a vertex and hang together through edges at it.
 class CornerFans {
  public:
-  explicit CornerFans(const std::vector<Face>& faces) : parent_(3 * faces.size()) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
+  explicit CornerFans(const std::vector<Face>& faces) : corners_(3 * faces.size()) {
     struct EdgeUse {
       std::uint64_t edge;
       std::uint32_t low_corner, high_corner;
@@ -57,19 +56,15 @@ class CornerFans {
     });
     for (std::size_t i = 1; i < uses.size(); ++i) {
       if (uses[i].edge != uses[i - 1].edge) continue;
-      unite(uses[i].low_corner, uses[i - 1].low_corner);
-      unite(uses[i].high_corner, uses[i - 1].high_corner);
+      corners_.join(uses[i].low_corner, uses[i - 1].low_corner);
+      corners_.join(uses[i].high_corner, uses[i - 1].high_corner);
     }
   }
 
-  std::uint32_t find(std::uint32_t x) {
-    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
+  std::uint32_t find(std::uint32_t corner) { return corners_.root(corner); }
 
  private:
-  void unite(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
-  std::vector<std::uint32_t> parent_;
+  UnionFind corners_;
 };
 
 // An open surface has no inside: its winding says which side is seen, whatever its "volume" is.

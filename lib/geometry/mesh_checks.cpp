@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <vector>
 
 #include "core/error.h"
+#include "core/union_find.h"
 
 namespace organbake {
 namespace {
@@ -34,21 +34,6 @@ std::vector<DirectedEdge> sorted_edges(const TriangleMesh& mesh) {
   return edges;
 }
 
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t find(std::uint32_t x) {
-    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
-
 // Calls visit(uses) for every run of directed edges between the same two vertices.
 template <typename Visit>
 void for_each_edge(const std::vector<DirectedEdge>& edges, Visit visit) {
@@ -61,10 +46,10 @@ void for_each_edge(const std::vector<DirectedEdge>& edges, Visit visit) {
   }
 }
 
-DisjointSets face_components(const TriangleMesh& mesh, const std::vector<DirectedEdge>& edges) {
-  DisjointSets sets(mesh.faces.size());
+UnionFind face_components(const TriangleMesh& mesh, const std::vector<DirectedEdge>& edges) {
+  UnionFind sets(mesh.faces.size());
   for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
-    for (const DirectedEdge& use : uses) sets.unite(uses.front().face, use.face);
+    for (const DirectedEdge& use : uses) sets.join(uses.front().face, use.face);
   });
   return sets;
 }
@@ -72,7 +57,7 @@ DisjointSets face_components(const TriangleMesh& mesh, const std::vector<Directe
 // A vertex is manifold when its faces hang together through edges at the vertex: one fan.
 std::size_t count_non_manifold_vertices(const TriangleMesh& mesh,
                                         const std::vector<DirectedEdge>& edges) {
-  DisjointSets corners(3 * mesh.faces.size());
+  UnionFind corners(3 * mesh.faces.size());
   const auto corner_of = [&](std::uint32_t face, std::uint32_t vertex) {
     const Face& f = mesh.faces[face];
     return 3 * face + (f[0] == vertex ? 0u : f[1] == vertex ? 1u : 2u);
@@ -80,14 +65,14 @@ std::size_t count_non_manifold_vertices(const TriangleMesh& mesh,
   for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
     const std::uint32_t low = uses.front().key >> 32, high = uses.front().key & 0xFFFFFFFFu;
     for (const DirectedEdge& use : uses) {
-      corners.unite(corner_of(uses.front().face, low), corner_of(use.face, low));
-      corners.unite(corner_of(uses.front().face, high), corner_of(use.face, high));
+      corners.join(corner_of(uses.front().face, low), corner_of(use.face, low));
+      corners.join(corner_of(uses.front().face, high), corner_of(use.face, high));
     }
   });
   std::vector<std::uint32_t> fans(mesh.vertices.size(), 0);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     for (std::uint32_t c = 0; c < 3; ++c) {
-      if (corners.find(3 * f + c) == 3 * f + c) ++fans[mesh.faces[f][c]];
+      if (corners.root(3 * f + c) == 3 * f + c) ++fans[mesh.faces[f][c]];
     }
   }
   return std::count_if(fans.begin(), fans.end(), [](std::uint32_t n) { return n > 1; });
@@ -106,24 +91,24 @@ MeshTopology analyse_topology(const TriangleMesh& mesh) {
   t.faces = mesh.faces.size();
   const std::vector<DirectedEdge> edges = sorted_edges(mesh);
   long edge_count = 0;
-  DisjointSets rims(mesh.vertices.size());
+  UnionFind rims(mesh.vertices.size());
   std::vector<bool> at_rim(mesh.vertices.size(), false);
   for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
     ++edge_count;
     if (uses.size() == 1) {
       const std::uint32_t low = uses[0].key >> 32, high = uses[0].key & 0xFFFFFFFFu;
       at_rim[low] = at_rim[high] = true;
-      rims.unite(low, high);
+      rims.join(low, high);
       ++t.boundary_edges;
     }
     t.non_manifold_edges += uses.size() > 2;
     t.misoriented_edges += uses.size() == 2 && uses[0].forward == uses[1].forward;
   });
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
-    t.boundary_loops += at_rim[v] && rims.find(v) == v;
-  DisjointSets components = face_components(mesh, edges);
+    t.boundary_loops += at_rim[v] && rims.root(v) == v;
+  UnionFind components = face_components(mesh, edges);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    t.components += components.find(f) == f;
+    t.components += components.root(f) == f;
     t.degenerate_faces += degenerate(mesh, f);
   }
   t.non_manifold_vertices = count_non_manifold_vertices(mesh, edges);
@@ -158,12 +143,12 @@ void check_mesh(const TriangleMesh& mesh, const std::string& name) {
 
 TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count) {
   if (count == 0 || mesh.faces.empty()) return mesh;
-  DisjointSets sets = face_components(mesh, sorted_edges(mesh));
+  UnionFind sets = face_components(mesh, sorted_edges(mesh));
   std::vector<double> area(mesh.faces.size(), 0.0);
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) area[sets.find(f)] += face_area(mesh, f);
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) area[sets.root(f)] += face_area(mesh, f);
   std::vector<std::uint32_t> roots;
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    if (sets.find(f) == f) roots.push_back(f);
+    if (sets.root(f) == f) roots.push_back(f);
   }
   std::stable_sort(roots.begin(), roots.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return area[a] > area[b]; });
@@ -174,7 +159,7 @@ TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count) {
   constexpr std::uint32_t kUnmapped = 0xFFFFFFFFu;
   std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kUnmapped);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!kept[sets.find(f)]) continue;
+    if (!kept[sets.root(f)]) continue;
     Face face = mesh.faces[f];
     for (std::uint32_t& v : face) {
       if (renumbered[v] == kUnmapped) {

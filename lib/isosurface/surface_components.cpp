@@ -3,7 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
+
+#include "core/union_find.h"
 
 namespace organbake {
 namespace {
@@ -17,23 +18,10 @@ struct Component {
 
 // For every vertex the smallest vertex of its component.
 std::vector<std::uint32_t> label_vertices(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.vertices.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto find = [&](std::uint32_t x) {
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-  };
-  for (const Face& face : mesh.faces) {
-    std::uint32_t a = find(face[0]);
-    for (int c = 1; c < 3; ++c) {
-      const std::uint32_t b = find(face[c]);
-      // The smaller index leads, so a component's name does not depend on the order of its faces.
-      parent[std::max(a, b)] = std::min(a, b);
-      a = std::min(a, b);
-    }
-  }
-  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = parent[parent[v]];
-  return parent;
+  UnionFind joined(mesh.vertices.size());
+  for (const Face& face : mesh.faces)
+    for (int c = 1; c < 3; ++c) joined.join(face[0], face[c]);
+  return std::move(joined).roots();
 }
 
 std::vector<Component> measure(const TriangleMesh& mesh, const std::vector<std::uint32_t>& root) {

@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "core/union_find.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {
@@ -68,27 +68,19 @@ double free_share(const RayScene& scene, const Eigen::Vector3d& point,
 }  // namespace
 
 Patches patches_of(const TriangleMesh& mesh) {
-  std::vector<std::uint32_t> parent(mesh.faces.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto find = [&](std::uint32_t x) {
-    while (parent[x] != x) x = parent[x] = parent[parent[x]];
-    return x;
-  };
+  UnionFind joined(mesh.faces.size());
   const std::vector<EdgeUse> uses = sorted_uses(mesh);
   std::vector<std::uint32_t> crowded;
   for (std::size_t i = 0; i < uses.size();) {
     const std::size_t begin = i;
     while (i < uses.size() && uses[i].edge == uses[begin].edge) ++i;
-    if (i - begin == 2) {
-      const std::uint32_t a = find(uses[begin].face), b = find(uses[begin + 1].face);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
+    if (i - begin == 2) joined.join(uses[begin].face, uses[begin + 1].face);
     for (std::size_t u = begin; i - begin > 2 && u < i; ++u) crowded.push_back(uses[u].face);
   }
   Patches patches;
   std::vector<std::uint32_t> number(mesh.faces.size());
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    const std::uint32_t root = find(f);
+    const std::uint32_t root = joined.root(f);
     if (root == f) number[f] = static_cast<std::uint32_t>(patches.count++);
     patches.of_face.push_back(number[root]);
   }

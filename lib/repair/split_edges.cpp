@@ -4,9 +4,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <vector>
+
+#include "core/union_find.h"
 
 namespace organbake {
 namespace {
@@ -45,24 +46,15 @@ std::vector<CornerUse> sorted_corner_uses(const std::vector<Face>& faces) {
 // Corners that share a vertex and hang together through edges at it.
 class Fans {
  public:
-  explicit Fans(std::size_t faces) : parent_(3 * faces) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t find(std::uint32_t x) {
-    while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-    return x;
-  }
+  explicit Fans(std::size_t faces) : corners_(3 * faces) {}
+  std::uint32_t find(std::uint32_t corner) { return corners_.root(corner); }
   void join(const CornerUse& a, const CornerUse& b) {
-    unite(a.low_corner, b.low_corner);
-    unite(a.high_corner, b.high_corner);
+    corners_.join(a.low_corner, b.low_corner);
+    corners_.join(a.high_corner, b.high_corner);
   }
 
  private:
-  void unite(std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t x = find(a), y = find(b);
-    parent_[std::max(x, y)] = std::min(x, y);
-  }
-  std::vector<std::uint32_t> parent_;
+  UnionFind corners_;
 };
 
 // Round the edge, counter-clockwise seen from its higher vertex: outside lies ahead of a face that

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace organbake {
@@ -21,6 +22,11 @@ class UnionFind {
   void join(std::uint32_t a, std::uint32_t b) {
     a = root(a), b = root(b);
     parent_[std::max(a, b)] = std::min(a, b);
+  }
+  // Of all, in the memory of these.
+  std::vector<std::uint32_t> roots() && {
+    for (std::uint32_t& parent : parent_) parent = parent_[parent];  // it lies before its members
+    return std::move(parent_);
   }
 
  private:
