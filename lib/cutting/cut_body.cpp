@@ -16,20 +16,15 @@ constexpr double kWider = 0.25;
 constexpr double kFarthestWeight = 0.5;
 constexpr double kRoundedWeight = 1e-9;
 
-MaterialGrid grid_about(const TetrahedralBody& body) {
-  Bounds box;
-  for (const Eigen::Vector3d& node : body.nodes_mm) {
-    box.min = box.min.cwiseMin(node);
-    box.max = box.max.cwiseMax(node);
-  }
-  return MaterialGrid(box.center());
+void include(const Eigen::Vector3d& point_mm, Bounds& box) {
+  box.min = box.min.cwiseMin(point_mm);
+  box.max = box.max.cwiseMax(point_mm);
 }
 
-std::vector<GridPoint> snapped_nodes(const TetrahedralBody& body, const MaterialGrid& grid) {
-  std::vector<GridPoint> points;
-  for (const Eigen::Vector3d& node : body.nodes_mm)
-    points.push_back(grid.snapped(node, static_cast<std::uint32_t>(points.size())));
-  return points;
+Bounds bounds_of(const TetrahedralBody& body) {
+  Bounds box;
+  for (const Eigen::Vector3d& node : body.nodes_mm) include(node, box);
+  return box;
 }
 
 double least(const std::array<double, 4>& weights) {
@@ -48,8 +43,8 @@ std::array<double, 4> limited(std::array<double, 4> weights) {
 
 CutBody::CutBody(const TetrahedralBody& body)
     : body_(body),
-      grid_(grid_about(body)),
-      edges_(snapped_nodes(body, grid_), edges_of(body.tetrahedra)),
+      grid_(bounds_of(body).center()),
+      edges_(grid_.snapped(body.nodes_mm, 0), edges_of(body.tetrahedra)),
       cut_(body_, edges_),
       near_barriers_(body.tetrahedra.size()) {
   for (std::uint32_t e = 0; e < edges_.count(); ++e)
@@ -70,11 +65,7 @@ CutBody::CutBody(const TetrahedralBody& body)
 }
 
 void CutBody::build_cells() {
-  Bounds box;
-  for (const Eigen::Vector3d& node : body_.nodes_mm) {
-    box.min = box.min.cwiseMin(node);
-    box.max = box.max.cwiseMax(node);
-  }
+  const Bounds box = bounds_of(body_);
   low_mm_ = box.min;
   constexpr double kMostCells = 64;  // a side
   cell_mm_ = std::max(mean_edge_mm_, (box.max - box.min).maxCoeff() / kMostCells);
@@ -82,10 +73,7 @@ void CutBody::build_cells() {
   in_cell_.resize(static_cast<std::size_t>(cells_.prod()));
   for (std::uint32_t t = 0; t < body_.tetrahedra.size(); ++t) {
     Bounds own;
-    for (const std::uint32_t n : body_.tetrahedra[t].nodes) {
-      own.min = own.min.cwiseMin(body_.nodes_mm[n]);
-      own.max = own.max.cwiseMax(body_.nodes_mm[n]);
-    }
+    for (const std::uint32_t n : body_.tetrahedra[t].nodes) include(body_.nodes_mm[n], own);
     const Eigen::Array3i first =
         ((own.min - low_mm_) / cell_mm_).array().floor().cast<int>().max(0);
     const Eigen::Array3i last =

@@ -25,15 +25,6 @@ const TetrahedralBody& tetrahedra_of(const Bundle& bundle) {
   return *bundle.mechanics.body;
 }
 
-std::vector<GridPoint> snapped_skin(const TriangleMesh& skin, const CutBody& body) {
-  std::vector<GridPoint> points;
-  for (const Eigen::Vector3d& v : skin.vertices) {
-    const auto rank = body.first_free_rank() + static_cast<std::uint32_t>(points.size());
-    points.push_back(body.grid().snapped(v, rank));
-  }
-  return points;
-}
-
 // The corners of the lattice's cell that holds a place, and their weights.
 struct LatticeMix {
   std::array<std::uint32_t, 3> nodes;
@@ -77,7 +68,8 @@ CutOrgan::CutOrgan(const Bundle& bundle)
       lighting_(bundle.lighting),
       skin_(bundle.shell().at_rest()),
       body_(tetrahedra_of(bundle)),
-      skin_edges_(snapped_skin(skin_, body_), edges_of(skin_.faces)),
+      skin_edges_(body_.grid().snapped(skin_.vertices, body_.first_free_rank()),
+                  edges_of(skin_.faces)),
       inside_(skin_, body_.grid(),
               body_.first_free_rank() + static_cast<std::uint32_t>(skin_.vertices.size())),
       sheet_(body_.grid(),

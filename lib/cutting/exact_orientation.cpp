@@ -84,6 +84,14 @@ GridPoint MaterialGrid::snapped(const Eigen::Vector3d& point_mm, std::uint32_t r
   return point;
 }
 
+std::vector<GridPoint> MaterialGrid::snapped(const std::vector<Eigen::Vector3d>& points_mm,
+                                             std::uint32_t first_rank) const {
+  std::vector<GridPoint> points;
+  points.reserve(points_mm.size());
+  for (const Eigen::Vector3d& point : points_mm) points.push_back(snapped(point, first_rank++));
+  return points;
+}
+
 int orientation(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridPoint& d) {
   // Differences are exact in double precision; the bound is that of the products and sums.
   double u[3], v[3], w[3];

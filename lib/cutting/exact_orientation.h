@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace organbake {
 
@@ -21,6 +22,9 @@ class MaterialGrid {
   explicit MaterialGrid(const Eigen::Vector3d& middle_mm) : middle_mm_(middle_mm) {}
 
   GridPoint snapped(const Eigen::Vector3d& point_mm, std::uint32_t rank) const;
+  // All of them, with the ranks from `first_rank` on.
+  std::vector<GridPoint> snapped(const std::vector<Eigen::Vector3d>& points_mm,
+                                 std::uint32_t first_rank) const;
 
  private:
   Eigen::Vector3d middle_mm_ = Eigen::Vector3d::Zero();

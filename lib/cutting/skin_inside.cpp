@@ -5,9 +5,7 @@ namespace organbake {
 
 SkinInside::SkinInside(const TriangleMesh& skin, const MaterialGrid& grid, std::uint32_t first_rank)
     : grid_(grid), rank_(first_rank + static_cast<std::uint32_t>(skin.vertices.size())) {
-  std::vector<GridPoint> points;
-  for (const Eigen::Vector3d& v : skin.vertices)
-    points.push_back(grid.snapped(v, first_rank + static_cast<std::uint32_t>(points.size())));
+  const std::vector<GridPoint> points = grid.snapped(skin.vertices, first_rank);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (std::size_t f = 0; f < skin.faces.size(); ++f) {
     const auto& [a, b, c] = skin.faces[f];

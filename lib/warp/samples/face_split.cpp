@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -31,9 +30,10 @@ struct IntoPart {
   }
 };
 
-struct BoundSample {
-  std::uint32_t from_slot;
-  std::array<float, 3> at;
+// Samples of a chunk that lie in one part.
+struct Group {
+  std::vector<std::uint32_t> from_slots;
+  std::vector<Eigen::Array3f> bound;
 };
 
 class ChunkSplitter {
@@ -41,7 +41,7 @@ class ChunkSplitter {
   ChunkSplitter(const SampleSet& from, SampleSet& to) : from_(from), to_(to) {}
 
   void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
-    std::vector<std::vector<BoundSample>> groups(parts.size());
+    std::vector<Group> groups(parts.size());
     for (std::uint32_t i = 0; i < from_.chunks[chunk].count; ++i) {
       const std::uint32_t slot = chunk * kChunk + i;
       const std::array<float, 3> bound = from_.bound(slot);
@@ -53,12 +53,13 @@ class ChunkSplitter {
         if (depth > deepest) deepest = depth, best = p;
       }
       const Eigen::Vector2d in_part = parts[best](at);
-      groups[best].push_back(
-          {slot, {static_cast<float>(in_part.x()), static_cast<float>(in_part.y()), bound[2]}});
+      groups[best].from_slots.push_back(slot);
+      groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
+                                      static_cast<float>(in_part.y()), bound[2]);
     }
     bool own = true;
     for (std::size_t p = 0; p < parts.size(); ++p) {
-      if (groups[p].empty()) continue;
+      if (groups[p].bound.empty()) continue;
       const std::uint32_t at = std::exchange(own, false) ? chunk : add_chunk();
       put(at, from_.chunks[chunk].patch, parts[p], groups[p]);
     }
@@ -72,10 +73,9 @@ class ChunkSplitter {
     return static_cast<std::uint32_t>(to_.chunks.size() - 1);
   }
 
-  void put(std::uint32_t chunk, const Patch& was, const IntoPart& part,
-           const std::vector<BoundSample>& samples) {
+  void put(std::uint32_t chunk, const Patch& was, const IntoPart& part, const Group& group) {
     Chunk& made = to_.chunks[chunk];
-    made.count = static_cast<std::uint32_t>(samples.size());
+    made.count = static_cast<std::uint32_t>(group.bound.size());
     Patch& patch = made.patch;
     patch = was;
     patch.face = part.face;
@@ -86,23 +86,11 @@ class ChunkSplitter {
     turn(was.along_u, patch.along_u);
     turn(was.along_v, patch.along_v);
     const std::size_t first = std::size_t{chunk} * kChunk;
-    const std::array<std::vector<Place>*, 3> places = {&to_.b1, &to_.b2, &to_.h};
-    for (int k = 0; k < 3; ++k) {
-      float low = samples[0].at[k], high = low;
-      for (const BoundSample& s : samples)
-        low = std::min(low, s.at[k]), high = std::max(high, s.at[k]);
-      patch.center[k] = 0.5f * (low + high), patch.extent[k] = 0.5f * (high - low);
-      const float scale = patch.extent[k] > 0 ? kFullPlace / patch.extent[k] : 0;
-      auto& out = *places[k];
-      std::fill_n(out.begin() + static_cast<std::ptrdiff_t>(first), kChunk, Place{0});
-      for (std::size_t i = 0; i < samples.size(); ++i) {
-        const float place = std::clamp(std::round((samples[i].at[k] - patch.center[k]) * scale),
-                                       -kFullPlace, kFullPlace);
-        out[first + i] = static_cast<Place>(place);
-      }
-    }
-    for (std::size_t i = 0; i < samples.size(); ++i)
-      to_.detail[first + i] = from_.detail[samples[i].from_slot];
+    for (std::vector<Place>* places : {&to_.b1, &to_.b2, &to_.h})
+      std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, Place{0});
+    to_.put(group.bound, first, patch);
+    for (std::size_t i = 0; i < group.from_slots.size(); ++i)
+      to_.detail[first + i] = from_.detail[group.from_slots[i]];
   }
 
   const SampleSet& from_;
@@ -120,10 +108,7 @@ SampleSet split_samples(const SampleSet& set, const CutOrgan::FaceParts& parts) 
     const std::vector<IntoPart> into(found->second.begin(), found->second.end());
     splitter.split(c, into);
   }
-  std::vector<Patch> patches;
-  patches.reserve(split.chunks.size());
-  for (const Chunk& chunk : split.chunks) patches.push_back(chunk.patch);
-  split.patches = PatchTable(patches);
+  split.copy_patches();
   return split;
 }
 

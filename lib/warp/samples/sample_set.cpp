@@ -145,23 +145,6 @@ float least_cosine(const MapDetail& detail, const std::uint32_t* texels, const R
   return least;
 }
 
-// Bounds the samples and keeps where they lie within the bounds.
-void put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, SampleSet& set,
-         Patch& patch) {
-  Eigen::Array3f low = bound.front(), high = low;
-  for (const Eigen::Array3f& at : bound) low = low.min(at), high = high.max(at);
-  const Eigen::Array3f center = 0.5f * (low + high), extent = 0.5f * (high - low);
-  const Eigen::Array3f scale = (extent > 0).select(kFullPlace / extent, 0);
-  for (std::size_t i = 0; i < bound.size(); ++i) {
-    const Eigen::Array3f place =
-        ((bound[i] - center) * scale).round().max(-kFullPlace).min(kFullPlace);
-    set.b1[first_slot + i] = static_cast<Place>(place[0]);
-    set.b2[first_slot + i] = static_cast<Place>(place[1]);
-    set.h[first_slot + i] = static_cast<Place>(place[2]);
-  }
-  for (int k = 0; k < 3; ++k) patch.center[k] = center[k], patch.extent[k] = extent[k];
-}
-
 // One run becomes one chunk: slots filled, bounds, tangents and normal cone measured.
 Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& run,
                std::size_t first_slot, SampleSet& set) {
@@ -178,7 +161,7 @@ Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& ru
     bound[i] = {static_cast<float>(b.x()), static_cast<float>(b.y()), h};
     set.detail[first_slot + i] = map.detail.texels[texels[i]];
   }
-  put(std::span(bound).first(run.count), first_slot, set, chunk.patch);
+  set.put(std::span(bound).first(run.count), first_slot, chunk.patch);
   const DepthPlane plane = fit_depth(map, at, m);
   const double u = plane.center.x(), v = plane.center.y();
   const Eigen::Vector3f r0 = map.ray(u, v).cast<float>();
@@ -203,6 +186,28 @@ double mean_texel_mm(const CameraMaps& maps, const TexelOrder& order, double foc
 
 }  // namespace
 
+void SampleSet::put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch) {
+  Eigen::Array3f low = bound.front(), high = low;
+  for (const Eigen::Array3f& at : bound) low = low.min(at), high = high.max(at);
+  const Eigen::Array3f center = 0.5f * (low + high), extent = 0.5f * (high - low);
+  const Eigen::Array3f scale = (extent > 0).select(kFullPlace / extent, 0);
+  for (std::size_t i = 0; i < bound.size(); ++i) {
+    const Eigen::Array3f place =
+        ((bound[i] - center) * scale).round().max(-kFullPlace).min(kFullPlace);
+    b1[first_slot + i] = static_cast<Place>(place[0]);
+    b2[first_slot + i] = static_cast<Place>(place[1]);
+    h[first_slot + i] = static_cast<Place>(place[2]);
+  }
+  for (int k = 0; k < 3; ++k) patch.center[k] = center[k], patch.extent[k] = extent[k];
+}
+
+void SampleSet::copy_patches() {
+  std::vector<Patch> copied;
+  copied.reserve(chunks.size());
+  for (const Chunk& chunk : chunks) copied.push_back(chunk.patch);
+  patches = PatchTable(copied);
+}
+
 SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
                            const std::vector<ShellMatrix>& rest_in_camera) {
   const TexelOrder order = order_texels(maps);
@@ -226,10 +231,7 @@ SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
                     for (std::size_t c = first; c < last; ++c)
                       set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
                   });
-  std::vector<Patch> patches;
-  patches.reserve(set.chunks.size());
-  for (const Chunk& chunk : set.chunks) patches.push_back(chunk.patch);
-  set.patches = PatchTable(patches);
+  set.copy_patches();
   return set;
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "bundle/bundle.h"
@@ -57,6 +59,11 @@ struct SampleSet {
     const Patch& patch = chunks[slot / kChunk].patch;
     return {at(patch, 0, b1[slot]), at(patch, 1, b2[slot]), at(patch, 2, h[slot])};
   }
+
+  // Bounds samples (b1, b2, h) by a patch, and keeps where they lie within it, from a slot on.
+  void put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch);
+  // Makes `patches` those of the chunks.
+  void copy_patches();
 
  private:
   static float at(const Patch& patch, int axis, Place place) {
