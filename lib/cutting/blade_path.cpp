@@ -75,9 +75,10 @@ std::optional<BladePath::Carried> BladePath::carried(const Blade& blade, const P
   Carried carried;
   for (int k = 0; k < BladeLine::kPoints; ++k) {
     const double share = double(k) / (BladeLine::kPoints - 1);
-    carried.by[k] = std::min_element(in.begin(), in.end(), [&](const auto& a, const auto& b) {
-                      return std::abs(a.first - share) < std::abs(b.first - share);
-                    })->second;
+    const auto nearest = std::min_element(in.begin(), in.end(), [&](const auto& a, const auto& b) {
+      return std::abs(a.first - share) < std::abs(b.first - share);
+    });
+    carried.by[k] = posed.cut().held_corner(nearest->second);
   }
   carried.line = carried_by(carried.by, blade, posed, inside, reach_mm);
   return carried;
@@ -87,7 +88,7 @@ BladeLine BladePath::carried_by(const Carriers& by, const Blade& blade, const Po
                                 const SkinInside& inside, double reach_mm) {
   BladeLine line;
   for (int k = 0; k < BladeLine::kPoints; ++k)
-    line.points_mm[k + 1] = posed.at_rest(by[k], along(blade, k));
+    line.points_mm[k + 1] = posed.at_rest(posed.cut().copy_at(by[k]), along(blade, k));
   extend(line, inside, reach_mm);
   return line;
 }

@@ -25,7 +25,7 @@ class BladePath {
   void lift() { last_.reset(), cutting_ = false; }
 
  private:
-  using Carriers = std::array<std::uint32_t, BladeLine::kPoints>;  // copies
+  using Carriers = std::array<TetrahedronCorner, BladeLine::kPoints>;
   struct Carried {
     BladeLine line;
     Carriers by;

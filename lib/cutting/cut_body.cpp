@@ -162,7 +162,7 @@ CutBody::SeenCopy CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vecto
     if (bars < fewest) fewest = bars, best = corner;
     if (bars == 0) break;
   }
-  return {cut_.copy_at(tetrahedron, best), fewest == 0};
+  return {cut_.copy_at({tetrahedron, best}), fewest == 0};
 }
 
 TissuePlace CutBody::place(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& side_mm,

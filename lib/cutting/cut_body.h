@@ -88,6 +88,7 @@ class PosedBody {
     std::uint32_t copy;
     Eigen::Vector3d at_rest_mm;
   };
+  const CutTetrahedra& cut() const { return body_.cut(); }
   // Copies whose tetrahedra may hold a place between the corners of a box.
   std::vector<std::uint32_t> near(const Eigen::Vector3d& low_mm,
                                   const Eigen::Vector3d& high_mm) const;

@@ -4,7 +4,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
+#include <span>
 
 #include "core/error.h"
 #include "cutting/cut_walls.h"
@@ -12,9 +14,6 @@
 
 namespace organbake {
 namespace {
-
-// Elements stand out of the skin by no more than their size.
-constexpr double kReachPerEdge = 1.5;
 
 const TetrahedralBody& tetrahedra_of(const Bundle& bundle) {
   if (!bundle.mechanics.body) {
@@ -71,9 +70,7 @@ CutOrgan::CutOrgan(const Bundle& bundle)
       skin_edges_(body_.grid().snapped(skin_.vertices, body_.first_free_rank()),
                   edges_of(skin_.faces)),
       inside_(skin_, body_.grid(),
-              body_.first_free_rank() + static_cast<std::uint32_t>(skin_.vertices.size())),
-      sheet_(body_.grid(),
-             body_.first_free_rank() + 2 * static_cast<std::uint32_t>(skin_.vertices.size()) + 2) {
+              body_.first_free_rank() + static_cast<std::uint32_t>(skin_.vertices.size())) {
   now_.manifest = bundle.manifest;
   now_.cameras = bundle.cameras;
   now_.lighting = bundle.lighting;
@@ -94,35 +91,28 @@ CutOrgan::CutOrgan(const Bundle& bundle)
   mean_albedo_ = (sum / double(base_.color.size())).cast<float>().cwiseMin(1).cwiseMax(0);
 }
 
-bool CutOrgan::sweep(std::span<const BladeNow> blades,
-                     const std::vector<Eigen::Vector3d>& nodes_mm) {
-  for (auto& [instrument, path] : paths_) {
-    if (std::none_of(blades.begin(), blades.end(),
-                     [&, i = instrument](const BladeNow& b) { return b.instrument == i; }))
-      path.lift();
-  }
-  if (blades.empty()) return false;
-  const PosedBody posed(body_, nodes_mm);
-  for (const BladeNow& now : blades) {
-    paths_[now.instrument].advance(now.blade, posed, inside_, kReachPerEdge * body_.mean_edge_mm(),
-                                   sheet_);
-  }
-  const std::span fresh = std::span(sheet_.triangles()).subspan(taken_);
-  taken_ = sheet_.triangles().size();
-  if (fresh.empty()) return false;
+// Its points' ranks follow those of the skin, and of what is asked about it.
+CutSheet CutOrgan::clean_sheet() const {
+  return {body_.grid(),
+          body_.first_free_rank() + 2 * static_cast<std::uint32_t>(skin_.vertices.size()) + 2};
+}
+
+bool CutOrgan::part(const CutSheet& sheet) {
+  const std::span fresh = std::span(sheet.triangles()).subspan(taken_);
+  taken_ = sheet.triangles().size();
   std::vector<CutSheet::Triangle> in_tissue;
   std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(in_tissue),
                [](const CutSheet::Triangle& t) { return !t.farther_out; });
   const bool skin_cut = skin_edges_.add(in_tissue);
   const bool body_cut = body_.add(fresh);
   if (!skin_cut && !body_cut) return false;
-  remake();
+  remake(sheet);
   return true;
 }
 
-void CutOrgan::remake() {
-  const CutSkin skin(skin_, skin_edges_, sheet_);
-  const CutWalls walls = cut_walls(skin, sheet_);
+void CutOrgan::remake(const CutSheet& sheet) {
+  const CutSkin skin(skin_, skin_edges_, sheet);
+  const CutWalls walls = cut_walls(skin, sheet);
   now_.proxy = {};
   std::vector<TissuePlace> places;
   const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& side,

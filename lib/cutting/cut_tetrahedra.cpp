@@ -2,6 +2,7 @@
 #include "cutting/cut_tetrahedra.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -160,19 +161,22 @@ void CutTetrahedra::number_fragments() {
   }
 }
 
-std::uint32_t CutTetrahedra::copy_at(std::uint32_t tetrahedron, int corner) const {
-  std::uint32_t copy = first_copy(tetrahedron);
-  while (!(copies_[copy].corners >> corner & 1)) ++copy;
+std::uint32_t CutTetrahedra::copy_at(const TetrahedronCorner& at) const {
+  std::uint32_t copy = first_copy(at.tetrahedron);
+  while (!(copies_[copy].corners >> at.corner & 1)) ++copy;
   return copy;
+}
+
+TetrahedronCorner CutTetrahedra::held_corner(std::uint32_t copy) const {
+  return {copies_[copy].tetrahedron, std::countr_zero(copies_[copy].corners)};
 }
 
 std::vector<std::uint32_t> CutTetrahedra::sources(const CutTetrahedra& before) const {
   std::vector<std::uint32_t> sources = original_;  // of nodes of no tetrahedron
   std::vector<std::uint8_t> known(sources.size(), 0);
   for (const Copy& copy : copies_) {
-    int corner = 0;
-    while (!(copy.corners >> corner & 1)) ++corner;
-    const Copy& was = before.copies()[before.copy_at(copy.tetrahedron, corner)];
+    const int corner = std::countr_zero(copy.corners);
+    const Copy& was = before.copies()[before.copy_at({copy.tetrahedron, corner})];
     for (int k = 0; k < 4; ++k) {
       const std::uint32_t n = copy.nodes[k];
       if (!std::exchange(known[n], 1)) sources[n] = was.nodes[k];
@@ -218,7 +222,7 @@ std::vector<TriangleMesh> fragment_surfaces(const TetrahedralBody& body, const E
   for (std::uint32_t t = 0; t < body.tetrahedra.size(); ++t) {
     const TetrahedronPieces pieces(body, edges, t);
     for (int corner = 0; corner < 4; ++corner) {
-      const std::uint32_t own = cut.fragment(cut.copy_at(t, corner));
+      const std::uint32_t own = cut.fragment(cut.copy_at({t, corner}));
       for (int face = 0; face < 4; ++face) {
         if (times[key_of(body.tetrahedra[t], face)] != 1) continue;
         for (const auto& piece : pieces.face_piece(face, corner)) add(own, piece);

@@ -14,6 +14,12 @@ namespace organbake {
 // The edges of all tetrahedra.
 std::vector<EdgeCrossings::Edge> edges_of(const std::vector<Tetrahedron>& tetrahedra);
 
+// Tissue by the corner of a tetrahedron that it is at, whatever is cut there.
+struct TetrahedronCorner {
+  std::uint32_t tetrahedron = 0;
+  int corner = 0;
+};
+
 // A body's tetrahedra when sheets have crossed their edges. A tetrahedron whose corners fall apart,
 // joined by edges that are whole, is there once for each of these groups of corners: elements are
 // copied whole and never cut up, so none is a sliver (the virtual nodes of Molino et al. 2004). The
@@ -35,7 +41,9 @@ class CutTetrahedra {
   std::uint32_t first_copy(std::uint32_t tetrahedron) const { return first_[tetrahedron]; }
   std::uint32_t end_copy(std::uint32_t tetrahedron) const { return first_[tetrahedron + 1]; }
   // That holds the tissue at a corner.
-  std::uint32_t copy_at(std::uint32_t tetrahedron, int corner) const;
+  std::uint32_t copy_at(const TetrahedronCorner& at) const;
+  // The first of those that a copy holds.
+  TetrahedronCorner held_corner(std::uint32_t copy) const;
   bool split(std::uint32_t tetrahedron) const {
     return end_copy(tetrahedron) - first_copy(tetrahedron) > 1;
   }

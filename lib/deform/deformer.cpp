@@ -211,11 +211,6 @@ Deformer::Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics,
     : Deformer({{proxy, mechanics, base}}, options) {}
 Deformer::Deformer(const DeformBodies& bodies, const DeformOptions& options)
     : impl_(std::make_unique<Impl>(bodies, options)) {}
-Deformer::Deformer(const DeformBodies& bodies, const DeformOptions& options, Deformer& before,
-                   const std::vector<std::vector<std::uint32_t>>& sources)
-    : Deformer(bodies, options) {
-  impl_->take_over(*before.impl_, sources);
-}
 Deformer::~Deformer() = default;
 Deformer::Deformer(Deformer&&) noexcept = default;
 Deformer& Deformer::operator=(Deformer&&) noexcept = default;
@@ -231,6 +226,9 @@ std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
       positions.push_back(impl_->solver.shape()[slot].head<3>());
   }
   return positions;
+}
+void Deformer::take_over(Deformer& before, const std::vector<std::vector<std::uint32_t>>& sources) {
+  impl_->take_over(*before.impl_, sources);
 }
 bool Deformer::moved() const { return impl_->moved; }
 void Deformer::reset() {

@@ -91,12 +91,6 @@ class Deformer {
   Deformer(Deformer&&) noexcept;
   Deformer& operator=(Deformer&&) noexcept;
 
-  // The same organs once blades have cut some of them, carried over as they lie and move in
-  // `before`, with what instruments hold. sources: by organ, for each node of its tetrahedra the
-  // one of `before` that it was. Loads are dropped.
-  Deformer(const DeformBodies& bodies, const DeformOptions& options, Deformer& before,
-           const std::vector<std::vector<std::uint32_t>>& sources);
-
   // Several organs that meet each other. What overlaps at rest may stay as it is, no deeper.
   explicit Deformer(const DeformBodies& bodies, const DeformOptions& options = {});
 
@@ -107,6 +101,10 @@ class Deformer {
   const std::vector<Eigen::Vector3d>& positions() const;
   // Of an organ's tetrahedra, mm; none of springs.
   std::vector<Eigen::Vector3d> node_positions(std::size_t organ) const;
+  // Goes on where another stands, of the same organs before blades have cut some of them: as they
+  // lie and move there, with what instruments hold. sources: by organ, for each node of its
+  // tetrahedra the one of `before` that it was. Loads are dropped.
+  void take_over(Deformer& before, const std::vector<std::vector<std::uint32_t>>& sources);
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
   // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.

@@ -10,25 +10,22 @@
 #include "warp/light/light_meter.h"
 
 namespace organbake {
-namespace {
 
-template <class Organs>
-DeformBodies bodies_of(const Organs& organs) {
-  DeformBodies bodies;
-  for (const auto& organ : organs) {
-    const Bundle& now = organ.now();
-    bodies.push_back({now.proxy, now.mechanics, now.base, now.skin ? &*now.skin : nullptr});
-  }
-  return bodies;
+DeformBody Player::deform_body(const Bundle& organ) {
+  return {organ.proxy, organ.mechanics, organ.base, organ.skin ? &*organ.skin : nullptr};
 }
 
-}  // namespace
+DeformBodies Player::deform_bodies(const std::vector<Organ>& organs) {
+  DeformBodies bodies;
+  for (const Organ& organ : organs) bodies.push_back(deform_body(organ.now()));
+  return bodies;
+}
 
 Player::Organ Player::bound(Bundle bundle, bool keep_maps) {
   Warper warper(bundle);
   if (!keep_maps) bundle.maps.clear();  // the bound samples say all that drawing needs
   std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
-  return {std::move(bundle), std::move(warper), std::move(positions), {}, nullptr, std::nullopt};
+  return {std::move(bundle), std::move(warper), std::move(positions)};
 }
 
 Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool keep_maps) {
@@ -46,7 +43,7 @@ Player::Organ Player::framed(Bundle frame, Warper::ReadMaps read) {
   Warper warper(frame, std::move(read));
   frame.maps.clear();
   std::vector<Eigen::Vector3d> positions = frame.proxy.vertices;
-  return {std::move(frame), std::move(warper), std::move(positions), {}, nullptr, std::nullopt};
+  return {std::move(frame), std::move(warper), std::move(positions)};
 }
 
 std::vector<Player::Organ> Player::one_of(Organ organ) {
@@ -71,7 +68,7 @@ std::vector<Player::Organ> Player::bound(std::vector<Bundle> bundles, bool keep_
 }
 
 Player::Player(std::vector<Organ> organs, const DeformOptions& options)
-    : organs_(std::move(organs)), options_(options), deformer_(bodies_of(organs_), options) {
+    : organs_(std::move(organs)), options_(options), deformer_(deform_bodies(organs_), options) {
   if (organs_.empty()) throw UsageError("a player needs a bundle");
 }
 
@@ -124,19 +121,19 @@ StepReport Player::step(const std::vector<InstrumentTip>& tips) {
 }
 
 void Player::reset() {
+  parting_.reset();
   bool was_cut = false;
   for (Organ& organ : organs_) {
     was_cut = was_cut || organ.cut_warper;
     organ.cut_warper.reset();
     organ.cutting.reset();
+    organ.sweeps.reset();
     organ.positions.resize(organ.bundle.proxy.vertices.size());
   }
-  if (was_cut) deformer_ = Deformer(deform_bodies(), options_);
+  if (was_cut) deformer_ = Deformer(deform_bodies(organs_), options_);
   deformer_.reset();
   take_positions();
 }
-
-DeformBodies Player::deform_bodies() const { return bodies_of(organs_); }
 
 void Player::take_positions() {
   auto next = deformer_.positions().begin();

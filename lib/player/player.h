@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bundle/bundle.h"
+#include "cutting/blade_sweeps.h"
 #include "cutting/cut_organ.h"
 #include "deform/deformer.h"
 #include "warp/paper/paper_warp.h"
@@ -26,6 +27,9 @@ namespace organbake {
 // One thread calls; drawing uses TBB's threads inside and gives the same bytes for any number.
 class Player {
  public:
+  Player(Player&&) noexcept = default;
+  Player& operator=(Player&&) = delete;
+
   // Binds a bundle's samples; keep_maps holds on to the camera maps for comparisons.
   explicit Player(Bundle bundle, const DeformOptions& options = {}, bool keep_maps = false);
   // Reads the bundle but for its maps: a camera's are read, checked and bound when a view first
@@ -48,8 +52,11 @@ class Player {
   // Reads one camera more, for who has no thread to spare; false when all are there.
   bool load_next();
 
-  // Cutting tips need the solver fem and organs baked with tetrahedra: else UsageError.
+  // Cutting tips need the solver fem and organs baked with tetrahedra: else UsageError. What blades
+  // sweep parts kPartingSteps later: all that hangs on it is worked out meanwhile on a thread of
+  // its own, and the step in which a cut grows takes no longer than others.
   StepReport step(const std::vector<InstrumentTip>& tips);
+  static constexpr int kPartingSteps = 4;
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
@@ -80,10 +87,12 @@ class Player {
   struct Organ {
     Bundle bundle;
     Warper warper;
-    std::vector<Eigen::Vector3d> positions;  // of the proxy, mm
-    Frame picture;                           // of this organ alone; only where there are others
-    std::unique_ptr<CutOrgan> cutting;       // once a blade was near
-    std::optional<Warper> cut_warper;        // once it has cut
+    std::vector<Eigen::Vector3d> positions;    // of the proxy, mm
+    Frame picture = {};                        // of this organ alone; only where there are others
+    std::unique_ptr<CutOrgan> cutting = {};    // once a blade was near
+    std::unique_ptr<BladeSweeps> sweeps = {};  // through it
+    std::size_t parted = 0;                    // triangles of their sheet: those that were taken
+    std::optional<Warper> cut_warper = {};     // once it has cut
 
     Warper& shown() { return cut_warper ? *cut_warper : warper; }
     const Warper& shown() const { return cut_warper ? *cut_warper : warper; }
@@ -98,9 +107,12 @@ class Player {
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);
   void take_positions();
-  DeformBodies deform_bodies() const;
+  static DeformBody deform_body(const Bundle& organ);
+  static DeformBodies deform_bodies(const std::vector<Organ>& organs);
   void cut(const std::vector<InstrumentTip>& tips);
-  void take_cuts(const std::vector<std::uint8_t>& changed);
+  void sweep(const std::vector<InstrumentTip>& tips);
+  void begin_parting();
+  void end_parting();
   double metered_mm(const View& view, const DrawOptions& options) const;
   DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
 
@@ -109,6 +121,10 @@ class Player {
   Deformer deformer_;
   std::unique_ptr<PaperWarp> paper_;  // made when first asked for
   std::uint64_t joined_ = 0;          // serial of the last picture of several organs
+  // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
+  // the rest. Of a type that pages do not know.
+  struct Parting;
+  std::shared_ptr<Parting> parting_;
 };
 
 }  // namespace organbake

@@ -1,14 +1,88 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <exception>
 #include <numeric>
+#include <span>
 
+#include "core/background_thread.h"
 #include "core/error.h"
 #include "player/player.h"
 
 namespace organbake {
 
+// The organs as they are once what blades have swept has parted, in the making.
+struct Player::Parting {
+  struct Organ {
+    std::optional<CutSheet> sheet;  // none: no blade was near
+    std::unique_ptr<CutOrgan> cutting;
+    bool changed = false;
+    std::optional<Warper> warper;  // of what has changed
+  };
+  std::vector<Organ> organs;
+  std::optional<Deformer> deformer;  // when any has
+  int steps_left = kPartingSteps;
+  // What was shown before ends on the next thread: to take it down takes as long as a frame.
+  std::shared_ptr<Parting> retired;
+  std::exception_ptr failed;
+  bool done = false;
+  std::optional<BackgroundThread> thread;  // last: it works on the rest
+
+  bool under_way() const { return thread.has_value(); }
+  // What is shown stays as it is until finish().
+  void begin(std::span<const Player::Organ> shown, const DeformOptions& options);
+  void finish(std::span<const Player::Organ> shown, const DeformOptions& options);
+
+ private:
+  void run(std::span<const Player::Organ> shown, const DeformOptions& options);
+  void part(std::span<const Player::Organ> shown, const DeformOptions& options);
+};
+
+void Player::Parting::begin(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  thread.emplace();
+  thread->start([this, shown, options](const std::atomic<bool>&) { run(shown, options); });
+}
+
+// A build without threads does it all now.
+void Player::Parting::finish(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  thread.reset();
+  if (!done) run(shown, options);
+  if (failed) std::rethrow_exception(failed);
+}
+
+void Player::Parting::run(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  try {
+    part(shown, options);
+  } catch (...) {
+    failed = std::current_exception();
+  }
+  done = true;
+}
+
+void Player::Parting::part(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  retired.reset();
+  DeformBodies bodies;
+  for (std::size_t o = 0; o < shown.size(); ++o) {
+    Organ& next = organs[o];
+    if (next.sheet) {
+      next.cutting = std::make_unique<CutOrgan>(*shown[o].cutting);
+      next.changed = next.cutting->part(*next.sheet);
+    }
+    if (next.changed)
+      next.warper.emplace(shown[o].warper.cut(next.cutting->now(), next.cutting->face_parts()));
+    bodies.push_back(deform_body(next.changed ? next.cutting->now() : shown[o].now()));
+  }
+  if (std::any_of(organs.begin(), organs.end(), [](const Organ& o) { return o.changed; }))
+    deformer.emplace(bodies, options);
+}
+
 void Player::cut(const std::vector<InstrumentTip>& tips) {
-  std::vector<CutOrgan::BladeNow> blades;
+  if (parting_ && parting_->under_way() && --parting_->steps_left == 0) end_parting();
+  sweep(tips);
+  if (!parting_ || !parting_->under_way()) begin_parting();
+}
+
+void Player::sweep(const std::vector<InstrumentTip>& tips) {
+  std::vector<BladeNow> blades;
   for (std::size_t i = 0; i < tips.size(); ++i) {
     const InstrumentTip& tip = tips[i];
     if (tip.active && tip.mode == InstrumentMode::cut)
@@ -21,32 +95,58 @@ void Player::cut(const std::vector<InstrumentTip>& tips) {
           "an instrument cuts, which springs cannot follow: play with the solver fem, from bundles "
           "baked with --set mechanics.fem=true");
   }
-  std::vector<std::uint8_t> changed(organs_.size(), 0);
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
     if (!organ.cutting && blades.empty()) continue;
-    if (!organ.cutting) organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
-    const std::vector<Eigen::Vector3d> nodes =
-        blades.empty() ? std::vector<Eigen::Vector3d>() : deformer_.node_positions(o);
-    changed[o] = organ.cutting->sweep(blades, nodes);
+    if (!organ.cutting) {
+      organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
+      organ.sweeps = std::make_unique<BladeSweeps>(*organ.cutting);
+      organ.parted = 0;
+    }
+    organ.sweeps->advance(
+        blades, *organ.cutting,
+        blades.empty() ? std::vector<Eigen::Vector3d>() : deformer_.node_positions(o));
   }
-  if (std::find(changed.begin(), changed.end(), 1) != changed.end()) take_cuts(changed);
 }
 
-void Player::take_cuts(const std::vector<std::uint8_t>& changed) {
+// When blades have swept more than was taken.
+void Player::begin_parting() {
+  const auto has_more = [](const Organ& organ) {
+    return organ.sweeps && organ.sweeps->sheet().triangles().size() > organ.parted;
+  };
+  if (std::none_of(organs_.begin(), organs_.end(), has_more)) return;
+  auto next = std::make_shared<Parting>();
+  next->retired = std::move(parting_);
+  next->organs.resize(organs_.size());
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    if (!has_more(organs_[o])) continue;
+    next->organs[o].sheet = organs_[o].sweeps->sheet();
+    organs_[o].parted = next->organs[o].sheet->triangles().size();
+  }
+  next->begin(organs_, options_);
+  parting_ = std::move(next);
+}
+
+void Player::end_parting() {
+  parting_->finish(organs_, options_);
   std::vector<std::vector<std::uint32_t>> sources;
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
-    if (changed[o]) {
-      organ.cut_warper.emplace(organ.warper.cut(organ.cutting->now(), organ.cutting->face_parts()));
+    Parting::Organ& next = parting_->organs[o];
+    if (next.cutting) std::swap(organ.cutting, next.cutting);
+    if (next.changed) {
+      std::swap(organ.cut_warper, next.warper);
       organ.positions = organ.cutting->now().proxy.vertices;
       sources.push_back(organ.cutting->node_sources());
       continue;
     }
+    if (!organ.now().mechanics.body) continue;
     sources.emplace_back(organ.now().mechanics.body->nodes_mm.size());
     std::iota(sources.back().begin(), sources.back().end(), 0u);
   }
-  deformer_ = Deformer(deform_bodies(), options_, deformer_, sources);
+  if (!parting_->deformer) return;
+  parting_->deformer->take_over(deformer_, sources);
+  std::swap(deformer_, *parting_->deformer);
   take_positions();
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "cut_bodies.h"
+#include "cutting/blade_sweeps.h"
 #include "support/shapes.h"
 
 namespace organbake {
@@ -28,17 +29,19 @@ Bundle box_organ() {
 }
 
 // A blade, its edge upright, on its way at rest.
-std::size_t draw_blade(CutOrgan& organ, const Vector3d& from, const Vector3d& to, double edge_mm,
-                       int steps = 40, std::size_t instrument = 0) {
+std::size_t draw_blade(BladeSweeps& sweeps, CutOrgan& organ, const Vector3d& from,
+                       const Vector3d& to, double edge_mm, int steps = 40,
+                       std::size_t instrument = 0) {
   std::size_t changes = 0;
   for (int i = 0; i <= steps; ++i) {
     const Vector3d tip = from + double(i) / steps * (to - from);
     const std::vector<Vector3d> nodes =
         organ.cut() ? organ.now().mechanics.body->nodes_mm : organ.body().uncut().nodes_mm;
-    const CutOrgan::BladeNow now{instrument, {tip, tip + Vector3d(0, 0, edge_mm)}};
-    changes += organ.sweep({&now, 1}, nodes);
+    const BladeNow now{instrument, {tip, tip + Vector3d(0, 0, edge_mm)}};
+    sweeps.advance({&now, 1}, organ, nodes);
+    changes += organ.part(sweeps.sheet());
   }
-  organ.sweep({}, {});
+  sweeps.advance({}, organ, {});
   return changes;
 }
 
@@ -55,7 +58,8 @@ TEST(CutOrgan, OrgansWithoutTetrahedraAreRefused) {
 
 TEST(CutOrgan, ABladeInTheAirCutsNothing) {
   CutOrgan organ(box_organ());
-  EXPECT_EQ(draw_blade(organ, {-50, 0, 21}, {50, 0, 21}, 30), 0u);
+  BladeSweeps sweeps(organ);
+  EXPECT_EQ(draw_blade(sweeps, organ, {-50, 0, 21}, {50, 0, 21}, 30), 0u);
   EXPECT_FALSE(organ.cut());
 }
 
@@ -63,7 +67,8 @@ TEST(CutOrgan, ABladeInTheAirCutsNothing) {
 // wall's quadrangles leave of its outline.
 TEST(CutOrgan, ACutThroughMakesTwoBodies) {
   CutOrgan organ(box_organ());
-  EXPECT_GT(draw_blade(organ, {3.3, -35, -30}, {3.3, 35, -30}, 60), 0u);
+  BladeSweeps sweeps(organ);
+  EXPECT_GT(draw_blade(sweeps, organ, {3.3, -35, -30}, {3.3, 35, -30}, 60), 0u);
   ASSERT_TRUE(organ.cut());
   EXPECT_EQ(organ.body().cut().fragment_count(), 2u);
   const Bundle& now = organ.now();
@@ -85,16 +90,18 @@ TEST(CutOrgan, ACutThroughMakesTwoBodies) {
 
 TEST(CutOrgan, ACutThatEndsWithinLeavesOneBody) {
   CutOrgan organ(box_organ());
-  EXPECT_GT(draw_blade(organ, {3.3, -25, 0}, {3.3, 5, 0}, 30), 0u);
+  BladeSweeps sweeps(organ);
+  EXPECT_GT(draw_blade(sweeps, organ, {3.3, -25, 0}, {3.3, 5, 0}, 30), 0u);
   EXPECT_EQ(organ.body().cut().fragment_count(), 1u);
   EXPECT_GT(organ.now().proxy.faces.size(), box_organ().proxy.faces.size());
 }
 
 TEST(CutOrgan, TwentyCutsInOneOrgan) {
   CutOrgan organ(box_organ());
+  BladeSweeps sweeps(organ);
   for (int i = 0; i < 20; ++i) {
     const double x = -28 + 2.9 * i, y = i % 2 ? 30 : -30;
-    draw_blade(organ, {x, -y, -10.0 + i}, {-x / 2, y, 3.0 - i}, 40, 8, std::size_t(i % 3));
+    draw_blade(sweeps, organ, {x, -y, -10.0 + i}, {-x / 2, y, 3.0 - i}, 40, 8, std::size_t(i % 3));
   }
   const auto volumes = organ.body().cut().fragment_volumes(organ.body().uncut());
   const double whole = test::volume_mm3(organ.body().uncut());

@@ -69,7 +69,7 @@ TEST(CutTetrahedra, OneTetrahedronInTwo) {
   EXPECT_EQ(parted.node_count(), 8u);
   const auto volumes = parted.fragment_volumes(cut.body);
   const double whole = 1000.0 / 6;
-  EXPECT_NEAR(volumes[parted.fragment(parted.copy_at(0, 1))], 0.216 * whole, 1e-4 * whole);
+  EXPECT_NEAR(volumes[parted.fragment(parted.copy_at({0, 1}))], 0.216 * whole, 1e-4 * whole);
   EXPECT_NEAR(volumes[0] + volumes[1], whole, 1e-12 * whole);
 }
 

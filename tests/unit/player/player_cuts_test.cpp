@@ -49,8 +49,14 @@ InstrumentTip blade_at(double share) {
   return tip;
 }
 
+// What was swept parts a few steps later, and then what was swept meanwhile.
+void let_part(Player& player) {
+  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
+}
+
 void cut_in_two(Player& player) {
   for (int i = 0; i <= 60; ++i) player.step({blade_at(i / 60.0)});
+  let_part(player);
 }
 
 Script cutting_script() {
@@ -192,6 +198,7 @@ TEST(PlayerCuts, AClosedCutHardlyShows) {
     tip.axis_mm = 120 * organ_to_cut().cameras.manifold.directions.front();
     player.step({tip});
   }
+  let_part(player);
   ASSERT_TRUE(player.is_cut());
   const DrawReport report = player.draw(view, {}, cut);
   EXPECT_EQ(report.holes_after, 0u);
