@@ -3,38 +3,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <optional>
-#include <utility>
 
+#include "geometry/lattice.h"
 #include "geometry/shell_map.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
-
-// A node on a face's rim by what its neighbours know it as: the edge's vertices, the smaller first,
-// and its steps from the second; a corner is the vertex twice.
-using RimNode = std::array<std::uint32_t, 3>;
-
-// Nothing for a node inside the face.
-std::optional<RimNode> rim_node(const Face& face, std::uint32_t steps, std::uint32_t i,
-                                std::uint32_t j) {
-  const std::array<std::uint32_t, 3> steps_from = {steps - i - j, i, j};
-  for (int k = 0; k < 3; ++k) {
-    if (steps_from[k] == steps) return RimNode{face[k], face[k], 0};
-  }
-  for (int k = 0; k < 3; ++k) {
-    if (steps_from[k] > 0) continue;
-    const int a = (k + 1) % 3, b = (k + 2) % 3;  // the edge's ends
-    return face[a] < face[b] ? RimNode{face[a], face[b], steps_from[a]}
-                             : RimNode{face[b], face[a], steps_from[b]};
-  }
-  return std::nullopt;
-}
 
 // One face's alone, not of unit length, added to its nodes'.
 void add_face(const BaseLayer& layer, const ShellMatrix& shell, const float* height_mm,
@@ -98,22 +75,23 @@ void spread_rim(std::uint32_t steps, Vector3d* normals) {
 std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy) {
   const std::size_t per_face = layer.nodes_per_face();
   const std::vector<ShellMatrix> shells = shell_matrices(proxy);
-  std::vector<Vector3d> normals(layer.face_count * per_face, Vector3d::Zero());
-  std::map<RimNode, Vector3d> joined;
-  std::vector<std::pair<std::size_t, const Vector3d*>> rim;  // a node, and what it joins
+  const Lattice lattice(proxy, layer.steps);
+  std::vector<Vector3d> joined(lattice.node_count(), Vector3d::Zero());
   for (std::uint32_t f = 0; f < layer.face_count; ++f) {
-    const std::size_t first = f * per_face;
-    add_face(layer, shells[f], &layer.height_mm[first], &normals[first]);
+    std::vector<Vector3d> own(per_face, Vector3d::Zero());
+    add_face(layer, shells[f], &layer.height_mm[f * per_face], own.data());
     each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-      const auto name = rim_node(proxy.faces[f], layer.steps, i, j);
-      if (!name) return;
-      Vector3d& sum = joined.try_emplace(*name, Vector3d::Zero()).first->second;
-      sum += normals[first + node];
-      rim.emplace_back(first + node, &sum);
+      joined[lattice.node(f, i, j)] += own[node];
     });
   }
-  for (const auto& [node, sum] : rim) normals[node] = *sum;
-  for (Vector3d& normal : normals) normal.stableNormalize();
+  for (Vector3d& normal : joined) normal.stableNormalize();
+  std::vector<Vector3d> normals;
+  normals.reserve(layer.face_count * per_face);
+  for (std::uint32_t f = 0; f < layer.face_count; ++f) {
+    each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
+      normals.push_back(joined[lattice.node(f, i, j)]);
+    });
+  }
   const double narrow_mm = kNarrow * usual_size(proxy);
   for (std::uint32_t f = 0; f < layer.face_count; ++f)
     if (altitude(proxy, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
