@@ -124,7 +124,7 @@ std::vector<Eigen::Vector3d> SharedPlayer::proxy_positions(std::size_t organ) {
 std::vector<Face> SharedPlayer::proxy_faces(std::size_t organ) {
   const std::lock_guard lock(mutex_);
   check_organ(open(), organ);
-  return player_->bundle(organ).proxy.faces;
+  return player_->bundle_now(organ).proxy.faces;
 }
 
 Eigen::Vector3d SharedPlayer::skin_point(const Eigen::Vector3d& direction) {

@@ -107,6 +107,8 @@ bool Player::can_relight() const {
                      [](const Organ& organ) { return organ.warper.can_relight(); });
 }
 
+bool Player::can_cut() const { return options_.solver == TissueSolver::fem; }
+
 DrawnLight Player::usual_light() const {
   DrawnLight usual = DrawnLight::baked;
   for (const Organ& organ : organs_) usual = std::max(usual, organ.warper.usual_light());

@@ -71,6 +71,8 @@ class Player {
   // The same as blades have cut it, without maps: its proxy is then the skin and the cuts' walls.
   const Bundle& bundle_now(std::size_t organ = 0) const { return organs_[organ].now(); }
   bool is_cut(std::size_t organ = 0) const { return organs_[organ].cut_warper.has_value(); }
+  // Whether blades can cut the organs: all are played with tetrahedra.
+  bool can_cut() const;
   // In how many pieces blades have cut an organ.
   std::size_t piece_count(std::size_t organ = 0) const;
   // Of the proxy of bundle_now(), mm.

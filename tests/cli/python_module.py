@@ -121,6 +121,28 @@ class PlayerTest(unittest.TestCase):
         self.assertGreater(np.abs(moved - self.player.proxy_mm()).max(), 1)
         self.assertLess(self.player.proxy_faces().max(), len(moved))
 
+    def test_a_blade_cuts(self):
+        player = organplay.Player(BUNDLE, solver="fem")
+        before = player.draw(self.view).rgb
+        across = np.cross(self.out, [0, 0, 1])
+        for share in np.linspace(-1, 1, 30):
+            player.step([self.skin + 20 * share * across - 15 * self.out],
+                        axis_mm=[30 * self.out], radius_mm=0.4, cuts=True)
+        for _ in range(8):
+            player.step()
+        faces = player.proxy_faces()
+        self.assertGreater(len(faces), len(self.player.proxy_faces()))
+        self.assertLess(faces.max(), len(player.proxy_mm()))
+        self.assertFalse((player.draw(self.view).rgb == before).all())
+        with self.assertRaisesRegex(ValueError, "has been cut"):
+            player.draw(self.view, "depth")
+        player.reset()
+        np.testing.assert_array_equal(player.draw(self.view).rgb, before)
+        with self.assertRaisesRegex(ValueError, "solver fem"):
+            self.player.step([self.skin], axis_mm=[30 * self.out], cuts=True)
+        with self.assertRaisesRegex(ValueError, "both grabs and cuts"):
+            player.step([self.skin], axis_mm=[30 * self.out], cuts=True, grabs=True)
+
     def test_wrong_input_raises_and_never_crashes(self):
         p = self.player
         calls = [

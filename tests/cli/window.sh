@@ -73,6 +73,22 @@ expect 0 organbake verify interaction_001.json
 expect 0 "$BIN/organplay" b --script interaction_001.json --out frames
 cmp "$(ls frames/*.png | tail -n 1)" frame_002.png || fail "the interaction plays back differently"
 
+# A blade needs tetrahedra, and leaves its trace with them.
+expect 0 organbake bake r.yaml -o cuttable --set mechanics.fem=true --set mechanics.fem_cell=8
+for solver in springs fem; do
+  open_window cuttable --solver $solver
+  press p
+  press c
+  xdotool mousemove 330 300 mousedown 1
+  for _ in 1 2 3 4 5 6 7 8; do xdotool mousemove_relative -- 15 0; sleep 0.1; done
+  xdotool mouseup 1
+  sleep 0.5
+  press s
+  quits q
+done
+expect_equal "$(grep -ho '"mode": "[a-z]*"' interaction_00[23].json | tr '\n' ' ')" \
+  '"mode": "poke" "mode": "cut" '
+
 open_window # the start page
 xdotool type nowhere
 press Return # there is no such folder: it says so, and stays

@@ -57,7 +57,7 @@ void OrganView::follow_mouse() {
   const Eigen::Vector2d pointer = vector_from(io.MousePos), moved = vector_from(io.MouseDelta);
   if (drag_ == Drag::none && !io.WantCaptureMouse) {
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-      const auto mode = grabs_ || io.KeyCtrl ? InstrumentMode::grab : InstrumentMode::poke;
+      const auto mode = io.KeyCtrl ? InstrumentMode::grab : mode_;
       drag_ = io.KeyShift ? Drag::shift : session_.touch(pointer, mode) ? Drag::tool : Drag::turn;
     }
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Right)) drag_ = Drag::turn;
@@ -84,13 +84,23 @@ void OrganView::follow_keys(Display& display) {
   if (display.pressed('.')) paused_ = step_once_ = true;
   if (display.pressed('R')) session_.reset(), largest_force_n_ = 0;
   if (display.pressed('F')) session_.face_front();
-  if (display.pressed('G')) grabs_ = !grabs_;
+  if (display.pressed('G')) choose(InstrumentMode::grab);
+  if (display.pressed('C')) choose(InstrumentMode::cut);
   if (display.pressed('1')) proxy_lines_ = !proxy_lines_;
   if (display.pressed('2')) camera_lines_ = !camera_lines_;
   if (display.pressed('3')) manifold_lines_ = !manifold_lines_;
   if (display.pressed('P')) screenshot_asked_ = true;
   if (display.pressed('W')) save_window(display);
   if (display.pressed('S')) save_interaction();
+}
+
+// Chosen again, it pokes again.
+void OrganView::choose(InstrumentMode mode) {
+  if (mode == InstrumentMode::cut && !player_.can_cut()) {
+    message_ = "to cut, bake with --set mechanics.fem=true and play with --solver fem";
+    return;
+  }
+  mode_ = mode_ == mode ? InstrumentMode::poke : mode;
 }
 
 void OrganView::advance(Display& display) {
@@ -140,10 +150,14 @@ void OrganView::draw_overlays() const {
 void OrganView::controls(Display& display) {
   ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
   ImGui::Begin("organplay", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-  ImGui::TextDisabled("drag the tissue: poke (Ctrl: grab), wheel: deeper");
+  ImGui::TextDisabled("drag the tissue: poke, grab (also with Ctrl) or cut; wheel: deeper");
   ImGui::TextDisabled("drag beside it or right: turn; middle: move; wheel: zoom");
   ImGui::Separator();
-  ImGui::Checkbox("grab (G)", &grabs_);
+  if (ImGui::RadioButton("poke", mode_ == InstrumentMode::poke)) mode_ = InstrumentMode::poke;
+  ImGui::SameLine();
+  if (ImGui::RadioButton("grab (G)", mode_ == InstrumentMode::grab)) choose(InstrumentMode::grab);
+  ImGui::SameLine();
+  if (ImGui::RadioButton("cut (C)", mode_ == InstrumentMode::cut)) choose(InstrumentMode::cut);
   ImGui::SameLine();
   float radius = float(session_.tool_radius_mm());
   ImGui::SetNextItemWidth(110);
@@ -167,7 +181,9 @@ void OrganView::controls(Display& display) {
     ImGui::Combo("light", &light, "baked\0world\0scope\0");
     options_.light = static_cast<DrawnLight>(light);
   }
-  if (truth_.available() && player_.organ_count() == 1) {
+  if (player_.is_cut()) {
+    ImGui::TextDisabled("the truth knows the organ as it was baked, without cuts");
+  } else if (truth_.available() && player_.organ_count() == 1) {
     int against = static_cast<int>(against_);
     ImGui::Combo("beside it", &against, "nothing\0truth\0polygons\0difference to truth × 4\0");
     against_ = static_cast<Against>(against);
