@@ -14,6 +14,7 @@
 #include "mechanics/lattice_body.h"
 #include "mechanics/spring_fit.h"
 #include "mechanics/spring_network.h"
+#include "mechanics/tissue_layer.h"
 
 namespace organbake {
 namespace {
@@ -125,9 +126,22 @@ double damping_of(const std::vector<Spring>& springs) {
   return stiffness > 0 ? damping / stiffness : 0;
 }
 
+// Of the layer of tissue under a sheet, which lies on what nobody saw: its underside is held.
+TetrahedralBody layer_body(const TriangleMesh& sheet, const MechanicsModel& model, double cell_mm) {
+  const TriangleMesh layer = tissue_layer(sheet, model.thickness_mm);
+  std::vector<std::uint32_t> anchors = model.anchors;
+  for (std::size_t v = sheet.vertices.size(); v < layer.vertices.size(); ++v)
+    anchors.push_back(static_cast<std::uint32_t>(v));
+  TetrahedralBody body = make_lattice_body(layer, anchors, cell_mm);
+  body.vertices.resize(sheet.vertices.size());
+  return body;
+}
+
 TetrahedralBody body_of(const TriangleMesh& proxy, const MechanicsModel& model,
                         const MechanicsOptions& options, const RunContext& context) {
-  TetrahedralBody body = make_lattice_body(proxy, model.anchors, options.fem_cell_mm);
+  TetrahedralBody body = is_sheet(proxy)
+                             ? layer_body(proxy, model, options.fem_cell_mm)
+                             : make_lattice_body(proxy, model.anchors, options.fem_cell_mm);
   if (body.anchors.size() == body.nodes_mm.size())
     throw UsageError("fem_cell: cells of " + to_text(options.fem_cell_mm) +
                      " mm are so large that every node carries an anchor, and nothing could move; "

@@ -32,8 +32,10 @@ struct MechanicsOptions {
 // cross-section A that falls to it, k = E·A/L (for an edge of triangles E·t·ΣArea/L²: Van Gelder
 // 1998), and is damped by damping_ratio · 2√(k m), m the reduced mass of its two ends. Every part
 // of the proxy hangs together and on the anchors, of which there are at least three and never all.
-// Need not be manifold. Throws BadDataError for a proxy without area, and when it is to have
-// tetrahedra (mechanics/lattice_body.h) and is not closed.
+// Need not be manifold. Tetrahedra (mechanics/lattice_body.h)
+// fill a closed proxy; of one that is a sheet, what one viewpoint has seen, the layer of tissue
+// thickness_mm deep under it, whose underside is held. Throws BadDataError for a proxy without
+// area, and when it is to have tetrahedra and is neither closed nor a sheet.
 MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions& options,
                               const RunContext& context = {});
 

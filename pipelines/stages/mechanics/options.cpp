@@ -15,7 +15,8 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
       .add("density", &o.density_kg_per_m3,
            {.help = "density of the tissue", .unit = "kg/m³", .min = 1, .max = 30000})
       .add("thickness", &o.thickness_mm,
-           {.help = "thickness of the layer that a surface spring stands for",
+           {.help = "thickness of the layer of tissue that a surface spring stands for, and of the "
+                    "tetrahedra under a surface that only one viewpoint has seen",
             .unit = "mm",
             .min = 0.01,
             .max = 1000})

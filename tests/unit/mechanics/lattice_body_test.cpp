@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/error.h"
 #include "core/random.h"
 #include "mechanics/lattice_cell.h"
 #include "mechanics/mechanics.h"
+#include "mechanics/tissue_layer.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 
@@ -171,6 +173,61 @@ TEST(MakeMechanics, CellsInWhichNothingCouldMoveAreRefused) {
   EXPECT_THROW(make_mechanics(sphere_mesh(50, 1), options), UsageError);
   options.fem_cell_mm = 0;
   EXPECT_NO_THROW(make_mechanics(sphere_mesh(50, 1), options));
+}
+
+// What one viewpoint has seen of tissue: a hill on a plane of 60 × 60 mm, facing −z.
+TriangleMesh hilly_sheet(int side = 20) {
+  TriangleMesh sheet;
+  for (int j = 0; j <= side; ++j) {
+    for (int i = 0; i <= side; ++i) {
+      const double x = 60.0 * i / side - 30, y = 60.0 * j / side - 30;
+      sheet.vertices.emplace_back(x, y, 100 - 12 * std::exp(-(x * x + y * y) / 200));
+      if (i == side || j == side) continue;
+      const auto a = static_cast<std::uint32_t>(j * (side + 1) + i), b = a + side + 1;
+      sheet.faces.push_back({a, b, a + 1});
+      sheet.faces.push_back({b, b + 1, a + 1});
+    }
+  }
+  return sheet;
+}
+
+TEST(TissueLayer, IsClosedAndAsThickAsAsked) {
+  const TriangleMesh sheet = hilly_sheet();
+  ASSERT_TRUE(is_sheet(sheet));
+  EXPECT_FALSE(is_sheet(lumpy_mesh(50, 2)));
+  const TriangleMesh layer = tissue_layer(sheet, 15);
+  EXPECT_NEAR(signed_volume(layer), 60 * 60 * 15, 1e-6);
+  EXPECT_FALSE(is_sheet(layer));
+}
+
+TEST(MakeLatticeBody, OfASheetFillsTheLayerUnderIt) {
+  const TriangleMesh sheet = hilly_sheet();
+  MechanicsOptions options;
+  options.fem = true;
+  options.fem_cell_mm = 5;
+  options.anchor_direction = {0, 0, 1};
+  const MechanicsModel model = make_mechanics(sheet, options);
+  const TetrahedralBody& body = *model.body;
+  ASSERT_EQ(body.vertices.size(), sheet.vertices.size());
+  // The shares are sampled, and what only vertices reach into counts for a twentieth.
+  EXPECT_NEAR(tissue_volume(body), 60 * 60 * 15, 0.03 * 60 * 60 * 15);
+  for (std::uint32_t v = 0; v < sheet.vertices.size(); ++v)
+    ASSERT_LT((embedded(body, v) - sheet.vertices[v]).norm(), 1e-9);
+  // Held below, and not where the hill is.
+  double highest_held = 1e9;
+  for (const std::uint32_t n : body.anchors)
+    highest_held = std::min(highest_held, body.nodes_mm[n].z());
+  EXPECT_GT(highest_held, 95);
+  EXPECT_EQ(part_count(body), 1u);
+}
+
+TEST(MakeLatticeBody, AClosedSurfaceWithAHoleIsStillRefused) {
+  TriangleMesh body = lumpy_mesh(50, 2);
+  body.faces.pop_back();
+  MechanicsOptions options;
+  options.fem = true;
+  options.fem_cell_mm = 4;
+  EXPECT_THROW(make_mechanics(body, options), BadDataError);
 }
 
 }  // namespace
