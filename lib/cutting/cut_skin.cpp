@@ -241,7 +241,8 @@ void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
     const auto on = [&](double t) -> Vector3d { return (1 - t) * from + t * to; };
     Vertex vertex;
     vertex.at_mm = on(share);
-    vertex.side_mm = on(kProbeShare * crossed.first.share);
+    // Where an edge is cut near its end it is parted a little farther in.
+    vertex.side_mm = on(kProbeShare * std::min(crossed.first.share, share));
     vertex.on_border = true;
     vertex.corner = a;
     vertex.place = crossed.first.place;
@@ -255,7 +256,7 @@ void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
     ends.first = ends.second = add_vertex(vertex);
     if (parted == static_cast<std::ptrdiff_t>(faces.size())) {
       vertex.corner = b;
-      vertex.side_mm = on(1 - kProbeShare * (1 - crossed.last.share));
+      vertex.side_mm = on(1 - kProbeShare * (1 - std::max(crossed.last.share, share)));
       ends.second = add_vertex(vertex);
     }
     ends_[edge] = ends;

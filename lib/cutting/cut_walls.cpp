@@ -59,18 +59,18 @@ class WallMaker {
 
   const CutSkin::Vertex& vertex(std::uint32_t v) const { return skin_.vertices()[v]; }
 
-  Vector3d face_normal_of(const SkinBorder& border) const {
-    // The left part lies on the left of its border, seen from outside.
-    const Vector3d along = vertex(border.left[1]).at_mm - vertex(border.left[0]).at_mm;
-    const Vector3d side = vertex(border.left[0]).side_mm - vertex(border.left[0]).at_mm;
-    return along.cross(side);
+  Vector3d normal_of(const SkinBorder& border) const {
+    const auto& [a, b, c] = skin_.parts()[border.face].corners;
+    return (vertex(b).at_mm - vertex(a).at_mm)
+        .cross(vertex(c).at_mm - vertex(a).at_mm)
+        .stableNormalized();
   }
 
   // How the blade's edge stands on the skin: 1 where it came in square, −1 where it left; next to
   // nothing where the border runs along the edge.
   double entry(const SkinBorder& border) const {
     const Vector3d up = upward(sheet_, vertex(border.left[0]).place);
-    return up.normalized().dot(face_normal_of(border).normalized());
+    return up.normalized().dot(normal_of(border));
   }
 
   // Across the sheet, away from the tissue on the border's left.
@@ -80,9 +80,9 @@ class WallMaker {
     on.line += 0.5, back.line -= 0.5;
     const Vector3d across =
         (sheet_.at(on) - sheet_.at(back)).cross(upward(sheet_, place)).normalized();
-    Vector3d to_left = Vector3d::Zero();
-    for (int end = 0; end < 2; ++end)
-      to_left += vertex(border.left[end]).side_mm - vertex(border.right[end]).side_mm;
+    // The left part lies on the left of its border, seen from outside.
+    const Vector3d along = vertex(border.left[1]).at_mm - vertex(border.left[0]).at_mm;
+    const Vector3d to_left = normal_of(border).cross(along);
     return to_left.dot(across) < 0 ? across : Vector3d(-across);
   }
 

@@ -207,7 +207,9 @@ ORGANBAKE_MULTIVERSION void light_pixels(const Direction& normals, const float* 
     const float beam = ahead2 / (ahead2 + (1 - ahead2) * frame.inverse_tan2_half + 1e-12f);
     const float share = frame.full * beam * inverse_range * inverse_range;
     float nx = normals.x[i], ny = normals.y[i], nz = normals.z[i];
-    const float scale = 1 / std::sqrt(nx * nx + ny * ny + nz * nz + 1e-20f);
+    // Skin that is seen from behind, on the inside of a fold or a cut, has another side there.
+    const float seen = nx * ex + ny * ey + nz * ez;
+    const float scale = (seen < 0 ? -1.f : 1.f) / std::sqrt(nx * nx + ny * ny + nz * nz + 1e-20f);
     nx *= scale, ny *= scale, nz *= scale;
     float hx = lx + ex, hy = ly + ey, hz = lz + ez;
     const float to_half = 1 / std::sqrt(hx * hx + hy * hy + hz * hz + 1e-20f);
@@ -215,12 +217,12 @@ ORGANBAKE_MULTIVERSION void light_pixels(const Direction& normals, const float* 
     const float facing = nx * lx + ny * ly + nz * lz;
     const float near = nx * hx + ny * hy + nz * hz;
     lit.share[i] = share;
-    lit.shows[i] =
-        at_most_1(positive((near - least_cosine) * inverse_fade)) * at_most_1(8 * positive(facing));
+    lit.shows[i] = at_most_1(positive((near - least_cosine) * inverse_fade)) *
+                   at_most_1(8 * positive(facing)) * (seen < 0 ? 0.f : 1.f);
     lit.normal.of[0][i] = nx, lit.normal.of[1][i] = ny, lit.normal.of[2][i] = nz;
     lit.half_way.of[0][i] = hx, lit.half_way.of[1][i] = hy, lit.half_way.of[2][i] = hz;
 
-    const float grazing = 1 - positive(nx * ex + ny * ey + nz * ez);
+    const float grazing = 1 - at_most_1(nx * ex + ny * ey + nz * ez);
     const float grazing2 = grazing * grazing;
     const float mirrored = whites[i] * share * rim * grazing2 * grazing2 * grazing;
     red[i] = red[i] * share * positive((facing + soft_r) * full_r) + mirrored;

@@ -121,6 +121,29 @@ TEST(CutSkin, SidesShareTheEndsOnly) {
   EXPECT_EQ(shared, 2);
 }
 
+// A cut that passes close by a vertex parts edges a little farther in than it crosses them; the
+// tissue beside it is still that of the side.
+TEST(CutSkin, BesideACutThatPassesCloseByAVertexLiesItsOwnSide) {
+  for (const double beside_mm : {0.004, -0.004, 0.1, 2.0}) {
+    SkinCut cut;
+    const CutSkin skin =
+        cut.along([&](double t) { return Vector3d(4 + 50 * t, 30 + beside_mm, 0); }, 50);
+    ASSERT_GT(skin.borders().size(), 10u);
+    for (const SkinBorder& border : skin.borders()) {
+      const auto side_of = [&](std::uint32_t from, std::uint32_t to, std::uint32_t vertex) {
+        const auto& v = skin.vertices();
+        const Vector3d along = v[to].at_mm - v[from].at_mm;
+        return along.cross(v[vertex].side_mm - v[vertex].at_mm).z();
+      };
+      for (int end = 0; end < 2; ++end) {
+        if (border.left[end] == border.right[end]) continue;  // one side's, at a cut's end
+        EXPECT_GT(side_of(border.left[0], border.left[1], border.left[end]), 0) << beside_mm;
+        EXPECT_LT(side_of(border.left[0], border.left[1], border.right[end]), 0) << beside_mm;
+      }
+    }
+  }
+}
+
 // Along edges, through vertices, over itself and old cuts, there and back.
 TEST(CutSkin, RandomStrokesKeepTheArea) {
   std::mt19937_64 random(5);

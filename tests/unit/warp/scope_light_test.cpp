@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -12,6 +13,7 @@
 #include "image/srgb.h"
 #include "synthetic_bundle.h"
 #include "warp/light/light_meter.h"
+#include "warp/light/scope_shine.h"
 #include "warp/warper.h"
 
 namespace organbake {
@@ -158,6 +160,47 @@ TEST(ScopeLight, SoftSkinIsLitBeyondItsTerminator) {
 TEST(ScopeLight, SmoothGlossIsHalfWayBetweenLightAndEye) {
   const Lighting glossy = scope_light({}, {{0.7, 200}});
   EXPECT_GT(truth_db(organ_in(glossy, 0.02f), 0.02f), kByFormulaDb);
+}
+
+// On the inside of a fold or of a cut: as the other side, turned to the eye, but without gloss; and
+// never in the surroundings' grey alone.
+TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
+  SkinFinish finish;
+  finish.rim = 0.05;
+  ScopeShine shine(scope_light(finish, {{0.7, 200}}));
+  const Bundle bundle = organ_in(scope_light(), 0.5f);
+  const View view = front_of(bundle);
+  shine.look(view, 150);
+  const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
+  ScopeSkin skin;
+  ScopeLit lit;
+  SkinDirections color;
+  std::array<float, kStretch> white;
+  white.fill(1);
+  constexpr int kAngles = 16;  // round the eye's direction, by pairs of a normal and its opposite
+  for (int i = 0; i < kStretch; ++i) {
+    const double angle = 0.01 + 1.5 * (i / 2 % kAngles) / kAngles;
+    const Vector3d normal =
+        world_from_view * Vector3d(std::sin(angle), 0, -std::cos(angle)) * (i % 2 ? -1 : 1);
+    for (int c = 0; c < 3; ++c) {
+      skin.normals.of[c][i] = static_cast<float>(normal[c]);
+      color.of[c][i] = 0.5f;
+    }
+    skin.depth_mm[i] = 120;
+  }
+  const Intrinsics& lens = view.camera.intrinsics;
+  const StretchColors colors{static_cast<int>(lens.cx),
+                             static_cast<int>(lens.cy),
+                             2 * kAngles,
+                             color.planes(),
+                             white.data(),
+                             skin.depth_mm};
+  EXPECT_TRUE(shine.light(skin, colors, lit));
+  for (int i = 0; i < 2 * kAngles; i += 2) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(color.of[c][i], color.of[c][i + 1], 0.02f) << i;
+    EXPECT_GT(color.of[0][i + 1], 0.01f) << i;
+    EXPECT_EQ(lit.shows[i + 1], 0) << i;
+  }
 }
 
 TEST(ScopeLight, SkinKeepsItsOwnColours) {
