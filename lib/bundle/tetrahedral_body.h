@@ -32,6 +32,13 @@ struct TetrahedralBody {
   double damping_s = 0;  // ≥ 0: a strain rate of 1/s acts as a strain of this does (Kelvin–Voigt)
 };
 
+// Where a node of a body that was cut or made finer lay before, by the nodes of the body as it was:
+// Σ weights · nodes, of sum 1.
+struct NodeSource {
+  std::array<std::uint32_t, 4> nodes{};
+  std::array<double, 4> weights{1, 0, 0, 0};
+};
+
 // Of one of its tetrahedra, mm³.
 double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron);
 // Rows: ∇φ of its nodes' linear basis functions, 1/mm.

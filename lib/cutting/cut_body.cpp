@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace organbake {
 namespace {
@@ -43,6 +44,7 @@ std::array<double, 4> limited(std::array<double, 4> weights) {
 
 CutBody::CutBody(const TetrahedralBody& body)
     : body_(body),
+      first_nodes_(static_cast<std::uint32_t>(body.nodes_mm.size())),
       grid_(bounds_of(body).center()),
       edges_(grid_.snapped(body.nodes_mm, 0), edges_of(body.tetrahedra)),
       cut_(body_, edges_),
@@ -51,6 +53,12 @@ CutBody::CutBody(const TetrahedralBody& body)
     mean_edge_mm_ +=
         (body_.nodes_mm[edges_.edge(e)[1]] - body_.nodes_mm[edges_.edge(e)[0]]).norm() /
         static_cast<double>(edges_.count());
+  measure();
+}
+
+// What is asked of each tetrahedron again and again.
+void CutBody::measure() {
+  gradients_.clear(), boxes_.clear();
   for (const Tetrahedron& t : body_.tetrahedra) {
     gradients_.push_back(gradients_of(body_, t));
     GridBox box(edges_.point(t.nodes[0]));
@@ -70,7 +78,7 @@ void CutBody::build_cells() {
   constexpr double kMostCells = 64;  // a side
   cell_mm_ = std::max(mean_edge_mm_, (box.max - box.min).maxCoeff() / kMostCells);
   cells_ = ((box.max - box.min) / cell_mm_).array().floor().cast<int>() + 1;
-  in_cell_.resize(static_cast<std::size_t>(cells_.prod()));
+  in_cell_.assign(static_cast<std::size_t>(cells_.prod()), {});
   for (std::uint32_t t = 0; t < body_.tetrahedra.size(); ++t) {
     Bounds own;
     for (const std::uint32_t n : body_.tetrahedra[t].nodes) include(body_.nodes_mm[n], own);
@@ -85,7 +93,18 @@ void CutBody::build_cells() {
   }
 }
 
-bool CutBody::add(std::span<const CutSheet::Triangle> triangles) {
+bool CutBody::add(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
+  const bool finer = refine(triangles, first_new);
+  const std::span fresh = triangles.subspan(first_new);
+  add_barriers(fresh);
+  if (!edges_.add(fresh) && !finer) return false;
+  CutTetrahedra now(body_, edges_);
+  const bool changed = finer || !now.same_as(cut_);
+  if (changed) cut_ = std::move(now);
+  return changed;
+}
+
+void CutBody::add_barriers(std::span<const CutSheet::Triangle> triangles) {
   for (const CutSheet::Triangle& triangle : triangles) {
     const GridBox box = box_of(triangle);
     for (std::size_t t = 0; t < boxes_.size(); ++t) {
@@ -94,11 +113,6 @@ bool CutBody::add(std::span<const CutSheet::Triangle> triangles) {
     }
     barriers_.push_back({triangle.corners, box});
   }
-  if (!edges_.add(triangles)) return false;
-  CutTetrahedra now(body_, edges_);
-  const bool changed = !now.same_as(cut_);
-  if (changed) cut_ = std::move(now);
-  return changed;
 }
 
 std::array<double, 4> CutBody::weights_in(std::uint32_t tetrahedron,
@@ -142,7 +156,7 @@ std::uint32_t CutBody::tetrahedron_at(const Eigen::Vector3d& at_mm) const {
 // to which the fewest do.
 CutBody::SeenCopy CutBody::copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const {
   const auto& nodes = body_.tetrahedra[tetrahedron].nodes;
-  const GridPoint from = grid_.snapped(at_mm, first_free_rank() - 1);
+  const GridPoint from = grid_.snapped(at_mm, first_nodes_);
   std::array<int, 4> corners = {0, 1, 2, 3};
   std::array<double, 4> away;
   for (int k = 0; k < 4; ++k) away[k] = (body_.nodes_mm[nodes[k]] - at_mm).squaredNorm();

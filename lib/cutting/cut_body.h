@@ -20,23 +20,27 @@ struct TissuePlace {
   std::array<double, 4> weights{};
 };
 
-// A body at rest as sheets have cut it, and which copies hold the tissue at its places.
+// A body at rest as sheets have cut it, and which copies hold the tissue at its places. Beside
+// sheets its tetrahedra are made finer: what a cut ends in holds together, and coarse tissue there
+// would hardly open.
 class CutBody {
  public:
   // Ranks of further points that are asked about: from first_free_rank() on.
   explicit CutBody(const TetrahedralBody& body);
 
+  // Whole, as fine as it is now.
   const TetrahedralBody& uncut() const { return body_; }
   const MaterialGrid& grid() const { return grid_; }
-  std::uint32_t first_free_rank() const {
-    return static_cast<std::uint32_t>(body_.nodes_mm.size()) + 1;
-  }
+  std::uint32_t first_free_rank() const { return first_nodes_ + 1; }
   const EdgeCrossings& edges() const { return edges_; }
   const CutTetrahedra& cut() const { return cut_; }
   double mean_edge_mm() const { return mean_edge_mm_; }
 
-  // Takes more of a sheet. Returns whether the tetrahedra hang together otherwise now.
-  bool add(std::span<const CutSheet::Triangle> triangles);
+  // Takes a sheet's triangles from number `first_new` on, those before it were taken. Returns
+  // whether the tetrahedra are others now, or hang together otherwise.
+  bool add(std::span<const CutSheet::Triangle> triangles, std::size_t first_new);
+  // Where the nodes of cut() lay in this body as it was before the last add().
+  std::vector<NodeSource> sources(const CutBody& before) const;
 
   // Where the tissue at `side_mm` lies, told for a place near it: at a cut the two may differ, the
   // one on the cut, the other a little off it. Outside the body, that of the nearest tetrahedron.
@@ -56,9 +60,16 @@ class CutBody {
     bool in_sight;  // of one of its corners
   };
   SeenCopy copy_of(std::uint32_t tetrahedron, const Eigen::Vector3d& at_mm) const;
+  bool refine(std::span<const CutSheet::Triangle> triangles, std::size_t first_new);
+  void add_barriers(std::span<const CutSheet::Triangle> triangles);
+  void measure();
   void build_cells();
+  NodeSource place_of(std::uint32_t tetrahedron, std::uint32_t node,
+                      const std::vector<Eigen::Vector3d>& nodes_mm, std::uint32_t copy) const;
 
   TetrahedralBody body_;
+  std::uint32_t first_nodes_;           // before it was made finer
+  std::vector<std::uint32_t> part_of_;  // by tetrahedron, of which before the last add()
   MaterialGrid grid_;
   EdgeCrossings edges_;
   CutTetrahedra cut_;

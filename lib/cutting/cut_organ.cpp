@@ -7,6 +7,7 @@
 #include <iterator>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "core/error.h"
 #include "cutting/cut_walls.h"
@@ -98,14 +99,18 @@ CutSheet CutOrgan::clean_sheet() const {
 }
 
 bool CutOrgan::part(const CutSheet& sheet) {
-  const std::span fresh = std::span(sheet.triangles()).subspan(taken_);
-  taken_ = sheet.triangles().size();
+  const std::span all(sheet.triangles());
+  const std::size_t first_new = std::exchange(taken_, all.size());
   std::vector<CutSheet::Triangle> in_tissue;
-  std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(in_tissue),
+  std::copy_if(all.begin() + static_cast<std::ptrdiff_t>(first_new), all.end(),
+               std::back_inserter(in_tissue),
                [](const CutSheet::Triangle& t) { return !t.farther_out; });
+  const CutBody before = body_;
   const bool skin_cut = skin_edges_.add(in_tissue);
-  const bool body_cut = body_.add(fresh);
+  const bool body_cut = body_.add(all, first_new);
   if (!skin_cut && !body_cut) return false;
+  node_sources_ = body_.sources(before);
+  cut_ = true;
   remake(sheet);
   return true;
 }
@@ -145,13 +150,6 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
   const CutTetrahedra& cut = body_.cut();
   const TetrahedralBody& uncut = body_.uncut();
   TetrahedralBody& body = *now_.mechanics.body;
-  node_sources_.clear();
-  if (cut_before_) {
-    node_sources_ = cut.sources(*cut_before_);
-  } else {
-    for (std::uint32_t n = 0; n < cut.node_count(); ++n) node_sources_.push_back(cut.original(n));
-  }
-  cut_before_ = cut;
   std::vector<std::uint8_t> anchored(uncut.nodes_mm.size(), 0);
   for (const std::uint32_t n : uncut.anchors) anchored[n] = 1;
   body.nodes_mm.clear(), body.anchors.clear(), body.tetrahedra.clear(), body.vertices.clear();

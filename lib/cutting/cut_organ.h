@@ -27,7 +27,7 @@ class CutOrgan {
   // Comes apart where a sheet, that of the last time with more on it, has passed since. Returns
   // whether the organ hangs together otherwise now, or shows it.
   bool part(const CutSheet& sheet);
-  bool cut() const { return cut_before_.has_value(); }
+  bool cut() const { return cut_; }
 
   // The organ as it is now; valid once something is cut.
   const Bundle& now() const { return now_; }
@@ -38,8 +38,8 @@ class CutOrgan {
   };
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
   const FaceParts& face_parts() const { return face_parts_; }
-  // For each node of the body as it is now the one that it was before the last change.
-  const std::vector<std::uint32_t>& node_sources() const { return node_sources_; }
+  // Where each node of the body as it is now lay before the last change.
+  const std::vector<NodeSource>& node_sources() const { return node_sources_; }
 
   const CutBody& body() const { return body_; }
   const SkinInside& inside() const { return inside_; }
@@ -62,8 +62,8 @@ class CutOrgan {
   std::size_t taken_ = 0;  // triangles of the sheet
   Bundle now_;
   FaceParts face_parts_;
-  std::optional<CutTetrahedra> cut_before_;  // as now() has it
-  std::vector<std::uint32_t> node_sources_;
+  bool cut_ = false;
+  std::vector<NodeSource> node_sources_;
 };
 
 }  // namespace organbake

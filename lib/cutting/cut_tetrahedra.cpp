@@ -171,20 +171,6 @@ TetrahedronCorner CutTetrahedra::held_corner(std::uint32_t copy) const {
   return {copies_[copy].tetrahedron, std::countr_zero(copies_[copy].corners)};
 }
 
-std::vector<std::uint32_t> CutTetrahedra::sources(const CutTetrahedra& before) const {
-  std::vector<std::uint32_t> sources = original_;  // of nodes of no tetrahedron
-  std::vector<std::uint8_t> known(sources.size(), 0);
-  for (const Copy& copy : copies_) {
-    const int corner = std::countr_zero(copy.corners);
-    const Copy& was = before.copies()[before.copy_at({copy.tetrahedron, corner})];
-    for (int k = 0; k < 4; ++k) {
-      const std::uint32_t n = copy.nodes[k];
-      if (!std::exchange(known[n], 1)) sources[n] = was.nodes[k];
-    }
-  }
-  return sources;
-}
-
 bool CutTetrahedra::same_as(const CutTetrahedra& other) const {
   return std::equal(copies_.begin(), copies_.end(), other.copies_.begin(), other.copies_.end(),
                     [](const Copy& a, const Copy& b) {

@@ -53,8 +53,6 @@ class CutTetrahedra {
   // The pieces that the body has fallen into, numbered by their first copy.
   std::uint32_t fragment_count() const { return fragment_count_; }
   std::uint32_t fragment(std::uint32_t copy) const { return fragment_[copy]; }
-  // For each node the node of an earlier cut of the same body that it was: where it starts from.
-  std::vector<std::uint32_t> sources(const CutTetrahedra& before) const;
   bool same_as(const CutTetrahedra& other) const;
 
   // mm³ by fragment, of whole tetrahedra (their fill is not asked for).

@@ -2,14 +2,38 @@
 #include "cutting/edge_crossings.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace organbake {
+namespace {
+
+struct Boxes {
+  std::vector<GridBox> each;
+  std::optional<GridBox> all;
+
+  explicit Boxes(std::span<const CutSheet::Triangle> triangles) {
+    for (const CutSheet::Triangle& triangle : triangles) {
+      each.push_back(box_of(triangle));
+      if (!all) all = each.back();
+      all->add(each.back());
+    }
+  }
+};
+
+}  // namespace
 
 void GridBox::add(const GridPoint& point) {
   for (int c = 0; c < 3; ++c) {
     low[c] = std::min(low[c], point.at[c]);
     high[c] = std::max(high[c], point.at[c]);
+  }
+}
+
+void GridBox::add(const GridBox& other) {
+  for (int c = 0; c < 3; ++c) {
+    low[c] = std::min(low[c], other.low[c]);
+    high[c] = std::max(high[c], other.high[c]);
   }
 }
 
@@ -47,29 +71,43 @@ std::uint32_t EdgeCrossings::index_of(std::uint32_t a, std::uint32_t b) const {
                                     edges_.begin());
 }
 
-bool EdgeCrossings::add(std::span<const CutSheet::Triangle> triangles) {
-  if (triangles.empty()) return false;
-  std::vector<GridBox> boxes;
-  for (const CutSheet::Triangle& triangle : triangles) boxes.push_back(box_of(triangle));
-  GridBox all = boxes.front();
-  for (const CutSheet::Triangle& triangle : triangles)
-    for (const GridPoint& corner : triangle.corners) all.add(corner);
-  bool more = false;
+bool EdgeCrossings::cross(std::uint32_t edge, std::span<const CutSheet::Triangle> triangles,
+                          std::span<const GridBox> boxes, const GridBox& all) {
+  const GridPoint &a = points_[edges_[edge][0]], &b = points_[edges_[edge][1]];
+  GridBox box(a);
+  box.add(b);
+  if (!box.meets(all)) return false;
+  Crossed& crossed = crossed_[edge];
+  const bool was_cut = crossed.cut;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (!box.meets(boxes[t]) || !crosses(a, b, triangles[t].corners)) continue;
+    const SheetCrossing here = crossing_of(a, b, triangles[t]);
+    if (!crossed.cut || here.share < crossed.first.share) crossed.first = here;
+    if (!crossed.cut || here.share > crossed.last.share) crossed.last = here;
+    crossed.cut = true;
+  }
+  return crossed.cut && !was_cut;
+}
+
+void EdgeCrossings::take_over(const EdgeCrossings& before,
+                              std::span<const CutSheet::Triangle> taken) {
+  const Boxes boxes(taken);
+  auto was = before.edges_.begin();
   for (std::uint32_t e = 0; e < edges_.size(); ++e) {
-    const GridPoint &a = points_[edges_[e][0]], &b = points_[edges_[e][1]];
-    GridBox box(a);
-    box.add(b);
-    if (!box.meets(all)) continue;
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      if (!box.meets(boxes[t]) || !crosses(a, b, triangles[t].corners)) continue;
-      const SheetCrossing here = crossing_of(a, b, triangles[t]);
-      Crossed& crossed = crossed_[e];
-      if (!crossed.cut || here.share < crossed.first.share) crossed.first = here;
-      if (!crossed.cut || here.share > crossed.last.share) crossed.last = here;
-      more = more || !crossed.cut;
-      crossed.cut = true;
+    while (was != before.edges_.end() && *was < edges_[e]) ++was;
+    if (was != before.edges_.end() && *was == edges_[e]) {
+      crossed_[e] = before.crossed_[static_cast<std::size_t>(was - before.edges_.begin())];
+    } else if (boxes.all) {
+      cross(e, taken, boxes.each, *boxes.all);
     }
   }
+}
+
+bool EdgeCrossings::add(std::span<const CutSheet::Triangle> triangles) {
+  const Boxes boxes(triangles);
+  bool more = false;
+  for (std::uint32_t e = 0; boxes.all && e < edges_.size(); ++e)
+    more |= cross(e, triangles, boxes.each, *boxes.all);
   return more;
 }
 

@@ -11,6 +11,17 @@
 
 namespace organbake {
 
+// A box of grid steps.
+struct GridBox {
+  std::array<std::int64_t, 3> low, high;
+
+  explicit GridBox(const GridPoint& point) : low(point.at), high(point.at) {}
+  void add(const GridPoint& point);
+  void add(const GridBox& other);
+  bool meets(const GridBox& other) const;
+};
+GridBox box_of(const CutSheet::Triangle& triangle);
+
 // The edges of a mesh at rest, each once, and where sheets cross them.
 class EdgeCrossings {
  public:
@@ -35,24 +46,21 @@ class EdgeCrossings {
   const Crossed& operator[](std::uint32_t e) const { return crossed_[e]; }
   bool cut(std::uint32_t e) const { return crossed_[e].cut; }
   const GridPoint& point(std::uint32_t vertex) const { return points_[vertex]; }
+  const std::vector<GridPoint>& points() const { return points_; }
 
+  // Takes over what crosses those of its edges that were others' as well, and looks for what of the
+  // triangles that those have taken crosses the rest.
+  void take_over(const EdgeCrossings& before, std::span<const CutSheet::Triangle> taken);
   // Takes more triangles of a sheet. Returns whether an edge is cut now that was not.
   bool add(std::span<const CutSheet::Triangle> triangles);
 
  private:
+  bool cross(std::uint32_t edge, std::span<const CutSheet::Triangle> triangles,
+             std::span<const GridBox> boxes, const GridBox& all);
+
   std::vector<GridPoint> points_;
   std::vector<Edge> edges_;  // sorted
   std::vector<Crossed> crossed_;
 };
-
-// A box of grid steps.
-struct GridBox {
-  std::array<std::int64_t, 3> low, high;
-
-  explicit GridBox(const GridPoint& point) : low(point.at), high(point.at) {}
-  void add(const GridPoint& point);
-  bool meets(const GridBox& other) const;
-};
-GridBox box_of(const CutSheet::Triangle& triangle);
 
 }  // namespace organbake

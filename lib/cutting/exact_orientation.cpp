@@ -84,6 +84,13 @@ GridPoint MaterialGrid::snapped(const Eigen::Vector3d& point_mm, std::uint32_t r
   return point;
 }
 
+Eigen::Vector3d MaterialGrid::place_mm(const GridPoint& point) const {
+  return middle_mm_ + Eigen::Vector3d(static_cast<double>(point.at[0]),
+                                      static_cast<double>(point.at[1]),
+                                      static_cast<double>(point.at[2])) /
+                          kStepsPerMm;
+}
+
 std::vector<GridPoint> MaterialGrid::snapped(const std::vector<Eigen::Vector3d>& points_mm,
                                              std::uint32_t first_rank) const {
   std::vector<GridPoint> points;

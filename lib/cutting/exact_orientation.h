@@ -22,6 +22,7 @@ class MaterialGrid {
   explicit MaterialGrid(const Eigen::Vector3d& middle_mm) : middle_mm_(middle_mm) {}
 
   GridPoint snapped(const Eigen::Vector3d& point_mm, std::uint32_t rank) const;
+  Eigen::Vector3d place_mm(const GridPoint& point) const;
   // All of them, with the ranks from `first_rank` on.
   std::vector<GridPoint> snapped(const std::vector<Eigen::Vector3d>& points_mm,
                                  std::uint32_t first_rank) const;

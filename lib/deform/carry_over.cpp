@@ -5,15 +5,20 @@
 
 namespace organbake::deform {
 
-void ShapeSolver::take_over(ShapeSolver& before, const std::vector<std::uint32_t>& sources,
+void ShapeSolver::take_over(ShapeSolver& before, const std::vector<NodeSource>& sources,
                             const std::vector<InstrumentTip>& tips) {
   to_rest();
   for (std::size_t n = 0; n < sources.size(); ++n) {
     const std::uint32_t slot = tissue_->slot_of_node()[n];
-    const std::uint32_t was = before.tissue_->slot_of_node()[sources[n]];
     if (slot >= tissue_->free_count()) continue;  // anchors stay
-    x_[slot] = before.x_[was];
-    velocity_[slot] = before.velocity_[was];
+    x_[slot].setZero(), velocity_[slot].setZero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double weight = sources[n].weights[k];
+      if (weight == 0) continue;
+      const std::uint32_t was = before.tissue_->slot_of_node()[sources[n].nodes[k]];
+      x_[slot] += weight * before.x_[was];
+      velocity_[slot] += weight * before.velocity_[was];
+    }
   }
   tissue_->embedding().carry_positions(tissue_->rest(), x_);
   x_start_ = x_free_ = x_before_ = x_coasted_ = x_;

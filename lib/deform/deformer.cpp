@@ -36,7 +36,7 @@ struct Deformer::Impl {
     to_rest();
   }
 
-  void take_over(Impl& before, const std::vector<std::vector<std::uint32_t>>& sources);
+  void take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
   const StepReport& step(const std::vector<InstrumentTip>& asked);
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
@@ -63,14 +63,17 @@ void Deformer::Impl::to_rest() {
   asleep = solver.relaxed_at_rest();
 }
 
-void Deformer::Impl::take_over(Impl& before,
-                               const std::vector<std::vector<std::uint32_t>>& sources) {
-  std::vector<std::uint32_t> all, first(sources.size() + 1, 0);
+void Deformer::Impl::take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources) {
+  std::vector<NodeSource> all;
+  std::vector<std::uint32_t> first(sources.size() + 1, 0);
   for (const std::uint32_t slot : before.solver.tissue().slot_of_node())
     ++first[before.solver.tissue().organ_of_slot()[slot] + 1];
   for (std::size_t organ = 0; organ < sources.size(); ++organ) {
     first[organ + 1] += first[organ];
-    for (const std::uint32_t node : sources[organ]) all.push_back(first[organ] + node);
+    for (NodeSource source : sources[organ]) {
+      for (std::uint32_t& node : source.nodes) node += first[organ];
+      all.push_back(source);
+    }
   }
   instruments = before.instruments;
   solver.take_over(before.solver, all, instruments.tips());
@@ -227,7 +230,7 @@ std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
   }
   return positions;
 }
-void Deformer::take_over(Deformer& before, const std::vector<std::vector<std::uint32_t>>& sources) {
+void Deformer::take_over(Deformer& before, const std::vector<std::vector<NodeSource>>& sources) {
   impl_->take_over(*before.impl_, sources);
 }
 bool Deformer::moved() const { return impl_->moved; }

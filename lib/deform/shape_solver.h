@@ -54,8 +54,8 @@ class ShapeSolver {
   double settle_motion();
 
   // Takes over how the bodies lie and move, and what instruments carry, from before they were cut.
-  // sources: for each node of the tetrahedra the one of `before` that it was.
-  void take_over(ShapeSolver& before, const std::vector<std::uint32_t>& sources,
+  // sources: where each node of the tetrahedra lay in those of `before`.
+  void take_over(ShapeSolver& before, const std::vector<NodeSource>& sources,
                  const std::vector<InstrumentTip>& tips);
 
   bool lost() const;  // not finite, or far beyond anything that tissue does

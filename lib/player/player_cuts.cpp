@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <exception>
-#include <numeric>
 #include <span>
 
 #include "core/background_thread.h"
@@ -129,7 +128,7 @@ void Player::begin_parting() {
 
 void Player::end_parting() {
   parting_->finish(organs_, options_);
-  std::vector<std::vector<std::uint32_t>> sources;
+  std::vector<std::vector<NodeSource>> sources;
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
     Parting::Organ& next = parting_->organs[o];
@@ -140,9 +139,9 @@ void Player::end_parting() {
       sources.push_back(organ.cutting->node_sources());
       continue;
     }
-    if (!organ.now().mechanics.body) continue;
-    sources.emplace_back(organ.now().mechanics.body->nodes_mm.size());
-    std::iota(sources.back().begin(), sources.back().end(), 0u);
+    sources.emplace_back();
+    for (std::uint32_t n = 0; n < organ.now().mechanics.body->nodes_mm.size(); ++n)
+      sources.back().push_back({{n, n, n, n}});
   }
   if (!parting_->deformer) return;
   parting_->deformer->take_over(deformer_, sources);

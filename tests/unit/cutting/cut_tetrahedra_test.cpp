@@ -114,18 +114,6 @@ TEST(CutTetrahedra, APlaneCutsABlockIntoItsTwoHalves) {
   }
 }
 
-TEST(CutTetrahedra, SourcesNameWhatANodeWas) {
-  CutOnce cut(test::block({4, 3, 3}, 10));
-  const CutTetrahedra first = cut.stroke({13, -50, -50}, {13, 80, -50}, {0, 0, 200});
-  const CutTetrahedra second = cut.stroke({-50, 13, -50}, {80, 13, -50}, {0, 0, 200});
-  EXPECT_EQ(first.fragment_count(), 2u);
-  EXPECT_EQ(second.fragment_count(), 4u);
-  const auto sources = second.sources(first);
-  ASSERT_EQ(sources.size(), second.node_count());
-  for (std::uint32_t n = 0; n < sources.size(); ++n)
-    EXPECT_EQ(first.original(sources[n]), second.original(n));
-}
-
 // Strokes of all kinds: through nodes, along edges, grazing, closed, crossing each other.
 class RandomStrokes {
  public:

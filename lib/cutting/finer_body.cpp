@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "cutting/cut_body.h"
+#include "cutting/edge_bisection.h"
+
+namespace organbake {
+namespace {
+
+// Edges that are cut open in steps of their length; shorter ones cost more than they show.
+constexpr double kFine_mm = 4;
+constexpr std::size_t kMostTetrahedra = 60'000;  // a step takes too long beyond
+constexpr double kRoundSheet_mm = 2;             // a sheet's end opens from a little before it
+constexpr std::uint32_t kRankOfMiddles = 0x8000'0000;
+
+void widen(Bounds& box, const Eigen::Vector3d& point_mm) {
+  box.min = box.min.cwiseMin(point_mm);
+  box.max = box.max.cwiseMax(point_mm);
+}
+
+// A sheet's triangles in tissue, asked of tetrahedra.
+class SheetNeighbourhood {
+ public:
+  SheetNeighbourhood(const MaterialGrid& grid, std::span<const CutSheet::Triangle> triangles) {
+    for (const CutSheet::Triangle& triangle : triangles) {
+      if (triangle.farther_out) continue;
+      Near near;
+      for (int k = 0; k < 3; ++k) near.corners[k] = grid.place_mm(triangle.corners[k]);
+      for (const Eigen::Vector3d& corner : near.corners) widen(near.box, corner);
+      near.box.min.array() -= kRoundSheet_mm, near.box.max.array() += kRoundSheet_mm;
+      near.normal = (near.corners[1] - near.corners[0])
+                        .cross(near.corners[2] - near.corners[0])
+                        .stableNormalized();
+      widen(all_, near.box.min), widen(all_, near.box.max);
+      near_.push_back(near);
+    }
+  }
+
+  bool empty() const { return near_.empty(); }
+  // Whether a triangle passes through a tetrahedron's box, and its plane between the corners.
+  bool meets(const TetrahedralBody& body, const Tetrahedron& tetrahedron) const {
+    Bounds box;
+    for (const std::uint32_t n : tetrahedron.nodes) widen(box, body.nodes_mm[n]);
+    if (!overlap(box, all_)) return false;
+    return std::any_of(near_.begin(), near_.end(), [&](const Near& near) {
+      if (!overlap(box, near.box)) return false;
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (const std::uint32_t n : tetrahedron.nodes) {
+        const double away = near.normal.dot(body.nodes_mm[n] - near.corners[0]);
+        low = std::min(low, away), high = std::max(high, away);
+      }
+      return low <= 0 && high >= 0;
+    });
+  }
+
+ private:
+  struct Near {
+    std::array<Eigen::Vector3d, 3> corners;
+    Eigen::Vector3d normal;
+    Bounds box;
+  };
+  static bool overlap(const Bounds& a, const Bounds& b) {
+    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+  }
+  std::vector<Near> near_;
+  Bounds all_;
+};
+
+}  // namespace
+
+// Those tetrahedra are halved that a sheet passes through, or next to.
+bool CutBody::refine(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
+  part_of_.resize(body_.tetrahedra.size());
+  std::iota(part_of_.begin(), part_of_.end(), 0u);
+  const SheetNeighbourhood near(grid_, triangles.subspan(first_new));
+  if (near.empty()) return false;
+  Bisection halved = bisect(body_, [&](std::uint32_t t) {
+    const Tetrahedron& tetrahedron = body_.tetrahedra[t];
+    return body_.tetrahedra.size() < kMostTetrahedra && near.meets(body_, tetrahedron) &&
+           longest_edge_mm(body_, tetrahedron) > kFine_mm;
+  });
+  if (halved.none()) return false;
+  part_of_ = std::move(halved.part_of);
+  std::vector<GridPoint> points = edges_.points();
+  for (std::size_t n = points.size(); n < body_.nodes_mm.size(); ++n)
+    points.push_back(
+        grid_.snapped(body_.nodes_mm[n], kRankOfMiddles + static_cast<std::uint32_t>(n)));
+  EdgeCrossings finer(std::move(points), edges_of(body_.tetrahedra));
+  finer.take_over(edges_, triangles.first(first_new));
+  edges_ = std::move(finer);
+  measure();
+  std::vector<std::vector<std::uint32_t>> near_barriers(body_.tetrahedra.size());
+  for (std::uint32_t t = 0; t < near_barriers.size(); ++t) {
+    for (const std::uint32_t b : near_barriers_[part_of_[t]])
+      if (boxes_[t].meets(barriers_[b].box)) near_barriers[t].push_back(b);
+  }
+  near_barriers_ = std::move(near_barriers);
+  return true;
+}
+
+std::vector<NodeSource> CutBody::sources(const CutBody& before) const {
+  std::vector<NodeSource> sources(cut_.node_count());
+  std::vector<std::uint8_t> known(sources.size(), 0);
+  for (std::uint32_t n = 0; n < first_nodes_; ++n) sources[n] = {{n, n, n, n}, {1, 0, 0, 0}};
+  for (std::uint32_t c = 0; c < cut_.copies().size(); ++c) {
+    const CutTetrahedra::Copy& copy = cut_.copies()[c];
+    const std::uint32_t part_of = part_of_[copy.tetrahedron];
+    const int held = cut_.held_corner(c).corner;
+    const std::uint32_t node = body_.tetrahedra[copy.tetrahedron].nodes[held];
+    const auto& nodes = before.body_.tetrahedra[part_of].nodes;
+    const auto corner = std::find(nodes.begin(), nodes.end(), node);
+    const std::uint32_t was =
+        corner != nodes.end()
+            ? before.cut_.copy_at({part_of, static_cast<int>(corner - nodes.begin())})
+            : before.copy_of(part_of, body_.nodes_mm[node]).copy;
+    for (int k = 0; k < 4; ++k) {
+      if (std::exchange(known[copy.nodes[k]], 1)) continue;
+      sources[copy.nodes[k]] = before.place_of(part_of, body_.tetrahedra[copy.tetrahedron].nodes[k],
+                                               body_.nodes_mm, was);
+    }
+  }
+  return sources;
+}
+
+// A node of the body, or the middle of an edge of it, by the nodes of a tetrahedron's copy.
+NodeSource CutBody::place_of(std::uint32_t tetrahedron, std::uint32_t node,
+                             const std::vector<Eigen::Vector3d>& nodes_mm,
+                             std::uint32_t copy) const {
+  const auto& own = body_.tetrahedra[tetrahedron].nodes;
+  NodeSource source{cut_.copies()[copy].nodes, {}};
+  const auto corner = std::find(own.begin(), own.end(), node);
+  if (corner == own.end()) {
+    source.weights = weights_in(tetrahedron, nodes_mm[node]);
+  } else {
+    source.weights[static_cast<std::size_t>(corner - own.begin())] = 1;
+  }
+  return source;
+}
+
+}  // namespace organbake
