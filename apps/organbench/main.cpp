@@ -169,7 +169,7 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
       "seeded inputs of the stability suite (default 5,000, quick 500, thorough 10,000)");
   app.add_option("--first-case", c.options.first_case, "its first seed (default 0)");
   app.add_option("--case", c.one_case, "only this seed, in this process, and print what happened");
-  app.add_option("--only", c.options.only, "only this part of the suite registration")
+  app.add_option("--only", c.options.only, "only this part of the suite registration or cutting")
       ->check(CLI::IsMember(std::vector<std::string>{"accuracy", "efficiency", "lights",
                                                      "open patches", "reach", "rendered liver",
                                                      "time", "tracking", "verdicts"}));

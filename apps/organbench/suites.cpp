@@ -19,6 +19,8 @@ const std::vector<Suite>& all_suites() {
        run_capture_suite},
       {"player", "poked frames: maps against image error and time, deformation, start",
        run_player_suite},
+      {"cutting", "blades: random sweeps, how wide cuts open, the step in which they grow",
+       run_cutting_suite},
       {"appearance", "a CT liver beside frames of a laparoscopy: colours, highlights, grain",
        run_appearance_suite},
       {"bake",

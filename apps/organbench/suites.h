@@ -12,6 +12,7 @@ void run_registration_suite(Bench& bench);
 void run_place_suite(Bench& bench);
 void run_capture_suite(Bench& bench);
 void run_player_suite(Bench& bench);
+void run_cutting_suite(Bench& bench);
 void run_appearance_suite(Bench& bench);
 void run_bake_suite(Bench& bench);
 void run_scaling_suite(Bench& bench);

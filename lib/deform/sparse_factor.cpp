@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "deform/sparse_factor.h"
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "core/error.h"
+#include "deform/panel_factor.h"
 
 namespace organbake::deform {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
 
-// Panels may hold this share of explicit zeros: a wider panel costs less than the zeros do.
-constexpr double kZeroShare = 1;
 constexpr std::size_t kMostLots = 2;
-constexpr std::uint32_t kMaxWidth = 64;  // keeps a panel's solution in the first-level cache
 
 Matrix lower_half(std::size_t size, const std::vector<Coefficient>& coefficients) {
   std::vector<Eigen::Triplet<double>> triplets;
@@ -44,25 +42,6 @@ Places places(const Matrix& lower, UnknownOrder order) {
   return to;
 }
 
-// The last column (exclusive) of the panel that starts at `first`: columns join while each one's
-// first row is the next column, i.e. while the pattern is nested, and the zeros stay few.
-std::uint32_t panel_end(std::uint32_t first, std::uint32_t size, const int* starts,
-                        const int* row_of) {
-  std::uint32_t last = first + 1;
-  std::size_t entries = starts[first + 1] - starts[first];
-  while (last < size && last - first < kMaxWidth) {
-    const int begin = starts[last - 1];
-    if (begin == starts[last] || row_of[begin] != static_cast<int>(last)) break;
-    const std::size_t below = starts[last + 1] - starts[last];
-    const std::size_t width = last + 1 - first;
-    const std::size_t dense = width * below + width * (width - 1) / 2;
-    if (dense > (1 + kZeroShare) * (entries + below)) break;
-    entries += below;
-    ++last;
-  }
-  return last;
-}
-
 // The strictly lower part of a unit lower triangular block (row-major), replaced by its inverse's.
 void invert_unit_block(std::size_t width, std::vector<double>& block) {
   for (std::size_t column = 0; column + 1 < width; ++column) {
@@ -87,10 +66,8 @@ SparseFactor::SparseFactor(std::size_t size, const std::vector<Coefficient>& coe
   const Places to = places(matrix, order);
   Matrix in_order(matrix.rows(), matrix.cols());
   in_order.selfadjointView<Eigen::Lower>() = matrix.selfadjointView<Eigen::Lower>().twistedBy(to);
-  const Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(in_order);
-  const Eigen::VectorXd diagonal = factor.vectorD();
-  if (!scale.allFinite() || factor.info() != Eigen::Success || !(diagonal.array() > 0).all() ||
-      !diagonal.allFinite()) {
+  const std::vector<FactorPanel> panels = factor_panels(in_order);
+  if (!scale.allFinite() || !is_positive(panels)) {
     throw BadDataError(
         "the tissue's masses and springs make a system that is not positive definite; check for "
         "stiffnesses or masses that differ by more than 1e12");
@@ -98,46 +75,33 @@ SparseFactor::SparseFactor(std::size_t size, const std::vector<Coefficient>& coe
   position_.assign(to.indices().data(), to.indices().data() + size);
   scale_.resize(size);
   for (std::size_t i = 0; i < size; ++i) scale_[position_[i]] = scale[static_cast<int>(i)];
-  inverse_diagonal_.resize(size);
-  for (std::size_t i = 0; i < size; ++i)
-    inverse_diagonal_[i] = static_cast<float>(1 / diagonal[static_cast<int>(i)]);
-  const auto& lower = factor.matrixL().nestedExpression();
-  const auto n = static_cast<std::uint32_t>(size);
   std::size_t most_blocks = 0;
-  for (std::uint32_t first = 0; first < n;) {
-    const std::uint32_t last = panel_end(first, n, lower.outerIndexPtr(), lower.innerIndexPtr());
-    add_panel(first, last, lower.outerIndexPtr(), lower.innerIndexPtr(), lower.valuePtr());
+  for (const FactorPanel& panel : panels) {
+    add_panel(panel);
     most_blocks = std::max<std::size_t>(most_blocks, panels_.back().blocks);
-    first = last;
   }
   rows_.assign((size + 1) * 4 * kMostLots, 0.0F);
   planes_.assign(most_blocks * kBlockRows * 4 * kMostLots, 0.0F);
 }
 
-void SparseFactor::add_panel(std::uint32_t first, std::uint32_t last, const int* starts,
-                             const int* row_of, const double* value_of) {
-  const std::uint32_t width = last - first;
-  const std::size_t below = starts[last] - starts[last - 1];
-  const int* rows = row_of + starts[last - 1];
+void SparseFactor::add_panel(const FactorPanel& factor) {
+  const std::uint32_t width = factor.width;
+  const std::size_t below = factor.rows.size();
   std::vector<double> dense((width + below) * width, 0.0);  // row-major, the block on top
-  for (std::uint32_t column = first; column < last; ++column) {
-    for (int e = starts[column]; e < starts[column + 1]; ++e) {
-      const auto row = static_cast<std::uint32_t>(row_of[e]);
-      const std::size_t at = row < last
-                                 ? row - first
-                                 : width + (std::lower_bound(rows, rows + below, row_of[e]) - rows);
-      dense[at * width + (column - first)] = value_of[e];
-    }
+  for (std::uint32_t column = 0; column < width; ++column) {
+    inverse_diagonal_.push_back(static_cast<float>(1 / factor.diagonal[column]));
+    for (std::size_t row = column + 1; row < width + below; ++row)
+      dense[row * width + column] = factor.column(column)[row];
   }
   invert_unit_block(width, dense);
 
   Panel panel;
-  panel.first = first;
+  panel.first = factor.first;
   panel.width = width;
   panel.blocks = static_cast<std::uint32_t>((below + kBlockRows - 1) / kBlockRows);
   panel.rows_at = row_index_.size();
   panel.values_at = values_.size();
-  row_index_.insert(row_index_.end(), rows, rows + below);
+  row_index_.insert(row_index_.end(), factor.rows.begin(), factor.rows.end());
   // The last block is filled up with a row of zeros that is nobody's.
   row_index_.resize(panel.rows_at + panel.blocks * kBlockRows, static_cast<std::uint32_t>(size()));
   values_.insert(values_.end(), dense.begin(),

@@ -10,6 +10,8 @@
 
 namespace organbake::deform {
 
+struct FactorPanel;
+
 // One entry of a symmetric matrix, given once for (i, j) and (j, i); repeated entries add up.
 struct Coefficient {
   std::uint32_t i = 0, j = 0;
@@ -55,8 +57,7 @@ class SparseFactor {
   PanelView view(const Panel& panel) const;
   template <int kLots, int kLanes>
   void solve_lots(const std::array<Row*, kLots>& lots) const;
-  void add_panel(std::uint32_t first, std::uint32_t last, const int* starts, const int* row_of,
-                 const double* value_of);
+  void add_panel(const FactorPanel& panel);
 
   std::vector<std::uint32_t> position_;
   std::vector<double> scale_;  // 1/√a_ii: the factor is that of the matrix with a unit diagonal

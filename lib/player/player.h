@@ -56,7 +56,7 @@ class Player {
   // sweep parts kPartingSteps later: all that hangs on it is worked out meanwhile on a thread of
   // its own, and the step in which a cut grows takes no longer than others.
   StepReport step(const std::vector<InstrumentTip>& tips);
-  static constexpr int kPartingSteps = 4;
+  static constexpr int kPartingSteps = 6;
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "core/stopwatch.h"
+#include "organbench/suites.h"
+#include "organbench/suites/cutting_parts.h"
+#include "organbench/suites/frame_timing.h"
+#include "organbench/suites/player_bundles.h"
+#include "player/player.h"
+#include "player/skin_point.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLength_mm = 30, kDepth_mm = 14;
+constexpr int kSteps = 120;
+constexpr double kStep_ms = 1000.0 / 60;
+
+DeformOptions with_elements() {
+  DeformOptions options;
+  options.solver = TissueSolver::fem;
+  return options;
+}
+
+// A scalpel on its way across the front.
+InstrumentTip blade_at(const Bundle& bundle, double share) {
+  const Vector3d out = bundle.cameras.manifold.directions.front().normalized();
+  const Vector3d side = out.cross(Vector3d::UnitZ()).normalized();
+  const Vector3d middle = skin_point(bundle, out) - bundle.cameras.manifold.center_world_mm;
+  InstrumentTip tip;
+  tip.active = true;
+  tip.mode = InstrumentMode::cut;
+  tip.radius_mm = 0.4;
+  tip.position_mm = skin_point(bundle, (middle + kLength_mm * (share - 0.5) * side).normalized()) -
+                    kDepth_mm * out;
+  tip.axis_mm = 2 * kDepth_mm * out;
+  return tip;
+}
+
+double step_ms(Player& player, const std::vector<InstrumentTip>& tips) {
+  Stopwatch watch;
+  player.step(tips);
+  return watch.lap();
+}
+
+// As it is seen: a step every sixtieth of a second, with a thread to spare for what parts.
+void promise_growth(Bench& bench, Player& player) {
+  std::vector<double> growing, others;
+  std::size_t faces = 0;
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i <= kSteps + 2 * Player::kPartingSteps; ++i) {
+    std::vector<InstrumentTip> tips;
+    if (i <= kSteps) tips.push_back(blade_at(player.bundle(), double(i) / kSteps));
+    const double ms = step_ms(player, tips);
+    const std::size_t now = player.bundle_now().proxy.faces.size();
+    (now != faces ? growing : others).push_back(ms);
+    faces = now;
+    std::this_thread::sleep_until(start +
+                                  (i + 1) * std::chrono::duration<double, std::milli>(kStep_ms));
+  }
+  growing.erase(growing.begin());  // the first is the whole organ's
+  const std::string what = "a blade through the phantom at 60 steps a second, a cut of 30 mm, " +
+                           std::to_string(player.bundle_now().mechanics.body->tetrahedra.size()) +
+                           " tetrahedra in the end: ";
+  bench.add(
+      Figure{what + "the step in which it grows, median", "ms", spread_of(growing).median, 5});
+  bench.add(Figure{what + "the others, median", "ms", spread_of(others).median, 5});
+}
+
+void promise_frames_of_cut(Bench& bench, Player& cut, Player& whole) {
+  const FrameSize size{1280, 720};
+  Frame frames[2];
+  int turn = 0;
+  const auto draw = [&](Player& player, Frame& frame) {
+    for (int i = 0; i < kFrames; ++i)
+      player.draw(view_at(player.bundle(), size, i + turn), {}, frame);
+  };
+  const OneThread one;
+  const auto timings = bench.time({[&] { draw(whole, frames[0]); }, [&] { draw(cut, frames[1]); }});
+  bench.add(Figure{"frame of 720p, one thread: the organ cut / whole", "×",
+                   timings[1].cpu_ms.median / timings[0].cpu_ms.median, 1.15});
+}
+
+}  // namespace
+
+void run_cutting_suite(Bench& bench) {
+  if (bench.wants("openings")) compare_openings(bench);
+  if (bench.wants("growth")) {
+    PlayerBundles bundles(bench);
+    const auto folder = bundles.folder({80, "fitted", bundles.map_size(), true});
+    bench.now("a blade through the phantom");
+    Player cut(folder, with_elements()), whole(folder, with_elements());
+    promise_growth(bench, cut);
+    promise_frames_of_cut(bench, cut, whole);
+  }
+  if (bench.wants("sweeps")) sweep_randomly(bench);
+}
+
+}  // namespace organbake

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+
+#include "core/random.h"
+#include "cutting/blade_sweeps.h"
+#include "decimate/decimate.h"
+#include "formats/mesh_files.h"
+#include "formats/photo.h"
+#include "geometry/mesh_checks.h"
+#include "mechanics/mechanics.h"
+#include "organbench/bench.h"
+#include "organbench/suites/cutting_parts.h"
+#include "phantom/phantom.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kStrokes = 4;        // into each body, before the next one is whole again
+constexpr int kSkinFaces = 1500;   // of what is cut, few enough to be checked whole
+constexpr double kSheet_mm = 80;   // across, of the laparoscopy
+constexpr double kRelief_mm = 12;  // from its darkest to its brightest
+
+Bundle organ_of(const TriangleMesh& skin, double cell_mm, const Bench& bench) {
+  Bundle organ;
+  organ.proxy = skin;
+  organ.proxy.colors.clear();
+  MechanicsOptions options;
+  options.fem = true;
+  options.fem_cell_mm = cell_mm;
+  organ.mechanics = make_mechanics(organ.proxy, options, bench.context());
+  return organ;
+}
+
+TriangleMesh decimated(const TriangleMesh& mesh, const Bench& bench) {
+  DecimateOptions options;
+  options.method = DecimateMethod::quadric;
+  options.faces = kSkinFaces;
+  return decimate(largest_components(mesh, 1), options, bench.context()).proxy;
+}
+
+// A frame of a laparoscopy as a relief, brighter parts nearer.
+TriangleMesh relief_of(const Rgb8Image& frame) {
+  constexpr int kColumns = 36, kRows = 24;
+  TriangleMesh sheet;
+  for (int j = 0; j <= kRows; ++j) {
+    for (int i = 0; i <= kColumns; ++i) {
+      const std::uint8_t* pixel =
+          frame.at(i * (frame.width - 1) / kColumns, j * (frame.height - 1) / kRows);
+      const double bright = (pixel[0] + pixel[1] + pixel[2]) / 765.0;
+      sheet.vertices.emplace_back(kSheet_mm * i / kColumns, kSheet_mm * j / kColumns,
+                                  -kRelief_mm * bright);
+      if (i == kColumns || j == kRows) continue;
+      const auto a = static_cast<std::uint32_t>(j * (kColumns + 1) + i), b = a + kColumns + 1;
+      sheet.faces.push_back({a, b, a + 1});
+      sheet.faces.push_back({b, b + 1, a + 1});
+    }
+  }
+  return sheet;
+}
+
+bool is_closed(const TriangleMesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> more_one_way;
+  for (const Face& f : mesh.faces) {
+    for (int k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(f[k], f[(k + 1) % 3]);
+      more_one_way[{low, high}] += f[k] == low ? 1 : -1;
+    }
+  }
+  return std::all_of(more_one_way.begin(), more_one_way.end(),
+                     [](const auto& edge) { return edge.second == 0; });
+}
+
+// Blades on their way through a body that lies bent: along its edges, through its nodes, grazing,
+// in loops, there and back.
+class RandomBlades {
+ public:
+  RandomBlades(const CutOrgan& organ, std::uint64_t seed) : random_(seed) {
+    const TetrahedralBody& body = organ.body().uncut();
+    rest_ = body.nodes_mm;
+    for (const Vector3d& n : rest_) low_ = low_.cwiseMin(n), high_ = high_.cwiseMax(n);
+    bend_ = {random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1)};
+  }
+
+  Vector3d bent(const Vector3d& at) const {
+    const Vector3d share = (at - low_).cwiseQuotient(high_ - low_);
+    return at + 0.05 * (high_ - low_).norm() * std::sin(3 * share.sum()) * bend_;
+  }
+  void draw(CutOrgan& organ, BladeSweeps& sweeps) {
+    const std::uint64_t kind = random_.below(5);
+    const Vector3d from = place(kind == 0), to = kind == 4 ? from : place(kind == 0);
+    Vector3d edge = place(kind == 1) - place(kind == 1);
+    const int steps = 2 + static_cast<int>(random_.below(10));
+    for (int i = 0; i <= steps; ++i) {
+      const double share = double(i) / steps, turn = 6 * share;
+      Vector3d tip = from + share * (to - from);
+      if (kind == 3) tip = from + 12 * Vector3d(std::cos(turn), std::sin(turn), 0);
+      if (kind == 4) edge = Eigen::AngleAxisd(0.3 * turn, Vector3d::UnitZ()) * edge;
+      const BladeNow now{0, {bent(tip), bent(tip) + edge}};
+      sweeps.advance({&now, 1}, organ, nodes_of(organ));
+      organ.part(sweeps.sheet());
+    }
+    sweeps.advance({}, organ, {});
+  }
+
+ private:
+  std::vector<Vector3d> nodes_of(const CutOrgan& organ) const {
+    const TetrahedralBody& body = organ.body().uncut();
+    std::vector<Vector3d> nodes;
+    for (std::uint32_t n = 0; n < organ.body().cut().node_count(); ++n)
+      nodes.push_back(bent(body.nodes_mm[organ.body().cut().original(n)]));
+    return nodes;
+  }
+  Vector3d place(bool node) {
+    if (node) return rest_[random_.below(rest_.size())];
+    const double x = random_.uniform(), y = random_.uniform(), z = random_.uniform();
+    return low_ + Vector3d(x, y, z).cwiseProduct(high_ - low_);
+  }
+
+  RandomStream random_;
+  std::vector<Vector3d> rest_;
+  Vector3d low_ = Vector3d::Constant(1e300), high_ = Vector3d::Constant(-1e300);
+  Vector3d bend_;
+};
+
+// What is wrong with an organ after its cuts; nothing when it is sound.
+std::string fault_of(const CutOrgan& organ) {
+  const TetrahedralBody& body = organ.body().uncut();
+  double whole = 0;
+  for (const Tetrahedron& t : body.tetrahedra) whole += volume_of(body, t);
+  const auto volumes = organ.body().cut().fragment_volumes(body);
+  const double sum = std::accumulate(volumes.begin(), volumes.end(), 0.0);
+  if (!(std::abs(sum - whole) <= 1e-6 * whole)) return "the fragments' volumes are not the body's";
+  for (const TriangleMesh& surface :
+       fragment_surfaces(body, organ.body().edges(), organ.body().cut()))
+    if (!is_closed(surface)) return "a fragment is not closed";
+  if (!organ.cut()) return "";
+  for (const Vector3d& v : organ.now().proxy.vertices)
+    if (!v.allFinite()) return "a vertex is no number";
+  for (const EmbeddedVertex& v : organ.now().mechanics.body->vertices)
+    for (const double w : v.weights)
+      if (!(std::abs(w) < 3)) return "a vertex hangs far from its tetrahedron";
+  return "";
+}
+
+void sweep(Bench& bench, const std::string& name, const Bundle& organ, int sweeps) {
+  bench.now(std::to_string(sweeps) + " random sweeps through " + name);
+  const CutOrgan whole(organ);
+  int wrong = 0;
+  for (int done = 0; done < sweeps; done += kStrokes) {
+    bench.context().throw_if_cancelled();
+    CutOrgan cut = whole;
+    BladeSweeps blades(cut);
+    RandomBlades random(cut, static_cast<std::uint64_t>(done));
+    for (int stroke = 0; stroke < kStrokes; ++stroke) random.draw(cut, blades);
+    const std::string fault = fault_of(cut);
+    if (fault.empty()) continue;
+    ++wrong;
+    bench.add(FailedCase{static_cast<std::uint64_t>(done), "cutting", name, fault});
+  }
+  bench.add(Figure{std::to_string(sweeps) + " random sweeps of blades through " + name + ", " +
+                       std::to_string(organ.mechanics.body->tetrahedra.size()) +
+                       " tetrahedra: bodies with volumes, surfaces or places that are wrong",
+                   "", double(wrong), 0});
+}
+
+}  // namespace
+
+void sweep_randomly(Bench& bench) {
+  const int sweeps = bench.count(80, 1'000, 33'336);
+  const OrganPhantom phantom{OrganPhantomOptions{}};
+  sweep(bench, "the phantom", organ_of(decimated(phantom.surface(5), bench), 10, bench), sweeps);
+  const auto liver = bench.data("mesh/liver/liver.vtk");
+  if (!liver.empty())
+    sweep(bench, "a liver", organ_of(decimated(read_mesh(liver), bench), 16, bench), sweeps);
+  const auto photo = bench.data("photo/laparoscopy/liver_gallbladder_1080p.png");
+  if (!photo.empty())
+    sweep(bench, "a laparoscopy's sheet", organ_of(relief_of(read_photo(photo)), 5, bench), sweeps);
+}
+
+}  // namespace organbake
