@@ -21,12 +21,12 @@ enum class Effort { quick, standard, thorough };
 
 struct BenchOptions {
   Effort effort = Effort::standard;
-  int rounds = 0;                // of every timing; 0 = as many as the effort allows
-  int threads = 0;               // 0 = all
-  std::uint64_t first_case = 0;  // of the stability suite, whose cases are numbered by their seeds
-  std::uint64_t cases = 0;       // 0 = as many as the effort allows
-  std::string only = {};         // the one measurement that is taken (Bench::wants); empty = all
-  std::filesystem::path data = {};     // the folder of real data; suites do without what it lacks
+  int rounds = 0;                   // of every timing; 0 = as many as the effort allows
+  int threads = 0;                  // 0 = all
+  std::uint64_t first_case = 0;     // of the suites that number cases by their seeds
+  std::uint64_t cases = 0;          // 0 = as many as the effort allows
+  std::string only = {};            // the one measurement that is taken (Bench::wants); empty = all
+  std::filesystem::path data = {};  // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
 };
 

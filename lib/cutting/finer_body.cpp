@@ -12,8 +12,8 @@ namespace organbake {
 namespace {
 
 // Edges that are cut open in steps of their length; shorter ones cost more than they show.
-constexpr double kFine_mm = 4;
-constexpr std::size_t kMostTetrahedra = 60'000;  // a step takes too long beyond
+constexpr double kFine_mm = 3;
+constexpr std::size_t kMostTetrahedra = 40'000;  // a step takes too long beyond
 constexpr double kRoundSheet_mm = 2;             // a sheet's end opens from a little before it
 constexpr std::uint32_t kRankOfMiddles = 0x8000'0000;
 

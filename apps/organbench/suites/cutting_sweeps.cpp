@@ -21,18 +21,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStrokes = 4;        // into each body, before the next one is whole again
-constexpr int kSkinFaces = 1500;   // of what is cut, few enough to be checked whole
-constexpr double kSheet_mm = 80;   // across, of the laparoscopy
-constexpr double kRelief_mm = 12;  // from its darkest to its brightest
+constexpr int kStrokes = 4;  // into each body, before the next one is whole again
+constexpr int kSkinFaces = 800;
+// All are of this size, so that they are fast to check whole, and of coarse cells.
+constexpr double kAcross_mm = 50, kCell_mm = 7;
+constexpr double kRelief =
+    0.15;  // from the darkest of a laparoscopy to its brightest, of its width
 
-Bundle organ_of(const TriangleMesh& skin, double cell_mm, const Bench& bench) {
+Bundle organ_of(const TriangleMesh& skin, const Bench& bench) {
   Bundle organ;
   organ.proxy = skin;
   organ.proxy.colors.clear();
+  const Bounds box = bounds(skin);
+  for (Vector3d& v : organ.proxy.vertices)
+    v = kAcross_mm / (box.max - box.min).maxCoeff() * (v - box.center());
   MechanicsOptions options;
   options.fem = true;
-  options.fem_cell_mm = cell_mm;
+  options.fem_cell_mm = kCell_mm;
   organ.mechanics = make_mechanics(organ.proxy, options, bench.context());
   return organ;
 }
@@ -53,8 +58,7 @@ TriangleMesh relief_of(const Rgb8Image& frame) {
       const std::uint8_t* pixel =
           frame.at(i * (frame.width - 1) / kColumns, j * (frame.height - 1) / kRows);
       const double bright = (pixel[0] + pixel[1] + pixel[2]) / 765.0;
-      sheet.vertices.emplace_back(kSheet_mm * i / kColumns, kSheet_mm * j / kColumns,
-                                  -kRelief_mm * bright);
+      sheet.vertices.emplace_back(i, j, -kRelief * kColumns * bright);
       if (i == kColumns || j == kRows) continue;
       const auto a = static_cast<std::uint32_t>(j * (kColumns + 1) + i), b = a + kColumns + 1;
       sheet.faces.push_back({a, b, a + 1});
@@ -103,9 +107,10 @@ class RandomBlades {
       if (kind == 4) edge = Eigen::AngleAxisd(0.3 * turn, Vector3d::UnitZ()) * edge;
       const BladeNow now{0, {bent(tip), bent(tip) + edge}};
       sweeps.advance({&now, 1}, organ, nodes_of(organ));
-      organ.part(sweeps.sheet());
+      if (i == steps / 2 && kind == 2) organ.part(sweeps.sheet());
     }
     sweeps.advance({}, organ, {});
+    organ.part(sweeps.sheet());
   }
 
  private:
@@ -156,12 +161,13 @@ void sweep(Bench& bench, const std::string& name, const Bundle& organ, int sweep
     bench.context().throw_if_cancelled();
     CutOrgan cut = whole;
     BladeSweeps blades(cut);
-    RandomBlades random(cut, static_cast<std::uint64_t>(done));
+    const std::uint64_t seed = bench.options().first_case + static_cast<std::uint64_t>(done);
+    RandomBlades random(cut, seed);
     for (int stroke = 0; stroke < kStrokes; ++stroke) random.draw(cut, blades);
     const std::string fault = fault_of(cut);
     if (fault.empty()) continue;
     ++wrong;
-    bench.add(FailedCase{static_cast<std::uint64_t>(done), "cutting", name, fault});
+    bench.add(FailedCase{seed, "cutting", name, fault});
   }
   bench.add(Figure{std::to_string(sweeps) + " random sweeps of blades through " + name + ", " +
                        std::to_string(organ.mechanics.body->tetrahedra.size()) +
@@ -172,15 +178,16 @@ void sweep(Bench& bench, const std::string& name, const Bundle& organ, int sweep
 }  // namespace
 
 void sweep_randomly(Bench& bench) {
-  const int sweeps = bench.count(80, 1'000, 33'336);
+  const auto asked = static_cast<int>(bench.options().cases);
+  const int sweeps = asked > 0 ? asked : bench.count(80, 600, 33'336);
   const OrganPhantom phantom{OrganPhantomOptions{}};
-  sweep(bench, "the phantom", organ_of(decimated(phantom.surface(5), bench), 10, bench), sweeps);
+  sweep(bench, "the phantom", organ_of(decimated(phantom.surface(5), bench), bench), sweeps);
   const auto liver = bench.data("mesh/liver/liver.vtk");
   if (!liver.empty())
-    sweep(bench, "a liver", organ_of(decimated(read_mesh(liver), bench), 16, bench), sweeps);
+    sweep(bench, "a liver", organ_of(decimated(read_mesh(liver), bench), bench), sweeps);
   const auto photo = bench.data("photo/laparoscopy/liver_gallbladder_1080p.png");
   if (!photo.empty())
-    sweep(bench, "a laparoscopy's sheet", organ_of(relief_of(read_photo(photo)), 5, bench), sweeps);
+    sweep(bench, "a laparoscopy's sheet", organ_of(relief_of(read_photo(photo)), bench), sweeps);
 }
 
 }  // namespace organbake

@@ -17,12 +17,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A box with tetrahedra of 10 mm, its skin the proxy itself.
-Bundle box_organ() {
+// A box with tetrahedra of 10 mm, its skin the proxy itself; or a smaller one.
+Bundle box_organ(double scale = 1) {
   Bundle bundle;
   bundle.manifest.name = "box";
-  bundle.proxy = grid_box({60, 40, 40}, 8);
-  bundle.mechanics.body = test::tissue_under(bundle.proxy, 10);
+  bundle.proxy = grid_box(scale * Vector3d(60, 40, 40), 8);
+  bundle.mechanics.body = test::tissue_under(bundle.proxy, 10 * scale);
   bundle.mechanics.young_modulus_kpa = 10;
   bundle.mechanics.density_kg_per_m3 = 1000;
   return bundle;
@@ -97,11 +97,12 @@ TEST(CutOrgan, ACutThatEndsWithinLeavesOneBody) {
 }
 
 TEST(CutOrgan, TwentyCutsInOneOrgan) {
-  CutOrgan organ(box_organ());
+  CutOrgan organ(box_organ(0.5));
   BladeSweeps sweeps(organ);
   for (int i = 0; i < 20; ++i) {
-    const double x = -28 + 2.9 * i, y = i % 2 ? 30 : -30;
-    draw_blade(sweeps, organ, {x, -y, -10.0 + i}, {-x / 2, y, 3.0 - i}, 40, 8, std::size_t(i % 3));
+    const double x = -14 + 1.45 * i, y = i % 2 ? 15 : -15;
+    draw_blade(sweeps, organ, {x, -y, -5 + 0.5 * i}, {-x / 2, y, 1.5 - 0.5 * i}, 20, 2,
+               std::size_t(i % 3));
   }
   const auto volumes = organ.body().cut().fragment_volumes(organ.body().uncut());
   const double whole = test::volume_mm3(organ.body().uncut());
