@@ -6,11 +6,11 @@
 
 #include "core/error.h"
 #include "decimate/collapse.h"
-#include "decimate/edge_twins.h"
 #include "decimate/error_search.h"
 #include "decimate/mesh_defects.h"
 #include "decimate/mesh_distance.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/mesh_edges.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {
@@ -53,7 +53,7 @@ void describe_topology(DecimateResult& summary) {
   summary.components = topology.components;
   summary.self_intersecting_faces = self_intersecting_faces(summary.proxy).size();
   summary.genus = -1;
-  if (!edge_twins(summary.proxy.faces, summary.proxy.vertices.size())) return;
+  if (!manifold_twins(summary.proxy)) return;
   summary.boundary_loops = topology.boundary_loops;
   // χ = 2 components − 2 genus − loops
   summary.genus = (2 * static_cast<long>(topology.components) -
