@@ -8,8 +8,8 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "cut_bodies.h"
-#include "support/shapes.h"
+#include "support/cut_bodies.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {

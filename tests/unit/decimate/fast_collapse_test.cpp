@@ -6,7 +6,6 @@
 #include "decimate/mesh_defects.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 #include "unit/decimate/seeded_meshes.h"
 
 namespace organbake {

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,6 @@
 #include "mechanics/lattice_cell.h"
 #include "mechanics/mechanics.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/kernel_files.h"
 #include "dicom_folder_fixture.h"
-#include "nifti_bytes.h"
+#include "support/nifti_bytes.h"
 #include "volume/write_volume.h"
 
 namespace organbake {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "core/temporary_folder.h"
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "image/difference.h"
 #include "image/srgb.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "warp/light/light_meter.h"
 #include "warp/warper.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom_bytes.h"
+#include "support/dicom_bytes.h"
 
 #include "core/text.h"
 

@@ -1,51 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "unit/warp/synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <numbers>
 
 #include "core/parallel.h"
+#include "geometry/mesh_edges.h"
 #include "geometry/shell_map.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
-
-TriangleMesh icosphere(int subdivisions) {
-  const double g = std::numbers::phi;
-  TriangleMesh mesh;
-  mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  mesh.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
-  for (auto& v : mesh.vertices) v.normalize();
-  for (int s = 0; s < subdivisions; ++s) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [it, fresh] =
-          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
-      if (fresh) mesh.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]).normalized());
-      return it->second;
-    };
-    std::vector<Face> faces;
-    for (const auto& [a, b, c] : mesh.faces) {
-      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      faces.insert(faces.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
-    }
-    mesh.faces = std::move(faces);
-  }
-  return mesh;
-}
-
-void flip_faces(TriangleMesh& mesh) {
-  for (auto& face : mesh.faces) std::swap(face[1], face[2]);
-}
 
 std::vector<Vector3d> camera_directions(int count) {
   std::vector<Vector3d> axes = {{0, -1, 0}, {1, 0, 0}, {0, 1, 0},
@@ -203,14 +172,11 @@ BaseLayer make_base(const SyntheticOptions& o, const Bundle& bundle) {
 MechanicsModel make_mechanics(const TriangleMesh& proxy, const Vector3d& center) {
   MechanicsModel model;
   model.mass_kg.assign(proxy.vertices.size(), 0.3 / static_cast<double>(proxy.vertices.size()));
-  std::map<std::pair<std::uint32_t, std::uint32_t>, bool> edges;
-  for (const auto& face : proxy.faces) {
-    for (int e = 0; e < 3; ++e) edges[std::minmax(face[e], face[(e + 1) % 3])] = true;
-  }
-  for (const auto& [edge, unused] : edges) {
-    const double length = (proxy.vertices[edge.first] - proxy.vertices[edge.second]).norm();
-    model.springs.push_back({edge.first, edge.second, length, 0.5, 0.005});
-  }
+  MeshEdges(proxy).for_each([&](std::span<const EdgeUse> uses) {
+    const auto [low, high] = std::pair(uses[0].low, uses[0].high);
+    const double length = (proxy.vertices[low] - proxy.vertices[high]).norm();
+    model.springs.push_back({low, high, length, 0.5, 0.005});
+  });
   double back = -1e300;
   for (const auto& v : proxy.vertices) back = std::max(back, v.y());
   for (std::uint32_t v = 0; v < proxy.vertices.size(); ++v) {
@@ -278,11 +244,8 @@ double SyntheticOrgan::trace(const Vector3d& origin, const Vector3d& ray) const 
 }
 
 TriangleMesh SyntheticOrgan::mesh(int subdivisions) const {
-  TriangleMesh mesh = icosphere(subdivisions);
-  if (mirrored) {
-    for (auto& v : mesh.vertices) v.x() = -v.x();
-    flip_faces(mesh);
-  }
+  TriangleMesh mesh = sphere_mesh(1, subdivisions);
+  if (mirrored) mesh = organbake::mirrored(std::move(mesh));
   for (auto& v : mesh.vertices) {
     v = center + radius(v) * v;
     mesh.colors.push_back(color(v));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cut_bodies.h"
+#include "support/cut_bodies.h"
 
 #include <algorithm>
 #include <functional>

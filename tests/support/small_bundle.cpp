@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "small_bundle.h"
+#include "support/small_bundle.h"
 
 #include <limits>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom_mask_bytes.h"
+#include "support/dicom_mask_bytes.h"
 
 #include <cstdint>
 
 #include "core/text.h"
-#include "dicom_bytes.h"
+#include "support/dicom_bytes.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "nifti_bytes.h"
+#include "support/nifti_bytes.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cstring>
 
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh_texts.h"
+#include "support/mesh_texts.h"
 
 #include <cstdint>
 #include <cstring>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 
 #include <zlib.h>
 
