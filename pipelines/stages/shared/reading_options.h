@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "formats/mesh_files.h"
 #include "pipelines/options.h"
 #include "volume/read_options.h"
 
@@ -24,5 +25,9 @@ struct ReadStageOptions {
 };
 
 void bind(OptionList& list, ReadStageOptions& options);
+
+// The unit of a mesh file that does not say its own.
+void bind_unit(OptionList& list, MeshUnit& unit,
+               const char* help = "of a mesh file that doesn't say its own; glTF is in metres");
 
 }  // namespace organbake

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/stages/inspect/options.h"
 
-#include "pipelines/stages/shared/mesh_unit_option.h"
+#include "pipelines/stages/shared/reading_options.h"
 
 namespace organbake {
 

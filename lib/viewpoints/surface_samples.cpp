@@ -2,8 +2,19 @@
 #include "viewpoints/surface_samples.h"
 
 #include <array>
+#include <cmath>
+#include <utility>
+
+#include "geometry/mesh_checks.h"
 
 namespace organbake {
+
+TriangleMesh outward(TriangleMesh surface, const RunContext& context) {
+  if (signed_volume(surface) >= 0 || !analyse_topology(surface).closed_manifold()) return surface;
+  context.warn("the surface is inside out; its faces are taken the other way round");
+  for (Face& face : surface.faces) std::swap(face[1], face[2]);
+  return surface;
+}
 
 TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
                                 const std::vector<Eye>& cameras, const std::vector<Eye>& region,
@@ -24,6 +35,14 @@ TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
     painted.colors.push_back(times == 0 && !reachable.test(v) ? kUnreachable : kByCameras[times]);
   }
   return painted;
+}
+
+TriangleMesh poked_surface(TriangleMesh surface, const Poke& poke) {
+  const double falloff = 0.5 / (poke.sigma_mm * poke.sigma_mm);
+  for (Eigen::Vector3d& vertex : surface.vertices) {
+    vertex += std::exp(-falloff * (vertex - poke.site_mm).squaredNorm()) * poke.displacement_mm;
+  }
+  return surface;
 }
 
 }  // namespace organbake

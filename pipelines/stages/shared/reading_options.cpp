@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/volume_reading.h"
+#include "pipelines/stages/shared/reading_options.h"
 
 namespace organbake {
 
@@ -19,6 +19,12 @@ void bind(OptionList& list, ReadStageOptions& o) {
       .add("roi", &o.roi,
            {.help = "two corners x0,y0,z0,x1,y1,z1 of the box that is read; else all",
             .unit = "mm, LPS"});
+}
+
+void bind_unit(OptionList& list, MeshUnit& unit, const char* help) {
+  list.add(
+      "unit", &unit, {.help = help},
+      {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
 }
 
 }  // namespace organbake
