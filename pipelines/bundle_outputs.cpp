@@ -7,7 +7,6 @@
 #include "core/files.h"
 #include "core/parallel.h"
 #include "pipelines/content_hash.h"
-#include "pipelines/copy_files.h"
 #include "pipelines/options_json.h"
 #include "pipelines/output_target.h"
 #include "pipelines/outputs.h"

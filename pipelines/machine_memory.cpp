@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "core/kernel_files.h"
+#include "core/files.h"
 
 namespace organbake {
 namespace {

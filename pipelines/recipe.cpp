@@ -250,4 +250,9 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
   return recipe;
 }
 
+void bind(OptionList& list, BundleOptions& o) {
+  list.add("surface", &o.surface,
+           {.help = "keep the coloured surface in the bundle, to compare frames with"});
+}
+
 }  // namespace organbake

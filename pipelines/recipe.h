@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "pipelines/bundle_options.h"
+#include "pipelines/options.h"
 #include "pipelines/stage.h"
 
 namespace organbake {
@@ -21,6 +21,12 @@ struct RecipeInput {
 };
 const std::vector<RecipeInput>& recipe_inputs();
 bool is_recipe_input(const std::string& name);
+
+// A recipe's section `bundle`.
+struct BundleOptions {
+  bool surface = false;
+};
+void bind(OptionList& list, BundleOptions& options);
 
 // A recipe, checked and with every option resolved.
 struct Recipe {

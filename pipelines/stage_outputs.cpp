@@ -2,7 +2,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/files.h"
-#include "pipelines/copy_files.h"
 #include "pipelines/output_target.h"
 #include "pipelines/outputs.h"
 

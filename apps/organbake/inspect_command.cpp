@@ -4,7 +4,6 @@
 
 #include "bundle/bundle.h"
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "image/exr.h"
 #include "organbake/commands.h"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/standard_output.h"
+#include "core/files.h"
 #include "organbake/commands.h"
 #include "organbake/libraries.h"
 #include "pipelines/nearest_name.h"

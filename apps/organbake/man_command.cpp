@@ -3,7 +3,6 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "core/standard_output.h"
 #include "organbake/commands.h"
 #include "organbake/manuals.h"
 #include "pipelines/nearest_name.h"

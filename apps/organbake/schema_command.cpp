@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
-#include "core/standard_output.h"
+#include "core/files.h"
 #include "organbake/commands.h"
 #include "pipelines/schemas.h"
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/standard_output.h"
+#include "core/files.h"
 #include "pipelines/stage_module.h"
 #include "stop_signal.h"
 

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <limits>
 
-#include "core/file_ending.h"
+#include "core/files.h"
 #include "core/text.h"
 
 namespace organbake {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/standard_output.h"
+#include "core/files.h"
 #include "core/text.h"
 #include "organbake/commands.h"
 #include "organbake/slicer_module.h"

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/kernel_files.h"
+#include "core/files.h"
 
 namespace organbake {
 namespace {

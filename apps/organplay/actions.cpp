@@ -7,9 +7,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/text.h"
-#include "dataset_run.h"
 #include "image/png.h"
-#include "outputs.h"
 #include "player/comparison_table.h"
 #include "player/contact_sheet.h"
 #include "player/play.h"
@@ -21,7 +19,6 @@
 #include "truth/truth_recorder.h"
 #include "truth_files.h"
 #include "video_pipe.h"
-#include "window_module.h"
 
 namespace organbake {
 namespace {

@@ -3,9 +3,8 @@
 
 #include "actions.h"
 #include "bundle/json_fields.h"
-#include "core/kernel_files.h"
+#include "core/files.h"
 #include "core/median.h"
-#include "core/standard_output.h"
 #include "core/stopwatch.h"
 #include "core/text.h"
 #include "player/play.h"

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "core/error.h"
-#include "core/standard_output.h"
+#include "core/files.h"
 #include "manual.h"
 #include "player/comparison_table.h"
 

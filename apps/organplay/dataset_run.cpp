@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dataset_run.h"
+#include "actions.h"
 
 #include <dlfcn.h>
 
@@ -7,7 +7,6 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "dataset/dataset.h"
 #include "results.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "outputs.h"
+#include "actions.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "video_pipe.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results.h"
 
-#include "core/standard_output.h"
+#include "core/files.h"
 
 namespace organbake {
 

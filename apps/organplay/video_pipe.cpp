@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "core/temporary_files.h"
 #include "core/text.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "window_module.h"
+#include "actions.h"
 
 #include <dlfcn.h>
 

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <span>
 
 #include "core/error.h"
+#include "geometry/adjacency.h"
 
 namespace organbake {
 namespace {
@@ -13,34 +13,6 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr int kSmoothingRounds = 40;
-
-// Vertices joined by an edge, in increasing order.
-class Neighbours {
- public:
-  explicit Neighbours(const TriangleMesh& mesh) : first_(mesh.vertices.size() + 1, 0) {
-    std::vector<std::uint64_t> links;
-    links.reserve(mesh.faces.size() * 6);
-    for (const auto& [a, b, c] : mesh.faces)
-      for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) {
-        links.push_back((std::uint64_t{from} << 32) | to);
-        links.push_back((std::uint64_t{to} << 32) | from);
-      }
-    std::sort(links.begin(), links.end());
-    links.erase(std::unique(links.begin(), links.end()), links.end());
-    for (const std::uint64_t link : links) {
-      ++first_[(link >> 32) + 1];
-      others_.push_back(static_cast<std::uint32_t>(link));
-    }
-    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
-  }
-  std::span<const std::uint32_t> of(std::size_t vertex) const {
-    return {others_.data() + first_[vertex], first_[vertex + 1] - first_[vertex]};
-  }
-
- private:
-  std::vector<std::size_t> first_;
-  std::vector<std::uint32_t> others_;
-};
 
 Vector3f mean_of_known(const std::vector<char>& known, const std::vector<Vector3f>& colors) {
   Vector3f sum = Vector3f::Zero();
@@ -61,7 +33,7 @@ Vector3f mean_of_known(const std::vector<char>& known, const std::vector<Vector3
 void flood_colors(const TriangleMesh& mesh, const std::vector<char>& known,
                   std::vector<Vector3f>& colors) {
   const Vector3f elsewhere = mean_of_known(known, colors);
-  const Neighbours neighbours(mesh);
+  const VertexNeighbours neighbours(mesh.faces, mesh.vertices.size());
   std::vector<char> reached = known;
   std::vector<std::uint32_t> front, carried;
   for (std::uint32_t v = 0; v < known.size(); ++v)

@@ -6,9 +6,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/error.h"
@@ -151,6 +155,44 @@ std::vector<fs::path> list_files(const fs::path& folder) {
     return a.generic_string() < b.generic_string();
   });
   return files;
+}
+
+std::optional<double> number_behind(const std::string& word, const std::filesystem::path& file) {
+  std::ifstream text(file);
+  std::string read;
+  double number = 0;
+  while (text >> read) {
+    if (read == word && text >> number) return number;
+  }
+  return std::nullopt;
+}
+
+void write_to_stdout(std::string_view text) {
+  const bool taken = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!taken || std::fflush(stdout) != 0)
+    throw IoError::writing("stdout", "cannot be written: " + std::string(std::strerror(errno)));
+}
+
+std::string lower_ending(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
+  return ending;
+}
+
+bool is_picture_name(const std::filesystem::path& file) {
+  const std::string ending = lower_ending(file);
+  return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
+}
+
+bool is_frame_name(const std::filesystem::path& file) {
+  return is_picture_name(file) || lower_ending(file) == ".exr";
+}
+
+bool is_mesh_name(const std::filesystem::path& file) {
+  constexpr std::string_view kEndings[] = {".ply", ".obj", ".stl", ".off", ".vtk",
+                                           ".vtp", ".vtu", ".glb", ".gltf"};
+  return std::find(std::begin(kEndings), std::end(kEndings), lower_ending(file)) !=
+         std::end(kEndings);
 }
 
 }  // namespace organbake

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -66,5 +67,24 @@ std::filesystem::path program_folder();
 
 // All regular files below `folder`, relative, in byte order of their generic names.
 std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder);
+
+// The number behind a word, as the files below /proc and /sys tell it: "MemTotal:  24683204 kB",
+// "inactive_file 4096". Nothing where the file or the word is not there.
+std::optional<double> number_behind(const std::string& word, const std::filesystem::path& file);
+
+// Writes a result and sees that it got there. Throws IoError when it didn't, for example
+// because the disk behind it is full.
+void write_to_stdout(std::string_view text);
+
+// A file's ending in lower case, with its dot: ".png".
+std::string lower_ending(const std::filesystem::path& file);
+
+// PNG or JPEG by its name.
+bool is_picture_name(const std::filesystem::path& file);
+// These or EXR: what a frame of a clip may be.
+bool is_frame_name(const std::filesystem::path& file);
+
+// A surface mesh of any kind that is read, by its name.
+bool is_mesh_name(const std::filesystem::path& file);
 
 }  // namespace organbake

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "decimate/decimate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "decimate/collapse.h"
-#include "decimate/edge_twins.h"
 #include "decimate/error_search.h"
 #include "decimate/mesh_defects.h"
 #include "decimate/mesh_distance.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/mesh_edges.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {
@@ -53,7 +55,7 @@ void describe_topology(DecimateResult& summary) {
   summary.components = topology.components;
   summary.self_intersecting_faces = self_intersecting_faces(summary.proxy).size();
   summary.genus = -1;
-  if (!edge_twins(summary.proxy.faces, summary.proxy.vertices.size())) return;
+  if (!manifold_twins(summary.proxy)) return;
   summary.boundary_loops = topology.boundary_loops;
   // χ = 2 components − 2 genus − loops
   summary.genus = (2 * static_cast<long>(topology.components) -
@@ -103,6 +105,17 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
                  " faces of the proxy meet others; allow more faces");
   }
   return summary;
+}
+
+std::size_t faces_for_tool(const TriangleMesh& surface, double tool_radius_mm) {
+  constexpr double kEdgeInRadii = 3;
+  constexpr double kFewest = 80, kMost = 1500;
+  if (!(tool_radius_mm > 0) || !std::isfinite(tool_radius_mm))
+    throw UsageError("tool_radius = " + to_text(tool_radius_mm) + " mm: take a positive length");
+  const double edge_mm = kEdgeInRadii * tool_radius_mm;
+  const double face_mm2 = std::sqrt(3.0) / 4 * edge_mm * edge_mm;
+  const double faces = std::clamp(surface_area(surface) / face_mm2, kFewest, kMost);
+  return 2 * static_cast<std::size_t>(faces / 2);  // a closed mesh has an even number
 }
 
 }  // namespace organbake

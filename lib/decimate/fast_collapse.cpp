@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "decimate/quadric.h"
+#include "geometry/adjacency.h"
 
 namespace organbake {
 namespace {
@@ -91,16 +92,7 @@ class Thinning {
   // Each vertex's faces; a vertex that swallows others gets their lists chained to its own.
   void connect() {
     const std::size_t n = points_.size();
-    start_.assign(n + 1, 0);
-    for (const Face& f : faces_) {
-      for (const std::uint32_t v : f) ++start_[v + 1];
-    }
-    for (std::size_t v = 0; v < n; ++v) start_[v + 1] += start_[v];
-    incident_.resize(3 * faces_.size());
-    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
-    for (std::uint32_t f = 0; f < faces_.size(); ++f) {
-      for (const std::uint32_t v : faces_[f]) incident_[next[v]++] = f;
-    }
+    around_ = VertexFaces(faces_, n);
     chained_.assign(n, kNone);
     last_.resize(n);
     for (std::uint32_t v = 0; v < n; ++v) last_[v] = v;
@@ -114,8 +106,8 @@ class Thinning {
     for (std::uint32_t v = 0; v < points_.size(); ++v) {
       // Round an inner vertex every neighbour is met as often leaving as arriving.
       std::uint32_t balance = 0;
-      for (std::uint32_t i = start_[v]; i < start_[v + 1]; ++i) {
-        const Face& f = faces_[incident_[i]];
+      for (const std::uint32_t index : around_.of(v)) {
+        const Face& f = faces_[index];
         const int c = f[0] == v ? 0 : f[1] == v ? 1 : 2;
         balance += f[(c + 1) % 3] - f[(c + 2) % 3];
       }
@@ -151,8 +143,8 @@ class Thinning {
   template <typename Visit>
   void for_each_face(std::uint32_t v, Visit visit) const {
     for (std::uint32_t part = v; part != kNone; part = chained_[part]) {
-      for (std::uint32_t i = start_[part]; i < start_[part + 1]; ++i) {
-        if (faces_[incident_[i]][0] != kNone) visit(incident_[i]);
+      for (const std::uint32_t f : around_.of(part)) {
+        if (faces_[f][0] != kNone) visit(f);
       }
     }
   }
@@ -223,7 +215,8 @@ class Thinning {
   std::vector<Face> faces_;
   std::size_t alive_;
   Eigen::Vector3d center_;
-  std::vector<std::uint32_t> start_, incident_, chained_, last_, stamp_;
+  VertexFaces around_;
+  std::vector<std::uint32_t> chained_, last_, stamp_;
   std::vector<std::uint8_t> border_;
   std::uint32_t stamps_ = 0;
 };

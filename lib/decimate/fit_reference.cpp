@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "decimate/edge_twins.h"
 #include "geometry/area_sampler.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -13,8 +13,8 @@ namespace {
 constexpr std::uint64_t kSeed = 0x6669'7473'616d'706c;
 
 bool is_closed(const TriangleMesh& mesh) {
-  const auto twins = edge_twins(mesh.faces, mesh.vertices.size());
-  return twins && std::find(twins->begin(), twins->end(), kNoTwin) == twins->end();
+  const auto twins = manifold_twins(mesh);
+  return twins && std::find(twins->begin(), twins->end(), kNoHalfEdge) == twins->end();
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 #include "core/error.h"
 #include "core/union_find.h"
-#include "decimate/edge_twins.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -33,32 +33,13 @@ void refuse_non_manifold_edges(const MeshTopology& topology) {
 // Corners (3·face + corner) that share a vertex and hang together through edges at it.
 class CornerFans {
  public:
-  explicit CornerFans(const std::vector<Face>& faces) : corners_(3 * faces.size()) {
-    struct EdgeUse {
-      std::uint64_t edge;
-      std::uint32_t low_corner, high_corner;
-    };
-    std::vector<EdgeUse> uses;
-    uses.reserve(3 * faces.size());
-    for (std::uint32_t f = 0; f < faces.size(); ++f) {
-      for (std::uint32_t c = 0; c < 3; ++c) {
-        std::uint32_t low = 3 * f + c, high = 3 * f + (c + 1) % 3;
-        std::uint64_t a = faces[f][c], b = faces[f][(c + 1) % 3];
-        if (a > b) {
-          std::swap(a, b);
-          std::swap(low, high);
-        }
-        uses.push_back({a << 32 | b, low, high});
+  explicit CornerFans(const TriangleMesh& mesh) : corners_(3 * mesh.faces.size()) {
+    MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+      for (const EdgeUse& use : uses) {
+        corners_.join(uses.front().low_corner, use.low_corner);
+        corners_.join(uses.front().high_corner, use.high_corner);
       }
-    }
-    std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-      return a.edge != b.edge ? a.edge < b.edge : a.low_corner < b.low_corner;
     });
-    for (std::size_t i = 1; i < uses.size(); ++i) {
-      if (uses[i].edge != uses[i - 1].edge) continue;
-      corners_.join(uses[i].low_corner, uses[i - 1].low_corner);
-      corners_.join(uses[i].high_corner, uses[i - 1].high_corner);
-    }
   }
 
   std::uint32_t find(std::uint32_t corner) { return corners_.root(corner); }
@@ -87,8 +68,7 @@ bool uses_all_vertices(const TriangleMesh& mesh) {
 
 TriangleMesh manifold_faces(const TriangleMesh& surface) {
   check_mesh(surface, "surface to decimate");
-  if (!surface.empty() && uses_all_vertices(surface) &&
-      edge_twins(surface.faces, surface.vertices.size())) {
+  if (!surface.empty() && uses_all_vertices(surface) && manifold_twins(surface)) {
     return outward({.vertices = surface.vertices, .faces = surface.faces, .colors = {}});
   }
   TriangleMesh kept{.vertices = surface.vertices, .faces = {}, .colors = {}};
@@ -98,7 +78,7 @@ TriangleMesh manifold_faces(const TriangleMesh& surface) {
 
   TriangleMesh result;
   result.faces.reserve(kept.faces.size());
-  CornerFans fans(kept.faces);
+  CornerFans fans(kept);
   std::vector<std::uint32_t> vertex_of_fan(3 * kept.faces.size(), kNoVertexYet);
   for (std::uint32_t f = 0; f < kept.faces.size(); ++f) {
     Face face;

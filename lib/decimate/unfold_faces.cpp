@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "decimate/edge_twins.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -35,7 +35,7 @@ class Flippable {
 
   std::uint32_t half_edges() const { return static_cast<std::uint32_t>(twins_.size()); }
   bool folded(std::uint32_t h) const {
-    return twins_[h] != kNoTwin && cosine(normal(h / 3), normal(twins_[h] / 3)) < kFoldedCosine;
+    return twins_[h] != kNoHalfEdge && cosine(normal(h / 3), normal(twins_[h] / 3)) < kFoldedCosine;
   }
   // Flips the edge if that lays its faces flatter.
   bool flip_if_flatter(std::uint32_t h);
@@ -57,7 +57,7 @@ class Flippable {
   }
   void link(std::uint32_t h, std::uint32_t twin) {
     twins_[h] = twin;
-    if (twin != kNoTwin) twins_[twin] = h;
+    if (twin != kNoHalfEdge) twins_[twin] = h;
   }
 
   TriangleMesh* mesh_;
@@ -67,7 +67,7 @@ class Flippable {
 
 bool Flippable::flip_if_flatter(std::uint32_t h) {
   const std::uint32_t t = twins_[h];
-  if (t == kNoTwin) return false;
+  if (t == kNoHalfEdge) return false;
   // Faces (a, b, c) and (b, a, d) become (a, d, c) and (b, c, d).
   const std::uint32_t a = from(h), b = from(t);
   const std::uint32_t c = from(previous_in_face(h)), d = from(previous_in_face(t));
@@ -82,7 +82,7 @@ bool Flippable::flip_if_flatter(std::uint32_t h) {
   if (volume > kMostMoved * (point(b) - point(a)).norm() * largest) return false;
   double before = cosine(abc, bad), after = cosine(adc, bcd);
   const auto outside = [&](std::uint32_t outer, const Vector3d& was, const Vector3d& becomes) {
-    if (outer == kNoTwin) return;
+    if (outer == kNoHalfEdge) return;
     const Vector3d there = normal(outer / 3);
     before = std::min(before, cosine(was, there));
     after = std::min(after, cosine(becomes, there));
@@ -104,7 +104,7 @@ bool Flippable::flip_if_flatter(std::uint32_t h) {
 }  // namespace
 
 std::size_t unfold_faces(TriangleMesh& mesh) {
-  auto twins = edge_twins(mesh.faces, mesh.vertices.size());
+  auto twins = manifold_twins(mesh);
   if (!twins) return 0;
   Flippable flippable(mesh, std::move(*twins));
   constexpr int kMostSweeps = 8;

@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <queue>
 #include <unordered_map>
+
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -24,19 +25,10 @@ constexpr double kSeedShare = 0.02;
 
 // Faces across each face's three edges; kNoChart at a border and where three or more meet.
 std::vector<std::array<std::uint32_t, 3>> faces_across(const TriangleMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::array<std::uint32_t, 2>>> at;
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
-    for (std::uint32_t e = 0; e < 3; ++e) {
-      const std::uint32_t a = mesh.faces[f][e], b = mesh.faces[f][(e + 1) % 3];
-      at[{std::min(a, b), std::max(a, b)}].push_back({f, e});
-    }
-  std::vector<std::array<std::uint32_t, 3>> across(mesh.faces.size(),
-                                                   {kNoChart, kNoChart, kNoChart});
-  for (const auto& [edge, sides] : at) {
-    if (sides.size() != 2) continue;
-    across[sides[0][0]][sides[0][1]] = sides[1][0];
-    across[sides[1][0]][sides[1][1]] = sides[0][0];
-  }
+  const std::vector<std::uint32_t> twins = half_edge_twins(mesh);
+  std::vector<std::array<std::uint32_t, 3>> across(mesh.faces.size());
+  for (std::uint32_t h = 0; h < twins.size(); ++h)
+    across[h / 3][h % 3] = twins[h] == kNoHalfEdge ? kNoChart : twins[h] / 3;
   return across;
 }
 

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "formats/foreign_cameras.h"
-#include "geometry/written_size.h"
+#include "geometry/camera.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

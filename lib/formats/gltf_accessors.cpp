@@ -34,13 +34,6 @@ JsonField entry(const JsonField& root, const char* list, std::size_t index) {
   return root[list].at(index);
 }
 
-std::size_t bytes_of_component(int type) {
-  static const std::map<int, std::size_t> kBytes = {{5120, 1}, {5121, 1}, {5122, 2},
-                                                    {5123, 2}, {5125, 4}, {5126, 4}};
-  const auto found = kBytes.find(type);
-  return found == kBytes.end() ? 0 : found->second;
-}
-
 template <class Number>
 double read_as(const char* at, bool normalized) {
   Number number;
@@ -52,28 +45,14 @@ double read_as(const char* at, bool normalized) {
   return static_cast<double>(number);
 }
 
-double component_at(const char* at, int type, bool normalized) {
-  switch (type) {
-    case 5120:
-      return read_as<std::int8_t>(at, normalized);
-    case 5121:
-      return read_as<std::uint8_t>(at, normalized);
-    case 5122:
-      return read_as<std::int16_t>(at, normalized);
-    case 5123:
-      return read_as<std::uint16_t>(at, normalized);
-    case 5125:
-      return read_as<std::uint32_t>(at, normalized);
-    default:
-      return read_as<float>(at, normalized);
-  }
-}
-
-int component_type(const JsonField& object) {
+ScalarType component_type(const JsonField& object) {
+  static const std::map<int, ScalarType> kTypes = {
+      {5120, ScalarType::int8},   {5121, ScalarType::uint8},  {5122, ScalarType::int16},
+      {5123, ScalarType::uint16}, {5125, ScalarType::uint32}, {5126, ScalarType::float32}};
   const JsonField field = object["componentType"];
-  const int type = static_cast<int>(field.integer(0, 1 << 16));
-  if (bytes_of_component(type) == 0) field.fail("is no type of numbers that glTF has");
-  return type;
+  const auto found = kTypes.find(static_cast<int>(field.integer(0, 1 << 16)));
+  if (found == kTypes.end()) field.fail("is no type of numbers that glTF has");
+  return found->second;
 }
 
 std::size_t components_of(const JsonField& accessor) {
@@ -172,7 +151,7 @@ std::string GltfDocument::buffer_from(const std::string& uri, const JsonField& f
   return read_text_file(path_.parent_path() / file, std::size_t{1} << 34);
 }
 
-void GltfDocument::read_view(const JsonField& at, std::size_t items, int component_type,
+void GltfDocument::read_view(const JsonField& at, std::size_t items, ScalarType type,
                              bool normalized, std::size_t components,
                              std::vector<double>& values) const {
   const JsonField view = entry(root(), "bufferViews", whole(at, "bufferView", kMost));
@@ -183,7 +162,7 @@ void GltfDocument::read_view(const JsonField& at, std::size_t items, int compone
   const std::size_t first = whole(view, "byteOffset", 0), length = whole(view, "byteLength", 0);
   if (first > buffer.size() || length > buffer.size() - first)
     view.fail("reaches beyond its buffer of " + std::to_string(buffer.size()) + " bytes");
-  const std::size_t width = bytes_of_component(component_type), item = width * components;
+  const std::size_t width = bytes_of(type), item = width * components;
   const std::size_t stride = whole(view, "byteStride", item), offset = whole(at, "byteOffset", 0);
   if (stride < item) view.fail("has a byteStride in which its items do not fit");
   if (items == 0) return;
@@ -193,8 +172,10 @@ void GltfDocument::read_view(const JsonField& at, std::size_t items, int compone
   values.reserve(values.size() + items * components);
   for (std::size_t i = 0; i < items; ++i)
     for (std::size_t c = 0; c < components; ++c)
-      values.push_back(component_at(&buffer[first + offset + i * stride + c * width],
-                                    component_type, normalized));
+      values.push_back(with_scalar_type(type, [&](auto zero) {
+        return read_as<decltype(zero)>(&buffer[first + offset + i * stride + c * width],
+                                       normalized);
+      }));
 }
 
 GltfNumbers GltfDocument::numbers(std::size_t index) const {
@@ -202,7 +183,7 @@ GltfNumbers GltfDocument::numbers(std::size_t index) const {
   GltfNumbers found;
   found.items = static_cast<std::size_t>(accessor["count"].integer(0, kMost));
   found.components = components_of(accessor);
-  const int type = component_type(accessor);
+  const ScalarType type = component_type(accessor);
   const auto flag = accessor.find("normalized");
   const bool normalized = flag && flag->json().is_boolean() && flag->json().get<bool>();
   if (!accessor.find("bufferView")) accessor.fail("has no bufferView; save it with its numbers");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bundle/json_fields.h"
+#include "core/scalar_type.h"
 
 namespace organbake {
 
@@ -34,7 +35,7 @@ class GltfDocument {
   void read_buffers();
   std::string buffer_from(const std::string& uri, const JsonField& field) const;
   // `items` of `bytes_each`, `stride` apart, from an offset within a view.
-  void read_view(const JsonField& at, std::size_t items, int component_type, bool normalized,
+  void read_view(const JsonField& at, std::size_t items, ScalarType type, bool normalized,
                  std::size_t components, std::vector<double>& values) const;
 
   std::filesystem::path path_;

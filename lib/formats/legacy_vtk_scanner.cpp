@@ -8,33 +8,32 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/scalar_type.h"
 
 namespace organbake {
 namespace {
 
 constexpr std::string_view kSpace = " \t\r\n";
 
-enum class Kind { uint8, int8, uint16, int16, uint32, int32, uint64, int64, float32, float64 };
-
-Kind kind_of(const std::string& type, const LegacyVtkScanner& scanner) {
-  static const std::map<std::string, Kind> kKinds = {{"unsigned_char", Kind::uint8},
-                                                     {"char", Kind::int8},
-                                                     {"signed_char", Kind::int8},
-                                                     {"unsigned_short", Kind::uint16},
-                                                     {"short", Kind::int16},
-                                                     {"unsigned_int", Kind::uint32},
-                                                     {"int", Kind::int32},
-                                                     {"vtkidtype", Kind::int32},
-                                                     {"vtkIdType", Kind::int32},
-                                                     {"unsigned_long", Kind::uint64},
-                                                     {"long", Kind::int64},
-                                                     {"vtktypeint64", Kind::int64},
-                                                     {"vtktypeuint64", Kind::uint64},
-                                                     {"float", Kind::float32},
-                                                     {"double", Kind::float64}};
-  const auto kind = kKinds.find(type);
-  if (kind == kKinds.end()) scanner.fail("values of type \"" + type + "\" are not read");
-  return kind->second;
+ScalarType type_of(const std::string& type, const LegacyVtkScanner& scanner) {
+  static const std::map<std::string, ScalarType> kTypes = {{"unsigned_char", ScalarType::uint8},
+                                                           {"char", ScalarType::int8},
+                                                           {"signed_char", ScalarType::int8},
+                                                           {"unsigned_short", ScalarType::uint16},
+                                                           {"short", ScalarType::int16},
+                                                           {"unsigned_int", ScalarType::uint32},
+                                                           {"int", ScalarType::int32},
+                                                           {"vtkidtype", ScalarType::int32},
+                                                           {"vtkIdType", ScalarType::int32},
+                                                           {"unsigned_long", ScalarType::uint64},
+                                                           {"long", ScalarType::int64},
+                                                           {"vtktypeint64", ScalarType::int64},
+                                                           {"vtktypeuint64", ScalarType::uint64},
+                                                           {"float", ScalarType::float32},
+                                                           {"double", ScalarType::float64}};
+  const auto found = kTypes.find(type);
+  if (found == kTypes.end()) scanner.fail("values of type \"" + type + "\" are not read");
+  return found->second;
 }
 
 template <typename Stored>
@@ -49,36 +48,6 @@ std::vector<double> decode(const char* bytes, std::size_t count) {
     values[i] = static_cast<double>(value);
   }
   return values;
-}
-
-struct Decoder {
-  std::size_t width;
-  std::vector<double> (*decode)(const char*, std::size_t);
-};
-
-Decoder decoder_of(Kind kind) {
-  switch (kind) {
-    case Kind::uint8:
-      return {1, decode<std::uint8_t>};
-    case Kind::int8:
-      return {1, decode<std::int8_t>};
-    case Kind::uint16:
-      return {2, decode<std::uint16_t>};
-    case Kind::int16:
-      return {2, decode<std::int16_t>};
-    case Kind::uint32:
-      return {4, decode<std::uint32_t>};
-    case Kind::int32:
-      return {4, decode<std::int32_t>};
-    case Kind::uint64:
-      return {8, decode<std::uint64_t>};
-    case Kind::int64:
-      return {8, decode<std::int64_t>};
-    case Kind::float32:
-      return {4, decode<float>};
-    default:
-      return {8, decode<double>};
-  }
 }
 
 }  // namespace
@@ -150,11 +119,13 @@ std::vector<double> LegacyVtkScanner::numbers(const std::string& type, std::size
 }
 
 std::vector<double> LegacyVtkScanner::binary_numbers(const std::string& type, std::size_t count) {
-  const Decoder decoder = decoder_of(kind_of(type, *this));
+  const ScalarType stored = type_of(type, *this);
+  const std::size_t width = bytes_of(stored);
   skip_line();  // the values begin behind the line that announces them
-  if (count > rest().size() / decoder.width) fail("truncated: it ends within an array of " + type);
-  std::vector<double> values = decoder.decode(rest().data(), count);
-  at_ += count * decoder.width;
+  if (count > rest().size() / width) fail("truncated: it ends within an array of " + type);
+  std::vector<double> values = with_scalar_type(
+      stored, [&](auto zero) { return decode<decltype(zero)>(rest().data(), count); });
+  at_ += count * width;
   return values;
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/mesh_readers.h"

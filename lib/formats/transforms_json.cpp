@@ -7,8 +7,8 @@
 
 #include "core/error.h"
 #include "formats/camera_files.h"
+#include "geometry/camera.h"
 #include "geometry/written_rotation.h"
-#include "geometry/written_size.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -9,11 +9,13 @@
 #include <string_view>
 #include <vector>
 
+#include "core/scalar_type.h"
+
 namespace organbake {
 
 // The numbers of one DataArray.
 struct VtkXmlNumbers {
-  std::string type;              // "Float32", "Int64" …
+  ScalarType type = ScalarType::float64;
   std::size_t count = 0;         // numbers, of all components together
   std::vector<std::byte> bytes;  // in the machine's byte order
 

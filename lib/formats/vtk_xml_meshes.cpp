@@ -86,9 +86,9 @@ Cells cells_of(const VtkXmlFile& file, const VtkXmlPiece& piece, const char* sec
   return cells;
 }
 
-vtkSmartPointer<vtkDataArray> empty_array(const std::string& type) {
-  if (type == "UInt8") return vtkSmartPointer<vtkUnsignedCharArray>::New();
-  if (type == "UInt16") return vtkSmartPointer<vtkUnsignedShortArray>::New();
+vtkSmartPointer<vtkDataArray> empty_array(ScalarType type) {
+  if (type == ScalarType::uint8) return vtkSmartPointer<vtkUnsignedCharArray>::New();
+  if (type == ScalarType::uint16) return vtkSmartPointer<vtkUnsignedShortArray>::New();
   return vtkSmartPointer<vtkDoubleArray>::New();
 }
 

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstring>
+#include <map>
 
 #include "core/base64.h"
 #include "formats/vtk_xml.h"
@@ -14,32 +15,16 @@
 namespace organbake {
 namespace {
 
-struct NumberType {
-  const char* name;
-  std::size_t bytes;
-};
-constexpr NumberType kTypes[] = {{"Int8", 1},    {"UInt8", 1},  {"Int16", 2}, {"UInt16", 2},
-                                 {"Int32", 4},   {"UInt32", 4}, {"Int64", 8}, {"UInt64", 8},
-                                 {"Float32", 4}, {"Float64", 8}};
+const std::map<std::string, ScalarType> kTypes = {
+    {"Int8", ScalarType::int8},       {"UInt8", ScalarType::uint8},
+    {"Int16", ScalarType::int16},     {"UInt16", ScalarType::uint16},
+    {"Int32", ScalarType::int32},     {"UInt32", ScalarType::uint32},
+    {"Int64", ScalarType::int64},     {"UInt64", ScalarType::uint64},
+    {"Float32", ScalarType::float32}, {"Float64", ScalarType::float64}};
 
 std::string value_of(const XmlAttributes& attributes, const char* name) {
   const auto found = attributes.find(name);
   return found == attributes.end() ? std::string() : found->second;
-}
-
-// Calls `use` with a value of the C++ type of that name.
-template <class Use>
-void with_type(const std::string& name, const Use& use) {
-  if (name == "Int8") return use(std::int8_t{});
-  if (name == "UInt8") return use(std::uint8_t{});
-  if (name == "Int16") return use(std::int16_t{});
-  if (name == "UInt16") return use(std::uint16_t{});
-  if (name == "Int32") return use(std::int32_t{});
-  if (name == "UInt32") return use(std::uint32_t{});
-  if (name == "Int64") return use(std::int64_t{});
-  if (name == "UInt64") return use(std::uint64_t{});
-  if (name == "Float32") return use(float{});
-  if (name == "Float64") return use(double{});
 }
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
@@ -151,15 +136,15 @@ std::optional<std::string> plain(EncodedBytes& bytes, HeaderWords& header, std::
 VtkXmlNumbers VtkXmlFile::numbers(const VtkXmlArray& array,
                                   std::optional<std::size_t> count) const {
   const std::string what = "its array \"" + array.name + "\" ";
-  VtkXmlNumbers found{value_of(array.attributes, "type"), 0, {}};
-  const auto* type = std::find_if(std::begin(kTypes), std::end(kTypes),
-                                  [&](const NumberType& t) { return t.name == found.type; });
-  if (type == std::end(kTypes)) fail(what + "is of the unknown type \"" + found.type + "\"");
+  const std::string name = value_of(array.attributes, "type");
+  const auto type = kTypes.find(name);
+  if (type == kTypes.end()) fail(what + "is of the unknown type \"" + name + "\"");
+  VtkXmlNumbers found{type->second, 0, {}};
   const std::string format = value_of(array.attributes, "format");
   const bool swapped = value_of(file_, "byte_order") == "BigEndian";
   if (format.empty() || format == "ascii") {
     bool sound = true;
-    with_type(found.type, [&](auto zero) {
+    with_scalar_type(found.type, [&](auto zero) {
       // A byte is written as a number, not as a letter.
       using Number = std::conditional_t<sizeof(zero) == 1, int, decltype(zero)>;
       const char *at = array.text.data(), *end = at + array.text.size();
@@ -185,12 +170,10 @@ VtkXmlNumbers VtkXmlFile::numbers(const VtkXmlArray& array,
     const auto data = compressor.empty() ? plain(bytes, header, text.size())
                                          : inflated(bytes, header, text.size());
     if (!data) fail(what + "is damaged or cut off");
-    found.count = data->size() / type->bytes;
+    found.count = data->size() / bytes_of(found.type);
     const auto* first = reinterpret_cast<const std::byte*>(data->data());
-    found.bytes.assign(first, first + found.count * type->bytes);
-    if (swapped)
-      for (std::size_t at = 0; at < found.bytes.size(); at += type->bytes)
-        std::reverse(&found.bytes[at], &found.bytes[at] + type->bytes);
+    found.bytes.assign(first, first + found.count * bytes_of(found.type));
+    if (swapped) swap_bytes(found.bytes.data(), found.count, found.type);
   }
   if (count && found.count != *count)
     fail("truncated: " + what + "holds " + std::to_string(found.count) + " numbers, " +
@@ -200,7 +183,7 @@ VtkXmlNumbers VtkXmlFile::numbers(const VtkXmlArray& array,
 
 std::vector<double> VtkXmlNumbers::as_doubles() const {
   std::vector<double> all(count);
-  with_type(type, [&](auto zero) {
+  with_scalar_type(type, [&](auto zero) {
     for (std::size_t i = 0; i < count; ++i) {
       std::memcpy(&zero, &bytes[i * sizeof zero], sizeof zero);
       all[i] = static_cast<double>(zero);

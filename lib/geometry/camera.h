@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include "geometry/rigid_transform.h"
@@ -41,5 +43,13 @@ inline Eigen::Vector2d project(const PosedCamera& camera, const Eigen::Vector3d&
 // Camera-space ray through a pixel, scaled so that z = 1: point = planar depth × ray. Distortion is
 // undone by fixed-point iteration to 1e-12.
 Eigen::Vector3d unproject(const Intrinsics& intrinsics, const Eigen::Vector2d& pixel);
+
+// A picture's width or height as a document has it, in pixels: the whole number below, or 0, which
+// Intrinsics::check() refuses, for what an int cannot hold.
+inline int written_size(double number) {
+  return std::isfinite(number) && std::abs(number) <= std::numeric_limits<int>::max()
+             ? static_cast<int>(number)
+             : 0;
+}
 
 }  // namespace organbake

@@ -8,65 +8,26 @@
 
 #include "core/error.h"
 #include "core/union_find.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
 
-struct DirectedEdge {
-  std::uint64_t key;  // lower vertex << 32 | higher vertex
-  std::uint32_t face;
-  bool forward;  // from the lower to the higher vertex
-};
-
-std::vector<DirectedEdge> sorted_edges(const TriangleMesh& mesh) {
-  std::vector<DirectedEdge> edges;
-  edges.reserve(3 * mesh.faces.size());
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const std::uint64_t a = mesh.faces[f][c], b = mesh.faces[f][(c + 1) % 3];
-      if (a == b) continue;
-      edges.push_back({std::min(a, b) << 32 | std::max(a, b), f, a < b});
-    }
-  }
-  std::sort(edges.begin(), edges.end(), [](const DirectedEdge& a, const DirectedEdge& b) {
-    return a.key != b.key ? a.key < b.key : a.face < b.face;
-  });
-  return edges;
-}
-
-// Calls visit(uses) for every run of directed edges between the same two vertices.
-template <typename Visit>
-void for_each_edge(const std::vector<DirectedEdge>& edges, Visit visit) {
-  const DirectedEdge* const end = edges.data() + edges.size();
-  for (const DirectedEdge* first = edges.data(); first != end;) {
-    const DirectedEdge* last = std::find_if(
-        first, end, [key = first->key](const DirectedEdge& e) { return e.key != key; });
-    visit(std::span(first, last));
-    first = last;
-  }
-}
-
-UnionFind face_components(const TriangleMesh& mesh, const std::vector<DirectedEdge>& edges) {
+UnionFind face_components(const TriangleMesh& mesh, const MeshEdges& edges) {
   UnionFind sets(mesh.faces.size());
-  for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
-    for (const DirectedEdge& use : uses) sets.join(uses.front().face, use.face);
+  edges.for_each([&](std::span<const EdgeUse> uses) {
+    for (const EdgeUse& use : uses) sets.join(uses.front().face(), use.face());
   });
   return sets;
 }
 
 // A vertex is manifold when its faces hang together through edges at the vertex: one fan.
-std::size_t count_non_manifold_vertices(const TriangleMesh& mesh,
-                                        const std::vector<DirectedEdge>& edges) {
+std::size_t count_non_manifold_vertices(const TriangleMesh& mesh, const MeshEdges& edges) {
   UnionFind corners(3 * mesh.faces.size());
-  const auto corner_of = [&](std::uint32_t face, std::uint32_t vertex) {
-    const Face& f = mesh.faces[face];
-    return 3 * face + (f[0] == vertex ? 0u : f[1] == vertex ? 1u : 2u);
-  };
-  for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
-    const std::uint32_t low = uses.front().key >> 32, high = uses.front().key & 0xFFFFFFFFu;
-    for (const DirectedEdge& use : uses) {
-      corners.join(corner_of(uses.front().face, low), corner_of(use.face, low));
-      corners.join(corner_of(uses.front().face, high), corner_of(use.face, high));
+  edges.for_each([&](std::span<const EdgeUse> uses) {
+    for (const EdgeUse& use : uses) {
+      corners.join(uses.front().low_corner, use.low_corner);
+      corners.join(uses.front().high_corner, use.high_corner);
     }
   });
   std::vector<std::uint32_t> fans(mesh.vertices.size(), 0);
@@ -89,20 +50,19 @@ MeshTopology analyse_topology(const TriangleMesh& mesh) {
   MeshTopology t;
   t.vertices = mesh.vertices.size();
   t.faces = mesh.faces.size();
-  const std::vector<DirectedEdge> edges = sorted_edges(mesh);
+  const MeshEdges edges(mesh);
   long edge_count = 0;
   UnionFind rims(mesh.vertices.size());
   std::vector<bool> at_rim(mesh.vertices.size(), false);
-  for_each_edge(edges, [&](std::span<const DirectedEdge> uses) {
+  edges.for_each([&](std::span<const EdgeUse> uses) {
     ++edge_count;
     if (uses.size() == 1) {
-      const std::uint32_t low = uses[0].key >> 32, high = uses[0].key & 0xFFFFFFFFu;
-      at_rim[low] = at_rim[high] = true;
-      rims.join(low, high);
+      at_rim[uses[0].low] = at_rim[uses[0].high] = true;
+      rims.join(uses[0].low, uses[0].high);
       ++t.boundary_edges;
     }
     t.non_manifold_edges += uses.size() > 2;
-    t.misoriented_edges += uses.size() == 2 && uses[0].forward == uses[1].forward;
+    t.misoriented_edges += uses.size() == 2 && uses[0].up() == uses[1].up();
   });
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
     t.boundary_loops += at_rim[v] && rims.root(v) == v;
@@ -143,7 +103,7 @@ void check_mesh(const TriangleMesh& mesh, const std::string& name) {
 
 TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count) {
   if (count == 0 || mesh.faces.empty()) return mesh;
-  UnionFind sets = face_components(mesh, sorted_edges(mesh));
+  UnionFind sets = face_components(mesh, MeshEdges(mesh));
   std::vector<double> area(mesh.faces.size(), 0.0);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) area[sets.root(f)] += face_area(mesh, f);
   std::vector<std::uint32_t> roots;

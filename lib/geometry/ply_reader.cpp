@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/scalar_type.h"
 #include "core/text.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
@@ -22,20 +23,20 @@ namespace {
 
 constexpr std::string_view kPlyComment = " millimetres, LPS";  // write_ply's
 
-enum class Scalar { i8, u8, i16, u16, i32, u32, f32, f64 };
-
-const std::map<std::string_view, Scalar> kScalarNames = {
-    {"char", Scalar::i8},    {"int8", Scalar::i8},     {"uchar", Scalar::u8},
-    {"uint8", Scalar::u8},   {"short", Scalar::i16},   {"int16", Scalar::i16},
-    {"ushort", Scalar::u16}, {"uint16", Scalar::u16},  {"int", Scalar::i32},
-    {"int32", Scalar::i32},  {"uint", Scalar::u32},    {"uint32", Scalar::u32},
-    {"float", Scalar::f32},  {"float32", Scalar::f32}, {"double", Scalar::f64},
-    {"float64", Scalar::f64}};
+const std::map<std::string_view, ScalarType> kTypes = {
+    {"char", ScalarType::int8},      {"int8", ScalarType::int8},
+    {"uchar", ScalarType::uint8},    {"uint8", ScalarType::uint8},
+    {"short", ScalarType::int16},    {"int16", ScalarType::int16},
+    {"ushort", ScalarType::uint16},  {"uint16", ScalarType::uint16},
+    {"int", ScalarType::int32},      {"int32", ScalarType::int32},
+    {"uint", ScalarType::uint32},    {"uint32", ScalarType::uint32},
+    {"float", ScalarType::float32},  {"float32", ScalarType::float32},
+    {"double", ScalarType::float64}, {"float64", ScalarType::float64}};
 
 struct Property {
   std::string name;
-  Scalar type = Scalar::f32;
-  std::optional<Scalar> list_count;  // the count's type, for a list
+  ScalarType type = ScalarType::float32;
+  std::optional<ScalarType> list_count;  // the count's type, for a list
 };
 
 struct Element {
@@ -89,9 +90,9 @@ class PlyParser {
     return result;
   }
 
-  Scalar scalar_type(std::string_view type) const {
-    const auto found = kScalarNames.find(type);
-    if (found == kScalarNames.end()) fail("unknown PLY type '" + std::string(type) + "'");
+  ScalarType scalar_type(std::string_view type) const {
+    const auto found = kTypes.find(type);
+    if (found == kTypes.end()) fail("unknown PLY type '" + std::string(type) + "'");
     return found->second;
   }
 
@@ -167,27 +168,9 @@ class PlyParser {
     return value;
   }
 
-  double number(Scalar type) {
+  double number(ScalarType type) {
     if (ascii_) return ascii_number();
-    switch (type) {
-      case Scalar::i8:
-        return binary<std::int8_t>();
-      case Scalar::u8:
-        return binary<std::uint8_t>();
-      case Scalar::i16:
-        return binary<std::int16_t>();
-      case Scalar::u16:
-        return binary<std::uint16_t>();
-      case Scalar::i32:
-        return binary<std::int32_t>();
-      case Scalar::u32:
-        return binary<std::uint32_t>();
-      case Scalar::f32:
-        return binary<float>();
-      case Scalar::f64:
-        return binary<double>();
-    }
-    fail("has an unknown type");
+    return with_scalar_type(type, [&](auto zero) { return binary<decltype(zero)>(); });
   }
 
   std::size_t list_length(const Property& property) {
@@ -234,11 +217,10 @@ class PlyParser {
       if (slot < 0) continue;
       slots.there[slot] = true;
       if (slot < 3) continue;
-      const bool is_float = property.type == Scalar::f32 || property.type == Scalar::f64;
-      slots.scale = property.type == Scalar::u8    ? ColorScale::byte
-                    : property.type == Scalar::u16 ? ColorScale::two_bytes
-                    : is_float && is_ours_         ? ColorScale::linear
-                                                   : ColorScale::number;
+      slots.scale = property.type == ScalarType::uint8             ? ColorScale::byte
+                    : property.type == ScalarType::uint16          ? ColorScale::two_bytes
+                    : is_ours_ && is_floating_point(property.type) ? ColorScale::linear
+                                                                   : ColorScale::number;
     }
     return slots;
   }

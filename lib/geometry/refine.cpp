@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "core/error.h"
+#include "geometry/mesh_edges.h"
 #include "geometry/nearest_on_triangle.h"
 
 namespace organbake {
@@ -21,9 +22,8 @@ class EdgeSplitter {
   std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
     const Eigen::Vector3d va = mesh_.vertices[a], vb = mesh_.vertices[b];
     if (!((va - vb).norm() > longest_mm_)) return kWhole;
-    const std::uint64_t key = std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
     const auto next = static_cast<std::uint32_t>(mesh_.vertices.size());
-    const auto [found, added] = middles_.try_emplace(key, next);
+    const auto [found, added] = middles_.try_emplace(edge_key(a, b), next);
     if (added) mesh_.vertices.push_back(0.5 * (va + vb));
     return found->second;
   }

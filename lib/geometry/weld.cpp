@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "geometry/mesh_checks.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -14,23 +15,10 @@ namespace {
 constexpr double kNearShare = 1e-6;  // of the size: what single precision leaves of a place
 
 std::vector<std::uint32_t> open_vertices(const TriangleMesh& mesh) {
-  std::vector<std::uint64_t> edges;
-  edges.reserve(3 * mesh.faces.size());
-  for (const Face& f : mesh.faces) {
-    for (int c = 0; c < 3; ++c) {
-      const std::uint64_t a = f[c], b = f[(c + 1) % 3];
-      edges.push_back(std::min(a, b) << 32 | std::max(a, b));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
   std::vector<std::uint32_t> vertices;
-  for (std::size_t i = 0; i < edges.size();) {
-    const std::size_t begin = i;
-    while (i < edges.size() && edges[i] == edges[begin]) ++i;
-    if (i - begin != 1) continue;
-    vertices.push_back(static_cast<std::uint32_t>(edges[begin] >> 32));
-    vertices.push_back(static_cast<std::uint32_t>(edges[begin]));
-  }
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 1) vertices.insert(vertices.end(), {uses[0].low, uses[0].high});
+  });
   std::sort(vertices.begin(), vertices.end());
   vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   return vertices;

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/union_find.h"
 #include "mechanics/lattice_cell.h"
 
 namespace organbake {
@@ -163,19 +163,11 @@ TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
 }
 
 std::size_t part_count(const TetrahedralBody& body) {
-  std::vector<std::uint32_t> parent(body.nodes_mm.size());
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&parent](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  std::size_t parts = parent.size();
-  for (const Tetrahedron& t : body.tetrahedra) {
-    for (int k = 1; k < 4; ++k) {
-      const std::uint32_t a = root(t.nodes[0]), b = root(t.nodes[k]);
-      if (a != b) parent[a] = b, --parts;
-    }
-  }
+  UnionFind joined(body.nodes_mm.size());
+  for (const Tetrahedron& t : body.tetrahedra)
+    for (int k = 1; k < 4; ++k) joined.join(t.nodes[0], t.nodes[k]);
+  std::size_t parts = 0;
+  for (std::uint32_t n = 0; n < body.nodes_mm.size(); ++n) parts += joined.root(n) == n;
   return parts;
 }
 

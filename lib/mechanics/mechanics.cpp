@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <string>
 
 #include "core/error.h"
 #include "core/text.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/mesh_edges.h"
 #include "mechanics/elimination_order.h"
 #include "mechanics/lattice_body.h"
 #include "mechanics/spring_fit.h"
@@ -48,29 +48,6 @@ std::vector<double> masses(const std::vector<double>& areas, const MechanicsOpti
   return result;
 }
 
-// What lies at an edge: its faces' area, and the corners opposite it (one per face).
-struct EdgeFaces {
-  double area_mm2 = 0;
-  std::vector<std::pair<std::uint32_t, double>> opposite;  // corner, its face's area
-};
-using Edges = std::map<std::pair<std::uint32_t, std::uint32_t>, EdgeFaces>;
-
-Edges edges_of(const TriangleMesh& proxy) {
-  Edges edges;
-  for (std::size_t f = 0; f < proxy.faces.size(); ++f) {
-    const Face& face = proxy.faces[f];
-    const double area = face_area(proxy, f);
-    for (int c = 0; c < 3; ++c) {
-      const std::uint32_t a = face[c], b = face[(c + 1) % 3], opposite = face[(c + 2) % 3];
-      if (a == b) continue;
-      EdgeFaces& edge = edges[std::minmax(a, b)];
-      edge.area_mm2 += area;
-      edge.opposite.emplace_back(opposite, area);
-    }
-  }
-  return edges;
-}
-
 // Van Gelder 1998: k = E·t·ΣArea/L², that is a bar of cross-section t·ΣArea/L. A needle's edge
 // gets at least a strip of a hundredth of its length, lest its ends drift apart.
 void add_surface_bar(const TriangleMesh& proxy, std::uint32_t a, std::uint32_t b, double area,
@@ -84,17 +61,24 @@ void add_surface_bar(const TriangleMesh& proxy, std::uint32_t a, std::uint32_t b
 void add_surface(const TriangleMesh& proxy, double thickness, SpringNetwork& network) {
   // Stretch is the edges' work; the spring across an edge is there for shear and bending.
   constexpr double kBendingShare = 0.5;
-  for (const auto& [ends, edge] : edges_of(proxy)) {
-    add_surface_bar(proxy, ends.first, ends.second, edge.area_mm2, thickness, network);
-    for (std::size_t i = 0; i < edge.opposite.size(); ++i) {
+  MeshEdges(proxy).for_each([&](std::span<const EdgeUse> uses) {
+    double area_mm2 = 0;
+    std::vector<std::pair<std::uint32_t, double>> opposite;  // corner, its face's area
+    for (const EdgeUse& use : uses) {
+      const std::uint32_t corner = use.opposite_corner();
+      opposite.emplace_back(proxy.faces[corner / 3][corner % 3], face_area(proxy, use.face()));
+      area_mm2 += opposite.back().second;
+    }
+    add_surface_bar(proxy, uses[0].low, uses[0].high, area_mm2, thickness, network);
+    for (std::size_t i = 0; i < opposite.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        const auto& [p, p_area] = edge.opposite[i];
-        const auto& [q, q_area] = edge.opposite[j];
+        const auto& [p, p_area] = opposite[i];
+        const auto& [q, q_area] = opposite[j];
         if (p == q) continue;
         add_surface_bar(proxy, p, q, kBendingShare * (p_area + q_area), thickness, network);
       }
     }
-  }
+  });
 }
 
 // The share of the used vertices that lies farthest along the direction.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "phantom/icosphere.h"
 
-#include <algorithm>
 #include <cmath>
 #include <unordered_map>
 
 #include "core/error.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -29,9 +29,8 @@ class Midpoints {
   explicit Midpoints(TriangleMesh& mesh) : mesh_(mesh) { known_.reserve(mesh.faces.size() * 2); }
 
   std::uint32_t of(std::uint32_t a, std::uint32_t b) {
-    const std::uint64_t key = (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
     const auto next = static_cast<std::uint32_t>(mesh_.vertices.size());
-    const auto [entry, is_new] = known_.try_emplace(key, next);
+    const auto [entry, is_new] = known_.try_emplace(edge_key(a, b), next);
     if (is_new) mesh_.vertices.push_back((mesh_.vertices[a] + mesh_.vertices[b]).normalized());
     return entry->second;
   }

@@ -4,7 +4,7 @@
 
 #include "phantom/icosphere.h"
 #include "phantom/organ.h"
-#include "phantom/studio_light.h"
+#include "phantom/phantom.h"
 
 namespace organbake {
 

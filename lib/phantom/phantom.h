@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "bundle/lighting.h"
 #include "core/run_context.h"
 #include "geometry/camera.h"
 #include "geometry/triangle_mesh.h"
@@ -58,5 +59,10 @@ class OrganPhantom {
   OrganPhantomOptions options_;
   std::shared_ptr<const Impl> impl_;
 };
+
+// The studio's lights, fixed in the world (LPS) so that every photograph shows the same shading:
+// a warm key from the front, right and above, a cool fill from behind on the left, and an ambient
+// that is brighter from above; the sheen of moist tissue and the glints of the film on it.
+const Lighting& studio_lighting();
 
 }  // namespace organbake

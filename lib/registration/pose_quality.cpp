@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "registration/pose_quality.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -193,6 +194,16 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
         surface.open());
   if (options.free_focal) quality.focal_scale = found;
   return quality;
+}
+
+Eigen::MatrixXd sandwich_covariance(const Curvature& curvature) {
+  const Eigen::Index n = curvature.information.rows();
+  Eigen::MatrixXd information = curvature.information;
+  information.diagonal() *= 1 + 1e-12;
+  const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
+  for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
+  return inverse * meat * inverse;
 }
 
 }  // namespace organbake

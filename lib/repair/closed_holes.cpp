@@ -7,8 +7,9 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 #include <vector>
+
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -18,14 +19,12 @@ using Loop = std::vector<std::uint32_t>;
 
 // The rims of holes, each in the order in which faces that close it would wind.
 std::vector<Loop> open_loops(const TriangleMesh& mesh) {
-  std::set<std::pair<std::uint32_t, std::uint32_t>> directed;
-  for (const Face& face : mesh.faces) {
-    for (int c = 0; c < 3; ++c) directed.emplace(face[c], face[(c + 1) % 3]);
-  }
   std::map<std::uint32_t, std::uint32_t> next;  // against the faces' direction
-  for (const auto& [a, b] : directed) {
-    if (!directed.contains({b, a})) next[b] = a;
-  }
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    const auto up = std::count_if(uses.begin(), uses.end(), [](auto& use) { return use.up(); });
+    if (up == 0) next[uses[0].low] = uses[0].high;
+    if (up == std::ssize(uses)) next[uses[0].high] = uses[0].low;
+  });
   std::vector<Loop> loops;
   while (!next.empty()) {
     Loop& loop = loops.emplace_back();

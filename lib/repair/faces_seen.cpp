@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/union_find.h"
+#include "geometry/mesh_edges.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {
@@ -17,26 +18,6 @@ constexpr std::size_t kDirections = 32;     // a side, evenly over the half sphe
 constexpr std::size_t kFacesOfPatch = 200;  // at most, spread over it
 // Off the surface by more than the ray tracer's margin, 4e-6 of the size.
 constexpr double kOff = 2e-5;
-
-struct EdgeUse {
-  std::uint64_t edge;
-  std::uint32_t face;
-};
-
-std::vector<EdgeUse> sorted_uses(const TriangleMesh& mesh) {
-  std::vector<EdgeUse> uses;
-  uses.reserve(3 * mesh.faces.size());
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const std::uint64_t a = mesh.faces[f][c], b = mesh.faces[f][(c + 1) % 3];
-      uses.push_back({std::min(a, b) << 32 | std::max(a, b), f});
-    }
-  }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-    return a.edge != b.edge ? a.edge < b.edge : a.face < b.face;
-  });
-  return uses;
-}
 
 // Fibonacci's points on the half sphere round +z.
 std::vector<Eigen::Vector3d> half_sphere() {
@@ -69,14 +50,12 @@ double free_share(const RayScene& scene, const Eigen::Vector3d& point,
 
 Patches patches_of(const TriangleMesh& mesh) {
   UnionFind joined(mesh.faces.size());
-  const std::vector<EdgeUse> uses = sorted_uses(mesh);
   std::vector<std::uint32_t> crowded;
-  for (std::size_t i = 0; i < uses.size();) {
-    const std::size_t begin = i;
-    while (i < uses.size() && uses[i].edge == uses[begin].edge) ++i;
-    if (i - begin == 2) joined.join(uses[begin].face, uses[begin + 1].face);
-    for (std::size_t u = begin; i - begin > 2 && u < i; ++u) crowded.push_back(uses[u].face);
-  }
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 2) joined.join(uses[0].face(), uses[1].face());
+    if (uses.size() <= 2) return;
+    for (const EdgeUse& use : uses) crowded.push_back(use.face());
+  });
   Patches patches;
   std::vector<std::uint32_t> number(mesh.faces.size());
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {

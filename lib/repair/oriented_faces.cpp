@@ -7,6 +7,7 @@
 #include <numeric>
 #include <vector>
 
+#include "geometry/mesh_edges.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {
@@ -18,30 +19,13 @@ struct Neighbour {
 };
 
 std::vector<std::vector<Neighbour>> neighbours_of(const TriangleMesh& mesh) {
-  struct Use {
-    std::uint64_t edge;
-    std::uint32_t face;
-    bool up;
-  };
-  std::vector<Use> uses;
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const std::uint64_t a = mesh.faces[f][c], b = mesh.faces[f][(c + 1) % 3];
-      uses.push_back({std::min(a, b) << 32 | std::max(a, b), f, a < b});
-    }
-  }
-  std::sort(uses.begin(), uses.end(), [](const Use& a, const Use& b) {
-    return a.edge != b.edge ? a.edge < b.edge : a.face < b.face;
-  });
   std::vector<std::vector<Neighbour>> neighbours(mesh.faces.size());
-  for (std::size_t i = 0; i < uses.size();) {
-    const std::size_t begin = i;
-    while (i < uses.size() && uses[i].edge == uses[begin].edge) ++i;
-    if (i - begin != 2) continue;
-    const Use &a = uses[begin], &b = uses[begin + 1];
-    neighbours[a.face].push_back({b.face, a.up != b.up});
-    neighbours[b.face].push_back({a.face, a.up != b.up});
-  }
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() != 2) return;
+    const bool alike = uses[0].up() != uses[1].up();
+    neighbours[uses[0].face()].push_back({uses[1].face(), alike});
+    neighbours[uses[1].face()].push_back({uses[0].face(), alike});
+  });
   return neighbours;
 }
 

@@ -5,50 +5,23 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/union_find.h"
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-// A face at an edge from its lower vertex to its higher one; corners are 3·face + corner.
-struct CornerUse {
-  std::uint64_t edge;
-  std::uint32_t low_corner, high_corner;
-  bool up;  // the face runs from low to high
-  double angle = 0;
-};
-
-std::vector<CornerUse> sorted_corner_uses(const std::vector<Face>& faces) {
-  std::vector<CornerUse> uses;
-  uses.reserve(3 * faces.size());
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      std::uint32_t low = 3 * f + c, high = 3 * f + (c + 1) % 3;
-      std::uint64_t a = faces[f][c], b = faces[f][(c + 1) % 3];
-      const bool up = a < b;
-      if (!up) {
-        std::swap(a, b);
-        std::swap(low, high);
-      }
-      uses.push_back({a << 32 | b, low, high, up});
-    }
-  }
-  std::sort(uses.begin(), uses.end(), [](const CornerUse& a, const CornerUse& b) {
-    return a.edge != b.edge ? a.edge < b.edge : a.low_corner < b.low_corner;
-  });
-  return uses;
-}
-
 // Corners that share a vertex and hang together through edges at it.
 class Fans {
  public:
   explicit Fans(std::size_t faces) : corners_(3 * faces) {}
   std::uint32_t find(std::uint32_t corner) { return corners_.root(corner); }
-  void join(const CornerUse& a, const CornerUse& b) {
+  void join(const EdgeUse& a, const EdgeUse& b) {
     corners_.join(a.low_corner, b.low_corner);
     corners_.join(a.high_corner, b.high_corner);
   }
@@ -60,36 +33,32 @@ class Fans {
 // Round the edge, counter-clockwise seen from its higher vertex: outside lies ahead of a face that
 // runs up, behind one that runs down. A solid lies from one that runs down to the next that runs
 // up.
-void join_solids(const TriangleMesh& mesh, std::span<CornerUse> uses, Fans& fans) {
+void join_solids(const TriangleMesh& mesh, std::span<const EdgeUse> uses, Fans& fans) {
   const auto corner = [&](std::uint32_t c) { return mesh.vertices[mesh.faces[c / 3][c % 3]]; };
-  const Eigen::Vector3d low = corner(uses[0].low_corner), high = corner(uses[0].high_corner);
+  const Eigen::Vector3d low = mesh.vertices[uses[0].low], high = mesh.vertices[uses[0].high];
   const Eigen::Vector3d along = (high - low).normalized();
   const Eigen::Vector3d x = along.unitOrthogonal(), y = along.cross(x);
-  for (CornerUse& use : uses) {
-    const std::uint32_t face = use.low_corner / 3;
-    const std::uint32_t third = 3 * face + (3 - use.low_corner % 3 - use.high_corner % 3);
-    const Eigen::Vector3d out = corner(third) - low;
-    use.angle = std::atan2(out.dot(y), out.dot(x));
+  std::vector<std::pair<double, EdgeUse>> by_angle;
+  for (const EdgeUse& use : uses) {
+    const Eigen::Vector3d out = corner(use.opposite_corner()) - low;
+    by_angle.emplace_back(std::atan2(out.dot(y), out.dot(x)), use);
   }
-  std::stable_sort(uses.begin(), uses.end(),
-                   [](const CornerUse& a, const CornerUse& b) { return a.angle < b.angle; });
-  for (std::size_t i = 0; i < uses.size(); ++i) {
-    const CornerUse &from = uses[i], &to = uses[(i + 1) % uses.size()];
-    if (!from.up && to.up) fans.join(from, to);
+  std::stable_sort(by_angle.begin(), by_angle.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (std::size_t i = 0; i < by_angle.size(); ++i) {
+    const EdgeUse &from = by_angle[i].second, &to = by_angle[(i + 1) % by_angle.size()].second;
+    if (!from.up() && to.up()) fans.join(from, to);
   }
 }
 
 }  // namespace
 
 std::size_t split_edges(TriangleMesh& mesh) {
-  std::vector<CornerUse> uses = sorted_corner_uses(mesh.faces);
   Fans fans(mesh.faces.size());
-  for (std::size_t i = 0; i < uses.size();) {
-    const std::size_t begin = i;
-    while (i < uses.size() && uses[i].edge == uses[begin].edge) ++i;
-    if (i - begin == 2) fans.join(uses[begin], uses[begin + 1]);
-    if (i - begin > 2) join_solids(mesh, std::span(uses).subspan(begin, i - begin), fans);
-  }
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 2) fans.join(uses[0], uses[1]);
+    if (uses.size() > 2) join_solids(mesh, uses, fans);
+  });
   TriangleMesh parted;
   std::vector<std::uint32_t> vertex_of_fan(3 * mesh.faces.size(), kNone);
   std::vector<bool> used(mesh.vertices.size(), false);

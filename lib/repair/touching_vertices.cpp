@@ -2,35 +2,30 @@
 #include "repair/repair_steps.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 #include <vector>
+
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
 
-struct OpenEdge {
-  std::uint32_t face, corner;  // from this corner to the next
-};
-
-std::vector<OpenEdge> open_edges(const TriangleMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<OpenEdge>> uses;
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f)
-    for (std::uint32_t c = 0; c < 3; ++c)
-      uses[std::minmax(mesh.faces[f][c], mesh.faces[f][(c + 1) % 3])].push_back({f, c});
-  std::vector<OpenEdge> open;
-  for (const auto& [edge, at] : uses)
-    if (at.size() == 1) open.push_back(at.front());
+// Each by the one half-edge that runs along it.
+std::vector<std::uint32_t> open_edges(const TriangleMesh& mesh) {
+  std::vector<std::uint32_t> open;
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() == 1) open.push_back(uses[0].half_edge());
+  });
   return open;
 }
 
 // The ends of open edges, to be asked for by their x.
 class VerticesByX {
  public:
-  VerticesByX(const TriangleMesh& mesh, const std::vector<OpenEdge>& edges) : mesh_(mesh) {
-    for (const OpenEdge& edge : edges)
-      for (const std::uint32_t step : {0u, 1u})
-        vertices_.push_back(mesh.faces[edge.face][(edge.corner + step) % 3]);
+  VerticesByX(const TriangleMesh& mesh, const std::vector<std::uint32_t>& edges) : mesh_(mesh) {
+    for (const std::uint32_t h : edges)
+      for (const std::uint32_t corner : {h, next_in_face(h)})
+        vertices_.push_back(mesh.faces[corner / 3][corner % 3]);
     std::sort(vertices_.begin(), vertices_.end(), [&](std::uint32_t a, std::uint32_t b) {
       const double xa = mesh.vertices[a].x(), xb = mesh.vertices[b].x();
       return xa != xb ? xa < xb : a < b;
@@ -82,25 +77,26 @@ std::size_t cut_at_touching_vertices(TriangleMesh& mesh, double within_mm) {
   constexpr int kMostRounds = 4;  // a face has three edges, and its pieces may be cut again
   std::size_t cut = 0;
   for (int round = 0; round < kMostRounds; ++round) {
-    const std::vector<OpenEdge> edges = open_edges(mesh);
+    const std::vector<std::uint32_t> edges = open_edges(mesh);
     const VerticesByX vertices(mesh, edges);
     std::vector<bool> done(mesh.faces.size(), false);
     std::size_t now = 0;
-    for (const OpenEdge& edge : edges) {
-      if (done[edge.face]) continue;
-      const Face face = mesh.faces[edge.face];
-      const auto on_edge = vertices.on_edge(face, edge.corner, within_mm);
+    for (const std::uint32_t half_edge : edges) {
+      const std::uint32_t f = half_edge / 3, corner = half_edge % 3;
+      if (done[f]) continue;
+      const Face face = mesh.faces[f];
+      const auto on_edge = vertices.on_edge(face, corner, within_mm);
       if (on_edge.empty()) continue;
-      const std::uint32_t apex = face[(edge.corner + 2) % 3];
-      std::uint32_t from = face[edge.corner];
+      const std::uint32_t apex = face[(corner + 2) % 3];
+      std::uint32_t from = face[corner];
       for (std::size_t i = 0; i < on_edge.size(); ++i) {
         const Face piece = {from, on_edge[i].second, apex};
-        if (i == 0) mesh.faces[edge.face] = piece;
+        if (i == 0) mesh.faces[f] = piece;
         if (i > 0) mesh.faces.push_back(piece);
         from = on_edge[i].second;
       }
-      mesh.faces.push_back({from, face[(edge.corner + 1) % 3], apex});
-      done[edge.face] = true;
+      mesh.faces.push_back({from, face[(corner + 1) % 3], apex});
+      done[f] = true;
       ++now;
     }
     cut += now;

@@ -5,6 +5,7 @@
 
 #include "image/channel_image.h"
 #include "shading/grid.h"
+#include "stereo/disparity.h"
 
 namespace organbake {
 
@@ -38,5 +39,10 @@ Disparity doubled(const Disparity& half, int width, int height);
 
 // Guesses for what is not known: planes through what is known around, the nearer the more.
 void guess_unknown(const Mask& wanted, Disparity& disparity);
+
+// Whether the pictures of two eyes match far better when they change places than as they are. Looks
+// only when they match badly as they are (`matched_share` of the tissue).
+bool swapped(const EyeImage& left, const EyeImage& right, const DisparityRange& range,
+             double matched_share);
 
 }  // namespace organbake

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "geometry/camera.h"
 #include "geometry/written_rotation.h"
-#include "geometry/written_size.h"
 
 namespace organbake {
 namespace {

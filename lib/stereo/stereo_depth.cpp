@@ -12,7 +12,7 @@
 #include "core/text.h"
 #include "shading/depth_maps.h"
 #include "shading/masks.h"
-#include "stereo/eye_order.h"
+#include "stereo/disparity.h"
 #include "stereo/refine_disparity.h"
 
 namespace organbake {

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "core/parallel.h"
-#include "truth/skin_facing.h"
 
 namespace organbake {
 namespace {
@@ -116,7 +115,7 @@ class Visibility {
     const Vector2f right = across(at, x, from_.width, 1),
                    down = across(at, y, from_.height, from_.width);
     const bool whole = right.x() * down.y() - right.y() * down.x() > 4 * kSqueezed;
-    return whole || faces_eye(now_, from_.organ_at(at), from_.bound[at]);
+    return whole || now_.faces_eye(from_.organ_at(at), from_.bound[at]);
   }
   // How the other picture's depth goes on from a pixel towards one side: by the pixel there, or,
   // where the skin ends or hides other skin, as it came from the other side; and how surely.

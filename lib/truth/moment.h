@@ -30,6 +30,11 @@ struct Moment {
     const Columns& m = shells[organ][p.face];
     return shell_point(m, p.b1, p.b2, p.height_mm).head<3>();
   }
+
+  // Whether the skin round a bound point is turned to the eye, by the small triangle of the base
+  // layer that it lies over: near an outline this decides to a fraction of a pixel, where samples,
+  // each with the mean slope of its patch, reach a little over it.
+  bool faces_eye(std::size_t organ, const BoundPixel& point) const;
 };
 
 }  // namespace organbake

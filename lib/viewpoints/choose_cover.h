@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "core/run_context.h"
-#include "viewpoints/cover_goal.h"
 #include "viewpoints/sample_bits.h"
 
 namespace organbake {
+
+// What a set of cameras must do: at least `samples` samples seen by at least `overlap` of them.
+struct CoverGoal {
+  std::size_t samples = 0;
+  int overlap = 2;
+};
 
 // Candidates, each by the samples that it sees.
 using CandidateSights = std::vector<SampleBits>;

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/run_context.h"
-#include "viewpoints/cover_goal.h"
+#include "viewpoints/choose_cover.h"
 #include "viewpoints/sample_bits.h"
 
 namespace organbake {

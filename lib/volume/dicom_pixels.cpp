@@ -5,10 +5,12 @@
 #include <vtkDICOMReader.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkType.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -23,7 +25,7 @@ namespace {
 
 // The stored values of one slice, in the machine's byte order.
 struct StoredPixels {
-  VoxelType type = VoxelType::int16;
+  ScalarType type = ScalarType::int16;
   std::vector<std::byte> bytes;
 };
 
@@ -81,13 +83,13 @@ void keep_stored_bits(std::vector<std::byte>& bytes, int bits_stored) {
 }
 
 StoredPixels with_stored_bits(std::vector<std::byte> bytes, const DicomPixels& pixels) {
-  StoredPixels stored = {VoxelType::int16, std::move(bytes)};
+  StoredPixels stored = {ScalarType::int16, std::move(bytes)};
   if (pixels.bits_allocated == 8) {
-    stored.type = pixels.is_signed ? VoxelType::int8 : VoxelType::uint8;
+    stored.type = pixels.is_signed ? ScalarType::int8 : ScalarType::uint8;
     pixels.is_signed ? keep_stored_bits<std::int8_t>(stored.bytes, pixels.bits_stored)
                      : keep_stored_bits<std::uint8_t>(stored.bytes, pixels.bits_stored);
   } else {
-    stored.type = pixels.is_signed ? VoxelType::int16 : VoxelType::uint16;
+    stored.type = pixels.is_signed ? ScalarType::int16 : ScalarType::uint16;
     pixels.is_signed ? keep_stored_bits<std::int16_t>(stored.bytes, pixels.bits_stored)
                      : keep_stored_bits<std::uint16_t>(stored.bytes, pixels.bits_stored);
   }
@@ -110,6 +112,41 @@ StoredPixels read_native_frame(const DicomSlice& slice) {
   return with_stored_bits(std::move(bytes), slice.pixels);
 }
 
+// Nothing for bits, strings and objects.
+std::optional<ScalarType> type_of_vtk(int vtk_type) {
+  constexpr bool kWideLong = sizeof(long) == 8;
+  switch (vtk_type) {
+    case VTK_CHAR:
+    case VTK_SIGNED_CHAR:
+      return ScalarType::int8;
+    case VTK_UNSIGNED_CHAR:
+      return ScalarType::uint8;
+    case VTK_SHORT:
+      return ScalarType::int16;
+    case VTK_UNSIGNED_SHORT:
+      return ScalarType::uint16;
+    case VTK_INT:
+      return ScalarType::int32;
+    case VTK_UNSIGNED_INT:
+      return ScalarType::uint32;
+    case VTK_LONG:
+      return kWideLong ? ScalarType::int64 : ScalarType::int32;
+    case VTK_UNSIGNED_LONG:
+      return kWideLong ? ScalarType::uint64 : ScalarType::uint32;
+    case VTK_LONG_LONG:
+    case VTK_ID_TYPE:
+      return ScalarType::int64;
+    case VTK_UNSIGNED_LONG_LONG:
+      return ScalarType::uint64;
+    case VTK_FLOAT:
+      return ScalarType::float32;
+    case VTK_DOUBLE:
+      return ScalarType::float64;
+    default:
+      return std::nullopt;
+  }
+}
+
 StoredPixels read_native(const DicomSlice& slice) {
   if (slice.pixels.frames > 1) return read_native_frame(slice);
   const ReadableDicom readable(slice.file);
@@ -123,7 +160,7 @@ StoredPixels read_native(const DicomSlice& slice) {
   errors.throw_if_any(slice.file);
   vtkImageData& image = *reader->GetOutput();
   const int* size = image.GetDimensions();
-  const auto type = voxel_type_of_vtk(image.GetScalarType());
+  const auto type = type_of_vtk(image.GetScalarType());
   if (reader->GetErrorCode() != 0 || size[0] != slice.columns || size[1] != slice.rows ||
       size[2] != 1 || image.GetNumberOfScalarComponents() != 1 || !type) {
     throw BadDataError(slice.file, "its pixels cannot be decoded");
@@ -170,13 +207,13 @@ class SliceConversion {
     const std::byte* at = &stored_.bytes[i * width_];
     std::int16_t wide;
     switch (stored_.type) {
-      case VoxelType::int8:
+      case ScalarType::int8:
         return static_cast<std::int8_t>(*at);
-      case VoxelType::uint8:
+      case ScalarType::uint8:
         return std::to_integer<int>(*at);
       default:
         std::memcpy(&wide, at, sizeof wide);
-        return stored_.type == VoxelType::uint16 ? static_cast<std::uint16_t>(wide) : wide;
+        return stored_.type == ScalarType::uint16 ? static_cast<std::uint16_t>(wide) : wide;
     }
   }
   bool is_padding(std::size_t i) const {

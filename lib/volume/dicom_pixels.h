@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include "core/run_context.h"
@@ -22,8 +21,5 @@ inline constexpr std::int16_t kAir_hu = -1000;
 // a coding that is not read, such as lossy JPEG of 8 or 12 bits, which cannot hold CT values.
 void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, Volume& volume,
                    const RunContext& context);
-
-// A VTK scalar type (VTK_SHORT …) as ours; nothing for bits, strings and objects.
-std::optional<VoxelType> voxel_type_of_vtk(int vtk_type);
 
 }  // namespace organbake

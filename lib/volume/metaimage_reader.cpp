@@ -72,13 +72,13 @@ class MetaHeader {
 };
 
 VoxelEncoding encoding_of(const MetaHeader& header) {
-  static const std::map<std::string, VoxelType> kTypes = {
-      {"met_char", VoxelType::int8},       {"met_uchar", VoxelType::uint8},
-      {"met_short", VoxelType::int16},     {"met_ushort", VoxelType::uint16},
-      {"met_int", VoxelType::int32},       {"met_uint", VoxelType::uint32},
-      {"met_long", VoxelType::int32},      {"met_ulong", VoxelType::uint32},
-      {"met_long_long", VoxelType::int64}, {"met_ulong_long", VoxelType::uint64},
-      {"met_float", VoxelType::float32},   {"met_double", VoxelType::float64}};
+  static const std::map<std::string, ScalarType> kTypes = {
+      {"met_char", ScalarType::int8},       {"met_uchar", ScalarType::uint8},
+      {"met_short", ScalarType::int16},     {"met_ushort", ScalarType::uint16},
+      {"met_int", ScalarType::int32},       {"met_uint", ScalarType::uint32},
+      {"met_long", ScalarType::int32},      {"met_ulong", ScalarType::uint32},
+      {"met_long_long", ScalarType::int64}, {"met_ulong_long", ScalarType::uint64},
+      {"met_float", ScalarType::float32},   {"met_double", ScalarType::float64}};
   const auto type = kTypes.find(lower_case(header.get("elementtype")));
   if (type == kTypes.end())
     header.fail("ElementType \"" + header.get("elementtype") + "\" is not a plain number");

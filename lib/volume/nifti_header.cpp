@@ -125,11 +125,11 @@ std::string NiftiHeader::time_step() const {
 }
 
 VoxelEncoding NiftiHeader::encoding() const {
-  static const std::map<int, VoxelType> kTypes = {
-      {2, VoxelType::uint8},    {4, VoxelType::int16},    {8, VoxelType::int32},
-      {16, VoxelType::float32}, {64, VoxelType::float64}, {256, VoxelType::int8},
-      {512, VoxelType::uint16}, {768, VoxelType::uint32}, {1024, VoxelType::int64},
-      {1280, VoxelType::uint64}};
+  static const std::map<int, ScalarType> kTypes = {
+      {2, ScalarType::uint8},    {4, ScalarType::int16},    {8, ScalarType::int32},
+      {16, ScalarType::float32}, {64, ScalarType::float64}, {256, ScalarType::int8},
+      {512, ScalarType::uint16}, {768, ScalarType::uint32}, {1024, ScalarType::int64},
+      {1280, ScalarType::uint64}};
   const auto type = kTypes.find(datatype);
   if (type == kTypes.end()) {
     throw BadDataError(name + ": holds NIfTI data type " + std::to_string(datatype) +

@@ -3,13 +3,15 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <string>
 
 #include "core/error.h"
 #include "core/text.h"
 #include "volume/grid.h"
+#include "volume/header_text.h"
 #include "volume/nifti_header.h"
-#include "volume/nifti_labels.h"
 #include "volume/sheared_grid.h"
 #include "volume/time_points.h"
 #include "volume/voxel_decoding.h"
@@ -18,6 +20,44 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uint64_t kLongestExtension = std::uint64_t{1} << 22;
+
+// The text of an element whose opening tag ends at `at`, plain or as CDATA.
+std::string element_text(const std::string& xml, std::size_t at) {
+  constexpr std::string_view kOpen = "<![CDATA[", kClose = "]]>";
+  at = xml.find_first_not_of(" \t\r\n", at);
+  if (at == std::string::npos) return {};
+  if (xml.compare(at, kOpen.size(), kOpen) == 0) {
+    at += kOpen.size();
+    return trimmed(xml.substr(at, xml.find(kClose, at) - at));
+  }
+  return trimmed(xml.substr(at, xml.find('<', at) - at));
+}
+
+// The names of a mask's labels from the extensions behind a NIfTI header, where `left` bytes lie
+// before the voxels; `left` falls by what was read. TotalSegmentator and Connectome Workbench write
+// a label table as XML. None when there is no such table.
+std::vector<LabelName> read_nifti_labels(ByteStream& stream, std::uint64_t& left) {
+  std::string xml(static_cast<std::size_t>(std::min(left, kLongestExtension)), '\0');
+  stream.read_exactly(std::as_writable_bytes(std::span(xml)));
+  left -= xml.size();
+  std::vector<LabelName> names;
+  constexpr std::string_view kElement = "<Label ", kKey = "Key=\"";
+  for (std::size_t at = 0; (at = xml.find(kElement, at)) != std::string::npos;) {
+    const std::size_t close = xml.find('>', at), key = xml.find(kKey, at);
+    at += kElement.size();
+    if (close == std::string::npos || key > close) continue;
+    int label = 0;
+    const char* first = xml.data() + key + kKey.size();
+    const auto [end, error] = std::from_chars(first, xml.data() + close, label);
+    const std::string name = element_text(xml, close + 1);
+    if (error == std::errc() && end != first && label > 0 && !name.empty()) {
+      names.push_back({label, name});
+    }
+  }
+  return names;
+}
 
 // "scan.hdr" and "scan.img", "scan.hdr.gz" and "scan.img.gz".
 fs::path partner(const fs::path& path, const std::string& from, const std::string& to) {

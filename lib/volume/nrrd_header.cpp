@@ -10,48 +10,48 @@ namespace {
 
 namespace fs = std::filesystem;
 
-VoxelType type_of(const NrrdHeader& header) {
-  static const std::map<std::string, VoxelType> kTypes = {
-      {"signed char", VoxelType::int8},
-      {"int8", VoxelType::int8},
-      {"int8_t", VoxelType::int8},
-      {"uchar", VoxelType::uint8},
-      {"unsigned char", VoxelType::uint8},
-      {"uint8", VoxelType::uint8},
-      {"uint8_t", VoxelType::uint8},
-      {"short", VoxelType::int16},
-      {"short int", VoxelType::int16},
-      {"signed short", VoxelType::int16},
-      {"signed short int", VoxelType::int16},
-      {"int16", VoxelType::int16},
-      {"int16_t", VoxelType::int16},
-      {"ushort", VoxelType::uint16},
-      {"unsigned short", VoxelType::uint16},
-      {"unsigned short int", VoxelType::uint16},
-      {"uint16", VoxelType::uint16},
-      {"uint16_t", VoxelType::uint16},
-      {"int", VoxelType::int32},
-      {"signed int", VoxelType::int32},
-      {"int32", VoxelType::int32},
-      {"int32_t", VoxelType::int32},
-      {"uint", VoxelType::uint32},
-      {"unsigned int", VoxelType::uint32},
-      {"uint32", VoxelType::uint32},
-      {"uint32_t", VoxelType::uint32},
-      {"longlong", VoxelType::int64},
-      {"long long", VoxelType::int64},
-      {"long long int", VoxelType::int64},
-      {"signed long long", VoxelType::int64},
-      {"signed long long int", VoxelType::int64},
-      {"int64", VoxelType::int64},
-      {"int64_t", VoxelType::int64},
-      {"ulonglong", VoxelType::uint64},
-      {"unsigned long long", VoxelType::uint64},
-      {"unsigned long long int", VoxelType::uint64},
-      {"uint64", VoxelType::uint64},
-      {"uint64_t", VoxelType::uint64},
-      {"float", VoxelType::float32},
-      {"double", VoxelType::float64}};
+ScalarType type_of(const NrrdHeader& header) {
+  static const std::map<std::string, ScalarType> kTypes = {
+      {"signed char", ScalarType::int8},
+      {"int8", ScalarType::int8},
+      {"int8_t", ScalarType::int8},
+      {"uchar", ScalarType::uint8},
+      {"unsigned char", ScalarType::uint8},
+      {"uint8", ScalarType::uint8},
+      {"uint8_t", ScalarType::uint8},
+      {"short", ScalarType::int16},
+      {"short int", ScalarType::int16},
+      {"signed short", ScalarType::int16},
+      {"signed short int", ScalarType::int16},
+      {"int16", ScalarType::int16},
+      {"int16_t", ScalarType::int16},
+      {"ushort", ScalarType::uint16},
+      {"unsigned short", ScalarType::uint16},
+      {"unsigned short int", ScalarType::uint16},
+      {"uint16", ScalarType::uint16},
+      {"uint16_t", ScalarType::uint16},
+      {"int", ScalarType::int32},
+      {"signed int", ScalarType::int32},
+      {"int32", ScalarType::int32},
+      {"int32_t", ScalarType::int32},
+      {"uint", ScalarType::uint32},
+      {"unsigned int", ScalarType::uint32},
+      {"uint32", ScalarType::uint32},
+      {"uint32_t", ScalarType::uint32},
+      {"longlong", ScalarType::int64},
+      {"long long", ScalarType::int64},
+      {"long long int", ScalarType::int64},
+      {"signed long long", ScalarType::int64},
+      {"signed long long int", ScalarType::int64},
+      {"int64", ScalarType::int64},
+      {"int64_t", ScalarType::int64},
+      {"ulonglong", ScalarType::uint64},
+      {"unsigned long long", ScalarType::uint64},
+      {"unsigned long long int", ScalarType::uint64},
+      {"uint64", ScalarType::uint64},
+      {"uint64_t", ScalarType::uint64},
+      {"float", ScalarType::float32},
+      {"double", ScalarType::float64}};
   const auto type = kTypes.find(lower_case(header.get("type")));
   if (type == kTypes.end()) header.fail("type \"" + header.get("type") + "\" is not read");
   return type->second;
@@ -108,7 +108,7 @@ std::int64_t NrrdHeader::integer(const std::string& field, std::int64_t otherwis
 }
 
 VoxelEncoding NrrdHeader::encoding() const {
-  const VoxelType type = type_of(*this);
+  const ScalarType type = type_of(*this);
   const std::string endian = lower_case(get("endian"));
   if (bytes_of(type) > 1 && !is_text() && endian != "little" && endian != "big") {
     fail("endian is \"" + endian + "\"; it must be little or big");

@@ -46,19 +46,6 @@ void convert(const std::byte* source, std::size_t count, const VoxelEncoding& en
   }
 }
 
-template <typename Word>
-void swap_words(std::byte* bytes, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) {
-    std::reverse(bytes + i * sizeof(Word), bytes + (i + 1) * sizeof(Word));
-  }
-}
-
-void swap_bytes(std::byte* bytes, std::size_t count, std::size_t width) {
-  if (width == 2) swap_words<std::uint16_t>(bytes, count);
-  if (width == 4) swap_words<std::uint32_t>(bytes, count);
-  if (width == 8) swap_words<std::uint64_t>(bytes, count);
-}
-
 std::size_t voxels_of(const std::array<int, 3>& size) {
   return static_cast<std::size_t>(size[0]) * size[1] * size[2];
 }
@@ -87,23 +74,6 @@ std::string read_all_text(ByteStream& stream, std::size_t most) {
 
 }  // namespace
 
-std::size_t bytes_of(VoxelType type) {
-  switch (type) {
-    case VoxelType::int8:
-    case VoxelType::uint8:
-      return 1;
-    case VoxelType::int16:
-    case VoxelType::uint16:
-      return 2;
-    case VoxelType::int32:
-    case VoxelType::uint32:
-    case VoxelType::float32:
-      return 4;
-    default:
-      return 8;
-  }
-}
-
 void ConversionLoss::add(const ConversionLoss& other) {
   rounded += other.rounded;
   clamped += other.clamped;
@@ -117,28 +87,9 @@ void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncod
     std::memcpy(out, source, count * sizeof(std::int16_t));
     return;
   }
-  switch (encoding.type) {
-    case VoxelType::int8:
-      return convert<std::int8_t>(source, count, encoding, out, first, loss);
-    case VoxelType::uint8:
-      return convert<std::uint8_t>(source, count, encoding, out, first, loss);
-    case VoxelType::int16:
-      return convert<std::int16_t>(source, count, encoding, out, first, loss);
-    case VoxelType::uint16:
-      return convert<std::uint16_t>(source, count, encoding, out, first, loss);
-    case VoxelType::int32:
-      return convert<std::int32_t>(source, count, encoding, out, first, loss);
-    case VoxelType::uint32:
-      return convert<std::uint32_t>(source, count, encoding, out, first, loss);
-    case VoxelType::int64:
-      return convert<std::int64_t>(source, count, encoding, out, first, loss);
-    case VoxelType::uint64:
-      return convert<std::uint64_t>(source, count, encoding, out, first, loss);
-    case VoxelType::float32:
-      return convert<float>(source, count, encoding, out, first, loss);
-    case VoxelType::float64:
-      return convert<double>(source, count, encoding, out, first, loss);
-  }
+  with_scalar_type(encoding.type, [&](auto zero) {
+    convert<decltype(zero)>(source, count, encoding, out, first, loss);
+  });
 }
 
 void settle_losses(const ConversionLoss& loss, Volume& volume, const std::string& name) {
@@ -177,7 +128,7 @@ void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& vo
   if (encoding.is_plain_int16()) {
     const std::span<std::byte> bytes = std::as_writable_bytes(std::span(volume.voxels));
     stream.read_exactly(bytes);
-    if (encoding.big_endian) swap_bytes(bytes.data(), count, width);
+    if (encoding.big_endian) swap_bytes(bytes.data(), count, encoding.type);
     return;
   }
   ConversionLoss loss;
@@ -185,7 +136,7 @@ void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& vo
   for (std::size_t first = 0; first < count;) {
     const std::size_t piece = std::min(kBufferBytes / width, count - first);
     stream.read_exactly(std::span(buffer).first(piece * width));
-    if (encoding.big_endian) swap_bytes(buffer.data(), piece, width);
+    if (encoding.big_endian) swap_bytes(buffer.data(), piece, encoding.type);
     convert_voxels(buffer.data(), piece, encoding, volume, first, loss);
     first += piece;
   }
@@ -210,7 +161,7 @@ void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBo
   for (int k = 0; k < box.size[2]; ++k) {
     stream.skip(passed * width);
     stream.read_exactly(buffer);
-    if (encoding.big_endian) swap_bytes(buffer.data(), rows, width);
+    if (encoding.big_endian) swap_bytes(buffer.data(), rows, encoding.type);
     for (int j = 0; j < box.size[1]; ++j) {
       const std::size_t from = static_cast<std::size_t>(j) * columns + box.first[0];
       const auto count = static_cast<std::size_t>(box.size[0]);
@@ -229,7 +180,7 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
   const std::string text = read_all_text(stream, count * kLongestNumber + kBufferBytes);
   volume.voxels.resize(count);
   VoxelEncoding as_double = encoding;
-  as_double.type = VoxelType::float64;
+  as_double.type = ScalarType::float64;
   ConversionLoss loss;
   const char *at = text.data(), *end = at + text.size();
   const auto skip_space = [&] {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/scalar_type.h"
 #include "volume/byte_stream.h"
 #include "volume/read_options.h"
 #include "volume/region.h"
@@ -14,17 +15,14 @@
 
 namespace organbake {
 
-enum class VoxelType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
-std::size_t bytes_of(VoxelType type);
-
 // How stored values become Hounsfield units (or labels): value = slope · stored + intercept.
 struct VoxelEncoding {
-  VoxelType type = VoxelType::int16;
+  ScalarType type = ScalarType::int16;
   bool big_endian = false;
   double slope = 1;
   double intercept = 0;
 
-  bool is_plain_int16() const { return type == VoxelType::int16 && slope == 1 && intercept == 0; }
+  bool is_plain_int16() const { return type == ScalarType::int16 && slope == 1 && intercept == 0; }
 };
 
 // What was lost on the way to int16.

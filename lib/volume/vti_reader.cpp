@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 
 #include "core/error.h"
 #include "formats/vtk_xml.h"
@@ -14,18 +13,6 @@
 
 namespace organbake {
 namespace {
-
-VoxelType type_of(const VtkXmlNumbers& numbers, const VtkXmlFile& file) {
-  static const std::map<std::string, VoxelType> kTypes = {
-      {"Int8", VoxelType::int8},       {"UInt8", VoxelType::uint8},
-      {"Int16", VoxelType::int16},     {"UInt16", VoxelType::uint16},
-      {"Int32", VoxelType::int32},     {"UInt32", VoxelType::uint32},
-      {"Int64", VoxelType::int64},     {"UInt64", VoxelType::uint64},
-      {"Float32", VoxelType::float32}, {"Float64", VoxelType::float64}};
-  const auto type = kTypes.find(numbers.type);
-  if (type == kTypes.end()) file.fail("its values are not plain numbers");
-  return type->second;
-}
 
 // The active scalars, else the only array.
 const VtkXmlArray& scalars_of(const VtkXmlPiece& piece, const VtkXmlFile& file) {
@@ -105,7 +92,7 @@ Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& opti
   const VtkXmlArray& scalars = scalars_of(piece, file);
   const auto count = static_cast<std::size_t>(volume.size[0]) * volume.size[1] * volume.size[2];
   const VtkXmlNumbers values = file.numbers(scalars, count);
-  const VoxelEncoding encoding{type_of(values, file), false, 1, 0};
+  const VoxelEncoding encoding{values.type, false, 1, 0};
   volume.voxels.resize(count);
   ConversionLoss loss;
   convert_voxels(values.bytes.data(), count, encoding, volume, 0, loss);

@@ -8,7 +8,7 @@
 #include "fuzz/readers.h"
 #include "support/meshes.h"
 #include "support/skins.h"
-#include "unit/bundle/small_bundle.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 

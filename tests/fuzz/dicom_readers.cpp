@@ -10,8 +10,8 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "fuzz/readers.h"
-#include "unit/volume/dicom_bytes.h"
-#include "unit/volume/dicom_mask_bytes.h"
+#include "support/dicom_bytes.h"
+#include "support/dicom_mask_bytes.h"
 #include "volume/dicom_codec.h"
 #include "volume/read_volume.h"
 

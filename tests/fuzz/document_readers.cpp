@@ -10,8 +10,8 @@
 #include "pipelines/recipe.h"
 #include "pipelines/schemas.h"
 #include "player/script.h"
+#include "support/small_bundle.h"
 #include "truth/lens_picture.h"
-#include "unit/bundle/small_bundle.h"
 #include "volume/label_names_file.h"
 
 namespace organbake {

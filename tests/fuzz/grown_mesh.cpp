@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

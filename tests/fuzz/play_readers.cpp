@@ -7,7 +7,7 @@
 #include "fuzz/readers.h"
 #include "player/play.h"
 #include "player/player.h"
-#include "unit/bundle/small_bundle.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

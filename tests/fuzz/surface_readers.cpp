@@ -2,8 +2,8 @@
 #include "formats/mesh_files.h"
 #include "fuzz/readers.h"
 #include "geometry/ply.h"
+#include "support/mesh_texts.h"
 #include "support/meshes.h"
-#include "unit/formats/mesh_texts.h"
 
 namespace organbake {
 namespace {

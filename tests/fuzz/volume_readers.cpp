@@ -5,8 +5,8 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "fuzz/readers.h"
-#include "unit/volume/nifti_bytes.h"
-#include "unit/volume/ramp_volume.h"
+#include "support/nifti_bytes.h"
+#include "support/ramp_volume.h"
 #include "volume/write_volume.h"
 
 namespace organbake {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/meshes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -61,8 +62,7 @@ TriangleMesh box_mesh(const Eigen::Vector3d& size_mm) {
 TriangleMesh sphere_mesh(double radius_mm, int subdivisions) {
   TriangleMesh m = icosahedron();
   for (int i = 0; i < subdivisions; ++i) m = subdivided(m);
-  for (auto& v : m.vertices) v *= radius_mm;
-  return m;
+  return scaled(std::move(m), radius_mm);
 }
 
 TriangleMesh lumpy_mesh(double radius_mm, int subdivisions) {
@@ -72,6 +72,90 @@ TriangleMesh lumpy_mesh(double radius_mm, int subdivisions) {
                       0.12 * v.z() * v.z() * v.z());
   }
   return m;
+}
+
+TriangleMesh grid_box(const Eigen::Vector3d& size_mm, int cells) {
+  TriangleMesh mesh;
+  std::map<std::array<int, 3>, std::uint32_t> known;
+  const auto vertex = [&](const std::array<int, 3>& at) {
+    const auto [found, added] = known.emplace(at, static_cast<std::uint32_t>(mesh.vertices.size()));
+    if (added) {
+      const Eigen::Vector3d share = Eigen::Vector3d(at[0], at[1], at[2]) / cells;
+      mesh.vertices.push_back(size_mm.cwiseProduct(share - Eigen::Vector3d::Constant(0.5)));
+    }
+    return found->second;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {0, cells}) {
+      for (int cell = 0; cell < cells * cells; ++cell) {
+        const auto at = [&](int di, int dj) {
+          std::array<int, 3> corner{};
+          corner[axis] = side;
+          corner[(axis + 1) % 3] = cell / cells + di;
+          corner[(axis + 2) % 3] = cell % cells + dj;
+          return vertex(corner);
+        };
+        std::uint32_t a = at(0, 0), b = at(1, 0), c = at(1, 1), d = at(0, 1);
+        if (side == 0) std::swap(b, d);
+        mesh.faces.push_back({a, b, c});
+        mesh.faces.push_back({a, c, d});
+      }
+    }
+  }
+  return mesh;
+}
+
+TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by_mm) {
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex += by_mm;
+  return mesh;
+}
+
+TriangleMesh scaled(TriangleMesh mesh, double factor) {
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= factor;
+  return mesh;
+}
+
+TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
+  const auto offset = static_cast<std::uint32_t>(a.vertices.size());
+  a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
+  a.colors.insert(a.colors.end(), b.colors.begin(), b.colors.end());
+  for (const Face& f : b.faces) a.faces.push_back({f[0] + offset, f[1] + offset, f[2] + offset});
+  return a;
+}
+
+TriangleMesh inside_out(TriangleMesh mesh) {
+  for (Face& face : mesh.faces) std::swap(face[1], face[2]);
+  return mesh;
+}
+
+TriangleMesh mirrored(TriangleMesh mesh) {
+  for (Eigen::Vector3d& vertex : mesh.vertices) vertex.x() = -vertex.x();
+  return inside_out(std::move(mesh));
+}
+
+TriangleMesh soup_of(const TriangleMesh& mesh) {
+  TriangleMesh soup;
+  for (const Face& face : mesh.faces) {
+    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const std::uint32_t v : face) {
+      soup.vertices.push_back(mesh.vertices[v]);
+      if (!mesh.colors.empty()) soup.colors.push_back(mesh.colors[v]);
+    }
+    soup.faces.push_back({first, first + 1, first + 2});
+  }
+  return soup;
+}
+
+TriangleMesh cut_in_half(const TriangleMesh& mesh, const Eigen::Vector3d& normal,
+                         double offset_mm) {
+  const Eigen::Vector3d middle = bounds(mesh).center() + offset_mm * normal;
+  TriangleMesh half = mesh;
+  std::erase_if(half.faces, [&](const Face& face) {
+    return std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+      return (mesh.vertices[v] - middle).dot(normal) < 0;
+    });
+  });
+  return half;
 }
 
 }  // namespace organbake

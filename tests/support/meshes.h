@@ -13,5 +13,21 @@ TriangleMesh box_mesh(const Eigen::Vector3d& size_mm);         // from 0 to size
 TriangleMesh sphere_mesh(double radius_mm, int subdivisions);  // 20·4ⁿ faces, vertices on it
 // A star-shaped body that no mirroring maps onto itself.
 TriangleMesh lumpy_mesh(double radius_mm, int subdivisions);
+// A closed box round the origin, every side a regular grid of 2·cells² triangles: rays can be
+// aimed at its vertices, and cells can be merged again without error.
+TriangleMesh grid_box(const Eigen::Vector3d& size_mm, int cells);
+
+// The same mesh elsewhere, larger, mirrored in x (and still outward), or with its inside outward.
+TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by_mm);
+TriangleMesh scaled(TriangleMesh mesh, double factor);
+TriangleMesh mirrored(TriangleMesh mesh);
+TriangleMesh inside_out(TriangleMesh mesh);
+// Both meshes in one, nothing merged.
+TriangleMesh joined(TriangleMesh a, const TriangleMesh& b);
+// The faces on the normal's side of a plane `offset_mm` from the middle of the mesh's box.
+TriangleMesh cut_in_half(const TriangleMesh& mesh, const Eigen::Vector3d& normal,
+                         double offset_mm = 0);
+// Every face with corners of its own, as STL has them.
+TriangleMesh soup_of(const TriangleMesh& mesh);
 
 }  // namespace organbake

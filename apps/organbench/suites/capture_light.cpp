@@ -6,7 +6,6 @@
 #include "organbench/memory_bundle.h"
 #include "organbench/suites/capture_parts.h"
 #include "phantom/phantom.h"
-#include "phantom/studio_light.h"
 #include "player/carried_surface.h"
 #include "player/contact_sheet.h"
 #include "player/orbit.h"

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <utility>
 
@@ -10,6 +9,7 @@
 #include "core/random.h"
 #include "core/text.h"
 #include "decimate/decimate.h"
+#include "geometry/mesh_edges.h"
 #include "geometry/shell_map.h"
 #include "geometry/shell_surface.h"
 #include "organbench/suites/player_parts.h"
@@ -102,9 +102,14 @@ double error_percent(const BoundPoints& bound, const std::vector<Poke>& pokes) {
 // lie over the proxy's edges, inside the dents: 99 of 100 of them by no more.
 double bend_beyond_truth_deg(const TriangleMesh& surface, const BoundPoints& bound,
                              const std::vector<Poke>& pokes) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> apex;  // of directed edges
-  for (const auto& face : surface.faces)
-    for (int k = 0; k < 3; ++k) apex[{face[k], face[(k + 1) % 3]}] = face[(k + 2) % 3];
+  std::vector<std::array<std::uint32_t, 4>> hinges;  // an edge, the corner beside it on either side
+  MeshEdges(surface).for_each([&](std::span<const EdgeUse> uses) {
+    if (uses.size() != 2 || uses[0].up() == uses[1].up()) return;
+    const EdgeUse &up = uses[uses[0].up() ? 0 : 1], &down = uses[uses[0].up() ? 1 : 0];
+    const auto vertex = [&](std::uint32_t c) { return surface.faces[c / 3][c % 3]; };
+    hinges.push_back(
+        {up.low, up.high, vertex(up.opposite_corner()), vertex(down.opposite_corner())});
+  });
   const auto bend = [](const std::vector<Vector3d>& at, const std::array<std::uint32_t, 4>& v) {
     const Vector3d along = at[v[1]] - at[v[0]];
     const Vector3d one = along.cross(at[v[2]] - at[v[0]]),
@@ -114,15 +119,12 @@ double bend_beyond_truth_deg(const TriangleMesh& surface, const BoundPoints& bou
   std::vector<double> beyond;
   for (const Poke& poke : pokes) {
     const std::vector<Vector3d> carried = bound.carried_by(poke), truth = bound.truth_of(poke);
-    for (const auto& [edge, third] : apex) {
-      const auto [a, b] = edge;
-      const auto opposite = apex.find({b, a});
-      if (a > b || opposite == apex.end()) continue;
+    for (const std::array<std::uint32_t, 4>& hinge : hinges) {
       constexpr double kInside_sigma = 1.5;
-      if ((surface.vertices[a] - poke.site_mm).norm() > kInside_sigma * poke.sigma_mm) continue;
-      if (bound.proxy_face(third) == bound.proxy_face(opposite->second)) continue;
-      const std::array<std::uint32_t, 4> corners = {a, b, third, opposite->second};
-      beyond.push_back(bend(carried, corners) - bend(truth, corners));
+      if ((surface.vertices[hinge[0]] - poke.site_mm).norm() > kInside_sigma * poke.sigma_mm)
+        continue;
+      if (bound.proxy_face(hinge[2]) == bound.proxy_face(hinge[3])) continue;
+      beyond.push_back(bend(carried, hinge) - bend(truth, hinge));
     }
   }
   const auto high = beyond.begin() + std::ptrdiff_t(beyond.size() * 99 / 100);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/files.h"
-#include "core/kernel_files.h"
 #include "core/random.h"
 #include "core/text.h"
 #include "organbench/error_measures.h"

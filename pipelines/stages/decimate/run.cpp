@@ -5,7 +5,6 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "decimate/faces_for_tool.h"
 
 #include "formats/mesh_files.h"
 #include "geometry/ply.h"

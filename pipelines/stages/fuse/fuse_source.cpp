@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "formats/camera_files.h"
 #include "formats/photo.h"

@@ -3,7 +3,7 @@
 
 #include "formats/mesh_files.h"
 #include "pipelines/options.h"
-#include "pipelines/stages/shared/volume_reading.h"
+#include "pipelines/stages/shared/reading_options.h"
 
 namespace organbake {
 

@@ -5,7 +5,7 @@
 
 #include "isosurface/isosurface.h"
 #include "pipelines/options.h"
-#include "pipelines/stages/shared/volume_reading.h"
+#include "pipelines/stages/shared/reading_options.h"
 
 namespace organbake {
 

@@ -1,8 +1,51 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stage_binding.h"
 #include "pipelines/stages/isosurface/options.h"
 
+#include "pipelines/stage_binding.h"
+
 namespace organbake {
+
+void bind(OptionList& list, IsosurfaceStageOptions& options) {
+  IsosurfaceOptions& o = options.surface;
+  list.add("iso", &o.iso_hu,
+           {.help = "level of the surface when no mask is given; the organ lies above it; auto = "
+                    "half-way between the histogram's two peaks",
+            .unit = "HU",
+            .min = -32768,
+            .max = 32767})
+      .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
+           {{"flying-edges", IsosurfaceMethod::flying_edges},
+            {"marching-cubes", IsosurfaceMethod::marching_cubes}})
+      .add("label", &options.label,
+           {.help = "the organ in the mask: its label's number or name; several, parted by commas, "
+                    "become one organ",
+            .min = 1,
+            .max = 32767,
+            .number_too = true})
+      .add("each_label", &options.each_label,
+           {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
+      .add("largest", &o.largest,
+           {.help = "components kept, by area; 0 = all", .min = 0, .max = 1000000})
+      .add("min_size", &o.min_size_mm,
+           {.help = "components whose box is nowhere longer are dropped",
+            .unit = "mm",
+            .min = 0,
+            .max = 10000})
+      .add("refine", &o.refine,
+           {.help = "place a CT's surface by all voxels across the edge, not by two of them: right "
+                    "inside thick slices"})
+      .add("smooth", &o.smooth_mm,
+           {.help = "Gaussian on a mask before its surface is taken; 0 leaves voxel stairs",
+            .unit = "mm",
+            .min = 0,
+            .max = 50})
+      .add("taubin", &o.taubin_steps,
+           {.help = "steps of Taubin smoothing on the surface; its volume is kept",
+            .min = 0,
+            .max = 1000})
+      .add("cap", &o.cap, {.help = "close the surface where it leaves the volume"});
+  bind(list, options.reading);
+}
 
 Stage isosurface_stage() {
   return {

@@ -10,7 +10,6 @@
 #include "geometry/ply.h"
 #include "image/exr.h"
 #include "image/png.h"
-#include "phantom/studio_light.h"
 #include "pipelines/stage_binding.h"
 #include "pipelines/stage_module.h"
 #include "pipelines/stages/phantom/options.h"

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/error.h"
-#include "core/file_ending.h"
+#include "core/files.h"
 #include "formats/camera_files.h"
 #include "image/png.h"
 #include "registration/overlay.h"

@@ -1,8 +1,56 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stage_binding.h"
 #include "pipelines/stages/register/options.h"
 
+#include "pipelines/stage_binding.h"
+#include "pipelines/stages/shared/reading_options.h"
+
 namespace organbake {
+
+void bind(OptionList& list, RegisterStageOptions& o) {
+  RegistrationOptions& r = o.registration;
+  list.add(
+          "light", &r.light,
+          {.help = "where the light is: at the camera; near it, with a beam of its own; in "
+                   "light_direction; anywhere, estimated with the pose; auto: what the photo says"},
+          {{"auto", LightModel::automatic},
+           {"camera", LightModel::camera},
+           {"beam", LightModel::beam},
+           {"direction", LightModel::direction},
+           {"estimated", LightModel::estimated}})
+      .add("light_direction", &r.light_direction,
+           {.help = "surface to light in the camera's axes: x right, y down, z forward"})
+      .add(
+          "similarity", &r.similarity,
+          {.help = "what is correlated: radiance, as in the paper; its gradient; or, near a start, "
+                   "the silhouette with what has the organ's colours"},
+          {{"radiance", Similarity::radiance},
+           {"gradient", Similarity::gradient},
+           {"silhouette", Similarity::silhouette}})
+      .add("form", &r.form,
+           {.help = "one correlation per patch with a robust loss, or one for the whole picture"},
+           {{"patches", Form::patches}, {"whole", Form::whole}})
+      .add("free_focal", &r.free_focal, {.help = "seek one scale of the focal lengths, too"})
+      .add("closed_outline", &o.closed_outline,
+           {.help = "the organ ends where the mesh has a border; else it goes on there, unseen"})
+      .add("vertex_albedo", &o.vertex_albedo,
+           {.help = "take the surface's vertex colours for its albedo"})
+      .add("from_poses", &o.from_poses,
+           {.help = "start unposed photos from the poses in their document"})
+      .add("finest_side", &r.finest_side_px,
+           {.help = "a photo is halved until no side is longer",
+            .unit = "px",
+            .min = 64,
+            .max = 8192})
+      .add("outer_iterations", &r.outer_iterations,
+           {.help = "per pyramid level: overlap, light and weights anew", .min = 1, .max = 50})
+      .add("solver_iterations", &r.solver_iterations,
+           {.help = "iterations of the solver within each of those", .min = 1, .max = 100})
+      .add("also", &o.also, {.help = "write the cameras for other programs as well"},
+           {{"none", CameraExport::none},
+            {"colmap", CameraExport::colmap},
+            {"transforms", CameraExport::transforms}});
+  bind_unit(list, o.unit);
+}
 
 Stage register_stage() {
   return {

@@ -1,8 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stage_binding.h"
 #include "pipelines/stages/repair/options.h"
 
+#include "pipelines/stage_binding.h"
+#include "pipelines/stages/shared/reading_options.h"
+
 namespace organbake {
+
+void bind(OptionList& list, RepairStageOptions& options) {
+  RepairOptions& o = options.repair;
+  list.add("mode", &options.mode,
+           {.help = "auto: what it needs; none: the surface as it is", .choices = {"auto", "none"}})
+      .add(
+          "island_share", &o.island_share,
+          {.help = "pieces of less than this share of the largest one's area are dropped; 0 = none",
+           .min = 0,
+           .max = 0.999})
+      .add("hole", &o.hole_mm,
+           {.help = "holes up to this width are closed; 0 = a tenth of the surface's size",
+            .unit = "mm",
+            .min = 0,
+            .max = 1e6})
+      .add("tunnels", &o.most_tunnels,
+           {.help = "a surface with more tunnels is wrapped", .min = 0, .max = 1000000})
+      .add("wrap", &o.wrap_mm,
+           {.help = "what a wrap closes, gaps and tunnels; 0 = a hundredth of the surface's size",
+            .unit = "mm",
+            .min = 0,
+            .max = 1e6});
+  bind_unit(list, options.unit);
+}
 
 Stage repair_stage() {
   return {.name = "repair",

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/file_ending.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/camera_files.h"

@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 
 #include "core/random.h"
-#include "small_bundle.h"
 #include "support/error_message.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

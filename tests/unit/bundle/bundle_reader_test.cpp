@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/temporary_folder.h"
-#include "small_bundle.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

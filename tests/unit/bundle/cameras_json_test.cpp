@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "small_bundle.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

@@ -8,8 +8,8 @@
 #include "core/files.h"
 #include "core/temporary_folder.h"
 #include "image/exr.h"
-#include "small_bundle.h"
 #include "support/error_message.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

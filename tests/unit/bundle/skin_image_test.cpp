@@ -11,7 +11,7 @@
 #include "core/files.h"
 #include "support/meshes.h"
 #include "support/skins.h"
-#include "unit/bundle/small_bundle.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

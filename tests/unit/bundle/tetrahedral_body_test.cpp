@@ -8,7 +8,7 @@
 
 #include "bundle/mechanics_model.h"
 #include "core/error.h"
-#include "small_bundle.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {

@@ -33,8 +33,8 @@ TEST(CaptureDepth, IsThePlanarDepthOfASphere) {
   const Vector3d center(7, -3, 12);
   constexpr double kRadius = 30;
   const PosedCamera camera = odd_camera({40, -100, 30}, center + Vector3d(4, 0, 2));
-  const CaptureResult summary =
-      capture_plainly(sphere_at(center, kRadius, 6), sphere_at(center, kRadius, 1), {camera});
+  const CaptureResult summary = capture_plainly(moved(sphere_mesh(kRadius, 6), center),
+                                                moved(sphere_mesh(kRadius, 1), center), {camera});
   const CameraMaps& maps = summary.maps[0];
   ASSERT_EQ(maps.width, 150);
   ASSERT_EQ(maps.height, 90);

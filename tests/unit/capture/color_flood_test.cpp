@@ -39,7 +39,7 @@ TEST(ColorFlood, KeepsKnownColoursAndFillsTheRestBetweenThem) {
 }
 
 TEST(ColorFlood, PiecesThatNobodySawTakeTheMean) {
-  const TriangleMesh mesh = joined(sphere_mesh(5, 1), sphere_at(Vector3d(50, 0, 0), 5, 1));
+  const TriangleMesh mesh = joined(sphere_mesh(5, 1), moved(sphere_mesh(5, 1), {50, 0, 0}));
   std::vector<char> known(mesh.vertices.size(), 0);
   std::vector<Vector3f> colors(mesh.vertices.size(), Vector3f::Zero());
   known[0] = known[1] = 1;

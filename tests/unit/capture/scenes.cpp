@@ -27,12 +27,6 @@ PosedCamera plain_camera(const Vector3d& eye, const Vector3d& target, int size) 
   return camera;
 }
 
-TriangleMesh sphere_at(const Vector3d& center, double radius_mm, int subdivisions) {
-  TriangleMesh mesh = sphere_mesh(radius_mm, subdivisions);
-  for (Vector3d& vertex : mesh.vertices) vertex += center;
-  return mesh;
-}
-
 TriangleMesh square_at(const Vector3d& center, const Vector3d& normal, double half, int cells) {
   const Vector3d u = normal.unitOrthogonal(), v = normal.normalized().cross(u);
   TriangleMesh mesh;

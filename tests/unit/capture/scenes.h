@@ -5,7 +5,6 @@
 
 #include "capture/capture.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 
@@ -14,7 +13,6 @@ PosedCamera odd_camera(const Eigen::Vector3d& eye, const Eigen::Vector3d& target
 // A square one with a centred axis, `size` pixels across about 40°.
 PosedCamera plain_camera(const Eigen::Vector3d& eye, const Eigen::Vector3d& target, int size);
 
-TriangleMesh sphere_at(const Eigen::Vector3d& center, double radius_mm, int subdivisions);
 // A square of side 2·half in the plane through `center`, facing `normal`, in cells² · 2 triangles.
 TriangleMesh square_at(const Eigen::Vector3d& center, const Eigen::Vector3d& normal, double half,
                        int cells);

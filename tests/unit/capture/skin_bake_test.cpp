@@ -90,8 +90,8 @@ std::vector<Body> bodies() {
        bent(sphere_mesh(1, 2), scaled(2, 2, 80))},
       {"sheet", grid_box({80, 80, 1}, 24), grid_box({80, 80, 1}, 6)},
       {"open", square_at({0, 0, 0}, {0, 0, 1}, 40, 20), square_at({0, 0, 0}, {0, 0, 1}, 40, 4)},
-      {"two", joined(sphere_at({-40, 0, 0}, 30, 4), sphere_at({25, 0, 0}, 30, 4)),
-       joined(sphere_at({-40, 0, 0}, 30, 1), sphere_at({25, 0, 0}, 30, 1))},
+      {"two", joined(moved(sphere_mesh(30, 4), {-40, 0, 0}), moved(sphere_mesh(30, 4), {25, 0, 0})),
+       joined(moved(sphere_mesh(30, 1), {-40, 0, 0}), moved(sphere_mesh(30, 1), {25, 0, 0}))},
   };
 }
 
@@ -197,8 +197,10 @@ TEST(SmoothSkinBake, TheOtherSideOfASheetDoesNotFollow) {
 }
 
 TEST(SmoothSkinBake, SeparateBodiesDoNotFollowOneAnother) {
-  const TriangleMesh surface = joined(sphere_at({-33, 0, 0}, 30, 4), sphere_at({33, 0, 0}, 30, 4));
-  const TriangleMesh proxy = joined(sphere_at({-33, 0, 0}, 30, 1), sphere_at({33, 0, 0}, 30, 1));
+  const TriangleMesh surface =
+      joined(moved(sphere_mesh(30, 4), {-33, 0, 0}), moved(sphere_mesh(30, 4), {33, 0, 0}));
+  const TriangleMesh proxy =
+      joined(moved(sphere_mesh(30, 1), {-33, 0, 0}), moved(sphere_mesh(30, 1), {33, 0, 0}));
   const SmoothSkin skin = bake_smooth_skin(surface, proxy, 4);
   const TriangleMesh mesh = smooth_skin_mesh(proxy, skin);
   for (std::size_t n = 0; n < skin.node_count(); ++n) {

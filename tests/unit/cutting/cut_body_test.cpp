@@ -7,8 +7,8 @@
 #include <map>
 #include <numeric>
 
-#include "cut_bodies.h"
 #include "cutting/edge_bisection.h"
+#include "support/cut_bodies.h"
 
 namespace organbake {
 namespace {

@@ -8,9 +8,9 @@
 #include <numeric>
 
 #include "core/error.h"
-#include "cut_bodies.h"
 #include "cutting/blade_sweeps.h"
-#include "support/shapes.h"
+#include "support/cut_bodies.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {

@@ -9,7 +9,7 @@
 #include <functional>
 #include <random>
 
-#include "cut_bodies.h"
+#include "support/cut_bodies.h"
 
 namespace organbake {
 namespace {

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "cut_bodies.h"
+#include "support/cut_bodies.h"
 
 namespace organbake {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "image/srgb.h"
 #include "player/script_camera.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

@@ -12,7 +12,6 @@
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

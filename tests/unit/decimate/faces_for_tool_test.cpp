@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/faces_for_tool.h"
+#include "decimate/decimate.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "core/error.h"
-#include "decimate/decimate.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -3,11 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "decimate/edge_twins.h"
 #include "decimate/mesh_defects.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 #include "unit/decimate/seeded_meshes.h"
 
 namespace organbake {
@@ -37,24 +35,6 @@ TEST(FastCollapse, LeavesTheBorderWhereItIs) {
   const TriangleMesh thin = fast_collapse(mesh, 500);
   EXPECT_LT(thin.faces.size(), 700u);
   EXPECT_EQ(analyse_topology(thin).boundary_edges, analyse_topology(mesh).boundary_edges);
-}
-
-TEST(EdgeTwins, ExistForManifoldsOnly) {
-  TriangleMesh mesh = tetrahedron_mesh();
-  const auto twins = edge_twins(mesh.faces, 4);
-  ASSERT_TRUE(twins);
-  for (std::uint32_t h = 0; h < 12; ++h) EXPECT_EQ((*twins)[(*twins)[h]], h);
-  std::swap(mesh.faces[0][0], mesh.faces[0][1]);
-  EXPECT_FALSE(edge_twins(mesh.faces, 4));  // wound against its neighbours
-  // Two bodies that share a vertex.
-  mesh = joined(tetrahedron_mesh(), moved(tetrahedron_mesh(), {5, 0, 0}));
-  for (Face& f : mesh.faces) {
-    for (std::uint32_t& v : f) v = v == 4 ? 0 : v;
-  }
-  EXPECT_FALSE(edge_twins(mesh.faces, 8));
-  mesh = tetrahedron_mesh();
-  mesh.faces.push_back({0, 1, 3});
-  EXPECT_FALSE(edge_twins(mesh.faces, 4));
 }
 
 TEST(SelfIntersections, AreFoundWhereBodiesCrossAndNowhereElse) {

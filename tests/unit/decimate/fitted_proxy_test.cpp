@@ -9,7 +9,6 @@
 #include "decimate/decimate.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 #include "unit/decimate/seeded_meshes.h"
 
 namespace organbake {

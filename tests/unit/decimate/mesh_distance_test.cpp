@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "raycast/ray_scene.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

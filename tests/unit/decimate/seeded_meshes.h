@@ -7,7 +7,6 @@
 
 #include "core/random.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 

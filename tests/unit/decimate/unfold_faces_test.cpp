@@ -5,7 +5,6 @@
 
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

@@ -254,7 +254,7 @@ TEST(Contact, FrictionDragsTheSkin) {
 TEST(Contact, KeepsMirrorSymmetry) {
   constexpr double kSame_mm = 1e-6;  // sums run in another order; contact does not amplify it
   const TriangleMesh mesh = test::lumpy_organ(3, 40, 9);
-  const TriangleMesh mirror = test::mirrored(mesh);
+  const TriangleMesh mirror = mirrored(mesh);
   const MechanicsModel mechanics = test::spring_body(mesh);
   Deformer deformer(mesh, mechanics, {}), reflected(mirror, mechanics, {});
   for (int step = 0; step < 60; ++step) {

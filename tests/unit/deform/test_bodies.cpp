@@ -9,23 +9,13 @@
 #include <utility>
 
 #include "core/random.h"
+#include "geometry/mesh_edges.h"
 #include "geometry/shell_map.h"
 
 namespace organbake::test {
 namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
-
-TriangleMesh icosahedron() {
-  const double t = (1 + std::sqrt(5.0)) / 2;
-  TriangleMesh mesh;
-  mesh.vertices = {{-1, t, 0},  {1, t, 0},  {-1, -t, 0}, {1, -t, 0}, {0, -1, t},  {0, 1, t},
-                   {0, -1, -t}, {0, 1, -t}, {t, 0, -1},  {t, 0, 1},  {-t, 0, -1}, {-t, 0, 1}};
-  mesh.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
-  return mesh;
-}
 
 // Points that coincide on shared edges are found again by their rounded direction.
 class UnitPoints {
@@ -59,20 +49,17 @@ std::uint32_t opposite(const TriangleMesh& mesh, const Eigen::Vector3d& center, 
 
 std::set<Edge> spring_pairs(const TriangleMesh& mesh) {
   std::set<Edge> pairs;
-  std::map<Edge, std::vector<std::uint32_t>> corners;
   const auto add = [&pairs](std::uint32_t a, std::uint32_t b) {
     if (a != b) pairs.insert(std::minmax(a, b));
   };
-  for (const Face& f : mesh.faces) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t a = f[k], b = f[(k + 1) % 3];
-      add(a, b);
-      corners[std::minmax(a, b)].push_back(f[(k + 2) % 3]);
-    }
-  }
-  for (const auto& [edge, across] : corners) {
-    if (across.size() == 2) add(across[0], across[1]);
-  }
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    add(uses[0].low, uses[0].high);
+    if (uses.size() != 2) return;
+    const auto across = [&](const EdgeUse& use) {
+      return mesh.faces[use.face()][use.opposite_corner() % 3];
+    };
+    add(across(uses[0]), across(uses[1]));
+  });
   const Eigen::Vector3d center = bounds(mesh).center();
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) add(v, opposite(mesh, center, v));
   return pairs;
@@ -81,7 +68,7 @@ std::set<Edge> spring_pairs(const TriangleMesh& mesh) {
 }  // namespace
 
 TriangleMesh geodesic_sphere(int frequency, double radius_mm) {
-  const TriangleMesh coarse = icosahedron();
+  const TriangleMesh coarse = sphere_mesh(1, 0);
   TriangleMesh mesh;
   UnitPoints points(mesh);
   for (const Face& f : coarse.faces) {
@@ -157,13 +144,6 @@ BaseLayer sphere_base(const TriangleMesh& mesh, double radius_mm, std::uint32_t 
     }
   }
   return base;
-}
-
-TriangleMesh mirrored(const TriangleMesh& mesh) {
-  TriangleMesh mirror = mesh;
-  for (auto& v : mirror.vertices) v.x() = -v.x();
-  for (auto& f : mirror.faces) std::swap(f[1], f[2]);
-  return mirror;
 }
 
 }  // namespace organbake::test

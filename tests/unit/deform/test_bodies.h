@@ -6,6 +6,7 @@
 #include "bundle/base_layer.h"
 #include "bundle/mechanics_model.h"
 #include "geometry/triangle_mesh.h"
+#include "support/meshes.h"
 
 namespace organbake::test {
 
@@ -29,8 +30,5 @@ MechanicsModel spring_body(const TriangleMesh& mesh, const BodyOptions& options 
 
 // A base layer of smooth bumps: the height of the sphere of `radius_mm` over each face.
 BaseLayer sphere_base(const TriangleMesh& mesh, double radius_mm, std::uint32_t steps);
-
-// The x-mirror image of each: vertices keep their order, faces turn round to stay outward.
-TriangleMesh mirrored(const TriangleMesh& mesh);
 
 }  // namespace organbake::test

@@ -136,7 +136,7 @@ TEST(TissueContacts, MirroredOrgansMoveMirrored) {
   constexpr double kMirrored_mm = 0.02;  // contacts come in another order
   const Organ left = ball_at({0, 0, 0}, 20), right = ball_at({41, 0, 0}, 20);
   Organ left_mirrored = left, right_mirrored = right;
-  left_mirrored.mesh = test::mirrored(left.mesh), right_mirrored.mesh = test::mirrored(right.mesh);
+  left_mirrored.mesh = mirrored(left.mesh), right_mirrored.mesh = mirrored(right.mesh);
   Deformer deformer({left.body(), right.body()});
   Deformer mirrored({left_mirrored.body(), right_mirrored.body()});
   for (int step = 0; step <= 60; ++step) {

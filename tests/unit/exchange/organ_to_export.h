@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 

@@ -13,7 +13,7 @@
 #include "file_bytes.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
-#include "mesh_texts.h"
+#include "support/mesh_texts.h"
 #include "support/meshes.h"
 
 namespace organbake {
@@ -24,19 +24,6 @@ using ::testing::HasSubstr;
 std::string upper_case(std::string text) {
   for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 32) : c;
   return text;
-}
-
-TriangleMesh as_soup(const TriangleMesh& mesh) {
-  TriangleMesh soup;
-  for (const Face& f : mesh.faces) {
-    const auto at = static_cast<std::uint32_t>(soup.vertices.size());
-    for (const std::uint32_t v : f) {
-      soup.vertices.push_back(mesh.vertices[v]);
-      if (!mesh.colors.empty()) soup.colors.push_back(mesh.colors[v]);
-    }
-    soup.faces.push_back({at, at + 1, at + 2});
-  }
-  return soup;
 }
 
 class MeshFiles : public ::testing::Test {
@@ -111,7 +98,7 @@ TEST_F(MeshFiles, AVtuThatIsBrokenIsRefused) {
 
 TEST_F(MeshFiles, ASoupIsWeldedAndKeepsItsColours) {
   truth_.colors.assign(truth_.vertices.size(), {0.1f, 0.2f, 0.3f});
-  write_ply(folder_.path() / "soup.ply", as_soup(truth_));
+  write_ply(folder_.path() / "soup.ply", soup_of(truth_));
   std::string said;
   const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
   const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", MeshUnit::mm, context);
@@ -124,7 +111,7 @@ TEST_F(MeshFiles, ASoupIsWeldedAndKeepsItsColours) {
 }
 
 TEST_F(MeshFiles, ASoupRoundedToSinglePrecisionIsWeldedWithinAStatedTolerance) {
-  TriangleMesh soup = as_soup(truth_);
+  TriangleMesh soup = soup_of(truth_);
   for (std::size_t v = 0; v < soup.vertices.size(); ++v)
     soup.vertices[v].x() += 1e-6 * double(v % 3);
   write_ply(folder_.path() / "soup.ply", soup);

@@ -18,7 +18,7 @@
 #include "core/temporary_folder.h"
 #include "file_bytes.h"
 #include "formats/mesh_files.h"
-#include "mesh_texts.h"
+#include "support/mesh_texts.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -11,13 +11,6 @@
 namespace organbake {
 namespace {
 
-TriangleMesh joined(TriangleMesh a, const TriangleMesh& b, const Eigen::Vector3d& offset) {
-  const auto first = static_cast<std::uint32_t>(a.vertices.size());
-  for (const auto& v : b.vertices) a.vertices.push_back(v + offset);
-  for (const Face& f : b.faces) a.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-  return a;
-}
-
 TEST(Topology, OfASphere) {
   const MeshTopology t = analyse_topology(sphere_mesh(1, 2));
   EXPECT_TRUE(t.closed_manifold());
@@ -53,7 +46,7 @@ TEST(Topology, FindsEachDefect) {
 }
 
 TEST(Topology, TwoCornersOnOneVertexAreNotManifold) {
-  TriangleMesh touching = joined(tetrahedron_mesh(), tetrahedron_mesh(), {0, 0, 0});
+  TriangleMesh touching = joined(tetrahedron_mesh(), tetrahedron_mesh());
   for (Face& f : touching.faces) {
     for (auto& v : f) v = v == 4 ? 0 : v;  // both apexes become one vertex
   }
@@ -64,7 +57,7 @@ TEST(Topology, TwoCornersOnOneVertexAreNotManifold) {
 }
 
 TEST(LargestComponents, KeepsTheLargestByArea) {
-  const TriangleMesh two = joined(box_mesh({1, 1, 1}), sphere_mesh(5, 2), {20, 0, 0});
+  const TriangleMesh two = joined(box_mesh({1, 1, 1}), moved(sphere_mesh(5, 2), {20, 0, 0}));
   ASSERT_EQ(analyse_topology(two).components, 2u);
   const TriangleMesh one = largest_components(two, 1);
   EXPECT_EQ(one.faces.size(), 320u);

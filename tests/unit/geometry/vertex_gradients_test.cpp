@@ -10,7 +10,6 @@
 
 #include "core/random.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

@@ -10,17 +10,6 @@
 namespace organbake {
 namespace {
 
-// Every face with corners of its own, as STL has them.
-TriangleMesh soup_of(const TriangleMesh& mesh) {
-  TriangleMesh soup;
-  for (const Face& face : mesh.faces) {
-    const auto first = static_cast<std::uint32_t>(soup.vertices.size());
-    for (const std::uint32_t v : face) soup.vertices.push_back(mesh.vertices[v]);
-    soup.faces.push_back({first, first + 1, first + 2});
-  }
-  return soup;
-}
-
 TriangleMesh shifted(TriangleMesh mesh, RandomStream& random) {
   const Eigen::Vector3d shift(random.normal(), random.normal(), random.normal());
   for (Eigen::Vector3d& v : mesh.vertices)

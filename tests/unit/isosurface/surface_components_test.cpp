@@ -11,24 +11,12 @@
 namespace organbake {
 namespace {
 
-void append(TriangleMesh& mesh, TriangleMesh part, const Eigen::Vector3d& at, bool inside_out) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const Eigen::Vector3d& v : part.vertices) mesh.vertices.push_back(v + at);
-  for (Face face : part.faces) {
-    if (inside_out) std::swap(face[1], face[2]);
-    mesh.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
-  }
-}
-
 // Far from the origin, where sums of signed volumes lose their digits.
 const Eigen::Vector3d kFar(1000, -2000, 1500);
 
 TriangleMesh ball_with_cavity_and_crumb() {
-  TriangleMesh mesh;
-  append(mesh, sphere_mesh(1, 1), kFar + Eigen::Vector3d(30, 0, 0), false);
-  append(mesh, sphere_mesh(8, 2), kFar, true);
-  append(mesh, sphere_mesh(10, 2), kFar, false);
-  return mesh;
+  const TriangleMesh crumb = moved(sphere_mesh(1, 1), {30, 0, 0});
+  return moved(joined(joined(crumb, inside_out(sphere_mesh(8, 2))), sphere_mesh(10, 2)), kFar);
 }
 
 TEST(SurfaceComponents, TheLargestOutwardPieceIsTheOrgan) {
@@ -56,9 +44,7 @@ TEST(SurfaceComponents, AllMeansAll) {
 }
 
 TEST(SurfaceComponents, ASingleInwardPieceIsKept) {
-  TriangleMesh mesh;
-  append(mesh, sphere_mesh(8, 2), kFar, true);
-  append(mesh, sphere_mesh(2, 2), kFar, true);
+  const TriangleMesh mesh = moved(inside_out(joined(sphere_mesh(8, 2), sphere_mesh(2, 2))), kFar);
   EXPECT_EQ(keep_components(mesh, {.largest = 1, .outward_only = true}).kept, 1u);
 }
 

@@ -13,7 +13,6 @@
 #include "mechanics/mechanics.h"
 #include "mechanics/tissue_layer.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "mechanics/mechanics.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,6 @@
 #include "core/error.h"
 #include "geometry/mesh_checks.h"
 #include "phantom/phantom.h"
-#include "phantom/studio_light.h"
 
 namespace organbake {
 namespace {

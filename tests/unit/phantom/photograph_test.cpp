@@ -7,7 +7,6 @@
 
 #include "image/srgb.h"
 #include "phantom/phantom.h"
-#include "phantom/studio_light.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {

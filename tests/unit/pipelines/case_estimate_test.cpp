@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "core/temporary_folder.h"
-#include "pipelines/input_size.h"
 
 namespace organbake {
 namespace {

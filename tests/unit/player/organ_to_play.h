@@ -3,7 +3,7 @@
 
 #include "bundle/bundle.h"
 #include "player/script.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 

@@ -10,7 +10,7 @@
 #include "player/live_session.h"
 #include "player/play.h"
 #include "player/player.h"
-#include "unit/cutting/cut_bodies.h"
+#include "support/cut_bodies.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,6 @@
 #include "raycast/face_queries.h"
 #include "raycast/ray_scene.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

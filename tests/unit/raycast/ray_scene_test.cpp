@@ -11,7 +11,6 @@
 #include "core/random.h"
 #include "raycast/face_queries.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 
 namespace organbake {
 namespace {

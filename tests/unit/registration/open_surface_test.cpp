@@ -8,42 +8,20 @@
 #include "phantom/icosphere.h"
 #include "registration/appearance.h"
 #include "registration/registered_surface.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {
 
-// What of a mesh lies on one side of the plane through its middle.
-TriangleMesh half(const TriangleMesh& mesh, const Eigen::Vector3d& normal, double offset_mm = 0) {
-  const Eigen::Vector3d middle = bounds(mesh).center() + offset_mm * normal;
-  TriangleMesh cut = mesh;
-  std::erase_if(cut.faces, [&](const Face& face) {
-    return std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
-      return (mesh.vertices[v] - middle).dot(normal) < 0;
-    });
-  });
-  return cut;
-}
-
-// As STL has them: no corner is shared.
-TriangleMesh soup(const TriangleMesh& mesh) {
-  TriangleMesh loose;
-  for (const Face& face : mesh.faces) {
-    const auto first = static_cast<std::uint32_t>(loose.vertices.size());
-    for (const std::uint32_t v : face) loose.vertices.push_back(mesh.vertices[v]);
-    loose.faces.push_back({first, first + 1, first + 2});
-  }
-  return loose;
-}
-
 TEST(BorderDistance, ClosedMeshesHaveNone) {
   EXPECT_TRUE(border_distance_mm(make_icosphere(3)).empty());
-  EXPECT_TRUE(border_distance_mm(soup(make_icosphere(3))).empty()) << "corners in one place";
+  EXPECT_TRUE(border_distance_mm(soup_of(make_icosphere(3))).empty()) << "corners in one place";
 }
 
 TEST(BorderDistance, GrowsFromTheCutToThePole) {
   for (const bool loose : {false, true}) {
-    TriangleMesh mesh = half(make_icosphere(5), Eigen::Vector3d::UnitZ());
-    if (loose) mesh = soup(mesh);
+    TriangleMesh mesh = cut_in_half(make_icosphere(5), Eigen::Vector3d::UnitZ());
+    if (loose) mesh = soup_of(mesh);
     const auto distance = border_distance_mm(mesh);
     ASSERT_EQ(distance.size(), mesh.vertices.size());
     // A way along edges zigzags: at most 2/√3 as long as the straight one, and the cut is a
@@ -62,7 +40,7 @@ class OpenSurface : public testing::Test {
  protected:
   const PosedCamera& camera_ = lamp_studio().cameras[0];
   const Eigen::Vector3d up_ = camera_.camera_from_world.rotation.row(1).transpose();
-  const RegisteredSurface surface_{half(lamp_studio().surface.mesh(), up_, -20)};
+  const RegisteredSurface surface_{cut_in_half(lamp_studio().surface.mesh(), up_, -20)};
 };
 
 TEST_F(OpenSurface, WhatLiesBeyondACutIsNoBackground) {

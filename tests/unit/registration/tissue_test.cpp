@@ -8,6 +8,7 @@
 #include "registration/appearance.h"
 #include "registration/tissue_colors.h"
 #include "registration/tissue_light.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {
@@ -58,23 +59,11 @@ TEST(TissueLight, SlopesAreTheFiniteDifferences) {
   }
 }
 
-// What of the phantom lies on one side of a plane: a piece that was cut, with an outline left.
-TriangleMesh piece(const TriangleMesh& mesh, const Vector3d& normal, double offset_mm) {
-  const Vector3d middle = bounds(mesh).center() + offset_mm * normal;
-  TriangleMesh cut = mesh;
-  std::erase_if(cut.faces, [&](const Face& face) {
-    return std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
-      return (mesh.vertices[v] - middle).dot(normal) < 0;
-    });
-  });
-  return cut;
-}
-
 class Tissue : public testing::Test {
  protected:
   const PosedCamera& camera_ = lamp_studio().cameras[0];
   const Vector3d up_ = camera_.camera_from_world.rotation.row(1).transpose();
-  const RegisteredSurface surface_{piece(lamp_studio().surface.mesh(), up_, -20)};
+  const RegisteredSurface surface_{cut_in_half(lamp_studio().surface.mesh(), up_, -20)};
 };
 
 TEST_F(Tissue, OneColorHasNoHueAndTwoHaveTwo) {

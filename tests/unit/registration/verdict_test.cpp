@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "lamp_studio.h"
+#include "support/meshes.h"
 
 namespace organbake {
 namespace {
@@ -13,15 +14,9 @@ PhotoToRegister near_start(std::uint64_t seed) {
   return photo;
 }
 
-TriangleMesh mirrored(TriangleMesh mesh) {
-  const double middle = bounds(mesh).center().x();
-  for (Eigen::Vector3d& v : mesh.vertices) v.x() = 2 * middle - v.x();
-  for (Face& face : mesh.faces) std::swap(face[1], face[2]);
-  return mesh;
-}
-
 TEST(Verdict, AMirroredMeshIsNotOk) {
-  const RegisteredSurface surface(mirrored(lamp_studio().surface.mesh()));
+  const TriangleMesh& organ = lamp_studio().surface.mesh();
+  const RegisteredSurface surface(moved(mirrored(organ), {2 * bounds(organ).center().x(), 0, 0}));
   PhotoToRegister photo = near_start(1);
   EXPECT_NE(register_photo(surface, photo, {}).quality.verdict, Verdict::ok);
 }

@@ -28,25 +28,16 @@ double noise(std::size_t i) {
   return x - std::floor(x);
 }
 
-void turn(Face& face) { std::swap(face[1], face[2]); }
-
-TriangleMesh soup_of(const TriangleMesh& mesh, double jitter_mm) {
-  TriangleMesh soup;
-  for (const Face& face : mesh.faces) {
-    Face own{};
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t n = soup.vertices.size();
-      own[c] = add_vertex(soup, mesh.vertices[face[c]] +
-                                    jitter_mm * Vector3d(noise(n), noise(n + 7), noise(n + 13)));
-    }
-    soup.faces.push_back(own);
-  }
+TriangleMesh jittered_soup_of(const TriangleMesh& mesh, double jitter_mm) {
+  TriangleMesh soup = soup_of(mesh);
+  for (std::size_t n = 0; n < soup.vertices.size(); ++n)
+    soup.vertices[n] += jitter_mm * Vector3d(noise(n), noise(n + 7), noise(n + 13));
   return soup;
 }
 
 TriangleMesh wound_at_random(TriangleMesh mesh) {
   for (std::size_t f = 0; f < mesh.faces.size(); ++f)
-    if (noise(f) < 0.4) turn(mesh.faces[f]);
+    if (noise(f) < 0.4) std::swap(mesh.faces[f][1], mesh.faces[f][2]);
   return mesh;
 }
 
@@ -72,8 +63,9 @@ TriangleMesh with_specks(TriangleMesh mesh, int count) {
     const double angle = 2.4 * i, size_mm = 0.3 + 0.1 * (i % 5);
     const bool inside = i % 4 == 0;
     const double far_mm = inside ? 8 : 70 + 5 * i;
-    append(mesh, sphere_mesh(size_mm, 1),
-           {far_mm * std::cos(angle), far_mm * std::sin(angle), inside ? 0.0 : 3.0 * i});
+    mesh = joined(
+        mesh, moved(sphere_mesh(size_mm, 1),
+                    {far_mm * std::cos(angle), far_mm * std::sin(angle), inside ? 0.0 : 3.0 * i}));
   }
   return mesh;
 }
@@ -119,10 +111,7 @@ TriangleMesh lobes_at_a_vertex() {
                        [](const Vector3d& a, const Vector3d& b) { return a.x() < b.x(); }) -
       mesh.vertices.begin());
   const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
-  TriangleMesh other = sphere_mesh(30, 3);
-  for (Vector3d& v : other.vertices) v.x() = -v.x();
-  for (Face& face : other.faces) turn(face);
-  append(mesh, other, {2 * mesh.vertices[top].x(), 0, 0});
+  mesh = joined(mesh, moved(mirrored(mesh), {2 * mesh.vertices[top].x(), 0, 0}));
   merge_vertices(mesh, count + top, top);
   return mesh;
 }
@@ -191,9 +180,7 @@ BrokenMesh plate_with_tunnels() {
 TriangleMesh stuck_bodies() {
   const auto left = [](int x, int y, int z) { return x < 6 && y < 8 && z < 8; };
   const auto right = [](int x, int y, int z) { return x >= 6 && x < 12 && y < 8 && z < 8; };
-  TriangleMesh mesh = voxel_mesh(12, 4, left);
-  append(mesh, voxel_mesh(12, 4, right), Vector3d::Zero());
-  return soup_of(mesh, 0);
+  return soup_of(joined(voxel_mesh(12, 4, left), voxel_mesh(12, 4, right)));
 }
 
 // A strip with half a turn hangs at the organ by one edge.
@@ -228,23 +215,16 @@ TriangleMesh half_of(const TriangleMesh& mesh) {
 std::vector<BrokenMesh> broken_meshes() {
   const TriangleMesh sound = organ();
   const auto every = [](std::size_t n) { return [n](std::size_t f) { return f % n == n / 2; }; };
-  TriangleMesh inside_out = sound;
-  for (Face& face : inside_out.faces) turn(face);
-  TriangleMesh hollow = sound, cavity = sphere_mesh(15, 3);
-  append(hollow, cavity, Vector3d::Zero());  // outward, as segmentations of cavities come
-  TriangleMesh meant_hollow = sound;
-  for (Face& face : cavity.faces) turn(face);
-  append(meant_hollow, cavity, Vector3d::Zero());
-  TriangleMesh lobes = sphere_mesh(30, 3);
-  append(lobes, sphere_mesh(30, 3), {61, 0, 0});
-  TriangleMesh touching = sphere_mesh(30, 3);
-  append(touching, sphere_mesh(30, 3), {60, 0, 0});
+  const TriangleMesh cavity = sphere_mesh(15, 3), lobe = sphere_mesh(30, 3);
+  const TriangleMesh hollow = joined(sound, cavity);  // outward, as segmentations of cavities come
+  const TriangleMesh lobes = joined(lobe, moved(lobe, {61, 0, 0}));
+  const TriangleMesh touching = joined(lobe, moved(lobe, {60, 0, 0}));
 
   std::vector<BrokenMesh> all;
-  all.push_back({"triangle soup", soup_of(sound, 0), sound});
-  all.push_back({"vertices doubled by rounding", soup_of(sound, 3e-5), sound});
+  all.push_back({"triangle soup", soup_of(sound), sound});
+  all.push_back({"vertices doubled by rounding", jittered_soup_of(sound, 3e-5), sound});
   all.push_back({"mixed winding", wound_at_random(sound), sound});
-  all.push_back({"inside out", inside_out, sound});
+  all.push_back({"inside out", inside_out(sound), sound});
   all.push_back({"duplicate faces, some turned", with_duplicates(sound, 400), sound});
   all.push_back({"islands", with_specks(sound, 22), sound});
   all.push_back({"single faces missing", without_faces(sound, every(250)), sound});
@@ -252,7 +232,7 @@ std::vector<BrokenMesh> broken_meshes() {
   all.push_back({"a wall inside", with_wall(sound), sound});
   all.push_back({"lobes that share a vertex", lobes_at_a_vertex(), touching});
   all.push_back({"two lobes apart", lobes, lobes});
-  all.push_back({"a cavity wound as a solid", hollow, meant_hollow});
+  all.push_back({"a cavity wound as a solid", hollow, joined(sound, inside_out(cavity))});
   all.push_back({"a vessel's loop", wound_at_random(ring_mesh(40, 9)), ring_mesh(40, 9)});
   all.push_back({"T-junctions", with_t_junctions(sound, 60), sound});
   all.push_back(voxels("voxels that touch at edges", 0.02));
@@ -264,7 +244,7 @@ std::vector<BrokenMesh> broken_meshes() {
   all.push_back({"fins, specks and holes",
                  with_specks(with_fins(without_faces(sound, every(500)), 9), 9), sound});
   all.push_back({"a soup of all: turned, twice, with specks",
-                 soup_of(with_specks(with_duplicates(wound_at_random(sound), 100), 12), 0), sound});
+                 soup_of(with_specks(with_duplicates(wound_at_random(sound), 100), 12)), sound});
   all.push_back({"a wall, turned faces and holes",
                  with_wall(without_faces(wound_at_random(sound), every(700))), sound});
   BrokenMesh half{"half an organ with turned faces and fins",

@@ -125,7 +125,7 @@ TEST(Repair, ASurfaceInsideOutIsTurnedAndACavityKept) {
   TriangleMesh organ = lumpy_mesh(40, 3), hollow = sphere_mesh(20, 3);
   const double volume = signed_volume(organ) - signed_volume(hollow);
   for (Face& face : organ.faces) std::swap(face[0], face[1]);
-  append(organ, hollow, Eigen::Vector3d::Zero());  // outward, as a solid of its own
+  organ = joined(organ, hollow);  // outward, as a solid of its own
   const RepairSummary repaired = repair(organ, {});
   EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
   EXPECT_THAT(repaired.done, Contains("2 pieces turned outward"));
@@ -134,9 +134,9 @@ TEST(Repair, ASurfaceInsideOutIsTurnedAndACavityKept) {
 TEST(Repair, IslandsAreDroppedAndPiecesOfTheOrganAreNot) {
   TriangleMesh organ = lumpy_mesh(40, 3);
   const double volume = signed_volume(organ) + signed_volume(lumpy_mesh(20, 3));
-  append(organ, lumpy_mesh(20, 3), {100, 0, 0});
-  append(organ, sphere_mesh(0.5, 1), {900, 0, 0});
-  append(organ, sphere_mesh(2, 1), {-80, 0, 0});
+  organ = joined(organ, moved(lumpy_mesh(20, 3), {100, 0, 0}));
+  organ = joined(organ, moved(sphere_mesh(0.5, 1), {900, 0, 0}));
+  organ = joined(organ, moved(sphere_mesh(2, 1), {-80, 0, 0}));
   const RepairSummary repaired = repair(organ, {});
   expect_sound(repaired);
   EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);

@@ -40,11 +40,4 @@ TriangleMesh voxel_mesh(int size, double voxel_mm,
   return mesh;
 }
 
-void append(TriangleMesh& mesh, const TriangleMesh& other, const Eigen::Vector3d& at) {
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const Eigen::Vector3d& v : other.vertices) mesh.vertices.push_back(v + at);
-  for (const Face& f : other.faces)
-    mesh.faces.push_back({f[0] + first, f[1] + first, f[2] + first});
-}
-
 }  // namespace organbake

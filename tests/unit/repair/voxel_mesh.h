@@ -12,7 +12,4 @@ namespace organbake {
 TriangleMesh voxel_mesh(int size, double voxel_mm,
                         const std::function<bool(int, int, int)>& inside);
 
-// Adds another mesh, moved by `at`, as pieces of its own.
-void append(TriangleMesh& mesh, const TriangleMesh& other, const Eigen::Vector3d& at);
-
 }  // namespace organbake

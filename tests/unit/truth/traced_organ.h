@@ -8,8 +8,8 @@
 #include "player/carried_surface.h"
 #include "player/player.h"
 #include "raycast/ray_scene.h"
+#include "support/synthetic_bundle.h"
 #include "truth/truth_tracker.h"
-#include "unit/warp/synthetic_bundle.h"
 
 namespace organbake {
 

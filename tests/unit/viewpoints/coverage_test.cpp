@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "geometry/ply.h"
 #include "support/meshes.h"
-#include "support/shapes.h"
 #include "viewpoints/surface_samples.h"
 
 namespace organbake {
@@ -26,11 +25,6 @@ PlacementOptions covering(double share = 0.99, int overlap = 2) {
   options.coverage =
       CoverageGoal{.share = share, .overlap = overlap, .candidates = 300, .samples = 1500};
   return options;
-}
-
-TriangleMesh inside_out(TriangleMesh mesh) {
-  for (Face& face : mesh.faces) std::swap(face[1], face[2]);
-  return mesh;
 }
 
 TEST(CoverageGoal, BoundsAreChecked) {

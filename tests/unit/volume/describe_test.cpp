@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "core/random.h"
 #include "core/temporary_folder.h"
-#include "dicom_bytes.h"
-#include "ramp_volume.h"
+#include "support/dicom_bytes.h"
+#include "support/ramp_volume.h"
 #include "volume/dicom_pixels.h"
 #include "volume/dicom_slice.h"
 #include "volume/read_volume.h"

@@ -9,8 +9,8 @@
 
 #include "core/temporary_folder.h"
 #include "core/text.h"
-#include "dicom_bytes.h"
-#include "ramp_volume.h"
+#include "support/dicom_bytes.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "dicom_folder_fixture.h"
-#include "dicom_mask_bytes.h"
+#include "support/dicom_mask_bytes.h"
 #include "volume/label_figures.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "dicom_folder_fixture.h"
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

@@ -4,9 +4,9 @@
 #include <gmock/gmock.h>
 
 #include "core/temporary_folder.h"
-#include "dicom_bytes.h"
-#include "dicom_mask_bytes.h"
-#include "ramp_volume.h"
+#include "support/dicom_bytes.h"
+#include "support/dicom_mask_bytes.h"
+#include "support/ramp_volume.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/dicom_pixels.h"
 #include "volume/dicom_slice.h"
 

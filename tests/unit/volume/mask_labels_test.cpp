@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "core/temporary_folder.h"
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/label_figures.h"
 #include "volume/label_names_file.h"
 #include "volume/read_volume.h"

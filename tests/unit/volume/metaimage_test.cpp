@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 
 #include "core/temporary_folder.h"
-#include "nifti_bytes.h"
-#include "ramp_volume.h"
+#include "support/nifti_bytes.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 #include "volume/write_volume.h"
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "core/temporary_folder.h"
-#include "nifti_bytes.h"
-#include "ramp_volume.h"
+#include "support/nifti_bytes.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 
 #include "core/temporary_folder.h"
 #include "core/text.h"
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

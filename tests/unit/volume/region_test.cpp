@@ -3,9 +3,9 @@
 
 #include <gmock/gmock.h>
 
-#include "core/kernel_files.h"
+#include "core/files.h"
 #include "dicom_folder_fixture.h"
-#include "nifti_bytes.h"
+#include "support/nifti_bytes.h"
 #include "volume/write_volume.h"
 
 namespace organbake {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/read_volume.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "ramp_volume.h"
+#include "support/ramp_volume.h"
 #include "volume/grid.h"
 
 namespace organbake {

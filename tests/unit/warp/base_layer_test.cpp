@@ -9,7 +9,7 @@
 #include "geometry/shell_map.h"
 #include "image/difference.h"
 #include "image/srgb.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "views_round.h"
 #include "warp/warper.h"
 

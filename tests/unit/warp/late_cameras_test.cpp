@@ -7,7 +7,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "views_round.h"
 #include "warp/warper.h"
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 
 namespace organbake {
 namespace {

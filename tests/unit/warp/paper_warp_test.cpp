@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "image/difference.h"
 #include "image/srgb.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "views_round.h"
 
 namespace organbake {

@@ -12,7 +12,7 @@
 #include "geometry/shell_map.h"
 #include "image/difference.h"
 #include "image/srgb.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "warp/warper.h"
 
 namespace organbake {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "unit/warp/synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "warp/drawing/pixel_key.h"
 #include "warp/samples/texel_detail.h"
 #include "warp/samples/texel_order.h"

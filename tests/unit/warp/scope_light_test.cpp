@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "image/difference.h"
 #include "image/srgb.h"
-#include "synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "warp/light/light_meter.h"
 #include "warp/light/scope_shine.h"
 #include "warp/warper.h"

@@ -6,7 +6,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "unit/warp/synthetic_bundle.h"
+#include "support/synthetic_bundle.h"
 #include "unit/warp/views_round.h"
 #include "warp/camera_shares.h"
 #include "warp/warper.h"

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "formats/mesh_files.h"
+#include "pipelines/options.h"
+#include "volume/read_options.h"
+
+namespace organbake {
+
+// How a volume is read, as flags and recipe keys have it.
+struct ReadStageOptions {
+  std::string series;
+  bool strict = false;
+  std::string roi;  // as parse_region reads it; empty = all
+  int time = 0;     // of several time points, from 1
+
+  // Inline, so that only the stages' modules need what parses a region.
+  VolumeReadOptions resolved() const {
+    VolumeReadOptions options{.series = series, .strict = strict, .time = time};
+    if (!roi.empty()) options.region = parse_region(roi, "--roi");
+    return options;
+  }
+};
+
+void bind(OptionList& list, ReadStageOptions& options);
+
+// The unit of a mesh file that does not say its own.
+void bind_unit(OptionList& list, MeshUnit& unit,
+               const char* help = "of a mesh file that doesn't say its own; glTF is in metres");
+
+}  // namespace organbake
