@@ -2,8 +2,11 @@
 #include "mechanics/tissue_layer.h"
 
 #include <Eigen/Geometry>
-#include <map>
+#include <cstdlib>
+#include <span>
 #include <utility>
+
+#include "geometry/mesh_edges.h"
 
 namespace organbake {
 namespace {
@@ -29,23 +32,20 @@ TriangleMesh tissue_layer(const TriangleMesh& sheet, double thickness_mm) {
   const auto below = static_cast<std::uint32_t>(sheet.vertices.size());
   const Eigen::Vector3d down = -thickness_mm * sum_of_areas(sheet).normalized();
   TriangleMesh layer{sheet.vertices, sheet.faces, {}};
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int>
-      left_over;  // by how often more one way than back
   for (const Eigen::Vector3d& v : sheet.vertices) layer.vertices.push_back(v + down);
-  for (const Face& f : sheet.faces) {
+  for (const Face& f : sheet.faces)
     layer.faces.push_back({below + f[0], below + f[2], below + f[1]});
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t a = f[k], b = f[(k + 1) % 3];
-      ++left_over[{a, b}], --left_over[{b, a}];
-    }
-  }
-  for (const auto& [edge, times] : left_over) {
-    const auto& [a, b] = edge;
-    for (int i = 0; i < times; ++i) {
+  MeshEdges(sheet).for_each([&](std::span<const EdgeUse> uses) {
+    int up = 0;
+    for (const EdgeUse& use : uses) up += use.up() ? 1 : -1;
+    // As often as the sheet runs along it more one way than back.
+    const auto [a, b] =
+        up > 0 ? std::pair(uses[0].low, uses[0].high) : std::pair(uses[0].high, uses[0].low);
+    for (int i = 0; i < std::abs(up); ++i) {
       layer.faces.push_back({b, a, below + a});
       layer.faces.push_back({b, below + a, below + b});
     }
-  }
+  });
   return layer;
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <map>
+#include <cmath>
+#include <iterator>
 #include <numeric>
+#include <span>
 
 #include "core/random.h"
 #include "cutting/blade_sweeps.h"
@@ -11,6 +12,7 @@
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "geometry/mesh_checks.h"
+#include "geometry/mesh_edges.h"
 #include "mechanics/mechanics.h"
 #include "organbench/bench.h"
 #include "organbench/suites/cutting_parts.h"
@@ -68,16 +70,15 @@ TriangleMesh relief_of(const Rgb8Image& frame) {
   return sheet;
 }
 
+// Every edge is used as often one way as the other.
 bool is_closed(const TriangleMesh& mesh) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> more_one_way;
-  for (const Face& f : mesh.faces) {
-    for (int k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(f[k], f[(k + 1) % 3]);
-      more_one_way[{low, high}] += f[k] == low ? 1 : -1;
-    }
-  }
-  return std::all_of(more_one_way.begin(), more_one_way.end(),
-                     [](const auto& edge) { return edge.second == 0; });
+  bool closed = true;
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    const auto up =
+        std::count_if(uses.begin(), uses.end(), [](const EdgeUse& u) { return u.up(); });
+    closed = closed && 2 * up == std::ssize(uses);
+  });
+  return closed;
 }
 
 // Blades on their way through a body that lies bent: along its edges, through its nodes, grazing,
