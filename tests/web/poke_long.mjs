@@ -23,11 +23,11 @@ for (let step = 0; step < Number(steps); ++step) {
   organ.turn(6 * share() - 3, 2 * share() - 1);
   if (!organ.draw(true, kWidth, kHeight)) throw new Error("a camera was not there");
   if (!Number.isFinite(organ.forceN) || !Number.isFinite(organ.depthMm)) throw new Error(`no number at step ${step}`);
+  if (organ.recovered > 0) throw new Error(`the tissue's state was lost at step ${step}`);
   --held;
   if (step === Math.floor(Number(steps) / 3)) warm = organ.memoryBytes;
 }
 late = organ.memoryBytes;
 if (touched < Number(steps) / 200) throw new Error(`only ${touched} touches met tissue`);
-if (organ.recovered > 0) throw new Error(`the tissue's state was lost ${organ.recovered} times`);
 console.log(`${steps} steps, ${touched} touches, ${(late / 1e6).toFixed(1)} MB, ${((late - warm) / 1e6).toFixed(1)} more than after a third`);
 if (late - warm > 0.1 * warm) throw new Error("memory grows");
