@@ -106,9 +106,8 @@ StoredPixels read_native_frame(const DicomSlice& slice) {
     throw BadDataError(slice.file, "truncated: frame " + std::to_string(slice.frame + 1) + " of " +
                                        std::to_string(slice.pixels.frames) + " is missing");
   }
-  if (slice.pixels.big_endian && slice.pixels.bits_allocated == 16) {
-    for (std::size_t at = 0; at + 1 < bytes.size(); at += 2) std::swap(bytes[at], bytes[at + 1]);
-  }
+  if (slice.pixels.big_endian && slice.pixels.bits_allocated == 16)
+    swap_bytes(bytes.data(), bytes.size() / 2, ScalarType::uint16);
   return with_stored_bits(std::move(bytes), slice.pixels);
 }
 
