@@ -105,11 +105,9 @@ bool CutOrgan::part(const CutSheet& sheet) {
   std::copy_if(all.begin() + static_cast<std::ptrdiff_t>(first_new), all.end(),
                std::back_inserter(in_tissue),
                [](const CutSheet::Triangle& t) { return !t.farther_out; });
-  const CutBody before = body_;
   const bool skin_cut = skin_edges_.add(in_tissue);
   const bool body_cut = body_.add(all, first_new);
   if (!skin_cut && !body_cut) return false;
-  node_sources_ = body_.sources(before);
   cut_ = true;
   remake(sheet);
   return true;

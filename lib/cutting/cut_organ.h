@@ -28,6 +28,8 @@ class CutOrgan {
   // whether the organ hangs together otherwise now, or shows it.
   bool part(const CutSheet& sheet);
   bool cut() const { return cut_; }
+  // How many of the sheet's triangles it has come apart by.
+  std::size_t taken() const { return taken_; }
 
   // The organ as it is now; valid once something is cut.
   const Bundle& now() const { return now_; }
@@ -38,8 +40,6 @@ class CutOrgan {
   };
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
   const FaceParts& face_parts() const { return face_parts_; }
-  // Where each node of the body as it is now lay before the last change.
-  const std::vector<NodeSource>& node_sources() const { return node_sources_; }
 
   const CutBody& body() const { return body_; }
   const SkinInside& inside() const { return inside_; }
@@ -63,7 +63,6 @@ class CutOrgan {
   Bundle now_;
   FaceParts face_parts_;
   bool cut_ = false;
-  std::vector<NodeSource> node_sources_;
 };
 
 }  // namespace organbake

@@ -93,7 +93,6 @@ class Player {
     Frame picture = {};                        // of this organ alone; only where there are others
     std::unique_ptr<CutOrgan> cutting = {};    // once a blade was near
     std::unique_ptr<BladeSweeps> sweeps = {};  // through it
-    std::size_t parted = 0;                    // triangles of their sheet: those that were taken
     std::optional<Warper> cut_warper = {};     // once it has cut
 
     Warper& shown() { return cut_warper ? *cut_warper : warper; }

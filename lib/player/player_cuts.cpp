@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <exception>
 #include <span>
+#include <utility>
 
 #include "core/background_thread.h"
 #include "core/error.h"
@@ -15,7 +16,9 @@ struct Player::Parting {
     std::optional<CutSheet> sheet;  // none: no blade was near
     std::unique_ptr<CutOrgan> cutting;
     bool changed = false;
-    std::optional<Warper> warper;  // of what has changed
+    // Of what has changed, which is drawn by it, and whose nodes lay there in what is shown.
+    std::optional<Warper> warper;
+    std::vector<NodeSource> node_sources;
   };
   std::vector<Organ> organs;
   std::optional<Deformer> deformer;  // when any has
@@ -66,8 +69,10 @@ void Player::Parting::part(std::span<const Player::Organ> shown, const DeformOpt
       next.cutting = std::make_unique<CutOrgan>(*shown[o].cutting);
       next.changed = next.cutting->part(*next.sheet);
     }
-    if (next.changed)
+    if (next.changed) {
       next.warper.emplace(shown[o].warper.cut(next.cutting->now(), next.cutting->face_parts()));
+      next.node_sources = next.cutting->body().sources(shown[o].cutting->body());
+    }
     bodies.push_back(deform_body(next.changed ? next.cutting->now() : shown[o].now()));
   }
   if (std::any_of(organs.begin(), organs.end(), [](const Organ& o) { return o.changed; }))
@@ -100,7 +105,6 @@ void Player::sweep(const std::vector<InstrumentTip>& tips) {
     if (!organ.cutting) {
       organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
       organ.sweeps = std::make_unique<BladeSweeps>(*organ.cutting);
-      organ.parted = 0;
     }
     organ.sweeps->advance(
         blades, *organ.cutting,
@@ -111,16 +115,14 @@ void Player::sweep(const std::vector<InstrumentTip>& tips) {
 // When blades have swept more than was taken.
 void Player::begin_parting() {
   const auto has_more = [](const Organ& organ) {
-    return organ.sweeps && organ.sweeps->sheet().triangles().size() > organ.parted;
+    return organ.sweeps && organ.sweeps->sheet().triangles().size() > organ.cutting->taken();
   };
   if (std::none_of(organs_.begin(), organs_.end(), has_more)) return;
   auto next = std::make_shared<Parting>();
   next->retired = std::move(parting_);
   next->organs.resize(organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) {
-    if (!has_more(organs_[o])) continue;
-    next->organs[o].sheet = organs_[o].sweeps->sheet();
-    organs_[o].parted = next->organs[o].sheet->triangles().size();
+    if (has_more(organs_[o])) next->organs[o].sheet = organs_[o].sweeps->sheet();
   }
   next->begin(organs_, options_);
   parting_ = std::move(next);
@@ -136,7 +138,7 @@ void Player::end_parting() {
     if (next.changed) {
       std::swap(organ.cut_warper, next.warper);
       organ.positions = organ.cutting->now().proxy.vertices;
-      sources.push_back(organ.cutting->node_sources());
+      sources.push_back(std::move(next.node_sources));
       continue;
     }
     sources.emplace_back();
