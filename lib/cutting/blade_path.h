@@ -19,9 +19,10 @@ struct Blade {
 class BladePath {
  public:
   // The tissue lies as `posed` has it. Takes the blade to its next place; the first, and the first
-  // after lift(), only puts it there.
-  void advance(const Blade& to, const PosedBody& posed, const SkinInside& inside, double reach_mm,
-               CutSheet& sheet);
+  // after lift(), only puts it there. width_mm: of the strip of tissue that it takes away, of the
+  // whole stroke as at its beginning.
+  void advance(const Blade& to, double width_mm, const PosedBody& posed, const SkinInside& inside,
+               double reach_mm, CutSheet& sheet);
   void lift() { last_.reset(), cutting_ = false; }
 
  private:
@@ -34,8 +35,8 @@ class BladePath {
                                         const SkinInside& inside, double reach_mm);
   static BladeLine carried_by(const Carriers& by, const Blade& blade, const PosedBody& posed,
                               const SkinInside& inside, double reach_mm);
-  void pass(const Blade& to, const PosedBody& posed, const SkinInside& inside, double reach_mm,
-            CutSheet& sheet);
+  void pass(const Blade& to, double width_mm, const PosedBody& posed, const SkinInside& inside,
+            double reach_mm, CutSheet& sheet);
 
   std::optional<Blade> last_;
   Carriers last_by_{};

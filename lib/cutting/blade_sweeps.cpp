@@ -21,8 +21,14 @@ void BladeSweeps::advance(std::span<const BladeNow> blades, const CutOrgan& orga
   if (blades.empty()) return;
   const PosedBody posed(organ.body(), nodes_mm);
   const double reach_mm = kReachPerEdge * organ.body().mean_edge_mm();
-  for (const BladeNow& now : blades)
-    paths_[now.instrument].advance(now.blade, posed, organ.inside(), reach_mm, sheet_);
+  for (const BladeNow& now : blades) {
+    BladePath& path = paths_[now.instrument];
+    const auto advance = [&](const Blade& to) {
+      path.advance(to, now.width_mm, posed, organ.inside(), reach_mm, sheet_);
+    };
+    if (now.put_down) path.lift(), advance(*now.put_down);
+    advance(now.blade);
+  }
 }
 
 }  // namespace organbake

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace organbake {
 struct BladeNow {
   std::size_t instrument = 0;
   Blade blade;
+  double width_mm = 0;  // of the strip of tissue that it takes away
+  // It is lifted, and put down there first.
+  std::optional<Blade> put_down = {};
 };
 
 // What blades have swept through an organ so far, carried back to the organ at rest.

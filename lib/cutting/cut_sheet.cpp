@@ -62,6 +62,19 @@ Eigen::Vector3d CutSheet::at(const SheetPlace& place) const {
   return (1 - t) * b.points_mm[k] + (1 - s) * a.points_mm[k + 1] + (s + t - 1) * b.points_mm[k + 1];
 }
 
+Eigen::Vector3d CutSheet::upward(const SheetPlace& place) const {
+  SheetPlace up = place, down = place;
+  up.row = std::min<double>(place.row + 0.5, BladeLine::kRows - 1);
+  down.row = std::max(place.row - 0.5, 0.0);
+  return at(up) - at(down);
+}
+
+Eigen::Vector3d CutSheet::across(const SheetPlace& place) const {
+  SheetPlace on = place, back = place;
+  on.line += 0.5, back.line -= 0.5;
+  return (at(on) - at(back)).cross(upward(place)).normalized();
+}
+
 SheetCrossing crossing_of(const GridPoint& a, const GridPoint& b,
                           const CutSheet::Triangle& triangle) {
   const auto& [p, q, r] = triangle.corners;

@@ -42,19 +42,28 @@ class CutSheet {
   CutSheet(const MaterialGrid& grid, std::uint32_t first_rank)
       : grid_(grid), next_rank_(first_rank) {}
 
-  void begin_stroke() { strokes_.emplace_back(); }
+  // width_mm: of the strip of tissue that the blade takes away, half of it on either side.
+  void begin_stroke(double width_mm = 0) {
+    strokes_.emplace_back(), widths_mm_.push_back(width_mm);
+  }
   // To the last stroke.
   void add(const BladeLine& line);
 
   const std::vector<std::vector<BladeLine>>& strokes() const { return strokes_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }
+  double width_mm(std::uint32_t stroke) const { return widths_mm_[stroke]; }
   // At rest, mm; a place beyond a stroke's ends is taken for the end.
   Eigen::Vector3d at(const SheetPlace& place) const;
+  // Along the blade's edge from a place, mm per row.
+  Eigen::Vector3d upward(const SheetPlace& place) const;
+  // Square to the sheet at a place, unit; zero where the blade stood still.
+  Eigen::Vector3d across(const SheetPlace& place) const;
 
  private:
   MaterialGrid grid_;
   std::uint32_t next_rank_;
   std::vector<std::vector<BladeLine>> strokes_;
+  std::vector<double> widths_mm_;                 // by stroke
   std::array<GridPoint, BladeLine::kRows> last_;  // of the last line
   std::vector<Triangle> triangles_;
 };

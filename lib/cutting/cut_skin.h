@@ -32,8 +32,8 @@ struct SkinBorder {
 };
 
 // A skin at rest, cut along the lines in which sheets meet it. Faces are cut where at least two of
-// their edges are, so that corners come apart, along the very line; where a cut ends within a face
-// that face stays whole.
+// their edges are, so that corners come apart, along the very line, or as far from it as the blade
+// took tissue away; where a cut ends within a face that face stays whole.
 class CutSkin {
  public:
   struct Vertex {
@@ -60,11 +60,12 @@ class CutSkin {
   const std::vector<SkinBorder>& borders() const { return borders_; }
 
  private:
-  struct EdgeEnds {  // the vertices of a cut edge's halves, by the end that they belong to
-    std::uint32_t first, second;
+  struct EdgeEnds {                    // of a cut edge's halves, by the end that they belong to
+    std::uint32_t first, second;       // vertices
+    double first_share, second_share;  // of the edge
   };
   class FaceCutter;
-  void cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges);
+  void cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges, const CutSheet& sheet);
   std::uint32_t add_vertex(const Vertex& vertex);
 
   std::vector<Vertex> vertices_;

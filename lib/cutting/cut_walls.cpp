@@ -21,14 +21,6 @@ constexpr double kBelowSkin_mm = 1.5;
 constexpr double kAlongEdge = 1e-3;   // sine of the angle between the blade's edge and the skin
 constexpr double kFarthestLines = 2;  // of a stroke: who left it farther away tells nothing
 
-// Along the blade's edge from a place, per row.
-Vector3d upward(const CutSheet& sheet, const SheetPlace& place) {
-  SheetPlace up = place, down = place;
-  up.row = std::min<double>(place.row + 0.5, BladeLine::kRows - 1);
-  down.row = std::max(place.row - 0.5, 0.0);
-  return sheet.at(up) - sheet.at(down);
-}
-
 class WallMaker {
  public:
   WallMaker(const CutSkin& skin, const CutSheet& sheet) : skin_(skin), sheet_(sheet) {}
@@ -69,17 +61,13 @@ class WallMaker {
   // How the blade's edge stands on the skin: 1 where it came in square, −1 where it left; next to
   // nothing where the border runs along the edge.
   double entry(const SkinBorder& border) const {
-    const Vector3d up = upward(sheet_, vertex(border.left[0]).place);
+    const Vector3d up = sheet_.upward(vertex(border.left[0]).place);
     return up.normalized().dot(normal_of(border));
   }
 
   // Across the sheet, away from the tissue on the border's left.
   Vector3d outward_from_left(const SkinBorder& border) const {
-    const SheetPlace& place = vertex(border.left[0]).place;
-    SheetPlace on = place, back = place;
-    on.line += 0.5, back.line -= 0.5;
-    const Vector3d across =
-        (sheet_.at(on) - sheet_.at(back)).cross(upward(sheet_, place)).normalized();
+    const Vector3d across = sheet_.across(vertex(border.left[0]).place);
     // The left part lies on the left of its border, seen from outside.
     const Vector3d along = vertex(border.left[1]).at_mm - vertex(border.left[0]).at_mm;
     const Vector3d to_left = normal_of(border).cross(along);
@@ -115,7 +103,8 @@ class WallMaker {
       here.row += (bottom - place.row) * k / kDown;
       CutWalls::Vertex made_here;
       made_here.lip = lip;
-      made_here.at_mm = k == 0 ? vertex(lip).at_mm : sheet_.at(here);
+      const double half_mm = 0.5 * sheet_.width_mm(place.stroke);
+      made_here.at_mm = k == 0 ? vertex(lip).at_mm : sheet_.at(here) - half_mm * outward;
       made_here.side_mm = made_here.at_mm + aside;
       at->second[k] = static_cast<std::uint32_t>(walls_.vertices.size());
       walls_.vertices.push_back(made_here);
@@ -144,7 +133,7 @@ class WallMaker {
     while (beyond.line + step >= 0 && beyond.line + step <= last &&
            (sheet_.at(beyond) - here).norm() < kFarthestEnd_mm)
       beyond.line += step;
-    const double per_row = upward(sheet_, beyond).norm();
+    const double per_row = sheet_.upward(beyond).norm();
     if (per_row > 0) beyond.row -= kBelowSkin_mm / per_row;
     const double bottom = std::min(bottom_row(place), beyond.row);
     std::array<Column, 2> ends;

@@ -12,10 +12,15 @@
 
 namespace organbake {
 
-// A cutting tip is a blade's edge, from its position along its axis: it pushes nothing.
-enum class InstrumentMode { poke, grab, cut };
+// A cutting tip is a blade's edge, from its position along its axis; a snipping one a pair of
+// scissors, whose axis leads from where its blades meet when closed to their pivot. Neither pushes
+// anything.
+enum class InstrumentMode { poke, grab, cut, snip };
 
 const char* to_string(InstrumentMode mode);
+inline bool has_blade(InstrumentMode mode) {
+  return mode == InstrumentMode::cut || mode == InstrumentMode::snip;
+}
 std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
 
 // A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
@@ -23,6 +28,7 @@ std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothin
 // A thinner tip would slip between what contacts are exact to.
 inline constexpr double kThinnestTip_mm = 0.05;
 inline constexpr double kShortestBlade_mm = 0.1;
+inline constexpr double kWidestCut_mm = 10;
 
 struct InstrumentTip {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
@@ -30,6 +36,12 @@ struct InstrumentTip {
   InstrumentMode mode = InstrumentMode::poke;
   bool active = false;
   Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
+  // How much tissue a blade takes away across its way: nothing of a scalpel or scissors, a
+  // millimetre or two of a hook with current.
+  double cut_width_mm = 0;
+  // From the tip of the one of a pair of scissors' blades to that of the other, half of it on
+  // either side of the position. What lies between the blades is cut as it becomes less.
+  Eigen::Vector3d opening_mm = Eigen::Vector3d::Zero();
 };
 
 // What stands for the tissue: the springs that every bundle has, or linear corotational finite

@@ -57,7 +57,7 @@ double way_mm(const InstrumentTip& from, const InstrumentTip& to) {
 
 // Blades are thin, and pass beside other tools.
 bool both_there(const InstrumentTip& a, const InstrumentTip& b) {
-  return a.active && b.active && a.mode != InstrumentMode::cut && b.mode != InstrumentMode::cut;
+  return a.active && b.active && !has_blade(a.mode) && !has_blade(b.mode);
 }
 
 // In how many pieces tips have to be moved so that none passes another; 0: they don't meet.

@@ -124,6 +124,7 @@ StepReport Player::step(const std::vector<InstrumentTip>& tips) {
 
 void Player::reset() {
   parting_.reset();
+  scissors_.clear();
   bool was_cut = false;
   for (Organ& organ : organs_) {
     was_cut = was_cut || organ.cut_warper;
