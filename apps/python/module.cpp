@@ -53,27 +53,42 @@ std::shared_ptr<SharedPlayer> load(const py::object& bundles, double time_step_s
   return std::make_shared<SharedPlayer>(paths, options, drawn);
 }
 
-std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const py::object& radius_mm,
-                                     const py::object& axis_mm, const py::object& grabs,
-                                     const py::object& cuts, const py::object& active) {
+std::vector<Eigen::Vector3d> rows_or_zeros(const py::object& rows, const char* name,
+                                           std::size_t n) {
+  if (rows.is_none()) return std::vector<Eigen::Vector3d>(n, Eigen::Vector3d::Zero());
+  std::vector<Eigen::Vector3d> vectors = vectors_from(rows, name);
+  if (vectors.size() != n)
+    throw UsageError(std::string(name) + " holds " + std::to_string(vectors.size()) + " rows for " +
+                     std::to_string(n) + " tips");
+  return vectors;
+}
+
+InstrumentMode mode_of(std::size_t tip, bool grabs, bool cuts, bool snips) {
+  if (grabs + cuts + snips > 1)
+    throw UsageError("tip " + std::to_string(tip) + " does more than one of grabs, cuts and snips");
+  if (snips) return InstrumentMode::snip;
+  if (cuts) return InstrumentMode::cut;
+  return grabs ? InstrumentMode::grab : InstrumentMode::poke;
+}
+
+// The arguments of step() as they are given.
+struct TipArguments {
+  py::object radius_mm, axis_mm, grabs, cuts, snips, opening_mm, cut_width_mm, active;
+};
+
+std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const TipArguments& all) {
   const auto positions = vectors_from(positions_mm, "positions_mm");
   const std::size_t n = positions.size();
-  const auto radii = numbers_from(radius_mm, "radius_mm", n);
-  const auto grab = flags_from(grabs, "grabs", n), cut = flags_from(cuts, "cuts", n);
-  const auto on = flags_from(active, "active", n);
-  std::vector<Eigen::Vector3d> axes(n, Eigen::Vector3d::Zero());
-  if (!axis_mm.is_none()) axes = vectors_from(axis_mm, "axis_mm");
-  if (axes.size() != n)
-    throw UsageError("axis_mm holds " + std::to_string(axes.size()) + " axes for " +
-                     std::to_string(n) + " tips");
+  const auto radii = numbers_from(all.radius_mm, "radius_mm", n);
+  const auto widths = numbers_from(all.cut_width_mm, "cut_width_mm", n);
+  const auto grab = flags_from(all.grabs, "grabs", n), cut = flags_from(all.cuts, "cuts", n);
+  const auto snip = flags_from(all.snips, "snips", n), on = flags_from(all.active, "active", n);
+  const auto axes = rows_or_zeros(all.axis_mm, "axis_mm", n);
+  const auto openings = rows_or_zeros(all.opening_mm, "opening_mm", n);
   std::vector<InstrumentTip> tips;
   for (std::size_t i = 0; i < n; ++i) {
-    if (grab[i] && cut[i])
-      throw UsageError("tip " + std::to_string(i) + " both grabs and cuts; take one of them");
-    const InstrumentMode mode = cut[i]    ? InstrumentMode::cut
-                                : grab[i] ? InstrumentMode::grab
-                                          : InstrumentMode::poke;
-    tips.push_back({positions[i], radii[i], mode, on[i], axes[i]});
+    tips.push_back({positions[i], radii[i], mode_of(i, grab[i], cut[i], snip[i]), on[i], axes[i],
+                    widths[i], openings[i]});
   }
   return tips;
 }
@@ -213,22 +228,25 @@ void bind_player(py::module_& m) {
           "step",
           [](SharedPlayer& self, const py::object& positions_mm, const py::object& radius_mm,
              const py::object& axis_mm, const py::object& grabs, const py::object& cuts,
+             const py::object& snips, const py::object& opening_mm, const py::object& cut_width_mm,
              const py::object& active) {
-            const auto tips = tips_from(positions_mm, radius_mm, axis_mm, grabs, cuts, active);
+            const auto tips = tips_from(positions_mm, {radius_mm, axis_mm, grabs, cuts, snips,
+                                                       opening_mm, cut_width_mm, active});
             const py::gil_scoped_release release;
             return self.step(tips);
           },
           py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
           py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("cuts") = false,
-          py::arg("active") = true,
+          py::arg("snips") = false, py::arg("opening_mm") = py::none(),
+          py::arg("cut_width_mm") = 0.0, py::arg("active") = true,
           "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
-          "from step to step. radius_mm, grabs, cuts, active: one for all, or (n,). axis_mm: (n, "
-          "3), to "
-          "a capsule's other end; None: spheres. A tip that cuts is a blade whose edge is its "
-          "axis; "
-          "what it sweeps parts a few steps later, of the solver fem alone. Returns a Step. Raises "
-          "ValueError for a tip that "
-          "makes no sense.")
+          "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, active: one for all, or "
+          "(n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip that cuts is a "
+          "blade whose edge is its axis; one that snips a pair of scissors, whose axis leads from "
+          "the closed blades' tips to their pivot: they cut as opening_mm, (n, 3), from the one "
+          "tip to the other, becomes less. What is cut parts a few steps later, of the solver fem "
+          "alone; cut_width_mm is taken away across the blade's way. Returns a Step. Raises "
+          "ValueError for a tip that makes no sense.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
       .def("close", &SharedPlayer::close, released,
            "Frees the bundle; later calls raise ValueError. Arrays stay good.")

@@ -69,10 +69,14 @@ Eigen::Vector3d CutSheet::upward(const SheetPlace& place) const {
   return at(up) - at(down);
 }
 
-Eigen::Vector3d CutSheet::across(const SheetPlace& place) const {
+Eigen::Vector3d CutSheet::onward(const SheetPlace& place) const {
   SheetPlace on = place, back = place;
   on.line += 0.5, back.line -= 0.5;
-  return (at(on) - at(back)).cross(upward(place)).normalized();
+  return at(on) - at(back);
+}
+
+Eigen::Vector3d CutSheet::across(const SheetPlace& place) const {
+  return onward(place).cross(upward(place)).normalized();
 }
 
 SheetCrossing crossing_of(const GridPoint& a, const GridPoint& b,

@@ -56,6 +56,8 @@ class CutSheet {
   Eigen::Vector3d at(const SheetPlace& place) const;
   // Along the blade's edge from a place, mm per row.
   Eigen::Vector3d upward(const SheetPlace& place) const;
+  // Along the blade's way, mm per line.
+  Eigen::Vector3d onward(const SheetPlace& place) const;
   // Square to the sheet at a place, unit; zero where the blade stood still.
   Eigen::Vector3d across(const SheetPlace& place) const;
 

@@ -73,7 +73,14 @@ InstrumentPath instrument_from(const JsonField& field) {
     instrument.axis_mm = axis->vector3();
     if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
   }
-  if (has_blade(instrument.mode)) read_blade(field, instrument);
+  if (has_blade(instrument.mode)) {
+    read_blade(field, instrument);
+  } else if (const auto width = field.find("cut_width_mm")) {
+    width->fail("is for instruments that cut or snip alone");
+  }
+  const bool scissors = instrument.mode == InstrumentMode::snip;
+  if (const auto along = field.find("opens_along"); along && !scissors)
+    along->fail("is for instruments that snip alone");
   if (const auto shaft = field.find("shaft")) instrument.shaft = direction_from(*shaft);
   const JsonField path = field["path"];
   if (path.size() == 0) path.fail("must hold a waypoint");
@@ -82,6 +89,8 @@ InstrumentPath instrument_from(const JsonField& field) {
     if (i > 0 && instrument.path[i].time_s <= instrument.path[i - 1].time_s) {
       path.at(i)["time_s"].fail("must be later than the waypoint's before");
     }
+    if (instrument.path[i].opening_mm > 0 && !scissors)
+      path.at(i)["opening_mm"].fail("is for instruments that snip alone");
   }
   return instrument;
 }

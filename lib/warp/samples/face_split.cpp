@@ -11,8 +11,6 @@
 namespace organbake {
 namespace {
 
-constexpr double kBesideAll = 1e-4;  // of a part: more than rounding leaves between two
-
 // From places in a face to places in a part of it.
 struct IntoPart {
   std::uint32_t face;
@@ -49,14 +47,11 @@ class ChunkSplitter {
       const std::array<float, 3> bound = from_.bound(slot);
       const Eigen::Vector2d at(bound[0], bound[1]);
       std::size_t best = 0;
-      // What lies beside all parts the blade took away.
-      const double in_face = std::min({at.x(), at.y(), 1 - at.sum(), 0.0});
       double deepest = -std::numeric_limits<double>::infinity();
       for (std::size_t p = 0; p < parts.size(); ++p) {
         const double depth = parts[p].depth(at);
         if (depth > deepest) deepest = depth, best = p;
       }
-      if (deepest < in_face - kBesideAll) continue;
       const Eigen::Vector2d in_part = parts[best](at);
       groups[best].from_slots.push_back(slot);
       groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
@@ -68,7 +63,6 @@ class ChunkSplitter {
       const std::uint32_t at = std::exchange(own, false) ? chunk : add_chunk();
       put(at, from_.chunks[chunk].patch, parts[p], groups[p]);
     }
-    if (own) to_.chunks[chunk].count = 0;
   }
 
  private:

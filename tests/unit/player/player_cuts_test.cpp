@@ -5,12 +5,14 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/temporary_folder.h"
 #include "organ_to_play.h"
 #include "player/embedded_player.h"
 #include "player/live_session.h"
 #include "player/play.h"
 #include "player/player.h"
 #include "support/cut_bodies.h"
+#include "support/small_bundle.h"
 
 namespace organbake {
 namespace {
@@ -109,6 +111,79 @@ TEST(PlayerCuts, ScriptsOfBladesReadBack) {
   const Script read = script_from_json(script_to_json(script), "script");
   EXPECT_EQ(read.instruments[0].mode, InstrumentMode::cut);
   EXPECT_EQ(read.instruments[0].axis_mm, script.instruments[0].axis_mm);
+}
+
+Script snipping_script() {
+  Script script = cutting_script();
+  InstrumentPath& scissors = script.instruments[0];
+  const Vector3d center = bounds(organ_to_cut().proxy).center();
+  scissors.mode = InstrumentMode::snip;
+  scissors.path = {{0, center + Vector3d(22.3, 80, 0)}, {0.5, center + Vector3d(22.3, 80, 0)}};
+  scissors.path[0].opening_mm = 300;
+  scissors.axis_mm = Vector3d(0, -240, 0);
+  scissors.opens_along = Vector3d(0, 0, 2);
+  scissors.cut_width_mm = 1.5;
+  return script;
+}
+
+TEST(PlayerCuts, ScissorsCutThroughAndReplay) {
+  const std::string text = script_to_json(snipping_script());
+  const Script read = script_from_json(text, "s");
+  EXPECT_EQ(read.instruments[0].mode, InstrumentMode::snip);
+  EXPECT_EQ(read.instruments[0].opens_along, Vector3d(0, 0, 2));
+  EXPECT_EQ(read.instruments[0].cut_width_mm, 1.5);
+  EXPECT_EQ(script_to_json(read), text);
+  Player player(organ_to_cut(), with_fem()), again(organ_to_cut(), with_fem());
+  const std::vector<std::uint8_t> once = bytes_of(player, snipping_script());
+  EXPECT_EQ(player.piece_count(), 2u);
+  EXPECT_EQ(bytes_of(again, read), once);
+}
+
+TEST(PlayerCuts, WhatIsForBladesAloneIsRefusedOfOthers) {
+  const auto refused = [](const Script& script, const std::string& key) {
+    try {
+      script_from_json(script_to_json(script), "s");
+      ADD_FAILURE() << key;
+    } catch (const BadDataError& error) {
+      EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
+  };
+  Script script = snipping_script();
+  script.instruments[0].mode = InstrumentMode::cut;  // opening_mm stays
+  refused(script, "opening_mm");
+  script = cutting_script();
+  script.instruments[0].mode = InstrumentMode::poke;
+  script.instruments[0].cut_width_mm = 1;
+  refused(script, "cut_width_mm");
+  script = snipping_script();
+  script.instruments[0].opens_along.setZero();
+  refused(script, "opens_along");
+  script = snipping_script();
+  script.instruments[0].cut_width_mm = 11;
+  refused(script, "cut_width_mm");
+  InstrumentTip tip = blade_at(0.5);
+  tip.cut_width_mm = -1;
+  Player player(organ_to_cut(), with_fem());
+  EXPECT_THROW(player.step({tip}), UsageError);
+}
+
+TEST(PlayerCuts, AnEmbeddedPlayersTipsSnip) {
+  const TemporaryFolder folder;
+  write_bundle(folder.path() / "organ", organ_to_cut());
+  EmbeddedPlayer::Options options;
+  options.finite_elements = true;
+  EmbeddedPlayer player((folder.path() / "organ").string(), options);
+  const std::size_t before = player.vertex_count();
+  const Vector3d tip = bounds(organ_to_cut().proxy).center() + Vector3d(22.3, 80, 0);
+  for (int i = 0; i <= 20; ++i) {
+    player.step({{.position_mm = {tip.x(), tip.y(), tip.z()},
+                  .radius_mm = 1,
+                  .axis_mm = {0, -240, 0},
+                  .snips = true,
+                  .opening_mm = {0, 0, 300 - 15.0 * i}}});
+  }
+  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
+  EXPECT_GT(player.vertex_count(), before);
 }
 
 TEST(PlayerCuts, APieceIsCutFreeAndCarriedAway) {
