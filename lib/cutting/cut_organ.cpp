@@ -131,7 +131,7 @@ void CutOrgan::remake(const CutSheet& sheet) {
     now_.skin->creased[v] = skin.vertices()[v].on_border;
   remake_face_parts(skin);
   remake_body(places);
-  remake_base(skin, walls.faces.size());
+  remake_base(skin, walls);
 }
 
 // A face that was neither halved nor cut is itself, and is not told.
@@ -166,13 +166,19 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
   for (const TissuePlace& place : places) body.vertices.push_back({place.copy, place.weights});
 }
 
-Eigen::Vector3f CutOrgan::inner_color(std::uint32_t face, double b1, double b2) const {
-  const auto& [i, j, k] = now_.proxy.faces[face];
-  const auto& at = now_.proxy.vertices;
-  const Eigen::Vector3f albedo =
-      inner_albedo((1 - b1 - b2) * at[i] + b1 * at[j] + b2 * at[k], mean_albedo_);
+Eigen::Vector3f CutOrgan::inner_color(const CutWalls& walls, std::size_t face, double b1,
+                                      double b2) const {
+  const std::array<double, 3> weights = {1 - b1 - b2, b1, b2};
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  double depth_mm = 0;
+  for (int k = 0; k < 3; ++k) {
+    const CutWalls::Vertex& corner = walls.vertices[walls.faces[face][k]];
+    at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
+  }
+  const Eigen::Vector3f albedo = inner_albedo(at_mm, depth_mm, mean_albedo_);
   if (!lighting_) return albedo;
-  const Eigen::Vector3d light = lighting_->diffuse(face_normal(now_.proxy, face));
+  const Eigen::Vector3d light = lighting_->diffuse(
+      face_normal(now_.proxy, now_.proxy.faces.size() - walls.faces.size() + face));
   return albedo.cwiseProduct(light.cwiseMax(0.05).cast<float>());
 }
 
@@ -192,7 +198,7 @@ void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, float* height
   }
 }
 
-void CutOrgan::remake_base(const CutSkin& skin, std::size_t walls) {
+void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
   if (base_.face_count == 0) return;
   BaseLayer& base = now_.base;
   const std::uint32_t n = base.steps = base_.steps;
@@ -221,12 +227,12 @@ void CutOrgan::remake_base(const CutSkin& skin, std::size_t walls) {
                    &base.height_mm[std::size_t(part.face) * nodes]);
     }
   }
-  for (std::size_t w = 0; w < walls; ++w) {
-    const auto face = static_cast<std::uint32_t>(skin.parts().size() + w);
+  for (std::size_t w = 0; w < walls.faces.size(); ++w) {
+    const std::size_t face = skin.parts().size() + w;
     for (std::uint32_t i = 0; i <= n; ++i) {
       for (std::uint32_t j = 0; i + j <= n; ++j)
         base.color[std::size_t(face) * nodes + base_node_index(n, i, j)] =
-            inner_color(face, double(i) / n, double(j) / n);
+            inner_color(walls, w, double(i) / n, double(j) / n);
     }
   }
 }

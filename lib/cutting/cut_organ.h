@@ -14,6 +14,8 @@
 
 namespace organbake {
 
+struct CutWalls;
+
 // A baked organ that blades cut. From the organ at rest and what blades have swept through it it
 // makes the organ as it is now, another bundle: its proxy is the skin, cut, and the walls of the
 // cuts, every vertex carried by its own side's tetrahedra. It knows of no maps: the samples of the
@@ -51,9 +53,9 @@ class CutOrgan {
   void remake(const CutSheet& sheet);
   void remake_face_parts(const CutSkin& skin);
   void remake_body(const std::vector<TissuePlace>& places);
-  void remake_base(const CutSkin& skin, std::size_t walls);
+  void remake_base(const CutSkin& skin, const CutWalls& walls);
   void flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const;
-  Eigen::Vector3f inner_color(std::uint32_t face, double b1, double b2) const;
+  Eigen::Vector3f inner_color(const CutWalls& walls, std::size_t face, double b1, double b2) const;
 
   BaseLayer base_;  // of the uncut organ
   std::optional<Lighting> lighting_;

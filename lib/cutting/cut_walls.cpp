@@ -147,6 +147,7 @@ class WallMaker {
       made_here.lip = lip;
       made_here.at_mm = k == 0 ? vertex(lip).at_mm : sheet_.at(here) + vertex(lip).drawn_back_mm;
       made_here.side_mm = made_here.at_mm + aside;
+      made_here.depth_mm = (made_here.at_mm - vertex(lip).at_mm).norm();
       at->second[k] = static_cast<std::uint32_t>(walls_.vertices.size());
       walls_.vertices.push_back(made_here);
     }
@@ -204,7 +205,8 @@ class WallMaker {
         ends[side][k] = static_cast<std::uint32_t>(walls_.vertices.size());
         const Vector3d point = sheet_.at(at);
         walls_.vertices.push_back({point, point + (side == 0 ? -kAside_mm : kAside_mm) * outward,
-                                   side == 0 ? border.left[end] : border.right[end]});
+                                   side == 0 ? border.left[end] : border.right[end],
+                                   kBelowSkin_mm + (point - sheet_.at(beyond)).norm()});
       }
     }
     if (end == 1) {

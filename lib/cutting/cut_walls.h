@@ -18,6 +18,7 @@ struct CutWalls {
     Eigen::Vector3d at_mm;
     Eigen::Vector3d side_mm;  // beside the cut, in the tissue whose wall it is
     std::uint32_t lip;        // the skin's vertex at the wall's lip above
+    double depth_mm;          // below the skin
   };
   std::vector<Vertex> vertices;
   std::vector<Face> faces;  // outward: away from that tissue

@@ -13,7 +13,7 @@ namespace organbake {
 namespace {
 
 // Lips are polygons of such edges; the tetrahedra under them are no finer.
-constexpr double kFineSkin_mm = 2;
+constexpr double kFineSkin_mm = 2.5;
 constexpr std::size_t kMostFaces = 40'000;
 constexpr std::uint32_t kRankOfSkinMiddles = 0xC000'0000;
 

@@ -161,7 +161,7 @@ TEST(CutOrgan, ABladePressedInFlatMakesWalls) {
     if (on_sheet) area += face_area(skin, f);
   }
   // From z = 20 down to 8, on both sides; at either end it may stop an edge of the skin short.
-  EXPECT_GT(area, 2 * (28 - 2 * 2) * 12);
+  EXPECT_GT(area, 2 * (28 - 2 * 2.5) * 12);
   EXPECT_LT(area, 2 * 28 * 12 * 1.001);
 }
 
@@ -218,8 +218,8 @@ TEST(CutOrgan, SkinIsFinerBesideACut) {
     if (!organ.now().skin->creased[v]) continue;
     first = std::min(first, now.vertices[v].y()), last = std::max(last, now.vertices[v].y());
   }
-  EXPECT_LT(first, -12 + 2);
-  EXPECT_GT(last, 12 - 2);
+  EXPECT_LT(first, -12 + 2.5);
+  EXPECT_GT(last, 12 - 2.5);
 }
 
 TEST(CutOrgan, ACutThatEndsWithinLeavesOneBody) {
