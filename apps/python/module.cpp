@@ -63,9 +63,11 @@ std::vector<Eigen::Vector3d> rows_or_zeros(const py::object& rows, const char* n
   return vectors;
 }
 
-InstrumentMode mode_of(std::size_t tip, bool grabs, bool cuts, bool snips) {
-  if (grabs + cuts + snips > 1)
-    throw UsageError("tip " + std::to_string(tip) + " does more than one of grabs, cuts and snips");
+InstrumentMode mode_of(std::size_t tip, bool grabs, bool cuts, bool snips, bool pierces) {
+  if (grabs + cuts + snips + pierces > 1)
+    throw UsageError("tip " + std::to_string(tip) +
+                     " does more than one of grabs, cuts, snips and pierces");
+  if (pierces) return InstrumentMode::pierce;
   if (snips) return InstrumentMode::snip;
   if (cuts) return InstrumentMode::cut;
   return grabs ? InstrumentMode::grab : InstrumentMode::poke;
@@ -73,7 +75,7 @@ InstrumentMode mode_of(std::size_t tip, bool grabs, bool cuts, bool snips) {
 
 // The arguments of step() as they are given.
 struct TipArguments {
-  py::object radius_mm, axis_mm, grabs, cuts, snips, opening_mm, cut_width_mm, active;
+  py::object radius_mm, axis_mm, grabs, cuts, snips, opening_mm, cut_width_mm, pierces, active;
 };
 
 std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const TipArguments& all) {
@@ -82,13 +84,15 @@ std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const TipAr
   const auto radii = numbers_from(all.radius_mm, "radius_mm", n);
   const auto widths = numbers_from(all.cut_width_mm, "cut_width_mm", n);
   const auto grab = flags_from(all.grabs, "grabs", n), cut = flags_from(all.cuts, "cuts", n);
-  const auto snip = flags_from(all.snips, "snips", n), on = flags_from(all.active, "active", n);
+  const auto snip = flags_from(all.snips, "snips", n);
+  const auto pierce = flags_from(all.pierces, "pierces", n);
+  const auto on = flags_from(all.active, "active", n);
   const auto axes = rows_or_zeros(all.axis_mm, "axis_mm", n);
   const auto openings = rows_or_zeros(all.opening_mm, "opening_mm", n);
   std::vector<InstrumentTip> tips;
   for (std::size_t i = 0; i < n; ++i) {
-    tips.push_back({positions[i], radii[i], mode_of(i, grab[i], cut[i], snip[i]), on[i], axes[i],
-                    widths[i], openings[i]});
+    tips.push_back({positions[i], radii[i], mode_of(i, grab[i], cut[i], snip[i], pierce[i]), on[i],
+                    axes[i], widths[i], openings[i]});
   }
   return tips;
 }
@@ -229,23 +233,25 @@ void bind_player(py::module_& m) {
           [](SharedPlayer& self, const py::object& positions_mm, const py::object& radius_mm,
              const py::object& axis_mm, const py::object& grabs, const py::object& cuts,
              const py::object& snips, const py::object& opening_mm, const py::object& cut_width_mm,
-             const py::object& active) {
+             const py::object& pierces, const py::object& active) {
             const auto tips = tips_from(positions_mm, {radius_mm, axis_mm, grabs, cuts, snips,
-                                                       opening_mm, cut_width_mm, active});
+                                                       opening_mm, cut_width_mm, pierces, active});
             const py::gil_scoped_release release;
             return self.step(tips);
           },
           py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
           py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("cuts") = false,
           py::arg("snips") = false, py::arg("opening_mm") = py::none(),
-          py::arg("cut_width_mm") = 0.0, py::arg("active") = true,
+          py::arg("cut_width_mm") = 0.0, py::arg("pierces") = false, py::arg("active") = true,
           "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
-          "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, active: one for all, or "
+          "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, pierces, active: one "
+          "for all, or "
           "(n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip that cuts is a "
           "blade whose edge is its axis; one that snips a pair of scissors, whose axis leads from "
           "the closed blades' tips to their pivot: they cut as opening_mm, (n, 3), from the one "
           "tip to the other, becomes less. What is cut parts a few steps later, of the solver fem "
-          "alone; cut_width_mm is taken away across the blade's way. Returns a Step. Raises "
+          "alone; cut_width_mm is taken away across the blade's way. One that pierces is a needle "
+          "along its axis. Returns a Step. Raises "
           "ValueError for a tip that makes no sense.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
       .def("close", &SharedPlayer::close, released,

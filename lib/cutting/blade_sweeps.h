@@ -32,6 +32,11 @@ class BladeSweeps {
   void advance(std::span<const BladeNow> blades, const CutOrgan& organ,
                const std::vector<Eigen::Vector3d>& nodes_mm);
 
+  // A needle went through the skin at a place of the world: a hole as wide as the needle, some way
+  // down along it. up_needle: unit, from its point.
+  void pierce(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& up_needle, double radius_mm,
+              const CutOrgan& organ, const std::vector<Eigen::Vector3d>& nodes_mm);
+
   const CutSheet& sheet() const { return sheet_; }
 
  private:

@@ -170,12 +170,13 @@ Eigen::Vector3f CutOrgan::inner_color(const CutWalls& walls, std::size_t face, d
                                       double b2) const {
   const std::array<double, 3> weights = {1 - b1 - b2, b1, b2};
   Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
-  double depth_mm = 0;
+  double depth_mm = 0, share = 0;
   for (int k = 0; k < 3; ++k) {
     const CutWalls::Vertex& corner = walls.vertices[walls.faces[face][k]];
     at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
+    share += weights[k] * corner.light;
   }
-  const Eigen::Vector3f albedo = inner_albedo(at_mm, depth_mm, mean_albedo_);
+  const Eigen::Vector3f albedo = float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_);
   if (!lighting_) return albedo;
   const Eigen::Vector3d light = lighting_->diffuse(
       face_normal(now_.proxy, now_.proxy.faces.size() - walls.faces.size() + face));

@@ -38,12 +38,14 @@ void CutSheet::add(const BladeLine& line) {
                           stroke_number,
                           strip,
                           {{{here - 1, row}, {here - 1, row + 1}, {here, row}}},
-                          out});
+                          out,
+                          fine_mm_});
     triangles_.push_back({{points[k], before[k + 1], points[k + 1]},
                           stroke_number,
                           strip,
                           {{{here, row}, {here - 1, row + 1}, {here, row + 1}}},
-                          out});
+                          out,
+                          fine_mm_});
   }
 }
 

@@ -36,15 +36,18 @@ class CutSheet {
     std::uint32_t stroke, line;                   // of the strip
     std::array<std::array<double, 2>, 3> places;  // of the corners: line and row
     bool farther_out;                             // no tissue there
+    double fine_mm;                               // of the skin beside it, the longest edges
   };
 
   // Ranks of its points are from first_rank on.
   CutSheet(const MaterialGrid& grid, std::uint32_t first_rank)
       : grid_(grid), next_rank_(first_rank) {}
 
+  // Beside a sheet the skin's faces are halved until no edge is longer.
+  static constexpr double kFineSkin_mm = 2.5;
   // width_mm: of the strip of tissue that the blade takes away, half of it on either side.
-  void begin_stroke(double width_mm = 0) {
-    strokes_.emplace_back(), widths_mm_.push_back(width_mm);
+  void begin_stroke(double width_mm = 0, double fine_mm = kFineSkin_mm) {
+    strokes_.emplace_back(), widths_mm_.push_back(width_mm), fine_mm_ = fine_mm;
   }
   // To the last stroke.
   void add(const BladeLine& line);
@@ -66,6 +69,7 @@ class CutSheet {
   std::uint32_t next_rank_;
   std::vector<std::vector<BladeLine>> strokes_;
   std::vector<double> widths_mm_;                 // by stroke
+  double fine_mm_ = kFineSkin_mm;                 // of the last one
   std::array<GridPoint, BladeLine::kRows> last_;  // of the last line
   std::vector<Triangle> triangles_;
 };

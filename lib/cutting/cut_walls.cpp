@@ -20,8 +20,10 @@ constexpr double kFarthestEnd_mm = 12;  // of a cut's end from where its lips co
 constexpr double kBelowSkin_mm = 1.5;
 constexpr double kAlongEdge = 1e-3;  // sine of the angle between the blade's edge and the skin
 constexpr double kFarthestBeside =
-    2;                       // lines, or rows: who left a stroke farther away tells nothing
-constexpr double kFlat = 2;  // times as much a blade moved into the skin as it stood in it
+    2;  // lines, or rows: who left a stroke farther away tells nothing
+constexpr std::size_t kMostLinesOfHole = 3;
+constexpr double kDimHole = 0.5;  // of a hole's rim
+constexpr double kFlat = 2;       // times as much a blade moved into the skin as it stood in it
 
 // How walls run down a stroke: along the blade's edge to its tip; or, of a blade that came down
 // flat on the skin, on from line to line as it went deeper. `height` falls on the way down.
@@ -113,6 +115,18 @@ class WallMaker {
     return to_left.dot(across) < 0 ? across : Vector3d(-across);
   }
 
+  // Into a hole as long as it is wide, which nothing pulls open, little light falls; a cut may
+  // open.
+  float light_in_hole(std::uint32_t stroke, double depth_mm) const {
+    const double width_mm = sheet_.width_mm(stroke);
+    const std::vector<BladeLine>& lines = sheet_.strokes()[stroke];
+    constexpr int kMiddle = BladeLine::kRows / 2;
+    const Vector3d way = lines.back().points_mm[kMiddle] - lines.front().points_mm[kMiddle];
+    if (lines.size() > kMostLinesOfHole || way.norm() > 2 * width_mm) return 1;
+    const double deep = depth_mm / width_mm;
+    return static_cast<float>(kDimHole / (1 + deep * deep));
+  }
+
   // The height at which the blade ends, or leaves the tissue, below a place.
   double bottom(const SheetPlace& place) const {
     const WayDown& way = ways_[place.stroke];
@@ -148,6 +162,7 @@ class WallMaker {
       made_here.at_mm = k == 0 ? vertex(lip).at_mm : sheet_.at(here) + vertex(lip).drawn_back_mm;
       made_here.side_mm = made_here.at_mm + aside;
       made_here.depth_mm = (made_here.at_mm - vertex(lip).at_mm).norm();
+      made_here.light = light_in_hole(place.stroke, made_here.depth_mm);
       at->second[k] = static_cast<std::uint32_t>(walls_.vertices.size());
       walls_.vertices.push_back(made_here);
     }

@@ -12,8 +12,6 @@
 namespace organbake {
 namespace {
 
-// Lips are polygons of such edges; the tetrahedra under them are no finer.
-constexpr double kFineSkin_mm = 2.5;
 constexpr std::size_t kMostFaces = 40'000;
 constexpr std::uint32_t kRankOfSkinMiddles = 0xC000'0000;
 
@@ -56,8 +54,8 @@ bool FineSkin::refine(std::span<const CutSheet::Triangle> triangles, std::size_t
   const Bisection halved = bisect(mesh_, [&](std::uint32_t f) {
     const auto& [a, b, c] = mesh_.faces[f];
     const std::array corners = {mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]};
-    return mesh_.faces.size() < kMostFaces && near.meets(corners) &&
-           longest_edge_mm(mesh_, mesh_.faces[f]) > kFineSkin_mm;
+    return mesh_.faces.size() < kMostFaces &&
+           longest_edge_mm(mesh_, mesh_.faces[f]) > near.fine_mm(corners);
   });
   if (halved.none()) return false;
   std::vector<Part> parts;

@@ -29,7 +29,8 @@ void ShapeSolver::take_over(ShapeSolver& before, const std::vector<NodeSource>& 
   before.skin_.pose(before.x_);
   for (std::size_t i = 0; i < at_rest.size(); ++i) {
     Contact contact = before.contacts_[i];
-    if (contact.of_tissue() || !contact.carried || contact.tip >= tips.size()) continue;
+    if (contact.of_tissue() || contact.tip >= tips.size()) continue;
+    if (!contact.carried && !contact.threaded) continue;
     if (hold_anew(contact, at_rest[i], to_row(tips[contact.tip].position_mm)))
       contacts_.push_back(contact);
   }

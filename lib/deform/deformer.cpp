@@ -91,6 +91,7 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
     report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
     report_positions(tips);
     report.recovered = false;
+    report.punctures.clear();
     report.collision_ms = 0;
     return report;
   }
@@ -150,6 +151,7 @@ void Deformer::Impl::report_positions(const std::vector<InstrumentTip>& tips) {
 }
 
 void Deformer::Impl::report_forces() {
+  for (const deform::Contact& c : solver.punctures()) report.punctures.push_back(contact_point(c));
   for (const deform::Contact& c : solver.contacts()) {
     if (c.force.isZero(0)) continue;
     ++(c.of_tissue() ? report.tissue_contacts : report.contacts);
@@ -170,7 +172,7 @@ ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
   const double on_points = 1 / c.lever.free_share;
   point.force_n = -on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
   const deform::Row pushed = c.point - c.anchored_at;
-  if (c.carried) {
+  if (c.carried || c.threaded) {
     point.normal = point.force_n.normalized();
     point.depth_mm = pushed.norm();
   } else {

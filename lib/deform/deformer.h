@@ -14,12 +14,17 @@ namespace organbake {
 
 // A cutting tip is a blade's edge, from its position along its axis; a snipping one a pair of
 // scissors, whose axis leads from where its blades meet when closed to their pivot. Neither pushes
-// anything.
-enum class InstrumentMode { poke, grab, cut, snip };
+// anything. A piercing one is a needle from its point along its axis: it pushes the skin in until
+// that gives way and lets it through. From then on the skin slides along the needle and is held by
+// its friction, until the point comes out again.
+enum class InstrumentMode { poke, grab, cut, snip, pierce };
 
 const char* to_string(InstrumentMode mode);
 inline bool has_blade(InstrumentMode mode) {
   return mode == InstrumentMode::cut || mode == InstrumentMode::snip;
+}
+inline bool is_blunt(InstrumentMode mode) {
+  return mode == InstrumentMode::poke || mode == InstrumentMode::grab;
 }
 std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
 
@@ -79,6 +84,7 @@ struct StepReport {
   std::size_t tool_contacts = 0;             // pairs of tools that hold each other off
   std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
   std::vector<ContactPoint> contact_points;  // `contacts` of them; a tip's force is their sum
+  std::vector<ContactPoint> punctures;       // where needles went through the skin
   // Where each tip was held, world: tools that run into each other stop there.
   std::vector<Eigen::Vector3d> tip_position_mm;
   // A tip moved farther than can be followed, and may have passed through skin.

@@ -28,11 +28,11 @@ bool same_tip(const InstrumentTip& a, const InstrumentTip& b) {
          a.cut_width_mm == b.cut_width_mm && a.opening_mm == b.opening_mm;
 }
 
-void check_blade(const InstrumentTip& tip, const std::string& name) {
+void check_sharp(const InstrumentTip& tip, const std::string& name) {
   if (!(tip.axis_mm.norm() >= kShortestBlade_mm)) {
-    throw UsageError(name + " cuts and has the axis " + describe(tip.axis_mm) +
-                     " mm; give its blade's edge, from the tip to the upper end, or from the tips "
-                     "of scissors to their pivot, of 0.1 mm at least");
+    throw UsageError(name + " cuts or pierces and has the axis " + describe(tip.axis_mm) +
+                     " mm; give its blade's edge or its needle, from the tip to the upper end, or "
+                     "from the tips of scissors to their pivot, of 0.1 mm at least");
   }
   if (!within_reach(tip.opening_mm)) {
     throw UsageError(name + " has the opening " + describe(tip.opening_mm) +
@@ -63,11 +63,10 @@ void check_tips(const std::vector<InstrumentTip>& tips) {
       throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be " +
                        to_text(kThinnestTip_mm) + " to 1e9");
     }
-    if (tip.mode != InstrumentMode::poke && tip.mode != InstrumentMode::grab &&
-        !has_blade(tip.mode)) {
-      throw UsageError(name + " has an unknown mode; use poke, grab, cut or snip");
+    if (tip.mode < InstrumentMode::poke || tip.mode > InstrumentMode::pierce) {
+      throw UsageError(name + " has an unknown mode; use poke, grab, cut, snip or pierce");
     }
-    if (has_blade(tip.mode)) check_blade(tip, name);
+    if (!is_blunt(tip.mode)) check_sharp(tip, name);
   }
 }
 
@@ -102,6 +101,7 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
     sweep.axis_from = sweep.just_placed ? sweep.axis_to : to_row(last_[i].axis_mm);
     sweep.radius_mm = tips[i].radius_mm;
     sweep.grabs = tips[i].mode == InstrumentMode::grab;
+    sweep.pierces = tips[i].mode == InstrumentMode::pierce;
     if (sweep.grabs && sweep.just_placed) closing.push_back(sweeps.size());
     sweeps.push_back(sweep);
   }

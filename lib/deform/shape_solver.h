@@ -50,6 +50,8 @@ class ShapeSolver {
   Penetration step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
   // Whether in the last step a tip moved so far that it may have left skin behind.
   bool tip_too_fast() const { return tip_too_fast_; }
+  // Where needles went through in the last step.
+  const std::vector<Contact>& punctures() const { return punctures_; }
   // Takes the step's motion for the velocity and returns its largest (mm).
   double settle_motion();
 
@@ -71,6 +73,7 @@ class ShapeSolver {
   const Rows& foreseen();
   void follow_sweeps(const std::vector<TipSweep>& sweeps);
   bool tools_touch() const;
+  void let_needles_through(const std::vector<TipSweep>& sweeps);
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
   bool hold_anew(Contact& contact, const Row& at_rest, const Row& center);
@@ -92,7 +95,7 @@ class ShapeSolver {
   Rows x_coasted_;                        // where inertia alone would end the step
   Rows force_;                            // left at a shape, mN; then the way from there, mm
   Rows load_;                             // dead, on the free slots, mN; or empty
-  std::vector<Contact> contacts_;
+  std::vector<Contact> contacts_, punctures_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
   bool tip_too_fast_ = false, touched_on_the_way_ = false;
   double collision_ms_ = 0;

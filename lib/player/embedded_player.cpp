@@ -79,7 +79,8 @@ EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
     instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
     instrument.opening_mm = Eigen::Vector3d(tip.opening_mm.data());
     instrument.cut_width_mm = tip.cut_width_mm;
-    instrument.mode = tip.snips   ? InstrumentMode::snip
+    instrument.mode = tip.pierces ? InstrumentMode::pierce
+                      : tip.snips ? InstrumentMode::snip
                       : tip.cuts  ? InstrumentMode::cut
                       : tip.grabs ? InstrumentMode::grab
                                   : InstrumentMode::poke;

@@ -38,6 +38,8 @@ class EmbeddedPlayer {
     bool snips = false;
     std::array<double, 3> opening_mm{};
     double cut_width_mm = 0;  // of the strip of tissue that a blade takes away
+    // A needle from its point along its axis, as thick as its radius says.
+    bool pierces = false;
   };
   struct Options {
     double time_step_s = 1.0 / 60;

@@ -85,16 +85,20 @@ std::vector<Solid> InstrumentMotion::solids(const std::vector<InstrumentTip>& ti
 std::vector<Solid> tool_solids(const InstrumentTip& tip,
                                const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle) {
   const Eigen::Vector3d outward = tip.position_mm - bundle.cameras.manifold.center_world_mm;
-  const bool scissors = tip.mode == InstrumentMode::snip;
-  const Eigen::Vector3d along = shaft.value_or(scissors ? tip.axis_mm : outward).normalized();
+  const bool along_axis = tip.mode == InstrumentMode::snip || tip.mode == InstrumentMode::pierce;
+  const Eigen::Vector3d along = shaft.value_or(along_axis ? tip.axis_mm : outward).normalized();
+  const Eigen::Vector3d end = tip.position_mm + tip.axis_mm;
   const double length_mm = bounds(bundle.proxy).diagonal();
   const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
                         dark_steel = Eigen::Vector3f::Constant(0.2f);
-  if (scissors) {
-    const Eigen::Vector3d pivot = tip.position_mm + tip.axis_mm;
-    return {{tip.position_mm - 0.5 * tip.opening_mm, pivot, tip.radius_mm, steel},
-            {tip.position_mm + 0.5 * tip.opening_mm, pivot, tip.radius_mm, steel},
-            {pivot, pivot + length_mm * along, 1.5 * tip.radius_mm, dark_steel}};
+  if (tip.mode == InstrumentMode::snip) {
+    return {{tip.position_mm - 0.5 * tip.opening_mm, end, tip.radius_mm, steel},
+            {tip.position_mm + 0.5 * tip.opening_mm, end, tip.radius_mm, steel},
+            {end, end + length_mm * along, 1.5 * tip.radius_mm, dark_steel}};
+  }
+  if (tip.mode == InstrumentMode::pierce) {
+    return {{tip.position_mm, end, tip.radius_mm, steel},
+            {end, end + length_mm * along, 3 * tip.radius_mm, dark_steel}};
   }
   return {{tip.position_mm, tip.position_mm + tip.axis_mm, tip.radius_mm, steel},
           {tip.position_mm, tip.position_mm + length_mm * along, 0.4 * tip.radius_mm, dark_steel}};

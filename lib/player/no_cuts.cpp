@@ -13,6 +13,8 @@ void Player::cut(const std::vector<InstrumentTip>& tips) {
     throw UsageError("an instrument cuts, which a page cannot; play the script with organplay");
 }
 
+void Player::leave_holes(const std::vector<InstrumentTip>&, const std::vector<ContactPoint>&) {}
+
 std::size_t Player::piece_count(std::size_t) const { return 1; }
 
 }  // namespace organbake

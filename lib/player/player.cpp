@@ -119,6 +119,7 @@ StepReport Player::step(const std::vector<InstrumentTip>& tips) {
   cut(tips);
   StepReport report = deformer_.step(tips);
   if (deformer_.moved()) take_positions();
+  leave_holes(tips, report.punctures);
   return report;
 }
 

@@ -115,6 +115,9 @@ class Player {
   void cut(const std::vector<InstrumentTip>& tips);
   std::vector<BladeNow> blades_now(const std::vector<InstrumentTip>& tips);
   void sweep(const std::vector<InstrumentTip>& tips);
+  void begin_cutting(Organ& organ);
+  void leave_holes(const std::vector<InstrumentTip>& tips,
+                   const std::vector<ContactPoint>& punctures);
   void begin_parting();
   void end_parting();
   double metered_mm(const View& view, const DrawOptions& options) const;

@@ -115,14 +115,30 @@ void Player::sweep(const std::vector<InstrumentTip>& tips) {
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
     if (!organ.cutting && blades.empty()) continue;
-    if (!organ.cutting) {
-      organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
-      organ.sweeps = std::make_unique<BladeSweeps>(*organ.cutting);
-    }
+    begin_cutting(organ);
     organ.sweeps->advance(
         blades, *organ.cutting,
         blades.empty() ? std::vector<Eigen::Vector3d>() : deformer_.node_positions(o));
   }
+}
+
+// Of the organs that have tetrahedra the skin keeps a hole where a needle went through.
+void Player::leave_holes(const std::vector<InstrumentTip>& tips,
+                         const std::vector<ContactPoint>& punctures) {
+  for (const ContactPoint& puncture : punctures) {
+    Organ& organ = organs_[puncture.organ];
+    if (options_.solver != TissueSolver::fem) continue;
+    begin_cutting(organ);
+    const InstrumentTip& needle = tips[puncture.instrument];
+    organ.sweeps->pierce(puncture.position_mm, needle.axis_mm.normalized(), needle.radius_mm,
+                         *organ.cutting, deformer_.node_positions(puncture.organ));
+  }
+}
+
+void Player::begin_cutting(Organ& organ) {
+  if (organ.cutting) return;
+  organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
+  organ.sweeps = std::make_unique<BladeSweeps>(*organ.cutting);
 }
 
 // When blades have swept more than was taken.

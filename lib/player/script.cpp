@@ -46,10 +46,6 @@ Waypoint waypoint_from(const JsonField& field) {
 }
 
 void read_blade(const JsonField& field, InstrumentPath& instrument) {
-  if (!(instrument.axis_mm.norm() >= kShortestBlade_mm))
-    field.fail(
-        "cuts and needs axis_mm: its blade's edge, from the tip to the upper end, or from the tips "
-        "of scissors to their pivot, of 0.1 mm at least");
   if (const auto width = field.find("cut_width_mm"))
     instrument.cut_width_mm = width->number(0, kWidestCut_mm);
   if (instrument.mode != InstrumentMode::snip) return;
@@ -67,12 +63,16 @@ InstrumentPath instrument_from(const JsonField& field) {
     instrument.radius_mm = radius->number(kThinnestTip_mm, kFarMm);
   const JsonField mode = field["mode"];
   const auto known = instrument_mode(mode.text());
-  if (!known) mode.fail("must be 'poke', 'grab', 'cut' or 'snip'");
+  if (!known) mode.fail("must be 'poke', 'grab', 'cut', 'snip' or 'pierce'");
   instrument.mode = *known;
   if (const auto axis = field.find("axis_mm")) {
     instrument.axis_mm = axis->vector3();
     if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
   }
+  if (!is_blunt(instrument.mode) && !(instrument.axis_mm.norm() >= kShortestBlade_mm))
+    field.fail(
+        "cuts or pierces and needs axis_mm: its blade's edge or its needle, from the tip to the "
+        "upper end, or from the tips of scissors to their pivot, of 0.1 mm at least");
   if (has_blade(instrument.mode)) {
     read_blade(field, instrument);
   } else if (const auto width = field.find("cut_width_mm")) {

@@ -140,7 +140,7 @@ class PlayerTest(unittest.TestCase):
         np.testing.assert_array_equal(player.draw(self.view).rgb, before)
         with self.assertRaisesRegex(ValueError, "solver fem"):
             self.player.step([self.skin], axis_mm=[30 * self.out], cuts=True)
-        with self.assertRaisesRegex(ValueError, "more than one of grabs, cuts and snips"):
+        with self.assertRaisesRegex(ValueError, "more than one of grabs, cuts, snips and pierces"):
             player.step([self.skin], axis_mm=[30 * self.out], cuts=True, grabs=True)
 
     def test_scissors_and_a_hook_cut(self):
@@ -156,6 +156,10 @@ class PlayerTest(unittest.TestCase):
         for _ in range(12):
             player.step()
         self.assertGreater(len(player.proxy_faces()), whole + 100)
+        for height in np.linspace(3, -10, 30):
+            step = player.step([self.skin + 30 * across + height * self.out],
+                               axis_mm=[60 * self.out], radius_mm=0.6, pierces=True)
+        self.assertEqual(len(step.forces_n), 1)
         with self.assertRaisesRegex(ValueError, "opening_mm"):
             player.step([self.skin], axis_mm=[30 * self.out], snips=True,
                         opening_mm=[[1, 2, 3], [1, 2, 3]])

@@ -11,6 +11,7 @@
 #include "player/live_session.h"
 #include "player/play.h"
 #include "player/player.h"
+#include "player/skin_point.h"
 #include "support/cut_bodies.h"
 #include "support/small_bundle.h"
 
@@ -165,6 +166,36 @@ TEST(PlayerCuts, WhatIsForBladesAloneIsRefusedOfOthers) {
   tip.cut_width_mm = -1;
   Player player(organ_to_cut(), with_fem());
   EXPECT_THROW(player.step({tip}), UsageError);
+}
+
+// In through the skin, out again: a hole is left, in one piece.
+TEST(PlayerCuts, ANeedleLeavesAHole) {
+  Script script = cutting_script();
+  InstrumentPath& needle = script.instruments[0];
+  const Vector3d out = Vector3d(0.3, 1, 0.2).normalized();  // away from the anchors
+  const Vector3d skin = skin_point(organ_to_cut(), out);
+  needle.mode = InstrumentMode::pierce;
+  needle.radius_mm = 0.6;
+  needle.axis_mm = 60 * out;
+  needle.path = {{0, skin + 3 * out}, {0.25, skin - 14 * out}, {0.5, skin + 6 * out}};
+  script.frames = 60;
+  const std::string text = script_to_json(script);
+  EXPECT_EQ(script_to_json(script_from_json(text, "s")), text);
+  Player player(organ_to_cut(), with_fem()), again(organ_to_cut(), with_fem());
+  const std::vector<std::uint8_t> once = bytes_of(player, script);
+  EXPECT_EQ(bytes_of(again, script), once);
+  ASSERT_TRUE(player.is_cut());
+  EXPECT_EQ(player.piece_count(), 1u);
+  // As wide as the needle, where it went in.
+  const TriangleMesh& now = player.bundle_now().proxy;
+  double widest_mm = 0;
+  for (std::size_t v = 0; v < now.vertices.size(); ++v) {
+    const Vector3d from = now.vertices[v] - skin;
+    if (!player.bundle_now().skin->creased[v]) continue;  // a lip, or a wall
+    EXPECT_LT(std::abs(from.dot(out)), 10);
+    widest_mm = std::max(widest_mm, 2 * (from - from.dot(out) * out).norm());
+  }
+  EXPECT_NEAR(widest_mm, 1.2, 0.6);
 }
 
 TEST(PlayerCuts, AnEmbeddedPlayersTipsSnip) {
