@@ -18,9 +18,8 @@ constexpr double kAside_mm = 0.05;  // from the cut into the tissue
 constexpr double kFarAside_mm = 0.5;
 constexpr double kFarthestEnd_mm = 12;  // of a cut's end from where its lips come together
 constexpr double kBelowSkin_mm = 1.5;
-constexpr double kAlongEdge = 1e-3;  // sine of the angle between the blade's edge and the skin
-constexpr double kFarthestBeside =
-    2;  // lines, or rows: who left a stroke farther away tells nothing
+constexpr double kAlongEdge = 1e-3;    // sine of the angle between the blade's edge and the skin
+constexpr double kFarthestBeside = 2;  // lines or rows: a blade that left farther off tells nothing
 constexpr std::size_t kMostLinesOfHole = 3;
 constexpr double kDimHole = 0.5;  // of a hole's rim
 constexpr double kFlat = 2;       // times as much a blade moved into the skin as it stood in it
@@ -115,8 +114,7 @@ class WallMaker {
     return to_left.dot(across) < 0 ? across : Vector3d(-across);
   }
 
-  // Into a hole as long as it is wide, which nothing pulls open, little light falls; a cut may
-  // open.
+  // Little light falls into a hole as long as it is wide, which nothing pulls open as a cut.
   float light_in_hole(std::uint32_t stroke, double depth_mm) const {
     const double width_mm = sheet_.width_mm(stroke);
     const std::vector<BladeLine>& lines = sheet_.strokes()[stroke];

@@ -9,6 +9,7 @@
 #include "deform/grasp.h"
 #include "deform/instruments.h"
 #include "deform/mechanics_checks.h"
+#include "deform/needles.h"
 #include "deform/spring_network.h"
 
 namespace organbake::deform {
@@ -27,9 +28,6 @@ constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther
 // Of a sweep: in a longer one a tip that lost what it touched on the way may have left it behind.
 constexpr int kFewPieces = 8;
 constexpr double kRunaway = 10;  // diagonals away from rest: the state is lost
-// Skin gives way to a needle that has pushed it in so far, and not beside its point.
-constexpr double kPierced_mm = 4;
-constexpr double kAtPoint = 0.1;  // of the needle's length
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
 const DeformBodies& checked(const DeformBodies& bodies) {
@@ -154,33 +152,8 @@ Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
   advance(sweeps);
   const Penetration deepest = close_gaps(sweeps);
   tip_too_fast_ = tip_too_fast_ || (touched_on_the_way_ && !tools_touch());
-  let_needles_through(sweeps);
+  punctures_ = let_needles_through(sweeps, contacts_);
   return deepest;
-}
-
-// What a needle has pushed in far enough it goes through there; what it is drawn out of it leaves.
-void ShapeSolver::let_needles_through(const std::vector<TipSweep>& sweeps) {
-  std::erase_if(contacts_,
-                [](const Contact& c) { return c.threaded && up_needle(c, c.point) < 0; });
-  punctures_.clear();
-  for (const TipSweep& sweep : sweeps) {
-    if (!sweep.pierces) continue;
-    const Contact* deepest = nullptr;
-    double depth_mm = kPierced_mm;
-    for (const Contact& c : contacts_) {
-      if (c.tip != sweep.tip || c.threaded || !c.from_front || c.force.isZero(0)) continue;
-      const double in = (c.point - c.anchored_at).dot(c.normal);
-      if (in < depth_mm || sweep.at(1).along(c.point) > kAtPoint) continue;
-      depth_mm = in, deepest = &c;
-    }
-    if (!deepest) continue;
-    punctures_.push_back(*deepest);
-    Contact through = *deepest;
-    through.threaded = true;
-    through.force.setZero();
-    std::erase_if(contacts_, [&](const Contact& c) { return c.tip == sweep.tip; });
-    contacts_.push_back(through);
-  }
 }
 
 // Foresight may climb out of a valley that it ran through. Nothing feeds a body that no tip

@@ -73,7 +73,6 @@ class ShapeSolver {
   const Rows& foreseen();
   void follow_sweeps(const std::vector<TipSweep>& sweeps);
   bool tools_touch() const;
-  void let_needles_through(const std::vector<TipSweep>& sweeps);
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
   bool hold_anew(Contact& contact, const Row& at_rest, const Row& center);
