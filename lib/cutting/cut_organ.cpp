@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -137,11 +138,19 @@ void CutOrgan::remake(const CutSheet& sheet) {
 // A face that was neither halved nor cut is itself, and is not told.
 void CutOrgan::remake_face_parts(const CutSkin& skin) {
   face_parts_.clear();
+  std::set<std::array<std::uint32_t, 2>> lips;  // as the faces beside them run along them
+  for (const SkinBorder& border : skin.borders()) {
+    lips.insert({border.left[0], border.left[1]});
+    lips.insert({border.right[1], border.right[0]});
+  }
   for (std::uint32_t number = 0; number < skin.parts().size(); ++number) {
     const SkinPart& part = skin.parts()[number];
     const FineSkin::Part& fine = fine_skin_.parts()[part.face];
     FacePart whole{number, {}};
-    for (int k = 0; k < 3; ++k) whole.at[k] = within(fine.at, part.at[k]);
+    for (int k = 0; k < 3; ++k) {
+      whole.at[k] = within(fine.at, part.at[k]);
+      whole.lip[k] = lips.contains({part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]});
+    }
     if (whole.at != kCornersInFace) face_parts_[fine.face].push_back(whole);
   }
 }

@@ -41,6 +41,7 @@ class CutOrgan {
   struct FacePart {
     std::uint32_t face;
     std::array<Eigen::Vector2d, 3> at;  // its corners in the uncut face: b1, b2
+    std::array<bool, 3> lip = {};       // whether the edge across from a corner is one
   };
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
   const FaceParts& face_parts() const { return face_parts_; }

@@ -11,13 +11,17 @@
 namespace organbake {
 namespace {
 
+constexpr double kWidestMove = 0.5;  // of a part
+
 // From places in a face to places in a part of it.
 struct IntoPart {
   std::uint32_t face;
   Eigen::Vector2d origin;
   Eigen::Matrix2d turn;
+  std::array<bool, 3> lip;
 
-  explicit IntoPart(const CutOrgan::FacePart& part) : face(part.face), origin(part.at[0]) {
+  explicit IntoPart(const CutOrgan::FacePart& part)
+      : face(part.face), origin(part.at[0]), lip(part.lip) {
     Eigen::Matrix2d sides;
     sides << part.at[1] - part.at[0], part.at[2] - part.at[0];
     turn = sides.inverse();
@@ -29,6 +33,26 @@ struct IntoPart {
     return std::min({b.x(), b.y(), 1 - b.sum()});
   }
 };
+
+// The weights of a part's corners at a place, or how they change along a way.
+Eigen::Vector3d weights_at(const Eigen::Vector2d& b) { return {1 - b.sum(), b.x(), b.y()}; }
+Eigen::Vector3d weights_along(const Eigen::Vector2d& b) { return {-b.sum(), b.x(), b.y()}; }
+
+// A sample's place in a part, moved back from its lips by half a texel, so that no texel hangs over
+// them; where a part is too narrow for that it stays. along_u, along_v: of a texel, in the part.
+Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
+                            const Eigen::Vector2d& along_u, const Eigen::Vector2d& along_v) {
+  Eigen::Vector3d weights = weights_at(at);
+  const Eigen::Vector3d half =
+      0.5 * (weights_along(along_u).cwiseAbs() + weights_along(along_v).cwiseAbs());
+  for (int k = 0; k < 3; ++k) {
+    if (!part.lip[k] || weights[k] >= half[k] || half[k] > kWidestMove) continue;
+    // Toward the corner across from the lip.
+    weights *= (1 - half[k]) / (1 - weights[k]);
+    weights[k] = half[k];
+  }
+  return {weights[1], weights[2]};
+}
 
 // Samples of a chunk that lie in one part.
 struct Group {
@@ -42,6 +66,9 @@ class ChunkSplitter {
 
   void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
     std::vector<Group> groups(parts.size());
+    const Patch& patch = from_.chunks[chunk].patch;
+    const Eigen::Vector2d along_u(patch.along_u[0], patch.along_u[1]),
+        along_v(patch.along_v[0], patch.along_v[1]);
     for (std::uint32_t i = 0; i < from_.chunks[chunk].count; ++i) {
       const std::uint32_t slot = chunk * kChunk + i;
       const std::array<float, 3> bound = from_.bound(slot);
@@ -52,7 +79,8 @@ class ChunkSplitter {
         const double depth = parts[p].depth(at);
         if (depth > deepest) deepest = depth, best = p;
       }
-      const Eigen::Vector2d in_part = parts[best](at);
+      const Eigen::Vector2d in_part = within_lips(
+          parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
       groups[best].from_slots.push_back(slot);
       groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
                                       static_cast<float>(in_part.y()), bound[2]);
