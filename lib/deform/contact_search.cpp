@@ -20,8 +20,6 @@ constexpr double kSquareCosine = 0.5;
 // Of a capsule's deepest point on a face: how often and how closely, in radii, it is sought.
 constexpr int kMostAlternations = 8;
 constexpr double kAlternationWithin = 1e-3;
-// A smaller free share cannot give way.
-constexpr double kMinFreeShare = 0.05;
 
 // The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
 // wrong side of the skin pushes it back along the skin's normal: it came through, not round.
@@ -174,8 +172,15 @@ Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
 SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
   const SkinHit hit = skin_.hit(contact.at, center);
   contact.point = hit.point;
-  contact.lever = lever(contact.at);
-  contact.anchored_at = anchored(contact.at, hit.point);
+  if (contact.carried) {
+    if (contact.grip.fixed_at_rest) return hit;
+    contact.anchored_at = hit.point;
+    for (const auto& [slot, weight] : contact.grip.carriers)
+      contact.anchored_at -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
+  } else {
+    contact.lever = lever(contact.at);
+    contact.anchored_at = anchored(contact.at, hit.point);
+  }
   return hit;
 }
 
@@ -227,8 +232,12 @@ Lever ContactSearch::lever(const SkinPoint& at) const {
 }
 
 double ContactSearch::violation(const Contact& contact) const {
+  if (contact.carried) {  // how far its carriers have moved it, the skin tells
+    const Row moved = contact.point - contact.anchored_at;
+    return (contact.anchored_at + contact.grip.scale * moved - contact.target).norm();
+  }
   const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
-  return contact.carried ? miss.norm() : -contact.normal.dot(miss);
+  return -contact.normal.dot(miss);
 }
 
 // The face's skin point that is nearest to the tip, and the tip's sphere there: nearest points of

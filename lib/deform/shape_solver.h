@@ -73,7 +73,7 @@ class ShapeSolver {
   bool tools_touch() const;
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
-  bool hold_anew(Contact& contact, const Row& at_rest, const Row& center);
+  bool find_anew(Contact& contact, const Row& at_rest);
   Penetration close_gaps(const std::vector<TipSweep>& sweeps);
   void find_faces(const std::vector<TipSweep>& sweeps);
   Penetration refresh(const std::vector<TipSweep>& sweeps, double fraction);
