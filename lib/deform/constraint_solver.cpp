@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace organbake::deform {
@@ -17,6 +18,11 @@ constexpr double kGrasperGive = 1e-3;
 constexpr double kContactGive = 1e-5;
 // A pressure that moves nothing (flat or anchored skin) is left alone below this softness.
 constexpr double kNoSoftness = 1e-300;
+// Of a body's size: the volume is linearised about the shape that a step starts from, and a
+// pressure that moves its skin farther than this tells nothing of the volume there. Taken at its
+// word it may swell the body, be answered by a larger one in the next round, and so on without end.
+// What is left is for the next steps.
+constexpr double kLinearWithin = 0.5;
 
 // Coulomb: no pull, and no more friction than the push allows.
 Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
@@ -40,6 +46,7 @@ ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& v
       response_(tissue.size(), Row::Zero()),
       pressure_(volume.bodies().size(), 0.0),
       softness_(volume.bodies().size(), 0.0),
+      most_pressure_(volume.bodies().size(), 0.0),
       volume_gap_(volume.bodies().size(), 0.0) {}
 
 void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
@@ -60,9 +67,18 @@ void ConstraintSolver::solve_along(Row* rows) {
 
 void ConstraintSolver::measure_softness() {
   for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
+  std::fill(most_pressure_.begin(), most_pressure_.end(), 0.0);
   for (std::uint32_t i = 0; i < tissue_.free_count(); ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);
-    if (body != EnclosedVolume::kNoBody) softness_[body] += gradient_[i].dot(response_[i]);
+    if (body == EnclosedVolume::kNoBody) continue;
+    softness_[body] += gradient_[i].dot(response_[i]);
+    most_pressure_[body] = std::max(most_pressure_[body], response_[i].squaredNorm());
+  }
+  for (std::size_t b = 0; b < softness_.size(); ++b) {
+    const double farthest = std::sqrt(most_pressure_[b]);  // mm per unit of pressure
+    const double size_mm = std::cbrt(std::abs(volume_.bodies()[b].rest_mm3));
+    most_pressure_[b] =
+        farthest > 0 ? kLinearWithin * size_mm / farthest : std::numeric_limits<double>::infinity();
   }
 }
 
@@ -241,8 +257,10 @@ double ConstraintSolver::sweep_pressures() {
         if (side.body == b) gap -= side.volume_move.dot(force_[i]);
       }
     }
-    const double change = gap / softness_[b];
-    pressure_[b] += change;
+    const double most = most_pressure_[b];
+    const double next = std::clamp(pressure_[b] + gap / softness_[b], -most, most);
+    const double change = next - pressure_[b];
+    pressure_[b] = next;
     for (const Unknown& u : unknowns_) {
       for (int s = 0; s < u.side_count; ++s) {
         if (u.sides[s].body == b)

@@ -81,7 +81,8 @@ class ConstraintSolver {
   bool response_due_ = false;         // response_ holds ∇V still
   std::vector<double> pressure_;      // mN/mm², one per body
   std::vector<double> softness_;      // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
-  std::vector<double> volume_gap_;    // V(rest) − V(x_free), linearised
+  std::vector<double> most_pressure_;  // that the linearised volume can be asked about
+  std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
   std::vector<double> volumes_;
 };
 
