@@ -95,6 +95,23 @@ TEST(HardPulls, TissueStaysNearTheHandThatPullsIt) {
   }
 }
 
+// As a pointer that jumps across a window does.
+TEST(HardPulls, JumpsOfSeveralOrgansLoseNothing) {
+  const CoarseOrgan organ;
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    for (const std::uint64_t seed : {1, 2}) {
+      Deformer deformer = organ.deformer(solver);
+      Hand hand(seed, organ);
+      for (int step = 0; step < 300; ++step) {
+        const auto& tips =
+            hand.advance(deformer.positions(), 6 * organ.diagonal_mm, 3 * organ.diagonal_mm);
+        ASSERT_FALSE(deformer.step(tips).recovered)
+            << to_string(solver) << ", seed " << seed << ", step " << step;
+      }
+    }
+  }
+}
+
 // Beside anchors the points of a grip give way by different shares, and still have to move as one.
 TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
   constexpr double kJerk_mm = 160;
@@ -121,6 +138,30 @@ TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
     }
   }
   EXPECT_GT(faces, 10);
+}
+
+TEST(HardPulls, TissueThatTwoGraspersTearApartSlipsFromThem) {
+  const CoarseOrgan organ;
+  Deformer deformer = organ.deformer(TissueSolver::springs);
+  InstrumentTip left, right;
+  left.mode = right.mode = InstrumentMode::grab;
+  left.active = right.active = true;
+  left.position_mm = right.position_mm = organ.mesh.vertices[0];
+  EXPECT_GT(deformer.step({left, right}).contacts, 0u);
+  // The one that still holds, 200 mm away, carries what is beside it farther by less than twice.
+  constexpr double kFarthest_mm = 600;
+  std::size_t slipped = 0;
+  for (int step = 0; step < 100; ++step) {
+    left.position_mm.x() -= 2, right.position_mm.x() += 2;
+    const StepReport report = deformer.step({left, right});
+    slipped += report.slipped;
+    ASSERT_FALSE(report.recovered) << step;
+    ASSERT_LT(organ.farthest_mm(deformer.positions()), kFarthest_mm) << step;
+  }
+  EXPECT_EQ(slipped, 1u);
+  left.active = right.active = false;
+  for (int step = 0; step < 2000; ++step) deformer.step({left, right});
+  EXPECT_TRUE(deformer.positions() == organ.mesh.vertices);
 }
 
 }  // namespace
