@@ -13,6 +13,7 @@
 #include "picture_arrays.h"
 #include "python_errors.h"
 #include "shared_player.h"
+#include "tip_arguments.h"
 
 namespace organbake {
 namespace py = pybind11;
@@ -51,31 +52,6 @@ std::shared_ptr<SharedPlayer> load(const py::object& bundles, double time_step_s
     throw UsageError("light '" + *light + "' is none; take baked, world or scope");
   const py::gil_scoped_release release;
   return std::make_shared<SharedPlayer>(paths, options, drawn);
-}
-
-std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const py::object& radius_mm,
-                                     const py::object& axis_mm, const py::object& grabs,
-                                     const py::object& cuts, const py::object& active) {
-  const auto positions = vectors_from(positions_mm, "positions_mm");
-  const std::size_t n = positions.size();
-  const auto radii = numbers_from(radius_mm, "radius_mm", n);
-  const auto grab = flags_from(grabs, "grabs", n), cut = flags_from(cuts, "cuts", n);
-  const auto on = flags_from(active, "active", n);
-  std::vector<Eigen::Vector3d> axes(n, Eigen::Vector3d::Zero());
-  if (!axis_mm.is_none()) axes = vectors_from(axis_mm, "axis_mm");
-  if (axes.size() != n)
-    throw UsageError("axis_mm holds " + std::to_string(axes.size()) + " axes for " +
-                     std::to_string(n) + " tips");
-  std::vector<InstrumentTip> tips;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (grab[i] && cut[i])
-      throw UsageError("tip " + std::to_string(i) + " both grabs and cuts; take one of them");
-    const InstrumentMode mode = cut[i]    ? InstrumentMode::cut
-                                : grab[i] ? InstrumentMode::grab
-                                          : InstrumentMode::poke;
-    tips.push_back({positions[i], radii[i], mode, on[i], axes[i]});
-  }
-  return tips;
 }
 
 py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
@@ -213,22 +189,27 @@ void bind_player(py::module_& m) {
           "step",
           [](SharedPlayer& self, const py::object& positions_mm, const py::object& radius_mm,
              const py::object& axis_mm, const py::object& grabs, const py::object& cuts,
-             const py::object& active) {
-            const auto tips = tips_from(positions_mm, radius_mm, axis_mm, grabs, cuts, active);
+             const py::object& snips, const py::object& opening_mm, const py::object& cut_width_mm,
+             const py::object& pierces, const py::object& active) {
+            const auto tips = tips_from(positions_mm, {radius_mm, axis_mm, grabs, cuts, snips,
+                                                       opening_mm, cut_width_mm, pierces, active});
             const py::gil_scoped_release release;
             return self.step(tips);
           },
           py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
           py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("cuts") = false,
-          py::arg("active") = true,
+          py::arg("snips") = false, py::arg("opening_mm") = py::none(),
+          py::arg("cut_width_mm") = 0.0, py::arg("pierces") = false, py::arg("active") = true,
           "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
-          "from step to step. radius_mm, grabs, cuts, active: one for all, or (n,). axis_mm: (n, "
-          "3), to "
-          "a capsule's other end; None: spheres. A tip that cuts is a blade whose edge is its "
-          "axis; "
-          "what it sweeps parts a few steps later, of the solver fem alone. Returns a Step. Raises "
-          "ValueError for a tip that "
-          "makes no sense.")
+          "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, pierces, active: one "
+          "for all, or "
+          "(n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip that cuts is a "
+          "blade whose edge is its axis; one that snips a pair of scissors, whose axis leads from "
+          "the closed blades' tips to their pivot: they cut as opening_mm, (n, 3), from the one "
+          "tip to the other, becomes less. What is cut parts a few steps later, of the solver fem "
+          "alone; cut_width_mm is taken away across the blade's way. One that pierces is a needle "
+          "along its axis. Returns a Step. Raises "
+          "ValueError for a tip that makes no sense.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
       .def("close", &SharedPlayer::close, released,
            "Frees the bundle; later calls raise ValueError. Arrays stay good.")

@@ -93,12 +93,12 @@ BladeLine BladePath::carried_by(const Carriers& by, const Blade& blade, const Po
   return line;
 }
 
-void BladePath::pass(const Blade& to, const PosedBody& posed, const SkinInside& inside,
-                     double reach_mm, CutSheet& sheet) {
+void BladePath::pass(const Blade& to, const BladeEdge& edge, const PosedBody& posed,
+                     const SkinInside& inside, double reach_mm, CutSheet& sheet) {
   const auto here = carried(to, posed, inside, reach_mm);
   if (here) {
     if (!cutting_) {  // as the tissue that it comes to carries the place it comes from
-      sheet.begin_stroke();
+      sheet.begin_stroke(edge.width_mm, edge.fine_mm);
       const BladeLine before = carried_by(here->by, *last_, posed, inside, reach_mm);
       // A blade that was put down within the tissue comes from nowhere else.
       if (entered_) {
@@ -122,8 +122,8 @@ void BladePath::pass(const Blade& to, const PosedBody& posed, const SkinInside& 
   last_ = to;
 }
 
-void BladePath::advance(const Blade& to, const PosedBody& posed, const SkinInside& inside,
-                        double reach_mm, CutSheet& sheet) {
+void BladePath::advance(const Blade& to, const BladeEdge& edge, const PosedBody& posed,
+                        const SkinInside& inside, double reach_mm, CutSheet& sheet) {
   if (!last_) {
     last_ = to;
     entered_ = !carried(to, posed, inside, reach_mm);
@@ -135,7 +135,7 @@ void BladePath::advance(const Blade& to, const PosedBody& posed, const SkinInsid
   const int pieces =
       static_cast<int>(std::clamp(std::ceil(way / kLongestPiece_mm), 1.0, double(kMostPieces)));
   for (int piece = 1; piece <= pieces; ++piece)
-    pass(between(from, to, double(piece) / pieces), posed, inside, reach_mm, sheet);
+    pass(between(from, to, double(piece) / pieces), edge, posed, inside, reach_mm, sheet);
 }
 
 }  // namespace organbake

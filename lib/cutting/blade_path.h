@@ -15,13 +15,18 @@ struct Blade {
   Eigen::Vector3d tip_mm, top_mm;
 };
 
+struct BladeEdge {
+  double width_mm = 0;                      // of the strip of tissue that it takes away
+  double fine_mm = CutSheet::kFineSkin_mm;  // of the skin beside its stroke
+};
+
 // One blade on its way: adds to the sheet what it sweeps through tissue.
 class BladePath {
  public:
   // The tissue lies as `posed` has it. Takes the blade to its next place; the first, and the first
-  // after lift(), only puts it there.
-  void advance(const Blade& to, const PosedBody& posed, const SkinInside& inside, double reach_mm,
-               CutSheet& sheet);
+  // after lift(), only puts it there. edge: of the whole stroke as at its beginning.
+  void advance(const Blade& to, const BladeEdge& edge, const PosedBody& posed,
+               const SkinInside& inside, double reach_mm, CutSheet& sheet);
   void lift() { last_.reset(), cutting_ = false; }
 
  private:
@@ -34,8 +39,8 @@ class BladePath {
                                         const SkinInside& inside, double reach_mm);
   static BladeLine carried_by(const Carriers& by, const Blade& blade, const PosedBody& posed,
                               const SkinInside& inside, double reach_mm);
-  void pass(const Blade& to, const PosedBody& posed, const SkinInside& inside, double reach_mm,
-            CutSheet& sheet);
+  void pass(const Blade& to, const BladeEdge& edge, const PosedBody& posed,
+            const SkinInside& inside, double reach_mm, CutSheet& sheet);
 
   std::optional<Blade> last_;
   Carriers last_by_{};

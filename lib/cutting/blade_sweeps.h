@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace organbake {
 struct BladeNow {
   std::size_t instrument = 0;
   Blade blade;
+  double width_mm = 0;  // of the strip of tissue that it takes away
+  // It is lifted, and put down there first.
+  std::optional<Blade> put_down = {};
 };
 
 // What blades have swept through an organ so far, carried back to the organ at rest.
@@ -27,6 +31,11 @@ class BladeSweeps {
   // the organ's body lie as it hangs together now.
   void advance(std::span<const BladeNow> blades, const CutOrgan& organ,
                const std::vector<Eigen::Vector3d>& nodes_mm);
+
+  // A needle went through the skin at a place of the world: a hole as wide as the needle, some way
+  // down along it. up_needle: unit, from its point.
+  void pierce(const Eigen::Vector3d& at_mm, const Eigen::Vector3d& up_needle, double radius_mm,
+              const CutOrgan& organ, const std::vector<Eigen::Vector3d>& nodes_mm);
 
   const CutSheet& sheet() const { return sheet_; }
 

@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -68,8 +67,7 @@ CutOrgan::CutOrgan(const Bundle& bundle)
       lighting_(bundle.lighting),
       skin_(bundle.shell().at_rest()),
       body_(tetrahedra_of(bundle)),
-      skin_edges_(body_.grid().snapped(skin_.vertices, body_.first_free_rank()),
-                  edges_of(skin_.faces)),
+      fine_skin_(skin_, body_.grid(), body_.first_free_rank()),
       inside_(skin_, body_.grid(),
               body_.first_free_rank() + static_cast<std::uint32_t>(skin_.vertices.size())) {
   now_.manifest = bundle.manifest;
@@ -101,11 +99,7 @@ CutSheet CutOrgan::clean_sheet() const {
 bool CutOrgan::part(const CutSheet& sheet) {
   const std::span all(sheet.triangles());
   const std::size_t first_new = std::exchange(taken_, all.size());
-  std::vector<CutSheet::Triangle> in_tissue;
-  std::copy_if(all.begin() + static_cast<std::ptrdiff_t>(first_new), all.end(),
-               std::back_inserter(in_tissue),
-               [](const CutSheet::Triangle& t) { return !t.farther_out; });
-  const bool skin_cut = skin_edges_.add(in_tissue);
+  const bool skin_cut = fine_skin_.add(all, first_new);
   const bool body_cut = body_.add(all, first_new);
   if (!skin_cut && !body_cut) return false;
   cut_ = true;
@@ -114,7 +108,7 @@ bool CutOrgan::part(const CutSheet& sheet) {
 }
 
 void CutOrgan::remake(const CutSheet& sheet) {
-  const CutSkin skin(skin_, skin_edges_, sheet);
+  const CutSkin skin(fine_skin_.mesh(), fine_skin_.edges(), sheet);
   const CutWalls walls = cut_walls(skin, sheet);
   now_.proxy = {};
   std::vector<TissuePlace> places;
@@ -135,13 +129,21 @@ void CutOrgan::remake(const CutSheet& sheet) {
   now_.skin->creased.assign(now_.proxy.vertices.size(), 1);
   for (std::size_t v = 0; v < skin.vertices().size(); ++v)
     now_.skin->creased[v] = skin.vertices()[v].on_border;
-  face_parts_.clear();
-  for (const auto& [face, parts] : skin.parts_of()) {
-    for (const std::uint32_t part : parts)
-      face_parts_[face].push_back({part, skin.parts()[part].at});
-  }
+  remake_face_parts(skin);
   remake_body(places);
-  remake_base(skin, walls.faces.size());
+  remake_base(skin, walls);
+}
+
+// A face that was neither halved nor cut is itself, and is not told.
+void CutOrgan::remake_face_parts(const CutSkin& skin) {
+  face_parts_.clear();
+  for (std::uint32_t number = 0; number < skin.parts().size(); ++number) {
+    const SkinPart& part = skin.parts()[number];
+    const FineSkin::Part& fine = fine_skin_.parts()[part.face];
+    FacePart whole{number, {}};
+    for (int k = 0; k < 3; ++k) whole.at[k] = within(fine.at, part.at[k]);
+    if (whole.at != kCornersInFace) face_parts_[fine.face].push_back(whole);
+  }
 }
 
 void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
@@ -164,23 +166,30 @@ void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
   for (const TissuePlace& place : places) body.vertices.push_back({place.copy, place.weights});
 }
 
-Eigen::Vector3f CutOrgan::inner_color(std::uint32_t face, double b1, double b2) const {
-  const auto& [i, j, k] = now_.proxy.faces[face];
-  const auto& at = now_.proxy.vertices;
-  const Eigen::Vector3f albedo =
-      inner_albedo((1 - b1 - b2) * at[i] + b1 * at[j] + b2 * at[k], mean_albedo_);
+Eigen::Vector3f CutOrgan::inner_color(const CutWalls& walls, std::size_t face, double b1,
+                                      double b2) const {
+  const std::array<double, 3> weights = {1 - b1 - b2, b1, b2};
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  double depth_mm = 0, share = 0;
+  for (int k = 0; k < 3; ++k) {
+    const CutWalls::Vertex& corner = walls.vertices[walls.faces[face][k]];
+    at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
+    share += weights[k] * corner.light;
+  }
+  const Eigen::Vector3f albedo = float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_);
   if (!lighting_) return albedo;
-  const Eigen::Vector3d light = lighting_->diffuse(face_normal(now_.proxy, face));
+  const Eigen::Vector3d light = lighting_->diffuse(
+      face_normal(now_.proxy, now_.proxy.faces.size() - walls.faces.size() + face));
   return albedo.cwiseProduct(light.cwiseMax(0.05).cast<float>());
 }
 
 // The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
 // they are bent, nothing opens between the two.
-void CutOrgan::flatten_lips(const CutSkin& skin, const SkinPart& part, float* heights_mm) const {
+void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const {
   const std::uint32_t n = base_.steps;
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
-    const auto on_border = [&](int c) { return skin.vertices()[part.corners[c]].on_border; };
+    const auto on_border = [&](int c) { return skin.vertices()[face[c]].on_border; };
     const std::uint32_t last = on_border(k) && on_border(next) ? n : 0;
     for (std::uint32_t s = 0; on_border(k) && s <= last; ++s) {
       std::array<std::uint32_t, 3> b{};
@@ -190,7 +199,7 @@ void CutOrgan::flatten_lips(const CutSkin& skin, const SkinPart& part, float* he
   }
 }
 
-void CutOrgan::remake_base(const CutSkin& skin, std::size_t walls) {
+void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
   if (base_.face_count == 0) return;
   BaseLayer& base = now_.base;
   const std::uint32_t n = base.steps = base_.steps;
@@ -199,15 +208,13 @@ void CutOrgan::remake_base(const CutSkin& skin, std::size_t walls) {
   base.height_mm = base_.height_mm, base.color = base_.color, base.seen_by = base_.seen_by;
   const std::size_t all = std::size_t(base.face_count) * nodes;
   base.height_mm.resize(all, 0.0f), base.color.resize(all), base.seen_by.resize(all, 0);
-  for (const auto& [face, parts] : skin.parts_of()) {
-    for (const std::uint32_t number : parts) {
-      const SkinPart& part = skin.parts()[number];
+  for (const auto& [face, parts] : face_parts_) {
+    for (const FacePart& part : parts) {
       for (std::uint32_t i = 0; i <= n; ++i) {
         for (std::uint32_t j = 0; i + j <= n; ++j) {
           const double b1 = double(i) / n, b2 = double(j) / n;
-          const LatticeMix mix =
-              lattice_mix(n, (1 - b1 - b2) * part.at[0] + b1 * part.at[1] + b2 * part.at[2]);
-          const std::size_t to = std::size_t(number) * nodes + base_node_index(n, i, j);
+          const LatticeMix mix = lattice_mix(n, within(part.at, {b1, b2}));
+          const std::size_t to = std::size_t(part.face) * nodes + base_node_index(n, i, j);
           base.height_mm[to] = 0, base.color[to].setZero(), base.seen_by[to] = ~0u;
           for (int k = 0; k < 3; ++k) {
             const std::size_t from = std::size_t(face) * nodes + mix.nodes[k];
@@ -217,15 +224,16 @@ void CutOrgan::remake_base(const CutSkin& skin, std::size_t walls) {
           }
         }
       }
-      flatten_lips(skin, part, &base.height_mm[std::size_t(number) * nodes]);
+      flatten_lips(skin, now_.proxy.faces[part.face],
+                   &base.height_mm[std::size_t(part.face) * nodes]);
     }
   }
-  for (std::size_t w = 0; w < walls; ++w) {
-    const auto face = static_cast<std::uint32_t>(skin.parts().size() + w);
+  for (std::size_t w = 0; w < walls.faces.size(); ++w) {
+    const std::size_t face = skin.parts().size() + w;
     for (std::uint32_t i = 0; i <= n; ++i) {
       for (std::uint32_t j = 0; i + j <= n; ++j)
         base.color[std::size_t(face) * nodes + base_node_index(n, i, j)] =
-            inner_color(face, double(i) / n, double(j) / n);
+            inner_color(walls, w, double(i) / n, double(j) / n);
     }
   }
 }

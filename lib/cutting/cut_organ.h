@@ -9,9 +9,12 @@
 #include "bundle/bundle.h"
 #include "cutting/cut_body.h"
 #include "cutting/cut_skin.h"
+#include "cutting/fine_skin.h"
 #include "cutting/skin_inside.h"
 
 namespace organbake {
+
+struct CutWalls;
 
 // A baked organ that blades cut. From the organ at rest and what blades have swept through it it
 // makes the organ as it is now, another bundle: its proxy is the skin, cut, and the walls of the
@@ -33,7 +36,8 @@ class CutOrgan {
 
   // The organ as it is now; valid once something is cut.
   const Bundle& now() const { return now_; }
-  // The parts of the uncut skin's cut faces, numbers of the faces of now().
+  // The parts of those faces of the uncut skin that are cut, or were halved beside a cut, by their
+  // numbers among the faces of now().
   struct FacePart {
     std::uint32_t face;
     std::array<Eigen::Vector2d, 3> at;  // its corners in the uncut face: b1, b2
@@ -47,17 +51,18 @@ class CutOrgan {
 
  private:
   void remake(const CutSheet& sheet);
+  void remake_face_parts(const CutSkin& skin);
   void remake_body(const std::vector<TissuePlace>& places);
-  void remake_base(const CutSkin& skin, std::size_t walls);
-  void flatten_lips(const CutSkin& skin, const SkinPart& part, float* heights_mm) const;
-  Eigen::Vector3f inner_color(std::uint32_t face, double b1, double b2) const;
+  void remake_base(const CutSkin& skin, const CutWalls& walls);
+  void flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const;
+  Eigen::Vector3f inner_color(const CutWalls& walls, std::size_t face, double b1, double b2) const;
 
   BaseLayer base_;  // of the uncut organ
   std::optional<Lighting> lighting_;
   TriangleMesh skin_;
   Eigen::Vector3f mean_albedo_ = Eigen::Vector3f::Constant(0.3f);
   CutBody body_;
-  EdgeCrossings skin_edges_;
+  FineSkin fine_skin_;
   SkinInside inside_;
   std::size_t taken_ = 0;  // triangles of the sheet
   Bundle now_;

@@ -38,12 +38,14 @@ void CutSheet::add(const BladeLine& line) {
                           stroke_number,
                           strip,
                           {{{here - 1, row}, {here - 1, row + 1}, {here, row}}},
-                          out});
+                          out,
+                          fine_mm_});
     triangles_.push_back({{points[k], before[k + 1], points[k + 1]},
                           stroke_number,
                           strip,
                           {{{here, row}, {here - 1, row + 1}, {here, row + 1}}},
-                          out});
+                          out,
+                          fine_mm_});
   }
 }
 
@@ -60,6 +62,23 @@ Eigen::Vector3d CutSheet::at(const SheetPlace& place) const {
   // As its two triangles have it.
   if (s + t <= 1) return (1 - s - t) * a.points_mm[k] + t * a.points_mm[k + 1] + s * b.points_mm[k];
   return (1 - t) * b.points_mm[k] + (1 - s) * a.points_mm[k + 1] + (s + t - 1) * b.points_mm[k + 1];
+}
+
+Eigen::Vector3d CutSheet::upward(const SheetPlace& place) const {
+  SheetPlace up = place, down = place;
+  up.row = std::min<double>(place.row + 0.5, BladeLine::kRows - 1);
+  down.row = std::max(place.row - 0.5, 0.0);
+  return at(up) - at(down);
+}
+
+Eigen::Vector3d CutSheet::onward(const SheetPlace& place) const {
+  SheetPlace on = place, back = place;
+  on.line += 0.5, back.line -= 0.5;
+  return at(on) - at(back);
+}
+
+Eigen::Vector3d CutSheet::across(const SheetPlace& place) const {
+  return onward(place).cross(upward(place)).normalized();
 }
 
 SheetCrossing crossing_of(const GridPoint& a, const GridPoint& b,

@@ -36,25 +36,40 @@ class CutSheet {
     std::uint32_t stroke, line;                   // of the strip
     std::array<std::array<double, 2>, 3> places;  // of the corners: line and row
     bool farther_out;                             // no tissue there
+    double fine_mm;                               // of the skin beside it, the longest edges
   };
 
   // Ranks of its points are from first_rank on.
   CutSheet(const MaterialGrid& grid, std::uint32_t first_rank)
       : grid_(grid), next_rank_(first_rank) {}
 
-  void begin_stroke() { strokes_.emplace_back(); }
+  // Beside a sheet the skin's faces are halved until no edge is longer.
+  static constexpr double kFineSkin_mm = 2.5;
+  // width_mm: of the strip of tissue that the blade takes away, half of it on either side.
+  void begin_stroke(double width_mm = 0, double fine_mm = kFineSkin_mm) {
+    strokes_.emplace_back(), widths_mm_.push_back(width_mm), fine_mm_ = fine_mm;
+  }
   // To the last stroke.
   void add(const BladeLine& line);
 
   const std::vector<std::vector<BladeLine>>& strokes() const { return strokes_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }
+  double width_mm(std::uint32_t stroke) const { return widths_mm_[stroke]; }
   // At rest, mm; a place beyond a stroke's ends is taken for the end.
   Eigen::Vector3d at(const SheetPlace& place) const;
+  // Along the blade's edge from a place, mm per row.
+  Eigen::Vector3d upward(const SheetPlace& place) const;
+  // Along the blade's way, mm per line.
+  Eigen::Vector3d onward(const SheetPlace& place) const;
+  // Square to the sheet at a place, unit; zero where the blade stood still.
+  Eigen::Vector3d across(const SheetPlace& place) const;
 
  private:
   MaterialGrid grid_;
   std::uint32_t next_rank_;
   std::vector<std::vector<BladeLine>> strokes_;
+  std::vector<double> widths_mm_;                 // by stroke
+  double fine_mm_ = kFineSkin_mm;                 // of the last one
   std::array<GridPoint, BladeLine::kRows> last_;  // of the last line
   std::vector<Triangle> triangles_;
 };

@@ -15,8 +15,6 @@ constexpr double kLeastPart = 2e-3;   // of a face's area; paths that would leav
 constexpr double kProbeShare = 0.98;  // of the way to the first place where an edge is cut
 constexpr double kAside = 0.02;       // of the way from the border to the side's corners
 
-const std::array<Vector2d, 3> kCornersAt = {Vector2d(0, 0), Vector2d(1, 0), Vector2d(0, 1)};
-
 double doubled(const Vector2d& a, const Vector2d& b, const Vector2d& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
 }
@@ -51,13 +49,8 @@ class CutSkin::FaceCutter {
     if (count == 2) cut_off();
     if (count == 3) cut_in_three();
     // The first of the parts keeps the face's number.
-    std::vector<std::uint32_t>& numbers = skin_.parts_of_[face_];
     skin_.parts_[face_] = made_[0];
-    numbers.push_back(face_);
-    for (std::size_t i = 1; i < made_.size(); ++i) {
-      numbers.push_back(static_cast<std::uint32_t>(skin_.parts_.size()));
-      skin_.parts_.push_back(made_[i]);
-    }
+    skin_.parts_.insert(skin_.parts_.end(), made_.begin() + 1, made_.end());
   }
 
  private:
@@ -65,7 +58,7 @@ class CutSkin::FaceCutter {
     std::uint32_t vertex;
     Vector2d at;
   };
-  Point corner(int k) const { return {corners_[k], kCornersAt[k]}; }
+  Point corner(int k) const { return {corners_[k], kCornersInFace[k]}; }
   // The vertex on edge k (from corner k to the next) that belongs to a corner's side.
   Point on_edge(int k, int side) const {
     const auto& [edge, ends] = *cut_[k];
@@ -74,7 +67,7 @@ class CutSkin::FaceCutter {
     const bool along = edges_.edge(edge)[0] == corners_[k];
     const double t = along ? share : 1 - share;
     return {first ? ends.first : ends.second,
-            (1 - t) * kCornersAt[k] + t * kCornersAt[(k + 1) % 3]};
+            (1 - t) * kCornersInFace[k] + t * kCornersInFace[(k + 1) % 3]};
   }
   Vector3d world(const Vector2d& at) const {
     return points_[0] + at.x() * (points_[1] - points_[0]) + at.y() * (points_[2] - points_[0]);
@@ -89,8 +82,6 @@ class CutSkin::FaceCutter {
     vertex.on_border = true;
     vertex.corner = corners_[side];
     vertex.place = point.place;
-    vertex.face = face_;
-    vertex.in_face = point.in_face;
     return {skin_.add_vertex(vertex), point.in_face};
   }
   void add_border(const Point& left_from, const Point& left_to, const Point& right_from,
@@ -130,24 +121,24 @@ class CutSkin::FaceCutter {
     const std::size_t last = line.size() - 1;
     const double least = path.empty() ? -1 : kLeastPart;
     for (std::size_t i = 0; i < last; ++i) {
-      if (!(doubled(kCornersAt[a], line[i], line[i + 1]) > least)) return false;
+      if (!(doubled(kCornersInFace[a], line[i], line[i + 1]) > least)) return false;
     }
     // On the other side, b sees the line up to some place and c from there on.
     std::size_t best = last + 1;
     double best_least = least;
     for (std::size_t m = 0; m <= last; ++m) {
-      double smallest = doubled(kCornersAt[b], kCornersAt[c], line[m]);
+      double smallest = doubled(kCornersInFace[b], kCornersInFace[c], line[m]);
       for (std::size_t i = 0; i < last; ++i) {
-        const Vector2d& eye = kCornersAt[i < m ? b : c];
+        const Vector2d& eye = kCornersInFace[i < m ? b : c];
         smallest = std::min(smallest, doubled(eye, line[i + 1], line[i]));
       }
       if (smallest > best_least) best_least = smallest, best = m;
     }
     if (best > last) return false;
     std::vector<Point> near = {on_edge(a, a)}, far = {on_edge(a, b)};
-    const Vector2d middle = 0.5 * (kCornersAt[b] + kCornersAt[c]);
+    const Vector2d middle = 0.5 * (kCornersInFace[b] + kCornersInFace[c]);
     for (const PathPoint& p : path) {
-      near.push_back(add_inner(p, kCornersAt[a], kAside, a));
+      near.push_back(add_inner(p, kCornersInFace[a], kAside, a));
       far.push_back(add_inner(p, middle, kAside, b));
     }
     near.push_back(on_edge(c, a)), far.push_back(on_edge(c, c));
@@ -168,7 +159,7 @@ class CutSkin::FaceCutter {
     for (int k = 0; k < 3; ++k) {
       const PathPoint point{middle, place};
       // Cuts need not meet there: the corner's own tissue carries it.
-      inner[k] = add_inner(point, kCornersAt[k], 1, k);
+      inner[k] = add_inner(point, kCornersInFace[k], 1, k);
     }
     for (int k = 0; k < 3; ++k) {
       const int next = (k + 1) % 3, last = (k + 2) % 3;
@@ -202,13 +193,14 @@ class CutSkin::FaceCutter {
 
 CutSkin::CutSkin(const TriangleMesh& skin, const EdgeCrossings& edges, const CutSheet& sheet) {
   for (const Vector3d& v : skin.vertices)
-    vertices_.push_back({v, v, false, 0, {}, 0, Vector2d::Zero()});
+    vertices_.push_back({v, v, false, 0, {}, Vector3d::Zero()});
   for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
-    parts_.push_back({f, skin.faces[f], kCornersAt});
+    parts_.push_back({f, skin.faces[f], kCornersInFace});
   cut_edges(skin, edges);
   if (ends_.empty()) return;
   for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
     FaceCutter(*this, skin, edges, sheet, f).cut();
+  draw_back(sheet);
 }
 
 std::uint32_t CutSkin::add_vertex(const Vertex& vertex) {
@@ -239,26 +231,15 @@ void CutSkin::cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges) {
     const double share = crossed.share();
     const Vector3d &from = skin.vertices[a], &to = skin.vertices[b];
     const auto on = [&](double t) -> Vector3d { return (1 - t) * from + t * to; };
-    Vertex vertex;
-    vertex.at_mm = on(share);
+    const auto add = [&](std::uint32_t corner, double probe) {
+      return add_vertex(
+          {on(share), on(probe), true, corner, crossed.first.place, Vector3d::Zero()});
+    };
+    EdgeEnds ends{};
     // Where an edge is cut near its end it is parted a little farther in.
-    vertex.side_mm = on(kProbeShare * std::min(crossed.first.share, share));
-    vertex.on_border = true;
-    vertex.corner = a;
-    vertex.place = crossed.first.place;
-    vertex.face = faces.front().first;
-    const Face& f = skin.faces[vertex.face];
-    for (int k = 0; k < 3; ++k) {
-      if (f[k] == a) vertex.in_face += (1 - share) * kCornersAt[k];
-      if (f[k] == b) vertex.in_face += share * kCornersAt[k];
-    }
-    EdgeEnds ends;
-    ends.first = ends.second = add_vertex(vertex);
-    if (parted == static_cast<std::ptrdiff_t>(faces.size())) {
-      vertex.corner = b;
-      vertex.side_mm = on(1 - kProbeShare * (1 - std::max(crossed.last.share, share)));
-      ends.second = add_vertex(vertex);
-    }
+    ends.first = ends.second = add(a, kProbeShare * std::min(crossed.first.share, share));
+    if (parted == static_cast<std::ptrdiff_t>(faces.size()))
+      ends.second = add(b, 1 - kProbeShare * (1 - std::max(crossed.last.share, share)));
     ends_[edge] = ends;
   }
 }

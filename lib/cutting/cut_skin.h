@@ -15,13 +15,21 @@ namespace organbake {
 
 std::vector<EdgeCrossings::Edge> edges_of(const std::vector<Face>& faces);
 
+// Of a face's corners: b1, b2.
+inline const std::array<Eigen::Vector2d, 3> kCornersInFace = {
+    Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(0, 1)};
+// From a place in a part of a face, whose corners lie in the face as told, to that in the face.
+inline Eigen::Vector2d within(const std::array<Eigen::Vector2d, 3>& part,
+                              const Eigen::Vector2d& at) {
+  return (1 - at.sum()) * part[0] + at.x() * part[1] + at.y() * part[2];
+}
+
 // A part of a face of the skin, or all of it.
 struct SkinPart {
   std::uint32_t face = 0;  // of the uncut skin
   Face corners{};          // vertices of the cut skin
   // Where they lie in the face: b1, b2.
-  std::array<Eigen::Vector2d, 3> at = {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0),
-                                       Eigen::Vector2d(0, 1)};
+  std::array<Eigen::Vector2d, 3> at = kCornersInFace;
 };
 
 // A piece of a cut's border, along a sheet: the vertices of its one side, with that side's tissue
@@ -33,7 +41,8 @@ struct SkinBorder {
 
 // A skin at rest, cut along the lines in which sheets meet it. Faces are cut where at least two of
 // their edges are, so that corners come apart, along the very line; where a cut ends within a face
-// that face stays whole.
+// that face stays whole. From a blade that takes tissue away the lips are drawn back by half its
+// width, and the skin beside them less and less.
 class CutSkin {
  public:
   struct Vertex {
@@ -43,9 +52,9 @@ class CutSkin {
     // On the border: the uncut skin's vertex whose side it is.
     std::uint32_t corner = 0;
     SheetPlace place;
-    // Where it lies on the uncut skin; an uncut skin's own vertices are not told.
-    std::uint32_t face = 0;
-    Eigen::Vector2d in_face = Eigen::Vector2d::Zero();
+    // From where the cut passed, by as much as a wide blade drew it back; at_mm counts it.
+    Eigen::Vector3d drawn_back_mm = Eigen::Vector3d::Zero();
+    Eigen::Vector3d on_cut_mm() const { return at_mm - drawn_back_mm; }
   };
 
   // edges: of the skin, where the sheet's triangles crossed them.
@@ -55,8 +64,6 @@ class CutSkin {
   const std::vector<Vertex>& vertices() const { return vertices_; }
   // The parts of face f: the first is number f, others follow behind those of all faces.
   const std::vector<SkinPart>& parts() const { return parts_; }
-  // Of the faces that are cut, the numbers of their parts.
-  const std::map<std::uint32_t, std::vector<std::uint32_t>>& parts_of() const { return parts_of_; }
   const std::vector<SkinBorder>& borders() const { return borders_; }
 
  private:
@@ -65,11 +72,13 @@ class CutSkin {
   };
   class FaceCutter;
   void cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges);
+  void draw_back(const CutSheet& sheet);
+  void draw_lips_back(const CutSheet& sheet);
+  void draw_skin_back();
   std::uint32_t add_vertex(const Vertex& vertex);
 
   std::vector<Vertex> vertices_;
   std::vector<SkinPart> parts_;
-  std::map<std::uint32_t, std::vector<std::uint32_t>> parts_of_;
   std::vector<SkinBorder> borders_;
   std::map<std::uint32_t, EdgeEnds> ends_;  // of the edges that fall in two
 };

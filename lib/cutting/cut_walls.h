@@ -18,6 +18,8 @@ struct CutWalls {
     Eigen::Vector3d at_mm;
     Eigen::Vector3d side_mm;  // beside the cut, in the tissue whose wall it is
     std::uint32_t lip;        // the skin's vertex at the wall's lip above
+    double depth_mm;          // below the skin
+    float light = 1;          // of what falls on the skin, the share that comes down there
   };
   std::vector<Vertex> vertices;
   std::vector<Face> faces;  // outward: away from that tissue

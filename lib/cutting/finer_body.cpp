@@ -1,74 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "cutting/cut_body.h"
 #include "cutting/edge_bisection.h"
+#include "cutting/sheet_neighbourhood.h"
 
 namespace organbake {
 namespace {
 
 // Edges that are cut open in steps of their length; shorter ones cost more than they show.
-constexpr double kFine_mm = 3;
+constexpr double kFineBody_mm = 3;
 constexpr std::size_t kMostTetrahedra = 40'000;  // a step takes too long beyond
-constexpr double kRoundSheet_mm = 2;             // a sheet's end opens from a little before it
-constexpr std::uint32_t kRankOfMiddles = 0x8000'0000;
-
-void widen(Bounds& box, const Eigen::Vector3d& point_mm) {
-  box.min = box.min.cwiseMin(point_mm);
-  box.max = box.max.cwiseMax(point_mm);
-}
-
-// A sheet's triangles in tissue, asked of tetrahedra.
-class SheetNeighbourhood {
- public:
-  SheetNeighbourhood(const MaterialGrid& grid, std::span<const CutSheet::Triangle> triangles) {
-    for (const CutSheet::Triangle& triangle : triangles) {
-      if (triangle.farther_out) continue;
-      Near near;
-      for (int k = 0; k < 3; ++k) near.corners[k] = grid.place_mm(triangle.corners[k]);
-      for (const Eigen::Vector3d& corner : near.corners) widen(near.box, corner);
-      near.box.min.array() -= kRoundSheet_mm, near.box.max.array() += kRoundSheet_mm;
-      near.normal = (near.corners[1] - near.corners[0])
-                        .cross(near.corners[2] - near.corners[0])
-                        .stableNormalized();
-      widen(all_, near.box.min), widen(all_, near.box.max);
-      near_.push_back(near);
-    }
-  }
-
-  bool empty() const { return near_.empty(); }
-  // Whether a triangle passes through a tetrahedron's box, and its plane between the corners.
-  bool meets(const TetrahedralBody& body, const Tetrahedron& tetrahedron) const {
-    Bounds box;
-    for (const std::uint32_t n : tetrahedron.nodes) widen(box, body.nodes_mm[n]);
-    if (!overlap(box, all_)) return false;
-    return std::any_of(near_.begin(), near_.end(), [&](const Near& near) {
-      if (!overlap(box, near.box)) return false;
-      double low = std::numeric_limits<double>::infinity(), high = -low;
-      for (const std::uint32_t n : tetrahedron.nodes) {
-        const double away = near.normal.dot(body.nodes_mm[n] - near.corners[0]);
-        low = std::min(low, away), high = std::max(high, away);
-      }
-      return low <= 0 && high >= 0;
-    });
-  }
-
- private:
-  struct Near {
-    std::array<Eigen::Vector3d, 3> corners;
-    Eigen::Vector3d normal;
-    Bounds box;
-  };
-  static bool overlap(const Bounds& a, const Bounds& b) {
-    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-  }
-  std::vector<Near> near_;
-  Bounds all_;
-};
+constexpr std::uint32_t kRankOfBodyMiddles = 0x8000'0000;
 
 }  // namespace
 
@@ -80,15 +26,17 @@ bool CutBody::refine(std::span<const CutSheet::Triangle> triangles, std::size_t 
   if (near.empty()) return false;
   Bisection halved = bisect(body_, [&](std::uint32_t t) {
     const Tetrahedron& tetrahedron = body_.tetrahedra[t];
-    return body_.tetrahedra.size() < kMostTetrahedra && near.meets(body_, tetrahedron) &&
-           longest_edge_mm(body_, tetrahedron) > kFine_mm;
+    std::array<Eigen::Vector3d, 4> corners;
+    for (int k = 0; k < 4; ++k) corners[k] = body_.nodes_mm[tetrahedron.nodes[k]];
+    return body_.tetrahedra.size() < kMostTetrahedra && near.meets(corners) &&
+           longest_edge_mm(body_, tetrahedron) > kFineBody_mm;
   });
   if (halved.none()) return false;
   part_of_ = std::move(halved.part_of);
   std::vector<GridPoint> points = edges_.points();
   for (std::size_t n = points.size(); n < body_.nodes_mm.size(); ++n)
     points.push_back(
-        grid_.snapped(body_.nodes_mm[n], kRankOfMiddles + static_cast<std::uint32_t>(n)));
+        grid_.snapped(body_.nodes_mm[n], kRankOfBodyMiddles + static_cast<std::uint32_t>(n)));
   EdgeCrossings finer(std::move(points), edges_of(body_.tetrahedra));
   finer.take_over(edges_, triangles.first(first_new));
   edges_ = std::move(finer);

@@ -36,9 +36,13 @@ void ShapeSolver::take_over(ShapeSolver& before, const std::vector<NodeSource>& 
   };
   for (std::size_t i = 0; i < at_rest.size(); ++i) {
     Contact contact = before.contacts_[i];
-    if (contact.of_tissue() || !contact.carried || contact.tip >= tips.size()) continue;
+    if (contact.of_tissue() || contact.tip >= tips.size()) continue;
+    if (!contact.carried && !contact.threaded) continue;
     if (first < contacts_.size() && contacts_[first].tip != contact.tip) grip_anew();
-    if (find_anew(contact, at_rest[i])) contacts_.push_back(contact);
+    if (!find_anew(contact, at_rest[i])) continue;
+    if (contact.threaded) search_.place(contact, to_row(tips[contact.tip].position_mm));
+    contacts_.push_back(contact);
+    if (contact.threaded) first = contacts_.size();
   }
   grip_anew();
 }

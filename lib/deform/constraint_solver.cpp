@@ -34,6 +34,12 @@ Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
   return along * normal + limit / std::sqrt(squared) * across;
 }
 
+// Along a needle's shaft no more than friction.
+Lanes along_shaft(const Lanes& force, const Lanes& shaft, double most) {
+  const double along = dot(force, shaft);
+  return force - (along - std::clamp(along, -most, most)) * shaft;
+}
+
 }  // namespace
 
 ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume,
@@ -143,10 +149,11 @@ void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
   }
 }
 
-// Where a grasper carries it; else on the tip, and there where friction holds it.
+// Where a grasper carries it; else on the tip or the needle, and there where friction holds it.
 Row ConstraintSolver::aim_of(const Contact& c, const Rows& x_start) const {
   if (c.carried) return c.target;
   const Row stuck = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
+  if (c.threaded) return c.target + up_needle(c, stuck) * c.normal;
   return stuck - c.normal.dot(stuck - c.target) * c.normal;
 }
 
@@ -235,7 +242,9 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
       point += pressure_[u.sides[s].body] * *as_lanes(&u.sides[s].volume_move);
 
     Lanes next = force[i] - u.per_own * (point - *as_lanes(&u.aim));
-    if (!c.carried) {  // wet skin slides on skin
+    if (c.threaded) {
+      next = along_shaft(next, *as_lanes(&c.normal), c.grip_mn);
+    } else if (!c.carried) {  // wet skin slides on skin
       next = into_cone(next, *as_lanes(&c.normal), c.of_tissue() ? 0 : friction_);
     }
     next *= u.kept;

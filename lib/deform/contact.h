@@ -36,6 +36,7 @@ struct TipSweep {
   // No earlier position is known: skin that the tip overlaps counts as entered from outside.
   bool just_placed = false;
   bool grabs = false;
+  bool pierces = false;  // a needle
 
   TipPose at(double fraction) const {
     return {from + fraction * (to - from), axis_from + fraction * (axis_to - axis_from), radius_mm};
@@ -82,7 +83,8 @@ struct Grip {
 };
 
 // A skin point that an instrument holds off (normal · (p − target) ≥ 0, with friction) or carries
-// (p = target), or that other skin holds off: p is then relative to that skin's point. Its force
+// (p = target), that a needle has gone through (p on the line from the target along the normal,
+// with friction), or that other skin holds off: p is then relative to that skin's point. Its force
 // persists from step to step as the next solve's first guess.
 struct Contact {
   static constexpr std::uint32_t kTissue = 0xFFFFFFFFu;
@@ -92,6 +94,7 @@ struct Contact {
   std::uint32_t feeler = 0;  // of tissue: which of its points
   SkinPoint at;
   bool carried = false;
+  bool threaded = false;          // on a needle
   bool from_front = true;         // the tip came from outside the body
   double touched_at = 0;          // fraction of the step's sweep, for friction
   Row grab_offset = Row::Zero();  // carried: from the tip's centre, mm
@@ -100,15 +103,21 @@ struct Contact {
   // Set by each refresh, for the shape and the tip's place of that moment.
   Row point = Row::Zero();  // mm
   Lever lever;
-  Row normal = Row::Zero();  // unit, from the tip into the tissue
+  Row normal = Row::Zero();  // unit, from the tip into the tissue; of a needle up its shaft
   Row target = Row::Zero();  // mm
   // Where the point would lie with its lever's slots, or its grip's carriers, at rest, mm.
   Row anchored_at = Row::Zero();
   Row tip_motion = Row::Zero();  // of the tip since it touched, mm
+  double grip_mn = 0;            // threaded: friction's most
   bool fresh = false;            // moved or made by this refresh
 
   Row force = Row::Zero();  // on the tissue, mN
 };
+
+// How far a threaded contact's point lies up the needle, mm.
+inline double up_needle(const Contact& contact, const Row& point) {
+  return (point - contact.target).dot(contact.normal);
+}
 
 // The point that a contact's constraint acts on when the vertices lie at x (mm): away from anchors
 // the skin point itself, its shell offset held.

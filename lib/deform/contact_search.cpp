@@ -20,6 +20,8 @@ constexpr double kSquareCosine = 0.5;
 // Of a capsule's deepest point on a face: how often and how closely, in radii, it is sought.
 constexpr int kMostAlternations = 8;
 constexpr double kAlternationWithin = 1e-3;
+// Of a needle's shaft on what it went through, per mm of it below the skin.
+constexpr double kGrip_mn_per_mm = 20;
 
 // The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
 // wrong side of the skin pushes it back along the skin's normal: it came through, not round.
@@ -139,7 +141,10 @@ double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fracti
       return c.tip == sweep.tip && !update(tip, c);
     });
     touches_.clear();
-    if (!sweep.grabs) {
+    const bool threaded = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return c.threaded && c.tip == sweep.tip;
+    });
+    if (!sweep.grabs && !threaded) {
       for (const std::uint32_t face : near_[s]) touch(sweep, tip, face);
     }
     std::sort(touches_.begin(), touches_.end(), [](const Touch& p, const Touch& q) {
@@ -192,6 +197,12 @@ bool ContactSearch::update(const TipPose& tip, Contact& contact) {
     contact.target = tip.center + contact.grab_offset;
     return true;
   }
+  if (contact.threaded) {
+    contact.normal = tip.axis.normalized();
+    contact.target = tip.center;
+    contact.grip_mn = kGrip_mn_per_mm * std::max(0.0, up_needle(contact, contact.point));
+    return true;
+  }
   const Row center = tip.center_near(hit.point);
   hit.distance_mm = (hit.point - center).norm();
   const Push push = push_of(hit, center, tip.radius_mm, contact.from_front);
@@ -237,6 +248,7 @@ double ContactSearch::violation(const Contact& contact) const {
     return (contact.anchored_at + contact.grip.scale * moved - contact.target).norm();
   }
   const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
+  if (contact.threaded) return (miss - contact.normal.dot(miss) * contact.normal).norm();
   return -contact.normal.dot(miss);
 }
 

@@ -14,13 +14,18 @@ const char* to_string(InstrumentMode mode) {
       return "grab";
     case InstrumentMode::cut:
       return "cut";
+    case InstrumentMode::snip:
+      return "snip";
+    case InstrumentMode::pierce:
+      return "pierce";
     default:
       return "poke";
   }
 }
 
 std::optional<InstrumentMode> instrument_mode(std::string_view name) {
-  for (const auto mode : {InstrumentMode::poke, InstrumentMode::grab, InstrumentMode::cut}) {
+  for (const auto mode : {InstrumentMode::poke, InstrumentMode::grab, InstrumentMode::cut,
+                          InstrumentMode::snip, InstrumentMode::pierce}) {
     if (name == to_string(mode)) return mode;
   }
   return std::nullopt;

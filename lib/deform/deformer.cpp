@@ -92,6 +92,7 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
     report_positions(tips);
     report.recovered = false;
     report.slipped = 0;
+    report.punctures.clear();
     report.collision_ms = 0;
     return report;
   }
@@ -152,6 +153,7 @@ void Deformer::Impl::report_positions(const std::vector<InstrumentTip>& tips) {
 }
 
 void Deformer::Impl::report_forces() {
+  for (const deform::Contact& c : solver.punctures()) report.punctures.push_back(contact_point(c));
   for (const deform::Contact& c : solver.contacts()) {
     if (c.force.isZero(0)) continue;
     ++(c.of_tissue() ? report.tissue_contacts : report.contacts);
@@ -172,7 +174,7 @@ ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
   const double on_points = 1 / c.lever.free_share;
   point.force_n = -on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
   const deform::Row pushed = c.point - c.anchored_at;
-  if (c.carried) {
+  if (c.carried || c.threaded) {
     point.normal = point.force_n.normalized();
     point.depth_mm = pushed.norm();
   } else {

@@ -12,10 +12,20 @@
 
 namespace organbake {
 
-// A cutting tip is a blade's edge, from its position along its axis: it pushes nothing.
-enum class InstrumentMode { poke, grab, cut };
+// A cutting tip is a blade's edge, from its position along its axis; a snipping one a pair of
+// scissors, whose axis leads from where its blades meet when closed to their pivot. Neither pushes
+// anything. A piercing one is a needle from its point along its axis: it pushes the skin in until
+// that gives way and lets it through. From then on the skin slides along the needle and is held by
+// its friction, until the point comes out again.
+enum class InstrumentMode { poke, grab, cut, snip, pierce };
 
 const char* to_string(InstrumentMode mode);
+inline bool has_blade(InstrumentMode mode) {
+  return mode == InstrumentMode::cut || mode == InstrumentMode::snip;
+}
+inline bool is_blunt(InstrumentMode mode) {
+  return mode == InstrumentMode::poke || mode == InstrumentMode::grab;
+}
 std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
 
 // A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
@@ -23,6 +33,7 @@ std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothin
 // A thinner tip would slip between what contacts are exact to.
 inline constexpr double kThinnestTip_mm = 0.05;
 inline constexpr double kShortestBlade_mm = 0.1;
+inline constexpr double kWidestCut_mm = 10;
 
 struct InstrumentTip {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
@@ -30,6 +41,12 @@ struct InstrumentTip {
   InstrumentMode mode = InstrumentMode::poke;
   bool active = false;
   Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
+  // How much tissue a blade takes away across its way: nothing of a scalpel or scissors, a
+  // millimetre or two of a hook with current.
+  double cut_width_mm = 0;
+  // From the tip of the one of a pair of scissors' blades to that of the other, half of it on
+  // either side of the position. What lies between the blades is cut as it becomes less.
+  Eigen::Vector3d opening_mm = Eigen::Vector3d::Zero();
 };
 
 // What stands for the tissue: the springs that every bundle has, or linear corotational finite
@@ -67,6 +84,7 @@ struct StepReport {
   std::size_t tool_contacts = 0;             // pairs of tools that hold each other off
   std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
   std::vector<ContactPoint> contact_points;  // `contacts` of them; a tip's force is their sum
+  std::vector<ContactPoint> punctures;       // where needles went through the skin
   // Where each tip was held, world: tools that run into each other stop there.
   std::vector<Eigen::Vector3d> tip_position_mm;
   // A tip moved farther than can be followed, and may have passed through skin.

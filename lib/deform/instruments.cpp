@@ -24,7 +24,24 @@ std::string describe(const Eigen::Vector3d& p) {
 bool same_tip(const InstrumentTip& a, const InstrumentTip& b) {
   if (!a.active && !b.active) return true;
   return a.active == b.active && a.mode == b.mode && a.radius_mm == b.radius_mm &&
-         a.position_mm == b.position_mm && a.axis_mm == b.axis_mm;
+         a.position_mm == b.position_mm && a.axis_mm == b.axis_mm &&
+         a.cut_width_mm == b.cut_width_mm && a.opening_mm == b.opening_mm;
+}
+
+void check_sharp(const InstrumentTip& tip, const std::string& name) {
+  if (!(tip.axis_mm.norm() >= kShortestBlade_mm)) {
+    throw UsageError(name + " cuts or pierces and has the axis " + describe(tip.axis_mm) +
+                     " mm; give its blade's edge or its needle, from the tip to the upper end, or "
+                     "from the tips of scissors to their pivot, of 0.1 mm at least");
+  }
+  if (!within_reach(tip.opening_mm)) {
+    throw UsageError(name + " has the opening " + describe(tip.opening_mm) +
+                     " mm; give a finite one within 1e9 mm, zero for closed scissors");
+  }
+  if (!(tip.cut_width_mm >= 0 && tip.cut_width_mm <= kWidestCut_mm)) {
+    throw UsageError(name + " cuts " + to_text(tip.cut_width_mm) + " mm wide; it must be 0 to " +
+                     to_text(kWidestCut_mm));
+  }
 }
 
 }  // namespace
@@ -46,15 +63,10 @@ void check_tips(const std::vector<InstrumentTip>& tips) {
       throw UsageError(name + " has radius " + to_text(tip.radius_mm) + " mm; it must be " +
                        to_text(kThinnestTip_mm) + " to 1e9");
     }
-    if (tip.mode != InstrumentMode::poke && tip.mode != InstrumentMode::grab &&
-        tip.mode != InstrumentMode::cut) {
-      throw UsageError(name + " has an unknown mode; use poke, grab or cut");
+    if (tip.mode < InstrumentMode::poke || tip.mode > InstrumentMode::pierce) {
+      throw UsageError(name + " has an unknown mode; use poke, grab, cut, snip or pierce");
     }
-    if (tip.mode == InstrumentMode::cut && !(tip.axis_mm.norm() >= kShortestBlade_mm)) {
-      throw UsageError(name + " cuts and has the axis " + describe(tip.axis_mm) +
-                       " mm; give its blade's edge, from the tip to the upper end, of 0.1 mm at "
-                       "least");
-    }
+    if (!is_blunt(tip.mode)) check_sharp(tip, name);
   }
 }
 
@@ -79,7 +91,7 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
   };
   std::erase_if(contacts, [&](const Contact& c) { return !c.of_tissue() && !goes_on(c.tip); });
   for (std::size_t i = 0; i < tips.size(); ++i) {
-    if (!tips[i].active || tips[i].mode == InstrumentMode::cut) continue;
+    if (!tips[i].active || has_blade(tips[i].mode)) continue;
     TipSweep sweep;
     sweep.tip = static_cast<std::uint32_t>(i);
     sweep.to = to_row(tips[i].position_mm);
@@ -89,6 +101,7 @@ std::vector<TipSweep> Instruments::advance(const std::vector<InstrumentTip>& tip
     sweep.axis_from = sweep.just_placed ? sweep.axis_to : to_row(last_[i].axis_mm);
     sweep.radius_mm = tips[i].radius_mm;
     sweep.grabs = tips[i].mode == InstrumentMode::grab;
+    sweep.pierces = tips[i].mode == InstrumentMode::pierce;
     if (sweep.grabs && sweep.just_placed) closing.push_back(sweeps.size());
     sweeps.push_back(sweep);
   }

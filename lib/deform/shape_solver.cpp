@@ -9,6 +9,7 @@
 #include "deform/grasp.h"
 #include "deform/instruments.h"
 #include "deform/mechanics_checks.h"
+#include "deform/needles.h"
 #include "deform/spring_network.h"
 
 namespace organbake::deform {
@@ -93,21 +94,22 @@ ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& option
 void ShapeSolver::to_rest() {
   x_ = x_start_ = x_free_ = x_before_ = tissue_->rest();
   velocity_.assign(tissue_->size(), Row::Zero());
-  contacts_.clear();
+  contacts_.clear(), punctures_.clear();
   constraints_.reset();
   if (tissue_search_) tissue_search_->reset();
   last_energy_ = kUnknownEnergy;
 }
 
 bool ShapeSolver::held() const {
-  return std::any_of(contacts_.begin(), contacts_.end(),
-                     [](const Contact& c) { return c.carried || !c.force.isZero(0); });
+  return std::any_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
+    return c.carried || c.threaded || !c.force.isZero(0);
+  });
 }
 
 bool ShapeSolver::tangled() const {
   return load_.empty() && tissue_->relaxed_at_rest() && held() &&
          std::all_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
-           return c.of_tissue() || (!c.carried && c.force.isZero(0));
+           return c.of_tissue() || (!c.carried && !c.threaded && c.force.isZero(0));
          });
 }
 
@@ -155,6 +157,7 @@ Penetration ShapeSolver::move(const std::vector<TipSweep>& sweeps) {
   advance(sweeps);
   const Penetration deepest = close_gaps(sweeps);
   tip_too_fast_ = tip_too_fast_ || (touched_on_the_way_ && !tools_touch());
+  punctures_ = let_needles_through(sweeps, contacts_);
   return deepest;
 }
 
@@ -277,7 +280,8 @@ double ShapeSolver::settle_motion() {
     const double length = move.norm();
     velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
   }
-  std::erase_if(contacts_, [](const Contact& c) { return !c.carried && c.force.isZero(0); });
+  std::erase_if(contacts_,
+                [](const Contact& c) { return !c.carried && !c.threaded && c.force.isZero(0); });
   return largest_distance(x_, x_start_);
 }
 

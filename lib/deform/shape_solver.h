@@ -52,6 +52,8 @@ class ShapeSolver {
   bool tip_too_fast() const { return tip_too_fast_; }
   // How many graspers the tissue slipped from in the last step.
   std::size_t slipped() const { return slipped_; }
+  // Where needles went through in the last step.
+  const std::vector<Contact>& punctures() const { return punctures_; }
   // Takes the step's motion for the velocity and returns its largest (mm).
   double settle_motion();
 
@@ -98,7 +100,7 @@ class ShapeSolver {
   Rows x_coasted_;                        // where inertia alone would end the step
   Rows force_;                            // left at a shape, mN; then the way from there, mm
   Rows load_;                             // dead, on the free slots, mN; or empty
-  std::vector<Contact> contacts_;
+  std::vector<Contact> contacts_, punctures_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
   bool tip_too_fast_ = false, touched_on_the_way_ = false;
   std::size_t slipped_ = 0;

@@ -55,9 +55,9 @@ double way_mm(const InstrumentTip& from, const InstrumentTip& to) {
   return std::max(at_base.norm(), (at_base + to.axis_mm - from.axis_mm).norm());
 }
 
-// Blades are thin, and pass beside other tools.
+// Blades and needles are thin, and pass beside other tools.
 bool both_there(const InstrumentTip& a, const InstrumentTip& b) {
-  return a.active && b.active && a.mode != InstrumentMode::cut && b.mode != InstrumentMode::cut;
+  return a.active && b.active && is_blunt(a.mode) && is_blunt(b.mode);
 }
 
 // In how many pieces tips have to be moved so that none passes another; 0: they don't meet.

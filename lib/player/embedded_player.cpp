@@ -77,7 +77,11 @@ EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
     instrument.position_mm = Eigen::Vector3d(tip.position_mm.data());
     instrument.radius_mm = tip.radius_mm;
     instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
-    instrument.mode = tip.cuts    ? InstrumentMode::cut
+    instrument.opening_mm = Eigen::Vector3d(tip.opening_mm.data());
+    instrument.cut_width_mm = tip.cut_width_mm;
+    instrument.mode = tip.pierces ? InstrumentMode::pierce
+                      : tip.snips ? InstrumentMode::snip
+                      : tip.cuts  ? InstrumentMode::cut
                       : tip.grabs ? InstrumentMode::grab
                                   : InstrumentMode::poke;
     instrument.active = tip.active;

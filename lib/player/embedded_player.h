@@ -33,6 +33,13 @@ class EmbeddedPlayer {
     bool active = true;
     // A blade whose edge is the axis: cuts what it sweeps through, finite elements only.
     bool cuts = false;
+    // Scissors whose axis leads from the closed blades' tips to their pivot: cut what lies between
+    // the blades as the opening, from the one tip to the other, becomes less.
+    bool snips = false;
+    std::array<double, 3> opening_mm{};
+    double cut_width_mm = 0;  // of the strip of tissue that a blade takes away
+    // A needle from its point along its axis, as thick as its radius says.
+    bool pierces = false;
   };
   struct Options {
     double time_step_s = 1.0 / 60;

@@ -23,19 +23,18 @@ class InstrumentMotion {
 
  private:
   struct Path {
-    double radius_mm;
-    InstrumentMode mode;
+    InstrumentTip tip;  // all that stays
     std::optional<Eigen::Vector3d> shaft;
-    Eigen::Vector3d axis_mm;
-    std::vector<double> times;
+    Eigen::Vector3d opens_along;  // unit, or zero
+    std::vector<double> times, openings_mm;
     std::vector<Eigen::Vector3d> positions;
   };
   const Bundle* bundle_;
   std::vector<Path> paths_;
 };
 
-// A tip as a viewer sees it: a ball or a capsule, and a thin shaft; without a direction it leads
-// away from the organ.
+// A tip as a viewer sees it: a ball, a capsule or the blades of scissors, and a thin shaft; without
+// a direction it leads away from the organ, that of scissors on from their pivot.
 std::vector<Solid> tool_solids(const InstrumentTip& tip,
                                const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle);
 

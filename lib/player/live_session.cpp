@@ -16,6 +16,7 @@ constexpr double kZoomPerStep = 0.9;
 constexpr double kNearest = 0.35, kFarthest = 4;  // of the virtual cameras' distance
 constexpr double kHighest_rad = 1.5;
 constexpr double kCutDepth_mm = 8, kBlade_mm = 40, kBladeRadius_mm = 0.4;
+constexpr double kNeedle_mm = 60, kNeedleRadius_mm = 0.6;
 
 double smaller_side(const View& view) {
   return std::min(view.camera.intrinsics.width, view.camera.intrinsics.height);
@@ -68,10 +69,10 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
   mode_ = mode;
   pushed_mm_ = 0;
   holding_ = true;
-  const bool cuts = mode == InstrumentMode::cut;
-  const double radius_mm = cuts ? kBladeRadius_mm : tool_radius_mm_;
-  const Eigen::Vector3d axis_mm =
-      cuts ? Eigen::Vector3d(-kBlade_mm * sight_) : Eigen::Vector3d::Zero();
+  double radius_mm = tool_radius_mm_, length_mm = 0;
+  if (mode == InstrumentMode::cut) radius_mm = kBladeRadius_mm, length_mm = kBlade_mm;
+  if (mode == InstrumentMode::pierce) radius_mm = kNeedleRadius_mm, length_mm = kNeedle_mm;
+  const Eigen::Vector3d axis_mm = -length_mm * sight_;
   tips_.push_back({touched_mm_, radius_mm, mode, true, axis_mm});
   // A tool reaches into the picture from below, so that it does not hide what it touches.
   const Eigen::Vector3d from_eye(0.3, 0.6, -0.74);

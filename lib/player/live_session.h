@@ -25,7 +25,8 @@ class LiveSession {
 
   // Puts the tool onto the tissue at the pointer; false when there is none. A poking tool presses
   // along the line of sight, as deep as the pointer is then dragged away; a grabbing one carries
-  // the tissue across the view; a cutting one is drawn across it, 8 mm below the place touched.
+  // the tissue across the view; a cutting one is drawn across it, 8 mm below the place touched; a
+  // needle goes in along the line of sight, like a poking one. Scissors are for scripts alone.
   bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
   void drag(const Eigen::Vector2d& to_px);
   void push(double mm);  // a held tool along the line of sight, away from the eye when > 0

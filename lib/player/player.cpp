@@ -119,11 +119,13 @@ StepReport Player::step(const std::vector<InstrumentTip>& tips) {
   cut(tips);
   StepReport report = deformer_.step(tips);
   if (deformer_.moved()) take_positions();
+  leave_holes(tips, report.punctures);
   return report;
 }
 
 void Player::reset() {
   parting_.reset();
+  scissors_.clear();
   bool was_cut = false;
   for (Organ& organ : organs_) {
     was_cut = was_cut || organ.cut_warper;

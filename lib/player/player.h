@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "bundle/bundle.h"
 #include "cutting/blade_sweeps.h"
 #include "cutting/cut_organ.h"
+#include "cutting/scissors.h"
 #include "deform/deformer.h"
 #include "warp/paper/paper_warp.h"
 #include "warp/warper.h"
@@ -111,7 +113,11 @@ class Player {
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);
   void cut(const std::vector<InstrumentTip>& tips);
+  std::vector<BladeNow> blades_now(const std::vector<InstrumentTip>& tips);
   void sweep(const std::vector<InstrumentTip>& tips);
+  void begin_cutting(Organ& organ);
+  void leave_holes(const std::vector<InstrumentTip>& tips,
+                   const std::vector<ContactPoint>& punctures);
   void begin_parting();
   void end_parting();
   double metered_mm(const View& view, const DrawOptions& options) const;
@@ -120,8 +126,9 @@ class Player {
   std::vector<Organ> organs_;
   DeformOptions options_;
   Deformer deformer_;
-  std::unique_ptr<PaperWarp> paper_;  // made when first asked for
-  std::uint64_t joined_ = 0;          // serial of the last picture of several organs
+  std::unique_ptr<PaperWarp> paper_;          // made when first asked for
+  std::uint64_t joined_ = 0;                  // serial of the last picture of several organs
+  std::map<std::size_t, Scissors> scissors_;  // by instrument
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest. Of a type that pages do not know.
   struct Parting;

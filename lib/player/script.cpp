@@ -27,10 +27,12 @@ Eigen::Vector3d direction_from(const JsonField& field) {
 }
 
 Waypoint waypoint_from(const JsonField& field) {
-  field.allow_only({"time_s", "direction", "depth_mm", "position_mm"});
+  field.allow_only({"time_s", "direction", "depth_mm", "position_mm", "opening_mm"});
   Waypoint waypoint;
   constexpr double kLongest = 1e5;  // seconds
   waypoint.time_s = field["time_s"].number(0, kLongest);
+  if (const auto opening = field.find("opening_mm"))
+    waypoint.opening_mm = opening->number(0, kFarMm);
   if (const auto position = field.find("position_mm")) {
     if (field.find("direction") || field.find("depth_mm"))
       position->fail("stands beside direction or depth_mm; a tip is at the one or the other");
@@ -43,24 +45,42 @@ Waypoint waypoint_from(const JsonField& field) {
   return waypoint;
 }
 
+void read_blade(const JsonField& field, InstrumentPath& instrument) {
+  if (const auto width = field.find("cut_width_mm"))
+    instrument.cut_width_mm = width->number(0, kWidestCut_mm);
+  if (instrument.mode != InstrumentMode::snip) return;
+  const auto along = field.find("opens_along");
+  if (!along) field.fail("snips and needs opens_along: the direction in which its blades open");
+  instrument.opens_along = direction_from(*along);
+}
+
 InstrumentPath instrument_from(const JsonField& field) {
-  field.allow_only({"name", "radius_mm", "mode", "axis_mm", "shaft", "path"});
+  field.allow_only(
+      {"name", "radius_mm", "mode", "axis_mm", "cut_width_mm", "opens_along", "shaft", "path"});
   InstrumentPath instrument;
   instrument.name = field["name"].text();
   if (const auto radius = field.find("radius_mm"))
     instrument.radius_mm = radius->number(kThinnestTip_mm, kFarMm);
   const JsonField mode = field["mode"];
   const auto known = instrument_mode(mode.text());
-  if (!known) mode.fail("must be 'poke', 'grab' or 'cut'");
+  if (!known) mode.fail("must be 'poke', 'grab', 'cut', 'snip' or 'pierce'");
   instrument.mode = *known;
   if (const auto axis = field.find("axis_mm")) {
     instrument.axis_mm = axis->vector3();
     if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
   }
-  if (instrument.mode == InstrumentMode::cut && !(instrument.axis_mm.norm() >= kShortestBlade_mm))
+  if (!is_blunt(instrument.mode) && !(instrument.axis_mm.norm() >= kShortestBlade_mm))
     field.fail(
-        "cuts and needs axis_mm: its blade's edge, from the tip to the upper end, of 0.1 mm "
-        "at least");
+        "cuts or pierces and needs axis_mm: its blade's edge or its needle, from the tip to the "
+        "upper end, or from the tips of scissors to their pivot, of 0.1 mm at least");
+  if (has_blade(instrument.mode)) {
+    read_blade(field, instrument);
+  } else if (const auto width = field.find("cut_width_mm")) {
+    width->fail("is for instruments that cut or snip alone");
+  }
+  const bool scissors = instrument.mode == InstrumentMode::snip;
+  if (const auto along = field.find("opens_along"); along && !scissors)
+    along->fail("is for instruments that snip alone");
   if (const auto shaft = field.find("shaft")) instrument.shaft = direction_from(*shaft);
   const JsonField path = field["path"];
   if (path.size() == 0) path.fail("must hold a waypoint");
@@ -69,6 +89,8 @@ InstrumentPath instrument_from(const JsonField& field) {
     if (i > 0 && instrument.path[i].time_s <= instrument.path[i - 1].time_s) {
       path.at(i)["time_s"].fail("must be later than the waypoint's before");
     }
+    if (instrument.path[i].opening_mm > 0 && !scissors)
+      path.at(i)["opening_mm"].fail("is for instruments that snip alone");
   }
   return instrument;
 }

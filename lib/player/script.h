@@ -29,6 +29,7 @@ struct Waypoint {
   std::optional<Eigen::Vector3d> position_mm;
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
   double depth_mm = 0;
+  double opening_mm = 0;  // between the tips of scissors' blades
 };
 
 struct InstrumentPath {
@@ -41,6 +42,8 @@ struct InstrumentPath {
   std::optional<Eigen::Vector3d> shaft = {};
   // From the tip to a capsule's other end, mm; zero: a sphere.
   Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();
+  double cut_width_mm = 0;                                // of what has a blade
+  Eigen::Vector3d opens_along = Eigen::Vector3d::Zero();  // of scissors, any length
 };
 
 // What happens in front of the player's eye, frame by frame. Schema: interaction.schema.json.

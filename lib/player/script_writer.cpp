@@ -7,12 +7,15 @@ namespace organbake {
 namespace {
 
 Json waypoint_json(const Waypoint& waypoint) {
+  Json json = {{"time_s", waypoint.time_s}};
+  if (waypoint.opening_mm > 0) json["opening_mm"] = waypoint.opening_mm;
   if (waypoint.position_mm) {
-    return {{"time_s", waypoint.time_s}, {"position_mm", to_json(*waypoint.position_mm)}};
+    json["position_mm"] = to_json(*waypoint.position_mm);
+  } else {
+    json["direction"] = to_json(waypoint.direction);
+    json["depth_mm"] = waypoint.depth_mm;
   }
-  return {{"time_s", waypoint.time_s},
-          {"direction", to_json(waypoint.direction)},
-          {"depth_mm", waypoint.depth_mm}};
+  return json;
 }
 
 Json instrument_json(const InstrumentPath& instrument) {
@@ -20,6 +23,9 @@ Json instrument_json(const InstrumentPath& instrument) {
       {"name", instrument.name}, {"mode", to_string(instrument.mode)}, {"path", Json::array()}};
   if (instrument.radius_mm > 0) json["radius_mm"] = instrument.radius_mm;
   if (!instrument.axis_mm.isZero(0)) json["axis_mm"] = to_json(instrument.axis_mm);
+  if (instrument.cut_width_mm > 0) json["cut_width_mm"] = instrument.cut_width_mm;
+  if (instrument.mode == InstrumentMode::snip)
+    json["opens_along"] = to_json(instrument.opens_along);
   if (instrument.shaft) json["shaft"] = to_json(*instrument.shaft);
   for (const Waypoint& waypoint : instrument.path) json["path"].push_back(waypoint_json(waypoint));
   return json;

@@ -30,6 +30,7 @@ Json instruments_json(const PlayedScene& scene, const std::vector<std::string>& 
     json["position_mm"] = to_json(tip.position_mm);
     json["axis_mm"] = to_json(tip.axis_mm);
     json["radius_mm"] = tip.radius_mm;
+    if (tip.mode == InstrumentMode::snip) json["opening_mm"] = to_json(tip.opening_mm);
     json["force_n"] = to_json(scene.step.tip_force_n.at(i));
     all.push_back(json);
   }

@@ -47,4 +47,4 @@ refuse 2 "has been cut" b cut.json none --solver fem --layers depth
 script cut '' >blunt.json
 refuse 65 "needs axis_mm" b blunt.json none --solver fem
 script slice '"axis_mm": [0, -28, 0],' >slice.json
-refuse 65 "must be 'poke', 'grab' or 'cut'" b slice.json none --solver fem
+refuse 65 "must be 'poke', 'grab', 'cut', 'snip' or 'pierce'" b slice.json none --solver fem

@@ -140,8 +140,31 @@ class PlayerTest(unittest.TestCase):
         np.testing.assert_array_equal(player.draw(self.view).rgb, before)
         with self.assertRaisesRegex(ValueError, "solver fem"):
             self.player.step([self.skin], axis_mm=[30 * self.out], cuts=True)
-        with self.assertRaisesRegex(ValueError, "both grabs and cuts"):
+        with self.assertRaisesRegex(ValueError, "more than one of grabs, cuts, snips and pierces"):
             player.step([self.skin], axis_mm=[30 * self.out], cuts=True, grabs=True)
+
+    def test_scissors_and_a_hook_cut(self):
+        player = organplay.Player(BUNDLE, solver="fem")
+        across = np.cross(self.out, [0, 0, 1])
+        whole = len(player.proxy_faces())
+        for opening in np.linspace(30, 0, 20):
+            player.step([self.skin + 20 * across], axis_mm=[-40 * across + 2 * self.out],
+                        radius_mm=1, snips=True, opening_mm=[opening * self.out])
+        for share in np.linspace(-1, 1, 30):
+            player.step([self.skin + 15 * share * np.array([0, 0, 1]) - 10 * self.out],
+                        axis_mm=[30 * self.out], radius_mm=0.4, cuts=True, cut_width_mm=1.5)
+        for _ in range(12):
+            player.step()
+        self.assertGreater(len(player.proxy_faces()), whole + 100)
+        for height in np.linspace(3, -10, 30):
+            step = player.step([self.skin + 30 * across + height * self.out],
+                               axis_mm=[60 * self.out], radius_mm=0.6, pierces=True)
+        self.assertEqual(len(step.forces_n), 1)
+        with self.assertRaisesRegex(ValueError, "opening_mm"):
+            player.step([self.skin], axis_mm=[30 * self.out], snips=True,
+                        opening_mm=[[1, 2, 3], [1, 2, 3]])
+        with self.assertRaisesRegex(ValueError, "10"):
+            player.step([self.skin], axis_mm=[30 * self.out], cuts=True, cut_width_mm=11)
 
     def test_wrong_input_raises_and_never_crashes(self):
         p = self.player

@@ -82,7 +82,7 @@ bool is_closed(const TriangleMesh& mesh) {
 }
 
 // Blades on their way through a body that lies bent: along its edges, through its nodes, grazing,
-// in loops, there and back.
+// in loops, there and back; some take tissue away. And needles.
 class RandomBlades {
  public:
   RandomBlades(const CutOrgan& organ, std::uint64_t seed) : random_(seed) {
@@ -97,7 +97,9 @@ class RandomBlades {
     return at + 0.05 * (high_ - low_).norm() * std::sin(3 * share.sum()) * bend_;
   }
   void draw(CutOrgan& organ, BladeSweeps& sweeps) {
-    const std::uint64_t kind = random_.below(5);
+    const std::uint64_t kind = random_.below(6);
+    if (kind == 5) return pierce(organ, sweeps);
+    const double width_mm = random_.below(3) == 0 ? random_.uniform(0.3, 4) : 0;
     const Vector3d from = place(kind == 0), to = kind == 4 ? from : place(kind == 0);
     Vector3d edge = place(kind == 1) - place(kind == 1);
     const int steps = 2 + static_cast<int>(random_.below(10));
@@ -106,7 +108,7 @@ class RandomBlades {
       Vector3d tip = from + share * (to - from);
       if (kind == 3) tip = from + 12 * Vector3d(std::cos(turn), std::sin(turn), 0);
       if (kind == 4) edge = Eigen::AngleAxisd(0.3 * turn, Vector3d::UnitZ()) * edge;
-      const BladeNow now{0, {bent(tip), bent(tip) + edge}};
+      const BladeNow now{0, {bent(tip), bent(tip) + edge}, width_mm};
       sweeps.advance({&now, 1}, organ, nodes_of(organ));
       if (i == steps / 2 && kind == 2) organ.part(sweeps.sheet());
     }
@@ -121,6 +123,13 @@ class RandomBlades {
     for (std::uint32_t n = 0; n < organ.body().cut().node_count(); ++n)
       nodes.push_back(bent(body.nodes_mm[organ.body().cut().original(n)]));
     return nodes;
+  }
+  void pierce(CutOrgan& organ, BladeSweeps& sweeps) {
+    const std::vector<Vector3d>& skin = organ.uncut_skin().vertices;
+    const Vector3d at = bent(skin[random_.below(skin.size())]);
+    const Vector3d up = (place(false) - place(false)).normalized();
+    sweeps.pierce(at, up, random_.uniform(0.1, 1.5), organ, nodes_of(organ));
+    organ.part(sweeps.sheet());
   }
   Vector3d place(bool node) {
     if (node) return rest_[random_.below(rest_.size())];

@@ -86,6 +86,7 @@ void OrganView::follow_keys(Display& display) {
   if (display.pressed('F')) session_.face_front();
   if (display.pressed('G')) choose(InstrumentMode::grab);
   if (display.pressed('C')) choose(InstrumentMode::cut);
+  if (display.pressed('N')) choose(InstrumentMode::pierce);
   if (display.pressed('1')) proxy_lines_ = !proxy_lines_;
   if (display.pressed('2')) camera_lines_ = !camera_lines_;
   if (display.pressed('3')) manifold_lines_ = !manifold_lines_;
@@ -150,7 +151,7 @@ void OrganView::draw_overlays() const {
 void OrganView::controls(Display& display) {
   ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
   ImGui::Begin("organplay", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-  ImGui::TextDisabled("drag the tissue: poke, grab (also with Ctrl) or cut; wheel: deeper");
+  ImGui::TextDisabled("drag the tissue: poke, grab (also with Ctrl), cut or pierce; wheel: deeper");
   ImGui::TextDisabled("drag beside it or right: turn; middle: move; wheel: zoom");
   ImGui::Separator();
   if (ImGui::RadioButton("poke", mode_ == InstrumentMode::poke)) mode_ = InstrumentMode::poke;
@@ -158,6 +159,9 @@ void OrganView::controls(Display& display) {
   if (ImGui::RadioButton("grab (G)", mode_ == InstrumentMode::grab)) choose(InstrumentMode::grab);
   ImGui::SameLine();
   if (ImGui::RadioButton("cut (C)", mode_ == InstrumentMode::cut)) choose(InstrumentMode::cut);
+  ImGui::SameLine();
+  if (ImGui::RadioButton("needle (N)", mode_ == InstrumentMode::pierce))
+    choose(InstrumentMode::pierce);
   ImGui::SameLine();
   float radius = float(session_.tool_radius_mm());
   ImGui::SetNextItemWidth(110);

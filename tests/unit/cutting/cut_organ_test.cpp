@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "cutting/blade_sweeps.h"
+#include "cutting/scissors.h"
 #include "support/cut_bodies.h"
 #include "support/meshes.h"
 
@@ -16,6 +17,10 @@ namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kBoxVolume_mm3 = 60 * 40 * 40;
+// Of it, what a wall's quadrangles leave of its outline.
+constexpr double kWallGaps = 0.01;
 
 // A box with tetrahedra of 10 mm, its skin the proxy itself; or a smaller one.
 Bundle box_organ(double scale = 1) {
@@ -28,21 +33,42 @@ Bundle box_organ(double scale = 1) {
   return bundle;
 }
 
+// One step of a blade in the organ at rest; whether it hangs together otherwise then.
+bool advance(BladeSweeps& sweeps, CutOrgan& organ, const BladeNow& now) {
+  const std::vector<Vector3d> nodes =
+      organ.cut() ? organ.now().mechanics.body->nodes_mm : organ.body().uncut().nodes_mm;
+  sweeps.advance({&now, 1}, organ, nodes);
+  return organ.part(sweeps.sheet());
+}
+
 // A blade, its edge upright, on its way at rest.
 std::size_t draw_blade(BladeSweeps& sweeps, CutOrgan& organ, const Vector3d& from,
                        const Vector3d& to, double edge_mm, int steps = 40,
-                       std::size_t instrument = 0) {
+                       std::size_t instrument = 0, double width_mm = 0) {
   std::size_t changes = 0;
   for (int i = 0; i <= steps; ++i) {
     const Vector3d tip = from + double(i) / steps * (to - from);
-    const std::vector<Vector3d> nodes =
-        organ.cut() ? organ.now().mechanics.body->nodes_mm : organ.body().uncut().nodes_mm;
-    const BladeNow now{instrument, {tip, tip + Vector3d(0, 0, edge_mm)}};
-    sweeps.advance({&now, 1}, organ, nodes);
-    changes += organ.part(sweeps.sheet());
+    changes += advance(sweeps, organ, {instrument, {tip, tip + Vector3d(0, 0, edge_mm)}, width_mm});
   }
   sweeps.advance({}, organ, {});
   return changes;
+}
+
+// Of the pieces' skins with their walls, mm³, the smaller first; no face hangs between two pieces.
+std::vector<double> volumes_of_pieces(const CutOrgan& organ) {
+  const CutTetrahedra& cut = organ.body().cut();
+  std::vector<double> volumes(cut.fragment_count(), 0);
+  const auto& at = organ.now().proxy.vertices;
+  for (const auto& [a, b, c] : organ.now().proxy.faces) {
+    const auto piece = [&](std::uint32_t v) {
+      return cut.fragment(organ.now().mechanics.body->vertices[v].tetrahedron);
+    };
+    EXPECT_EQ(piece(a), piece(b));
+    EXPECT_EQ(piece(a), piece(c));
+    volumes[piece(a)] += at[a].cross(at[b]).dot(at[c]) / 6;
+  }
+  std::sort(volumes.begin(), volumes.end());
+  return volumes;
 }
 
 TEST(CutOrgan, OrgansWithoutTetrahedraAreRefused) {
@@ -71,21 +97,129 @@ TEST(CutOrgan, ACutThroughMakesTwoBodies) {
   EXPECT_GT(draw_blade(sweeps, organ, {3.3, -35, -30}, {3.3, 35, -30}, 60), 0u);
   ASSERT_TRUE(organ.cut());
   EXPECT_EQ(organ.body().cut().fragment_count(), 2u);
-  const Bundle& now = organ.now();
-  ASSERT_EQ(now.mechanics.body->vertices.size(), now.proxy.vertices.size());
-  std::array<double, 2> volume{};
-  for (const Face& f : now.proxy.faces) {
-    std::array<std::uint32_t, 3> fragment;
-    for (int k = 0; k < 3; ++k)
-      fragment[k] = organ.body().cut().fragment(now.mechanics.body->vertices[f[k]].tetrahedron);
-    ASSERT_EQ(fragment[0], fragment[1]);  // no face hangs between the two
-    ASSERT_EQ(fragment[0], fragment[2]);
-    const auto& at = now.proxy.vertices;
-    volume[fragment[0]] += at[f[0]].cross(at[f[1]]).dot(at[f[2]]) / 6;
+  ASSERT_EQ(organ.now().mechanics.body->vertices.size(), organ.now().proxy.vertices.size());
+  const std::vector<double> volumes = volumes_of_pieces(organ);
+  EXPECT_NEAR(volumes[0], 26.7 * 40 * 40, kWallGaps * kBoxVolume_mm3);
+  EXPECT_NEAR(volumes[1], 33.3 * 40 * 40, kWallGaps * kBoxVolume_mm3);
+}
+
+// Each piece is short of its half of the strip.
+TEST(CutOrgan, AWideBladeTakesAStripAway) {
+  CutOrgan organ(box_organ());
+  BladeSweeps sweeps(organ);
+  draw_blade(sweeps, organ, {3.3, -35, -30}, {3.3, 35, -30}, 60, 40, 0, 2);
+  ASSERT_EQ(organ.body().cut().fragment_count(), 2u);
+  const std::vector<double> volumes = volumes_of_pieces(organ);
+  EXPECT_NEAR(volumes[0], 25.7 * 40 * 40, kWallGaps * kBoxVolume_mm3);
+  EXPECT_NEAR(volumes[1], 32.3 * 40 * 40, kWallGaps * kBoxVolume_mm3);
+}
+
+// The lips of a wide cut lie as far apart as it is wide, and its tip leaves a floor between the
+// walls: no way leads in from above that does not meet a face.
+TEST(CutOrgan, AWideCutHasAFloor) {
+  CutOrgan organ(box_organ());
+  BladeSweeps sweeps(organ);
+  draw_blade(sweeps, organ, {3.3, -12, 8}, {3.3, 12, 8}, 30, 40, 0, 2);
+  ASSERT_TRUE(organ.cut());
+  const TriangleMesh& skin = organ.now().proxy;
+  int lips = 0;
+  for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
+    const Vector3d& at = skin.vertices[v];
+    if (!organ.now().skin->creased[v] || std::abs(at.y()) > 8) continue;
+    EXPECT_NEAR(std::abs(at.x() - 3.3), 1, 0.1);  // of a lip that is bent by 3 % of an edge
+    ++lips;
   }
-  std::sort(volume.begin(), volume.end());
-  EXPECT_NEAR(volume[0], 26.7 * 40 * 40, 0.01 * 60 * 40 * 40);
-  EXPECT_NEAR(volume[1], 33.3 * 40 * 40, 0.01 * 60 * 40 * 40);
+  EXPECT_GT(lips, 10);
+  const auto floors = [&](const Vector3d& at) {
+    return std::count_if(skin.faces.begin(), skin.faces.end(), [&](const Face& f) {
+      const Vector3d &a = skin.vertices[f[0]], &b = skin.vertices[f[1]], &c = skin.vertices[f[2]];
+      const auto left = [&](const Vector3d& p, const Vector3d& q) {
+        return (q - p).head<2>().dot(Eigen::Vector2d((at - p).y(), -(at - p).x())) > 0;
+      };
+      return left(a, b) && left(b, c) && left(c, a) && std::abs(a.z() - 8) < 1;
+    });
+  };
+  for (const double y : {-6.1, 0.2, 5.3})
+    for (const double x : {2.6, 3.35, 4.0}) EXPECT_EQ(floors({x, y, 0}), 1) << x << " " << y;
+}
+
+// A blade that comes down flat on the skin: its walls are as deep as it went, below all of it.
+TEST(CutOrgan, ABladePressedInFlatMakesWalls) {
+  CutOrgan organ(box_organ());
+  BladeSweeps sweeps(organ);
+  for (int i = 0; i <= 40; ++i) {
+    const double z = 24 - 0.4 * i;
+    advance(sweeps, organ, {0, {Vector3d(-14, 2.3, z), Vector3d(14, 2.3, z)}});
+  }
+  ASSERT_TRUE(organ.cut());
+  const TriangleMesh& skin = organ.now().proxy;
+  double area = 0;
+  for (std::size_t f = 0; f < skin.faces.size(); ++f) {
+    bool on_sheet = true;
+    for (const std::uint32_t v : skin.faces[f])
+      on_sheet = on_sheet && std::abs(skin.vertices[v].y() - 2.3) < 0.1;
+    if (on_sheet) area += face_area(skin, f);
+  }
+  // From z = 20 down to 8, on both sides; at either end it may stop an edge of the skin short.
+  EXPECT_GT(area, 2 * (28 - 2 * 2.5) * 12);
+  EXPECT_LT(area, 2 * 28 * 12 * 1.001);
+}
+
+TEST(CutOrgan, ScissorsPartWhatLiesBetweenTheirBlades) {
+  CutOrgan organ(box_organ());
+  BladeSweeps sweeps(organ);
+  Scissors scissors;
+  const Vector3d pivot(-80, 2.3, 0), tip(40, 2.3, 0);
+  EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 100}));
+  EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 120}));  // they open: nothing is cut
+  for (int i = 1; i <= 40; ++i) {
+    const auto snip = scissors.advance(tip, pivot, {0, 0, 120 - 3.0 * i});
+    ASSERT_TRUE(snip);
+    EXPECT_EQ(snip->put_down.has_value(), i == 1);
+    advance(sweeps, organ, {0, snip->blade, 0, snip->put_down});
+    if (i < 20) {
+      EXPECT_EQ(organ.body().cut().fragment_count(), 1u);  // not half-way yet
+    }
+  }
+  ASSERT_EQ(organ.body().cut().fragment_count(), 2u);
+  const std::vector<double> volumes = volumes_of_pieces(organ);
+  EXPECT_NEAR(volumes[0], 60 * 17.7 * 40, kWallGaps * kBoxVolume_mm3);
+  EXPECT_NEAR(volumes[1], 60 * 22.3 * 40, kWallGaps * kBoxVolume_mm3);
+  EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 0}));  // they stay closed
+}
+
+// Beside a cut the faces that show it are small; those of a cut skin tell where in the uncut one
+// they lie, all of it once.
+TEST(CutOrgan, SkinIsFinerBesideACut) {
+  CutOrgan organ(box_organ());
+  BladeSweeps sweeps(organ);
+  draw_blade(sweeps, organ, {3.3, -12, 8}, {3.3, 12, 8}, 30);
+  const TriangleMesh& now = organ.now().proxy;
+  ASSERT_FALSE(organ.face_parts().empty());
+  EXPECT_LT(now.faces.size(), organ.uncut_skin().faces.size() + 1500);
+  for (const auto& [face, parts] : organ.face_parts()) {
+    double sum = 0;
+    for (const CutOrgan::FacePart& part : parts) {
+      const Eigen::Vector2d one = part.at[1] - part.at[0], other = part.at[2] - part.at[0];
+      sum += one.x() * other.y() - one.y() * other.x();
+      const auto& [a, b, c] = organ.uncut_skin().faces[face];
+      const auto& at = organ.uncut_skin().vertices;
+      for (int k = 0; k < 3; ++k) {
+        const Vector3d there =
+            (1 - part.at[k].sum()) * at[a] + part.at[k].x() * at[b] + part.at[k].y() * at[c];
+        EXPECT_LT((there - now.vertices[now.faces[part.face][k]]).norm(), 1e-9);
+      }
+    }
+    EXPECT_NEAR(sum, 1, 1e-9);
+  }
+  // A lip ends within an edge of where the blade did.
+  double first = 1e9, last = -1e9;
+  for (std::size_t v = 0; v < now.vertices.size(); ++v) {
+    if (!organ.now().skin->creased[v]) continue;
+    first = std::min(first, now.vertices[v].y()), last = std::max(last, now.vertices[v].y());
+  }
+  EXPECT_LT(first, -12 + 2.5);
+  EXPECT_GT(last, 12 - 2.5);
 }
 
 TEST(CutOrgan, ACutThatEndsWithinLeavesOneBody) {

@@ -61,20 +61,13 @@ double area_of(const CutSkin& skin, const SkinPart& part) {
 
 // Parts fill their faces, without turning over.
 void expect_same_area(const SkinCut& cut, const CutSkin& skin) {
-  double sum = 0;
+  std::vector<double> of_face(cut.skin.faces.size(), 0);
   for (const SkinPart& part : skin.parts()) {
     ASSERT_GT(area_of(skin, part), 0);
-    sum += area_of(skin, part);
+    of_face[part.face] += area_of(skin, part);
   }
-  EXPECT_NEAR(sum, surface_area(cut.skin), 1e-9 * sum);
-  for (const auto& [face, parts] : skin.parts_of()) {
-    double of_face = 0;
-    for (const std::uint32_t part : parts) {
-      EXPECT_EQ(skin.parts()[part].face, face);
-      of_face += area_of(skin, skin.parts()[part]);
-    }
-    EXPECT_NEAR(of_face, face_area(cut.skin, face), 1e-9);
-  }
+  for (std::size_t f = 0; f < of_face.size(); ++f)
+    EXPECT_NEAR(of_face[f], face_area(cut.skin, f), 1e-9);
 }
 
 TEST(CutSkin, WithoutACutItIsAsItWas) {

@@ -5,83 +5,18 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "organ_to_play.h"
-#include "player/embedded_player.h"
+#include "organ_to_cut.h"
 #include "player/live_session.h"
-#include "player/play.h"
 #include "player/player.h"
-#include "support/cut_bodies.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
 
-// The organ to play, of tetrahedra of 15 mm.
-const Bundle& organ_to_cut() {
-  static const Bundle bundle = [] {
-    Bundle made = organ_to_play();
-    made.mechanics.body = test::tissue_under(made.proxy, 15);
-    // Held on one side of where it will be cut.
-    const double middle = bounds(made.proxy).center().x();
-    std::erase_if(made.mechanics.body->anchors,
-                  [&](std::uint32_t n) { return made.mechanics.body->nodes_mm[n].x() > middle; });
-    return made;
-  }();
-  return bundle;
-}
-
-DeformOptions with_fem() {
-  DeformOptions options;
-  options.solver = TissueSolver::fem;
-  return options;
-}
-
-// A blade through the whole organ beside its middle, from far to near, edge upright.
-InstrumentTip blade_at(double share) {
-  const Vector3d center = bounds(organ_to_cut().proxy).center();
-  InstrumentTip tip;
-  tip.active = true;
-  tip.mode = InstrumentMode::cut;
-  tip.radius_mm = 0.4;
-  tip.position_mm = center + Vector3d(22.3, -75 + 150 * share, -80);
-  tip.axis_mm = Vector3d(0, 0, 160);
-  return tip;
-}
-
-// What was swept parts a few steps later, and then what was swept meanwhile.
-void let_part(Player& player) {
-  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
-}
-
 void cut_in_two(Player& player) {
   for (int i = 0; i <= 60; ++i) player.step({blade_at(i / 60.0)});
   let_part(player);
-}
-
-Script cutting_script() {
-  Script script;
-  script.name = "cut";
-  script.frames = 40;
-  script.width = 160, script.height = 120;
-  script.solver = TissueSolver::fem;
-  script.camera = {{0, {}}, {39, {0.5, 0.2, 1.1}}};
-  const InstrumentTip from = blade_at(0), to = blade_at(1);
-  script.instruments.push_back({"scalpel",
-                                0.4,
-                                InstrumentMode::cut,
-                                {{0, from.position_mm}, {0.5, to.position_mm}},
-                                {},
-                                from.axis_mm});
-  return script;
-}
-
-std::vector<std::uint8_t> bytes_of(Player& player, const Script& script) {
-  std::vector<std::uint8_t> bytes;
-  play(player, script, {}, [&](int, const Frame& frame) {
-    bytes.insert(bytes.end(), frame.color.pixels.begin(), frame.color.pixels.end());
-  });
-  return bytes;
 }
 
 TEST(PlayerCuts, SpringsAreRefusedAndSaySo) {

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organ_to_cut.h"
+
+#include "player/play.h"
+#include "support/cut_bodies.h"
+
+namespace organbake {
+
+using Eigen::Vector3d;
+
+const Bundle& organ_to_cut() {
+  static const Bundle bundle = [] {
+    Bundle made = organ_to_play();
+    made.mechanics.body = test::tissue_under(made.proxy, 15);
+    const double middle = bounds(made.proxy).center().x();
+    std::erase_if(made.mechanics.body->anchors,
+                  [&](std::uint32_t n) { return made.mechanics.body->nodes_mm[n].x() > middle; });
+    return made;
+  }();
+  return bundle;
+}
+
+DeformOptions with_fem() {
+  DeformOptions options;
+  options.solver = TissueSolver::fem;
+  return options;
+}
+
+InstrumentTip blade_at(double share) {
+  const Vector3d center = bounds(organ_to_cut().proxy).center();
+  InstrumentTip tip;
+  tip.active = true;
+  tip.mode = InstrumentMode::cut;
+  tip.radius_mm = 0.4;
+  tip.position_mm = center + Vector3d(22.3, -75 + 150 * share, -80);
+  tip.axis_mm = Vector3d(0, 0, 160);
+  return tip;
+}
+
+void let_part(Player& player) {
+  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
+}
+
+Script cutting_script() {
+  Script script;
+  script.name = "cut";
+  script.frames = 40;
+  script.width = 160, script.height = 120;
+  script.solver = TissueSolver::fem;
+  script.camera = {{0, {}}, {39, {0.5, 0.2, 1.1}}};
+  const InstrumentTip from = blade_at(0), to = blade_at(1);
+  script.instruments.push_back({"scalpel",
+                                0.4,
+                                InstrumentMode::cut,
+                                {{0, from.position_mm}, {0.5, to.position_mm}},
+                                {},
+                                from.axis_mm});
+  return script;
+}
+
+std::vector<std::uint8_t> bytes_of(Player& player, const Script& script) {
+  std::vector<std::uint8_t> bytes;
+  play(player, script, {}, [&](int, const Frame& frame) {
+    bytes.insert(bytes.end(), frame.color.pixels.begin(), frame.color.pixels.end());
+  });
+  return bytes;
+}
+
+}  // namespace organbake

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scissors, hooks and needles.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/temporary_folder.h"
+#include "organ_to_cut.h"
+#include "player/embedded_player.h"
+#include "player/skin_point.h"
+#include "support/small_bundle.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+Script snipping_script() {
+  Script script = cutting_script();
+  InstrumentPath& scissors = script.instruments[0];
+  const Vector3d center = bounds(organ_to_cut().proxy).center();
+  scissors.mode = InstrumentMode::snip;
+  scissors.path = {{0, center + Vector3d(22.3, 80, 0)}, {0.5, center + Vector3d(22.3, 80, 0)}};
+  scissors.path[0].opening_mm = 300;
+  scissors.axis_mm = Vector3d(0, -240, 0);
+  scissors.opens_along = Vector3d(0, 0, 2);
+  scissors.cut_width_mm = 1.5;
+  return script;
+}
+
+TEST(PlayerTools, ScissorsCutThroughAndReplay) {
+  const std::string text = script_to_json(snipping_script());
+  const Script read = script_from_json(text, "s");
+  EXPECT_EQ(read.instruments[0].mode, InstrumentMode::snip);
+  EXPECT_EQ(read.instruments[0].opens_along, Vector3d(0, 0, 2));
+  EXPECT_EQ(read.instruments[0].cut_width_mm, 1.5);
+  EXPECT_EQ(script_to_json(read), text);
+  Player player(organ_to_cut(), with_fem()), again(organ_to_cut(), with_fem());
+  const std::vector<std::uint8_t> once = bytes_of(player, snipping_script());
+  EXPECT_EQ(player.piece_count(), 2u);
+  EXPECT_EQ(bytes_of(again, read), once);
+}
+
+TEST(PlayerTools, WhatIsForBladesAloneIsRefusedOfOthers) {
+  const auto refused = [](const Script& script, const std::string& key) {
+    try {
+      script_from_json(script_to_json(script), "s");
+      ADD_FAILURE() << key;
+    } catch (const BadDataError& error) {
+      EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+    }
+  };
+  Script script = snipping_script();
+  script.instruments[0].mode = InstrumentMode::cut;  // opening_mm stays
+  refused(script, "opening_mm");
+  script = cutting_script();
+  script.instruments[0].mode = InstrumentMode::poke;
+  script.instruments[0].cut_width_mm = 1;
+  refused(script, "cut_width_mm");
+  script = snipping_script();
+  script.instruments[0].opens_along.setZero();
+  refused(script, "opens_along");
+  script = snipping_script();
+  script.instruments[0].cut_width_mm = 11;
+  refused(script, "cut_width_mm");
+  InstrumentTip tip = blade_at(0.5);
+  tip.cut_width_mm = -1;
+  Player player(organ_to_cut(), with_fem());
+  EXPECT_THROW(player.step({tip}), UsageError);
+}
+
+// In through the skin, out again: a hole is left, in one piece.
+TEST(PlayerTools, ANeedleLeavesAHole) {
+  Script script = cutting_script();
+  InstrumentPath& needle = script.instruments[0];
+  const Vector3d out = Vector3d(0.3, 1, 0.2).normalized();  // away from the anchors
+  const Vector3d skin = skin_point(organ_to_cut(), out);
+  needle.mode = InstrumentMode::pierce;
+  needle.radius_mm = 0.6;
+  needle.axis_mm = 60 * out;
+  needle.path = {{0, skin + 3 * out}, {0.25, skin - 14 * out}, {0.5, skin + 6 * out}};
+  script.frames = 60;
+  const std::string text = script_to_json(script);
+  EXPECT_EQ(script_to_json(script_from_json(text, "s")), text);
+  Player player(organ_to_cut(), with_fem()), again(organ_to_cut(), with_fem());
+  const std::vector<std::uint8_t> once = bytes_of(player, script);
+  EXPECT_EQ(bytes_of(again, script), once);
+  ASSERT_TRUE(player.is_cut());
+  EXPECT_EQ(player.piece_count(), 1u);
+  // As wide as the needle, where it went in.
+  const TriangleMesh& now = player.bundle_now().proxy;
+  double widest_mm = 0;
+  for (std::size_t v = 0; v < now.vertices.size(); ++v) {
+    const Vector3d from = now.vertices[v] - skin;
+    if (!player.bundle_now().skin->creased[v]) continue;  // a lip, or a wall
+    EXPECT_LT(std::abs(from.dot(out)), 10);
+    widest_mm = std::max(widest_mm, 2 * (from - from.dot(out) * out).norm());
+  }
+  EXPECT_NEAR(widest_mm, 1.2, 0.6);
+}
+
+TEST(PlayerTools, AnEmbeddedPlayersTipsSnip) {
+  const TemporaryFolder folder;
+  write_bundle(folder.path() / "organ", organ_to_cut());
+  EmbeddedPlayer::Options options;
+  options.finite_elements = true;
+  EmbeddedPlayer player((folder.path() / "organ").string(), options);
+  const std::size_t before = player.vertex_count();
+  const Vector3d tip = bounds(organ_to_cut().proxy).center() + Vector3d(22.3, 80, 0);
+  for (int i = 0; i <= 20; ++i) {
+    player.step({{.position_mm = {tip.x(), tip.y(), tip.z()},
+                  .radius_mm = 1,
+                  .axis_mm = {0, -240, 0},
+                  .snips = true,
+                  .opening_mm = {0, 0, 300 - 15.0 * i}}});
+  }
+  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
+  EXPECT_GT(player.vertex_count(), before);
+}
+
+}  // namespace
+}  // namespace organbake
