@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
 
+#include "deform/grasp.h"
 #include "deform/shape_solver.h"
 
 namespace organbake::deform {
@@ -27,17 +28,27 @@ void ShapeSolver::take_over(ShapeSolver& before, const std::vector<NodeSource>& 
   for (const Contact& c : before.contacts_)
     at_rest.push_back(before.skin_.hit(c.at, Row::Zero()).point);
   before.skin_.pose(before.x_);
+  std::size_t first = 0;  // of those of one tip: they stand together
+  const auto grip_anew = [&] {
+    if (first == contacts_.size()) return;
+    grip(to_row(tips[contacts_[first].tip].position_mm), search_, skin_, contacts_, first);
+    first = contacts_.size();
+  };
   for (std::size_t i = 0; i < at_rest.size(); ++i) {
     Contact contact = before.contacts_[i];
     if (contact.of_tissue() || contact.tip >= tips.size()) continue;
     if (!contact.carried && !contact.threaded) continue;
-    if (hold_anew(contact, at_rest[i], to_row(tips[contact.tip].position_mm)))
-      contacts_.push_back(contact);
+    if (first < contacts_.size() && contacts_[first].tip != contact.tip) grip_anew();
+    if (!find_anew(contact, at_rest[i])) continue;
+    if (contact.threaded) search_.place(contact, to_row(tips[contact.tip].position_mm));
+    contacts_.push_back(contact);
+    if (contact.threaded) first = contacts_.size();
   }
+  grip_anew();
 }
 
 // The skin that is nearest to where the tip held it, at rest.
-bool ShapeSolver::hold_anew(Contact& contact, const Row& at_rest, const Row& center) {
+bool ShapeSolver::find_anew(Contact& contact, const Row& at_rest) {
   skin_.pose(tissue_->rest());
   double nearest_mm = std::numeric_limits<double>::infinity();
   for (std::uint32_t face = 0; face < skin_.faces().size(); ++face) {
@@ -46,10 +57,7 @@ bool ShapeSolver::hold_anew(Contact& contact, const Row& at_rest, const Row& cen
     if (hit.distance_mm < nearest_mm) nearest_mm = hit.distance_mm, contact.at = hit.at;
   }
   skin_.pose(x_);
-  if (search_.lever(contact.at).free_share == 0) return false;
-  search_.place(contact, center);
-  contact.grab_offset = constrained_point(contact, x_, tissue_->rest()) - center;
-  return true;
+  return search_.lever(contact.at).free_share > 0;
 }
 
 }  // namespace organbake::deform

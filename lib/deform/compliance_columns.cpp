@@ -2,6 +2,8 @@
 #include "deform/compliance_columns.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 namespace organbake::deform {
 namespace {
@@ -36,23 +38,47 @@ void ComplianceColumns::require(const std::vector<std::uint32_t>& slots) {
 
 void ComplianceColumns::make(const std::uint32_t* slots, std::size_t count) {
   std::fill(scratch_.begin(), scratch_.end(), Row::Zero());
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    const auto column = static_cast<Eigen::Index>(lane);
-    if (slots[lane] < tissue_.free_count()) {
-      scratch_[slots[lane]][column] = 1;
-    } else {
-      tissue_.embedding().spread_unit(slots[lane], column, scratch_);
-    }
-  }
-  tissue_.factor().solve(scratch_.data());
-  tissue_.embedding().carry(scratch_);
+  for (std::size_t lane = 0; lane < count; ++lane) put(slots[lane], 1, lane);
+  solve();
   for (std::size_t lane = 0; lane < count; ++lane) {
     place_of_slot_[slots[lane]] = static_cast<std::uint32_t>(columns_.size());
-    auto& column = columns_.emplace_back(scratch_.size());
-    for (std::size_t i = 0; i < column.size(); ++i) {
-      column[i] = scratch_[i][static_cast<Eigen::Index>(lane)];
-    }
+    read(lane, columns_.emplace_back());
   }
+}
+
+void ComplianceColumns::make(std::span<Grip* const> grips) {
+  std::fill(scratch_.begin(), scratch_.end(), Row::Zero());
+  for (std::size_t lane = 0; lane < grips.size(); ++lane) {
+    for (const auto& [slot, weight] : grips[lane]->carriers)
+      put(slot, grips[lane]->scale * weight, lane);
+  }
+  solve();
+  for (std::size_t lane = 0; lane < grips.size(); ++lane) {
+    std::vector<double> column;
+    read(lane, column);
+    grips[lane]->column = std::make_shared<const std::vector<double>>(std::move(column));
+  }
+}
+
+// A force on a slot, among those of its lane.
+void ComplianceColumns::put(std::uint32_t slot, double weight, std::size_t lane) {
+  const auto column = static_cast<Eigen::Index>(lane);
+  if (slot < tissue_.free_count()) {
+    scratch_[slot][column] += weight;
+  } else {
+    tissue_.embedding().spread_force(slot, weight, column, scratch_);
+  }
+}
+
+void ComplianceColumns::solve() {
+  tissue_.factor().solve(scratch_.data());
+  tissue_.embedding().carry(scratch_);
+}
+
+void ComplianceColumns::read(std::size_t lane, std::vector<double>& column) const {
+  column.resize(scratch_.size());
+  for (std::size_t i = 0; i < column.size(); ++i)
+    column[i] = scratch_[i][static_cast<Eigen::Index>(lane)];
 }
 
 }  // namespace organbake::deform

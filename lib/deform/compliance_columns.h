@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "deform/contact.h"
 #include "deform/rows.h"
 #include "deform/tissue.h"
 
@@ -17,11 +19,16 @@ class ComplianceColumns {
 
   // Makes the columns of `slots` (all moving) that are missing, four at a time. May drop others.
   void require(const std::vector<std::uint32_t>& slots);
+  // Makes the columns of up to four grips.
+  void make(std::span<Grip* const> grips);
   // moving_count values; valid until the next require().
   const double* column(std::uint32_t slot) const { return columns_[place_of_slot_[slot]].data(); }
 
  private:
   void make(const std::uint32_t* slots, std::size_t count);
+  void put(std::uint32_t slot, double weight, std::size_t lane);
+  void solve();
+  void read(std::size_t lane, std::vector<double>& column) const;
 
   const Tissue& tissue_;
   std::size_t capacity_;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 
 namespace organbake::deform {
 namespace {
@@ -16,6 +18,11 @@ constexpr double kGrasperGive = 1e-3;
 constexpr double kContactGive = 1e-5;
 // A pressure that moves nothing (flat or anchored skin) is left alone below this softness.
 constexpr double kNoSoftness = 1e-300;
+// Of a body's size: the volume is linearised about the shape that a step starts from, and a
+// pressure that moves its skin farther than this tells nothing of the volume there. Taken at its
+// word it may swell the body, be answered by a larger one in the next round, and so on without end.
+// What is left is for the next steps.
+constexpr double kLinearWithin = 0.5;
 
 // Coulomb: no pull, and no more friction than the push allows.
 Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
@@ -45,6 +52,7 @@ ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& v
       response_(tissue.size(), Row::Zero()),
       pressure_(volume.bodies().size(), 0.0),
       softness_(volume.bodies().size(), 0.0),
+      most_pressure_(volume.bodies().size(), 0.0),
       volume_gap_(volume.bodies().size(), 0.0) {}
 
 void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
@@ -65,14 +73,24 @@ void ConstraintSolver::solve_along(Row* rows) {
 
 void ConstraintSolver::measure_softness() {
   for (std::size_t b = 0; b < softness_.size(); ++b) softness_[b] = volume_.bodies()[b].compliance;
+  std::fill(most_pressure_.begin(), most_pressure_.end(), 0.0);
   for (std::uint32_t i = 0; i < tissue_.free_count(); ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);
-    if (body != EnclosedVolume::kNoBody) softness_[body] += gradient_[i].dot(response_[i]);
+    if (body == EnclosedVolume::kNoBody) continue;
+    softness_[body] += gradient_[i].dot(response_[i]);
+    most_pressure_[body] = std::max(most_pressure_[body], response_[i].squaredNorm());
+  }
+  for (std::size_t b = 0; b < softness_.size(); ++b) {
+    const double farthest = std::sqrt(most_pressure_[b]);  // mm per unit of pressure
+    const double size_mm = std::cbrt(std::abs(volume_.bodies()[b].rest_mm3));
+    most_pressure_[b] =
+        farthest > 0 ? kLinearWithin * size_mm / farthest : std::numeric_limits<double>::infinity();
   }
 }
 
 void ConstraintSolver::solve(const Rows& x_start, const Rows& x_free,
                              std::vector<Contact>& contacts, Rows& x) {
+  complete_grips(contacts);
   gather(x_start, x_free, contacts);
   couple();
   if (!pressure_.empty()) measure_volume_gap(x_free, x);
@@ -80,33 +98,55 @@ void ConstraintSolver::solve(const Rows& x_start, const Rows& x_free,
   apply(x_free, x);
 }
 
+void ConstraintSolver::complete_grips(std::vector<Contact>& contacts) {
+  std::vector<Grip*> missing;
+  for (Contact& c : contacts)
+    if (c.carried && !c.grip.column) missing.push_back(&c.grip);
+  for (std::size_t i = 0; i < missing.size(); i += 4)
+    columns_.make(std::span(missing).subspan(i, std::min<std::size_t>(4, missing.size() - i)));
+}
+
 void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
                               const std::vector<Contact>& contacts) {
   slots_.clear();
+  parts_.clear();
   unknowns_.clear();
   for (const Contact& c : contacts) {
     Unknown u{};
     u.free_point = constrained_point(c, x_free, tissue_.rest());
     u.aim = aim_of(c, x_start);
-    u.count = c.lever.count;
-    for (int k = 0; k < u.count; ++k) {
-      u.slots[k] = c.lever.slots[k];
-      u.weights[k] = c.lever.weights[k];
-      if (u.weights[k] != 0) slots_.push_back(u.slots[k]);
-    }
-    for (int first = 0; first < u.count; first += 3) add_side(u, first);
+    add_parts(c, u);
     u.kept = 1 / (1 + (c.carried ? kGrasperGive : kContactGive));
     unknowns_.push_back(u);
   }
   std::sort(slots_.begin(), slots_.end());
   slots_.erase(std::unique(slots_.begin(), slots_.end()), slots_.end());
-  for (Unknown& u : unknowns_) {
-    for (int k = 0; k < u.count; ++k) {
-      u.local[k] = static_cast<std::uint32_t>(
-          std::lower_bound(slots_.begin(), slots_.end(), u.slots[k]) - slots_.begin());
-    }
+  for (Part& part : parts_) {
+    part.local = static_cast<std::uint32_t>(
+        std::lower_bound(slots_.begin(), slots_.end(), part.slot) - slots_.begin());
   }
   columns_.require(slots_);
+}
+
+void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
+  u.first = static_cast<std::uint32_t>(parts_.size());
+  if (c.carried) {
+    u.column = c.grip.column->data();
+    for (const auto& [slot, weight] : c.grip.carriers)
+      parts_.push_back({slot, 0, c.grip.scale * weight});
+  } else {
+    for (int k = 0; k < c.lever.count; ++k) {
+      parts_.push_back({c.lever.slots[k], 0, c.lever.weights[k]});
+      if (c.lever.weights[k] != 0) slots_.push_back(c.lever.slots[k]);
+    }
+  }
+  u.end = static_cast<std::uint32_t>(parts_.size());
+  if (c.of_tissue()) {  // two sides, three vertices each
+    add_side(u, u.first, u.first + 3);
+    add_side(u, u.first + 3, u.end);
+  } else {
+    add_side(u, u.first, u.end);
+  }
 }
 
 // Where a grasper carries it; else on the tip or the needle, and there where friction holds it.
@@ -117,14 +157,16 @@ Row ConstraintSolver::aim_of(const Contact& c, const Rows& x_start) const {
   return stuck - c.normal.dot(stuck - c.target) * c.normal;
 }
 
-// What the pressure in the body of three of a lever's vertices does to the constrained point.
-void ConstraintSolver::add_side(Unknown& u, int first) const {
-  const std::uint32_t body = volume_.body_of_slot(u.slots[first]);
+// What the pressure in the body of some of its parts does to the constrained point.
+void ConstraintSolver::add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const {
+  if (first == end) return;
+  const std::uint32_t body = volume_.body_of_slot(parts_[first].slot);
   if (body == EnclosedVolume::kNoBody) return;
   Side& side = u.sides[u.side_count++];
   side = {body, Row::Zero()};
-  for (int k = first; k < first + 3; ++k) {
-    if (u.weights[k] != 0) side.volume_move += u.weights[k] * response_[u.slots[k]];
+  for (std::uint32_t k = first; k < end; ++k) {
+    const auto& [slot, local, weight] = parts_[k];
+    if (weight != 0) side.volume_move += weight * response_[slot];
   }
 }
 
@@ -132,22 +174,26 @@ void ConstraintSolver::couple() {
   const std::size_t n = unknowns_.size();
   coupling_.assign(n * n, 0.0);
   for (std::size_t i = 0; i < n; ++i) {
-    const Unknown& a = unknowns_[i];
-    for (int k = 0; k < a.count; ++k) {
-      if (a.weights[k] == 0) continue;
-      const double* column = columns_.column(a.slots[k]);
-      for (std::size_t j = i; j < n; ++j) {
-        const Unknown& b = unknowns_[j];
-        double sum = 0;
-        for (int l = 0; l < b.count; ++l) {
-          if (b.weights[l] != 0) sum += b.weights[l] * column[b.slots[l]];
-        }
-        coupling_[i * n + j] += a.weights[k] * sum;
-      }
+    const Unknown& u = unknowns_[i];
+    if (u.column) add_coupling(i, 1, u.column);
+    for (std::uint32_t k = u.first; k < u.end && !u.column; ++k) {
+      if (parts_[k].weight != 0) add_coupling(i, parts_[k].weight, columns_.column(parts_[k].slot));
     }
     for (std::size_t j = i; j < n; ++j) coupling_[j * n + i] = coupling_[i * n + j];
     unknowns_[i].own = coupling_[i * n + i];
     unknowns_[i].per_own = unknowns_[i].own > 0 ? 1 / unknowns_[i].own : 0;
+  }
+}
+
+// What a force that moves the slots as `column` tells does to a contact's point and later ones.
+void ConstraintSolver::add_coupling(std::size_t i, double force, const double* column) {
+  const std::size_t n = unknowns_.size();
+  for (std::size_t j = i; j < n; ++j) {
+    double sum = 0;
+    for (std::uint32_t l = unknowns_[j].first; l < unknowns_[j].end; ++l) {
+      if (parts_[l].weight != 0) sum += parts_[l].weight * column[parts_[l].slot];
+    }
+    coupling_[i * n + j] += force * sum;
   }
 }
 
@@ -220,8 +266,10 @@ double ConstraintSolver::sweep_pressures() {
         if (side.body == b) gap -= side.volume_move.dot(force_[i]);
       }
     }
-    const double change = gap / softness_[b];
-    pressure_[b] += change;
+    const double most = most_pressure_[b];
+    const double next = std::clamp(pressure_[b] + gap / softness_[b], -most, most);
+    const double change = next - pressure_[b];
+    pressure_[b] = next;
     for (const Unknown& u : unknowns_) {
       for (int s = 0; s < u.side_count; ++s) {
         if (u.sides[s].body == b)
@@ -235,9 +283,9 @@ double ConstraintSolver::sweep_pressures() {
 void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
   Rows force(slots_.size(), Row::Zero());
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
-    for (int k = 0; k < unknowns_[i].count; ++k) {
-      const Unknown& u = unknowns_[i];
-      if (u.weights[k] != 0) force[u.local[k]] += u.weights[k] * force_[i];
+    const Unknown& u = unknowns_[i];
+    for (std::uint32_t k = u.first; k < u.end && !u.column; ++k) {
+      if (parts_[k].weight != 0) force[parts_[k].local] += parts_[k].weight * force_[i];
     }
   }
   const std::size_t moving = tissue_.moving_count();
@@ -248,11 +296,13 @@ void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
     const std::uint32_t body = volume_.body_of_slot(i);
     to[i] = body == EnclosedVolume::kNoBody ? from[i] : from[i] + pressure_[body] * swell[i];
   }
-  for (std::size_t s = 0; s < slots_.size(); ++s) {
-    const double* column = columns_.column(slots_[s]);
-    const Lanes f = *as_lanes(&force[s]);
+  const auto add = [&](const double* column, const Row& by) {
+    const Lanes f = *as_lanes(&by);
     for (std::size_t i = 0; i < moving; ++i) to[i] += column[i] * f;
-  }
+  };
+  for (std::size_t s = 0; s < slots_.size(); ++s) add(columns_.column(slots_[s]), force[s]);
+  for (std::size_t i = 0; i < unknowns_.size(); ++i)
+    if (unknowns_[i].column) add(unknowns_[i].column, force_[i]);
 }
 
 double ConstraintSolver::energy() const {

@@ -38,13 +38,16 @@ class ConstraintSolver {
     std::uint32_t body;
     Row volume_move;  // of the constrained point, mm per unit of the body's pressure
   };
-  struct Unknown {  // one contact in the dense system
-    int count;      // of its lever
-    double weights[6];
-    std::uint32_t slots[6];
-    std::uint32_t local[6];  // into slots_, for free vertices
-    Row free_point;          // mm, without any force
-    Row aim;                 // where it would come to lie if all forces were allowed, mm
+  struct Part {  // a vertex of a lever, or a carrier of a grip
+    std::uint32_t slot;
+    std::uint32_t local;  // into slots_, when it moves
+    double weight;
+  };
+  struct Unknown {             // one contact in the dense system
+    std::uint32_t first, end;  // of its parts
+    const double* column;      // of a grip, or none
+    Row free_point;            // mm, without any force
+    Row aim;                   // where it would come to lie if all forces were allowed, mm
     Side sides[2];
     int side_count;  // of those whose body has a pressure
     double own;      // w_ii, mm/mN: how far a force moves its own point
@@ -52,10 +55,13 @@ class ConstraintSolver {
     double kept;     // of a force: the rest is give
   };
   void measure_softness();
+  void complete_grips(std::vector<Contact>& contacts);
   void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
   Row aim_of(const Contact& contact, const Rows& x_start) const;
-  void add_side(Unknown& u, int first) const;
+  void add_parts(const Contact& contact, Unknown& u);
+  void add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const;
   void couple();
+  void add_coupling(std::size_t contact, double force, const double* column);
   void measure_volume_gap(const Rows& x_free, const Rows& x);
   void iterate(std::vector<Contact>& contacts);
   double sweep_contacts(const std::vector<Contact>& contacts);
@@ -67,14 +73,16 @@ class ConstraintSolver {
   double friction_;
   ComplianceColumns columns_;
   std::vector<Unknown> unknowns_;
+  std::vector<Part> parts_;           // of all contacts
   Rows force_;                        // one per contact, mN
-  std::vector<std::uint32_t> slots_;  // of all contacts, increasing
+  std::vector<std::uint32_t> slots_;  // of all levers, increasing
   std::vector<double> coupling_;      // w_ij, mm/mN, row-major
   Rows gradient_, response_;          // ∇V (mm²) and A⁻¹∇V
   bool response_due_ = false;         // response_ holds ∇V still
   std::vector<double> pressure_;      // mN/mm², one per body
   std::vector<double> softness_;      // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
-  std::vector<double> volume_gap_;    // V(rest) − V(x_free), linearised
+  std::vector<double> most_pressure_;  // that the linearised volume can be asked about
+  std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
   std::vector<double> volumes_;
 };
 

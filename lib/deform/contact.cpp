@@ -16,6 +16,11 @@ Lever against(const Lever& point, const Lever& other) {
 
 Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest) {
   Row point = contact.anchored_at;
+  if (contact.carried) {
+    for (const auto& [slot, weight] : contact.grip.carriers)
+      point += contact.grip.scale * weight * (x[slot] - rest[slot]);
+    return point;
+  }
   for (int k = 0; k < contact.lever.count; ++k) {
     const std::uint32_t slot = contact.lever.slots[k];
     point += contact.lever.weights[k] * (x[slot] - rest[slot]);

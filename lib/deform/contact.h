@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "deform/rows.h"
@@ -54,10 +55,32 @@ struct Lever {
   int count = 3;  // 6 of two skin points
   std::array<std::uint32_t, 6> slots{};
   std::array<double, 6> weights{};  // b_i/φ², 0 for anchors
-  double free_share = 0;            // φ; of two the larger
+  double free_share = 0;            // φ; of two the larger, of a grip Φ
 };
 
+inline constexpr double kMinFreeShare = 0.05;  // what has a smaller one cannot give way
+
 Lever against(const Lever& point, const Lever& other);
+
+// How a skin point that a grasper carries answers: to all vertices that carry it, as it is drawn.
+// To the three of its face alone the points of a grip, which lie close together on a coarse face,
+// would ask for corrections that are as many times too large as the face is larger than the grip,
+// and each would call for a larger one.
+//
+// Beside anchors the points of one grip move as one: by the share Φ of the freest of them, the
+// constrained point is p0 + Σ w_c u_c/(φ Φ), with φ = Σ w_c of what is free. Vertices that follow
+// the grasper together, each by Φ times its way, then meet all of its points; held to its own
+// share each point would ask them for another way.
+struct Grip {
+  std::vector<Carrier> carriers;  // those that are free, none by nothing
+  double scale = 1;               // 1/(φ Φ)
+  // Whether where it would lie with its carriers at rest is known, and no turning of a shell moves
+  // it.
+  bool fixed_at_rest = false;
+  // A⁻¹ times a unit force on the constrained point (mm/mN), by moving slot: made when first asked
+  // for.
+  std::shared_ptr<const std::vector<double>> column = nullptr;
+};
 
 // A skin point that an instrument holds off (normal · (p − target) ≥ 0, with friction) or carries
 // (p = target), that a needle has gone through (p on the line from the target along the normal,
@@ -75,16 +98,18 @@ struct Contact {
   bool from_front = true;         // the tip came from outside the body
   double touched_at = 0;          // fraction of the step's sweep, for friction
   Row grab_offset = Row::Zero();  // carried: from the tip's centre, mm
+  Grip grip;                      // carried
 
   // Set by each refresh, for the shape and the tip's place of that moment.
   Row point = Row::Zero();  // mm
   Lever lever;
-  Row normal = Row::Zero();       // unit, from the tip into the tissue; of a needle up its shaft
-  Row target = Row::Zero();       // mm
-  Row anchored_at = Row::Zero();  // where the point would lie with its lever's slots at rest, mm
-  Row tip_motion = Row::Zero();   // of the tip since it touched, mm
-  double grip_mn = 0;             // threaded: friction's most
-  bool fresh = false;             // moved or made by this refresh
+  Row normal = Row::Zero();  // unit, from the tip into the tissue; of a needle up its shaft
+  Row target = Row::Zero();  // mm
+  // Where the point would lie with its lever's slots, or its grip's carriers, at rest, mm.
+  Row anchored_at = Row::Zero();
+  Row tip_motion = Row::Zero();  // of the tip since it touched, mm
+  double grip_mn = 0;            // threaded: friction's most
+  bool fresh = false;            // moved or made by this refresh
 
   Row force = Row::Zero();  // on the tissue, mN
 };

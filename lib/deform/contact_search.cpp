@@ -22,8 +22,6 @@ constexpr int kMostAlternations = 8;
 constexpr double kAlternationWithin = 1e-3;
 // Of a needle's shaft on what it went through, per mm of it below the skin.
 constexpr double kGrip_mn_per_mm = 20;
-// A smaller free share cannot give way.
-constexpr double kMinFreeShare = 0.05;
 
 // The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
 // wrong side of the skin pushes it back along the skin's normal: it came through, not round.
@@ -179,8 +177,15 @@ Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
 SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
   const SkinHit hit = skin_.hit(contact.at, center);
   contact.point = hit.point;
-  contact.lever = lever(contact.at);
-  contact.anchored_at = anchored(contact.at, hit.point);
+  if (contact.carried) {
+    if (contact.grip.fixed_at_rest) return hit;
+    contact.anchored_at = hit.point;
+    for (const auto& [slot, weight] : contact.grip.carriers)
+      contact.anchored_at -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
+  } else {
+    contact.lever = lever(contact.at);
+    contact.anchored_at = anchored(contact.at, hit.point);
+  }
   return hit;
 }
 
@@ -238,9 +243,13 @@ Lever ContactSearch::lever(const SkinPoint& at) const {
 }
 
 double ContactSearch::violation(const Contact& contact) const {
+  if (contact.carried) {  // how far its carriers have moved it, the skin tells
+    const Row moved = contact.point - contact.anchored_at;
+    return (contact.anchored_at + contact.grip.scale * moved - contact.target).norm();
+  }
   const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
   if (contact.threaded) return (miss - contact.normal.dot(miss) * contact.normal).norm();
-  return contact.carried ? miss.norm() : -contact.normal.dot(miss);
+  return -contact.normal.dot(miss);
 }
 
 // The face's skin point that is nearest to the tip, and the tip's sphere there: nearest points of

@@ -23,7 +23,6 @@ class ContactSearch {
   // How far the skin may move till the faces have to be sought anew.
   static double slack_mm(const std::vector<TipSweep>& sweeps);
   bool found_any() const;
-  const Rows& rest() const { return tissue_.rest(); }
   const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }
 
   // Brings every contact's geometry up to date with the skin's pose and the tips at `fraction` of
@@ -35,6 +34,7 @@ class ContactSearch {
   Row anchored(const SkinPoint& at, const Row& point) const;
   // The lever of a skin point; its free share is 0 where nothing can give way.
   Lever lever(const SkinPoint& at) const;
+  const Tissue& tissue() const { return tissue_; }
   // Sets where a contact's skin point is and how it answers, in the skin's pose.
   SkinHit place(Contact& contact, const Row& center) const;
 

@@ -91,6 +91,7 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
     report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
     report_positions(tips);
     report.recovered = false;
+    report.slipped = 0;
     report.punctures.clear();
     report.collision_ms = 0;
     return report;
@@ -111,6 +112,7 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
   report.penetration_mm = deepest.in_tips;
   report.tissue_penetration_mm = deepest.in_tissue;
   report.tip_too_fast = solver.tip_too_fast();
+  report.slipped = solver.slipped();
   finish_step(unchanged);
   report.collision_ms = solver.take_collision_ms();
   return report;

@@ -89,6 +89,8 @@ struct StepReport {
   std::vector<Eigen::Vector3d> tip_position_mm;
   // A tip moved farther than can be followed, and may have passed through skin.
   bool tip_too_fast = false;
+  // Graspers that lost what they held: they carry nothing until they close again.
+  std::size_t slipped = 0;
   bool recovered = false;            // a non-finite state was reset to rest, and said
   double penetration_mm = 0;         // deepest skin point left inside a tip
   double tissue_penetration_mm = 0;  // or below other skin, deeper than at rest

@@ -46,9 +46,10 @@ void Embedding::carry_positions(const Rows& rest, Rows& x) const {
   }
 }
 
-void Embedding::spread_unit(std::uint32_t slot, Eigen::Index lane, Rows& rows) const {
+void Embedding::spread_force(std::uint32_t slot, double force, Eigen::Index lane,
+                             Rows& rows) const {
   const auto& [slots, weights] = points_[slot - first_slot_];
-  for (int k = 0; k < 4; ++k) rows[slots[k]][lane] += weights[k];
+  for (int k = 0; k < 4; ++k) rows[slots[k]][lane] += force * weights[k];
 }
 
 void Embedding::spread(Rows& force) const {

@@ -32,7 +32,7 @@ class Embedding {
   // The same for positions (mm), by how far the carriers are from rest.
   void carry_positions(const Rows& rest, Rows& x) const;
   // Adds to one lane of the free rows what a unit force on a carried slot does to them.
-  void spread_unit(std::uint32_t slot, Eigen::Index lane, Rows& rows) const;
+  void spread_force(std::uint32_t slot, double force, Eigen::Index lane, Rows& rows) const;
   // Moves the forces on carried rows to their free carriers.
   void spread(Rows& force) const;
 

@@ -12,7 +12,47 @@ constexpr double kGraspRadii = 1.05;  // skin that a poke holds lies at one radi
 constexpr double kSpreadRadii = 0.4;  // closer points would carry the same tissue twice
 constexpr std::size_t kMostPoints = 8;
 
+// What is free of a point's weights, and how far it gives way by its own face.
+struct Shares {
+  double free, gives_way;
+};
+
+Shares shares_of(const Contact& c, const ContactSearch& search, const Skin& skin) {
+  const double of_face = search.lever(c.at).free_share;
+  if (!skin.smooth(c.at.face)) return {of_face, of_face};
+  double free = 0;
+  for (const auto& [slot, weight] : c.grip.carriers)
+    free += weight * search.tissue().free_share(slot);
+  return {free, of_face};
+}
+
 }  // namespace
+
+void grip(const Row& center, const ContactSearch& search, const Skin& skin,
+          std::vector<Contact>& contacts, std::size_t first) {
+  double together = 0;  // Φ
+  const auto cannot_hold = [&](Contact& c) {
+    c.grip = {skin.carriers(c.at)};
+    std::erase_if(c.grip.carriers, [&](const Carrier& carrier) {
+      return carrier.weight == 0 || search.tissue().free_share(carrier.slot) == 0;
+    });
+    const auto [free, gives_way] = shares_of(c, search, skin);
+    if (free < kMinFreeShare || gives_way == 0) return true;
+    c.grip.scale = 1 / free;
+    together = std::max(together, gives_way == free ? free : gives_way * gives_way / free);
+    return false;
+  };
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  contacts.erase(std::remove_if(begin, contacts.end(), cannot_hold), contacts.end());
+  for (std::size_t i = first; i < contacts.size(); ++i) {
+    Contact& c = contacts[i];
+    c.grip.scale /= together;
+    c.lever.free_share = together;
+    search.place(c, center);
+    c.grip.fixed_at_rest = skin.smooth(c.at.face);
+    c.grab_offset = constrained_point(c, skin.shape(), search.tissue().rest()) - center;
+  }
+}
 
 void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& faces,
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts) {
@@ -46,10 +86,10 @@ void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& face
     c.tip = sweep.tip;
     c.at = hit.at;
     c.carried = true;
-    search.place(c, sweep.to);
-    c.grab_offset = constrained_point(c, skin.shape(), search.rest()) - sweep.to;
+    c.point = hit.point;
     contacts.push_back(c);
   }
+  grip(sweep.to, search, skin, contacts, first);
 }
 
 }  // namespace organbake::deform

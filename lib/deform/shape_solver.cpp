@@ -148,6 +148,11 @@ Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
     x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
   }
+  slipped_ = 0;
+  return carries() ? pull(sweeps) : move(sweeps);
+}
+
+Penetration ShapeSolver::move(const std::vector<TipSweep>& sweeps) {
   constraints_.begin_step(x_start_);
   advance(sweeps);
   const Penetration deepest = close_gaps(sweeps);

@@ -50,6 +50,8 @@ class ShapeSolver {
   Penetration step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
   // Whether in the last step a tip moved so far that it may have left skin behind.
   bool tip_too_fast() const { return tip_too_fast_; }
+  // How many graspers the tissue slipped from in the last step.
+  std::size_t slipped() const { return slipped_; }
   // Where needles went through in the last step.
   const std::vector<Contact>& punctures() const { return punctures_; }
   // Takes the step's motion for the velocity and returns its largest (mm).
@@ -67,6 +69,10 @@ class ShapeSolver {
   double take_collision_ms() { return std::exchange(collision_ms_, 0.0); }
 
  private:
+  Penetration move(const std::vector<TipSweep>& sweeps);
+  Penetration pull(const std::vector<TipSweep>& sweeps);
+  bool carries() const;
+  bool pulled_too_far() const;
   void advance(const std::vector<TipSweep>& sweeps);
   void solve(const std::vector<TipSweep>& sweeps, bool with_foresight);
   void move_freely(const Rows& from);
@@ -75,7 +81,7 @@ class ShapeSolver {
   bool tools_touch() const;
   void constrain(const std::vector<TipSweep>& sweeps, double fraction);
   double energy() const;
-  bool hold_anew(Contact& contact, const Row& at_rest, const Row& center);
+  bool find_anew(Contact& contact, const Row& at_rest);
   Penetration close_gaps(const std::vector<TipSweep>& sweeps);
   void find_faces(const std::vector<TipSweep>& sweeps);
   Penetration refresh(const std::vector<TipSweep>& sweeps, double fraction);
@@ -97,6 +103,7 @@ class ShapeSolver {
   std::vector<Contact> contacts_, punctures_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
   bool tip_too_fast_ = false, touched_on_the_way_ = false;
+  std::size_t slipped_ = 0;
   double collision_ms_ = 0;
   double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
 };

@@ -227,6 +227,26 @@ SkinHit Skin::hit(const SkinPoint& at, const Row& center) {
   return hit;
 }
 
+std::vector<Carrier> Skin::carriers(const SkinPoint& at) const {
+  const Face& f = faces()[at.face];
+  if (!smooth(at.face)) return {{f[0], 1 - at.b1 - at.b2}, {f[1], at.b1}, {f[2], at.b2}};
+  std::vector<Carrier> all;
+  const auto& [corners, weights] = cell_at(at.face, at.b1, at.b2);
+  for (int k = 0; k < 3; ++k) {
+    for (const auto& [slot, weight] :
+         nodes_.carriers(node(at.face, corners[k][0], corners[k][1]))) {
+      const auto known =
+          std::find_if(all.begin(), all.end(), [slot](const Carrier& c) { return c.slot == slot; });
+      if (known == all.end()) {
+        all.push_back({slot, weights[k] * weight});
+      } else {
+        known->weight += weights[k] * weight;
+      }
+    }
+  }
+  return all;
+}
+
 Skin::Box Skin::node_box(std::uint32_t face) {
   const std::size_t first = lattices_[face].first_node, n = steps(face);
   Box box{nodes_.point(node_of_[first]), nodes_.point(node_of_[first])};

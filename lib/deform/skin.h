@@ -76,6 +76,8 @@ class Skin {
                                         carrier_start_[face + 1] - carrier_start_[face]);
   }
   double leverage(std::uint32_t face) const { return leverage_[face]; }
+  // All that carry one point: of a face that is not smooth its vertices, its shell's turning apart.
+  std::vector<Carrier> carriers(const SkinPoint& at) const;
   // The box about a smooth face's nodes as they lie now.
   struct Box {
     Row low, high;

@@ -11,6 +11,12 @@
 
 namespace organbake::deform {
 
+// A vertex that a point of the skin follows, by a share of its motion.
+struct Carrier {
+  std::uint32_t slot;
+  double weight;
+};
+
 // The nodes of smooth skins (geometry/smooth_skin.h) as they lie now. A tip sees a handful of them:
 // they are carried, and their normals made, when first asked for in a pose.
 class SmoothNodes {
@@ -18,10 +24,6 @@ class SmoothNodes {
   // The nodes of one organ's skin, the vertices of its proxy in the given slots.
   void add(const DeformBody& body, const std::uint32_t* slot_of_vertex);
   std::size_t count() const { return first_.size() - 1; }
-  struct Carrier {
-    std::uint32_t slot;
-    double weight;
-  };
   std::span<const Carrier> carriers(std::uint32_t node) const {
     return std::span(carriers_).subspan(first_[node], first_[node + 1] - first_[node]);
   }

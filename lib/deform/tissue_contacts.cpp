@@ -105,6 +105,12 @@ void TissueContacts::reset() {
   x_felt_.clear();
 }
 
+void TissueContacts::go_back_to(const Sides& sides) {
+  in_front_ = sides.in_front;
+  released_ = sides.released;
+  x_felt_.clear();
+}
+
 void TissueContacts::untangle(std::vector<Contact>& contacts) {
   for (const Contact& c : contacts) {
     if (c.of_tissue()) released_[c.feeler] = 1;

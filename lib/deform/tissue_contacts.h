@@ -27,6 +27,12 @@ class TissueContacts {
 
   // Back to what was in front of what at rest.
   void reset();
+  // Which skin came from the front so far, to go back to.
+  struct Sides {
+    std::vector<std::uint8_t> in_front, released;
+  };
+  Sides sides() const { return {in_front_, released_}; }
+  void go_back_to(const Sides& sides);
   // Lets go of everything that touches, until it has parted: a crumpled fold that only its own
   // contacts keep shut has run partly through itself.
   void untangle(std::vector<Contact>& contacts);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/skins.h"
 
+#include <map>
+
+#include "geometry/adjacency.h"
 #include "geometry/lattice.h"
 
 namespace organbake {
@@ -28,6 +31,30 @@ SmoothSkin flat_skin(const TriangleMesh& proxy, std::uint32_t steps) {
     }
     skin.first.push_back(static_cast<std::uint32_t>(skin.carrier.size()));
   }
+  return skin;
+}
+
+SmoothSkin spread_skin(const TriangleMesh& proxy, std::uint32_t steps, double share) {
+  const SmoothSkin flat = flat_skin(proxy, steps);
+  const VertexNeighbours neighbours(proxy.faces, proxy.vertices.size());
+  SmoothSkin skin;
+  skin.steps = steps;
+  skin.first.push_back(0);
+  for (std::size_t n = 0; n < flat.node_count(); ++n) {
+    std::map<std::uint32_t, double> weights;
+    for (std::uint32_t k = flat.first[n]; k < flat.first[n + 1]; ++k) {
+      const auto around = neighbours.of(flat.carrier[k]);
+      weights[flat.carrier[k]] += (1 - share) * flat.weight[k];
+      for (const std::uint32_t v : around)
+        weights[v] += share / double(around.size()) * flat.weight[k];
+    }
+    for (const auto& [vertex, weight] : weights) {
+      skin.carrier.push_back(vertex);
+      skin.weight.push_back(weight);
+    }
+    skin.first.push_back(static_cast<std::uint32_t>(skin.carrier.size()));
+  }
+  complete_weights(skin);
   return skin;
 }
 

@@ -10,4 +10,8 @@ namespace organbake {
 // barycentric weights.
 SmoothSkin flat_skin(const TriangleMesh& proxy, std::uint32_t steps);
 
+// The same with each corner's weight spread over its neighbours by this share: carried, like baked
+// skins, by more vertices than those of its face.
+SmoothSkin spread_skin(const TriangleMesh& proxy, std::uint32_t steps, double share);
+
 }  // namespace organbake

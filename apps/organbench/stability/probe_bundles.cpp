@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "capture/capture.h"
+#include "capture/skin_bake.h"
 #include "capture/surface_color.h"
 #include "decimate/decimate.h"
 #include "geometry/mesh_checks.h"
@@ -160,6 +163,51 @@ double probe_deform(RandomStream& random, const ProbeFolder&) {
     }
   }
   return farthest / (10 * box.diagonal());
+}
+
+// Hands that pull and poke an organ as far as a pointer goes in a window, in jumps: no tool may
+// make it lose its state.
+double probe_pulls(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh surface = sound_organ(random);
+  const TriangleMesh proxy = proxy_of(surface, random);
+  const double diagonal_mm = bounds(proxy).diagonal();
+  DeformOptions options;
+  if (chance(random, 0.4)) options.solver = TissueSolver::fem;
+  MechanicsOptions mechanics;
+  mechanics.young_modulus_kpa = any_size(random, 0, 2);
+  mechanics.fem = options.solver == TissueSolver::fem;
+  const MechanicsModel model = make_mechanics(proxy, mechanics);
+  const BaseLayer flat;
+  const SmoothSkin skin = bake_smooth_skin(surface, proxy, random.uniform(0.03, 0.1) * diagonal_mm);
+  Deformer deformer(DeformBodies{{proxy, model, flat, chance(random, 0.7) ? &skin : nullptr}},
+                    options);
+  const std::vector<Eigen::Vector3d> rest = deformer.positions();
+  const double reach_mm = any_size(random, -1.5, 0.3) * diagonal_mm;
+  std::vector<InstrumentTip> tips(1 + random.below(2));
+  std::vector<Eigen::Vector3d> met(tips.size());
+  double farthest = 0;
+  for (int step = 0; step < 400; ++step) {
+    for (std::size_t t = 0; t < tips.size(); ++t) {
+      InstrumentTip& tip = tips[t];
+      if (tip.active) {
+        tip.position_mm = met[t] + random.uniform(0, reach_mm) * any_direction(random);
+        tip.active = chance(random, 0.97);
+        continue;
+      }
+      tip.active = true;
+      tip.mode = chance(random, 0.6) ? InstrumentMode::grab : InstrumentMode::poke;
+      tip.radius_mm = random.uniform(0.01, 0.06) * diagonal_mm;
+      tip.position_mm = met[t] = deformer.positions()[random.below(rest.size())];
+    }
+    const StepReport report = deformer.step(tips);
+    if (report.recovered) {
+      throw std::runtime_error("the tissue's state was lost in step " + std::to_string(step));
+    }
+    for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
+    for (std::size_t v = 0; v < rest.size(); ++v)
+      farthest = std::max(farthest, (deformer.positions()[v] - rest[v]).norm());
+  }
+  return farthest / (4 * diagonal_mm);
 }
 
 double probe_warp(RandomStream& random, const ProbeFolder&) {

@@ -15,6 +15,7 @@ const std::vector<Probe>& all_probes() {
       {"place", "a thousandth of the map, by which a vertex lies outside it", probe_place},
       {"capture", "a millionth of the scene between macro + micro and the surface", probe_capture},
       {"deform", "ten times the organ's size, by which a vertex moved", probe_deform},
+      {"deform by hard pulls", "four times the organ's size, by which a vertex moved", probe_pulls},
       {"warp", "one byte between two drawings of one frame", probe_warp},
       {"shade", "a depth that is not positive", probe_shade},
       {"register", "a wrong pose that is called ok", probe_register},

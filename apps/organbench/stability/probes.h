@@ -21,6 +21,7 @@ double probe_decimate(RandomStream& random, const ProbeFolder&);
 double probe_place(RandomStream& random, const ProbeFolder&);
 double probe_capture(RandomStream& random, const ProbeFolder&);
 double probe_deform(RandomStream& random, const ProbeFolder&);
+double probe_pulls(RandomStream& random, const ProbeFolder&);
 double probe_warp(RandomStream& random, const ProbeFolder&);
 double probe_shade(RandomStream& random, const ProbeFolder&);
 double probe_register(RandomStream& random, const ProbeFolder&);

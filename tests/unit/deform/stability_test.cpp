@@ -79,19 +79,36 @@ TEST(Stability, StiffnessAndTimeStepGrid) {
   }
 }
 
-TEST(Stability, ALostStateGoesBackToRestAndSaysSo) {
+TEST(Stability, TissueSlipsFromAGrasperThatIsTornAway) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
   InstrumentTip tip;
   tip.active = true;
   tip.mode = InstrumentMode::grab;
   tip.position_mm = mesh.vertices[0];
-  deformer.step({tip});
-  tip.position_mm = {0, 0, 9e8};  // torn off, a thousand kilometres away
-  const StepReport report = deformer.step({tip});
-  EXPECT_TRUE(report.recovered);
+  EXPECT_EQ(deformer.step({tip}).slipped, 0u);
+  tip.position_mm = {0, 0, 9e8};  // a thousand kilometres away
+  StepReport report = deformer.step({tip});
+  EXPECT_EQ(report.slipped, 1u);
+  EXPECT_FALSE(report.recovered);
+  EXPECT_EQ(report.contacts, 0u);
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
-  EXPECT_FALSE(deformer.step({tip}).recovered);
+  tip.position_mm = mesh.vertices[0];
+  report = deformer.step({tip});
+  EXPECT_EQ(report.slipped, 0u);
+  EXPECT_TRUE(deformer.positions() == mesh.vertices) << "it holds nothing until it closes again";
+}
+
+TEST(Stability, ALostStateGoesBackToRestAndSaysSo) {
+  const TriangleMesh mesh = test::geodesic_sphere(2, 40);
+  Deformer deformer(mesh, test::spring_body(mesh), {});
+  std::vector<Vector3d> load(mesh.vertices.size(), Vector3d::Zero());
+  load[0].z() = 1e9;  // the largest there may be
+  deformer.set_load(load);
+  EXPECT_TRUE(deformer.step({}).recovered);
+  EXPECT_TRUE(deformer.positions() == mesh.vertices);
+  deformer.set_load({});
+  EXPECT_FALSE(deformer.step({}).recovered);
   EXPECT_TRUE(deformer.positions() == mesh.vertices);
 }
 

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/random.h"
+#include "deform/deformer.h"
+#include "support/skins.h"
+#include "unit/deform/fem_bodies.h"
+#include "unit/deform/test_bodies.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// A proxy as coarse as they are baked, under a skin that more than a face's vertices carry.
+struct CoarseOrgan {
+  TriangleMesh mesh = test::lumpy_organ(2, 60, 5);
+  SmoothSkin skin = spread_skin(mesh, 8, 0.9);
+  BaseLayer none;
+  double diagonal_mm = bounds(mesh).diagonal();
+
+  Deformer deformer(TissueSolver solver) const {
+    const MechanicsModel model =
+        solver == TissueSolver::fem ? test::fem_ball(mesh) : test::spring_body(mesh);
+    DeformOptions options;
+    options.solver = solver;
+    return Deformer(DeformBodies{{mesh, model, none, &skin}}, options);
+  }
+  double farthest_mm(const std::vector<Vector3d>& now) const {
+    double farthest = 0;
+    for (std::size_t v = 0; v < now.size(); ++v)
+      farthest = std::max(farthest, (now[v] - mesh.vertices[v]).norm());
+    return farthest;
+  }
+};
+
+// A grasper that closes on skin somewhere, carries it about, and lets go after a while.
+class Hand {
+ public:
+  Hand(std::uint64_t seed, const CoarseOrgan& organ) : random_(seed), organ_(&organ) {}
+
+  // At most step_mm farther each step, and reach_mm from where it closed.
+  const std::vector<InstrumentTip>& advance(const std::vector<Vector3d>& now, double step_mm,
+                                            double reach_mm) {
+    if (left_-- == 0) {
+      left_ = 5 + int(random_.below(60));
+      const Face& face = organ_->mesh.faces[random_.below(organ_->mesh.faces.size())];
+      const double u = random_.uniform(0, 0.5), v = random_.uniform(0, 0.5);
+      tips_[0].active = tips_[1].active = false;
+      tip_ = 1 - tip_;
+      InstrumentTip& tip = tips_[tip_];
+      tip.mode = InstrumentMode::grab;
+      tip.active = true;
+      tip.radius_mm = random_.uniform(2, 12);
+      tip.position_mm = closed_ = (1 - u - v) * now[face[0]] + u * now[face[1]] + v * now[face[2]];
+    } else {
+      Vector3d& at = tips_[tip_].position_mm;
+      at += random_.uniform(0, step_mm) * direction();
+      if ((at - closed_).norm() > reach_mm) at = closed_ + reach_mm * (at - closed_).normalized();
+    }
+    return tips_;
+  }
+  Vector3d direction() {
+    return Vector3d(random_.normal(), random_.normal(), random_.normal()).normalized();
+  }
+
+ private:
+  RandomStream random_;
+  const CoarseOrgan* organ_;
+  std::vector<InstrumentTip> tips_{2};
+  int tip_ = 0, left_ = 0;
+  Vector3d closed_ = Vector3d::Zero();
+};
+
+TEST(HardPulls, TissueStaysNearTheHandThatPullsIt) {
+  // A hand reaches half the organ's diagonal from where it closed, which tissue that has not yet
+  // come home may have been half of one away from.
+  constexpr double kNearHand = 1;
+  const CoarseOrgan organ;
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      Deformer deformer = organ.deformer(solver);
+      Hand hand(seed, organ);
+      for (int step = 0; step < 1500; ++step) {
+        const auto& tips =
+            hand.advance(deformer.positions(), 0.03 * organ.diagonal_mm, 0.5 * organ.diagonal_mm);
+        ASSERT_FALSE(deformer.step(tips).recovered)
+            << to_string(solver) << ", seed " << seed << ", step " << step;
+        ASSERT_LT(organ.farthest_mm(deformer.positions()), kNearHand * organ.diagonal_mm)
+            << to_string(solver) << ", seed " << seed << ", step " << step;
+      }
+    }
+  }
+}
+
+// As a pointer that jumps across a window does.
+TEST(HardPulls, JumpsOfSeveralOrgansLoseNothing) {
+  const CoarseOrgan organ;
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    for (const std::uint64_t seed : {1, 2}) {
+      Deformer deformer = organ.deformer(solver);
+      Hand hand(seed, organ);
+      for (int step = 0; step < 300; ++step) {
+        const auto& tips =
+            hand.advance(deformer.positions(), 6 * organ.diagonal_mm, 3 * organ.diagonal_mm);
+        ASSERT_FALSE(deformer.step(tips).recovered)
+            << to_string(solver) << ", seed " << seed << ", step " << step;
+      }
+    }
+  }
+}
+
+// Beside anchors the points of a grip give way by different shares, and still have to move as one.
+TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
+  constexpr double kJerk_mm = 160;
+  constexpr double kFollows = 1.5;  // of the jerk: what is carried bends what is beside it
+  const CoarseOrgan organ;
+  const MechanicsModel model = test::spring_body(organ.mesh);
+  int faces = 0;
+  for (const Face& face : organ.mesh.faces) {
+    const auto held = std::count_if(face.begin(), face.end(), [&](std::uint32_t v) {
+      return std::find(model.anchors.begin(), model.anchors.end(), v) != model.anchors.end();
+    });
+    if (held == 0 || held == 3) continue;
+    ++faces;
+    for (int axis = 0; axis < 3; ++axis) {
+      Deformer deformer = organ.deformer(TissueSolver::springs);
+      InstrumentTip tip;
+      tip.mode = InstrumentMode::grab;
+      tip.active = true;
+      for (const std::uint32_t v : face) tip.position_mm += organ.mesh.vertices[v] / 3;
+      deformer.step({tip});
+      tip.position_mm[axis] += kJerk_mm;
+      ASSERT_FALSE(deformer.step({tip}).recovered);
+      ASSERT_LT(organ.farthest_mm(deformer.positions()), kFollows * kJerk_mm);
+    }
+  }
+  EXPECT_GT(faces, 10);
+}
+
+TEST(HardPulls, TissueThatTwoGraspersTearApartSlipsFromThem) {
+  const CoarseOrgan organ;
+  Deformer deformer = organ.deformer(TissueSolver::springs);
+  InstrumentTip left, right;
+  left.mode = right.mode = InstrumentMode::grab;
+  left.active = right.active = true;
+  left.position_mm = right.position_mm = organ.mesh.vertices[0];
+  EXPECT_GT(deformer.step({left, right}).contacts, 0u);
+  // The one that still holds, 200 mm away, carries what is beside it farther by less than twice.
+  constexpr double kFarthest_mm = 600;
+  std::size_t slipped = 0;
+  for (int step = 0; step < 100; ++step) {
+    left.position_mm.x() -= 2, right.position_mm.x() += 2;
+    const StepReport report = deformer.step({left, right});
+    slipped += report.slipped;
+    ASSERT_FALSE(report.recovered) << step;
+    ASSERT_LT(organ.farthest_mm(deformer.positions()), kFarthest_mm) << step;
+  }
+  EXPECT_EQ(slipped, 1u);
+  left.active = right.active = false;
+  for (int step = 0; step < 2000; ++step) deformer.step({left, right});
+  EXPECT_TRUE(deformer.positions() == organ.mesh.vertices);
+}
+
+}  // namespace
+}  // namespace organbake
