@@ -168,6 +168,8 @@ void bind_step(py::module_& m) {
       .def_readonly("tool_contacts", &StepReport::tool_contacts, "Pairs of tools that touch.")
       .def_readonly("penetration_mm", &StepReport::penetration_mm,
                     "The deepest skin point left inside a tip.")
+      .def_readonly("slipped", &StepReport::slipped,
+                    "How many graspers the tissue slipped from, which it could not follow.")
       .def_readonly("recovered", &StepReport::recovered, "A lost state went back to rest.")
       .def_readonly("tip_too_fast", &StepReport::tip_too_fast,
                     "A tip moved farther than can be followed.");

@@ -17,6 +17,9 @@ constexpr double kNearest = 0.35, kFarthest = 4;  // of the virtual cameras' dis
 constexpr double kHighest_rad = 1.5;
 constexpr double kCutDepth_mm = 8, kBlade_mm = 40, kBladeRadius_mm = 0.4;
 constexpr double kNeedle_mm = 60, kNeedleRadius_mm = 0.6;
+constexpr double kSnipDepth_mm = 6, kScissors_mm = 24, kScissorsRadius_mm = 0.8;
+constexpr double kWidestOpening_mm = 20;
+constexpr double kLeastDrag_mm = 1;  // shorter ones have no direction yet
 
 double smaller_side(const View& view) {
   return std::min(view.camera.intrinsics.width, view.camera.intrinsics.height);
@@ -67,17 +70,27 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
   touched_px_ = pointer_px_ = at_px;
   touch_view_ = view_;
   mode_ = mode;
-  pushed_mm_ = 0;
+  pushed_mm_ = opening_mm_ = 0;
   holding_ = true;
   double radius_mm = tool_radius_mm_, length_mm = 0;
   if (mode == InstrumentMode::cut) radius_mm = kBladeRadius_mm, length_mm = kBlade_mm;
   if (mode == InstrumentMode::pierce) radius_mm = kNeedleRadius_mm, length_mm = kNeedle_mm;
+  if (mode == InstrumentMode::snip) radius_mm = kScissorsRadius_mm, length_mm = kScissors_mm;
+  const double width_mm = mode == InstrumentMode::cut ? cut_width_mm_ : 0;
   const Eigen::Vector3d axis_mm = -length_mm * sight_;
-  tips_.push_back({touched_mm_, radius_mm, mode, true, axis_mm});
+  tips_.push_back({touched_mm_, radius_mm, mode, true, axis_mm, width_mm});
   // A tool reaches into the picture from below, so that it does not hide what it touches.
   const Eigen::Vector3d from_eye(0.3, 0.6, -0.74);
-  tool_record_.push_back(
-      {to_string(mode), radius_mm, mode, {}, world_from_camera.rotation * from_eye, axis_mm});
+  std::optional<Eigen::Vector3d> shaft;
+  if (mode != InstrumentMode::snip) shaft = world_from_camera.rotation * from_eye;
+  tool_record_.push_back({to_string(mode),
+                          radius_mm,
+                          mode,
+                          {},
+                          shaft,
+                          axis_mm,
+                          width_mm,
+                          world_from_camera.rotation.col(0)});
   return true;
 }
 
@@ -85,20 +98,34 @@ void LiveSession::drag(const Eigen::Vector2d& to_px) { pointer_px_ = to_px; }
 
 void LiveSession::push(double mm) { pushed_mm_ += mm; }
 
-// The ball touches the skin from the eye's side, and goes on from there.
-Eigen::Vector3d LiveSession::tip_position_mm() const {
-  const Eigen::Vector3d touching = touched_mm_ - tips_.back().radius_mm * sight_;
+// Across the view, at the depth of the place touched; world.
+Eigen::Vector3d LiveSession::dragged_mm() const {
   const RigidTransform& camera_from_world = touch_view_.camera.camera_from_world;
   const double z = (camera_from_world * touched_mm_).z();
   const Eigen::Vector2d moved_mm =
       z / touch_view_.camera.intrinsics.fx * (pointer_px_ - touched_px_);
-  const Eigen::Vector3d across(moved_mm.x(), moved_mm.y(), 0);
-  if (mode_ == InstrumentMode::grab)
-    return touching + camera_from_world.rotation.transpose() * across + pushed_mm_ * sight_;
+  return camera_from_world.rotation.transpose() * Eigen::Vector3d(moved_mm.x(), moved_mm.y(), 0);
+}
+
+// The ball touches the skin from the eye's side, and goes on from there.
+Eigen::Vector3d LiveSession::tip_position_mm() const {
+  const Eigen::Vector3d touching = touched_mm_ - tips_.back().radius_mm * sight_;
+  const Eigen::Vector3d dragged = dragged_mm();
+  if (mode_ == InstrumentMode::grab) return touching + dragged + pushed_mm_ * sight_;
   if (mode_ == InstrumentMode::cut)
-    return touched_mm_ + camera_from_world.rotation.transpose() * across +
-           (kCutDepth_mm + pushed_mm_) * sight_;
-  return touching + (moved_mm.norm() + pushed_mm_) * sight_;
+    return touched_mm_ + dragged + (kCutDepth_mm + pushed_mm_) * sight_;
+  if (mode_ == InstrumentMode::snip) return touched_mm_ + (kSnipDepth_mm + pushed_mm_) * sight_;
+  return touching + (dragged.norm() + pushed_mm_) * sight_;
+}
+
+// Along the drag as it began, by twice its length: either blade goes with the pointer.
+void LiveSession::open_scissors() {
+  const Eigen::Vector3d dragged = dragged_mm();
+  Eigen::Vector3d& along = tool_record_.back().opens_along;
+  if (opening_mm_ == 0 && dragged.norm() >= kLeastDrag_mm) along = dragged;
+  if (opening_mm_ > 0 || dragged.norm() >= kLeastDrag_mm)
+    opening_mm_ = std::clamp(2 * dragged.dot(along.normalized()), 0.0, kWidestOpening_mm);
+  tips_.back().opening_mm = opening_mm_ * along.normalized();
 }
 
 void LiveSession::let_go() {
@@ -125,6 +152,7 @@ void LiveSession::record_step() {
       Waypoint here;
       here.time_s = double(steps_) * time_step_s_;
       here.position_mm = tips_.back().position_mm;
+      here.opening_mm = opening_mm_;
       tool_record_.back().path.push_back(here);
     }
   }
@@ -135,6 +163,7 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   PlayedFrame played;
   if (holding_) {
     tips_.back().position_mm = tip_position_mm();
+    if (mode_ == InstrumentMode::snip) open_scissors();
     depth_mm_ = (tips_.back().position_mm - touched_mm_).dot(sight_) + tips_.back().radius_mm;
   }
   Stopwatch watch;

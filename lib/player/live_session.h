@@ -26,7 +26,8 @@ class LiveSession {
   // Puts the tool onto the tissue at the pointer; false when there is none. A poking tool presses
   // along the line of sight, as deep as the pointer is then dragged away; a grabbing one carries
   // the tissue across the view; a cutting one is drawn across it, 8 mm below the place touched; a
-  // needle goes in along the line of sight, like a poking one. Scissors are for scripts alone.
+  // needle goes in along the line of sight, like a poking one. Scissors are put in along it, and
+  // open as the pointer is dragged away, to 20 mm; dragged back, they close and cut.
   bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
   void drag(const Eigen::Vector2d& to_px);
   void push(double mm);  // a held tool along the line of sight, away from the eye when > 0
@@ -34,6 +35,9 @@ class LiveSession {
   bool holds() const { return holding_; }
   double tool_radius_mm() const { return tool_radius_mm_; }
   void set_tool_radius_mm(double radius_mm) { tool_radius_mm_ = radius_mm; }  // of the next touch
+  // How wide a strip of tissue the next one that cuts takes away.
+  double cut_width_mm() const { return cut_width_mm_; }
+  void set_cut_width_mm(double width_mm) { cut_width_mm_ = width_mm; }
 
   // One time step, and what it looks like: frame(), with its depth. Without `step` time stands
   // still and only the picture is made.
@@ -51,12 +55,14 @@ class LiveSession {
   double depth_mm() const { return depth_mm_; }  // of the held tool below the place it touched
 
  private:
+  Eigen::Vector3d dragged_mm() const;
   Eigen::Vector3d tip_position_mm() const;
+  void open_scissors();
   void record_step();
 
   Player* player_;
   double time_step_s_;
-  double tool_radius_mm_;
+  double tool_radius_mm_, cut_width_mm_ = 0;
   OrbitPose pose_;
   View view_;  // of the last picture
   Frame frame_;
@@ -67,7 +73,7 @@ class LiveSession {
   Eigen::Vector3d touched_mm_ = Eigen::Vector3d::Zero();  // the skin there, world
   Eigen::Vector3d sight_ = Eigen::Vector3d::UnitZ();      // unit, from the eye to it
   View touch_view_;
-  double pushed_mm_ = 0, depth_mm_ = 0;
+  double pushed_mm_ = 0, depth_mm_ = 0, opening_mm_ = 0;
   std::size_t steps_ = 0;
   std::vector<CameraKeyframe> camera_record_;
   std::vector<InstrumentPath> tool_record_;

@@ -86,6 +86,7 @@ void OrganView::follow_keys(Display& display) {
   if (display.pressed('F')) session_.face_front();
   if (display.pressed('G')) choose(InstrumentMode::grab);
   if (display.pressed('C')) choose(InstrumentMode::cut);
+  if (display.pressed('X')) choose(InstrumentMode::snip);
   if (display.pressed('N')) choose(InstrumentMode::pierce);
   if (display.pressed('1')) proxy_lines_ = !proxy_lines_;
   if (display.pressed('2')) camera_lines_ = !camera_lines_;
@@ -97,7 +98,7 @@ void OrganView::follow_keys(Display& display) {
 
 // Chosen again, it pokes again.
 void OrganView::choose(InstrumentMode mode) {
-  if (mode == InstrumentMode::cut && !player_.can_cut()) {
+  if (has_blade(mode) && !player_.can_cut()) {
     message_ = "to cut, bake with --set mechanics.fem=true and play with --solver fem";
     return;
   }
@@ -151,7 +152,8 @@ void OrganView::draw_overlays() const {
 void OrganView::controls(Display& display) {
   ImGui::SetNextWindowPos({12, 12}, ImGuiCond_FirstUseEver);
   ImGui::Begin("organplay", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
-  ImGui::TextDisabled("drag the tissue: poke, grab (also with Ctrl), cut or pierce; wheel: deeper");
+  ImGui::TextDisabled(
+      "drag the tissue: poke, grab (also with Ctrl), cut, snip or pierce; wheel: deeper");
   ImGui::TextDisabled("drag beside it or right: turn; middle: move; wheel: zoom");
   ImGui::Separator();
   if (ImGui::RadioButton("poke", mode_ == InstrumentMode::poke)) mode_ = InstrumentMode::poke;
@@ -160,6 +162,9 @@ void OrganView::controls(Display& display) {
   ImGui::SameLine();
   if (ImGui::RadioButton("cut (C)", mode_ == InstrumentMode::cut)) choose(InstrumentMode::cut);
   ImGui::SameLine();
+  if (ImGui::RadioButton("scissors (X)", mode_ == InstrumentMode::snip))
+    choose(InstrumentMode::snip);
+  ImGui::SameLine();
   if (ImGui::RadioButton("needle (N)", mode_ == InstrumentMode::pierce))
     choose(InstrumentMode::pierce);
   ImGui::SameLine();
@@ -167,6 +172,12 @@ void OrganView::controls(Display& display) {
   ImGui::SetNextItemWidth(110);
   if (ImGui::SliderFloat("tool radius, mm", &radius, 1, 20, "%.1f")) {
     session_.set_tool_radius_mm(radius);
+  }
+  if (mode_ == InstrumentMode::cut) {
+    float width = float(session_.cut_width_mm());
+    ImGui::SetNextItemWidth(110);
+    if (ImGui::SliderFloat("taken away, mm", &width, 0, 4, "%.1f"))
+      session_.set_cut_width_mm(width);
   }
   ImGui::Checkbox("pause (space)", &paused_);
   ImGui::SameLine();

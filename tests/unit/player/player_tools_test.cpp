@@ -9,6 +9,7 @@
 #include "core/temporary_folder.h"
 #include "organ_to_cut.h"
 #include "player/embedded_player.h"
+#include "player/live_session.h"
 #include "player/skin_point.h"
 #include "support/small_bundle.h"
 
@@ -99,6 +100,39 @@ TEST(PlayerTools, ANeedleLeavesAHole) {
     widest_mm = std::max(widest_mm, 2 * (from - from.dot(out) * out).norm());
   }
   EXPECT_NEAR(widest_mm, 1.2, 0.6);
+}
+
+TEST(PlayerTools, LiveScissorsAndAHookReplayToTheLastBit) {
+  Player player(organ_to_cut(), with_fem());
+  LiveSession session(player, 1.0 / 60);
+  session.advance(false, 160, 120, {});
+  session.turn({60, 0});  // to where nothing is anchored
+  session.advance(false, 160, 120, {});
+  std::vector<std::uint8_t> live;
+  const auto advance = [&] {
+    session.advance(true, 160, 120, {});
+    const auto& pixels = session.frame().color.pixels;
+    live.insert(live.end(), pixels.begin(), pixels.end());
+  };
+  ASSERT_TRUE(session.touch({75, 55}, InstrumentMode::snip));
+  for (int i = 0; i <= 40; ++i) {  // open, and closed again
+    session.drag({75.0 + std::min(i, 40 - i), 55});
+    advance();
+  }
+  session.let_go();
+  session.set_cut_width_mm(1.5);
+  ASSERT_TRUE(session.touch({60, 70}, InstrumentMode::cut));
+  for (int i = 0; i < 30; ++i) {
+    session.drag({60 + 1.2 * i, 70});
+    advance();
+  }
+  EXPECT_TRUE(player.is_cut());
+  const Script record = session.record("live");
+  ASSERT_EQ(record.instruments.size(), 2u);
+  EXPECT_EQ(record.instruments[0].mode, InstrumentMode::snip);
+  EXPECT_EQ(record.instruments[1].cut_width_mm, 1.5);
+  Player again(organ_to_cut(), with_fem());
+  EXPECT_EQ(bytes_of(again, script_from_json(script_to_json(record), "s")), live);
 }
 
 TEST(PlayerTools, AnEmbeddedPlayersTipsSnip) {
