@@ -235,8 +235,8 @@ std::vector<Carrier> Skin::carriers(const SkinPoint& at) const {
   for (int k = 0; k < 3; ++k) {
     for (const auto& [slot, weight] :
          nodes_.carriers(node(at.face, corners[k][0], corners[k][1]))) {
-      const auto known =
-          std::find_if(all.begin(), all.end(), [slot](const Carrier& c) { return c.slot == slot; });
+      const auto known = std::find_if(
+          all.begin(), all.end(), [wanted = slot](const Carrier& c) { return c.slot == wanted; });
       if (known == all.end()) {
         all.push_back({slot, weights[k] * weight});
       } else {
