@@ -204,14 +204,13 @@ void bind_player(py::module_& m) {
           py::arg("cut_width_mm") = 0.0, py::arg("pierces") = false, py::arg("active") = true,
           "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
           "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, pierces, active: one "
-          "for all, or "
-          "(n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip that cuts is a "
-          "blade whose edge is its axis; one that snips a pair of scissors, whose axis leads from "
-          "the closed blades' tips to their pivot: they cut as opening_mm, (n, 3), from the one "
-          "tip to the other, becomes less. What is cut parts a few steps later, of the solver fem "
-          "alone; cut_width_mm is taken away across the blade's way. One that pierces is a needle "
-          "along its axis. Returns a Step. Raises "
-          "ValueError for a tip that makes no sense.")
+          "for all, or (n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip "
+          "that cuts is a blade whose edge is its axis; one that snips a pair of scissors, whose "
+          "axis leads from the closed blades' tips to their pivot: they cut as opening_mm, (n, "
+          "3), from the one tip to the other, becomes less. What is cut parts a few steps later, "
+          "of the solver fem alone; cut_width_mm is taken away across the blade's way. One that "
+          "pierces is a needle along its axis. Returns a Step. Raises ValueError for a tip that "
+          "makes no sense.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
       .def("close", &SharedPlayer::close, released,
            "Frees the bundle; later calls raise ValueError. Arrays stay good.")

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cutting/cut_skin.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
@@ -201,6 +202,12 @@ CutSkin::CutSkin(const TriangleMesh& skin, const EdgeCrossings& edges, const Cut
   for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
     FaceCutter(*this, skin, edges, sheet, f).cut();
   draw_back(sheet);
+}
+
+Vector3d CutSkin::normal_beside(const SkinBorder& border) const {
+  const auto& [a, b, c] = parts_[border.face].corners;
+  const Vector3d at = vertices_[a].on_cut_mm();
+  return (vertices_[b].on_cut_mm() - at).cross(vertices_[c].on_cut_mm() - at).stableNormalized();
 }
 
 std::uint32_t CutSkin::add_vertex(const Vertex& vertex) {

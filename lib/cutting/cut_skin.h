@@ -65,6 +65,8 @@ class CutSkin {
   // The parts of face f: the first is number f, others follow behind those of all faces.
   const std::vector<SkinPart>& parts() const { return parts_; }
   const std::vector<SkinBorder>& borders() const { return borders_; }
+  // Unit, of the skin beside a piece of border, before it was drawn back.
+  Eigen::Vector3d normal_beside(const SkinBorder& border) const;
 
  private:
   struct EdgeEnds {  // the vertices of a cut edge's halves, by the end that they belong to

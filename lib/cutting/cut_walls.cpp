@@ -70,13 +70,6 @@ class WallMaker {
 
   const CutSkin::Vertex& vertex(std::uint32_t v) const { return skin_.vertices()[v]; }
 
-  Vector3d normal_of(const SkinBorder& border) const {
-    const auto& [a, b, c] = skin_.parts()[border.face].corners;
-    return (vertex(b).on_cut_mm() - vertex(a).on_cut_mm())
-        .cross(vertex(c).on_cut_mm() - vertex(a).on_cut_mm())
-        .stableNormalized();
-  }
-
   // Of a place on a stroke, per unit of the way's height.
   Vector3d upward(const SheetPlace& place) const {
     return ways_[place.stroke].by_lines ? Vector3d(-sheet_.onward(place)) : sheet_.upward(place);
@@ -88,7 +81,7 @@ class WallMaker {
     std::vector<double> stands(ways_.size(), 0), moves(ways_.size(), 0);
     for (const SkinBorder& border : skin_.borders()) {
       const SheetPlace& place = vertex(border.left[0]).place;
-      const Vector3d normal = normal_of(border);
+      const Vector3d normal = skin_.normal_beside(border);
       stands[place.stroke] += std::abs(sheet_.upward(place).stableNormalized().dot(normal));
       moves[place.stroke] += std::abs(sheet_.onward(place).stableNormalized().dot(normal));
     }
@@ -102,7 +95,7 @@ class WallMaker {
   // to nothing where the border runs along the way.
   double entry(const SkinBorder& border) const {
     const Vector3d up = upward(vertex(border.left[0]).place);
-    return up.normalized().dot(normal_of(border));
+    return up.normalized().dot(skin_.normal_beside(border));
   }
 
   // Across the sheet, away from the tissue on the border's left.
@@ -110,7 +103,7 @@ class WallMaker {
     const Vector3d across = sheet_.across(vertex(border.left[0]).place);
     // The left part lies on the left of its border, seen from outside.
     const Vector3d along = vertex(border.left[1]).on_cut_mm() - vertex(border.left[0]).on_cut_mm();
-    const Vector3d to_left = normal_of(border).cross(along);
+    const Vector3d to_left = skin_.normal_beside(border).cross(along);
     return to_left.dot(across) < 0 ? across : Vector3d(-across);
   }
 

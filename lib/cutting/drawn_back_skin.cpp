@@ -21,26 +21,28 @@ constexpr double kReach = 2;
 
 // By half a cut's width, square to its border along the skin; where its lips hang together, not.
 void CutSkin::draw_lips_back(const CutSheet& sheet) {
-  std::map<std::uint32_t, double> half_mm;  // by vertex
+  struct Pull {
+    Vector3d back = Vector3d::Zero();
+    double half_mm = 0;
+  };
+  std::map<std::uint32_t, Pull> pulls;  // by vertex
   for (const SkinBorder& border : borders_) {
     const double half = 0.5 * sheet.width_mm(vertices_[border.left[0]].place.stroke);
-    const auto& [a, b, c] = parts_[border.face].corners;
-    const Vector3d normal =
-        (vertices_[b].at_mm - vertices_[a].at_mm).cross(vertices_[c].at_mm - vertices_[a].at_mm);
     const Vector3d along = vertices_[border.left[1]].at_mm - vertices_[border.left[0]].at_mm;
-    const Vector3d to_left = normal.cross(along).stableNormalized();
+    const Vector3d to_left = normal_beside(border).cross(along).stableNormalized();
     for (int end = 0; half > 0 && end < 2; ++end) {
       if (border.left[end] == border.right[end]) continue;
       for (const auto& [lip, side] :
            {std::pair(border.left[end], 1.0), std::pair(border.right[end], -1.0)}) {
-        vertices_[lip].drawn_back_mm += side * to_left;
-        half_mm[lip] = std::max(half_mm[lip], half);
+        Pull& pull = pulls[lip];
+        pull.back += side * to_left;
+        pull.half_mm = std::max(pull.half_mm, half);
       }
     }
   }
   // Two pieces of border meet at a lip, and say much the same.
-  for (const auto& [lip, half] : half_mm)
-    vertices_[lip].drawn_back_mm = half * vertices_[lip].drawn_back_mm.stableNormalized();
+  for (const auto& [lip, pull] : pulls)
+    vertices_[lip].drawn_back_mm = pull.half_mm * pull.back.stableNormalized();
 }
 
 // Skin beside a lip goes with it the less the farther off it is, along its edges (Dijkstra 1959):

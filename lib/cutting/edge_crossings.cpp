@@ -89,6 +89,18 @@ bool EdgeCrossings::cross(std::uint32_t edge, std::span<const CutSheet::Triangle
   return crossed.cut && !was_cut;
 }
 
+EdgeCrossings EdgeCrossings::finer(const std::vector<Eigen::Vector3d>& points_mm,
+                                   const MaterialGrid& grid, std::uint32_t first_rank,
+                                   std::vector<Edge> edges,
+                                   std::span<const CutSheet::Triangle> taken) const {
+  std::vector<GridPoint> points = points_;
+  for (std::size_t p = points.size(); p < points_mm.size(); ++p)
+    points.push_back(grid.snapped(points_mm[p], first_rank + static_cast<std::uint32_t>(p)));
+  EdgeCrossings finer(std::move(points), std::move(edges));
+  finer.take_over(*this, taken);
+  return finer;
+}
+
 void EdgeCrossings::take_over(const EdgeCrossings& before,
                               std::span<const CutSheet::Triangle> taken) {
   const Boxes boxes(taken);

@@ -48,13 +48,17 @@ class EdgeCrossings {
   const GridPoint& point(std::uint32_t vertex) const { return points_[vertex]; }
   const std::vector<GridPoint>& points() const { return points_; }
 
-  // Takes over what crosses those of its edges that were others' as well, and looks for what of the
-  // triangles that those have taken crosses the rest.
-  void take_over(const EdgeCrossings& before, std::span<const CutSheet::Triangle> taken);
+  // Of the same mesh once it was made finer. points_mm: with those that came to it, whose ranks are
+  // their numbers from first_rank on. What crossed edges that there still are is taken over; of the
+  // triangles that were taken, those that cross the others are looked for.
+  EdgeCrossings finer(const std::vector<Eigen::Vector3d>& points_mm, const MaterialGrid& grid,
+                      std::uint32_t first_rank, std::vector<Edge> edges,
+                      std::span<const CutSheet::Triangle> taken) const;
   // Takes more triangles of a sheet. Returns whether an edge is cut now that was not.
   bool add(std::span<const CutSheet::Triangle> triangles);
 
  private:
+  void take_over(const EdgeCrossings& before, std::span<const CutSheet::Triangle> taken);
   bool cross(std::uint32_t edge, std::span<const CutSheet::Triangle> triangles,
              std::span<const GridBox> boxes, const GridBox& all);
 

@@ -68,13 +68,8 @@ bool FineSkin::refine(std::span<const CutSheet::Triangle> triangles, std::size_t
     }
   }
   parts_ = std::move(parts);
-  std::vector<GridPoint> points = edges_.points();
-  for (std::size_t v = first_halved; v < mesh_.vertices.size(); ++v)
-    points.push_back(
-        grid_.snapped(mesh_.vertices[v], kRankOfSkinMiddles + static_cast<std::uint32_t>(v)));
-  EdgeCrossings finer(std::move(points), edges_of(mesh_.faces));
-  finer.take_over(edges_, in_tissue(triangles.first(first_new)));
-  edges_ = std::move(finer);
+  edges_ = edges_.finer(mesh_.vertices, grid_, kRankOfSkinMiddles, edges_of(mesh_.faces),
+                        in_tissue(triangles.first(first_new)));
   return true;
 }
 

@@ -33,13 +33,8 @@ bool CutBody::refine(std::span<const CutSheet::Triangle> triangles, std::size_t 
   });
   if (halved.none()) return false;
   part_of_ = std::move(halved.part_of);
-  std::vector<GridPoint> points = edges_.points();
-  for (std::size_t n = points.size(); n < body_.nodes_mm.size(); ++n)
-    points.push_back(
-        grid_.snapped(body_.nodes_mm[n], kRankOfBodyMiddles + static_cast<std::uint32_t>(n)));
-  EdgeCrossings finer(std::move(points), edges_of(body_.tetrahedra));
-  finer.take_over(edges_, triangles.first(first_new));
-  edges_ = std::move(finer);
+  edges_ = edges_.finer(body_.nodes_mm, grid_, kRankOfBodyMiddles, edges_of(body_.tetrahedra),
+                        triangles.first(first_new));
   measure();
   std::vector<std::vector<std::uint32_t>> near_barriers(body_.tetrahedra.size());
   for (std::uint32_t t = 0; t < near_barriers.size(); ++t) {

@@ -125,9 +125,9 @@ void Player::sweep(const std::vector<InstrumentTip>& tips) {
 // Of the organs that have tetrahedra the skin keeps a hole where a needle went through.
 void Player::leave_holes(const std::vector<InstrumentTip>& tips,
                          const std::vector<ContactPoint>& punctures) {
+  if (options_.solver != TissueSolver::fem) return;
   for (const ContactPoint& puncture : punctures) {
     Organ& organ = organs_[puncture.organ];
-    if (options_.solver != TissueSolver::fem) continue;
     begin_cutting(organ);
     const InstrumentTip& needle = tips[puncture.instrument];
     organ.sweeps->pierce(puncture.position_mm, needle.axis_mm.normalized(), needle.radius_mm,

@@ -17,6 +17,17 @@ namespace {
 constexpr double kTimeStep_s = 1.0 / 60;
 constexpr double kPushPerNotch_mm = 2;
 
+struct Tool {
+  InstrumentMode mode;
+  char key;  // 0: none of its own
+  const char* label;
+};
+constexpr Tool kTools[] = {{InstrumentMode::poke, 0, "poke"},
+                           {InstrumentMode::grab, 'G', "grab (G)"},
+                           {InstrumentMode::cut, 'C', "cut (C)"},
+                           {InstrumentMode::snip, 'X', "scissors (X)"},
+                           {InstrumentMode::pierce, 'N', "needle (N)"}};
+
 DeformOptions deform_options(TissueSolver solver) {
   DeformOptions options;
   options.solver = solver;
@@ -84,10 +95,8 @@ void OrganView::follow_keys(Display& display) {
   if (display.pressed('.')) paused_ = step_once_ = true;
   if (display.pressed('R')) session_.reset(), largest_force_n_ = 0;
   if (display.pressed('F')) session_.face_front();
-  if (display.pressed('G')) choose(InstrumentMode::grab);
-  if (display.pressed('C')) choose(InstrumentMode::cut);
-  if (display.pressed('X')) choose(InstrumentMode::snip);
-  if (display.pressed('N')) choose(InstrumentMode::pierce);
+  for (const Tool& tool : kTools)
+    if (tool.key != 0 && display.pressed(tool.key)) choose(tool.mode);
   if (display.pressed('1')) proxy_lines_ = !proxy_lines_;
   if (display.pressed('2')) camera_lines_ = !camera_lines_;
   if (display.pressed('3')) manifold_lines_ = !manifold_lines_;
@@ -156,18 +165,10 @@ void OrganView::controls(Display& display) {
       "drag the tissue: poke, grab (also with Ctrl), cut, snip or pierce; wheel: deeper");
   ImGui::TextDisabled("drag beside it or right: turn; middle: move; wheel: zoom");
   ImGui::Separator();
-  if (ImGui::RadioButton("poke", mode_ == InstrumentMode::poke)) mode_ = InstrumentMode::poke;
-  ImGui::SameLine();
-  if (ImGui::RadioButton("grab (G)", mode_ == InstrumentMode::grab)) choose(InstrumentMode::grab);
-  ImGui::SameLine();
-  if (ImGui::RadioButton("cut (C)", mode_ == InstrumentMode::cut)) choose(InstrumentMode::cut);
-  ImGui::SameLine();
-  if (ImGui::RadioButton("scissors (X)", mode_ == InstrumentMode::snip))
-    choose(InstrumentMode::snip);
-  ImGui::SameLine();
-  if (ImGui::RadioButton("needle (N)", mode_ == InstrumentMode::pierce))
-    choose(InstrumentMode::pierce);
-  ImGui::SameLine();
+  for (const Tool& tool : kTools) {
+    if (ImGui::RadioButton(tool.label, mode_ == tool.mode)) choose(tool.mode);
+    ImGui::SameLine();
+  }
   float radius = float(session_.tool_radius_mm());
   ImGui::SetNextItemWidth(110);
   if (ImGui::SliderFloat("tool radius, mm", &radius, 1, 20, "%.1f")) {
