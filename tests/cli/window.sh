@@ -20,8 +20,9 @@ expect_sentence
 for tool in Xvfb xdotool; do
   command -v $tool >/dev/null || { echo "SKIPPED: $tool is not installed"; exit 0; }
 done
-# Xvfb takes the first free display and tells it.
-Xvfb -displayfd 3 -screen 0 800x600x24 3>display 2>/dev/null &
+# Xvfb takes the first free display and tells it. Without -noreset it starts anew whenever its last
+# window closes, and refuses whoever opens one meanwhile.
+Xvfb -displayfd 3 -noreset -screen 0 800x600x24 3>display 2>/dev/null &
 server=$!
 trap 'kill $server $player 2>/dev/null; finish' EXIT
 for _ in $(seq 300); do [ -s display ] && break; sleep 0.1; done
@@ -34,6 +35,7 @@ open_window() { # ARGUMENTS…
   for _ in $(seq 300); do
     window=$(xdotool search --onlyvisible --name '^organplay$' 2>/dev/null | head -n 1)
     [ -n "$window" ] && break
+    kill -0 $player 2>/dev/null || break
     sleep 0.1
   done
   [ -n "$window" ] || fail "no window: $(cat err)"
