@@ -26,6 +26,7 @@ LiveOrgan::LiveOrgan(Bundle frame) : supplied_(frame.cameras.cameras.size()) {
   };
   DeformOptions options;
   options.time_step_s = kTimeStep_s;
+  if (frame.mechanics.body) options.solver = TissueSolver::fem;
   player_ = std::make_unique<Player>(std::move(frame), read, options);
   session_ = std::make_unique<LiveSession>(*player_, kTimeStep_s);
   drawing_.light = player_->usual_light();
@@ -36,7 +37,19 @@ void LiveOrgan::supply(std::size_t camera, std::vector<std::byte> maps) {
   supplied_[camera] = std::move(maps);
 }
 
-bool LiveOrgan::bind_next() { return player_->load_next(); }
+bool LiveOrgan::bind_next() {
+  all_bound_ = !player_->load_next();
+  return !all_bound_;
+}
+
+bool LiveOrgan::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
+  if (has_blade(mode)) {
+    if (!player_->can_cut())
+      throw UsageError("this organ cannot be cut: it was baked without --set mechanics.fem=true");
+    if (!all_bound_) throw UsageError("all cameras must be loaded before the organ is cut");
+  }
+  return session_->touch(at_px, mode);
+}
 
 void LiveOrgan::advance(bool step, int width, int height) {
   PlayOptions size;
@@ -65,6 +78,10 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   script.frames = std::min(script.frames, std::max(1, wanted + 1));
   if (script.time_step_s != kTimeStep_s)
     throw UsageError("the script's time step is not the page's, a 60th of a second");
+  if (script.solver.value_or(player_->solver()) != player_->solver())
+    throw UsageError(player_->can_cut()
+                         ? "the script is played by springs, this page by finite elements"
+                         : "the script is played by finite elements, which this organ has not");
   PlayOptions options;
   options.draw = drawing_;
   if (script.light) options.draw.light = *script.light;
@@ -113,6 +130,12 @@ double LiveOrgan::figure(Figure which) const {
       return last_.draw.unchanged ? 1 : 0;
     case Figure::recovered:
       return recovered_;
+    case Figure::can_cut:
+      return player_->can_cut() ? 1 : 0;
+    case Figure::pieces:
+      return static_cast<double>(player_->piece_count());
+    case Figure::cut_width_mm:
+      return session_->cut_width_mm();
   }
   return 0;
 }

@@ -23,7 +23,11 @@ class LiveOrgan {
   explicit LiveOrgan(Bundle frame);
 
   void supply(std::size_t camera, std::vector<std::byte> maps);  // throws UsageError
-  bool bind_next();
+  bool bind_next();                                              // false when all cameras are bound
+
+  // LiveSession::touch(). Throws UsageError for blades where the organ has no tetrahedra, and
+  // before all cameras are bound: what a blade parts is bound anew.
+  bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
 
   // One time step, or none, and the picture. Throws MapsWanted when the step is done: calling again
   // without one goes on.
@@ -49,7 +53,10 @@ class LiveOrgan {
     cameras,
     proxy_faces,
     unchanged,  // 1: the last picture is the one before
-    recovered   // how often a lost state went back to rest
+    recovered,  // how often a lost state went back to rest
+    can_cut,    // 1: blades may touch it
+    pieces,     // that blades have cut it into; 1 when whole
+    cut_width_mm
   };
   double figure(Figure which) const;
 
@@ -57,6 +64,7 @@ class LiveOrgan {
   void show(const Frame& frame);
 
   std::vector<std::vector<std::byte>> supplied_;  // by camera; empty when it is not there, or bound
+  bool all_bound_ = false;
   std::unique_ptr<Player> player_;
   std::unique_ptr<LiveSession> session_;
   DrawOptions drawing_;

@@ -2,6 +2,7 @@
 // The player as one WebAssembly module: what organ.js calls. Bytes go in through the buffer of
 // organ_reserve(), numbers come back; what returns −1 has left a sentence in organ_message().
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,10 @@ namespace organbake {
 namespace {
 
 constexpr std::uint32_t kMostBytes = 1u << 30;
+// In the order of organ.js.
+constexpr InstrumentMode kTools[] = {InstrumentMode::poke, InstrumentMode::grab,
+                                     InstrumentMode::cut, InstrumentMode::snip,
+                                     InstrumentMode::pierce};
 
 struct Module {
   std::vector<std::byte> buffer;
@@ -152,11 +157,11 @@ ORGAN_EXPORT(organ_zoom) void organ_zoom(double steps) {
 ORGAN_EXPORT(organ_face_front) void organ_face_front() {
   with_organ([](LiveOrgan& organ) { return organ.session().face_front(), 0; });
 }
-// At a pixel of the last picture; 1 when there is tissue.
-ORGAN_EXPORT(organ_touch) int organ_touch(double x, double y, int grabs) {
+// At a pixel of the last picture; 1 when there is tissue. tool: see kTools.
+ORGAN_EXPORT(organ_touch) int organ_touch(double x, double y, std::uint32_t tool) {
   return with_organ([&](LiveOrgan& organ) {
-    const auto mode = grabs ? InstrumentMode::grab : InstrumentMode::poke;
-    return organ.session().touch({x, y}, mode) ? 1 : 0;
+    if (tool >= std::size(kTools)) throw UsageError("there is no tool " + std::to_string(tool));
+    return organ.touch({x, y}, kTools[tool]) ? 1 : 0;
   });
 }
 ORGAN_EXPORT(organ_drag) void organ_drag(double x, double y) {
@@ -174,6 +179,10 @@ ORGAN_EXPORT(organ_reset) void organ_reset() {
 // Of the next touch.
 ORGAN_EXPORT(organ_set_radius) void organ_set_radius(double mm) {
   with_organ([&](LiveOrgan& organ) { return organ.session().set_tool_radius_mm(mm), 0; });
+}
+// Of the strip of tissue that the next cut takes away.
+ORGAN_EXPORT(organ_set_cut_width) void organ_set_cut_width(double mm) {
+  with_organ([&](LiveOrgan& organ) { return organ.session().set_cut_width_mm(mm), 0; });
 }
 // 0 as baked, 1 the world's lamps on the skin as it lies, 2 at the scope; −1 for one that the organ
 // cannot be shown in.

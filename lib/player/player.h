@@ -130,7 +130,7 @@ class Player {
   std::uint64_t joined_ = 0;                  // serial of the last picture of several organs
   std::map<std::size_t, Scissors> scissors_;  // by instrument
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
-  // the rest. Of a type that pages do not know.
+  // the rest.
   struct Parting;
   std::shared_ptr<Parting> parting_;
 };

@@ -62,12 +62,37 @@ for view in 0 0.5 1.3 -1.1 2.6; do
     expect 0 "$BIN/organplay" organ --script script.json --reference frames --threshold 55
   done
 done
+# Blades, where there are tetrahedra: the same cut as organplay's, and by hand.
+expect 0 organbake bake r.yaml -o cuttable --no-report --set mechanics.fem=true \
+  --set mechanics.fem_cell=8 --set decimate.faces=300
+expect 0 organbake export cuttable --format web -o cuttable.html
+cat >cut.json <<END
+{"schema": "organbake/interaction/1", "name": "a cut", "time_step_s": 0.016666666666666666, "frames": 30,
+ "solver": "fem", "size": [480, 360], "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0.1}]},
+ "instruments": [
+   {"name": "scalpel", "mode": "cut", "radius_mm": 0.4, "axis_mm": [0, -28, 0], "path": [
+     {"time_s": 0.02, "direction": [-0.3, -1, 0.05], "depth_mm": 14},
+     {"time_s": 0.2, "direction": [0.3, -1, 0.05], "depth_mm": 14}]},
+   {"name": "forceps", "mode": "grab", "radius_mm": 4, "path": [
+     {"time_s": 0.3, "direction": [0, -1, 0.2], "depth_mm": 2},
+     {"time_s": 0.48, "direction": [0, -1, 0.4], "depth_mm": -3}]}]}
+END
+rm -rf frames
+expect 0 node "$SOURCE/tests/web/frames.mjs" cuttable.html cut.json frames
+expect 0 "$BIN/organplay" cuttable --script cut.json --reference frames --threshold 55
+expect 0 node "$SOURCE/tests/web/cut.mjs" cuttable.html
+expect_out "cut, snipped, pierced"
+expect 0 node "$SOURCE/tests/web/cut.mjs" organ.html
+expect_out "no blades"
+expect 1 node "$SOURCE/tests/web/frames.mjs" organ.html cut.json none
+expect_err "finite elements, which this organ has not"
+expect 0 node "$SOURCE/tests/web/poke_long.mjs" cuttable.html 1000
 expect 0 node "$SOURCE/tests/web/damage.mjs" organ.html 200
 expect 0 node "$SOURCE/tests/web/poke_long.mjs" organ.html 3000
 expect 0 node "$SOURCE/tests/consumer/web/measure.mjs" organ.html
 expect_out "newtons"
 
 code=0
-node "$SOURCE/tests/web/page_in_browser.mjs" "$WORK/organ.html" >page.log 2>&1 || code=$?
+node "$SOURCE/tests/web/page_in_browser.mjs" "$WORK/cuttable.html" >page.log 2>&1 || code=$?
 cat page.log
 [ $code -eq 0 ] || [ $code -eq 77 ] || fail "the page in Chromium"

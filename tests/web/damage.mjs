@@ -49,7 +49,7 @@ async function outcome(pack) {
     organ = await Organ.open(module, pack);
     for (let camera = 0; camera < organ.cameras; ++camera) await organ.loadNext();
     await organ.drawn(true, 160, 120);
-    organ.touch(80, 60, false);
+    organ.touch(80, 60);
     for (let step = 0; step < 5; ++step) {
       organ.drag(80 + 3 * step, 60);
       await organ.drawn(true, 160, 120);

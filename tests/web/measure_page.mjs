@@ -19,7 +19,7 @@ for (let t = 0; t < Number(times); ++t) {
       organ.light = light;
       for (const poked of [false, true]) {
         organ.faceFront(), organ.reset(), organ.draw(false, 960, 720);
-        if (poked) organ.touch(480, 360, false);
+        if (poked) organ.touch(480, 360);
         const list = times["light " + light + (poked ? ", orbit and poke" : ", orbit")] = [];
         for (let i = 0; i < 240; ++i) {
           organ.turn(3, 0.5 * Math.sin(i / 9));

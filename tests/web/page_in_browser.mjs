@@ -109,6 +109,37 @@ expect((await browser.value('document.getElementById("status").textContent')).in
 await browser.key("keyDown", "r");
 await settle();
 
+// A blade, where the organ has tetrahedra: drawn across the picture it leaves a cut, which a reset
+// heals.
+if (await browser.value("organ.canCut")) {
+  await browser.value('document.getElementById("front").click()');
+  expect(await browser.value('document.getElementById("widths").hidden'), "no width without a blade");
+  await browser.value(`document.querySelector('[data-mode="cut"]').click()`);
+  expect(!await browser.value('document.getElementById("widths").hidden'), "a cut has a width");
+  await settle();
+  await remember("whole");
+  await browser.value(`((width) => {
+    width.value = "3";
+    width.dispatchEvent(new Event("input"));
+  })(document.getElementById("width"))`);
+  expect(await browser.value("organ.cutWidth") === 3, "the width is the next cut's");
+  await browser.mouse("mousePressed", ...at(0.4, 0.5));
+  for (let i = 1; i <= 20; ++i) await browser.mouse("mouseMoved", ...at(0.4 + 0.01 * i, 0.5)), await sleep(40);
+  await browser.mouse("mouseReleased", ...at(0.6, 0.5));
+  await sleep(1500);
+  await settle();
+  await remember("cut");
+  await keep("cut");
+  const cut = await changed("whole", "cut");
+  expect(cut.count > 3 && Math.hypot(cut.x - 0.5, cut.y - 0.5) < 0.15,
+         `the cut shows where the blade went (${cut.count} fields at ${cut.x}, ${cut.y})`);
+  await browser.value('document.getElementById("reset").click()');
+  await settle();
+  await remember("healed");
+  expect((await changed("whole", "healed")).count === 0, "reset makes the organ whole");
+  await browser.value(`document.querySelector('[data-mode="poke"]').click()`);
+}
+
 // A finger pokes, two zoom.
 const finger = (x, y, id) => ({ x: at(x, y)[0], y: at(x, y)[1], id });
 await browser.send("Emulation.setTouchEmulationEnabled", { enabled: true });

@@ -8,7 +8,7 @@ const [page, steps = "3600"] = process.argv.slice(2);
 const { module, pack } = parts_of_page(page);
 const organ = await Organ.open(module, pack);
 const kWidth = 160, kHeight = 120;
-while (await organ.loadNext());
+await organ.loadAll();
 await organ.drawn(false, kWidth, kHeight);
 let state = 7;
 const share = () => (state = (Math.imul(state, 1664525) + 1013904223) >>> 0) / 4294967296;
@@ -17,7 +17,7 @@ for (let step = 0; step < Number(steps); ++step) {
   if (held === 0) {
     organ.letGo();
     held = Math.round(20 + 60 * share());
-    if (organ.touch(kWidth * (0.2 + 0.6 * share()), kHeight * (0.2 + 0.6 * share()), share() < 0.4)) ++touched;
+    if (organ.touch(kWidth * (0.2 + 0.6 * share()), kHeight * (0.2 + 0.6 * share()), share() < 0.4 ? "grab" : "poke")) ++touched;
   }
   organ.drag(kWidth * share(), kHeight * share());
   organ.turn(6 * share() - 3, 2 * share() - 1);

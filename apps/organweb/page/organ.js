@@ -6,8 +6,10 @@
 //   if (organ.draw(true, 640, 480)) context.putImageData(organ.picture(), 0, 0);
 
 export const Light = { baked: 0, world: 1, scope: 2 };
+const kTools = ["poke", "grab", "cut", "snip", "pierce"];
 const Figure = { step_ms: 0, draw_ms: 1, force_n: 2, depth_mm: 3, radius_mm: 4, light: 5, lights: 6,
-                 cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10 };
+                 cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10,
+                 can_cut: 11, pieces: 12, cut_width_mm: 13 };
 
 async function inflated(stream, bytes, what) {
   const refused = `the file is damaged where it holds the ${what}`;
@@ -146,11 +148,13 @@ export class Organ {
     return ++this.#next < this.cameras;
   }
 
+  async loadAll() { while (await this.loadNext()); }
+
   // Plays an interaction (the document of `organplay --script`) from rest up to a frame, whose
   // picture is then the last one. Returns how many frames were played.
   async play(script, frame) {
     for (let camera = 0; camera < this.cameras; ++camera) await this.#supply(camera);
-    while (await this.loadNext());
+    await this.loadAll();
     this.#give(new TextEncoder().encode(JSON.stringify(script)));
     const frames = this.#call("organ_script", frame);
     [this.#width, this.#height] = script.size ?? [1280, 720];
@@ -161,13 +165,17 @@ export class Organ {
   shift(x, y) { this.#exports.organ_shift(x, y); }  // and across the picture
   zoom(steps) { this.#exports.organ_zoom(steps); }  // > 0 comes nearer
   faceFront() { this.#exports.organ_face_front(); }
-  // Puts the tool onto the tissue; false where there is none.
-  touch(x, y, grabs) { return this.#call("organ_touch", x, y, grabs ? 1 : 0) === 1; }
+  // Puts a tool onto the tissue; false where there is none. "poke" presses along the line of sight,
+  // as deep as it is then dragged; "grab" carries the tissue across the view; "pierce" is a needle
+  // along the line of sight. With tetrahedra (canCut), once loadAll() is done: "cut" draws a blade
+  // across the view; "snip" opens scissors as it is dragged away, and cuts when dragged back.
+  touch(x, y, tool = "poke") { return this.#call("organ_touch", x, y, kTools.indexOf(tool)) === 1; }
   drag(x, y) { this.#exports.organ_drag(x, y); }
   push(mm) { this.#exports.organ_push(mm); }  // a held tool, away from the eye when > 0
   letGo() { this.#exports.organ_let_go(); }
   reset() { this.#exports.organ_reset(); }  // the organ at rest
   set radius(mm) { this.#exports.organ_set_radius(mm); }  // of the next touch
+  set cutWidth(mm) { this.#exports.organ_set_cut_width(mm); }  // that the next "cut" takes away
   set light(light) { this.#call("organ_set_light", light); }
   set background([red, green, blue]) { this.#exports.organ_set_background(red, green, blue); }
 
@@ -183,5 +191,8 @@ export class Organ {
   get depthMm() { return this.#figure(Figure.depth_mm); }
   get unchanged() { return this.#figure(Figure.unchanged) === 1; }
   get recovered() { return this.#figure(Figure.recovered); }
+  get canCut() { return this.#figure(Figure.can_cut) === 1; }
+  get pieces() { return this.#figure(Figure.pieces); }
+  get cutWidth() { return this.#figure(Figure.cut_width_mm); }
   get memoryBytes() { return this.#exports.memory.buffer.byteLength; }
 }

@@ -20,6 +20,7 @@ function bytesOf(id) {
 
 let organ = null;
 let mode = "poke", pixels = kAsked || 7e5, busy = 0;  // busy: ms of a picture, averaged
+let complete = false, pieces = 1;  // all cameras are there; what blades have made of the organ
 let due = 0, calmSince = 0, running = false, shown = false;
 const pointers = new Map();
 let held = null;  // the pointer, or "keys", that holds the tool
@@ -58,6 +59,8 @@ function adapt(ms) {
 function figures() {
   const parts = [`${canvas.width} × ${canvas.height}`, `${(organ.stepMs + organ.drawMs).toFixed(1)} ms`];
   if (held !== null) parts.push(`${organ.depthMm.toFixed(1)} mm`, `${organ.forceN.toFixed(2)} N`);
+  if (organ.pieces > 1) parts.push(`${organ.pieces} pieces`);
+  if (organ.pieces !== pieces) say(`The organ is in ${pieces = organ.pieces} piece${pieces > 1 ? "s" : ""}.`);
   element("figures").textContent = parts.join(" · ");
 }
 
@@ -78,7 +81,8 @@ function tick(now) {
     const start = performance.now();
     if (show(true)) {
       calmSince = now;
-      adapt(performance.now() - start);
+      // A step in which a cut grows takes as long for any number of pixels.
+      if (organ.stepMs < kBudget) adapt(performance.now() - start);
     }
     figures();
     if (held !== null || now - calmSince <= kCalm) return;
@@ -106,8 +110,9 @@ function place(event) {
 
 // The tool, onto the tissue at a place of the canvas; the pointer then moves it in pixels of this
 // picture, however fine the next ones are.
-function hold(at, grabs, by) {
-  if (!organ.touch(...at, grabs)) return false;
+function hold(at, tool, by) {
+  if (kBlades.includes(tool) && !complete) return say("The organ is not ready to be cut yet."), false;
+  if (!organ.touch(...at, tool)) return false;
   held = by;
   grid = [canvas.width, canvas.height];
   return true;
@@ -116,8 +121,12 @@ function pull(at) {
   organ.drag(at[0] * grid[0] / canvas.width, at[1] * grid[1] / canvas.height);
 }
 
+const kBlades = ["cut", "snip"];
 function choose(next) {
+  if (kBlades.includes(next) && !organ?.canCut) return say("This organ cannot be cut.");
   mode = next;
+  element("widths").hidden = mode !== "cut";  // in the place of a ball's radius
+  element("radii").hidden = mode === "cut" || mode === "snip" || mode === "pierce";
   for (const button of document.querySelectorAll("[data-mode]"))
     button.setAttribute("aria-pressed", String(button.dataset.mode === mode));
 }
@@ -147,7 +156,7 @@ canvas.addEventListener("pointerdown", (event) => {
   wake();
   if (pointers.size > 1) return letGo();  // two fingers look round
   const tool = event.button === 0 && mode !== "turn" && !event.shiftKey;
-  if (tool) hold(at, mode === "grab" || event.ctrlKey, event.pointerId);
+  if (tool) hold(at, event.ctrlKey ? "grab" : mode, event.pointerId);
 });
 canvas.addEventListener("pointermove", (event) => {
   const before = pointers.get(event.pointerId);
@@ -197,7 +206,7 @@ function press() {
   if (held === "keys") return organ.push(1);
   if (held !== null) return;
   const at = [aim[0] * canvas.width, aim[1] * canvas.height];
-  if (!hold(at, mode === "grab", "keys")) return say("There is no tissue at the cross.");
+  if (!hold(at, mode === "turn" ? "poke" : mode, "keys")) return say("There is no tissue at the cross.");
   say(mode === "grab" ? "Grabbed." : "Touching.");
   organ.push(1);
 }
@@ -207,7 +216,8 @@ const kKeys = {
   ArrowUp: () => steer(0, -1), ArrowDown: () => steer(0, 1),
   A: () => move(-1, 0), D: () => move(1, 0), W: () => move(0, -1), S: () => move(0, 1),
   "+": () => organ.zoom(1), "=": () => organ.zoom(1), "-": () => organ.zoom(-1),
-  " ": press, p: () => choose("poke"), g: () => choose("grab"), t: () => choose("turn"),
+  " ": press, p: () => choose("poke"), g: () => choose("grab"),
+  c: () => choose("cut"), x: () => choose("snip"), n: () => choose("pierce"), t: () => choose("turn"),
   r: () => reset(), v: () => organ.faceFront(), l: () => next_light(), f: () => full(), s: () => save(),
   "[": () => resize_tool(Number(element("radius").value) - 1),
   "]": () => resize_tool(Number(element("radius").value) + 1),
@@ -277,6 +287,10 @@ for (const [id, act] of Object.entries(press_of)) {
 for (const button of document.querySelectorAll("[data-mode]"))
   button.addEventListener("click", () => choose(button.dataset.mode));
 element("radius").addEventListener("input", () => { if (organ) resize_tool(element("radius").value), wake(); });
+element("width").addEventListener("input", () => {
+  if (organ) organ.cutWidth = Number(element("width").value);
+  element("width-text").textContent = `${Number(element("width").value).toFixed(1)} mm`;
+});
 element("light").addEventListener("change", () => { if (organ) organ.light = Number(element("light").value), wake(); });
 document.addEventListener("visibilitychange", () => {
   if (document.hidden) running = false;
@@ -310,13 +324,15 @@ try {
   resize_tool(organ.radius);
   element("light").value = String(organ.light);
   element("lights").hidden = organ.lights < 2;
+  for (const blade of kBlades) document.querySelector(`[data-mode=${blade}]`).hidden = !organ.canCut;
   element("loading").hidden = true;
   window.organ = organ;  // for whoever writes a script in the browser's console
   wake();
   // The other cameras, one at a time, whenever nothing is touched.
   const rest = async () => {
     try {
-      if (!organ || held === null && !await organ.loadNext()) return;
+      if (!organ) return;
+      if (held === null && !await organ.loadNext()) return void (complete = true);
       setTimeout(rest, 50);
     } catch (error) {
       fail(error);

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// The blades of a page: where there are tetrahedra they cut, once all cameras are there; a reset
+// makes the organ whole again, to the byte; elsewhere they are refused with a sentence.
+// usage: node cut.mjs PAGE
+import { Organ } from "../../apps/organweb/page/organ.js";
+import { parts_of_page } from "./page_file.mjs";
+
+const kWidth = 320, kHeight = 240, kMiddle = [160, 120];
+const { module, pack } = parts_of_page(process.argv[2]);
+const organ = await Organ.open(module, pack);
+const draw = async (steps, before = () => {}) => {
+  for (let step = 0; step < steps; ++step) before(step), await organ.drawn(true, kWidth, kHeight);
+  return Buffer.from(organ.pixels());
+};
+const refused = (tool, sentence) => {
+  try {
+    organ.touch(...kMiddle, tool);
+  } catch (error) {
+    if (error.message.includes(sentence)) return;
+    throw new Error(`${tool}: ${error.message}`);
+  }
+  throw new Error(`${tool} is not refused`);
+};
+
+await draw(1);
+refused("saw", "there is no tool");
+if (!organ.canCut) {
+  for (const blade of ["cut", "snip"]) refused(blade, "mechanics.fem=true");
+  console.log("no blades without tetrahedra");
+  process.exit(0);
+}
+refused("cut", "all cameras");
+await organ.loadAll();
+const rest = await draw(1);
+
+// Drawn across the picture and out at both sides, as deep as it goes: two pieces.
+if (!organ.touch(...kMiddle, "cut")) throw new Error("there is no tissue in the middle");
+organ.push(25);
+await draw(16, (step) => organ.drag(160 - 12 * step, 120));
+await draw(60, (step) => organ.drag(-20 + 8 * step, 120));
+organ.letGo();
+const cut = await draw(12);
+if (organ.pieces < 2) throw new Error("the blade went through, and the organ is in one piece");
+if (cut.equals(rest)) throw new Error("the cut does not show");
+if (organ.recovered > 0) throw new Error("the tissue's state was lost");
+
+organ.reset();
+const whole = await draw(1);
+if (organ.pieces !== 1) throw new Error("the organ at rest is in pieces");
+if (!whole.equals(rest)) throw new Error("the organ at rest is not as it was");
+
+// Scissors cut as they close.
+if (!organ.touch(...kMiddle, "snip")) throw new Error("scissors meet no tissue");
+await draw(10, (step) => organ.drag(160 + 4 * step, 120));
+const open = await draw(1);
+await draw(10, (step) => organ.drag(160 + 4 * (9 - step), 120));
+organ.letGo();
+const snipped = await draw(12);
+if (snipped.equals(rest) || snipped.equals(open)) throw new Error("the scissors leave no trace");
+if (!organ.touch(...kMiddle, "pierce")) throw new Error("a needle meets no tissue");
+await draw(20, (step) => organ.push(0.5));
+organ.letGo();
+await draw(12);
+if (organ.recovered > 0) throw new Error("the tissue's state was lost");
+console.log(`cut, snipped, pierced: ${organ.pieces} piece, ${(organ.memoryBytes / 1e6).toFixed(0)} MB`);
