@@ -32,6 +32,14 @@ inline std::uint32_t base_node_index(std::uint32_t steps, std::uint32_t i, std::
   return i * (2 * steps + 3 - i) / 2 + j;
 }
 
+// The nodes of the lattice's small triangle that holds a place (b1, b2) of a face, or the nearest,
+// and their weights.
+struct LatticeMix {
+  std::array<std::uint32_t, 3> nodes;
+  std::array<float, 3> weights;
+};
+LatticeMix lattice_mix(std::uint32_t steps, const Eigen::Vector2d& at);
+
 ChannelImage base_layer_to_image(const BaseLayer& layer);
 // Throws BadDataError naming `name`; face_count is the proxy's.
 BaseLayer base_layer_from_image(const ChannelImage& image, const std::string& name,

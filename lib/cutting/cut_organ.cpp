@@ -25,31 +25,6 @@ const TetrahedralBody& tetrahedra_of(const Bundle& bundle) {
   return *bundle.mechanics.body;
 }
 
-// The corners of the lattice's cell that holds a place, and their weights.
-struct LatticeMix {
-  std::array<std::uint32_t, 3> nodes;
-  std::array<float, 3> weights;
-};
-
-LatticeMix lattice_mix(std::uint32_t steps, const Eigen::Vector2d& at) {
-  const auto n = static_cast<std::int64_t>(steps);
-  const double u = std::clamp(at.x(), 0.0, 1.0) * double(n);
-  const double v = std::clamp(at.y(), 0.0, 1.0) * double(n);
-  const std::int64_t i = std::min<std::int64_t>(static_cast<std::int64_t>(u), n - 1);
-  const std::int64_t j = std::min<std::int64_t>(static_cast<std::int64_t>(v), n - 1 - i);
-  const auto node = [&](std::int64_t a, std::int64_t b) {
-    return base_node_index(steps, std::uint32_t(a), std::uint32_t(b));
-  };
-  const double s = std::clamp(u - double(i), 0.0, 1.0), t = std::clamp(v - double(j), 0.0, 1.0);
-  if (s + t > 1 && i + j + 2 <= n) {
-    return {{node(i + 1, j + 1), node(i, j + 1), node(i + 1, j)},
-            {float(s + t - 1), float(1 - s), float(1 - t)}};
-  }
-  const double sum = std::max(1.0, s + t);
-  return {{node(i, j), node(i + 1, j), node(i, j + 1)},
-          {float(1 - (s + t) / sum), float(s / sum), float(t / sum)}};
-}
-
 SmoothSkin skin_of_itself(std::size_t vertices) {
   SmoothSkin skin;
   skin.steps = 1;

@@ -11,6 +11,7 @@
 #include "warp/drawing/tile_drawing.h"
 #include "warp/finishing/cover_mask.h"
 #include "warp/finishing/post_process.h"
+#include "warp/light/lattice_normals.h"
 #include "warp/light/light_meter.h"
 #include "warp/light/relit_skin.h"
 #include "warp/picture/phase_clock.h"
@@ -64,7 +65,9 @@ struct Warper::Impl {
   std::shared_ptr<SampleStore> store;
   bool cut = false;  // tissue beside cuts opens gaps between samples anywhere
 
-  Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples);
+  // whole: of the organ before blades cut it into `parts`, where they have.
+  Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole = nullptr,
+       const CutOrgan::FaceParts& parts = {});
   bool continues(const View& view, const DrawOptions& options, const Frame& frame) const;
   void choose_cameras(const View& view, DrawReport& report);
   void place_faces(const View& view, bool continued);
@@ -90,15 +93,19 @@ SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
 
 }  // namespace
 
-Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples)
+Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
+                   const CutOrgan::FaceParts& parts)
     : shell(bundle.shell()),
       manifold(bundle.cameras.manifold),
       rest(shell.matrices()),
       base(bundle.base, rest),
-      store(std::move(samples)) {
+      store(std::move(samples)),
+      cut(whole != nullptr) {
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
-    relit.emplace(bundle.base, shell.shell(), *bundle.lighting);
+    std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest());
+    if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base.steps, normals);
+    relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
     scope = bundle.lighting->scope;
   }
 }
@@ -221,10 +228,8 @@ Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
   const auto split = [uncut = impl_->store, parts](std::size_t camera) {
     return split_samples(uncut->made(camera), parts);
   };
-  auto impl =
-      std::make_unique<Impl>(now, std::make_shared<SampleStore>(now.cameras.cameras.size(), split));
-  impl->cut = true;
-  return Warper(std::move(impl));
+  auto store = std::make_shared<SampleStore>(now.cameras.cameras.size(), split);
+  return Warper(std::make_unique<Impl>(now, std::move(store), impl_.get(), parts));
 }
 
 DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cutting/cut_skin.h"
 #include "geometry/lattice.h"
 #include "geometry/shell_map.h"
 
@@ -96,6 +97,25 @@ std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh
   for (std::uint32_t f = 0; f < layer.face_count; ++f)
     if (altitude(proxy, f) < narrow_mm) spread_rim(layer.steps, &normals[f * per_face]);
   return normals;
+}
+
+void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
+                        std::uint32_t steps, std::vector<Vector3d>& normals) {
+  const std::size_t per_face = base_node_index(steps, steps, 0) + 1;
+  for (std::size_t node = 0; node < uncut.size(); ++node)
+    normals[node] = uncut[node].cast<double>();
+  for (const auto& [face, pieces] : parts) {
+    const Eigen::Vector3f* whole = &uncut[face * per_face];
+    for (const CutOrgan::FacePart& part : pieces) {
+      each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+        const LatticeMix mix =
+            lattice_mix(steps, within(part.at, {double(i) / steps, double(j) / steps}));
+        Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+        for (int k = 0; k < 3; ++k) normal += mix.weights[k] * whole[mix.nodes[k]];
+        normals[part.face * per_face + node] = normal.cast<double>().stableNormalized();
+      });
+    }
+  }
 }
 
 }  // namespace organbake

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bundle/base_layer.h"
+#include "cutting/cut_organ.h"
 #include "geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -21,5 +22,11 @@ void each_node(std::uint32_t steps, Visit&& visit) {
 // small triangles, by area. Nodes that faces share along the proxy's edges have one normal; slivers
 // between them take those of their rim.
 std::vector<Eigen::Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh& proxy);
+
+// Of skin that blades have cut: `normals`, made as above, become on its faces those that the same
+// material had when it was whole, `uncut`. Lips lie flat (CutOrgan) and the faces beside them may
+// be narrow, but what lit the skin when its colours were taken is how it lay then.
+void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
+                        std::uint32_t steps, std::vector<Eigen::Vector3d>& normals);
 
 }  // namespace organbake

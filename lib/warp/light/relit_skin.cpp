@@ -19,7 +19,8 @@ constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
 
 }  // namespace
 
-RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting)
+RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting,
+                     const std::vector<Vector3d>& rest_normals)
     : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
       lighting_(lighting),
       gloss_(lighting),
@@ -30,7 +31,7 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
       shines_(layer.face_count, 0),
       to_place_(layer.face_count, 1),
       to_light_(layer.face_count, 1) {
-  for (const Vector3d& normal : lattice_normals(layer, shell.at_rest())) {
+  for (const Vector3d& normal : rest_normals) {
     rest_normals_.push_back(normal.cast<float>());
     // Of the very number that light_face() asks for at rest: to the bit, nothing is lit anew there.
     rest_light_.push_back(light_on(rest_normals_.back().cast<double>()));

@@ -30,8 +30,11 @@ namespace organbake {
 // lights that by the pixel.
 class RelitSkin {
  public:
-  // The layer is the shell's own.
-  RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting);
+  // The layer is the shell's own, rest_normals by its nodes (lattice_normals.h).
+  RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting,
+            const std::vector<Eigen::Vector3d>& rest_normals);
+
+  const std::vector<Eigen::Vector3f>& rest_normals() const { return rest_normals_; }
 
   // Takes the shell as it is now. moved[f], unless empty, is set where that
   // changes the light.

@@ -55,5 +55,41 @@ TEST(LatticeNormals, AreOneWhereFacesMeet) {
   }
 }
 
+// A face cut from its first corner to the middle of the edge across, and a wall: the parts keep the
+// normals that their material had, whatever the lips' relief says now; the wall has its own.
+TEST(LatticeNormals, OfCutSkinAreThoseOfTheWhole) {
+  TriangleMesh whole;
+  whole.vertices = {{0, 0, 0}, {20, 0, 0}, {0, 20, 0}, {20, 20, 5}};
+  whole.faces = {{0, 1, 2}, {1, 3, 2}};
+  std::vector<Eigen::Vector3f> uncut;
+  for (const Vector3d& normal : lattice_normals(layer_of(whole, 0.3), whole))
+    uncut.push_back(normal.cast<float>());
+
+  const Eigen::Vector2d first(0, 0), second(1, 0), third(0, 1), middle(0.5, 0.5);
+  const CutOrgan::FaceParts parts = {
+      {0, {{0, {first, second, middle}, {}}, {2, {first, middle, third}, {}}}}};
+  TriangleMesh cut = whole;
+  cut.vertices.insert(cut.vertices.end(), {{10, 10, 0}, {10, 10, 0}, {0, 0, -9}});
+  cut.faces = {{0, 1, 4}, {1, 3, 2}, {0, 5, 2}, {0, 4, 6}};
+  const BaseLayer layer = layer_of(cut, 2);
+  const std::vector<Vector3d> own = lattice_normals(layer, cut);
+  std::vector<Vector3d> kept = own;
+  keep_uncut_normals(uncut, parts, layer.steps, kept);
+
+  const std::uint32_t n = layer.steps, nodes = layer.nodes_per_face();
+  for (std::uint32_t k = 0; k < nodes; ++k) {
+    EXPECT_EQ(kept[nodes + k], uncut[nodes + k].cast<double>());  // not cut
+    EXPECT_EQ(kept[3 * nodes + k], own[3 * nodes + k]);           // the wall
+  }
+  // Even nodes of the parts' edges lie on nodes of the whole.
+  for (std::uint32_t k = 0; k <= n; k += 2) {
+    const Vector3d lip = uncut[base_node_index(n, k / 2, k / 2)].cast<double>();
+    EXPECT_LT((kept[base_node_index(n, 0, k)] - lip).norm(), 1e-6);
+    EXPECT_LT((kept[2 * nodes + base_node_index(n, k, 0)] - lip).norm(), 1e-6);
+    const Vector3d edge = uncut[base_node_index(n, k, 0)].cast<double>();
+    EXPECT_LT((kept[base_node_index(n, k, 0)] - edge).norm(), 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace organbake
