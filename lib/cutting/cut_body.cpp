@@ -17,14 +17,9 @@ constexpr double kWider = 0.25;
 constexpr double kFarthestWeight = 0.5;
 constexpr double kRoundedWeight = 1e-9;
 
-void include(const Eigen::Vector3d& point_mm, Bounds& box) {
-  box.min = box.min.cwiseMin(point_mm);
-  box.max = box.max.cwiseMax(point_mm);
-}
-
 Bounds bounds_of(const TetrahedralBody& body) {
   Bounds box;
-  for (const Eigen::Vector3d& node : body.nodes_mm) include(node, box);
+  for (const Eigen::Vector3d& node : body.nodes_mm) box.add(node);
   return box;
 }
 
@@ -81,7 +76,7 @@ void CutBody::build_cells() {
   in_cell_.assign(static_cast<std::size_t>(cells_.prod()), {});
   for (std::uint32_t t = 0; t < body_.tetrahedra.size(); ++t) {
     Bounds own;
-    for (const std::uint32_t n : body_.tetrahedra[t].nodes) include(body_.nodes_mm[n], own);
+    for (const std::uint32_t n : body_.tetrahedra[t].nodes) own.add(body_.nodes_mm[n]);
     const Eigen::Array3i first =
         ((own.min - low_mm_) / cell_mm_).array().floor().cast<int>().max(0);
     const Eigen::Array3i last =

@@ -11,15 +11,6 @@ namespace {
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 constexpr double kRoundSheet_mm = 2;  // a sheet's end opens from a little before it
 
-void widen(Bounds& box, const Eigen::Vector3d& point_mm) {
-  box.min = box.min.cwiseMin(point_mm);
-  box.max = box.max.cwiseMax(point_mm);
-}
-
-bool overlap(const Bounds& a, const Bounds& b) {
-  return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-}
-
 }  // namespace
 
 SheetNeighbourhood::SheetNeighbourhood(const MaterialGrid& grid,
@@ -28,14 +19,14 @@ SheetNeighbourhood::SheetNeighbourhood(const MaterialGrid& grid,
     if (triangle.farther_out) continue;
     Near near;
     for (int k = 0; k < 3; ++k) near.corners[k] = grid.place_mm(triangle.corners[k]);
-    for (const Eigen::Vector3d& corner : near.corners) widen(near.box, corner);
+    for (const Eigen::Vector3d& corner : near.corners) near.box.add(corner);
     near.fine_mm = triangle.fine_mm;
     const double round_mm = std::min(kRoundSheet_mm, near.fine_mm);
     near.box.min.array() -= round_mm, near.box.max.array() += round_mm;
     near.normal = (near.corners[1] - near.corners[0])
                       .cross(near.corners[2] - near.corners[0])
                       .stableNormalized();
-    widen(all_, near.box.min), widen(all_, near.box.max);
+    all_.add(near.box.min), all_.add(near.box.max);
     near_.push_back(near);
   }
 }
@@ -46,11 +37,11 @@ bool SheetNeighbourhood::meets(std::span<const Eigen::Vector3d> corners_mm) cons
 
 double SheetNeighbourhood::fine_mm(std::span<const Eigen::Vector3d> corners_mm) const {
   Bounds box;
-  for (const Eigen::Vector3d& corner : corners_mm) widen(box, corner);
+  for (const Eigen::Vector3d& corner : corners_mm) box.add(corner);
   double finest = kNowhere;
-  if (!overlap(box, all_)) return finest;
+  if (!box.meets(all_)) return finest;
   for (const Near& near : near_) {
-    if (near.fine_mm >= finest || !overlap(box, near.box)) continue;
+    if (near.fine_mm >= finest || !box.meets(near.box)) continue;
     double low = kNowhere, high = -kNowhere;
     for (const Eigen::Vector3d& corner : corners_mm) {
       const double away = near.normal.dot(corner - near.corners[0]);

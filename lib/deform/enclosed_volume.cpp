@@ -40,9 +40,7 @@ EnclosedVolume::EnclosedVolume(const Tissue& tissue, const std::vector<double>& 
   const auto closed = closed_parts(tissue);
   std::vector<Bounds> box(tissue.part_count());
   for (std::size_t slot = 0; slot < tissue.size(); ++slot) {
-    Bounds& b = box[tissue.part_of_slot()[slot]];
-    b.min = b.min.cwiseMin(tissue.rest()[slot].head<3>());
-    b.max = b.max.cwiseMax(tissue.rest()[slot].head<3>());
+    box[tissue.part_of_slot()[slot]].add(tissue.rest()[slot].head<3>());
   }
   std::vector<std::uint32_t> body_of_part(tissue.part_count(), kNoBody);
   std::vector<double> stiffness_of_part(tissue.part_count(), 1.0);

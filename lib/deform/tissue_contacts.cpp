@@ -55,8 +55,7 @@ void TissueContacts::spread_feelers() {
   for (std::size_t slot = 0; slot < tissue_.size(); ++slot) {
     const std::uint32_t organ = tissue_.organ_of_slot()[slot];
     if (organ >= organs.size()) organs.resize(organ + 1);
-    organs[organ].min = organs[organ].min.cwiseMin(tissue_.rest()[slot].head<3>());
-    organs[organ].max = organs[organ].max.cwiseMax(tissue_.rest()[slot].head<3>());
+    organs[organ].add(tissue_.rest()[slot].head<3>());
   }
   for (std::uint32_t f = 0; f < tissue_.faces().size(); ++f) {
     first_feeler_.push_back(static_cast<std::uint32_t>(feelers_.size()));

@@ -17,10 +17,7 @@ Eigen::Vector3d scaled_normal(const TriangleMesh& mesh, const Face& f) {
 
 Bounds bounds(const TriangleMesh& mesh) {
   Bounds box;
-  for (const auto& v : mesh.vertices) {
-    box.min = box.min.cwiseMin(v);
-    box.max = box.max.cwiseMax(v);
-  }
+  for (const auto& v : mesh.vertices) box.add(v);
   return box;
 }
 

@@ -28,6 +28,10 @@ struct Bounds {
   Eigen::Vector3d max = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d center() const { return 0.5 * (min + max); }
   double diagonal() const { return (max - min).norm(); }
+  void add(const Eigen::Vector3d& point) { min = min.cwiseMin(point), max = max.cwiseMax(point); }
+  bool meets(const Bounds& other) const {
+    return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
+  }
 };
 
 Bounds bounds(const TriangleMesh& mesh);

@@ -58,10 +58,7 @@ void TracedMesh::place(const TriangleMesh& mesh) {
   // Unused vertices may lie anywhere; only what faces use counts.
   Bounds used;
   for (const Face& face : faces) {
-    for (const std::uint32_t vertex : face) {
-      used.min = used.min.cwiseMin(mesh.vertices[vertex]);
-      used.max = used.max.cwiseMax(mesh.vertices[vertex]);
-    }
+    for (const std::uint32_t vertex : face) used.add(mesh.vertices[vertex]);
   }
   const double half_size = 0.5 * used.diagonal();
   if (!std::isfinite(half_size)) {

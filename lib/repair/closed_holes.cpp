@@ -40,10 +40,7 @@ std::vector<Loop> open_loops(const TriangleMesh& mesh) {
 
 double size_of(const TriangleMesh& mesh, const Loop& loop) {
   Bounds box;
-  for (const std::uint32_t v : loop) {
-    box.min = box.min.cwiseMin(mesh.vertices[v]);
-    box.max = box.max.cwiseMax(mesh.vertices[v]);
-  }
+  for (const std::uint32_t v : loop) box.add(mesh.vertices[v]);
   return box.diagonal();
 }
 

@@ -52,8 +52,7 @@ OrganFrame::OrganFrame(const TriangleMesh& surface) {
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (!used[v]) continue;
     points_.push_back(surface.vertices[v]);
-    box.min = box.min.cwiseMin(points_.back());
-    box.max = box.max.cwiseMax(points_.back());
+    box.add(points_.back());
   }
   center_ = box.center();
   for (Eigen::Vector3d& point : points_) {

@@ -100,10 +100,7 @@ SurfaceSamples sample_surface(const TriangleMesh& surface, std::size_t count, st
   std::vector<AreaSampler::Sample> drawn(count);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { drawn[i] = sampler.at(i); });
   Bounds box;
-  for (const auto& sample : drawn) {
-    box.min = box.min.cwiseMin(sample.point);
-    box.max = box.max.cwiseMax(sample.point);
-  }
+  for (const auto& sample : drawn) box.add(sample.point);
   const double size = std::max((box.max - box.min).maxCoeff(), 1e-300);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order;
   for (std::uint32_t i = 0; i < count; ++i) {

@@ -108,8 +108,7 @@ double probe_capture(RandomStream& random, const ProbeFolder&) {
   for (std::size_t c = 0; c < cameras.size(); ++c)
     worst_mm = std::max(worst_mm, shell_error_mm(proxy, cameras[c], captured.maps[c]));
   Bounds scene = bounds(surface);
-  scene.min = scene.min.cwiseMin(bounds(proxy).min);
-  scene.max = scene.max.cwiseMax(bounds(proxy).max);
+  for (const Eigen::Vector3d& v : proxy.vertices) scene.add(v);
   return worst_mm / (1e-6 * scene.diagonal());
 }
 
