@@ -26,7 +26,6 @@ LiveOrgan::LiveOrgan(Bundle frame) : supplied_(frame.cameras.cameras.size()) {
   };
   DeformOptions options;
   options.time_step_s = kTimeStep_s;
-  if (frame.mechanics.body) options.solver = TissueSolver::fem;
   player_ = std::make_unique<Player>(std::move(frame), read, options);
   session_ = std::make_unique<LiveSession>(*player_, kTimeStep_s);
   drawing_.light = player_->usual_light();
@@ -44,9 +43,10 @@ bool LiveOrgan::bind_next() {
 
 bool LiveOrgan::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
   if (has_blade(mode)) {
-    if (!player_->can_cut())
+    if (!has_tetrahedra())
       throw UsageError("this organ cannot be cut: it was baked without --set mechanics.fem=true");
     if (!all_bound_) throw UsageError("all cameras must be loaded before the organ is cut");
+    play_by(TissueSolver::fem);
   }
   return session_->touch(at_px, mode);
 }
@@ -78,10 +78,7 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   script.frames = std::min(script.frames, std::max(1, wanted + 1));
   if (script.time_step_s != kTimeStep_s)
     throw UsageError("the script's time step is not the page's, a 60th of a second");
-  if (script.solver.value_or(player_->solver()) != player_->solver())
-    throw UsageError(player_->can_cut()
-                         ? "the script is played by springs, this page by finite elements"
-                         : "the script is played by finite elements, which this organ has not");
+  play_by(script.solver.value_or(TissueSolver::springs));
   PlayOptions options;
   options.draw = drawing_;
   if (script.light) options.draw.light = *script.light;
@@ -93,7 +90,16 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   return script.frames;
 }
 
-void LiveOrgan::reset() { session_->reset(); }
+void LiveOrgan::play_by(TissueSolver solver) {
+  if (player_->solver() == solver) return;
+  player_->play_by(solver);
+  session_->reset();
+}
+
+void LiveOrgan::reset() {
+  play_by(TissueSolver::springs);
+  session_->reset();
+}
 
 void LiveOrgan::set_light(int light) {
   const bool there = light == 0 || (light > 0 && light <= 2 && player_->can_relight());
@@ -131,7 +137,7 @@ double LiveOrgan::figure(Figure which) const {
     case Figure::recovered:
       return recovered_;
     case Figure::can_cut:
-      return player_->can_cut() ? 1 : 0;
+      return has_tetrahedra() ? 1 : 0;
     case Figure::pieces:
       return static_cast<double>(player_->piece_count());
     case Figure::cut_width_mm:

@@ -25,8 +25,9 @@ class LiveOrgan {
   void supply(std::size_t camera, std::vector<std::byte> maps);  // throws UsageError
   bool bind_next();                                              // false when all cameras are bound
 
-  // LiveSession::touch(). Throws UsageError for blades where the organ has no tetrahedra, and
-  // before all cameras are bound: what a blade parts is bound anew.
+  // LiveSession::touch(). The first blade has the organ played by its tetrahedra, from rest, until
+  // the next reset: springs take a tenth of the time. Throws UsageError for blades where there are
+  // none, and before all cameras are bound: what a blade parts is bound anew.
   bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
 
   // One time step, or none, and the picture. Throws MapsWanted when the step is done: calling again
@@ -61,6 +62,8 @@ class LiveOrgan {
   double figure(Figure which) const;
 
  private:
+  bool has_tetrahedra() const { return player_->bundle().mechanics.body.has_value(); }
+  void play_by(TissueSolver solver);
   void show(const Frame& frame);
 
   std::vector<std::vector<std::byte>> supplied_;  // by camera; empty when it is not there, or bound

@@ -124,6 +124,21 @@ StepReport Player::step(const std::vector<InstrumentTip>& tips) {
 }
 
 void Player::reset() {
+  if (make_whole()) deformer_ = Deformer(deform_bodies(organs_), options_);
+  deformer_.reset();
+  take_positions();
+}
+
+void Player::play_by(TissueSolver solver) {
+  DeformOptions options = options_;
+  options.solver = solver;
+  make_whole();  // of springs it changes nothing: they cannot be cut
+  deformer_ = Deformer(deform_bodies(organs_), options);
+  options_ = options;
+  take_positions();
+}
+
+bool Player::make_whole() {
   parting_.reset();
   scissors_.clear();
   bool was_cut = false;
@@ -134,9 +149,7 @@ void Player::reset() {
     organ.sweeps.reset();
     organ.positions.resize(organ.bundle.proxy.vertices.size());
   }
-  if (was_cut) deformer_ = Deformer(deform_bodies(organs_), options_);
-  deformer_.reset();
-  take_positions();
+  return was_cut;
 }
 
 void Player::take_positions() {

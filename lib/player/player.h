@@ -67,6 +67,9 @@ class Player {
   DrawnLight usual_light() const;
   // Back to rest, and whole.
   void reset();
+  // The same, and from now on played by another solver. Throws UsageError, and changes nothing, for
+  // finite elements where an organ was baked without tetrahedra.
+  void play_by(TissueSolver solver);
 
   std::size_t organ_count() const { return organs_.size(); }
   const Bundle& bundle(std::size_t organ = 0) const { return organs_[organ].bundle; }
@@ -109,6 +112,7 @@ class Player {
   static Organ opened(const std::filesystem::path& bundle_folder, bool keep_maps);
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);
+  bool make_whole();  // false when nothing was cut
   void take_positions();
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);

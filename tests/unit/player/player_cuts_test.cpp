@@ -94,6 +94,26 @@ TEST(PlayerCuts, ResetMakesItWhole) {
   EXPECT_EQ(bytes_of(player, still), before);
 }
 
+// From springs to tetrahedra and, cut in two, back: each plays as a player made for it does.
+TEST(PlayerCuts, ChangesItsSolver) {
+  Player player(organ_to_cut()), springs(organ_to_cut()), elements(organ_to_cut(), with_fem());
+  const Script poke = short_script(6);
+  const std::vector<std::uint8_t> by_springs = bytes_of(springs, poke);
+  EXPECT_EQ(bytes_of(player, poke), by_springs);
+  player.play_by(TissueSolver::fem);
+  EXPECT_EQ(bytes_of(player, poke), bytes_of(elements, poke));
+  cut_in_two(player);
+  ASSERT_EQ(player.piece_count(), 2u);
+  player.play_by(TissueSolver::springs);
+  EXPECT_FALSE(player.is_cut());
+  EXPECT_EQ(bytes_of(player, poke), by_springs);
+
+  Player without(organ_to_play());
+  EXPECT_THROW(without.play_by(TissueSolver::fem), UsageError);
+  EXPECT_EQ(without.solver(), TissueSolver::springs);
+  EXPECT_EQ(bytes_of(without, poke), by_springs);
+}
+
 TEST(PlayerCuts, ReplaysToTheLastBit) {
   Player player(organ_to_cut(), with_fem()), other(organ_to_cut(), with_fem());
   const std::vector<std::uint8_t> once = bytes_of(player, cutting_script());
