@@ -32,6 +32,13 @@ inline std::uint32_t base_node_index(std::uint32_t steps, std::uint32_t i, std::
   return i * (2 * steps + 3 - i) / 2 + j;
 }
 
+// Visits a face's nodes: visit(i, j, node), as base_node_index() numbers them.
+template <class Visit>
+void each_node(std::uint32_t steps, Visit&& visit) {
+  for (std::uint32_t i = 0; i <= steps; ++i)
+    for (std::uint32_t j = 0; i + j <= steps; ++j) visit(i, j, base_node_index(steps, i, j));
+}
+
 // The nodes of the lattice's small triangle that holds a place (b1, b2) of a face, or the nearest,
 // and their weights.
 struct LatticeMix {

@@ -194,31 +194,26 @@ void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
   base.height_mm.resize(all, 0.0f), base.color.resize(all), base.seen_by.resize(all, 0);
   for (const auto& [face, parts] : face_parts_) {
     for (const FacePart& part : parts) {
-      for (std::uint32_t i = 0; i <= n; ++i) {
-        for (std::uint32_t j = 0; i + j <= n; ++j) {
-          const double b1 = double(i) / n, b2 = double(j) / n;
-          const LatticeMix mix = lattice_mix(n, within(part.at, {b1, b2}));
-          const std::size_t to = std::size_t(part.face) * nodes + base_node_index(n, i, j);
-          base.height_mm[to] = 0, base.color[to].setZero(), base.seen_by[to] = ~0u;
-          for (int k = 0; k < 3; ++k) {
-            const std::size_t from = std::size_t(face) * nodes + mix.nodes[k];
-            base.height_mm[to] += mix.weights[k] * base_.height_mm[from];
-            base.color[to] += mix.weights[k] * base_.color[from];
-            if (mix.weights[k] > 0) base.seen_by[to] &= base_.seen_by[from];
-          }
+      const std::size_t first = std::size_t(face) * nodes;
+      each_mixed_node(n, part, [&](std::uint32_t node, const LatticeMix& mix) {
+        const std::size_t to = std::size_t(part.face) * nodes + node;
+        base.height_mm[to] = 0, base.color[to].setZero(), base.seen_by[to] = ~0u;
+        for (int k = 0; k < 3; ++k) {
+          const std::size_t from = first + mix.nodes[k];
+          base.height_mm[to] += mix.weights[k] * base_.height_mm[from];
+          base.color[to] += mix.weights[k] * base_.color[from];
+          if (mix.weights[k] > 0) base.seen_by[to] &= base_.seen_by[from];
         }
-      }
+      });
       flatten_lips(skin, now_.proxy.faces[part.face],
                    &base.height_mm[std::size_t(part.face) * nodes]);
     }
   }
   for (std::size_t w = 0; w < walls.faces.size(); ++w) {
-    const std::size_t face = skin.parts().size() + w;
-    for (std::uint32_t i = 0; i <= n; ++i) {
-      for (std::uint32_t j = 0; i + j <= n; ++j)
-        base.color[std::size_t(face) * nodes + base_node_index(n, i, j)] =
-            inner_color(walls, w, double(i) / n, double(j) / n);
-    }
+    const std::size_t first = (skin.parts().size() + w) * nodes;
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      base.color[first + node] = inner_color(walls, w, double(i) / n, double(j) / n);
+    });
   }
 }
 

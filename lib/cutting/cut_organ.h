@@ -43,6 +43,13 @@ class CutOrgan {
     std::array<Eigen::Vector2d, 3> at;  // its corners in the uncut face: b1, b2
     std::array<bool, 3> lip = {};       // whether the edge across from a corner is one
   };
+  // Visits a part's lattice nodes, visit(node, mix), by those of the uncut face.
+  template <class Visit>
+  static void each_mixed_node(std::uint32_t steps, const FacePart& part, Visit&& visit) {
+    each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      visit(node, lattice_mix(steps, within(part.at, {double(i) / steps, double(j) / steps})));
+    });
+  }
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
   const FaceParts& face_parts() const { return face_parts_; }
 

@@ -104,7 +104,7 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
     std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest());
-    if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base.steps, normals);
+    if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base, normals);
     relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
     scope = bundle.lighting->scope;
   }

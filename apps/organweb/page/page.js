@@ -111,7 +111,6 @@ function place(event) {
 // The tool, onto the tissue at a place of the canvas; the pointer then moves it in pixels of this
 // picture, however fine the next ones are.
 function hold(at, tool, by) {
-  if (kBlades.includes(tool) && !complete) return say("The organ is not ready to be cut yet."), false;
   if (!organ.touch(...at, tool)) return false;
   held = by;
   grid = [canvas.width, canvas.height];
@@ -123,7 +122,8 @@ function pull(at) {
 
 const kBlades = ["cut", "snip"];
 function choose(next) {
-  if (kBlades.includes(next) && !organ?.canCut) return say("This organ cannot be cut.");
+  if (kBlades.includes(next) && !(organ?.canCut && complete))
+    return say(organ?.canCut ? "The organ is not ready to be cut yet." : "This organ cannot be cut.");
   mode = next;
   element("widths").hidden = mode !== "cut";  // in the place of a ball's radius
   element("radii").hidden = mode === "cut" || mode === "snip" || mode === "pierce";

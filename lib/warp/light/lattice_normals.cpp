@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cutting/cut_skin.h"
 #include "geometry/lattice.h"
 #include "geometry/shell_map.h"
 
@@ -100,16 +99,14 @@ std::vector<Vector3d> lattice_normals(const BaseLayer& layer, const TriangleMesh
 }
 
 void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
-                        std::uint32_t steps, std::vector<Vector3d>& normals) {
-  const std::size_t per_face = base_node_index(steps, steps, 0) + 1;
+                        const BaseLayer& layer, std::vector<Vector3d>& normals) {
+  const std::size_t per_face = layer.nodes_per_face();
   for (std::size_t node = 0; node < uncut.size(); ++node)
     normals[node] = uncut[node].cast<double>();
   for (const auto& [face, pieces] : parts) {
     const Eigen::Vector3f* whole = &uncut[face * per_face];
     for (const CutOrgan::FacePart& part : pieces) {
-      each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
-        const LatticeMix mix =
-            lattice_mix(steps, within(part.at, {double(i) / steps, double(j) / steps}));
+      CutOrgan::each_mixed_node(layer.steps, part, [&](std::uint32_t node, const LatticeMix& mix) {
         Eigen::Vector3f normal = Eigen::Vector3f::Zero();
         for (int k = 0; k < 3; ++k) normal += mix.weights[k] * whole[mix.nodes[k]];
         normals[part.face * per_face + node] = normal.cast<double>().stableNormalized();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "bundle/base_layer.h"
@@ -10,13 +9,6 @@
 #include "geometry/triangle_mesh.h"
 
 namespace organbake {
-
-// Visits a face's nodes: visit(i, j, node), as base_node_index() numbers them.
-template <class Visit>
-void each_node(std::uint32_t steps, Visit&& visit) {
-  for (std::uint32_t i = 0; i <= steps; ++i)
-    for (std::uint32_t j = 0; i + j <= steps; ++j) visit(i, j, base_node_index(steps, i, j));
-}
 
 // Smooth unit normals of the macro surface at rest, by the layer's nodes: those of the lattice's
 // small triangles, by area. Nodes that faces share along the proxy's edges have one normal; slivers
@@ -27,6 +19,6 @@ std::vector<Eigen::Vector3d> lattice_normals(const BaseLayer& layer, const Trian
 // material had when it was whole, `uncut`. Lips lie flat (CutOrgan) and the faces beside them may
 // be narrow, but what lit the skin when its colours were taken is how it lay then.
 void keep_uncut_normals(const std::vector<Eigen::Vector3f>& uncut, const CutOrgan::FaceParts& parts,
-                        std::uint32_t steps, std::vector<Eigen::Vector3d>& normals);
+                        const BaseLayer& layer, std::vector<Eigen::Vector3d>& normals);
 
 }  // namespace organbake

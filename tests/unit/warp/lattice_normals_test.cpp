@@ -74,7 +74,7 @@ TEST(LatticeNormals, OfCutSkinAreThoseOfTheWhole) {
   const BaseLayer layer = layer_of(cut, 2);
   const std::vector<Vector3d> own = lattice_normals(layer, cut);
   std::vector<Vector3d> kept = own;
-  keep_uncut_normals(uncut, parts, layer.steps, kept);
+  keep_uncut_normals(uncut, parts, layer, kept);
 
   const std::uint32_t n = layer.steps, nodes = layer.nodes_per_face();
   for (std::uint32_t k = 0; k < nodes; ++k) {
