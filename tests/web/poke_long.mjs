@@ -26,6 +26,7 @@ for (let step = 0; step < Number(steps); ++step) {
   if (organ.recovered > 0) throw new Error(`the tissue's state was lost at step ${step}`);
   --held;
   if (step === Math.floor(Number(steps) / 3)) warm = organ.memoryBytes;
+  if (step % 36000 === 35999) console.log(`${step + 1} steps, ${touched} touches, ${(organ.memoryBytes / 1e6).toFixed(1)} MB`);
 }
 late = organ.memoryBytes;
 if (touched < Number(steps) / 200) throw new Error(`only ${touched} touches met tissue`);
