@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "warp/light/sparse_shading.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -17,12 +16,11 @@ constexpr int kGroup = SparseShading::kGroup, kMiddle = 4;
 constexpr float kSmoothTexels = 4;
 
 // A group's numbers from those of its first, middle and last pixel, linear between them.
-inline void mix_group(float first, float middle, float last, float* group) {
-  using Group = Eigen::Array<float, kGroup, 1>;
-  static const Group kFirstHalf{{0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1}};
-  static const Group kSecondHalf{{0, 0, 0, 0, 0, 1 / 3.0f, 2 / 3.0f, 1}};
-  Eigen::Map<Group, Eigen::Aligned32> out(group);
-  out = first + kFirstHalf * (middle - first) + kSecondHalf * (last - middle);
+inline void mix_group(float first, float middle, float last, float* __restrict group) {
+  constexpr float kFirstHalf[kGroup] = {0, 0.25f, 0.5f, 0.75f, 1, 1, 1, 1};
+  constexpr float kSecondHalf[kGroup] = {0, 0, 0, 0, 0, 1 / 3.0f, 2 / 3.0f, 1};
+  for (int i = 0; i < kGroup; ++i)
+    group[i] = first + kFirstHalf[i] * (middle - first) + kSecondHalf[i] * (last - middle);
 }
 
 // Whether all eight pixels of a group run on to the next, the last wherever it goes.
