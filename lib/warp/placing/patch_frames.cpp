@@ -84,13 +84,16 @@ struct PlacedPatch {
     bend = length(turn1) / larger(length(by_b1), 1e-30f) +
            length(turn2) / larger(length(by_b2), 1e-30f);
   }
-  [[gnu::always_inline]] Triple along(const Triple& t) const { return by_b1 * t.x + by_b2 * t.y + by_h * t.z; }
+  [[gnu::always_inline]] Triple along(const Triple& t) const {
+    return by_b1 * t.x + by_b2 * t.y + by_h * t.z;
+  }
 };
 
 // Whether every normal within the cone about `normal` points away from the eye, wherever in its box
 // the sample lies: seen from the eye the box spans asin(radius / distance), which the cone is
 // widened by, and by the bend. (The sum of two angles is less than that of their sines.)
-[[gnu::always_inline]] inline bool faces_away(const PlacedPatch& p, const Triple& normal, float sine, float cosine) {
+[[gnu::always_inline]] inline bool faces_away(const PlacedPatch& p, const Triple& normal,
+                                              float sine, float cosine) {
   const float along = normal.dot(p.center);
   const float squared_distance = p.center.dot(p.center);
   const float radius = length(p.half) + (p.bend > 0 ? p.bend * std::sqrt(squared_distance) : 0);
@@ -110,7 +113,8 @@ struct Footprint {
   float u_x, u_y, v_x, v_y, z_u, z_v;
   int columns, rows;
 
-  [[gnu::always_inline]] Footprint(const PlacedPatch& p, const Triple& s_u, const Triple& s_v, const Placing& to) {
+  [[gnu::always_inline]] Footprint(const PlacedPatch& p, const Triple& s_u, const Triple& s_v,
+                                   const Placing& to) {
     const float inverse_z = 1 / larger(p.center.z, to.near);
     const float fx = to.fx * inverse_z, fy = to.fy * inverse_z;
     const float px = p.center.x * inverse_z, py = p.center.y * inverse_z;
@@ -138,7 +142,8 @@ struct Footprint {
 struct Interval {
   float low, high;
 
-  [[gnu::always_inline]] Interval(float center, float half, float z0, float z1, float focal, float middle, int pixels) {
+  [[gnu::always_inline]] Interval(float center, float half, float z0, float z1, float focal,
+                                  float middle, int pixels) {
     const float grow = 0.5f * static_cast<float>(pixels) + 1;
     const float from = center - half, to = center + half;
     low = middle + focal * (from / (from < 0 ? z0 : z1)) - grow;
@@ -151,8 +156,8 @@ struct PlacedChunk {
   int x0, y0, x1, y1;
   int away, uncut;  // flags
 
-  [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u, const Triple& s_v,
-              const Placing& to)
+  [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u,
+                                     const Triple& s_v, const Placing& to)
       : footprint(p, s_u, s_v, to) {
     const float front = p.center.z - p.half.z, z1 = p.center.z + p.half.z;
     const float z0 = larger(front, to.near);
