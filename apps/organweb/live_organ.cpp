@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live_organ.h"
 
+#include <wasm_simd128.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -12,6 +14,22 @@ namespace organbake {
 namespace {
 
 constexpr double kTimeStep_s = 1.0 / 60;
+
+// Three bytes a pixel to the four that a page's canvas takes.
+void to_rgba(const std::uint8_t* rgb, std::size_t pixels, std::uint8_t* rgba) {
+  std::size_t i = 0;
+  // Four at a time, which the compiler would move one by one; sixteen bytes are read for twelve.
+  const v128_t bytes = wasm_i8x16_const(0, 1, 2, -1, 3, 4, 5, -1, 6, 7, 8, -1, 9, 10, 11, -1);
+  const v128_t opaque = wasm_u32x4_const_splat(0xFF000000u);
+  for (; i + 6 <= pixels; i += 4) {
+    const v128_t four = wasm_i8x16_swizzle(wasm_v128_load(rgb + 3 * i), bytes);
+    wasm_v128_store(rgba + 4 * i, wasm_v128_or(four, opaque));
+  }
+  for (; i < pixels; ++i) {
+    for (int k = 0; k < 3; ++k) rgba[4 * i + k] = rgb[3 * i + k];
+    rgba[4 * i + 3] = 255;
+  }
+}
 
 }  // namespace
 
@@ -65,12 +83,7 @@ void LiveOrgan::show(const Frame& frame) {
   shown_ = frame.serial;
   const std::size_t pixels = frame.color.pixels.size() / 3;
   rgba_.resize(4 * pixels);
-  const std::uint8_t* __restrict from = frame.color.pixels.data();
-  std::uint8_t* __restrict to = rgba_.data();
-  for (std::size_t i = 0; i < pixels; ++i) {
-    for (int k = 0; k < 3; ++k) to[4 * i + k] = from[3 * i + k];
-    to[4 * i + 3] = 255;
-  }
+  to_rgba(frame.color.pixels.data(), pixels, rgba_.data());
 }
 
 int LiveOrgan::play(const std::string& text, int wanted) {

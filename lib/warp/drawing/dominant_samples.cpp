@@ -11,7 +11,7 @@ namespace {
 
 ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerStretch& __restrict row,
                                         int count, NearestSamples& __restrict nearest) {
-  ORGANBAKE_FOUR_LANES
+  ORGANBAKE_LANES(4)
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
     nearest.layer[i] = row.depth[i] < nearest.depth[i] ? l : nearest.layer[i];
     nearest.depth[i] = row.depth[i] < nearest.depth[i] ? row.depth[i] : nearest.depth[i];
@@ -21,7 +21,7 @@ ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerStretch& __re
 ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerStretch& __restrict row,
                                    const SumStretch& __restrict sum, float tolerance_mm, int count,
                                    DominantSamples& __restrict leading) {
-  ORGANBAKE_FOUR_LANES
+  ORGANBAKE_LANES(4)
   for (unsigned i = 0; i < whole_vectors(count); ++i)
     leading.layer[i] = row.depth[i] <= sum.nearest[i] + tolerance_mm ? l : leading.layer[i];
 }

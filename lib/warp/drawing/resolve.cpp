@@ -36,7 +36,7 @@ struct Part {
 static_assert(2 * TileKeys::kGuard >= kLanes - 1);
 ORGANBAKE_MULTIVERSION void decode(const std::uint64_t* __restrict keys, const Part& part,
                                    float tie_mm, LayerStretch& __restrict row) {
-  ORGANBAKE_FOUR_LANES
+  ORGANBAKE_LANES(4)
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
     const std::uint32_t high = static_cast<std::uint32_t>(keys[i] >> 32);
@@ -92,7 +92,7 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerStretch& __restrict row,
                                       float weight, float inverse_tolerance,
                                       SumStretch& __restrict sum) {
   const float byte_weight = weight / 255;
-  ORGANBAKE_FOUR_LANES
+  ORGANBAKE_LANES(4)
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
     const auto color = static_cast<std::uint32_t>(detail[i]);

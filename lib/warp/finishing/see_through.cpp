@@ -31,6 +31,7 @@ ORGANBAKE_MULTIVERSION bool look_through(const std::array<const Level*, 5>& rows
   // Twice as many levels as other numbers to a vector.
   const int count =
       static_cast<int>((static_cast<unsigned>(width) + 2 * kLanes - 1) & ~(2 * kLanes - 1));
+  ORGANBAKE_LANES(8)
   for (int x = 0; x < count; ++x) {
     const Level sides = farther(nearer(here[x - 1], here[x - 2]), nearer(here[x + 1], here[x + 2]));
     const Level ends = farther(nearer(above[x], above2[x]), nearer(below[x], below2[x]));

@@ -11,12 +11,14 @@
 #define ORGANBAKE_MULTIVERSION __attribute__((target_clones("default", "arch=x86-64-v4")))
 #endif
 
-// Before a loop over numbers of 64 bits beside such of 32: of vectors of 128 bits, clang would
-// make it two lanes wide and halve all of the work for the few.
+// Before a loop whose numbers are not all of one width: clang counts a vector's lanes by the
+// widest, and of vectors of 128 bits two or four are left where the most of the work would take
+// twice that.
 #if defined(__wasm_simd128__)
-#define ORGANBAKE_FOUR_LANES _Pragma("clang loop vectorize_width(4)")
+#define ORGANBAKE_LANES_PRAGMA(text) _Pragma(#text)
+#define ORGANBAKE_LANES(count) ORGANBAKE_LANES_PRAGMA(clang loop vectorize_width(count))
 #else
-#define ORGANBAKE_FOUR_LANES
+#define ORGANBAKE_LANES(count)
 #endif
 
 namespace organbake {
