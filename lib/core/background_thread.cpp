@@ -19,17 +19,18 @@ struct BackgroundThread::Impl {
   }
 };
 
-void BackgroundThread::start(Work work) {
-  if (impl_) return;
+bool BackgroundThread::start(Work work) {
+  if (impl_) return false;
   impl_ = std::make_unique<Impl>();
   impl_->work = std::move(work);
   impl_->thread = std::thread([own = impl_.get()] { own->work(own->stop); });
+  return true;
 }
 
 #else
 
 struct BackgroundThread::Impl {};
-void BackgroundThread::start(Work) {}
+bool BackgroundThread::start(Work) { return false; }
 
 #endif
 

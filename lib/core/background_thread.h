@@ -7,8 +7,7 @@
 
 namespace organbake {
 
-// At most one thread that works on its own, asked to stop and waited for when its owner goes. In a
-// build without threads it never starts.
+// At most one thread that works on its own, asked to stop and waited for when its owner goes.
 class BackgroundThread {
  public:
   using Work = std::function<void(const std::atomic<bool>& stop)>;
@@ -17,7 +16,8 @@ class BackgroundThread {
   ~BackgroundThread();
   BackgroundThread(BackgroundThread&&) noexcept;
 
-  void start(Work work);  // does nothing the second time
+  // Whether a thread begins the work: not a second time, and never in a build without threads.
+  bool start(Work work);
 
  private:
   struct Impl;
