@@ -10,8 +10,11 @@
 
 namespace organbake {
 
+// (Not std::call_once: where what it calls throws, it never returns under ThreadSanitizer, nor
+// with some other C libraries.)
 struct SampleStore::Slot {
-  std::once_flag made;
+  std::mutex making;
+  bool made = false;
   SampleSet set;
 };
 
@@ -21,10 +24,11 @@ SampleStore::~SampleStore() = default;
 
 void SampleStore::require_one(std::size_t camera) {
   Slot& slot = slots_[camera];
-  std::call_once(slot.made, [&] {
-    // A thread that waits inside must not pick up another camera, which could wait for this one.
-    isolated([&] { slot.set = make_(camera); });
-  });
+  const std::lock_guard lock(slot.making);
+  if (slot.made) return;
+  // A thread that waits inside must not pick up another camera, which could wait for this one.
+  isolated([&] { slot.set = make_(camera); });
+  slot.made = true;
 }
 
 void SampleStore::require(std::span<const std::size_t> cameras) {
