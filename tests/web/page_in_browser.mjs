@@ -177,6 +177,21 @@ const said = await browser.value('document.getElementById("error").textContent')
 expect(/^This organ cannot be shown: .{10,}\.$/.test(said), `in a sentence: ${said}`);
 await keep("damaged");
 await browser.close();
+
+// Under a tool that is held still the picture becomes as fine as the screen, as it does without.
+const large = await Browser.start(1400, 1100);
+await large.open(resolve(page));
+await large.until(kShown);
+const middle_px = await large.value(`(({ left, top, width, height }) => [left + width / 2, top + height / 2])(
+  document.getElementById("canvas").getBoundingClientRect())`);
+await large.mouse("mousePressed", ...middle_px);
+for (let i = 1; i <= 8; ++i) await large.mouse("mouseMoved", middle_px[0] + 5 * i, middle_px[1]), await sleep(30);
+await large.until("organ.forceN > 0 && document.getElementById('canvas').width < innerWidth", 20)
+  .catch(() => expect(false, "a large window's organ is poked in fewer pixels than it has"));
+await large.until("organ.forceN > 0 && document.getElementById('canvas').width === innerWidth", 20)
+  .catch(() => expect(false, "a tool held still lets the picture become fine"));
+await large.close();
+
 rmSync(own, { recursive: true, force: true });
 console.log(failures === 0 ? "the page passed in Chromium" : `${failures} expectation(s) failed`);
 process.exit(failures === 0 ? 0 : 1);

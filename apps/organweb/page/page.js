@@ -35,15 +35,17 @@ const fail = (error) => {
 };
 const say = (text) => { element("status").textContent = text; };
 
+// Whether the picture's size is another now.
 function fit(most) {
   const width = Math.max(1, stage.clientWidth), height = Math.max(1, stage.clientHeight);
   const finest = Math.min(devicePixelRatio || 1, 2);
   const scale = Math.min(finest, Math.sqrt(most / (width * height)));
   const [w, h] = [width, height].map((side) => Math.max(1, Math.round(side * scale)));
-  if (canvas.width === w && canvas.height === h) return;
+  if (canvas.width === w && canvas.height === h) return false;
   canvas.width = w;
   canvas.height = h;
   shown = false;
+  return true;
 }
 
 // Fewer pixels at once when a picture takes too long; more, slowly, when there is time.
@@ -77,18 +79,16 @@ function tick(now) {
   if (now < due - 2) return;  // a screen of more than 60 pictures a second
   due = now - due > 4 * kStep ? now + kStep : due + kStep;
   try {
-    fit(pixels);
+    const calm = now - calmSince > kCalm;  // then as fine as the screen, a held tool or not
+    const anew = fit(kAsked || (calm ? kMostPixels : pixels));
     const start = performance.now();
-    if (show(true)) {
+    if (show(true) && !(calm && anew)) {
       calmSince = now;
       // A step in which a cut grows takes as long for any number of pixels.
-      if (organ.stepMs < kBudget) adapt(performance.now() - start);
+      if (!calm && organ.stepMs < kBudget) adapt(performance.now() - start);
     }
     figures();
-    if (held !== null || now - calmSince <= kCalm) return;
-    running = false;  // nothing moves: one picture as fine as the screen, and wait for a touch
-    fit(kAsked || kMostPixels);
-    show(false);
+    if (calm && held === null) running = false;  // until it is touched
   } catch (error) {
     fail(error);
   }
