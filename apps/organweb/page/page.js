@@ -88,7 +88,7 @@ function tick(now) {
       if (!calm && organ.stepMs < kBudget) adapt(performance.now() - start);
     }
     figures();
-    if (calm && held === null) running = false;  // until it is touched
+    if (held === null && now - calmSince > kCalm) running = false;  // until it is touched
   } catch (error) {
     fail(error);
   }
