@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "phantom/icosphere.h"
+#include "geometry/icosphere.h"
 #include "phantom/organ_random.h"
 
 namespace organbake {

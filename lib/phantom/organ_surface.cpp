@@ -2,7 +2,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "phantom/icosphere.h"
+#include "geometry/icosphere.h"
 #include "phantom/organ.h"
 #include "phantom/phantom.h"
 

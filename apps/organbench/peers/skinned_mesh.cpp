@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "geometry/icosphere.h"
 #include "image/srgb.h"
-#include "phantom/icosphere.h"
 #include "raycast/ray_scene.h"
 
 namespace organbake {

@@ -7,12 +7,12 @@
 #include "decimate/collapse.h"
 #include "decimate/mesh_distance.h"
 #include "formats/mesh_files.h"
+#include "geometry/icosphere.h"
 #include "geometry/mesh_checks.h"
 #include "organbench/bench.h"
 #include "organbench/peers/decimators.h"
 #include "organbench/suites.h"
 #include "organbench/suites/decimate_parts.h"
-#include "phantom/icosphere.h"
 #include "phantom/phantom.h"
 
 namespace organbake {

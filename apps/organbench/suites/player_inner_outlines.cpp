@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "decimate/decimate.h"
+#include "geometry/icosphere.h"
 #include "image/difference.h"
 #include "organbench/memory_bundle.h"
 #include "organbench/suites/player_parts.h"
-#include "phantom/icosphere.h"
 #include "phantom/phantom.h"
 #include "player/carried_surface.h"
 #include "player/orbit.h"

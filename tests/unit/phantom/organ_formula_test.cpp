@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "phantom/icosphere.h"
+#include "geometry/icosphere.h"
 #include "phantom/organ.h"
 
 namespace organbake {

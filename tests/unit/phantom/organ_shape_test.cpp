@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "phantom/icosphere.h"
+#include "geometry/icosphere.h"
 #include "phantom/phantom.h"
 
 namespace organbake {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "geometry/icosphere.h"
 #include "lamp_studio.h"
-#include "phantom/icosphere.h"
 #include "registration/appearance.h"
 #include "registration/registered_surface.h"
 #include "support/meshes.h"

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/icosphere.h"
 #include "lamp_studio.h"
-#include "phantom/icosphere.h"
 #include "registration/appearance.h"
 
 namespace organbake {

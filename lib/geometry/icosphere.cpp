@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/icosphere.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "geometry/icosphere.h"
 
 #include <cmath>
 #include <unordered_map>
