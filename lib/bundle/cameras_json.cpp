@@ -10,6 +10,7 @@ namespace organbake {
 namespace {
 
 constexpr const char* kSchema = "organbake/cameras/1";
+constexpr int kLargestPhotoSide_px = 65536;
 constexpr std::size_t kMostCameras = 100000;  // as many as a script has frames
 
 Json camera_to_json(const PosedCamera& camera) {
@@ -36,16 +37,7 @@ Eigen::Matrix3d rotation_from(const JsonField& field) {
 PosedCamera camera_from(const JsonField& field) {
   PosedCamera camera;
   camera.name = field["name"].text();
-  Intrinsics& k = camera.intrinsics;
-  constexpr int kLargestSide = 65536;
-  k.width = static_cast<int>(field["width"].integer(1, kLargestSide));
-  k.height = static_cast<int>(field["height"].integer(1, kLargestSide));
-  constexpr double kSmallest = 1e-6, kLargest = 1e9;  // focal length in pixels
-  k.fx = field["fx"].number(kSmallest, kLargest);
-  k.fy = field["fy"].number(kSmallest, kLargest);
-  k.cx = field["cx"].number();
-  k.cy = field["cy"].number();
-  read_distortion(field, k);
+  camera.intrinsics = intrinsics_from_json(field, kLargestPhotoSide_px);
   const JsonField pose = field["camera_from_world"];
   camera.camera_from_world.rotation = rotation_from(pose["rotation"]);
   camera.camera_from_world.translation = pose["translation_mm"].vector3();

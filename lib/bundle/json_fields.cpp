@@ -66,12 +66,21 @@ Json intrinsics_to_json(const Intrinsics& k) {
   return json;
 }
 
-void read_distortion(const JsonField& lens, Intrinsics& k) {
-  const auto field = lens.find("distortion_k1_k2_p1_p2_k3");
-  if (!field) return;
-  if (field->size() != 5) field->fail("must hold five numbers: k1, k2, p1, p2, k3");
+Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px) {
+  constexpr double kLeastFocal_px = 1e-6, kMost_px = 1e9;
+  Intrinsics k;
+  k.width = static_cast<int>(lens["width"].integer(1, largest_side_px));
+  k.height = static_cast<int>(lens["height"].integer(1, largest_side_px));
+  k.fx = lens["fx"].number(kLeastFocal_px, kMost_px);
+  k.fy = lens["fy"].number(kLeastFocal_px, kMost_px);
+  k.cx = lens["cx"].number(-kMost_px, kMost_px);
+  k.cy = lens["cy"].number(-kMost_px, kMost_px);
+  const auto distortion = lens.find("distortion_k1_k2_p1_p2_k3");
+  if (!distortion) return k;
+  if (distortion->size() != 5) distortion->fail("must hold five numbers: k1, k2, p1, p2, k3");
   double* const into[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};
-  for (std::size_t i = 0; i < 5; ++i) *into[i] = field->at(i).number();
+  for (std::size_t i = 0; i < 5; ++i) *into[i] = distortion->at(i).number();
+  return k;
 }
 
 void JsonField::fail(const std::string& message) const {

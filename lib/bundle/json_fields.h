@@ -22,11 +22,11 @@ Json parse_json(const std::string& text, const std::string& name);
 // Two-space indentation and a final newline, the form of every JSON file the project writes.
 std::string json_text(const Json& json);
 Json to_json(const Eigen::Vector3d& v);
-// Width, height, fx, fy, cx, cy, and the distortion where there is some.
+// Width, height, fx, fy, cx, cy, and distortion_k1_k2_p1_p2_k3 where there is some, among other
+// keys. Neither side may be larger than `largest_side_px`.
 Json intrinsics_to_json(const Intrinsics& intrinsics);
 class JsonField;
-// The distortion of a lens that `lens` describes; leaves it as it is where the key is missing.
-void read_distortion(const JsonField& lens, Intrinsics& intrinsics);
+Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px);
 
 // One value of a document with the way that leads to it, so that every error names both:
 // "cameras.json: /cameras/2/fx: needs a number > 0". Reading for the .cpp files of the runtime.

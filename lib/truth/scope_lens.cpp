@@ -37,15 +37,8 @@ ScopeLens scope_lens_from_json(const std::string& text, const std::string& name)
   document.allow_only({"schema", "width", "height", "fx", "fy", "cx", "cy",
                        "distortion_k1_k2_p1_p2_k3", "vignette_exponent"});
   if (document.find("schema")) document.require_schema(kScopeLensSchema);
-  constexpr double kLeast = 1e-3, kMost = 1e9, kMostExponent = 100;
-  Intrinsics& lens = scope.intrinsics;
-  lens.width = static_cast<int>(document["width"].integer(1, kLargestSide_px));
-  lens.height = static_cast<int>(document["height"].integer(1, kLargestSide_px));
-  lens.fx = document["fx"].number(kLeast, kMost);
-  lens.fy = document["fy"].number(kLeast, kMost);
-  lens.cx = document["cx"].number(-kMost, kMost);
-  lens.cy = document["cy"].number(-kMost, kMost);
-  read_distortion(document, lens);
+  constexpr double kMostExponent = 100;
+  scope.intrinsics = intrinsics_from_json(document, kLargestSide_px);
   if (const auto n = document.find("vignette_exponent"))
     scope.vignette_exponent = n->number(0, kMostExponent);
   return scope;
