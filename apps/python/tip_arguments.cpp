@@ -21,16 +21,6 @@ std::vector<Eigen::Vector3d> rows_or_zeros(const py::object& rows, const char* n
   return vectors;
 }
 
-InstrumentMode mode_of(std::size_t tip, bool grabs, bool cuts, bool snips, bool pierces) {
-  if (grabs + cuts + snips + pierces > 1)
-    throw UsageError("tip " + std::to_string(tip) +
-                     " does more than one of grabs, cuts, snips and pierces");
-  if (pierces) return InstrumentMode::pierce;
-  if (snips) return InstrumentMode::snip;
-  if (cuts) return InstrumentMode::cut;
-  return grabs ? InstrumentMode::grab : InstrumentMode::poke;
-}
-
 }  // namespace
 
 std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const TipArguments& all) {
@@ -46,8 +36,8 @@ std::vector<InstrumentTip> tips_from(const py::object& positions_mm, const TipAr
   const auto openings = rows_or_zeros(all.opening_mm, "opening_mm", n);
   std::vector<InstrumentTip> tips;
   for (std::size_t i = 0; i < n; ++i) {
-    tips.push_back({positions[i], radii[i], mode_of(i, grab[i], cut[i], snip[i], pierce[i]), on[i],
-                    axes[i], widths[i], openings[i]});
+    const InstrumentMode mode = instrument_mode({grab[i], cut[i], snip[i], pierce[i]}, i);
+    tips.push_back({positions[i], radii[i], mode, on[i], axes[i], widths[i], openings[i]});
   }
   return tips;
 }

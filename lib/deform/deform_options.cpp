@@ -31,6 +31,16 @@ std::optional<InstrumentMode> instrument_mode(std::string_view name) {
   return std::nullopt;
 }
 
+InstrumentMode instrument_mode(const InstrumentFlags& flags, std::size_t tip) {
+  if (flags.grabs + flags.cuts + flags.snips + flags.pierces > 1)
+    throw UsageError("tip " + std::to_string(tip) +
+                     " does more than one of grabs, cuts, snips and pierces");
+  if (flags.pierces) return InstrumentMode::pierce;
+  if (flags.snips) return InstrumentMode::snip;
+  if (flags.cuts) return InstrumentMode::cut;
+  return flags.grabs ? InstrumentMode::grab : InstrumentMode::poke;
+}
+
 const char* to_string(TissueSolver solver) {
   return solver == TissueSolver::fem ? "fem" : "springs";
 }

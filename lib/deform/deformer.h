@@ -27,6 +27,12 @@ inline bool is_blunt(InstrumentMode mode) {
   return mode == InstrumentMode::poke || mode == InstrumentMode::grab;
 }
 std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
+// The one mode that is told by a flag of its own, poke by none. Throws UsageError naming the tip
+// where more than one is set.
+struct InstrumentFlags {
+  bool grabs = false, cuts = false, snips = false, pierces = false;
+};
+InstrumentMode instrument_mode(const InstrumentFlags& flags, std::size_t tip);
 
 // A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
 // at the position. A grabbing tip carries the tissue that its sphere touched when it closed.

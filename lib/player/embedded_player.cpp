@@ -79,11 +79,8 @@ EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
     instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
     instrument.opening_mm = Eigen::Vector3d(tip.opening_mm.data());
     instrument.cut_width_mm = tip.cut_width_mm;
-    instrument.mode = tip.pierces ? InstrumentMode::pierce
-                      : tip.snips ? InstrumentMode::snip
-                      : tip.cuts  ? InstrumentMode::cut
-                      : tip.grabs ? InstrumentMode::grab
-                                  : InstrumentMode::poke;
+    instrument.mode =
+        instrument_mode({tip.grabs, tip.cuts, tip.snips, tip.pierces}, instruments.size());
     instrument.active = tip.active;
     instruments.push_back(instrument);
   }

@@ -66,7 +66,7 @@ class EmbeddedPlayer {
   EmbeddedPlayer& operator=(EmbeddedPlayer&&) noexcept;
 
   // One time step under the tips; a tip keeps its place in the list from step to step. Throws for
-  // a tip that makes no sense.
+  // a tip that makes no sense, such as one that both grabs and cuts.
   StepResult step(const std::vector<Tip>& tips);
   void reset();  // back to rest
 

@@ -154,5 +154,17 @@ TEST(PlayerTools, AnEmbeddedPlayersTipsSnip) {
   EXPECT_GT(player.vertex_count(), before);
 }
 
+TEST(PlayerTools, AnEmbeddedPlayersTipDoesOneThing) {
+  const TemporaryFolder folder;
+  write_bundle(folder.path() / "organ", organ_to_cut());
+  EmbeddedPlayer player((folder.path() / "organ").string());
+  try {
+    player.step({{}, {.grabs = true, .pierces = true}});
+    FAIL() << "nobody can tell which was meant";
+  } catch (const UsageError& error) {
+    EXPECT_NE(std::string(error.what()).find("tip 1 "), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace organbake
