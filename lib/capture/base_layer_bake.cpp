@@ -96,13 +96,12 @@ BaseLayer bake_base_layer(const BaseLayerScene& scene, double step_mm, const Run
   layer.color.reserve(count);
   layer.seen_by.reserve(count);
   for (std::uint32_t face = 0; face < layer.face_count; ++face)
-    for (std::uint32_t i = 0; i <= layer.steps; ++i)  // base_node_index's order
-      for (std::uint32_t j = 0; i + j <= layer.steps; ++j) {
-        const std::uint32_t node = lattice.node(face, i, j);
-        layer.height_mm.push_back(static_cast<float>(values.height_mm[node]));
-        layer.color.push_back(values.color[node]);
-        layer.seen_by.push_back(values.seen_by[node]);
-      }
+    each_node(layer.steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t) {
+      const std::uint32_t node = lattice.node(face, i, j);
+      layer.height_mm.push_back(static_cast<float>(values.height_mm[node]));
+      layer.color.push_back(values.color[node]);
+      layer.seen_by.push_back(values.seen_by[node]);
+    });
   return layer;
 }
 

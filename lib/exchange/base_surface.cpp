@@ -23,17 +23,14 @@ TriangleMesh base_surface(const Bundle& bundle) {
   mesh.colors.resize(lattice.node_count());
   for (std::uint32_t face = 0; face < base.face_count; ++face) {
     const auto at = [&](std::uint32_t i, std::uint32_t j) { return lattice.node(face, i, j); };
-    for (std::uint32_t i = 0; i <= n; ++i) {
-      for (std::uint32_t j = 0; i + j <= n; ++j) {
-        const std::size_t stored =
-            std::size_t(face) * base.nodes_per_face() + base_node_index(n, i, j);
-        const Lattice::ShellLine& line = lines[at(i, j)];
-        mesh.vertices[at(i, j)] = line.foot + double(base.height_mm[stored]) * line.direction;
-        mesh.colors[at(i, j)] = base.color[stored];
-        if (i + j < n) mesh.faces.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
-        if (i + j + 1 < n) mesh.faces.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
-      }
-    }
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const std::size_t stored = std::size_t(face) * base.nodes_per_face() + node;
+      const Lattice::ShellLine& line = lines[at(i, j)];
+      mesh.vertices[at(i, j)] = line.foot + double(base.height_mm[stored]) * line.direction;
+      mesh.colors[at(i, j)] = base.color[stored];
+      if (i + j < n) mesh.faces.push_back({at(i, j), at(i + 1, j), at(i, j + 1)});
+      if (i + j + 1 < n) mesh.faces.push_back({at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+    });
   }
   return mesh;
 }
