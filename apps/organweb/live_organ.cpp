@@ -110,8 +110,8 @@ void LiveOrgan::play_by(TissueSolver solver) {
 }
 
 void LiveOrgan::reset() {
+  if (player_->solver() == TissueSolver::springs) return session_->reset();
   play_by(TissueSolver::springs);
-  session_->reset();
 }
 
 void LiveOrgan::set_light(int light) {
