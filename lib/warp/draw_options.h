@@ -39,6 +39,7 @@ struct DrawOptions {
   bool measure = false;     // fill DrawReport's times
   std::vector<Solid> solids;
 
+  bool needs_depth() const { return keep_depth || !solids.empty(); }
   bool operator==(const DrawOptions& other) const = default;
 };
 

@@ -191,12 +191,31 @@ bool BaseDrawing::weighs(const Block& block) const {
                      [&](std::uint32_t seen_by) { return weight_of(seen_by) > 0; });
 }
 
-void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
-                         const std::vector<std::uint8_t>& may_have_gaps, const ViewWeights& weights,
-                         const View& view) {
+void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const {
+  if (!faces.continued()) return;
+  for (const Chosen& chosen : chosen_)
+    if (faces.moved(face_of(chosen))) cells.mark(chosen.box);
+}
+
+void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+                        const ViewWeights& weights, const View& view, const TileGrid& grid,
+                        DirtyCells& cells, VisibilitySummary& visibility) {
   // The layer knows of the first 32 cameras; no other sees a node.
   for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
   weight_by_active_ = weight_table(weights);
+  mark_moved(faces, cells);
+  choose(faces, may_have_gaps, view);
+  mark_moved(faces, cells);
+  for (const Chosen& chosen : chosen_) {
+    visibility.box = united(visibility.box, chosen.box);
+    visibility.shown[face_of(chosen)] = 1;
+  }
+  tiles_.build(grid, static_cast<std::uint32_t>(chosen_.size()),
+               [this](std::uint32_t b) { return chosen_[b].box; });
+}
+
+void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+                         const View& view) {
   chosen_.clear();
   std::array<ChunkFrame, kPatchBatch> placed;
   const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
@@ -220,7 +239,7 @@ void BaseDrawing::choose(const std::vector<FaceFrame>& faces,
   }
 }
 
-void BaseDrawing::draw(std::uint32_t number, const std::vector<FaceFrame>& faces, const View& view,
+void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const View& view,
                        const OpenPixels& open, BaseTile& tile) const {
   const Chosen& chosen = chosen_[number];
   const bool fills = chosen.fills_gaps && open.any(chosen.box);

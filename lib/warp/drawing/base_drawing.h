@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "bundle/base_layer.h"
@@ -12,7 +13,10 @@
 #include "geometry/view_manifold.h"
 #include "warp/drawing/open_pixels.h"
 #include "warp/picture/row_spans.h"
-#include "warp/placing/draw_state.h"
+#include "warp/picture/tile_grid.h"
+#include "warp/placing/active_cameras.h"
+#include "warp/placing/dirty_cells.h"
+#include "warp/placing/placed_faces.h"
 
 namespace organbake {
 
@@ -51,20 +55,19 @@ class BaseDrawing {
   // rest: the proxy's shell matrices, undeformed, world.
   BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest);
 
-  // Chooses the blocks of one frame. may_have_gaps[f] ≠ 0 says that samples may leave face f open.
-  void choose(const std::vector<FaceFrame>& faces, const std::vector<std::uint8_t>& may_have_gaps,
-              const ViewWeights& weights, const View& view);
-  // The chosen blocks, by number: the pixels that each may touch, and whether it fills gaps.
-  std::uint32_t chosen_count() const { return static_cast<std::uint32_t>(chosen_.size()); }
-  const PixelBox& box(std::uint32_t chosen) const { return chosen_[chosen].box; }
+  // Chooses the blocks of one frame, and lists them by tile. may_have_gaps[f] ≠ 0 says that samples
+  // may leave face f open. Marks the pixels of moved faces' blocks, where they were and where they
+  // are, and adds all blocks to what is visible.
+  void place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+             const ViewWeights& weights, const View& view, const TileGrid& grid, DirtyCells& cells,
+             VisibilitySummary& visibility);
+  // A tile's chosen blocks by number, and whether one fills gaps.
+  std::span<const std::uint32_t> blocks_of(int tile) const { return tiles_[tile]; }
   bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
-  std::uint32_t face(std::uint32_t chosen) const {
-    return blocks_[chosen_[chosen].block].patch.face;
-  }
 
   // Draws a chosen block into a tile. `open` is looked at for blocks that fill gaps only.
   // Thread-safe.
-  void draw(std::uint32_t chosen, const std::vector<FaceFrame>& faces, const View& view,
+  void draw(std::uint32_t chosen, const PlacedFaces& faces, const View& view,
             const OpenPixels& open, BaseTile& tile) const;
 
  private:
@@ -92,11 +95,16 @@ class BaseDrawing {
   }
   float weight_of(std::uint32_t seen_by) const;
   bool weighs(const Block& block) const;
+  void choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+              const View& view);
+  std::uint32_t face_of(const Chosen& chosen) const { return blocks_[chosen.block].patch.face; }
+  void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face
   PatchTable patches_;         // theirs, once more
   std::vector<Chosen> chosen_;
+  TileLists tiles_;                           // of them
   std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
   std::array<float, 8> weight_by_active_ = {};
 };

@@ -7,7 +7,8 @@
 #include "warp/drawing/tile_keys.h"
 #include "warp/picture/tile_grid.h"
 #include "warp/picture/vector_loops.h"
-#include "warp/placing/draw_state.h"
+#include "warp/placing/chunk_frame.h"
+#include "warp/placing/placed_faces.h"
 #include "warp/samples/sample_set.h"
 
 namespace organbake {

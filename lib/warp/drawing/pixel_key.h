@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "warp/placing/draw_state.h"
+#include "warp/placing/chunk_frame.h"
 
 namespace organbake {
 

@@ -4,7 +4,8 @@
 #include <cstdint>
 
 #include "warp/drawing/tile_keys.h"
-#include "warp/placing/draw_state.h"
+#include "warp/placing/chunk_frame.h"
+#include "warp/placing/placed_faces.h"
 #include "warp/samples/sample_set.h"
 
 namespace organbake {

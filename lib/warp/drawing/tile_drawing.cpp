@@ -47,7 +47,7 @@ void TileDrawing::begin(const PlacedFrame& placed) {
 }
 
 std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
-  return placed_->base_tiles ? (*placed_->base_tiles)[tile] : std::span<const std::uint32_t>();
+  return placed_->base ? placed_->base->blocks_of(tile) : std::span<const std::uint32_t>();
 }
 
 bool TileDrawing::is_empty(int tile) const {
@@ -81,7 +81,7 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
                                        std::span<const TileKeys* const> layers,
                                        Scratch& own) const {
   if (blocks.empty()) return nullptr;
-  const BaseDrawing& base = placed_->base;
+  const BaseDrawing& base = *placed_->base;
   own.base.clear(part, placed_->relit != nullptr || placed_->keep_bound);
   if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
     own.open.find(part, layers);

@@ -21,10 +21,9 @@ namespace organbake {
 struct PlacedFrame {
   const View& view;
   std::span<const ActiveCamera> cameras;
-  float texel_mm;  // of the cameras
-  const BaseDrawing& base;
-  const TileLists* base_tiles;  // blocks of the base layer; nullptr: without it
-  const std::vector<FaceFrame>& faces;
+  float texel_mm;           // of the cameras
+  const BaseDrawing* base;  // nullptr: without the base layer
+  const PlacedFaces& faces;
   const RelitSkin* relit;                // nullptr: the light that was baked
   const std::vector<ShellMatrix>* rest;  // nullptr: what is shown is not told
   bool keep_bound;                       // tell where the skin of each pixel is bound

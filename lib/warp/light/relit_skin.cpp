@@ -40,16 +40,16 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
   nodes_.resize(rest_normals_.size());
 }
 
-void RelitSkin::turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved) {
+std::vector<std::uint8_t> RelitSkin::turn(const std::vector<ShellMatrix>& deformed) {
   std::vector<std::uint8_t> changed(shells_.size()), turned(shells_.size());
   for (std::size_t f = 0; f < shells_.size(); ++f) changed[f] = deformed[f] != shells_[f];
   turns_.place(deformed, changed, turned);
   for (std::size_t f = 0; f < shells_.size(); ++f) {
     to_place_[f] |= changed[f];
     to_light_[f] |= turned[f];
-    if (!moved.empty()) moved[f] |= turned[f];
   }
   shells_ = deformed;
+  return turned;
 }
 
 // Another light than the last time finds every face unlit.

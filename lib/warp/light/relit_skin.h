@@ -36,12 +36,10 @@ class RelitSkin {
 
   const std::vector<Eigen::Vector3f>& rest_normals() const { return rest_normals_; }
 
-  // Takes the shell as it is now. moved[f], unless empty, is set where that
-  // changes the light.
-  void turn(const std::vector<ShellMatrix>& deformed, std::vector<std::uint8_t>& moved);
-  // Lights the faces for one view, shown[f] ≠ 0 those that it can see: of the
-  // others nothing is asked. By the world's light, or by the one at the scope
-  // with its range of full exposure.
+  // Takes the shell as it is now. Returns by face where that changes the light: 1.
+  std::vector<std::uint8_t> turn(const std::vector<ShellMatrix>& deformed);
+  // Lights the faces for one view, shown[f] ≠ 0 those that it can see: of the others nothing is
+  // asked. By the world's light, or by the one at the scope with its range of full exposure.
   void light_faces(const View& view, const std::vector<std::uint8_t>& shown);
   void light_faces_from_scope(const View& view, double reference_mm,
                               const std::vector<std::uint8_t>& shown);
@@ -50,14 +48,12 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // Lights a stretch, its posts in `skin`; those that are not among them keep
-  // their light.
+  // Lights a stretch, its posts in `skin`; those that are not among them keep their light.
   void light(const SkinPixels& skin, const SparseShading& stretch,
              const StretchColors& colors) const;
 
  private:
-  // Its gain and its normal, mixed as a whole in one register; two numbers are
-  // unused.
+  // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
   struct Node {
     alignas(32) std::array<float, 8> mixed{1, 1, 1};
     auto gain() { return Eigen::Map<Eigen::Vector3f>(mixed.data()); }
@@ -98,13 +94,10 @@ class RelitSkin {
   std::vector<Eigen::Vector3f> rest_normals_;         // by node, unit
   std::vector<Eigen::Vector3f> places_, rest_light_;  // by node: world mm, RGB
   std::vector<Node> nodes_;
-  std::vector<RestNode> rest_nodes_;  // once the light at the scope was asked for
-  std::vector<std::uint8_t> turned_,
-      shines_;  // by face: gain or gloss in this view
-  std::vector<std::uint8_t> to_place_,
-      to_light_;  // by face, when it is next seen
-  // From the view's pixels to directions of the world: origin + x · right + y ·
-  // down.
+  std::vector<RestNode> rest_nodes_;               // once the light at the scope was asked for
+  std::vector<std::uint8_t> turned_, shines_;      // by face: gain or gloss in this view
+  std::vector<std::uint8_t> to_place_, to_light_;  // by face, when it is next seen
+  // From the view's pixels to directions of the world: origin + x · right + y · down.
   Eigen::Vector3f ray_origin_, ray_right_, ray_down_;
 };
 

@@ -259,7 +259,7 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
   frame.cover.assign(pixels, Cover::background);
   frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
   frame.depth_mm.clear();
-  if (options.keep_depth || !options.solids.empty()) frame.depth_mm.assign(pixels, kFarAway);
+  if (options.needs_depth()) frame.depth_mm.assign(pixels, kFarAway);
   const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
   std::vector<float> depth_mm(pixels + kLanes, kFarAway);  // read in whole vectors
   float farthest_mm = 1;

@@ -28,18 +28,18 @@ float ActiveCameras::texel_mm() const {
   return shares > 0 ? static_cast<float>(sum / shares) : 1;
 }
 
-void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
-                          const View& view, const TileGrid& grid, DirtyCells& cells) {
+void ActiveCameras::place(const PlacedFaces& faces, const View& view, const TileGrid& grid,
+                          DirtyCells& cells) {
   for (ActiveCamera& camera : std::span(cameras_).first(count_)) {
     const std::vector<Chunk>& chunks = camera.set->chunks;
     camera.chunks.resize(chunks.size());
     const auto face_of = [&](std::size_t c) { return chunks[c].patch.face; };
     const auto place_batch = [&](std::size_t first, std::size_t last) {
       const std::uint32_t face = face_of(first);
-      if (!moved.empty() && !moved[face]) return;
+      if (!faces.moved(face)) return;
       const std::span placed = std::span(camera.chunks).subspan(first, last - first);
       const auto mark = [&] {
-        if (moved.empty()) return;
+        if (!faces.continued()) return;
         for (const ChunkFrame& chunk : placed) cells.mark(chunk.box);
       };
       mark();
@@ -61,10 +61,10 @@ void ActiveCameras::place(const std::vector<FaceFrame>& faces, std::span<const s
 }
 
 // In one pass: there are tens of thousands of chunks.
-void ActiveCameras::summarise(std::size_t faces, DrawReport& report,
-                              VisibilitySummary& visibility) const {
+VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
   // In registers: a box in memory is a chain of loads that wait for stores.
   PixelBox box;
+  VisibilitySummary visibility;
   visibility.shown.assign(faces, 0);
   visibility.stretched.assign(faces, 0);
   int largest_px = 0;
@@ -96,6 +96,7 @@ void ActiveCameras::summarise(std::size_t faces, DrawReport& report,
   }
   visibility.box = box;
   report.largest_stretch_px = std::max<double>(report.largest_stretch_px, largest_px);
+  return visibility;
 }
 
 }  // namespace organbake

@@ -9,8 +9,9 @@
 #include "warp/camera_shares.h"
 #include "warp/picture/pixel_box.h"
 #include "warp/picture/tile_grid.h"
+#include "warp/placing/chunk_frame.h"
 #include "warp/placing/dirty_cells.h"
-#include "warp/placing/draw_state.h"
+#include "warp/placing/placed_faces.h"
 #include "warp/samples/sample_store.h"
 #include "warp/view.h"
 
@@ -26,10 +27,11 @@ struct ActiveCamera {
   TileLists tiles;  // chunks drawn, by tile
 };
 
-// What the chunks of a frame come to.
+// What of the organ a frame shows.
 struct VisibilitySummary {
-  PixelBox box;  // of all pixels that a sample may touch
-  // By face: whether samples of it are drawn, and lie farther apart than the largest splat.
+  PixelBox box;  // of all pixels that may show some
+  // By face: whether any of it is drawn, and whether samples of it lie farther apart than the
+  // largest splat.
   std::vector<std::uint8_t> shown, stretched;
 };
 
@@ -39,18 +41,17 @@ class ActiveCameras {
  public:
   // Those of used_cameras(weights), which the store must have.
   void choose(const SampleStore& store, const ViewWeights& weights);
-  // moved[f] ≠ 0: the face has moved since the last placing, which was for the same cameras and
-  // view; empty: all is new. Marks what chunks of moved faces left or entered.
-  void place(const std::vector<FaceFrame>& faces, std::span<const std::uint8_t> moved,
-             const View& view, const TileGrid& grid, DirtyCells& cells);
+  // Where faces are continued, the last placing was for the same cameras and view: chunks of those
+  // that did not move stay, and what the others leave or enter is marked.
+  void place(const PlacedFaces& faces, const View& view, const TileGrid& grid, DirtyCells& cells);
 
   std::span<const ActiveCamera> all() const { return std::span(cameras_).first(count_); }
   // Mean size of a texel on the surface by the cameras' shares, so that it changes as they do:
   // without a step. 1 when there are no samples.
   float texel_mm() const;
-  // Looks what becomes of the chunks of all faces, and adds samples and faces drawn and skipped to
-  // the report. `visibility` is begun anew.
-  void summarise(std::size_t faces, DrawReport& report, VisibilitySummary& visibility) const;
+  // What becomes of the chunks of all faces; samples and faces drawn and skipped are added to the
+  // report.
+  VisibilitySummary summarise(std::size_t faces, DrawReport& report) const;
 
  private:
   std::array<ActiveCamera, 3> cameras_;

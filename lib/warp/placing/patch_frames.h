@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "warp/placing/draw_state.h"
+#include "warp/placing/chunk_frame.h"
+#include "warp/placing/placed_faces.h"
 #include "warp/samples/patch.h"
 #include "warp/view.h"
 

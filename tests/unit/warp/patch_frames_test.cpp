@@ -35,9 +35,9 @@ FaceFrame random_face(RandomStream& random, const View& view) {
     mesh.vertices.emplace_back(random.uniform(-60, 60), random.uniform(-60, 60),
                                random.uniform(-20, 150));
   }
-  std::vector<FaceFrame> frames;
-  face_frames(PosedShell(ShellSurface(mesh)), view, frames);
-  FaceFrame face = frames.front();
+  PlacedFaces faces;
+  faces.place(PosedShell(ShellSurface(mesh)), view, false);
+  FaceFrame face = faces[0];
   face.two_sided = random.below(4) == 0;
   if (random.below(2) == 0) bend(random, face);
   return face;

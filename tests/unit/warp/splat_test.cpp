@@ -39,9 +39,9 @@ struct Scene {
     const Eigen::Vector3d middle(about(20), about(10), random.uniform(30, 200));
     for (int i = 0; i < 3; ++i)
       mesh.vertices.push_back(middle + Eigen::Vector3d(about(20), about(20), about(20)));
-    std::vector<FaceFrame> frames;
-    face_frames(PosedShell(ShellSurface(mesh)), view, frames);
-    face = frames.front();
+    PlacedFaces faces;
+    faces.place(PosedShell(ShellSurface(mesh)), view, false);
+    face = faces[0];
     face.two_sided = true;
     if (random.below(2) == 0) bend(random);
     Chunk one;

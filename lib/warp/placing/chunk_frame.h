@@ -1,33 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
-#include <vector>
 
 #include "warp/picture/pixel_box.h"
-#include "warp/placing/posed_shell.h"
-#include "warp/samples/sample_set.h"
-#include "warp/view.h"
 
 namespace organbake {
-
-// A shell matrix, each column in a register of its own: the fourth row is zero.
-using ShellColumns = Eigen::Matrix<float, 4, 9>;
-
-// One face of the shell's surface in one frame: its deformed shell matrix in the view's frame, in
-// millimetres and multiplied by the intrinsics, so that a sample of a flat face lands with 15
-// multiply-adds and one reciprocal.
-struct FaceFrame {
-  ShellColumns metric;     // camera millimetres
-  ShellColumns pixel;      // pixel × depth, pixel × depth, depth
-  bool bent = false;       // the last three columns are not zero
-  bool two_sided = false;  // see PosedShell
-
-  bool operator==(const FaceFrame&) const = default;
-};
-
-void face_frames(const PosedShell& shell, const View& view, std::vector<FaceFrame>& frames);
 
 // A sample stands for pixels up to this many texels away along each map axis. Half a texel reaches
 // the neighbour; the rest forgives a patch's plane for not being its surface. More would thicken
