@@ -135,7 +135,7 @@ class AtlasBaker {
       normal += w[k] * mesh_.normals[corner.vertex];
       tangent += w[k] * mesh_.tangents[corner.coordinate];
     }
-    const FineSurface::Place at = fine_.at(place);
+    const FineSurface::Appearance at = fine_.at(place);
     Eigen::Vector3f color = at.color;
     if (light_) {
       const Eigen::Vector3f diffuse = light_->diffuse(at.fine_normal).cast<float>();
@@ -166,7 +166,7 @@ class AtlasBaker {
 FineSurface::FineSurface(const Bundle& bundle, TriangleMesh base)
     : base_(std::move(base)), normals_(vertex_normals(base_)), scene_(base_), maps_(bundle) {}
 
-FineSurface::Place FineSurface::at(const Eigen::Vector3d& point) const {
+FineSurface::Appearance FineSurface::at(const Eigen::Vector3d& point) const {
   const ClosestPoint closest = scene_.closest_point(point);
   const auto [a, b, c] = base_.faces[closest.face];
   // Weights of the corners by areas, of a point that lies in the face.
@@ -177,17 +177,17 @@ FineSurface::Place FineSurface::at(const Eigen::Vector3d& point) const {
   const double w1 = doubled > 0 ? std::clamp(d.cross(e2).dot(n) / doubled, 0.0, 1.0) : 0;
   const double w2 = doubled > 0 ? std::clamp(e1.cross(d).dot(n) / doubled, 0.0, 1.0 - w1) : 0;
   const double w0 = 1 - w1 - w2;
-  Place place;
-  place.normal = (w0 * normals_[a] + w1 * normals_[b] + w2 * normals_[c]).normalized();
-  place.fine_normal = place.normal;
-  if (const auto sample = maps_.at(closest.point, place.normal)) {
-    place.color = sample->color;
-    place.fine_normal = sample->normal;
-    return place;
+  Appearance look;
+  look.normal = (w0 * normals_[a] + w1 * normals_[b] + w2 * normals_[c]).normalized();
+  look.fine_normal = look.normal;
+  if (const auto sample = maps_.at(closest.point, look.normal)) {
+    look.color = sample->color;
+    look.fine_normal = sample->normal;
+    return look;
   }
-  place.color = static_cast<float>(w0) * base_.colors[a] +
-                static_cast<float>(w1) * base_.colors[b] + static_cast<float>(w2) * base_.colors[c];
-  return place;
+  look.color = static_cast<float>(w0) * base_.colors[a] + static_cast<float>(w1) * base_.colors[b] +
+               static_cast<float>(w2) * base_.colors[c];
+  return look;
 }
 
 void bake_atlas(const FineSurface& fine, const Lighting* light, int side, TexturedMesh& mesh) {

@@ -17,9 +17,9 @@ namespace organbake {
 // of it. Thread-safe after construction.
 class FineSurface {
  public:
-  struct Place {
+  struct Appearance {
     Eigen::Vector3d normal;       // of the base layer, smooth over its faces
-    Eigen::Vector3d fine_normal;  // as the maps have it, where they show the place
+    Eigen::Vector3d fine_normal;  // as the maps have it, where they show it
     Eigen::Vector3f color;        // linear
   };
 
@@ -27,7 +27,7 @@ class FineSurface {
   const TriangleMesh& mesh() const { return base_; }
   double texel_mm() const { return maps_.texel_mm(); }
   // At the closest point of the surface.
-  Place at(const Eigen::Vector3d& point) const;
+  Appearance at(const Eigen::Vector3d& point) const;
 
  private:
   TriangleMesh base_;

@@ -54,11 +54,11 @@ class Lattice {
     return {index % count_.x(), index / count_.x() % count_.y(), index / count_.x() / count_.y()};
   }
   // Place of a point, the tetrahedron counted over all cells.
-  LatticeCell::Place place(const Eigen::Vector3d& point) const {
+  LatticeCell::Location locate(const Eigen::Vector3d& point) const {
     const Eigen::Vector3d at = (point - first_mm_) / cell_mm_;
     const Eigen::Vector3i cell_of = at.array().floor().cast<int>().max(0).min(count_.array() - 1);
     const Eigen::Vector3d inside = (at - cell_of.cast<double>()).cwiseMax(0).cwiseMin(1);
-    LatticeCell::Place found = cut(cell_of).place(inside);
+    LatticeCell::Location found = cut(cell_of).locate(inside);
     found.tetrahedron += LatticeCell::kTetrahedra * static_cast<int>(cell(cell_of));
     return found;
   }
@@ -98,7 +98,7 @@ std::vector<double> fill_shares(const TriangleMesh& proxy, const Lattice& lattic
     for (int j = 0; j < grid.count.y(); ++j) {
       for (int i = 0; i < grid.count.x(); ++i) {
         const auto t = static_cast<std::size_t>(
-            lattice.place(grid.first_mm + grid.spacing_mm * Eigen::Vector3d(i, j, k)).tetrahedron);
+            lattice.locate(grid.first_mm + grid.spacing_mm * Eigen::Vector3d(i, j, k)).tetrahedron);
         ++all[t];
         within[t] += inside[grid.index(i, j, k)];
       }
@@ -145,9 +145,9 @@ TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
   std::vector<double> fill = fill_shares(proxy, lattice);
   TetrahedralBody body;
   for (const Eigen::Vector3d& v : proxy.vertices) {
-    const LatticeCell::Place place = lattice.place(v);
-    body.vertices.push_back({static_cast<std::uint32_t>(place.tetrahedron), place.weights});
-    double& share = fill[place.tetrahedron];
+    const LatticeCell::Location at = lattice.locate(v);
+    body.vertices.push_back({static_cast<std::uint32_t>(at.tetrahedron), at.weights});
+    double& share = fill[at.tetrahedron];
     share = std::max(share, kLeastFill);
   }
   std::vector<std::uint32_t> number(fill.size(), kUnused);

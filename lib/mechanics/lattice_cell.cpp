@@ -41,15 +41,15 @@ std::array<int, 4> LatticeCell::corners(int tetrahedron) const {
 // The corner tetrahedron at c holds what is nearer to c than 1 by the sum of coordinates; the
 // middle one's weight of a corner grows from 0 to 1 as that sum from the opposite corner does from
 // 1 to 3.
-LatticeCell::Place LatticeCell::place(const Eigen::Vector3d& at) const {
-  Place place;
+LatticeCell::Location LatticeCell::locate(const Eigen::Vector3d& at) const {
+  Location location;
   std::array<double, 8> weight{};
   for (int k = 0; k < 4; ++k) {
     const int own = middle_corner(k) ^ kOpposite;
     double sum = 0;
     for (int axis = 0; axis < 3; ++axis) sum += distance_along(at, own, axis);
     if (sum < 1) {
-      place.tetrahedron = k + 1;
+      location.tetrahedron = k + 1;
       weight.fill(0);
       for (int axis = 0; axis < 3; ++axis) {
         weight[own ^ 1 << axis] = distance_along(at, own, axis);
@@ -59,9 +59,9 @@ LatticeCell::Place LatticeCell::place(const Eigen::Vector3d& at) const {
     }
     weight[middle_corner(k)] = (sum - 1) / 2;
   }
-  const auto own = corners(place.tetrahedron);
-  for (int k = 0; k < 4; ++k) place.weights[k] = std::clamp(weight[own[k]], 0.0, 1.0);
-  return place;
+  const auto own = corners(location.tetrahedron);
+  for (int k = 0; k < 4; ++k) location.weights[k] = std::clamp(weight[own[k]], 0.0, 1.0);
+  return location;
 }
 
 }  // namespace organbake

@@ -16,12 +16,12 @@ struct LatticeCell {
 
   // Corners of tetrahedron 0 (the middle) … 4, of positive volume.
   std::array<int, 4> corners(int tetrahedron) const;
-  struct Place {
+  struct Location {
     int tetrahedron = 0;
     std::array<double, 4> weights{};  // of its corners, 0…1 and of sum 1
   };
   // Where a point of the unit cube lies.
-  Place place(const Eigen::Vector3d& at) const;
+  Location locate(const Eigen::Vector3d& at) const;
 
  private:
   int middle_corner(int k) const;

@@ -14,7 +14,8 @@ namespace {
 
 using Sum = std::array<double, 3>;
 
-struct Place {
+// Summed over pairs of pixels across one place.
+struct ColorStep {
   Sum frame{}, truth{};
   std::size_t pairs = 0;
 };
@@ -23,11 +24,11 @@ void add_difference(const std::uint8_t* a, const std::uint8_t* b, Sum& sum) {
   for (int c = 0; c < 3; ++c) sum[c] += double(b[c]) - double(a[c]);
 }
 
-void count_place(const Place& place, SeamSteps& steps) {
+void count_step(const ColorStep& step, SeamSteps& steps) {
   ++steps.places;
   for (int c = 0; c < 3; ++c) {
-    const double frame = std::abs(place.frame[c]) / place.pairs,
-                 truth = std::abs(place.truth[c]) / place.pairs;
+    const double frame = std::abs(step.frame[c]) / step.pairs,
+                 truth = std::abs(step.truth[c]) / step.pairs;
     steps.frame = std::max(steps.frame, frame);
     steps.truth = std::max(steps.truth, truth);
     steps.excess = std::max(steps.excess, frame - truth);
@@ -37,7 +38,7 @@ void count_place(const Place& place, SeamSteps& steps) {
 }  // namespace
 
 SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Place> edges;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, ColorStep> edges;
   const auto look = [&](int x, int y, int nx, int ny) {
     if (nx >= frame.width || ny >= frame.height) return;
     const std::size_t here = std::size_t(y) * frame.width + x,
@@ -51,7 +52,7 @@ SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth) {
     if (a == b || a == kNoFace || b == kNoFace) return;
     // From the lower face to the higher, wherever they lie.
     if (a > b) std::swap(a, b), std::swap(x, nx), std::swap(y, ny);
-    Place& edge = edges[{a, b}];
+    ColorStep& edge = edges[{a, b}];
     ++edge.pairs;
     add_difference(frame.at(x, y), frame.at(nx, ny), edge.frame);
     add_difference(truth.sharp.at(x, y), truth.sharp.at(nx, ny), edge.truth);
@@ -67,7 +68,7 @@ SeamSteps edge_steps(const Rgb8Image& frame, const TruthFrame& truth) {
   constexpr std::size_t kFewestPairs = 40;
   SeamSteps steps;
   for (const auto& [faces, edge] : edges) {
-    if (edge.pairs >= kFewestPairs) count_place(edge, steps);
+    if (edge.pairs >= kFewestPairs) count_step(edge, steps);
   }
   return steps;
 }
@@ -78,7 +79,7 @@ SeamSteps switch_steps(const Rgb8Image& before, const Rgb8Image& after,
   SeamSteps steps;
   for (int y0 = 0; y0 + kBlock <= before.height; y0 += kBlock) {
     for (int x0 = 0; x0 + kBlock <= before.width; x0 += kBlock) {
-      Place block;
+      ColorStep block;
       for (int y = y0; y < y0 + kBlock; ++y) {
         for (int x = x0; x < x0 + kBlock; ++x) {
           const std::size_t i = std::size_t(y) * before.width + x;
@@ -91,7 +92,7 @@ SeamSteps switch_steps(const Rgb8Image& before, const Rgb8Image& after,
           add_difference(truth_before.color.at(x, y), truth_after.color.at(x, y), block.truth);
         }
       }
-      if (block.pairs == kBlock * kBlock) count_place(block, steps);
+      if (block.pairs == kBlock * kBlock) count_step(block, steps);
     }
   }
   return steps;

@@ -21,29 +21,29 @@ constexpr std::size_t kFewestStretches = 64;
 constexpr double kViolated = 1e-6;
 
 // Samples that the same candidates see.
-struct Place {
+struct SampleGroup {
   Indices candidates;
   double samples = 0;
 };
 
 // In order of their first samples, so that neighbours on the surface are neighbours here.
-std::vector<Place> places_of(const std::vector<SampleBits>& seen) {
+std::vector<SampleGroup> groups_of(const std::vector<SampleBits>& seen) {
   std::vector<Indices> candidates(seen[0].size());
   for (std::uint32_t c = 0; c < seen.size(); ++c)
     seen[c].for_each([&](std::size_t sample) { candidates[sample].push_back(c); });
   std::map<Indices, std::size_t> known;
-  std::vector<Place> places;
+  std::vector<SampleGroup> groups;
   for (std::uint32_t i = 0; i < candidates.size(); ++i) {
-    const auto [at, is_new] = known.try_emplace(candidates[i], places.size());
-    if (is_new) places.push_back({std::move(candidates[i])});
-    ++places[at->second].samples;
+    const auto [at, is_new] = known.try_emplace(candidates[i], groups.size());
+    if (is_new) groups.push_back({std::move(candidates[i])});
+    ++groups[at->second].samples;
   }
-  return places;
+  return groups;
 }
 
-// What a place asks of the candidates that see it, without some of them: Σ x ≥ times · z.
+// What a group asks of the candidates that see it, without some of them: Σ x ≥ times · z.
 struct Demand {
-  std::uint32_t place = 0;
+  std::uint32_t group = 0;
   Indices without;
   int times = 0;  // overlap − without
   int idle = 0;   // solutions that it did not bind, up to now
@@ -53,17 +53,17 @@ struct DeleteProblem {
   void operator()(glp_prob* problem) const { glp_delete_prob(problem); }
 };
 
-// The relaxation with u = 1 − z, how much of a place is given up:
+// The relaxation with u = 1 − z, how much of a group is given up:
 //   min Σ x_c,  Σ_c x_c + times · u ≥ times for each demand,  Σ samples · u ≤ spare,  0 ≤ x, u ≤ 1.
 // At prices of cost ≥ 0 it is dual feasible from the start, and stays so when demands join: every
 // solve is some pivots of the dual simplex method from the last one.
 class Program {
  public:
-  Program(std::vector<Place> places, std::size_t candidates, int overlap, std::size_t spare,
+  Program(std::vector<SampleGroup> groups, std::size_t candidates, int overlap, std::size_t spare,
           const RunContext& context)
       : context_(context),
-        places_(std::move(places)),
-        given_up_(places_.size(), 0),
+        groups_(std::move(groups)),
+        given_up_(groups_.size(), 0),
         shares_(candidates, 0.0),
         overlap_(overlap),
         spare_(static_cast<double>(spare)),
@@ -112,10 +112,10 @@ class Program {
   // What the prices prove: they are worth Σ price · times − the most that giving up `spare` samples
   // saves, and a candidate is paid by the demands that it answers.
   double proved_bound() const {
-    std::vector<double> saved(places_.size(), 0.0), paid(shares_.size(), 0.0);
+    std::vector<double> saved(groups_.size(), 0.0), paid(shares_.size(), 0.0);
     for (std::size_t d = 0; d < demands_.size(); ++d) {
       const Demand& demand = demands_[d];
-      saved[demand.place] += price(d) * demand.times;
+      saved[demand.group] += price(d) * demand.times;
       for (const std::uint32_t c : answering(demand)) paid[c] += price(d);
     }
     const double worth = std::accumulate(saved.begin(), saved.end(), 0.0) - most_saved(saved);
@@ -151,16 +151,16 @@ class Program {
     glp_del_rows(problem_.get(), static_cast<int>(rows.size()) - 1, rows.data());
   }
 
-  // The demand of a place that the shares violate most, and by how much. A camera does for a place
+  // The demand of a group that the shares violate most, and by how much. A camera does for a group
   // what it does once: without the k that have the largest shares, the others must still see it
   // overlap − k times. With shares of 0 and 1 these demands are exact.
-  double most_violated(std::uint32_t place, Demand& demand) const {
-    const Indices& candidates = places_[place].candidates;
+  double most_violated(std::uint32_t group, Demand& demand) const {
+    const Indices& candidates = groups_[group].candidates;
     const double kept =
-        given_up_[place] ? 1 - glp_get_col_prim(problem_.get(), given_up_[place]) : 1;
+        given_up_[group] ? 1 - glp_get_col_prim(problem_.get(), given_up_[group]) : 1;
     double left = 0;
     for (const std::uint32_t c : candidates) left += shares_[c];
-    demand = {place, {}, overlap_};
+    demand = {group, {}, overlap_};
     double most = demand.times * kept - left;
     Indices without;
     for (int times = overlap_ - 1; times > 0 && without.size() < candidates.size(); --times) {
@@ -173,19 +173,19 @@ class Program {
       left -= shares_[largest];
       if (times * kept - left <= most) continue;
       most = times * kept - left;
-      demand = {place, without, times};
+      demand = {group, without, times};
     }
     return most;
   }
 
-  // Of every stretch of places the one that is violated most.
+  // Of every stretch of groups the one that is violated most.
   std::vector<Demand> violated_demands() const {
     const std::size_t stretches = std::max(kFewestStretches, demands_.size() / 2);
     std::vector<Demand> violated;
     for (std::size_t s = 0; s < stretches; ++s) {
       double most = kViolated;
       Demand worst, demand;
-      for (std::size_t p = s * places_.size() / stretches; p < (s + 1) * places_.size() / stretches;
+      for (std::size_t p = s * groups_.size() / stretches; p < (s + 1) * groups_.size() / stretches;
            ++p) {
         const double by = most_violated(static_cast<std::uint32_t>(p), demand);
         if (by > most) most = by, worst = demand;
@@ -196,19 +196,19 @@ class Program {
   }
 
   Indices answering(const Demand& demand) const {
-    Indices candidates = places_[demand.place].candidates;
+    Indices candidates = groups_[demand.group].candidates;
     for (const std::uint32_t c : demand.without) std::erase(candidates, c);
     return candidates;
   }
 
   void add(const Demand& demand) {
     glp_prob* const p = problem_.get();
-    int& given_up = given_up_[demand.place];
+    int& given_up = given_up_[demand.group];
     if (given_up == 0) {
       given_up = glp_add_cols(p, 1);
       glp_set_col_bnds(p, given_up, GLP_DB, 0, 1);
       const int row[] = {0, kSpareRow};
-      const double samples[] = {0, places_[demand.place].samples};
+      const double samples[] = {0, groups_[demand.group].samples};
       glp_set_mat_col(p, given_up, 1, row, samples);
     }
     std::vector<int> columns = {0, given_up};
@@ -223,11 +223,11 @@ class Program {
     demands_.push_back(demand);
   }
 
-  // By giving up places, the last one in part, of `spare` samples in all.
+  // By giving up groups, the last one in part, of `spare` samples in all.
   double most_saved(const std::vector<double>& saved) const {
     std::vector<std::pair<double, double>> by_sample;  // saved per sample, samples
     for (std::size_t p = 0; p < saved.size(); ++p) {
-      if (saved[p] > 0) by_sample.push_back({saved[p] / places_[p].samples, places_[p].samples});
+      if (saved[p] > 0) by_sample.push_back({saved[p] / groups_[p].samples, groups_[p].samples});
     }
     std::sort(by_sample.begin(), by_sample.end(), std::greater<>());
     double sum = 0, left = spare_;
@@ -239,8 +239,8 @@ class Program {
   }
 
   const RunContext& context_;
-  std::vector<Place> places_;
-  std::vector<int> given_up_;    // column of each place, 0 = none yet
+  std::vector<SampleGroup> groups_;
+  std::vector<int> given_up_;    // column of each group, 0 = none yet
   std::vector<Demand> demands_;  // rows of the program after the first
   std::vector<double> shares_;
   int overlap_;
@@ -255,7 +255,7 @@ double simplex_cover_bound(const std::vector<SampleBits>& seen, const CoverGoal&
   if (goal.samples == 0 || seen.empty()) return 0;
   glp_term_out(GLP_OFF);
   const std::size_t all = seen[0].size();
-  Program program(places_of(seen), seen.size(), goal.overlap, all - std::min(all, goal.samples),
+  Program program(groups_of(seen), seen.size(), goal.overlap, all - std::min(all, goal.samples),
                   context);
   program.solve(most_pivots);
   return program.proved_bound();

@@ -19,7 +19,7 @@ namespace {
 // Where the surface lies in directions from its middle.
 class Outside {
  public:
-  struct Place {
+  struct ColoredPoint {
     Eigen::Vector3d point_mm;
     Eigen::Vector3f color;  // linear
   };
@@ -30,19 +30,19 @@ class Outside {
         middle_(bounds(surface).center()),
         beyond_mm_(bounds(surface).diagonal()) {}
 
-  std::vector<Place> look(const std::vector<Eigen::Vector3d>& directions) const {
+  std::vector<ColoredPoint> look(const std::vector<Eigen::Vector3d>& directions) const {
     std::vector<Ray> rays;
     rays.reserve(directions.size());
     for (const Eigen::Vector3d& d : directions)
       rays.push_back({.origin = middle_ + beyond_mm_ * d, .direction = -d});
     std::vector<RayHit> hits(rays.size());
     scene_.first_hits(rays, hits);
-    std::vector<Place> places;
+    std::vector<ColoredPoint> points;
     for (std::size_t i = 0; i < hits.size(); ++i) {
       if (hits[i].face == kNoHit) throw BadDataError("the surface has no skin in a direction");
-      places.push_back({rays[i].origin + hits[i].t * rays[i].direction, color_at(hits[i])});
+      points.push_back({rays[i].origin + hits[i].t * rays[i].direction, color_at(hits[i])});
     }
-    return places;
+    return points;
   }
 
  private:
@@ -77,9 +77,9 @@ Rgb8Image skin_of(const Outside& outside, int side_px) {
     row.reserve(side_px);
     for (int x = 0; x < side_px; ++x)
       row.push_back(direction_of((x + 0.5) / side_px, (y + 0.5) / side_px));
-    const auto places = outside.look(row);
+    const auto points = outside.look(row);
     for (int x = 0; x < side_px; ++x)
-      for (int c = 0; c < 3; ++c) skin.at(x, y)[c] = srgb8_from_linear(places[x].color[c]);
+      for (int c = 0; c < 3; ++c) skin.at(x, y)[c] = srgb8_from_linear(points[x].color[c]);
   });
   return skin;
 }
@@ -112,10 +112,10 @@ SkinnedMesh skinned_mesh(const TriangleMesh& surface, int subdivisions, int skin
   SkinnedMesh skinned{make_icosphere(subdivisions), {}, skin_of(outside, skin_px)};
   for (const Eigen::Vector3d& direction : skinned.mesh.vertices)
     skinned.texels.push_back(texel_of(direction));
-  const auto places = outside.look(skinned.mesh.vertices);
-  for (std::size_t v = 0; v < places.size(); ++v) {
-    skinned.mesh.vertices[v] = places[v].point_mm;
-    skinned.mesh.colors.push_back(places[v].color);
+  const auto points = outside.look(skinned.mesh.vertices);
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    skinned.mesh.vertices[v] = points[v].point_mm;
+    skinned.mesh.colors.push_back(points[v].color);
   }
   close_seam(skinned);
   return skinned;

@@ -100,13 +100,13 @@ class BaseDrawing::PlacedBlock {
   alignas(32) PerNode<std::int32_t> x_, y_;
 };
 
-void BaseTile::clear(const PixelBox& tile, bool keep_places) {
+void BaseTile::clear(const PixelBox& tile, bool keep_bound) {
   box = tile;
   triangles = 0;
   depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
   spans.clear(tile);
   shade.resize(depth.size());
-  place.resize(keep_places ? depth.size() : 0);
+  bound.resize(keep_bound ? depth.size() : 0);
 }
 
 BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
@@ -267,9 +267,9 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
       if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
       tile.depth[at] = depth;
       tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
-      if (!tile.keeps_places()) return;
+      if (!tile.keeps_bound()) return;
       const auto mean = [&w](float a, float b, float c) { return w[0] * a + w[1] * b + w[2] * c; };
-      tile.place[at] = {
+      tile.bound[at] = {
           block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
           mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)),
           mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};

@@ -26,7 +26,7 @@ inline constexpr float kBaseWeight = 0.03f;
 // One tile's picture of the base layer; depth +inf where it is not drawn.
 struct BaseTile {
   using Shade = Eigen::Vector4f;  // red, green, blue, linear; weight
-  struct Place {
+  struct BoundPoint {
     std::uint32_t face;
     float b1, b2, height_mm;
   };
@@ -37,10 +37,10 @@ struct BaseTile {
   std::vector<float> depth;
   // What lies side by side is written and read together: pixels are few, and strewn about.
   std::vector<Shade> shade;
-  std::vector<Place> place;  // over the proxy; only when places are kept
+  std::vector<BoundPoint> bound;  // over the proxy; only when they are kept
 
-  void clear(const PixelBox& tile, bool keep_places);
-  bool keeps_places() const { return !place.empty(); }
+  void clear(const PixelBox& tile, bool keep_bound);
+  bool keeps_bound() const { return !bound.empty(); }
   bool drawn(std::size_t at) const { return depth[at] < std::numeric_limits<float>::infinity(); }
   std::size_t at(int x, int y) const {
     return std::size_t(y - box.y0) * box.width() + (x - box.x0);

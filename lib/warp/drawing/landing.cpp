@@ -44,8 +44,8 @@ inline float highest_of(float a, float b) { return a > b ? a : b; }
 // shell map's terms are the same, 1, b1, b2, h, h·b1, h·b2, b1², b1·b2 and b2².
 ShellColumns patch_matrix(const ShellColumns& face, const Patch& patch) {
   const auto [c1, c2, ch] = patch.center;
-  const float e1 = patch.extent[0] / kFullPlace, e2 = patch.extent[1] / kFullPlace,
-              eh = patch.extent[2] / kFullPlace;
+  const float e1 = patch.extent[0] / kFullCoordinate, e2 = patch.extent[1] / kFullCoordinate,
+              eh = patch.extent[2] / kFullCoordinate;
   const Eigen::Vector4f by_h = face.col(3) + c1 * face.col(4) + c2 * face.col(5);
   ShellColumns m;
   const Eigen::Vector4f bend1 = c1 * face.col(6) + c2 * face.col(7), bend2 = c2 * face.col(8);
@@ -63,7 +63,7 @@ ShellColumns patch_matrix(const ShellColumns& face, const Patch& patch) {
 
 // Three streams of samples' places within their patch.
 struct Sampled {
-  const Place *b1, *b2, *h;
+  const PatchCoordinate *b1, *b2, *h;
 };
 
 // The hot loop: 15 multiply-adds (24 where the face is bent) and a reciprocal per sample, then its

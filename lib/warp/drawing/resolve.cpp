@@ -157,9 +157,8 @@ void tell_bound(const TileLayers& tile, const LayerStretches& rows, int y, int x
       bound[i] = {patch.face, at[0], at[1], at[2], rows[layer].depth[i], sum.weight[i]};
     } else if (tile.base) {
       const std::size_t at = tile.base->at(x0 + i, y);
-      const BaseTile::Place& place = tile.base->place[at];
-      bound[i] = {place.face,           place.b1,     place.b2, place.height_mm,
-                  tile.base->depth[at], sum.weight[i]};
+      const BaseTile::BoundPoint& base = tile.base->bound[at];
+      bound[i] = {base.face, base.b1, base.b2, base.height_mm, tile.base->depth[at], sum.weight[i]};
     }
   }
 }

@@ -127,8 +127,8 @@ void splat_large(const Landed& landed, std::uint32_t first_slot, const ChunkFram
 void send_for_chunk(const SampleSet& set, std::uint32_t chunk) {
   constexpr std::uint32_t kLine = 64;  // bytes of a cache's
   const std::size_t first = std::size_t{chunk} * kChunk;
-  for (std::uint32_t i = 0; i < kChunk; i += kLine / sizeof(Place)) {
-    for (const Place* place : {set.b1.data(), set.b2.data(), set.h.data()})
+  for (std::uint32_t i = 0; i < kChunk; i += kLine / sizeof(PatchCoordinate)) {
+    for (const PatchCoordinate* place : {set.b1.data(), set.b2.data(), set.h.data()})
       __builtin_prefetch(place + first + i);
   }
   for (std::uint32_t i = 0; i < kChunk; i += kLine / sizeof(PackedDetail))

@@ -17,8 +17,8 @@ void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float 
   const SparseShading lit(&base.depth[first], count, texel_mm);
   SkinPixels skin;
   for (int k = 0; k < lit.post_count(); ++k) {
-    const BaseTile::Place& place = base.place[first + lit.post(k)];
-    if (!relit.unchanged(place.face)) skin.add(lit.post(k), place.face, place.b1, place.b2);
+    const BaseTile::BoundPoint& bound = base.bound[first + lit.post(k)];
+    if (!relit.unchanged(bound.face)) skin.add(lit.post(k), bound.face, bound.b1, bound.b2);
   }
   if (skin.count == 0) return;
   alignas(64) float red[kStretch], green[kStretch], blue[kStretch], white[kStretch];

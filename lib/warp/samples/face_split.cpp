@@ -114,8 +114,8 @@ class ChunkSplitter {
     turn(was.along_u, patch.along_u);
     turn(was.along_v, patch.along_v);
     const std::size_t first = std::size_t{chunk} * kChunk;
-    for (std::vector<Place>* places : {&to_.b1, &to_.b2, &to_.h})
-      std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, Place{0});
+    for (std::vector<PatchCoordinate>* places : {&to_.b1, &to_.b2, &to_.h})
+      std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
     to_.put(group.bound, first, patch);
     for (std::size_t i = 0; i < group.from_slots.size(); ++i)
       to_.detail[first + i] = from_.detail[group.from_slots[i]];

@@ -190,13 +190,13 @@ void SampleSet::put(std::span<const Eigen::Array3f> bound, std::size_t first_slo
   Eigen::Array3f low = bound.front(), high = low;
   for (const Eigen::Array3f& at : bound) low = low.min(at), high = high.max(at);
   const Eigen::Array3f center = 0.5f * (low + high), extent = 0.5f * (high - low);
-  const Eigen::Array3f scale = (extent > 0).select(kFullPlace / extent, 0);
+  const Eigen::Array3f scale = (extent > 0).select(kFullCoordinate / extent, 0);
   for (std::size_t i = 0; i < bound.size(); ++i) {
     const Eigen::Array3f place =
-        ((bound[i] - center) * scale).round().max(-kFullPlace).min(kFullPlace);
-    b1[first_slot + i] = static_cast<Place>(place[0]);
-    b2[first_slot + i] = static_cast<Place>(place[1]);
-    h[first_slot + i] = static_cast<Place>(place[2]);
+        ((bound[i] - center) * scale).round().max(-kFullCoordinate).min(kFullCoordinate);
+    b1[first_slot + i] = static_cast<PatchCoordinate>(place[0]);
+    b2[first_slot + i] = static_cast<PatchCoordinate>(place[1]);
+    h[first_slot + i] = static_cast<PatchCoordinate>(place[2]);
   }
   for (int k = 0; k < 3; ++k) patch.center[k] = center[k], patch.extent[k] = extent[k];
 }

@@ -28,10 +28,10 @@ struct TexelDetail {
 using PackedDetail = std::uint64_t;
 static_assert(sizeof(TexelDetail) == sizeof(PackedDetail));
 
-// Where samples lie within their patch: center + extent × place / kFullPlace, each coordinate of a
-// sample in two bytes. A ten-thousandth of a texel is lost.
-using Place = std::int16_t;
-inline constexpr float kFullPlace = 32767;
+// Where samples lie within their patch: center + extent × coordinate / kFullCoordinate, each
+// coordinate of a sample in two bytes. A ten-thousandth of a texel is lost.
+using PatchCoordinate = std::int16_t;
+inline constexpr float kFullCoordinate = 32767;
 
 // Samples come in chunks of at most kChunk, each of one patch; chunk c owns the slots from
 // kChunk·c on, so that a slot number alone finds its chunk. Slots without a sample lie at the
@@ -46,7 +46,7 @@ struct Chunk {
 // What one camera contributes: structure of arrays over slots, chunks sorted by face and then by
 // map neighbourhood.
 struct SampleSet {
-  std::vector<Place> b1, b2, h;
+  std::vector<PatchCoordinate> b1, b2, h;
   std::vector<PackedDetail> detail;
   std::vector<Chunk> chunks;
   PatchTable patches;  // the chunks', once more
@@ -66,8 +66,8 @@ struct SampleSet {
   void copy_patches();
 
  private:
-  static float at(const Patch& patch, int axis, Place place) {
-    return patch.center[axis] + patch.extent[axis] / kFullPlace * static_cast<float>(place);
+  static float at(const Patch& patch, int axis, PatchCoordinate at) {
+    return patch.center[axis] + patch.extent[axis] / kFullCoordinate * static_cast<float>(at);
   }
 };
 

@@ -55,7 +55,7 @@ TEST(LatticeCell, FindsEveryPoint) {
     const LatticeCell cell{odd};
     for (int i = 0; i < 500; ++i) {
       const Eigen::Vector3d at(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0, 1));
-      const LatticeCell::Place place = cell.place(at);
+      const LatticeCell::Location place = cell.locate(at);
       const auto c = cell.corners(place.tetrahedron);
       Eigen::Vector3d again = Eigen::Vector3d::Zero();
       double sum = 0;

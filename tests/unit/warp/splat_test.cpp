@@ -57,7 +57,8 @@ struct Scene {
     set.detail.assign(kChunk, 0);
     for (auto* place : {&set.b1, &set.b2, &set.h}) {
       place->assign(kChunk, 0);
-      for (std::uint32_t i = 0; i < count; ++i) (*place)[i] = static_cast<Place>(about(kFullPlace));
+      for (std::uint32_t i = 0; i < count; ++i)
+        (*place)[i] = static_cast<PatchCoordinate>(about(kFullCoordinate));
     }
     place_patches(PatchTable(std::span(&one.patch, 1)), 0, 1, face, view, &chunk);
   }
