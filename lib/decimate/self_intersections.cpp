@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "decimate/mesh_defects.h"
 
+#include <CGAL/Box_intersection_d/Box_with_info_d.h>
+#include <CGAL/box_intersection_d.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
 
 namespace organbake {
 namespace {
@@ -83,35 +85,56 @@ bool faces_intersect(const std::vector<Eigen::Vector3d>& points, const std::vect
                      [&](const Face& g) { return meets_after(g, 0); });
 }
 
-std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh) {
-  std::vector<Box> boxes;
-  for (const Face& f : mesh.faces) boxes.push_back(box_of(mesh.vertices, f));
-  // A sweep along the longest axis: a face is tested against those that begin before it ends.
-  Eigen::Index axis = 0;
-  const Bounds box = bounds(mesh);
-  (box.max - box.min).maxCoeff(&axis);
-  std::vector<std::uint32_t> order(mesh.faces.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const double low_a = boxes[a].min()[axis], low_b = boxes[b].min()[axis];
-    return low_a != low_b ? low_a < low_b : a < b;
-  });
+namespace {
+
+using FaceBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
+
+// A surface's faces have some dozens of others about them; where all of them lie upon one another
+// the search would take the square of their number.
+constexpr std::uint64_t kPairsPerFace = 100, kPairsOfAny = 50'000'000;
+struct Enough {};
+
+std::vector<FaceBox> boxes_of(const TriangleMesh& mesh) {
+  std::vector<FaceBox> boxes;
+  boxes.reserve(mesh.faces.size());
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const Box box = box_of(mesh.vertices, mesh.faces[f]);
+    boxes.emplace_back(CGAL::Bbox_3(box.min().x(), box.min().y(), box.min().z(), box.max().x(),
+                                    box.max().y(), box.max().z()),
+                       f);
+  }
+  return boxes;
+}
+
+}  // namespace
+
+SelfIntersections self_intersections(const TriangleMesh& mesh) {
+  std::vector<FaceBox> boxes = boxes_of(mesh);
   std::vector<bool> bad(mesh.faces.size(), false);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const std::uint32_t f = order[i];
-    for (std::size_t j = i + 1; j < order.size(); ++j) {
-      const std::uint32_t g = order[j];
-      if (boxes[g].min()[axis] > boxes[f].max()[axis]) break;
-      if (boxes[f].intersects(boxes[g]) && meet(mesh.vertices, mesh.faces[f], mesh.faces[g])) {
-        bad[f] = bad[g] = true;
-      }
-    }
+  const std::uint64_t most_pairs = kPairsOfAny + kPairsPerFace * mesh.faces.size();
+  std::uint64_t pairs = 0;
+  std::size_t bad_count = 0;
+  const auto look = [&](const FaceBox& a, const FaceBox& b) {
+    if (++pairs > most_pairs || bad_count == bad.size()) throw Enough();
+    const std::uint32_t f = a.info(), g = b.info();
+    if ((bad[f] && bad[g]) || !meet(mesh.vertices, mesh.faces[f], mesh.faces[g])) return;
+    bad_count += !bad[f] + !bad[g];
+    bad[f] = bad[g] = true;
+  };
+  SelfIntersections found;
+  try {
+    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), look);
+  } catch (const Enough&) {
+    found.complete = bad_count == bad.size();
   }
-  std::vector<std::uint32_t> result;
   for (std::uint32_t f = 0; f < bad.size(); ++f) {
-    if (bad[f]) result.push_back(f);
+    if (bad[f]) found.faces.push_back(f);
   }
-  return result;
+  return found;
+}
+
+std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh) {
+  return self_intersections(mesh).faces;
 }
 
 }  // namespace organbake

@@ -60,9 +60,6 @@ std::vector<std::string> label_lines(const std::filesystem::path& path, const Vo
   return lines;
 }
 
-// Some two seconds' work; most organs of CTs have fewer.
-constexpr std::size_t kMostFacesToIntersect = 200000;
-
 void describe(const TriangleMesh& mesh, StageReport& report) {
   const MeshTopology topology = analyse_topology(mesh);
   const Bounds box = bounds(mesh);
@@ -83,11 +80,13 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   report.add("lowest_corner_mm", components(box.min));
   report.add("highest_corner_mm", components(box.max));
   report.add("vertex_colors", !mesh.colors.empty());
-  if (mesh.faces.size() <= kMostFacesToIntersect) {
-    report.add("self_intersecting_faces", self_intersecting_faces(mesh).size());
+  const SelfIntersections crossing = self_intersections(mesh);
+  if (crossing.complete) {
+    report.add("self_intersecting_faces", crossing.faces.size());
   } else {
     report.add("self_intersecting_faces",
-               "not looked for in more than " + std::to_string(kMostFacesToIntersect) + " faces");
+               "at least " + std::to_string(crossing.faces.size()) +
+                   "; so many faces lie upon one another that the search was given up");
   }
 }
 
