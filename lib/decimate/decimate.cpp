@@ -31,7 +31,8 @@ TriangleMesh reduce(const TriangleMesh& surface, const DecimateOptions& options,
                ? surface
                : cluster_vertices(surface, options.faces, context);
   }
-  const TriangleMesh clean = manifold_faces(surface);
+  TriangleMesh clean = manifold_faces(surface);
+  split_hubs(clean);
   if (options.max_error_mm > 0) return fewest_faces(clean, options, context);
   return proxy_with_faces(clean, options, options.faces, context);
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
@@ -14,8 +15,15 @@ namespace organbake {
 bool faces_intersect(const std::vector<Eigen::Vector3d>& points, const std::vector<Face>& some,
                      const std::vector<Face>& others);
 
-// Faces that meet another so, in ascending order. Works in the order of n log n for surfaces.
-std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh);
+// Faces that meet another so, in ascending order, in the order of n log n for surfaces. The search
+// is given up where so many faces have common boxes that it would take their number's square: a
+// heap of them, or a fan of tens of thousands.
+struct SelfIntersections {
+  std::vector<std::uint32_t> faces;
+  bool complete = true;
+};
+SelfIntersections self_intersections(const TriangleMesh& mesh);
+std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh);  // those found
 
 // Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
 // alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked
@@ -23,6 +31,11 @@ std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh);
 // sharpest of the edges concerned gets flatter and the surface hardly moves: a real ridge stays.
 // The mesh must be manifold; it stays so. Returns the number of flips.
 std::size_t unfold_faces(TriangleMesh& mesh);
+
+// Gives vertices with hundreds of faces, such as the middle of a cap or the tip of a cone, fewer:
+// spokes become edges between the spokes beside them, where no face turns by more than 60°. The
+// mesh must be manifold; it stays so, with as many faces. Throws BadDataError where thousands stay.
+void split_hubs(TriangleMesh& mesh);
 
 // The surface as a half-edge structure can hold it: faces with a repeated corner dropped (their
 // neighbours then meet), vertices where several fans touch split into one copy a fan, unused

@@ -71,6 +71,19 @@ TriangleMesh grid_box(const Eigen::Vector3d& size_mm, int cells) {
   return mesh;
 }
 
+TriangleMesh cone_mesh(std::uint32_t sides) {
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 50}, {0, 0, 0}};
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const double angle = 2 * M_PI * i / sides;
+    mesh.vertices.emplace_back(50 * std::cos(angle), 50 * std::sin(angle), 0);
+    const std::uint32_t a = 2 + i, b = 2 + (i + 1) % sides;
+    mesh.faces.push_back({0, a, b});
+    mesh.faces.push_back({1, b, a});
+  }
+  return mesh;
+}
+
 TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by_mm) {
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex += by_mm;
   return mesh;

@@ -17,6 +17,9 @@ TriangleMesh lumpy_mesh(double radius_mm, int subdivisions);
 // aimed at its vertices, and cells can be merged again without error.
 TriangleMesh grid_box(const Eigen::Vector3d& size_mm, int cells);
 
+// A cone with so many faces about its tip, and as many about the middle of its base.
+TriangleMesh cone_mesh(std::uint32_t sides);
+
 // The same mesh elsewhere, larger, mirrored in x (and still outward), or with its inside outward.
 TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by_mm);
 TriangleMesh scaled(TriangleMesh mesh, double factor);

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "decimate/mesh_defects.h"
 #include "geometry/mesh_checks.h"
 #include "support/meshes.h"
 #include "unit/decimate/seeded_meshes.h"
@@ -35,20 +34,6 @@ TEST(FastCollapse, LeavesTheBorderWhereItIs) {
   const TriangleMesh thin = fast_collapse(mesh, 500);
   EXPECT_LT(thin.faces.size(), 700u);
   EXPECT_EQ(analyse_topology(thin).boundary_edges, analyse_topology(mesh).boundary_edges);
-}
-
-TEST(SelfIntersections, AreFoundWhereBodiesCrossAndNowhereElse) {
-  const TriangleMesh ball = sphere_mesh(10, 2);
-  EXPECT_TRUE(self_intersecting_faces(ball).empty());
-  EXPECT_TRUE(self_intersecting_faces(grid_box({30, 20, 10}, 4)).empty());
-  EXPECT_TRUE(self_intersecting_faces(joined(ball, moved(ball, {21, 0, 0}))).empty());
-  const auto crossing = self_intersecting_faces(joined(ball, moved(ball, {15, 3, 1})));
-  EXPECT_GT(crossing.size(), 10u);
-  EXPECT_LT(crossing.size(), ball.faces.size());
-  // A vertex pulled through the far side.
-  TriangleMesh pulled = ball;
-  pulled.vertices[0] *= -1.5;
-  EXPECT_FALSE(self_intersecting_faces(pulled).empty());
 }
 
 }  // namespace
