@@ -3,64 +3,150 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
+#include <deque>
 
 namespace organbake {
 namespace {
 
-using PolygonCorners = std::vector<std::uint32_t>;
-
-class EarCutter {
+// Corners by the cell of a square grid that they lie in.
+class CornerGrid {
  public:
-  EarCutter(const std::vector<Eigen::Vector3d>& vertices, std::span<const std::uint32_t> polygon)
-      : vertices_(vertices), left_(polygon.begin(), polygon.end()) {
-    // Newell: twice the polygon's area as a vector, about its first corner to keep the digits.
-    const Eigen::Vector3d& origin = vertices[left_[0]];
-    for (std::size_t i = 0; i < left_.size(); ++i) {
-      normal_ += (at(i) - origin).cross(at((i + 1) % left_.size()) - origin);
+  CornerGrid(const std::vector<Eigen::Vector2d>& points,
+             const std::vector<std::uint32_t>& corners) {
+    for (const std::uint32_t c : corners) box_.extend(points[c]);
+    side_ = 1 + static_cast<int>(std::sqrt(static_cast<double>(corners.size())));
+    cells_.resize(std::size_t(side_) * side_);
+    for (const std::uint32_t c : corners) {
+      const Eigen::Array2i at = cell_of(points[c]);
+      cells_[std::size_t(at.y()) * side_ + at.x()].push_back(c);
     }
   }
 
-  // Of corners p, q, r: positive where the polygon turns as a whole does.
-  double turn(const Eigen::Vector3d& p, const Eigen::Vector3d& q, const Eigen::Vector3d& r) const {
-    return (q - p).cross(r - q).dot(normal_);
-  }
-  bool convex() const {
-    for (std::size_t i = 0; i < left_.size(); ++i) {
-      if (turn(at(i), at(next(i)), at(next(next(i)))) < 0) return false;
+  // Whether test(corner) holds for any in the cells that a box touches, which are counted.
+  template <class Test>
+  bool any_in(const Eigen::AlignedBox2d& box, std::size_t& cells, Test&& test) const {
+    const Eigen::AlignedBox2d common = box.intersection(box_);
+    if (common.isEmpty()) return false;
+    const Eigen::Array2i first = cell_of(common.min()), last = cell_of(common.max());
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x) {
+        const auto& cell = cells_[std::size_t(y) * side_ + x];
+        cells += 1 + cell.size();
+        if (std::any_of(cell.begin(), cell.end(), test)) return true;
+      }
     }
-    return true;
-  }
-
-  void cut(std::vector<Face>& faces) {
-    while (left_.size() > 3) {
-      // A polygon that crosses itself may have no ear: then any corner is as good as another.
-      std::size_t ear = 0;
-      while (ear < left_.size() && !is_ear(ear)) ++ear;
-      if (ear == left_.size()) ear = 0;
-      faces.push_back({left_[before(ear)], left_[ear], left_[next(ear)]});
-      left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(ear));
-    }
-    faces.push_back({left_[0], left_[1], left_[2]});
+    return false;
   }
 
  private:
-  std::size_t next(std::size_t i) const { return (i + 1) % left_.size(); }
-  std::size_t before(std::size_t i) const { return (i + left_.size() - 1) % left_.size(); }
-  const Eigen::Vector3d& at(std::size_t i) const { return vertices_[left_[i]]; }
+  Eigen::Array2i cell_of(const Eigen::Vector2d& point) const {
+    const Eigen::Array2d size = box_.sizes().array().max(1e-300);
+    const Eigen::Array2d at = side_ * ((point - box_.min()).array() / size);
+    const auto in_grid = [this](double c) { return c > 0 ? std::min(c, side_ - 1.0) : 0.0; };
+    return {static_cast<int>(in_grid(at.x())), static_cast<int>(in_grid(at.y()))};
+  }
 
-  bool is_ear(std::size_t i) const {
-    const Eigen::Vector3d &a = at(before(i)), &b = at(i), &c = at(next(i));
-    if (turn(a, b, c) <= 0) return false;
-    return std::none_of(left_.begin(), left_.end(), [&](std::uint32_t other) {
-      const Eigen::Vector3d& p = vertices_[other];
-      if (p == a || p == b || p == c) return false;
-      return turn(a, b, p) >= 0 && turn(b, c, p) >= 0 && turn(c, a, p) >= 0;
+  Eigen::AlignedBox2d box_;
+  int side_ = 1;
+  std::vector<std::vector<std::uint32_t>> cells_;
+};
+
+// Cuts a polygon, seen along the axis that its normal is closest to, ear by ear (Meisters 1975).
+// Only a corner that turns the other way can lie in an ear, and of those only such near it are
+// looked at: for a hundred thousand corners it takes a fraction of a second instead of minutes.
+class EarCutter {
+ public:
+  EarCutter(const std::vector<Eigen::Vector3d>& vertices, std::span<const std::uint32_t> polygon)
+      : polygon_(polygon) {
+    // Newell: twice the polygon's area as a vector, about its first corner to keep the digits.
+    const Eigen::Vector3d& origin = vertices[polygon[0]];
+    const auto n = static_cast<std::uint32_t>(polygon.size());
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    for (std::uint32_t i = 0; i < n; ++i) {
+      normal += (vertices[polygon[i]] - origin).cross(vertices[polygon[(i + 1) % n]] - origin);
+    }
+    Eigen::Index axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    Eigen::Index across = (axis + 1) % 3, up = (axis + 2) % 3;
+    if (normal[axis] < 0) std::swap(across, up);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d from_origin = vertices[polygon[i]] - origin;
+      flat_.emplace_back(from_origin[across], from_origin[up]);
+      next_.push_back((i + 1) % n);
+      before_.push_back((i + n - 1) % n);
+    }
+    is_cut_.resize(n);
+    for (std::uint32_t i = 0; i < n; ++i)
+      if (!bulges(i)) reflex_.push_back(i);
+  }
+
+  bool convex() const {
+    return std::none_of(reflex_.begin(), reflex_.end(),
+                        [this](std::uint32_t i) { return turn(before_[i], i, next_[i]) < 0; });
+  }
+
+  void cut(std::vector<Face>& faces) {
+    const CornerGrid near(flat_, reflex_);
+    const auto n = static_cast<std::uint32_t>(polygon_.size());
+    // Each second corner first: ears side by side would become a fan of slivers.
+    std::deque<std::uint32_t> candidates;
+    for (const std::uint32_t first : {0u, 1u})
+      for (std::uint32_t i = first; i < n; i += 2) candidates.push_back(i);
+    std::uint32_t left = n, some = 0;
+    for (std::size_t work = 0; left > 3;) {
+      // A polygon that crosses itself may have no ear: then any corner is as good as another.
+      std::uint32_t ear = some;
+      if (!candidates.empty()) {
+        ear = candidates.front();
+        candidates.pop_front();
+        if (is_cut_[ear] || (work < kMostWork && !is_ear(ear, near, work))) continue;
+      }
+      some = next_[ear];
+      // To cut an ear changes only what its neighbours are.
+      candidates.insert(candidates.end(), {before_[ear], some});
+      cut(ear, faces);
+      --left;
+    }
+    cut(some, faces);
+  }
+
+ private:
+  // Positive where the polygon turns there as it does as a whole.
+  double turn(std::uint32_t p, std::uint32_t q, std::uint32_t r) const {
+    const Eigen::Vector2d a = flat_[q] - flat_[p], b = flat_[r] - flat_[q];
+    return a.x() * b.y() - a.y() * b.x();
+  }
+  bool bulges(std::uint32_t i) const { return turn(before_[i], i, next_[i]) > 0; }
+
+  bool is_ear(std::uint32_t i, const CornerGrid& near, std::size_t& work) const {
+    if (!bulges(i)) return false;
+    const std::uint32_t a = before_[i], c = next_[i];
+    Eigen::AlignedBox2d box(flat_[a]);
+    box.extend(flat_[i]).extend(flat_[c]);
+    // One that was cut off does no harm: its ear lay within the polygon.
+    return !near.any_in(box, work, [&](std::uint32_t other) {
+      const Eigen::Vector2d& p = flat_[other];
+      if (p == flat_[a] || p == flat_[i] || p == flat_[c]) return false;
+      return turn(a, i, other) >= 0 && turn(i, c, other) >= 0 && turn(c, a, other) >= 0;
     });
   }
 
-  const std::vector<Eigen::Vector3d>& vertices_;
-  PolygonCorners left_;
-  Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();
+  void cut(std::uint32_t ear, std::vector<Face>& faces) {
+    faces.push_back({polygon_[before_[ear]], polygon_[ear], polygon_[next_[ear]]});
+    next_[before_[ear]] = next_[ear];
+    before_[next_[ear]] = before_[ear];
+    is_cut_[ear] = true;
+  }
+
+  // Where corners lie so that more of the grid had to be searched, the rest is cut as it comes.
+  static constexpr std::size_t kMostWork = 100'000'000;
+
+  std::span<const std::uint32_t> polygon_;
+  std::vector<Eigen::Vector2d> flat_;         // by corner
+  std::vector<std::uint32_t> next_, before_;  // of the corners that are left
+  std::vector<bool> is_cut_;
+  std::vector<std::uint32_t> reflex_;  // at first: an ear's cut only makes fewer of them
 };
 
 }  // namespace
