@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/document.h"
 
+#include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/yaml.h>
 
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bundle/json_structure.h"
 #include "core/error.h"
 
 namespace organbake {
@@ -16,8 +18,6 @@ using Json = nlohmann::json;
 
 // Aliases let a few lines of YAML stand for any number of values.
 constexpr std::size_t kMostNodes = 20000;
-// Code that walks a document calls itself once a level.
-constexpr int kDeepest = 100;
 
 std::string at_line(const std::string& name, const YAML::Mark& mark) {
   return name + ":" + std::to_string(mark.line + 1);
@@ -114,10 +114,8 @@ Document::Document(std::string text, std::string name, Json json)
 
 Document Document::parse_json(std::string text, std::string name) {
   try {
-    Json json = Json::parse(text, [&](int depth, Json::parse_event_t, Json&) {
-      if (depth > kDeepest) throw BadDataError(name + ": is nested too deeply");
-      return true;
-    });
+    check_json_structure(text, name);
+    Json json = Json::parse(text);
     return {std::move(text), std::move(name), std::move(json)};
   } catch (const Json::exception& error) {  // a number too large for a double is one, too
     // "[json.exception.parse_error.101] parse error at line 3, column 5: …"
@@ -131,6 +129,8 @@ Document Document::parse_yaml(std::string text, std::string name) {
   try {
     Json json = YamlToJson(name).convert(YAML::Load(text));
     return {std::move(text), std::move(name), std::move(json)};
+  } catch (const YAML::DeepRecursion&) {
+    throw RecipeError(name + ": is nested too deeply");
   } catch (const YAML::Exception& error) {
     throw RecipeError(at_line(name, error.mark) + ": " + error.msg);
   }

@@ -10,7 +10,6 @@ namespace organbake {
 namespace {
 
 constexpr const char* kSchema = "organbake/cameras/1";
-constexpr int kLargestPhotoSide_px = 65536;
 constexpr std::size_t kMostCameras = 100000;  // as many as a script has frames
 
 Json camera_to_json(const PosedCamera& camera) {

@@ -3,46 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <vector>
 
+#include "bundle/json_structure.h"
 #include "core/error.h"
 #include "core/text.h"
 
 namespace organbake {
-namespace {
-
-// Whatever walks a document calls itself once a level: a million brackets would end the stack.
-constexpr int kDeepest = 100;
-
-// Looks at a document while it is read: of a key that is there twice, reading would silently take
-// the last.
-class Scrutiny {
- public:
-  explicit Scrutiny(const std::string& name) : name_(&name) {}
-
-  bool operator()(int depth, Json::parse_event_t event, const Json& value) {
-    if (depth > kDeepest) throw BadDataError(*name_ + ": is nested too deeply");
-    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys_.pop_back();
-    if (event == Json::parse_event_t::key && !keys_.back().insert(value.get<std::string>()).second)
-      throw BadDataError(*name_ + ": has the key '" + value.get<std::string>() + "' twice");
-    return true;
-  }
-
- private:
-  const std::string* name_;
-  std::vector<std::set<std::string>> keys_;  // of the objects that are open
-};
-
-}  // namespace
 
 Json parse_json(const std::string& text, const std::string& name) {
+  check_json_structure(text, name);
   try {
-    Scrutiny scrutiny(name);
-    return Json::parse(text, [&](int depth, Json::parse_event_t event, const Json& value) {
-      return scrutiny(depth, event, value);
-    });
+    return Json::parse(text);
   } catch (const Json::exception& error) {
     // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
     // needs.

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bundle/json_fields.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "formats/foreign_cameras.h"
@@ -14,47 +15,9 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 bool is_colmap(const fs::path& path) {
   return fs::is_directory(path) || path.filename() == "cameras.txt" ||
          path.filename() == "images.txt";
-}
-
-Json parse(const std::string& text, const fs::path& path) {
-  try {
-    return Json::parse(text);
-  } catch (const Json::exception&) {
-    throw BadDataError(path, "is no JSON document");
-  }
-}
-
-double number(const Json& json, const char* key, const fs::path& path) {
-  if (!json.contains(key) || !json[key].is_number()) {
-    throw BadDataError(path, std::string("lacks the number '") + key + "' of a lens");
-  }
-  return json[key].get<double>();
-}
-
-Intrinsics plain_lens(const Json& json, const fs::path& path) {
-  Intrinsics k;
-  k.width = written_size(number(json, "width", path));
-  k.height = written_size(number(json, "height", path));
-  k.fx = number(json, "fx", path);
-  k.fy = number(json, "fy", path);
-  k.cx = number(json, "cx", path);
-  k.cy = number(json, "cy", path);
-  const auto distortion = json.find("distortion_k1_k2_p1_p2_k3");
-  if (distortion == json.end()) return k;
-  double* const target[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};
-  if (!distortion->is_array() || distortion->size() != 5) {
-    throw BadDataError(path, "distortion_k1_k2_p1_p2_k3 must hold five numbers");
-  }
-  for (int i = 0; i < 5; ++i) {
-    if (!(*distortion)[i].is_number()) throw BadDataError(path, "the distortion is no number");
-    *target[i] = (*distortion)[i].get<double>();
-  }
-  return k;
 }
 
 // A matrix as FileStorage writes it, row by row; empty when none of the names is there.
@@ -124,10 +87,10 @@ Intrinsics lens_in(const fs::path& path, const std::string& image, int width, in
   if (is_colmap(path)) return lens_of(colmap_model(path), image, path);
   const std::string text = read_text_file(path);
   if (!is_json(text)) return opencv_lens(text, path, width, height);
-  const Json json = parse(text, path);
+  const Json json = parse_json(text, path.string());
   return json.contains("cameras") || json.contains("frames")
              ? lens_of(cameras_of(json, text, path), image, path)
-             : plain_lens(json, path);
+             : intrinsics_from_json(JsonField(json, path.string()), kLargestPhotoSide_px);
 }
 
 }  // namespace
@@ -140,7 +103,7 @@ CameraSet read_camera_file(const fs::path& path) {
     throw BadDataError(path,
                        "is neither a cameras.json, a transforms.json nor a COLMAP text model");
   }
-  return cameras_of(parse(text, path), text, path);
+  return cameras_of(parse_json(text, path.string()), text, path);
 }
 
 std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image) {
