@@ -107,11 +107,19 @@ bool is_list_of_texts(HeaderReader value) {
   return true;
 }
 
+// Each channel's name, and what OpenEXR takes for its type and its sampling; an empty name ends it.
+bool is_list_of_channels(HeaderReader value) {
+  constexpr std::size_t kOfEach = 16;
+  while (!value.text().empty()) value.take(kOfEach);
+  return value.empty();
+}
+
 void check_value(std::string_view name, std::string_view type, std::string_view value) {
   const auto* fixed = std::find_if(std::begin(kFixedSizes), std::end(kFixedSizes),
                                    [&](const FixedSize& one) { return one.type == type; });
   const bool sound = fixed != std::end(kFixedSizes) ? value.size() == fixed->bytes
                      : type == "preview"            ? is_preview(HeaderReader(value), value.size())
+                     : type == "chlist"             ? is_list_of_channels(HeaderReader(value))
                      : type == "stringvector"       ? is_list_of_texts(HeaderReader(value))
                      : type == "floatvector"        ? value.size() % sizeof(float) == 0
                                                     : true;
