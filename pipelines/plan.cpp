@@ -161,8 +161,9 @@ Plan plan_bake(const Recipe& recipe, const std::string& last_stage) {
     Step step{&stage, to_json(recipe.options.at(stage.name).list).dump(), {}};
     for (const StageInput& input : stage.inputs) {
       if (connect(step, input, recipe.inputs, plan.steps)) continue;
-      throw RecipeError("the stage '" + stage.name + "' needs a " + input.name + " (" + input.help +
-                        "): write it under inputs, or give --set " + input.name + "=PATH");
+      throw RecipeError("the stage '" + stage.name + "' lacks its input '" + input.name + "' (" +
+                        input.help + "): write it under inputs, or give --set " + input.name +
+                        "=PATH");
     }
     plan.steps.push_back(std::move(step));
   }
@@ -174,7 +175,8 @@ Plan plan_stage(const Stage& stage, const OptionList& options, const Inputs& inp
   Step step{&stage, to_json(options).dump(), {}};
   for (const StageInput& input : stage.inputs) {
     if (!connect(step, input, inputs, {})) {
-      throw UsageError("'organbake " + stage.name + "' needs a " + input.name + ": " + input.help);
+      throw UsageError("'organbake " + stage.name + "' lacks its input '" + input.name +
+                       "': " + input.help);
     }
   }
   return {{std::move(step)}, {}};

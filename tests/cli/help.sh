@@ -34,7 +34,7 @@ expect_err "its value is missing"
 expect 2 organbake decimate x.ply
 expect_err "-o is missing"
 expect 2 organbake decimate -o y.ply
-expect_err "needs a surface"
+expect_err "lacks its input 'surface'"
 expect 2 organbake decimate x.ply y.ply -o z.ply
 expect 2 organbake --threads -1 doctor
 expect 2 organbake schema recepi

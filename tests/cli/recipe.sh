@@ -18,7 +18,7 @@ bad_recipe $'decimate:\n  faces: many' 'r.yaml:3: decimate.faces is "many"'
 bad_recipe $'place:\n  cone_axis: [1, 2]' "r.yaml:3: place.cone_axis"
 bad_recipe $'isosurface: {iso: -300\nplace: {}' "r.yaml:"
 bad_recipe $'name: a\nname: b' "r.yaml:3: 'name' is there twice"
-bad_recipe 'name: nothing to bake' "needs a ct"
+bad_recipe 'name: nothing to bake' "lacks its input 'ct'"
 bad_recipe 'phantom: {}' "--set decimate.faces=x: 'x' is not possible" --set decimate.faces=x
 bad_recipe 'phantom: {}' "did you mean 'faces'?" --set decimate.face=9
 bad_recipe 'phantom: {}' "say decimate.faces" --set faces=9
