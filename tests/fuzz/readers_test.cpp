@@ -7,11 +7,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <ostream>
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/temporary_folder.h"
 #include "fuzz/heap_meter.h"
 #include "fuzz/mutations.h"
 
@@ -92,6 +94,20 @@ TEST_P(Readers, TakeOrRefuseWhatOnceBrokeThem) {
   const fs::path found = fs::path(ORGANBAKE_SOURCE_DIR) / "tests/fuzz/findings" / GetParam().name;
   if (!fs::exists(found)) GTEST_SKIP() << "nothing was found in this reader";
   for (const fs::path& file : list_files(found)) reads(read_text_file(found / file), file.string());
+}
+
+// What libFuzzer found on ways that the seeds do not go (scripts/fuzz --keep).
+TEST_P(Readers, TakeOrRefuseWhatWasKept) {
+  const fs::path archive = fs::path(ORGANBAKE_SOURCE_DIR) / "tests/fuzz/corpus" /
+                           (std::string(GetParam().name) + ".tar.gz");
+  if (!fs::exists(archive)) GTEST_SKIP() << "nothing was kept for this reader";
+  const TemporaryFolder kept;
+  const std::string unpack =
+      "tar -xzf '" + archive.string() + "' -C '" + kept.path().string() + "'";
+  ASSERT_EQ(std::system(unpack.c_str()), 0) << unpack;
+  const auto files = list_files(kept.path());
+  EXPECT_FALSE(files.empty());
+  for (const fs::path& file : files) reads(read_text_file(kept.path() / file), file.string());
 }
 
 std::string test_name(const ::testing::TestParamInfo<FuzzReader>& info) {
