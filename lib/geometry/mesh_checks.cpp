@@ -101,25 +101,47 @@ void check_mesh(const TriangleMesh& mesh, const std::string& name) {
   }
 }
 
+namespace {
+
+struct Components {
+  UnionFind sets;                    // of faces
+  std::vector<double> area_mm2;      // by root
+  std::vector<std::uint32_t> roots;  // the largest first
+};
+
+Components components_of(const TriangleMesh& mesh) {
+  Components all{face_components(mesh, MeshEdges(mesh)), {}, {}};
+  all.area_mm2.resize(mesh.faces.size());
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    all.area_mm2[all.sets.root(f)] += face_area(mesh, f);
+    if (all.sets.root(f) == f) all.roots.push_back(f);
+  }
+  std::stable_sort(all.roots.begin(), all.roots.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return all.area_mm2[a] > all.area_mm2[b];
+  });
+  return all;
+}
+
+}  // namespace
+
+std::vector<double> component_areas(const TriangleMesh& mesh) {
+  const Components all = components_of(mesh);
+  std::vector<double> areas;
+  for (const std::uint32_t root : all.roots) areas.push_back(all.area_mm2[root]);
+  return areas;
+}
+
 TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count) {
   if (count == 0 || mesh.faces.empty()) return mesh;
-  UnionFind sets = face_components(mesh, MeshEdges(mesh));
-  std::vector<double> area(mesh.faces.size(), 0.0);
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) area[sets.root(f)] += face_area(mesh, f);
-  std::vector<std::uint32_t> roots;
-  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    if (sets.root(f) == f) roots.push_back(f);
-  }
-  std::stable_sort(roots.begin(), roots.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return area[a] > area[b]; });
+  Components all = components_of(mesh);
   std::vector<bool> kept(mesh.faces.size(), false);
-  for (std::size_t i = 0; i < std::min(count, roots.size()); ++i) kept[roots[i]] = true;
+  for (std::size_t i = 0; i < std::min(count, all.roots.size()); ++i) kept[all.roots[i]] = true;
 
   TriangleMesh result;
   constexpr std::uint32_t kUnmapped = 0xFFFFFFFFu;
   std::vector<std::uint32_t> renumbered(mesh.vertices.size(), kUnmapped);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
-    if (!kept[sets.root(f)]) continue;
+    if (!kept[all.sets.root(f)]) continue;
     Face face = mesh.faces[f];
     for (std::uint32_t& v : face) {
       if (renumbered[v] == kUnmapped) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "repair/repair_steps.h"
 
+#include <CGAL/Box_intersection_d/Box_with_info_d.h>
+#include <CGAL/box_intersection_d.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -65,11 +68,50 @@ std::vector<Piece> pieces_of(const TriangleMesh& mesh) {
   return pieces;
 }
 
+// With corners of its own for every face: a piece of thousands must not take all vertices along.
 TriangleMesh mesh_of(const TriangleMesh& mesh, const Piece& piece) {
   TriangleMesh part;
-  part.vertices = mesh.vertices;
-  for (const std::uint32_t f : piece.faces) part.faces.push_back(mesh.faces[f]);
+  for (const std::uint32_t f : piece.faces) {
+    const auto first = static_cast<std::uint32_t>(part.vertices.size());
+    for (const std::uint32_t v : mesh.faces[f]) part.vertices.push_back(mesh.vertices[v]);
+    part.faces.push_back({first, first + 1, first + 2});
+  }
   return part;
+}
+
+const Eigen::Vector3d& corner_of(const TriangleMesh& mesh, const Piece& piece) {
+  return mesh.vertices[mesh.faces[piece.faces.front()][0]];
+}
+
+using PieceBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
+
+PieceBox box_with(const Bounds& box, std::uint32_t piece) {
+  return {
+      CGAL::Bbox_3(box.min.x(), box.min.y(), box.min.z(), box.max.x(), box.max.y(), box.max.z()),
+      piece};
+}
+
+// For each piece the smaller ones that begin within its box. Only a larger one can hold another;
+// that also settles which of two that cross holds the other.
+std::vector<std::vector<std::uint32_t>> pieces_in_boxes(const TriangleMesh& mesh,
+                                                        const std::vector<Piece>& pieces) {
+  std::vector<PieceBox> boxes, corners;
+  for (std::uint32_t i = 0; i < pieces.size(); ++i) {
+    Bounds box, corner;
+    for (const std::uint32_t f : pieces[i].faces)
+      for (const std::uint32_t v : mesh.faces[f]) box.add(mesh.vertices[v]);
+    corner.add(corner_of(mesh, pieces[i]));
+    boxes.push_back(box_with(box, i));
+    corners.push_back(box_with(corner, i));
+  }
+  std::vector<std::vector<std::uint32_t>> within(pieces.size());
+  const auto look = [&](const PieceBox& box, const PieceBox& corner) {
+    const std::uint32_t holder = box.info(), i = corner.info();
+    if (holder != i && std::abs(pieces[holder].volume) > std::abs(pieces[i].volume))
+      within[holder].push_back(i);
+  };
+  CGAL::box_intersection_d(boxes.begin(), boxes.end(), corners.begin(), corners.end(), look);
+  return within;
 }
 
 // By the number of faces behind one another along a slant ray.
@@ -120,27 +162,22 @@ std::size_t wind_alike(TriangleMesh& mesh) {
 }
 
 std::size_t turn_outward(TriangleMesh& mesh) {
-  const std::vector<Piece> pieces = pieces_of(mesh);
+  std::vector<Piece> closed = pieces_of(mesh);
+  std::erase_if(closed, [](const Piece& piece) { return !piece.closed; });
   constexpr double kOff = 1e-6;
   const double off_mm = kOff * bounds(mesh).diagonal();
-  std::vector<RayScene> scenes;
-  std::vector<const Piece*> closed;
-  for (const Piece& piece : pieces) {
-    if (!piece.closed) continue;
-    closed.push_back(&piece);
-    scenes.emplace_back(mesh_of(mesh, piece));
+  const std::vector<std::vector<std::uint32_t>> in_box = pieces_in_boxes(mesh, closed);
+  std::vector<bool> cavity(closed.size(), false);
+  for (std::size_t holder = 0; holder < closed.size(); ++holder) {
+    if (in_box[holder].empty()) continue;
+    const RayScene scene(mesh_of(mesh, closed[holder]));
+    for (const std::uint32_t i : in_box[holder])
+      if (inside(scene, corner_of(mesh, closed[i]), off_mm)) cavity[i] = !cavity[i];
   }
   std::size_t turned = 0;
   for (std::size_t i = 0; i < closed.size(); ++i) {
-    const Eigen::Vector3d& point = mesh.vertices[mesh.faces[closed[i]->faces.front()][0]];
-    bool cavity = false;
-    for (std::size_t other = 0; other < closed.size(); ++other) {
-      // Only a larger one can hold it; that also settles which of two that cross holds the other.
-      const bool larger = std::abs(closed[other]->volume) > std::abs(closed[i]->volume);
-      if (other != i && larger && inside(scenes[other], point, off_mm)) cavity = !cavity;
-    }
-    if ((closed[i]->volume < 0) == cavity) continue;
-    for (const std::uint32_t f : closed[i]->faces) turn(mesh.faces[f]);
+    if ((closed[i].volume < 0) == cavity[i]) continue;
+    for (const std::uint32_t f : closed[i].faces) turn(mesh.faces[f]);
     ++turned;
   }
   return turned;

@@ -10,7 +10,6 @@
 #include "core/text.h"
 #include "decimate/mesh_distance.h"
 #include "geometry/mesh_checks.h"
-#include "isosurface/surface_components.h"
 #include "raycast/ray_scene.h"
 #include "repair/repair_steps.h"
 
@@ -160,20 +159,13 @@ class Repair {
 
   void drop_islands() {
     if (!(options_.island_share > 0)) return;
-    const MeshTopology topology = analyse_topology(mesh_);
-    if (topology.components <= 1) return;
-    // Pieces in order of area: as many are kept as have their share of the largest one's.
-    std::vector<double> areas;
-    for (std::size_t count = 1; count <= topology.components; ++count) {
-      const double area = surface_area(largest_components(mesh_, count));
-      const double own = areas.empty() ? area : area - total_;
-      if (!areas.empty() && own < options_.island_share * areas.front()) break;
-      areas.push_back(own);
-      total_ = area;
-    }
-    const std::size_t islands = topology.components - areas.size();
+    const std::vector<double> areas = component_areas(mesh_);
+    const auto islands =
+        static_cast<std::size_t>(std::count_if(areas.begin(), areas.end(), [&](double area) {
+          return area < options_.island_share * areas.front();
+        }));
     if (islands == 0) return;
-    mesh_ = largest_components(mesh_, areas.size());
+    mesh_ = largest_components(mesh_, areas.size() - islands);
     told(islands, "island dropped", "islands dropped");
   }
 
@@ -220,7 +212,7 @@ class Repair {
   const RepairOptions& options_;
   const RunContext& context_;
   TriangleMesh mesh_, reference_;
-  double diagonal_mm_ = 0, total_ = 0;
+  double diagonal_mm_ = 0;
   RepairSummary summary_;
 };
 

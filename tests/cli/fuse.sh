@@ -91,7 +91,7 @@ refuse 65 "is no depth map" p/frames/*.png --poses p/cameras.json
 refuse 65 "holds no depth map" p/frames --poses p/cameras.json
 refuse 66 "no such file" none.exr --poses p/cameras.json
 refuse 66 "no such file" p/truth --poses none.json
-refuse 2 "needs a poses" p/truth
-refuse 2 "needs a depth" --poses p/cameras.json
+refuse 2 "lacks its input 'poses'" p/truth
+refuse 2 "lacks its input 'depth'" --poses p/cameras.json
 refuse 2 "voxels; at most" p/truth --poses p/cameras.json --voxel 0.03
 expect_equal "$(leftovers "$WORK")" ""

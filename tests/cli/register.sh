@@ -71,9 +71,9 @@ assert not d["cameras"] and d["left_out"][0]["registration"]["verdict"] == "fail
 expect 65 organbake register p/truth.ply $photo --intrinsics small.json -o x.json
 expect_err "photo_00.png"
 expect 2 organbake register p/truth.ply --intrinsics K.json -o x.json
-expect_err "needs a photo"
+expect_err "lacks its input 'photo'"
 expect 2 organbake register p/truth.ply $photo -o x.json
-expect_err "needs a intrinsics"
+expect_err "lacks its input 'intrinsics'"
 echo '{"width": 256, "height": 256, "fx": NaN}' >nan.json
 expect 65 organbake register p/truth.ply $photo --intrinsics nan.json -o x.json
 expect 66 organbake register p/truth.ply none.png --intrinsics K.json -o x.json

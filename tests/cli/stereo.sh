@@ -76,7 +76,7 @@ echo "a: 1" >words.yml
 refused 65 "lacks the matrices" organbake stereo p/frames p/right --calibration words.yml -o made
 refused 66 "no such file" organbake stereo p/frames p/right --calibration none.yml -o made
 refused 66 "no such file" organbake stereo p/frames none.png --calibration k.yml -o made
-refused 2 "needs a calibration" organbake stereo p/frames p/right -o made
+refused 2 "lacks its input 'calibration'" organbake stereo p/frames p/right -o made
 refused 2 "either every or sharpest" organbake stereo p/frames p/right --calibration k.yml --every 2 \
   --sharpest 2 -o made
 

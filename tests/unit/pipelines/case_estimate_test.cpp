@@ -64,7 +64,7 @@ TEST_F(CaseEstimateTest, FewerFramesAndSmallerMapsNeedLess) {
 TEST_F(CaseEstimateTest, SaysWhyNothingCanBeTold) {
   EXPECT_THAT(estimate({"ct=/none.mha"}).flaw, HasSubstr("/none.mha"));
   EXPECT_THAT(estimate({"ct=/none.mha", "decimate.facez=3"}).flaw, HasSubstr("facez"));
-  EXPECT_THAT(estimate({}).flaw, HasSubstr("needs a"));
+  EXPECT_THAT(estimate({}).flaw, HasSubstr("lacks its input"));
 }
 
 }  // namespace

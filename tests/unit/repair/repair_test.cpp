@@ -144,6 +144,27 @@ TEST(Repair, IslandsAreDroppedAndPiecesOfTheOrganAreNot) {
   EXPECT_EQ(analyse_topology(repair(organ, {.island_share = 0}).mesh).components, 4u);
 }
 
+// Each step takes as long as there are faces, not the square of the pieces.
+TEST(Repair, ThousandsOfPiecesAreNoMatter) {
+  TriangleMesh many = box_mesh({100, 100, 100});
+  const TriangleMesh one = tetrahedron_mesh();
+  std::size_t inside_out_ones = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    // In rows beside the box, and within it, where they are the walls of cavities.
+    const Eigen::Vector3d at(3.0 * (i % 20), 3.0 * (i / 20 % 20), 5 + 1.5 * (i / 400));
+    const bool within = i % 2 == 0;
+    inside_out_ones += !within && i % 3 == 0;
+    const Eigen::Vector3d beside(within ? 5 : 200, 5, 0);
+    TriangleMesh piece = moved(one, at + beside);
+    if (within || i % 3 == 0) piece = inside_out(std::move(piece));
+    many = joined(std::move(many), piece);
+  }
+  const RepairSummary repaired = repair(many, {.island_share = 0});
+  EXPECT_EQ(analyse_topology(repaired.mesh).components, 20'001u);
+  EXPECT_THAT(repaired.done, Contains(std::to_string(inside_out_ones) + " pieces turned outward"));
+  EXPECT_THAT(repair(many, {}).done, Contains("20000 islands dropped"));
+}
+
 TEST(Repair, SmallHolesAreClosedAndAnOpenSurfaceStaysOpen) {
   TriangleMesh organ = sphere_mesh(40, 4);
   const double volume = signed_volume(organ);
