@@ -63,6 +63,21 @@ void collapse_edges_without_length(HalfEdgeMesh& mesh) {
   }
 }
 
+// Where the surface is flat, all collapses cost the same, and one vertex may swallow all: none that
+// gives a vertex more neighbours than this. Curved surfaces hardly ever come near it.
+class BoundedPlacement {
+ public:
+  template <typename Profile>
+  auto operator()(const Profile& profile) const {
+    constexpr std::size_t kMostNeighbours = 64;
+    return profile.link().size() > kMostNeighbours ? boost::optional<typename Profile::Point>()
+                                                   : placement_(profile);
+  }
+
+ private:
+  simplification::LindstromTurk_placement<HalfEdgeMesh> placement_;
+};
+
 // CGAL's own predicates count edges, which says how many faces only for a closed surface.
 class StopAtFaces {
  public:
@@ -96,7 +111,7 @@ TriangleMesh collapse_edges(const TriangleMesh& surface, std::size_t faces,
     simplification::edge_collapse(
         mesh, StopAtFaces(faces, mesh.number_of_faces(), context),
         CGAL::parameters::get_cost(simplification::LindstromTurk_cost<HalfEdgeMesh>())
-            .get_placement(simplification::LindstromTurk_placement<HalfEdgeMesh>()));
+            .get_placement(BoundedPlacement()));
   }
   return from_half_edges(mesh, frame);
 }

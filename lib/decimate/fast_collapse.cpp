@@ -18,6 +18,10 @@ constexpr double kShareOfEdges = 0.25;
 // A pass that removes less than this share of the faces has got stuck.
 constexpr double kLeastProgress = 0.005;
 
+// Where the surface is flat, collapses cost nothing, and each would make one fan grow: what looks
+// round a vertex would take the square of the faces.
+constexpr int kMostFacesAtVertex = 32;
+
 class Thinning {
  public:
   explicit Thinning(const TriangleMesh& surface)
@@ -153,12 +157,13 @@ class Thinning {
     if (border_[a] || border_[b]) return;
     Eigen::Vector3d place;
     if (edge_error(a, b, place) > limit) return;
-    if (!keeps_topology(a, b) || turns_a_face(a, b, place) || turns_a_face(b, a, place)) return;
+    if (!may_collapse(a, b) || turns_a_face(a, b, place) || turns_a_face(b, a, place)) return;
     collapse(a, b, place);
   }
 
-  // Link condition for an inner edge: exactly two common neighbours, and no tetrahedron.
-  bool keeps_topology(std::uint32_t a, std::uint32_t b) {
+  // Link condition for an inner edge: exactly two common neighbours, and no tetrahedron. And no
+  // vertex of very many faces.
+  bool may_collapse(std::uint32_t a, std::uint32_t b) {
     const std::uint32_t near_a = stamps_ += 2, common = near_a + 1;
     int faces_a = 0, faces_b = 0, shared = 0;
     for_each_face(a, [&](std::uint32_t f) {
@@ -174,7 +179,8 @@ class Thinning {
         ++shared;
       }
     });
-    return shared == 2 && faces_a + faces_b > 6;
+    const int faces_together = faces_a + faces_b - 4;
+    return shared == 2 && faces_together > 2 && faces_together <= kMostFacesAtVertex;
   }
 
   // Whether a face of v that survives the collapse with `other` would turn far or lose its area.

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -16,6 +17,11 @@ namespace {
 constexpr double kSlack = 0.005;         // of the distance: half of what a reader could notice
 constexpr double kSmallestShare = 1e-6;  // of the size: distances below are as good as none
 constexpr int kDeepest = 10;             // pieces have at least 1/1024 of a face's edge
+// Between flat surfaces that lie in one another a face over several would be cut everywhere, a
+// million times. Where all distances are so small a share of a face's edge, and it takes more than
+// its part of so many pieces, it is cut less deep.
+constexpr double kFlatShare = 1.0 / 64;
+constexpr std::size_t kPiecesOfAll = 2'000'000, kFewestPieces = 64, kMostPieces = 4096;
 constexpr std::size_t kPointsAtOnce = 256;
 
 using Corners = std::array<Eigen::Vector3d, 3>;
@@ -28,14 +34,18 @@ Corners corners_of(const TriangleMesh& mesh, std::size_t face) {
 // Raises `upper_mm` to a bound of the distances of one face's points.
 class FaceSearch {
  public:
-  FaceSearch(const TriangleMesh& to, const RayScene& scene, double found_mm, double smallest_mm)
+  FaceSearch(const TriangleMesh& to, const RayScene& scene, double found_mm, double smallest_mm,
+             std::size_t most_pieces, int deepest = kDeepest)
       : to_(to),
         scene_(scene),
         found_mm_(found_mm),
         smallest_mm_(smallest_mm),
-        upper_mm_(found_mm) {}
+        upper_mm_(found_mm),
+        most_pieces_(most_pieces),
+        deepest_(deepest) {}
 
-  void search(const Corners& piece, int depth) {
+  void search(const Corners& piece, int depth = 0) {
+    if (++pieces_ > most_pieces_) return;
     const Eigen::Vector3d center = (piece[0] + piece[1] + piece[2]) / 3;
     const ClosestPoint at_center = scene_.closest_point(center);
     found_mm_ = std::max(found_mm_, at_center.distance_mm);
@@ -47,7 +57,7 @@ class FaceSearch {
       return;
     }
     // Where coplanar faces meet the bound stays as large as the piece: what was measured counts.
-    if (depth == kDeepest) return;
+    if (depth == deepest_) return;
     const Eigen::Vector3d ab = 0.5 * (piece[0] + piece[1]), bc = 0.5 * (piece[1] + piece[2]),
                           ca = 0.5 * (piece[2] + piece[0]);
     for (const Corners& quarter : {Corners{ab, bc, ca}, Corners{piece[0], ab, ca},
@@ -56,6 +66,7 @@ class FaceSearch {
     }
   }
   double upper_mm() const { return upper_mm_; }
+  bool ended() const { return pieces_ <= most_pieces_; }
 
  private:
   // The distance grows by at most a millimetre a millimetre; and the distance to one triangle is
@@ -85,7 +96,21 @@ class FaceSearch {
   const TriangleMesh& to_;
   const RayScene& scene_;
   double found_mm_, smallest_mm_, upper_mm_;
+  std::size_t most_pieces_, pieces_ = 0;
+  int deepest_;
 };
+
+double longest_edge_mm(const Corners& face) {
+  return std::max(
+      {(face[1] - face[0]).norm(), (face[2] - face[1]).norm(), (face[0] - face[2]).norm()});
+}
+
+// The depth to which `pieces` of a face suffice: 1 + 4 + 16 …
+int depth_of(std::size_t pieces) {
+  int depth = 0;
+  for (std::size_t all = 1; 4 * all + 1 <= pieces; all = 4 * all + 1) ++depth;
+  return depth;
+}
 
 template <typename At>
 double largest_of(std::size_t count, const RunContext& context, const At& at) {
@@ -104,6 +129,8 @@ double largest_distance(const TriangleMesh& from, const TriangleMesh& to, const 
                         const RunContext& context) {
   check_mesh(from, "mesh to measure from");
   const double smallest_mm = kSmallestShare * bounds(to).diagonal();
+  const std::size_t over_flat =
+      std::clamp(kPiecesOfAll / (from.faces.size() + 1), kFewestPieces, kMostPieces);
   // All faces start from what their corners and centres show, so that few have to be cut.
   const double at_corners_mm = largest_of(3 * from.faces.size(), context, [&](std::size_t i) {
     return scene.closest_point(from.vertices[from.faces[i / 3][i % 3]]).distance_mm;
@@ -114,9 +141,14 @@ double largest_distance(const TriangleMesh& from, const TriangleMesh& to, const 
   });
   const double found_mm = std::max(at_corners_mm, at_centers_mm);
   return largest_of(from.faces.size(), context, [&](std::size_t f) {
-    FaceSearch search(to, scene, found_mm, smallest_mm);
-    search.search(corners_of(from, f), 0);
-    return search.upper_mm();
+    const Corners face = corners_of(from, f);
+    const bool is_flat = found_mm < kFlatShare * longest_edge_mm(face);
+    FaceSearch search(to, scene, found_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);
+    search.search(face);
+    if (search.ended()) return search.upper_mm();
+    FaceSearch less_deep(to, scene, found_mm, smallest_mm, over_flat, depth_of(over_flat));
+    less_deep.search(face);
+    return less_deep.upper_mm();
   });
 }
 

@@ -173,5 +173,26 @@ TEST(Decimate, RealLiverAndItsVessels) {
   }
 }
 
+// All collapses cost nothing there, and no distance is a bound: that took minutes, and more than
+// the square of the faces.
+TEST(Decimate, FlatSurfacesTakeNoLonger) {
+  constexpr std::uint32_t kSide = 200;
+  TriangleMesh flat;
+  for (std::uint32_t i = 0; i <= kSide; ++i)
+    for (std::uint32_t j = 0; j <= kSide; ++j) flat.vertices.emplace_back(0.3 * i, 0.3 * j, 5);
+  for (std::uint32_t i = 0; i < kSide; ++i) {
+    for (std::uint32_t j = 0; j < kSide; ++j) {
+      const std::uint32_t a = i * (kSide + 1) + j, b = a + kSide + 1;
+      flat.faces.push_back({a, b, b + 1});
+      flat.faces.push_back({a, b + 1, a + 1});
+    }
+  }
+  const DecimateResult result = decimate(flat, {.faces = 200});
+  EXPECT_LE(result.proxy.faces.size(), 200u);
+  EXPECT_EQ(result.boundary_loops, 1u);
+  EXPECT_NEAR(surface_area(result.proxy), 3600, 1e-6 * 3600);
+  EXPECT_LT(std::max(result.max_mm, result.reverse_max_mm), 1e-4);
+}
+
 }  // namespace
 }  // namespace organbake
