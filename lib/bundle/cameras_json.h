@@ -10,10 +10,10 @@
 
 namespace organbake {
 
-// cameras.json: posed cameras (photos carry an image file, relative to the document), and the VPM
-// when the cameras are virtual ones. Schema: data-schemas/cameras.schema.json.
 inline constexpr int kLargestPhotoSide_px = 65536;
 
+// cameras.json: posed cameras (photos carry an image file, relative to the document), and the VPM
+// when the cameras are virtual ones. Schema: data-schemas/cameras.schema.json.
 struct CameraSet {
   std::vector<PosedCamera> cameras;
   std::vector<std::string> images;  // empty, or one file name per camera
