@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/camera_files.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <nlohmann/json.hpp>
 
 #include "bundle/json_fields.h"
 #include "core/error.h"
 #include "core/files.h"
 #include "formats/foreign_cameras.h"
+#include "formats/named_matrices.h"
 #include "geometry/camera.h"
 
 namespace organbake {
@@ -20,46 +19,19 @@ bool is_colmap(const fs::path& path) {
          path.filename() == "images.txt";
 }
 
-// A matrix as FileStorage writes it, row by row; empty when none of the names is there.
-std::vector<double> opencv_matrix(const YAML::Node& root,
-                                  std::initializer_list<const char*> names) {
-  for (const char* name : names) {
-    const YAML::Node node = root[name];
-    if (node && node["data"]) return node["data"].as<std::vector<double>>();
-  }
-  return {};
-}
-
-Intrinsics opencv_lens(std::string text, const fs::path& path, int width, int height) {
-  // yaml-cpp refuses OpenCV's "%YAML:1.0".
-  if (text.starts_with("%YAML")) text.erase(0, text.find('\n'));
-  try {
-    const YAML::Node root = YAML::Load(text);
-    const auto m = opencv_matrix(root, {"camera_matrix", "cameraMatrix", "K", "M1"});
-    if (m.size() != 9) {
-      throw BadDataError(path, "lacks the 3×3 matrix 'camera_matrix' of an OpenCV calibration");
-    }
-    auto d = opencv_matrix(root, {"distortion_coefficients", "distCoeffs", "D", "D1"});
-    for (std::size_t i = 5; i < d.size(); ++i) {
-      if (d[i] != 0) throw BadDataError(path, "only k1 k2 p1 p2 k3 of a distortion are supported");
-    }
-    d.resize(5, 0);
-    Intrinsics k;
-    k.width = root["image_width"] ? root["image_width"].as<int>() : width;
-    k.height = root["image_height"] ? root["image_height"].as<int>() : height;
-    k.fx = m[0];
-    k.fy = m[4];
-    k.cx = m[2] + 0.5;
-    k.cy = m[5] + 0.5;
-    k.k1 = d[0];
-    k.k2 = d[1];
-    k.p1 = d[2];
-    k.p2 = d[3];
-    k.k3 = d[4];
-    return k;
-  } catch (const YAML::Exception& error) {
-    throw BadDataError(path, "is no OpenCV calibration: " + error.msg);
-  }
+// The left eye's, where it is a stereo calibration.
+Intrinsics opencv_lens(const fs::path& path, int width, int height) {
+  NamedMatrices found;
+  add_opencv_document(path, found);
+  const auto* k = found.find({"cameramatrix", "k", "m", "intrinsicmatrix", "m1", "k1",
+                              "cameramatrix1", "cameramatrixleft", "leftcameramatrix"});
+  if (!k)
+    throw BadDataError(path,
+                       "holds neither the 3×3 matrix 'camera_matrix' of an OpenCV calibration nor "
+                       "fx, fy, cx and cy");
+  const auto* d = found.find({"distortioncoefficients", "distcoeffs", "d", "distortion", "d1",
+                              "distcoeffs1", "distcoeffsleft", "leftdistcoeffs"});
+  return lens_of_matrices(found, *k, d, sized_lens(found, width, height), path);
 }
 
 bool is_json(const std::string& text) {
@@ -86,11 +58,13 @@ Intrinsics lens_of(const CameraSet& set, const std::string& image, const fs::pat
 Intrinsics lens_in(const fs::path& path, const std::string& image, int width, int height) {
   if (is_colmap(path)) return lens_of(colmap_model(path), image, path);
   const std::string text = read_text_file(path);
-  if (!is_json(text)) return opencv_lens(text, path, width, height);
+  if (!is_json(text)) return opencv_lens(path, width, height);
   const Json json = parse_json(text, path.string());
-  return json.contains("cameras") || json.contains("frames")
-             ? lens_of(cameras_of(json, text, path), image, path)
-             : intrinsics_from_json(JsonField(json, path.string()), kLargestPhotoSide_px);
+  if (json.contains("cameras") || json.contains("frames"))
+    return lens_of(cameras_of(json, text, path), image, path);
+  const bool plain = json.contains("fx") || json.contains("fy") || json.contains("cx");
+  return plain ? intrinsics_from_json(JsonField(json, path.string()), kLargestPhotoSide_px)
+               : opencv_lens(path, width, height);
 }
 
 }  // namespace

@@ -25,11 +25,12 @@ CameraSet read_camera_file(const std::filesystem::path& path);
 // The camera whose image has this file name, wherever it lies.
 std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image);
 
-// The lens alone: an OpenCV calibration (YAML: camera_matrix, distortion_coefficients, and
-// image_width and image_height unless width and height below say them), a JSON object with width,
-// height, fx, fy, cx, cy and perhaps distortion_k1_k2_p1_p2_k3, or any of the above: of the camera
-// with this image, or of the first. OpenCV counts from the first pixel's centre, we from its
-// corner: half a pixel is added to its cx and cy. width and height are the photograph's.
+// The lens alone: an OpenCV calibration (YAML, JSON or XML: camera_matrix, distortion_coefficients,
+// and image_width and image_height unless width and height below say them; named_matrices.h), a
+// JSON object with width, height, fx, fy, cx, cy and perhaps distortion_k1_k2_p1_p2_k3, or any of
+// the above: of the camera with this image, or of the first. OpenCV counts from the first pixel's
+// centre, we from its corner: half a pixel is added to its cx and cy. width and height are the
+// photograph's.
 Intrinsics read_intrinsics(const std::filesystem::path& path, const std::string& image, int width,
                            int height);
 

@@ -42,6 +42,24 @@ Intrinsics lens_from(const Json& frame, const Json& top) {
   return k;
 }
 
+// Lenses whose k1, k2 … mean something else (nerfstudio and instant-ngp name them).
+void check_model(const Json& json, const fs::path& path) {
+  const auto model = json.find("camera_model");
+  if (model != json.end() && model->is_string()) {
+    const auto name = model->get<std::string>();
+    if (name != "OPENCV" && name != "PINHOLE" && name != "SIMPLE_PINHOLE" && name != "RADIAL" &&
+        name != "SIMPLE_RADIAL" && name != "PERSPECTIVE")
+      throw BadDataError(path, "is of the lens model \"" + name +
+                                   "\"; only OPENCV with k1 k2 p1 p2 k3 and PINHOLE are read");
+  }
+  const auto fisheye = json.find("is_fisheye");
+  if (fisheye != json.end() && *fisheye == true)
+    throw BadDataError(path, "is of a fisheye; only OPENCV and PINHOLE lenses are read");
+  for (const char* more : {"k4", "k5", "k6"})
+    if (value(json, json, more, 0) != 0)
+      throw BadDataError(path, std::string("its distortion ") + more + " is not supported");
+}
+
 // Nothing for what is no rigid motion.
 std::optional<RigidTransform> pose_from(const Json& matrix) {
   RigidTransform world_from_camera;
@@ -86,8 +104,10 @@ void add_facts(Json& json, const SceneFacts& facts) {
 
 CameraSet transforms_from_json(const Json& json, const fs::path& path) {
   CameraSet set;
+  check_model(json, path);
   try {
     for (const Json& frame : json.at("frames")) {
+      check_model(frame, path);
       PosedCamera camera;
       camera.name = frame.at("file_path").get<std::string>();
       camera.intrinsics = lens_from(frame, json);

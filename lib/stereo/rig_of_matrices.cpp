@@ -44,49 +44,14 @@ std::optional<Matrix3d> rotation_of(const Rows* rows) {
   return written_rotation(r);
 }
 
-Intrinsics sized_lens(const NamedMatrices& found, const EyePictures& pictures) {
-  Intrinsics lens;
-  lens.width = written_size(found.number({"imagewidth", "width", "w"}).value_or(pictures.width));
-  lens.height =
-      written_size(found.number({"imageheight", "height", "h"}).value_or(pictures.height));
-  const Rows* size = found.find({"imagesize", "size", "imgsize", "resolution"});
-  if (size && size->values.size() == 2) {
-    lens.width = written_size(size->values[0]);
-    lens.height = written_size(size->values[1]);
-  }
-  return lens;
-}
-
-void set_pinhole(double fx, double fy, double cx, double cy, Intrinsics& lens) {
-  constexpr double kFromCentreToCorner = 0.5;
-  lens.fx = fx;
-  lens.fy = fy;
-  lens.cx = cx + kFromCentreToCorner;
-  lens.cy = cy + kFromCentreToCorner;
-}
-
-Intrinsics lens_of_matrices(const Rows& k, const Rows* d, Intrinsics lens, const fs::path& path) {
-  if (!is_size(&k, 3, 3) && k.values.size() != 9)
-    throw BadDataError(path, "a camera matrix must be 3x3");
-  set_pinhole(k.values[0], k.values[4], k.values[2], k.values[5], lens);
-  if (!d) return lens;
-  double* const target[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2, &lens.k3};
-  for (std::size_t i = 0; i < d->values.size(); ++i) {
-    if (i < 5) *target[i] = d->values[i];
-    if (i >= 5 && d->values[i] != 0)
-      throw BadDataError(path, "only k1 k2 p1 p2 k3 of a distortion are supported");
-  }
-  return lens;
-}
-
 // Pictures that are rectified already: the right eye stands to the right by the baseline.
 StereoRig rig_of_rectified(const Rectified& m, const Intrinsics& sized, const fs::path& path) {
   StereoRig rig{sized, sized, {}};
   double translation = 0;
   if (is_size(m.p1, 3, 4) && is_size(m.p2, 3, 4)) {
     const auto &a = m.p1->values, &b = m.p2->values;
-    set_pinhole(a[0], a[5], a[2], a[6], rig.left);
-    set_pinhole(b[0], b[5], b[2], b[6], rig.right);
+    set_opencv_pinhole(a[0], a[5], a[2], a[6], rig.left);
+    set_opencv_pinhole(b[0], b[5], b[2], b[6], rig.right);
     // P = K [I | t]: the first may have a t of its own.
     translation = b[3] / b[0] - a[3] / a[0];
     if (b[7] != 0)
@@ -94,8 +59,8 @@ StereoRig rig_of_rectified(const Rectified& m, const Intrinsics& sized, const fs
   } else if (is_size(m.q, 4, 4)) {
     const auto& q = m.q->values;
     if (q[14] == 0) throw BadDataError(path, "Q is of eyes in one place");
-    set_pinhole(q[11], q[11], -q[3], -q[7], rig.left);
-    set_pinhole(q[11], q[11], -q[3] + q[15] / q[14], -q[7], rig.right);
+    set_opencv_pinhole(q[11], q[11], -q[3], -q[7], rig.left);
+    set_opencv_pinhole(q[11], q[11], -q[3] + q[15] / q[14], -q[7], rig.right);
     translation = -1 / q[14];
   } else {
     throw BadDataError(path,
@@ -126,7 +91,7 @@ void check_finite(const NamedMatrices& found, const fs::path& path) {
 StereoRig rig_of_matrices(const NamedMatrices& found, const fs::path& path,
                           const EyePictures& pictures) {
   check_finite(found, path);
-  const Intrinsics sized = sized_lens(found, pictures);
+  const Intrinsics sized = sized_lens(found, pictures.width, pictures.height);
   const Rows* k1 = found.find({"k1", "m1", "cameramatrix1", "cm1", "cameramatrixl", "kl", "ml",
                                "cameramatrixleft", "leftcameramatrix", "kleft", "intrinsic1"});
   const Rows* k2 = found.find({"k2", "m2", "cameramatrix2", "cm2", "cameramatrixr", "kr", "mr",
@@ -141,8 +106,8 @@ StereoRig rig_of_matrices(const NamedMatrices& found, const fs::path& path,
                                  "dl", "distcoeffsleft", "leftdistcoeffs", "dist1", "kc1"});
     const Rows* d2 = found.find({"d2", "distcoeffs2", "distortioncoefficients2", "distcoeffsr",
                                  "dr", "distcoeffsright", "rightdistcoeffs", "dist2", "kc2"});
-    rig.left = lens_of_matrices(*k1, d1, sized, path);
-    rig.right = lens_of_matrices(*k2, d2, sized, path);
+    rig.left = lens_of_matrices(found, *k1, d1, sized, path);
+    rig.right = lens_of_matrices(found, *k2, d2, sized, path);
     const auto r = rotation_of(found.find({"r", "rotation", "rotationmatrix", "om"}));
     const auto t = vector_of(found.find({"t", "translation", "translationvector", "trans"}));
     const auto pose = r && t ? RigidTransform{*r, *t} : pose_of_rectification(rectified);

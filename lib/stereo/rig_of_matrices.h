@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "stereo/named_matrices.h"
+#include "formats/named_matrices.h"
 #include "stereo/stereo_rig.h"
 
 namespace organbake {

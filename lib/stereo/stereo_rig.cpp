@@ -8,8 +8,8 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/camera_files.h"
+#include "formats/named_matrices.h"
 #include "geometry/written_rotation.h"
-#include "stereo/named_matrices.h"
 #include "stereo/rig_of_matrices.h"
 
 namespace organbake {
@@ -66,7 +66,7 @@ StereoRig rig_of_texts(const fs::path& folder, const EyePictures& pictures) {
 StereoRig rig_of_folder(const fs::path& folder, const EyePictures& pictures) {
   NamedMatrices found;
   for (const fs::path& file : list_files(folder))
-    if (ends_with_one_of(file, {".yml", ".yaml", ".json"}))
+    if (ends_with_one_of(file, {".yml", ".yaml", ".json", ".xml"}))
       add_opencv_document(folder / file, found);
   return found.matrices.empty() ? rig_of_texts(folder, pictures)
                                 : rig_of_matrices(found, folder, pictures);

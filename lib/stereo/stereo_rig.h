@@ -24,7 +24,8 @@ struct EyePictures {
 };
 
 // A stereo calibration in any of these forms, told apart by content:
-// - OpenCV's, YAML or JSON: the matrices K, D of each eye with R, T (x_right = R x_left + T), under
+// - OpenCV's, YAML, JSON or XML: the matrices K, D of each eye with R, T (x_right = R x_left + T),
+// under
 //   the names usual for them (K1, M1, cameraMatrix1 … D1, distCoeffs1 …); or K, D with R1, R2, P1,
 //   P2; or P1, P2 or Q alone, of pictures that are rectified already. May be split in two files of
 //   one folder (intrinsics.yml, extrinsics.yml).

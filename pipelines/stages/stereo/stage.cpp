@@ -40,7 +40,7 @@ Stage stereo_stage() {
                   "holds both eyes in each frame"},
                  {"right", InputKind::frames, "the right eye's", false},
                  {"calibration", InputKind::lenses,
-                  "the two eyes: OpenCV stereo calibration (YAML, JSON), cameras.json of two "
+                  "the two eyes: OpenCV stereo calibration (YAML, JSON, XML), cameras.json of two "
                   "cameras, or a folder of texts (*left.intrinsics*, *l2r* …)"}},
       .outputs = {{"surface", "surface.ply"},
                   {"lighting", "lighting.json", true},

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/opencv_xml.h"
+
+#include <expat.h>
+
+#include <algorithm>
+#include <charconv>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+// Nothing where there is anything but numbers, or more than a lens's matrix has.
+std::optional<std::vector<double>> numbers_in(std::string_view text) {
+  constexpr const char* kSpace = " \t\r\n,";
+  std::vector<double> values;
+  for (std::size_t at = 0; (at = text.find_first_not_of(kSpace, at)) != text.npos;) {
+    const std::size_t end = std::min(text.find_first_of(kSpace, at), text.size());
+    double value = 0;
+    const char* first = text.data() + at + (text[at] == '+' ? 1 : 0);
+    const auto [stop, error] = std::from_chars(first, text.data() + end, value);
+    if (error != std::errc() || stop != text.data() + end || values.size() == kMostMatrixValues)
+      return std::nullopt;
+    values.push_back(value);
+    at = end;
+  }
+  return values.empty() ? std::nullopt : std::optional(std::move(values));
+}
+
+// opencv_storage / name / rows, cols, data. What lies deeper are sequences of sequences, and other
+// structures, of which no lens is made. Expat's callbacks are C's: nothing is thrown through them.
+class OpenCvXml {
+ public:
+  explicit OpenCvXml(NamedMatrices& found) : found_(found), parser_(XML_ParserCreate(nullptr)) {
+    if (!parser_) throw std::bad_alloc();
+    XML_SetUserData(parser_.get(), this);
+    XML_SetElementHandler(
+        parser_.get(),
+        [](void* self, const XML_Char* name, const XML_Char**) {
+          static_cast<OpenCvXml*>(self)->open(name);
+        },
+        [](void* self, const XML_Char*) { static_cast<OpenCvXml*>(self)->close(); });
+    XML_SetCharacterDataHandler(parser_.get(), [](void* self, const XML_Char* text, int count) {
+      static_cast<OpenCvXml*>(self)->add({text, static_cast<std::size_t>(count)});
+    });
+  }
+
+  void parse(std::string_view xml, const std::filesystem::path& path) {
+    if (XML_Parse(parser_.get(), xml.data(), static_cast<int>(xml.size()), true) == XML_STATUS_OK)
+      return;
+    throw BadDataError(path, "is no sound XML: line " +
+                                 std::to_string(XML_GetCurrentLineNumber(parser_.get())) + ": " +
+                                 XML_ErrorString(XML_GetErrorCode(parser_.get())));
+  }
+
+ private:
+  struct Free {
+    void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
+  };
+  static constexpr std::size_t kNamed = 2, kPart = 3;  // how deep they lie
+
+  void open(const std::string& name) {
+    ++depth_;
+    if (depth_ == kNamed) {
+      name_ = plain_name(name);
+      parts_.clear();
+      text_.clear();
+    }
+    if (depth_ == kPart) {
+      part_ = name;
+      text_.clear();
+    }
+  }
+
+  void add(std::string_view text) {
+    if (depth_ == kNamed || depth_ == kPart) text_ += text;
+  }
+
+  void close() {
+    if (depth_ == kPart) parts_[part_] += std::exchange(text_, {});
+    if (depth_ == kNamed) parts_.empty() ? take_plain() : take_matrix();
+    --depth_;
+  }
+
+  // A number, a list of numbers, or a word.
+  void take_plain() {
+    const std::size_t first = text_.find_first_not_of(" \t\r\n\"");
+    if (first == text_.npos) return;
+    found_.words[name_] = text_.substr(first, text_.find_last_not_of(" \t\r\n\"") + 1 - first);
+    auto values = numbers_in(text_);
+    if (!values) return;
+    if (values->size() == 1) found_.numbers[name_] = values->front();
+    const auto count = static_cast<double>(values->size());
+    if (auto rows = shaped(std::move(*values), 1, count)) found_.matrices[name_] = std::move(*rows);
+  }
+
+  void take_matrix() {
+    auto values = numbers_in(parts_["data"]);
+    const auto height = numbers_in(parts_["rows"]), width = numbers_in(parts_["cols"]);
+    if (!values || !height || !width) return;
+    if (auto rows = shaped(std::move(*values), height->front(), width->front()))
+      found_.matrices[name_] = std::move(*rows);
+  }
+
+  NamedMatrices& found_;
+  std::unique_ptr<std::remove_pointer_t<XML_Parser>, Free> parser_;
+  std::size_t depth_ = 0;
+  std::string name_, part_, text_;
+  std::map<std::string, std::string> parts_;  // of the matrix that is open
+};
+
+}  // namespace
+
+void add_opencv_xml(std::string_view xml, const std::filesystem::path& path, NamedMatrices& found) {
+  OpenCvXml(found).parse(xml, path);
+}
+
+}  // namespace organbake
