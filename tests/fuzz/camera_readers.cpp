@@ -56,7 +56,15 @@ Seeds posed_seeds() {
   CameraSet with_manifold = two_cameras();
   with_manifold.manifold.directions = {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()};
   with_manifold.images.clear();
-  return {cameras_to_json(two_cameras()), cameras_to_json(with_manifold)};
+  CameraSet three = with_manifold;
+  three.cameras.push_back(three.cameras.front());
+  three.manifold.directions.push_back(Eigen::Vector3d::UnitZ());
+  three.manifold.triangles = {{0, 1, 2}};
+  CameraSet one = two_cameras();
+  one.cameras.pop_back();
+  one.images.pop_back();
+  return {cameras_to_json(two_cameras()), cameras_to_json(with_manifold), cameras_to_json(three),
+          cameras_to_json(one), transforms_json(two_cameras())};
 }
 
 Seeds transforms_seeds() {
@@ -72,7 +80,15 @@ Seeds lens_seeds() {
       "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n"
       "   data: [ 0.1, 0., 0., 0., 0. ]\n",
       R"({"width": 64, "height": 48, "fx": 50, "fy": 50, "cx": 32, "cy": 24,
-              "distortion_k1_k2_p1_p2_k3": [0.1, 0, 0, 0, 0]})"};
+              "distortion_k1_k2_p1_p2_k3": [0.1, 0, 0, 0, 0]})",
+      "K: {rows: 3, cols: 3, data: [100, 0, 31.5, 0, 100, 31.5, 0, 0, 1]}\n"
+      "D: {data: [0.1, 0, 0, 0, 0, 0, 0, 0.2]}\n",
+      "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>64</image_width>\n"
+      "<model>\"plain\"</model>\n<Camera_Matrix type_id=\"opencv-matrix\">\n<rows>3</rows>\n"
+      "<cols>3</cols>\n<dt>d</dt>\n<data>100 0 31.5 0 1e2 31.5 0 0 1</data></Camera_Matrix>\n"
+      "<dist_coeffs>0.1 0. 0. 0. 0.</dist_coeffs>\n</opencv_storage>\n",
+      cameras_to_json(two_cameras()),
+      transforms_json(two_cameras())};
 }
 
 Seeds colmap_seeds() {
@@ -90,6 +106,14 @@ std::string matrix(const std::string& name, int rows, int columns, const std::st
          "\n   cols: " + std::to_string(columns) + "\n   dt: d\n   data: [ " + values + " ]\n";
 }
 
+// Of pictures as large as the rig's.
+CameraSet eyes() {
+  CameraSet set = two_cameras();
+  for (PosedCamera& camera : set.cameras)
+    camera.intrinsics = {.width = 720, .height = 576, .fx = 500, .fy = 501, .cx = 360, .cy = 288};
+  return set;
+}
+
 Seeds rig_seeds() {
   const std::string lenses = matrix("K1", 3, 3, "500., 0., 360., 0., 501., 288., 0., 0., 1.") +
                              matrix("D1", 1, 5, "-0.1, 0.02, 0., 0., 0.") +
@@ -101,7 +125,18 @@ Seeds rig_seeds() {
               matrix("P1", 3, 4, "500., 0., 360., 0., 0., 500., 288., 0., 0., 0., 1., 0.") +
               matrix("P2", 3, 4, "500., 0., 340., -2250., 0., 500., 288., 0., 0., 0., 1., 0."),
           "K1: [[500, 0, 360], [0, 501, 288], [0, 0, 1]]\nK2: [[502, 0, 350], [0, 503, 280], "
-          "[0, 0, 1]]\nD2: [-0.2, 0, 0, 0, 0]\nR: [0, 0, 0]\nT: [-4.5, 0.1, 0]\n"};
+          "[0, 0, 1]]\nD2: [-0.2, 0, 0, 0, 0]\nR: [0, 0, 0]\nT: [-4.5, 0.1, 0]\n",
+          "Q: [[1, 0, 0, -360], [0, 1, 0, -288], [0, 0, 0, 500], [0, 0, 0.22, 4]]\n"
+          "image_size: [720, 576]\n",
+          "K1: [500, 0, 360, 0, 501, 288, 0, 0, 1]\nK2: [502, 0, 350, 0, 503, 280, 0, 0, 1]\n"
+          "R1: [[0.8, 0, -0.6], [0, 1, 0], [0.6, 0, 0.8]]\nR2: [0, 0.1, 0]\n"
+          "P1: [[500, 0, 360, 0], [0, 500, 288, 0], [0, 0, 1, 0]]\n"
+          "P2: [[500, 0, 340, -2250], [0, 500, 288, 0], [0, 0, 1, 0]]\n",
+          R"({"width": 720, "height": 576, "M1": [[500, 0, 360], [0, 501, 288], [0, 0, 1]],
+              "M2": [[502, 0, 350], [0, 503, 280], [0, 0, 1]], "R": [0, 0.02, 0],
+              "T": [-4.5, 0, 0]})",
+          cameras_to_json(eyes()),
+          transforms_json(eyes())};
 }
 
 Seeds rig_text_seeds() {
@@ -109,7 +144,20 @@ Seeds rig_text_seeds() {
                         {1, "-0.1 0.02 0 0 0\n"},
                         {2, "502 0 350\n0 503 280\n0 0 1\n"},
                         {3, "-0.2 0 0 0 0"},
-                        {4, "1 0 0 -4.5\n0 1 0 0.1\n0 0 1 0\n0 0 0 1\n"}})};
+                        {4, "1 0 0 -4.5\n0 1 0 0.1\n0 0 1 0\n0 0 0 1\n"}}),
+          joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
+                        {2, "502, 0, 350\n0, 503, 280\n0, 0, 1\n"},
+                        {4, "1 0 0\n0 0.8 0.6\n0 -0.6 0.8\n-4.5 0.1 0\n"}}),
+          joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
+                        {2, "502 0 350\n0 503 280\n0 0 1\n"},
+                        {4, "1 0 0 4.5\n0 1 0 0\n0 0 1 0\n"}}),
+          joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
+                        {2, "502 0 350\n0 503 280\n0 0 1\n"},
+                        {4, "1 0 0 0\n0 1 0 -4.5\n0 0 1 0\n"}}),
+          joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
+                        {2, "502 0 900\n0 503 280\n0 0 1\n"},
+                        {4, "1 0 0 -450\n0 1 0 0\n0 0 1 0\n"}}),
+          joined_parts({{1, "a word"}, {4, "1 0 0\n0 1\n"}})};
 }
 
 const Words kJson = {"\"width\": ",
@@ -156,6 +204,9 @@ const Words kYaml = {"rows: ",
                      "1e999",
                      "~",
                      "image_width: ",
+                     "<data>",
+                     "</rows>",
+                     "distortion_model: ",
                      "K1: ",
                      "D1: ",
                      "P1: ",

@@ -85,8 +85,24 @@ const char* const kRecordedScript = R"({"schema": "organbake/interaction/1", "na
  "time_step_s": 0.02, "frames": 2, "size": [8, 6], "camera": {"recorded": "cameras.json"},
  "instruments": []})";
 
+const char* const kToolScript = R"({"schema": "organbake/interaction/1", "name": "tools",
+ "time_step_s": 0.01, "frames": 5, "size": [32, 24], "solver": "fem", "light": "scope",
+ "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0, "roll_rad": 0.2,
+                           "right": 0.1, "up": -0.1}]},
+ "instruments": [
+  {"name": "c", "mode": "cut", "axis_mm": [0, 0, 20], "cut_width_mm": 1,
+   "path": [{"time_s": 0, "position_mm": [1, 2, 3]}]},
+  {"name": "s", "mode": "snip", "axis_mm": [0, 0, 20], "opens_along": [1, 0, 0],
+   "path": [{"time_s": 0, "position_mm": [1, 2, 3], "opening_mm": 8},
+            {"time_s": 0.1, "direction": [0, 0, 1], "depth_mm": 1, "opening_mm": 0}]},
+  {"name": "n", "mode": "pierce", "radius_mm": 0.5, "axis_mm": [0, 0, 60],
+   "path": [{"time_s": 0, "position_mm": [1, 2, 3]}]},
+  {"name": "p", "mode": "poke", "shaft": [1, 2, 0],
+   "path": [{"time_s": 0, "direction": [0, 1, 0], "depth_mm": 2}]}]})";
+
 Seeds script_seeds() {
   return {joined_parts({{0, kScript}}), joined_parts({{0, kFreeScript}}),
+          joined_parts({{0, kToolScript}}),
           joined_parts({{0, kRecordedScript}, {1, cameras_to_json(small_bundle().cameras)}})};
 }
 
@@ -157,8 +173,15 @@ Seeds label_seeds() {
 }
 
 Seeds document_seeds() {
-  return {kScript, mechanics_seeds().front(), lighting_seeds().back(), manifest_seeds().front(),
-          dataset_seeds().front()};
+  return {kScript,
+          kToolScript,
+          mechanics_seeds().front(),
+          mechanics_seeds().back(),
+          lighting_seeds().back(),
+          manifest_seeds().front(),
+          dataset_seeds().front(),
+          scope_seeds().front(),
+          cameras_to_json(small_bundle().cameras)};
 }
 
 const Words kJson = {"\"schema\": ",

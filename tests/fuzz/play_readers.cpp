@@ -107,7 +107,22 @@ Seeds played_script_seeds() {
                   "up_direction": [0, 1, 0]}]},
  "instruments": [{"name": "p", "mode": "poke", "shaft": [1, 0, 0],
                   "path": [{"time_s": 0, "direction": [0, 0, 1], "depth_mm": -1},
-                           {"time_s": 0.05, "direction": [0, 0, 1], "depth_mm": 1}]}]})"};
+                           {"time_s": 0.05, "direction": [0, 0, 1], "depth_mm": 1}]}]})",
+      R"({"schema": "organbake/interaction/1", "name": "c", "time_step_s": 0.02, "frames": 4,
+ "size": [24, 18], "light": "world",
+ "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0}]},
+ "instruments": [{"name": "c", "mode": "cut", "axis_mm": [0, 0, 9], "cut_width_mm": 0.5,
+                  "path": [{"time_s": 0, "position_mm": [-6, 0, 0]},
+                           {"time_s": 0.08, "position_mm": [6, 0.5, 0]}]},
+                 {"name": "n", "mode": "pierce", "axis_mm": [0, 0, 9], "radius_mm": 0.3,
+                  "path": [{"time_s": 0, "position_mm": [0.5, 0.5, 6]},
+                           {"time_s": 0.08, "position_mm": [0.5, 0.5, 0]}]}]})",
+      R"({"schema": "organbake/interaction/1", "name": "s", "time_step_s": 0.02, "frames": 4,
+ "size": [24, 18], "light": "scope", "solver": "fem",
+ "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0}]},
+ "instruments": [{"name": "s", "mode": "snip", "axis_mm": [0, 0, 5], "opens_along": [1, 0, 0],
+                  "path": [{"time_s": 0, "position_mm": [0.3, 0.3, 0], "opening_mm": 4},
+                           {"time_s": 0.08, "position_mm": [0.3, 0.3, 0], "opening_mm": 0}]}]})"};
 }
 
 const Words kWords = {kPartMark,

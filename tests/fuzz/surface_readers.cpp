@@ -1,6 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <vtkAppendFilter.h>
+#include <vtkCellData.h>
+#include <vtkFloatArray.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedShortArray.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
 #include "formats/mesh_files.h"
 #include "fuzz/readers.h"
+#include "fuzz/vtk_writings.h"
 #include "geometry/ply.h"
 #include "support/mesh_texts.h"
 #include "support/meshes.h"
@@ -58,35 +70,109 @@ Seeds off_seeds() {
 Seeds stl_seeds() { return {as_binary_stl(tetrahedron_mesh()), as_ascii_stl(tetrahedron_mesh())}; }
 
 Seeds vtk_seeds() {
-  return {as_vtk(tetrahedron_mesh()), as_binary_vtk(tetrahedron_mesh()),
+  return {as_vtk(tetrahedron_mesh()),
+          as_binary_vtk(tetrahedron_mesh()),
           as_vtk(tetrahedron_mesh(),
                  "POINT_DATA 4\nCOLOR_SCALARS rgb 3\n1 0 0 0 1 0 0 0 1 0.5 0.5 0.5\n"),
+          as_vtk(tetrahedron_mesh(),
+                 "CELL_DATA 4\nFIELD f 1\ncolour 3 4 float\n1 0 0 0 1 0 0 0 1 0.5 0.5 0.5\n"),
+          as_vtk(tetrahedron_mesh(),
+                 "POINT_DATA 4\nVECTORS rgb unsigned_short\n9 0 0 0 9 0 0 0 9 6 6 6\n"),
+          "# vtk DataFile Version 2.0\nshort strip\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n"
+          "0 0 0 9 0 0\nTRIANGLE_STRIPS 1 3\n2 0 1\n",
           "# vtk DataFile Version 2.0\nstrips\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
           "0 0 0 9 0 0 0 9 0 9 9 1\nTRIANGLE_STRIPS 1 5\n4 0 1 2 3\n"};
 }
 
-Seeds vtp_seeds() { return {as_vtp(tetrahedron_mesh())}; }
+// A square by a polygon and a strip, with a line and a point beside; colours of one or of the
+// other.
+vtkSmartPointer<vtkPolyData> square(bool colored_points) {
+  const auto polydata = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkPoints> points;
+  for (const double x : {0., 4., 9.})
+    for (const double y : {0., 5.}) points->InsertNextPoint(x, y, x * y);
+  polydata->SetPoints(points);
+  polydata->AllocateExact(1, 4);
+  const vtkIdType polygon[] = {0, 2, 3, 1}, strip[] = {2, 3, 4, 5};
+  polydata->InsertNextCell(VTK_QUAD, 4, polygon);
+  polydata->InsertNextCell(VTK_TRIANGLE_STRIP, 4, strip);
+  polydata->InsertNextCell(VTK_LINE, 2, polygon);
+  polydata->InsertNextCell(VTK_VERTEX, 1, polygon);
+  const auto color = [](vtkDataArray* colors, vtkIdType count, vtkDataSetAttributes* data) {
+    colors->SetName("RGB");
+    colors->SetNumberOfComponents(3);
+    colors->SetNumberOfTuples(count);
+    for (vtkIdType i = 0; i < 3 * count; ++i)
+      colors->SetComponent(i / 3, static_cast<int>(i % 3), 0.125 * double(i));
+    data->AddArray(colors);
+  };
+  if (colored_points)
+    color(vtkNew<vtkUnsignedShortArray>(), 6, polydata->GetPointData());
+  else
+    color(vtkNew<vtkFloatArray>(), 4, polydata->GetCellData());
+  return polydata;
+}
+
+Seeds vtp_seeds() {
+  Seeds seeds = {as_vtp(tetrahedron_mesh())};
+  for (const bool colored_points : {true, false}) {
+    vtkNew<vtkXMLPolyDataWriter> writer;
+    writer->SetInputData(square(colored_points));
+    for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
+  }
+  return seeds;
+}
 
 Seeds vtu_seeds() {
   const TriangleMesh mesh = tetrahedron_mesh();
-  return {as_vtu(mesh.vertices, triangles_of(mesh), 5), as_vtu(mesh.vertices, {{0, 1, 2, 3}}, 10)};
+  Seeds seeds = {as_vtu(mesh.vertices, triangles_of(mesh), 5)};
+  // Quadrangle, tetrahedron, polyhedron, and a kind that there is not.
+  for (const int kind : {9, 10, 42, 77})
+    seeds.push_back(as_vtu(mesh.vertices, {{0, 1, 2, 3}}, kind));
+  vtkNew<vtkAppendFilter> grid;
+  grid->AddInputData(square(true));
+  vtkNew<vtkXMLUnstructuredGridWriter> writer;
+  writer->SetInputConnection(grid->GetOutputPort());
+  for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
+  return seeds;
 }
 
 Seeds glb_seeds() {
   return {as_glb(tetrahedron_mesh()),
-          as_glb(tetrahedron_mesh(), R"(,"translation":[0.5,0,0],"scale":[2,2,2])")};
+          as_glb(tetrahedron_mesh(), R"(,"translation":[0.5,0,0],"scale":[2,2,2])"),
+          as_glb(tetrahedron_mesh(), R"(,"rotation":[0,0,0.6,0.8])"),
+          as_glb(tetrahedron_mesh(), R"(,"matrix":[0,0,-9,0,0,9,0,0,9,0,0,0,1,2,3,1])")};
+}
+
+// Four corners with colours in a buffer inside the text, as `primitive` makes triangles of them;
+// `more` may place them, or want what is not read.
+std::string gltf_text(const std::string& primitive, const std::string& more) {
+  return R"({"asset":{"version":"2.0"},)" + more +
+         R"("meshes":[{"primitives":[{"attributes":{"POSITION":1,"COLOR_0":2},)" + primitive +
+         R"(}]}],"buffers":[{"uri":"data:application/octet-stream;base64,)"
+         R"(AAABAAIAAwAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAAA)"
+         R"(AIA/AACAPwAAgD//AAD/AP8A/wAA//+AgID/","byteLength":72}],)"
+         R"("bufferViews":[{"buffer":0,"byteLength":8},{"buffer":0,"byteOffset":8,)"
+         R"("byteLength":48,"byteStride":12},{"buffer":0,"byteOffset":56,"byteLength":16}],)"
+         R"("accessors":[{"bufferView":0,"componentType":5123,"count":4,"type":"SCALAR"},)"
+         R"({"bufferView":1,"componentType":5126,"count":4,"type":"VEC3","sparse":{"count":1,)"
+         R"("indices":{"bufferView":0,"componentType":5123},"values":{"bufferView":1}}},)"
+         R"({"bufferView":2,"componentType":5121,"normalized":true,"count":4,"type":"VEC4"}]})";
 }
 
 Seeds gltf_seeds() {
-  // One triangle, its buffer inside the text.
-  return {
-      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
-      R"("meshes":[{"primitives":[{"attributes":{"POSITION":1},"indices":0}]}],"buffers":[{"uri":)"
-      R"("data:application/octet-stream;base64,AAABAAIAAAAAAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAA=",)"
-      R"("byteLength":44}],"bufferViews":[{"buffer":0,"byteOffset":0,"byteLength":6},)"
-      R"({"buffer":0,"byteOffset":8,"byteLength":36}],"accessors":[{"bufferView":0,"byteOffset":0,)"
-      R"("componentType":5123,"count":3,"type":"SCALAR","max":[2],"min":[0]},{"bufferView":1,)"
-      R"("byteOffset":0,"componentType":5126,"count":3,"type":"VEC3","max":[1,1,0],"min":[0,0,0]}]})"};
+  const std::string scene = R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)";
+  const std::string tree = R"("nodes":[{"children":[1,2]},{"mesh":0,"scale":[1,-1,1]},{"mesh":0,)"
+                           R"("translation":[3,0,0]}],"scenes":[{"nodes":[0]}],)";
+  return {gltf_text(R"("indices":0,"mode":5)", scene),
+          gltf_text(R"("indices":0,"mode":6)", tree),
+          gltf_text(R"("mode":4)", R"("nodes":[{"children":[1]},{"mesh":0}],)"),
+          gltf_text(R"("indices":0,"mode":1)", scene),
+          gltf_text(R"("indices":0)", R"("extensionsRequired":["KHR_mesh_quantization",)"
+                                      R"("EXT_meshopt_compression"],)" +
+                                          scene),
+          R"({"asset":{"version":"2.0"},"buffers":[{"uri":"a%20b.bin","byteLength":4},)"
+          R"({"uri":"../c.bin","byteLength":4}]})"};
 }
 
 const Words kXml = {"<VTKFile",

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fuzz/dicom_seeds.h"
+
+#include <minizip/zip.h>
+
+#include <Eigen/Geometry>
+
+#include "core/files.h"
+#include "core/text.h"
+#include "fuzz/dicom_codings.h"
+#include "support/dicom_bytes.h"
+#include "support/dicom_mask_bytes.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kSyntaxes[] = {"1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.70",
+                                     "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.90"};
+constexpr int kSide = 16;
+
+DicomBytes slice_at(double z_mm, int side) {
+  DicomBytes slice;
+  slice.set_position({5, -8, z_mm});
+  slice.rows = slice.columns = static_cast<std::uint16_t>(side);
+  for (int i = 0; i < side * side; ++i)
+    slice.pixels.push_back(static_cast<std::uint16_t>(900 + 40 * (i % side) + z_mm));
+  return slice;
+}
+
+std::string item(std::string bytes) {
+  if (bytes.size() % 2) bytes += '\0';
+  return dicom_number(0xE000FFFE, 4) + dicom_number(static_cast<std::uint32_t>(bytes.size()), 4) +
+         bytes;
+}
+
+std::string codestream_of_slice(const std::string& syntax) {
+  return codestream_in(syntax, slice_at(0, kSide).pixels, kSide);
+}
+
+// A number of two bytes of the header in place of another.
+std::string with_number(std::string file, std::uint16_t group, std::uint16_t element,
+                        std::uint32_t number) {
+  const std::string head = dicom_element(group, element, "US", dicom_number(0, 2)).substr(0, 8);
+  const std::size_t at = file.find(head);
+  return at == file.npos ? file : file.replace(at + head.size(), 2, dicom_number(number, 2));
+}
+
+// Pixels of one byte: the same file, of which half of the pixels are left over.
+std::string of_bytes(const std::string& file, bool is_signed) {
+  std::string bytes = with_number(with_number(file, 0x28, 0x0100, 8), 0x28, 0x0101, 8);
+  return with_number(with_number(bytes, 0x28, 0x0102, 7), 0x28, 0x0103, is_signed);
+}
+
+using Parts = std::vector<std::pair<std::size_t, std::string>>;
+
+// Slices of 3×3 pixels at these heights, each as `change` leaves it.
+template <class Change>
+Parts changed_slices(std::initializer_list<double> heights_mm, const Change& change) {
+  Parts parts;
+  for (const double z : heights_mm) {
+    DicomBytes slice = slice_at(z, 3);
+    change(slice, parts.size());
+    parts.emplace_back(parts.size(), slice.bytes());
+  }
+  return parts;
+}
+
+Parts slices_at(std::initializer_list<double> heights_mm) {
+  return changed_slices(heights_mm, [](DicomBytes&, std::size_t) {});
+}
+
+// What makes a series other than one even volume.
+Seeds uneven_series() {
+  const std::size_t kHalf = 2;
+  return {joined_parts(slices_at({0, 2, 6, 8})),
+          joined_parts(slices_at({0, 2, 2, 7})),
+          joined_parts(slices_at({0, 2, 4, 40})),
+          joined_parts(changed_slices({0, 2, 4},
+                                      [](DicomBytes& s, std::size_t k) {
+                                        s.set_position({0, double(k), s.rows * 1. * double(k)});
+                                      })),
+          joined_parts(changed_slices({0, 2, 0, 2},
+                                      [&](DicomBytes& s, std::size_t k) {
+                                        s.temporal_position = k < kHalf ? "1" : "2";
+                                        s.pixels[0] = static_cast<std::uint16_t>(k);
+                                      })),
+          joined_parts(changed_slices({0, 2, 0, 2},
+                                      [&](DicomBytes& s, std::size_t k) {
+                                        s.kernel = k < kHalf ? "B30f" : "B70f";
+                                        s.pixels[0] = static_cast<std::uint16_t>(k);
+                                      })),
+          joined_parts(changed_slices({0, 2, 4, 2},
+                                      [&](DicomBytes& s, std::size_t k) {
+                                        s.acquisition = k < kHalf + 1 ? "1" : "2";
+                                        s.pixels[0] = static_cast<std::uint16_t>(k);
+                                      })),
+          joined_parts(changed_slices({0, 2, 4, 6},
+                                      [&](DicomBytes& s, std::size_t k) {
+                                        if (k >= kHalf) s.series_uid = "1.2.4";
+                                        s.series_number = k < kHalf ? "2" : "11";
+                                      })),
+          joined_parts(changed_slices({0, 2, 4, 6}, [](DicomBytes& s, std::size_t k) {
+            if (k == 1) s.image_type = "ORIGINAL\\PRIMARY\\LOCALIZER";
+            if (k == 2) s.modality = "MR";
+            if (k == 3) s.position = "";
+          }))};
+}
+
+// What pixels may be.
+Seeds pixel_series() {
+  const auto of = [](const auto& change) {
+    return joined_parts(changed_slices({0, 2}, [&](DicomBytes& s, std::size_t) { change(s); }));
+  };
+  Seeds seeds = {of([](DicomBytes& s) { s.is_signed = true; }),
+                 of([](DicomBytes& s) {
+                   s.padding = 900;
+                   s.intercept = "-2048";
+                 }),
+                 of([](DicomBytes& s) { s.slope = "0.5"; }),
+                 of([](DicomBytes& s) { s.photometric = "MONOCHROME1"; }),
+                 of([](DicomBytes& s) { s.transfer_syntax = "1.2.840.10008.1.2.4.50"; }),
+                 of([](DicomBytes& s) { s.transfer_syntax = "1.2.3"; })};
+  const std::string a = slice_at(0, 3).bytes(), b = slice_at(2, 3).bytes();
+  for (const bool is_signed : {false, true})
+    seeds.push_back(joined_parts({{0, of_bytes(a, is_signed)}, {1, of_bytes(b, is_signed)}}));
+  seeds.push_back(joined_parts({{0, as_deflated(a)}, {1, as_implicit(b)}}));
+  for (const char* syntax : kSyntaxes) {
+    const std::string codestream = codestream_of_slice(syntax);
+    seeds.push_back(joined_parts(
+        {{0, dicom_around(syntax, codestream, 0)}, {1, dicom_around(syntax, codestream, 2)}}));
+  }
+  return seeds;
+}
+
+std::string directory_of(const std::vector<std::string>& names) {
+  std::vector<std::string> records;
+  for (const std::string& name : names)
+    records.push_back(dicom_element(4, 0x1430, "CS", "IMAGE") +
+                      dicom_element(4, 0x1500, "CS", name));
+  return dicom_head("1.2.840.10008.1.3.10") + dicom_sequence(4, 0x1220, records);
+}
+
+Seeds discs() {
+  const std::size_t kDirectory = 4;
+  Seeds seeds;
+  for (const std::vector<std::string>& names : std::vector<std::vector<std::string>>{
+           {"1", "2"}, {"1", "2", "LOST"}, {"A\\1"}, {".."}, {}}) {
+    Parts parts = slices_at({0, 2});
+    parts.emplace_back(kDirectory, directory_of(names));
+    seeds.push_back(joined_parts(parts));
+  }
+  return seeds;
+}
+
+std::string zipped(const std::vector<std::pair<std::string, std::string>>& files) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "a.zip").string();
+  zipFile zip = zipOpen64(path.c_str(), APPEND_STATUS_CREATE);
+  for (const auto& [name, bytes] : files) {
+    const zip_fileinfo info{};
+    zipOpenNewFileInZip64(zip, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr, Z_DEFLATED, 6,
+                          0);
+    zipWriteInFileInZip(zip, bytes.data(), static_cast<unsigned>(bytes.size()));
+    zipCloseFileInZip(zip);
+  }
+  zipClose(zip, nullptr);
+  return read_text_file(path);
+}
+
+}  // namespace
+
+std::string codestream_syntax(unsigned which) { return kSyntaxes[which % std::size(kSyntaxes)]; }
+
+std::string dicom_around(const std::string& syntax, const std::string& codestream, double z_mm) {
+  DicomBytes slice = slice_at(z_mm, kSide);
+  slice.transfer_syntax = syntax;
+  slice.pixels.clear();
+  std::string file = slice.bytes();
+  file.resize(file.size() - 12);  // the empty pixel data: tag, OW, two zeros, length
+  return file + dicom_number(0x00107FE0, 4) + std::string("OB\0\0", 4) +
+         dicom_number(0xFFFFFFFF, 4) + item({}) + item(codestream) + dicom_number(0xE0DDFFFE, 4) +
+         dicom_number(0, 4);
+}
+
+Seeds dicom_codestream_seeds() {
+  Seeds seeds;
+  for (std::size_t i = 0; i < std::size(kSyntaxes); ++i)
+    seeds.push_back(static_cast<char>(i) + codestream_of_slice(kSyntaxes[i]));
+  return seeds;
+}
+
+Seeds dicom_image_seeds() {
+  const std::string two = enhanced_ct({slice_at(0, 4), slice_at(2, 4)});
+  std::vector<DicomBytes> moments = {slice_at(0, 4), slice_at(2, 4), slice_at(0, 4),
+                                     slice_at(2, 4)};
+  for (std::size_t k = 0; k < moments.size(); ++k) {
+    moments[k].temporal_position = k < 2 ? "1" : "2";
+    moments[k].pixels[0] = static_cast<std::uint16_t>(k);
+  }
+  return {as_implicit(two),
+          as_implicit(two, true),
+          as_deflated(two),
+          two,
+          enhanced_ct({slice_at(0, 3), slice_at(2, 3), slice_at(5, 3)}),
+          enhanced_ct(moments),
+          of_bytes(two, true),
+          slice_at(0, 4).bytes()};
+}
+
+Seeds dicom_series_seeds() {
+  Parts with_note = slices_at({0, 2, 4});
+  with_note.emplace_back(5, "a note");
+  Seeds seeds = {joined_parts(with_note)};
+  for (const Seeds& more : {uneven_series(), pixel_series(), discs()})
+    seeds.insert(seeds.end(), more.begin(), more.end());
+  return seeds;
+}
+
+Seeds zipped_dicom_seeds() {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const double z : {0., 2., 4.}) files.emplace_back("a/" + to_text(z), slice_at(z, 3).bytes());
+  const std::string series = zipped(files);
+  return {series,
+          zipped({{"__MACOSX/a", "x"}, {"ct.dcm", enhanced_ct({slice_at(0, 4), slice_at(2, 4)})}}),
+          zipped({{"again.zip", series}}), zipped({{"note.txt", "a note"}}), zipped({})};
+}
+
+Seeds dicom_segmentation_seeds() {
+  const auto frame = [](int step, int value) {
+    std::vector<int> values(35, 0);
+    for (std::size_t i = 0; i < values.size(); i += static_cast<std::size_t>(step))
+      values[i] = value;
+    return values;
+  };
+  const std::string bits =
+      SegBytes{"BINARY", 1, {{1, 12, frame(2, 1)}, {2, 6, frame(3, 1)}, {1, 9, frame(5, 1)}}}
+          .bytes();
+  return {bits,
+          as_deflated(bits),
+          as_implicit(bits, true),
+          SegBytes{"LABELMAP", 8, {{1, 0, frame(2, 1)}, {1, 3, frame(3, 2)}}}.bytes(),
+          SegBytes{"FRACTIONAL", 8, {{1, 0, frame(2, 150)}, {1, 3, frame(3, 99)}}}.bytes(),
+          SegBytes{"FRACTIONAL", 8, {{1, 0, frame(7, 150)}, {1, 3, frame(9, 99)}}, true}.bytes()};
+}
+
+Seeds dicom_contour_seeds() {
+  Roi organ{"liver", {}}, vessel{"vessel", {}};
+  for (const double z : {0., 2., 4.}) {
+    organ.contours.push_back({z, {{0, 0}, {20, 0}, {20, 15}, {0, 15}}});
+    organ.contours.push_back({z, {{5, 5}, {9, 5}, {7, 9}}});
+    if (z != 2) vessel.contours.push_back({z, {{1, 1}, {3, 1}, {2, 3}}});
+  }
+  const Eigen::Matrix3d oblique =
+      Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, 0.5).normalized()).toRotationMatrix();
+  return {structure_set({organ}), structure_set({organ, vessel}),
+          structure_set({vessel, organ}, oblique),
+          as_implicit(structure_set({organ, vessel}), true), as_deflated(structure_set({organ}))};
+}
+
+}  // namespace organbake
