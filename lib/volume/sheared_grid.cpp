@@ -72,7 +72,7 @@ Volume upright_grid(const Volume& stored, const ShearedAffine& affine, const std
   high = (high.array() - kRoundingSlack).ceil();
   const Eigen::Vector3d count = high - low + Eigen::Vector3d::Ones();
   // However long and thin a volume is, what a scanner shears stays of its own size.
-  constexpr std::size_t kMostGrowth = 16, kAlwaysFits = 1'000'000;
+  constexpr std::size_t kMostGrowth = 16, kAlwaysFits = 100'000;
   if (checked_grid_size(count, name) > std::max(kMostGrowth * stored.voxel_count(), kAlwaysFits))
     throw BadDataError(name + ": its axes are sheared so that no grid of its size holds it");
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
