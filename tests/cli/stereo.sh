@@ -91,7 +91,7 @@ expect 3 organbake stereo p/frames/000000.png p/frames/000000.png --calibration 
 expect_err "found again by the other eye"
 expect 3 organbake stereo p/frames/000000.png p/right/000000.png --calibration rows_apart.yml --strict \
   -o apart
-expect_err "is not ok"
+expect_err "the frame's depth is"
 expect_err "px apart"
 
 # A pair to a bundle.

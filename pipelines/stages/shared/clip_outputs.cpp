@@ -180,6 +180,9 @@ std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport&
                                         return a.quality.verdict < b.quality.verdict;
                                       });
   if (worst->quality.verdict == DepthVerdict::ok) return "";
+  if (records.size() == 1)
+    return std::string("the frame's depth is ") + name_of(worst->quality.verdict) + ": " +
+           worst->quality.reason;
   const auto bad = static_cast<std::ptrdiff_t>(records.size()) - counted(DepthVerdict::ok);
   return "the depth of " + std::to_string(bad) + " of " + std::to_string(records.size()) +
          " frames is not ok (frame " + std::to_string(worst->index) + " is " +

@@ -103,11 +103,15 @@ Lens lens_for(const StoredPicture& first, const fs::path& frames, const fs::path
 void tell(const StoredPicture& first, bool as_stored, const RunContext& context) {
   const PixelSize stored{first.color.width, first.color.height}, size = upright_size(first);
   if (stored == size && first.turn == Turn::none) return;
-  const std::string tags = "the frames are stored as " + size_text(stored) + " with " +
-                           (first.turn == Turn::none ? "" : "a turn to upright and ") + "pixels " +
-                           to_text(first.pixel_aspect) + " times as wide as high; ";
-  context.info(as_stored ? tags + "they stay so, as the given intrinsics have it"
-                         : tags + "they are shaded upright with square pixels, " + size_text(size));
+  std::string tags;
+  if (first.turn != Turn::none) tags = "a turn to upright";
+  const std::string aspect = to_text(first.pixel_aspect, 3);
+  if (aspect != to_text(1.0, 3))
+    tags += (tags.empty() ? "" : " and ") + ("pixels " + aspect) + " times as wide as high";
+  const std::string frames = "the frames are stored as " + size_text(stored) + " with " + tags;
+  context.info(as_stored
+                   ? frames + "; they stay so, as the given intrinsics have it"
+                   : frames + "; they are shaded upright with square pixels, " + size_text(size));
 }
 
 }  // namespace
