@@ -15,8 +15,9 @@ namespace fs = std::filesystem;
 namespace {
 
 bool is_colmap(const fs::path& path) {
-  return fs::is_directory(path) || path.filename() == "cameras.txt" ||
-         path.filename() == "images.txt";
+  const std::string name = path.filename().string();
+  return fs::is_directory(path) || name == "cameras.txt" || name == "images.txt" ||
+         name == "cameras.bin" || name == "images.bin";
 }
 
 // The left eye's, where it is a stereo calibration.
@@ -40,9 +41,15 @@ bool is_json(const std::string& text) {
 }
 
 CameraSet colmap_model(const fs::path& path) {
-  if (!fs::is_directory(path)) return read_colmap_text(path.parent_path());
+  if (!fs::is_directory(path))
+    return path.extension() == ".bin" ? read_colmap_binary(path.parent_path())
+                                      : read_colmap_text(path.parent_path());
   const fs::path sparse = path / "sparse" / "0";
-  return read_colmap_text(fs::exists(sparse / "cameras.txt") ? sparse : path);
+  for (const fs::path& folder : {sparse, path}) {
+    if (fs::exists(folder / "cameras.txt")) return read_colmap_text(folder);
+    if (fs::exists(folder / "cameras.bin")) return read_colmap_binary(folder);
+  }
+  throw NoInputError(path, "holds no COLMAP model: neither cameras.txt nor cameras.bin");
 }
 
 CameraSet cameras_of(const Json& json, const std::string& text, const fs::path& path) {
@@ -74,8 +81,7 @@ CameraSet read_camera_file(const fs::path& path) {
   if (is_colmap(path)) return colmap_model(path);
   const std::string text = read_text_file(path);
   if (!is_json(text)) {
-    throw BadDataError(path,
-                       "is neither a cameras.json, a transforms.json nor a COLMAP text model");
+    throw BadDataError(path, "is neither a cameras.json, a transforms.json nor a COLMAP model");
   }
   return cameras_of(parse_json(text, path.string()), text, path);
 }

@@ -16,10 +16,10 @@ namespace organbake {
 
 // Posed cameras as other programs keep them, in our conventions (camera_from_world, mm, OpenCV
 // axes, first pixel's centre at (0.5, 0.5)). Told apart by content: our cameras.json or pose.json;
-// a transforms.json (NeRF: camera to world, OpenGL axes); a COLMAP text model (its folder, the
-// folder with its sparse/0, or cameras.txt or images.txt in it; models SIMPLE_PINHOLE, PINHOLE,
-// SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV without k4…k6). Lengths are taken as millimetres.
-// Throws NoInputError, BadDataError.
+// a transforms.json (NeRF: camera to world, OpenGL axes); a COLMAP model, text or binary (its
+// folder, the folder with its sparse/0, or its file of cameras or of images; lenses SIMPLE_PINHOLE,
+// PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV without k4…k6). Lengths are taken as
+// millimetres. Throws NoInputError, BadDataError.
 CameraSet read_camera_file(const std::filesystem::path& path);
 
 // The camera whose image has this file name, wherever it lies.

@@ -10,35 +10,11 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/camera_files.h"
+#include "formats/colmap_lens.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
 namespace {
-
-// Which intrinsic each parameter of a model is, in COLMAP's order; 'f' is both focal lengths.
-const std::map<std::string, std::vector<std::string>>& models() {
-  static const std::map<std::string, std::vector<std::string>> models = {
-      {"SIMPLE_PINHOLE", {"f", "cx", "cy"}},
-      {"PINHOLE", {"fx", "fy", "cx", "cy"}},
-      {"SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
-      {"RADIAL", {"f", "cx", "cy", "k1", "k2"}},
-      {"OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
-      {"FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}}};
-  return models;
-}
-
-void set(Intrinsics& k, const std::string& name, double value, const fs::path& path) {
-  const std::map<std::string, double*> places = {{"fx", &k.fx}, {"fy", &k.fy}, {"cx", &k.cx},
-                                                 {"cy", &k.cy}, {"k1", &k.k1}, {"k2", &k.k2},
-                                                 {"p1", &k.p1}, {"p2", &k.p2}, {"k3", &k.k3}};
-  if (name == "f") {
-    k.fx = k.fy = value;
-  } else if (places.contains(name)) {
-    *places.at(name) = value;
-  } else if (value != 0) {
-    throw BadDataError(path, "its distortion " + name + " is not supported");
-  }
-}
 
 std::vector<std::string> lines_of(const fs::path& path) {
   std::istringstream text(read_text_file(path));
@@ -50,35 +26,29 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
-// Names go on into documents that hold nothing but UTF-8.
-void check_name(const std::string& name, long id, const fs::path& path) {
-  try {
-    nlohmann::json(name).dump();
-  } catch (const nlohmann::json::exception&) {
-    throw BadDataError(path, "the name of image " + std::to_string(id) +
-                                 " is no UTF-8 text: rename the image, here and in its folder");
-  }
-}
-
 std::map<long, Intrinsics> read_lenses(const fs::path& path) {
   std::map<long, Intrinsics> lenses;
   for (const std::string& line : lines_of(path)) {
     if (line.empty()) continue;
     std::istringstream words(line);
     long id = 0;
-    std::string model;
-    Intrinsics k;
-    words >> id >> model >> k.width >> k.height;
-    const auto known = models().find(model);
-    if (!words || known == models().end()) {
-      throw BadDataError(path, "'" + line + "' is no camera of a supported model");
+    int width = 0, height = 0;
+    std::string name;
+    words >> id >> name >> width >> height;
+    const ColmapModel* model = colmap_lens_model(name);
+    if (!words || !model) {
+      throw BadDataError(
+          path, "'" + line + "' is no camera of a model that is read: " + colmap_model_names());
     }
-    for (const std::string& name : known->second) {
+    std::vector<double> values;
+    for (const std::string& parameter : model->parameters) {
       double value = 0;
-      if (!(words >> value)) throw BadDataError(path, "'" + line + "' lacks its " + name);
-      set(k, name, value, path);
+      if (!(words >> value)) throw BadDataError(path, "'" + line + "' lacks its " + parameter);
+      values.push_back(value);
     }
-    lenses[id] = k;
+    lenses[id] = colmap_lens(*model, values, path);
+    lenses[id].width = width;
+    lenses[id].height = height;
   }
   return lenses;
 }
@@ -102,6 +72,23 @@ std::vector<std::string> sighting_lines(std::size_t images,
 
 }  // namespace
 
+void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
+                      long id, const fs::path& path, CameraSet& set) {
+  const Eigen::Quaterniond q(pose[0], pose[1], pose[2], pose[3]);
+  const Eigen::Vector3d translation(pose[4], pose[5], pose[6]);
+  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite() || name.empty())
+    throw BadDataError(path, "image " + std::to_string(id) + " has no sound pose or no name");
+  // Names go on into documents that hold nothing but UTF-8.
+  try {
+    nlohmann::json(name).dump();
+  } catch (const nlohmann::json::exception&) {
+    throw BadDataError(path, "the name of image " + std::to_string(id) +
+                                 " is no UTF-8 text: rename the image, here and in its folder");
+  }
+  set.images.push_back(name);
+  set.cameras.push_back({name, lens, {q.normalized().toRotationMatrix(), translation}});
+}
+
 CameraSet read_colmap_text(const fs::path& folder) {
   const std::map<long, Intrinsics> lenses = read_lenses(folder / "cameras.txt");
   const fs::path path = folder / "images.txt";
@@ -112,19 +99,17 @@ CameraSet read_colmap_text(const fs::path& folder) {
     if (lines[i].empty()) continue;
     std::istringstream words(lines[i]);
     long id = 0, lens = 0;
-    double w = 0, x = 0, y = 0, z = 0;
-    PosedCamera camera;
-    Eigen::Vector3d& t = camera.camera_from_world.translation;
-    words >> id >> w >> x >> y >> z >> t.x() >> t.y() >> t.z() >> lens >> camera.name;
-    const Eigen::Quaterniond q(w, x, y, z);
-    if (!words || !lenses.contains(lens) || !(q.norm() > 0)) {
+    double pose[7];
+    words >> id;
+    for (double& number : pose) words >> number;
+    words >> lens;
+    // The rest of the line, as COLMAP has it: a name may hold spaces.
+    std::string name;
+    std::getline(words >> std::ws, name);
+    if (!words || !lenses.contains(lens)) {
       throw BadDataError(path, "'" + lines[i] + "' is no image with a pose and a known camera");
     }
-    check_name(camera.name, id, path);
-    camera.camera_from_world.rotation = q.normalized().toRotationMatrix();
-    camera.intrinsics = lenses.at(lens);
-    set.images.push_back(camera.name);
-    set.cameras.push_back(camera);
+    add_colmap_image(pose, lenses.at(lens), name, id, path, set);
   }
   return set;
 }

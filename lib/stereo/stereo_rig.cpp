@@ -88,8 +88,11 @@ StereoRig rig_of_cameras(const fs::path& path, const EyePictures& pictures) {
 }
 
 bool is_camera_document(const fs::path& path) {
-  if (fs::is_directory(path)) return fs::exists(path / "cameras.txt");
-  if (path.filename() == "cameras.txt" || path.filename() == "images.txt") return true;
+  for (const char* name : {"cameras.txt", "cameras.bin"})
+    if (fs::is_directory(path) && fs::exists(path / name)) return true;
+  if (fs::is_directory(path)) return false;
+  for (const char* name : {"cameras.txt", "images.txt", "cameras.bin", "images.bin"})
+    if (path.filename() == name) return true;
   const std::string text = read_text_file(path);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string::npos && text[first] == '{' &&

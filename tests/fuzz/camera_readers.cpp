@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cameras and calibrations.
+#include "bundle/packed_bytes.h"
 #include "formats/camera_files.h"
 #include "fuzz/readers.h"
 #include "stereo/stereo_rig.h"
@@ -19,7 +20,8 @@ void read_lens(std::span<const std::byte> bytes, const InputFolder& folder) {
   read_intrinsics(folder.file("lens.yml", bytes), "b.png", kWidth, kHeight);
 }
 
-const std::vector<std::string> kColmapFiles = {"cameras.txt", "images.txt"};
+const std::vector<std::string> kColmapFiles = {"cameras.txt", "images.txt", "cameras.bin",
+                                               "images.bin"};
 
 void read_colmap(std::span<const std::byte> bytes, const InputFolder& folder) {
   read_camera_file(folder.parts(kColmapFiles, bytes));
@@ -91,9 +93,30 @@ Seeds lens_seeds() {
       transforms_json(two_cameras())};
 }
 
+std::string little_endian(const auto&... numbers) {
+  PackedWriter bytes;
+  (bytes.add(numbers), ...);
+  return text_of(bytes.bytes());
+}
+
+// One camera of a kind of lens and two images, as COLMAP's binary files have them.
+std::string colmap_binary() {
+  using U32 = std::uint32_t;
+  using U64 = std::uint64_t;
+  const std::string cameras = little_endian(U64{1}, U32{3}, std::int32_t{4}, U64{64}, U64{48}, 50.,
+                                            51., 32., 24., 0.1, 0., 0., 0.);
+  std::string images = little_endian(U64{2});
+  for (const char* name : {"a.png", "b.png"})
+    images += little_endian(U32{9}, 1., 0., 0., 0., 1., 2., 300., U32{3}) + name + '\0' +
+              little_endian(U64{1}, 5., 6., U64{0});
+  return joined_parts({{2, cameras}, {3, images}});
+}
+
 Seeds colmap_seeds() {
   const CameraSet set = two_cameras();
   return {
+      colmap_binary(),
+
       joined_parts({{0, colmap_cameras_text(set)}, {1, colmap_images_text(set)}}),
       joined_parts({{0,
                      "# ours\n1 SIMPLE_RADIAL 64 48 50 32 24 0.1\n2 FULL_OPENCV 64 48 50 50 "

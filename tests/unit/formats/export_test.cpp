@@ -16,123 +16,13 @@
 #include "formats/mesh_files.h"
 #include "formats/textured_mesh.h"
 #include "image/png.h"
+#include "posed_cameras.h"
 #include "support/meshes.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Two cameras that differ in everything, one of them with distortion.
-CameraSet two_cameras() {
-  CameraSet set;
-  for (int c = 0; c < 2; ++c) {
-    PosedCamera camera;
-    camera.name = "cam_00" + std::to_string(c);
-    camera.intrinsics = {640, 480 + c, 500.25 + c, 510.5, 320.125, 239.75};
-    if (c == 1) camera.intrinsics.k1 = -0.1, camera.intrinsics.p2 = 0.002;
-    camera.camera_from_world.rotation =
-        Eigen::AngleAxisd(0.4 + c, Eigen::Vector3d(1, 2 - c, -0.5).normalized()).toRotationMatrix();
-    camera.camera_from_world.translation = {10.5 - c, -20.25, 300};
-    set.cameras.push_back(camera);
-    set.images.push_back(camera.name + ".png");
-  }
-  return set;
-}
-
-void expect_same_cameras(const CameraSet& got, const CameraSet& expected) {
-  ASSERT_EQ(got.cameras.size(), expected.cameras.size());
-  constexpr double kRounding = 1e-12;  // texts hold every digit; a quaternion's trip loses a few
-  for (std::size_t c = 0; c < got.cameras.size(); ++c) {
-    const PosedCamera &a = got.cameras[c], &b = expected.cameras[c];
-    EXPECT_LT((a.camera_from_world.rotation - b.camera_from_world.rotation).norm(), kRounding);
-    EXPECT_LT((a.camera_from_world.translation - b.camera_from_world.translation).norm(), 1e-9);
-    EXPECT_EQ(a.intrinsics.width, b.intrinsics.width);
-    EXPECT_EQ(a.intrinsics.height, b.intrinsics.height);
-    for (const auto member : {&Intrinsics::fx, &Intrinsics::fy, &Intrinsics::cx, &Intrinsics::cy,
-                              &Intrinsics::k1, &Intrinsics::p2})
-      EXPECT_EQ(a.intrinsics.*member, b.intrinsics.*member);
-    EXPECT_EQ(got.images[c], expected.images[c]);
-  }
-}
-
-TEST(ExportedCameras, ComeBackFromColmap) {
-  const TemporaryFolder folder;
-  const CameraSet set = two_cameras();
-  write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
-  write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
-  write_file_atomically(folder.path() / "points3D.txt", colmap_points_text());
-  expect_same_cameras(read_camera_file(folder.path()), set);
-}
-
-TEST(ExportedCameras, ColmapPointsAndSightingsPointAtEachOther) {
-  const TemporaryFolder folder;
-  const CameraSet set = two_cameras();
-  std::vector<SparsePoint> points(3);
-  points[0] = {{1, 2, 3}, {10, 20, 30}, {{0, {4.5, 5.25}}, {1, {6.5, 7.125}}}};
-  points[1] = {{-1, 0.5, 2.25}, {255, 0, 7}, {}};
-  points[2] = {{4, 5, 6}, {1, 2, 3}, {{1, {8, 9}}}};
-  const fs::path sparse = folder.path() / "sparse" / "0";
-  fs::create_directories(sparse);
-  write_file_atomically(sparse / "cameras.txt", colmap_cameras_text(set));
-  write_file_atomically(sparse / "images.txt", colmap_images_text(set, points));
-  expect_same_cameras(read_camera_file(folder.path()), set);
-  EXPECT_THAT(colmap_images_text(set, points),
-              testing::AllOf(testing::HasSubstr("cam_000.png\n4.500 5.250 1\n"),
-                             testing::HasSubstr("cam_001.png\n6.500 7.125 1 8.000 9.000 3\n")));
-  EXPECT_THAT(colmap_points_text(points),
-              testing::AllOf(testing::HasSubstr("\n1 1.00000 2.00000 3.00000 10 20 30 0 1 0 2 0\n"),
-                             testing::HasSubstr("\n2 -1.00000 0.50000 2.25000 255 0 7 0\n"),
-                             testing::HasSubstr("\n3 4.00000 5.00000 6.00000 1 2 3 0 2 1\n")));
-}
-
-TEST(ExportedCameras, TransformsPutTheOrganIntoTheUnitCube) {
-  const CameraSet set = two_cameras();
-  SceneFacts facts{{{-10, 20, 30}, {90, 60, 130}}, 0.02, {"depth/a.png", "depth/b.png"}, "p.ply"};
-  const auto json = nlohmann::json::parse(transforms_json(set, facts));
-  for (int k = 0; k < 3; ++k) {
-    const double scale = json["scale"], offset = json["offset"][k];
-    EXPECT_NEAR(scale * facts.bounds_mm.center()[k] + offset, 0.5, 1e-12);
-    EXPECT_GT(scale * facts.bounds_mm.min[k] + offset, 0);
-    EXPECT_LT(scale * facts.bounds_mm.max[k] + offset, 1);
-  }
-  EXPECT_EQ(json["integer_depth_scale"], 0.02);
-  EXPECT_EQ(json["frames"][1]["depth_file_path"], "depth/b.png");
-  EXPECT_EQ(json["ply_file_path"], "p.ply");
-  EXPECT_EQ(json["bounds_mm"][1][2], 130);
-}
-
-TEST(ExportedCameras, PointsAreAPlyCloud) {
-  const std::string ply =
-      point_cloud_ply({{{1, 2, 3}, {10, 20, 30}, {}}, {{4, 5, 6}, {7, 8, 9}, {}}});
-  const std::size_t body = ply.find("end_header\n") + 11;
-  ASSERT_EQ(ply.size() - body, 2u * 15);
-  float z = 0;
-  std::memcpy(&z, ply.data() + body + 15 + 8, 4);
-  EXPECT_EQ(z, 6);
-  EXPECT_EQ(ply.back(), 9);
-}
-
-TEST(ExportedCameras, ANameThatIsNoUtf8IsRefused) {
-  const TemporaryFolder folder;
-  CameraSet set = two_cameras();
-  set.images.front() = "caf\xe9.png";  // Latin-1
-  write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
-  write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
-  try {
-    read_camera_file(folder.path());
-    FAIL();
-  } catch (const BadDataError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("image 1 is no UTF-8"));
-  }
-}
-
-TEST(ExportedCameras, ComeBackFromTransforms) {
-  const TemporaryFolder folder;
-  const CameraSet set = two_cameras();
-  write_file_atomically(folder.path() / "transforms.json", transforms_json(set));
-  expect_same_cameras(read_camera_file(folder.path() / "transforms.json"), set);
-}
 
 struct Glb {
   nlohmann::json json;

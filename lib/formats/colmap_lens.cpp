@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/colmap_lens.h"
+
+#include <algorithm>
+#include <map>
+
+#include "core/error.h"
+
+namespace organbake {
+namespace {
+
+const std::vector<ColmapModel>& models() {
+  static const std::vector<ColmapModel> models = {
+      {0, "SIMPLE_PINHOLE", {"f", "cx", "cy"}},
+      {1, "PINHOLE", {"fx", "fy", "cx", "cy"}},
+      {2, "SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
+      {3, "RADIAL", {"f", "cx", "cy", "k1", "k2"}},
+      {4, "OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
+      {6, "FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}}};
+  return models;
+}
+
+template <class Matches>
+const ColmapModel* first_that(const Matches& matches) {
+  const auto found = std::find_if(models().begin(), models().end(), matches);
+  return found == models().end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+const ColmapModel* colmap_lens_model(const std::string& name) {
+  return first_that([&](const ColmapModel& model) { return model.name == name; });
+}
+
+const ColmapModel* colmap_lens_model(int number) {
+  return first_that([&](const ColmapModel& model) { return model.number == number; });
+}
+
+std::string colmap_model_names() {
+  std::string names;
+  for (const ColmapModel& model : models()) names += (names.empty() ? "" : ", ") + model.name;
+  return names;
+}
+
+Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& values,
+                       const std::filesystem::path& path) {
+  Intrinsics k;
+  const std::map<std::string, double*> places = {{"fx", &k.fx}, {"fy", &k.fy}, {"cx", &k.cx},
+                                                 {"cy", &k.cy}, {"k1", &k.k1}, {"k2", &k.k2},
+                                                 {"p1", &k.p1}, {"p2", &k.p2}, {"k3", &k.k3}};
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    const std::string& name = model.parameters[i];
+    if (name == "f") {
+      k.fx = k.fy = values[i];
+    } else if (places.contains(name)) {
+      *places.at(name) = values[i];
+    } else if (values[i] != 0) {
+      throw BadDataError(path, "its distortion " + name + " is not supported");
+    }
+  }
+  return k;
+}
+
+}  // namespace organbake

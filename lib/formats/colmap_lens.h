@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "geometry/camera.h"
+
+namespace organbake {
+
+// One of COLMAP's models of lenses that are pinholes with k1 k2 p1 p2 k3 at most.
+struct ColmapModel {
+  int number = 0;  // in COLMAP's binary files
+  std::string name;
+  std::vector<std::string> parameters;  // in COLMAP's order; 'f' is both focal lengths
+};
+
+// Null for a model that is not read.
+const ColmapModel* colmap_lens_model(const std::string& name);
+const ColmapModel* colmap_lens_model(int number);
+
+// "SIMPLE_PINHOLE, PINHOLE, …", for messages.
+std::string colmap_model_names();
+
+// `values` are as many as the model's parameters. Throws BadDataError naming `path` where one that
+// has no place here is not 0.
+Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& values,
+                       const std::filesystem::path& path);
+
+}  // namespace organbake

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Posed cameras as other programs keep them: written, and read back.
+#include "formats/camera_files.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "bundle/packed_bytes.h"
+#include "core/files.h"
+#include "core/temporary_folder.h"
+#include "posed_cameras.h"
+#include "support/error_message.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+void expect_same_cameras(const CameraSet& got, const CameraSet& expected) {
+  ASSERT_EQ(got.cameras.size(), expected.cameras.size());
+  constexpr double kRounding = 1e-12;  // texts hold every digit; a quaternion's trip loses a few
+  for (std::size_t c = 0; c < got.cameras.size(); ++c) {
+    const PosedCamera &a = got.cameras[c], &b = expected.cameras[c];
+    EXPECT_LT((a.camera_from_world.rotation - b.camera_from_world.rotation).norm(), kRounding);
+    EXPECT_LT((a.camera_from_world.translation - b.camera_from_world.translation).norm(), 1e-9);
+    EXPECT_EQ(a.intrinsics.width, b.intrinsics.width);
+    EXPECT_EQ(a.intrinsics.height, b.intrinsics.height);
+    for (const auto member : {&Intrinsics::fx, &Intrinsics::fy, &Intrinsics::cx, &Intrinsics::cy,
+                              &Intrinsics::k1, &Intrinsics::p2})
+      EXPECT_EQ(a.intrinsics.*member, b.intrinsics.*member);
+    EXPECT_EQ(got.images[c], expected.images[c]);
+  }
+}
+
+TEST(ExportedCameras, ComeBackFromColmap) {
+  const TemporaryFolder folder;
+  const CameraSet set = two_cameras();
+  write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
+  write_file_atomically(folder.path() / "points3D.txt", colmap_points_text());
+  expect_same_cameras(read_camera_file(folder.path()), set);
+}
+
+// As COLMAP writes a reconstruction by default.
+std::vector<std::byte> colmap_cameras_bytes(const CameraSet& set, std::int32_t model) {
+  PackedWriter bytes;
+  bytes.add(std::uint64_t(set.cameras.size()));
+  for (std::size_t c = 0; c < set.cameras.size(); ++c) {
+    const Intrinsics& k = set.cameras[c].intrinsics;
+    bytes.add(std::uint32_t(c + 1));
+    bytes.add(model);
+    bytes.add(std::uint64_t(k.width));
+    bytes.add(std::uint64_t(k.height));
+    for (const double value : {k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2, k.k3, 0., 0., 0.})
+      bytes.add(value);
+  }
+  return bytes.take();
+}
+
+std::vector<std::byte> colmap_images_bytes(const CameraSet& set) {
+  PackedWriter bytes;
+  bytes.add(std::uint64_t(set.cameras.size()));
+  for (std::size_t c = 0; c < set.cameras.size(); ++c) {
+    const RigidTransform& pose = set.cameras[c].camera_from_world;
+    const Eigen::Quaterniond q(pose.rotation);
+    bytes.add(std::uint32_t(7 + c));
+    for (const double value : {q.w(), q.x(), q.y(), q.z()}) bytes.add(value);
+    for (int axis = 0; axis < 3; ++axis) bytes.add(pose.translation[axis]);
+    bytes.add(std::uint32_t(c + 1));
+    for (const char letter : set.images[c]) bytes.add(letter);
+    bytes.add('\0');
+    bytes.add(std::uint64_t(c));  // points
+    for (std::size_t i = 0; i < 3 * c; ++i) bytes.add(1.5);
+  }
+  return bytes.take();
+}
+
+TEST(ExportedCameras, ColmapsBinaryModelsAreReadAsItsTexts) {
+  constexpr std::int32_t kFullOpenCv = 6, kFisheye = 5;
+  const TemporaryFolder folder;
+  const CameraSet set = two_cameras();
+  const fs::path sparse = folder.path() / "sparse" / "0";
+  fs::create_directories(sparse);
+  const std::vector<std::byte> images = colmap_images_bytes(set);
+  write_file_atomically(sparse / "cameras.bin", colmap_cameras_bytes(set, kFullOpenCv));
+  write_file_atomically(sparse / "images.bin", images);
+  expect_same_cameras(read_camera_file(folder.path()), set);
+  expect_same_cameras(read_camera_file(sparse / "images.bin"), set);
+  write_file_atomically(sparse / "images.bin", std::span(images).first(images.size() - 30));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_camera_file(sparse); }),
+              testing::HasSubstr("ends early"));
+  write_file_atomically(sparse / "cameras.bin", colmap_cameras_bytes(set, kFisheye));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_camera_file(sparse); }),
+              testing::HasSubstr("model number 5; read are SIMPLE_PINHOLE, PINHOLE"));
+}
+
+TEST(ExportedCameras, ColmapsNamesOfImagesMayHoldSpaces) {
+  const TemporaryFolder folder;
+  CameraSet set = two_cameras();
+  set.images[0] = "left eye/frame 001.png";
+  write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
+  expect_same_cameras(read_camera_file(folder.path()), set);
+}
+
+TEST(ExportedCameras, ColmapPointsAndSightingsPointAtEachOther) {
+  const TemporaryFolder folder;
+  const CameraSet set = two_cameras();
+  std::vector<SparsePoint> points(3);
+  points[0] = {{1, 2, 3}, {10, 20, 30}, {{0, {4.5, 5.25}}, {1, {6.5, 7.125}}}};
+  points[1] = {{-1, 0.5, 2.25}, {255, 0, 7}, {}};
+  points[2] = {{4, 5, 6}, {1, 2, 3}, {{1, {8, 9}}}};
+  const fs::path sparse = folder.path() / "sparse" / "0";
+  fs::create_directories(sparse);
+  write_file_atomically(sparse / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(sparse / "images.txt", colmap_images_text(set, points));
+  expect_same_cameras(read_camera_file(folder.path()), set);
+  EXPECT_THAT(colmap_images_text(set, points),
+              testing::AllOf(testing::HasSubstr("cam_000.png\n4.500 5.250 1\n"),
+                             testing::HasSubstr("cam_001.png\n6.500 7.125 1 8.000 9.000 3\n")));
+  EXPECT_THAT(colmap_points_text(points),
+              testing::AllOf(testing::HasSubstr("\n1 1.00000 2.00000 3.00000 10 20 30 0 1 0 2 0\n"),
+                             testing::HasSubstr("\n2 -1.00000 0.50000 2.25000 255 0 7 0\n"),
+                             testing::HasSubstr("\n3 4.00000 5.00000 6.00000 1 2 3 0 2 1\n")));
+}
+
+TEST(ExportedCameras, TransformsPutTheOrganIntoTheUnitCube) {
+  const CameraSet set = two_cameras();
+  SceneFacts facts{{{-10, 20, 30}, {90, 60, 130}}, 0.02, {"depth/a.png", "depth/b.png"}, "p.ply"};
+  const auto json = nlohmann::json::parse(transforms_json(set, facts));
+  for (int k = 0; k < 3; ++k) {
+    const double scale = json["scale"], offset = json["offset"][k];
+    EXPECT_NEAR(scale * facts.bounds_mm.center()[k] + offset, 0.5, 1e-12);
+    EXPECT_GT(scale * facts.bounds_mm.min[k] + offset, 0);
+    EXPECT_LT(scale * facts.bounds_mm.max[k] + offset, 1);
+  }
+  EXPECT_EQ(json["integer_depth_scale"], 0.02);
+  EXPECT_EQ(json["frames"][1]["depth_file_path"], "depth/b.png");
+  EXPECT_EQ(json["ply_file_path"], "p.ply");
+  EXPECT_EQ(json["bounds_mm"][1][2], 130);
+}
+
+TEST(ExportedCameras, PointsAreAPlyCloud) {
+  const std::string ply =
+      point_cloud_ply({{{1, 2, 3}, {10, 20, 30}, {}}, {{4, 5, 6}, {7, 8, 9}, {}}});
+  const std::size_t body = ply.find("end_header\n") + 11;
+  ASSERT_EQ(ply.size() - body, 2u * 15);
+  float z = 0;
+  std::memcpy(&z, ply.data() + body + 15 + 8, 4);
+  EXPECT_EQ(z, 6);
+  EXPECT_EQ(ply.back(), 9);
+}
+
+TEST(ExportedCameras, ANameThatIsNoUtf8IsRefused) {
+  const TemporaryFolder folder;
+  CameraSet set = two_cameras();
+  set.images.front() = "caf\xe9.png";  // Latin-1
+  write_file_atomically(folder.path() / "cameras.txt", colmap_cameras_text(set));
+  write_file_atomically(folder.path() / "images.txt", colmap_images_text(set));
+  try {
+    read_camera_file(folder.path());
+    FAIL();
+  } catch (const BadDataError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("image 1 is no UTF-8"));
+  }
+}
+
+TEST(ExportedCameras, ComeBackFromTransforms) {
+  const TemporaryFolder folder;
+  const CameraSet set = two_cameras();
+  write_file_atomically(folder.path() / "transforms.json", transforms_json(set));
+  expect_same_cameras(read_camera_file(folder.path() / "transforms.json"), set);
+}
+
+}  // namespace
+}  // namespace organbake
