@@ -130,10 +130,11 @@ BatchOptions options_of(const BatchFlags& flags, const Session& session) {
 }
 
 // Nobody needs an estimate of what has the machine to itself.
-std::vector<double> memory_needed(const std::vector<BatchCase>& cases, const BatchFlags& flags) {
+std::vector<double> memory_needed(const std::vector<BatchCase>& cases, const BatchFlags& flags,
+                                  const RunContext& context) {
   std::vector<double> memory_mb(cases.size());
   if (flags.jobs == 1) return memory_mb;
-  const std::vector<CaseEstimate> estimates = estimates_of(cases, flags.cases);
+  const std::vector<CaseEstimate> estimates = estimates_of(cases, flags.cases, context);
   std::transform(estimates.begin(), estimates.end(), memory_mb.begin(),
                  [](const CaseEstimate& estimate) { return estimate.memory_mb; });
   return memory_mb;
@@ -176,7 +177,7 @@ int bake_cases(const std::vector<std::string>& words, const BatchFlags& flags, S
   make_batch_folder(output);
   lock_batch(output, stem);
   const RunContext context = session.context("batch");
-  Batch batch(options_of(flags, session), cases, memory_needed(cases, flags),
+  Batch batch(options_of(flags, session), cases, memory_needed(cases, flags, context),
               listener(flags.progress, session.terminal()), context);
   const std::vector<BatchRow> rows = batch.run();
   write_reports(output / stem, flags.cases.recipe.filename().string(), rows, session);

@@ -35,10 +35,11 @@ std::vector<BatchCase> read_cases(const std::vector<std::string>& words, const C
   return cases_of_words(words, flags.input);
 }
 
-std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases,
-                                       const CaseFlags& flags) {
+std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags,
+                                       const RunContext& context) {
   std::vector<CaseEstimate> estimates;
   for (const BatchCase& one : cases) {
+    context.throw_if_cancelled();
     std::vector<std::string> settings = flags.settings;
     settings.insert(settings.end(), one.settings.begin(), one.settings.end());
     estimates.push_back(estimate_case(flags.recipe, settings));

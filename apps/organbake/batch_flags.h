@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/run_context.h"
 #include "pipelines/batch_cases.h"
 #include "pipelines/case_estimate.h"
 #include "pipelines/options.h"
@@ -27,7 +28,8 @@ void add_case_flags(OptionList& list, CaseFlags& flags);
 std::vector<BatchCase> read_cases(const std::vector<std::string>& words, const CaseFlags& flags,
                                   const std::string& command);
 // What each is thought to need.
-std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags);
+std::vector<CaseEstimate> estimates_of(const std::vector<BatchCase>& cases, const CaseFlags& flags,
+                                       const RunContext& context);
 
 // Creates the batch's folder with its logs. Throws IoError, also for a bundle's folder, which other
 // files would damage.

@@ -190,7 +190,8 @@ int run_plan(const Arguments& arguments, Session& session) {
       plan_flag_list(flags), kMostCaseWords);
   if (!words) return 0;
   const std::vector<BatchCase> cases = read_cases(*words, flags.cases, "plan");
-  const std::vector<CaseEstimate> estimates = estimates_of(cases, flags.cases);
+  const std::vector<CaseEstimate> estimates =
+      estimates_of(cases, flags.cases, session.context("plan"));
   constexpr int kThreadsOfTask = 2;
   const int threads = session.threads() > 0 ? session.threads() : kThreadsOfTask;
   check_that_it_fits(cases, estimates, flags, threads);
