@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/dicom_structure.h"
 
-#include <vtkDICOMMetaData.h>
-#include <vtkNew.h>
+#include <vtkDICOMDictionary.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -75,12 +74,13 @@ bool has_long_length(std::string_view vr) {
   return std::find(std::begin(kLong), std::end(kLong), vr) != std::end(kLong);
 }
 
-// As the parser itself finds it.
+// As the parser's own dictionary has it. Its look-up with a file's data would complain, on the
+// terminal, of every kind of value that hangs on what this file says elsewhere.
 bool is_listed_as_sequence(std::uint32_t tag) {
-  thread_local const vtkNew<vtkDICOMMetaData> data;
   const vtkDICOMTag asked(static_cast<unsigned short>(tag >> 16),
                           static_cast<unsigned short>(tag & 0xFFFF));
-  return data->FindDictVR(0, asked) == vtkDICOMVR::SQ;
+  const vtkDICOMDictEntry entry = vtkDICOMDictionary::FindDictEntry(asked);
+  return entry.IsValid() && entry.GetVR() == vtkDICOMVR::SQ;
 }
 
 struct Coding {

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <optional>
 #include <set>
+#include <span>
+#include <utility>
 
 #include "core/error.h"
 #include "volume/header_text.h"
@@ -83,6 +85,20 @@ std::vector<std::string> parts_of(const std::string& text) {
   return parts;
 }
 
+// The label that the first of the parts names, or, as a name may hold commas, the first few of
+// them; and how many that took.
+std::pair<std::optional<ChosenLabel>, std::size_t> first_label(std::span<const std::string> parts,
+                                                               const std::vector<LabelName>& names,
+                                                               const std::string& file) {
+  constexpr std::size_t kMostCommas = 7;
+  for (std::size_t count = std::min(parts.size(), kMostCommas + 1); count > 1; --count) {
+    std::string joined = parts[0];
+    for (const std::string& part : parts.subspan(1, count - 1)) joined += "," + part;
+    if (auto named = by_name(joined, names, file)) return {std::move(named), count};
+  }
+  return {one_label(parts[0], names, file), 1};
+}
+
 std::string together(const std::vector<ChosenLabel>& chosen) {
   std::string text;
   for (const ChosenLabel& one : chosen) text += (text.empty() ? "" : " and ") + one.name;
@@ -96,10 +112,12 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
   // A name may hold a comma.
   if (const auto whole = one_label(trimmed(text), names, file)) return {*whole};
   std::vector<ChosenLabel> chosen;
-  for (const std::string& part : parts_of(text)) {
-    const auto one = one_label(part, names, file);
+  const std::vector<std::string> parts = parts_of(text);
+  for (std::size_t at = 0; at < parts.size();) {
+    const auto first = first_label(std::span(parts).subspan(at), names, file);
+    const std::optional<ChosenLabel>& one = first.first;
     if (!one) {
-      throw BadDataError(file + ": the mask has no label \"" + part + "\"; " +
+      throw BadDataError(file + ": the mask has no label \"" + parts[at] + "\"; " +
                          (names.empty() ? "its labels have no names, give a number"
                                         : "it holds " + label_list(names)));
     }
@@ -107,6 +125,7 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
       return c.label == one->label && c.layer == one->layer;
     };
     if (std::none_of(chosen.begin(), chosen.end(), same)) chosen.push_back(*one);
+    at += first.second;
   }
   if (chosen.empty()) throw UsageError("the label is empty; give a number or a name");
   return chosen;

@@ -84,13 +84,19 @@ Seeds lens_seeds() {
       R"({"width": 64, "height": 48, "fx": 50, "fy": 50, "cx": 32, "cy": 24,
               "distortion_k1_k2_p1_p2_k3": [0.1, 0, 0, 0, 0]})",
       "K: {rows: 3, cols: 3, data: [100, 0, 31.5, 0, 100, 31.5, 0, 0, 1]}\n"
-      "D: {data: [0.1, 0, 0, 0, 0, 0, 0, 0.2]}\n",
+      "D: {data: [0.1, 0, 0, 0, 0, 0, 0, 0]}\n",
       "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>64</image_width>\n"
       "<model>\"plain\"</model>\n<Camera_Matrix type_id=\"opencv-matrix\">\n<rows>3</rows>\n"
       "<cols>3</cols>\n<dt>d</dt>\n<data>100 0 31.5 0 1e2 31.5 0 0 1</data></Camera_Matrix>\n"
       "<dist_coeffs>0.1 0. 0. 0. 0.</dist_coeffs>\n</opencv_storage>\n",
       cameras_to_json(two_cameras()),
       transforms_json(two_cameras())};
+}
+
+Seeds refused_lenses() {
+  const std::string k = "K: [100, 0, 31.5, 0, 100, 31.5, 0, 0, 1]\n";
+  return {k + "D: [0.1, 0, 0, 0, 0, 0, 0, 0.2]\n", k + "distortion_model: equidistant\n",
+          k + "camera_model: omni\n", k + "fisheye_model: 1\n", "<opencv_storage/>"};
 }
 
 std::string little_endian(const auto&... numbers) {
@@ -170,8 +176,12 @@ Seeds rig_text_seeds() {
                         {4, "1 0 0 -4.5\n0 1 0 0.1\n0 0 1 0\n0 0 0 1\n"}}),
           joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
                         {2, "502, 0, 350\n0, 503, 280\n0, 0, 1\n"},
-                        {4, "1 0 0\n0 0.8 0.6\n0 -0.6 0.8\n-4.5 0.1 0\n"}}),
-          joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
+                        {4, "1 0 0\n0 0.8 0.6\n0 -0.6 0.8\n-4.5 0.1 0\n"}})};
+}
+
+// Eyes the other way round, one above the other, of another size of picture; a word.
+Seeds refused_rig_texts() {
+  return {joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
                         {2, "502 0 350\n0 503 280\n0 0 1\n"},
                         {4, "1 0 0 4.5\n0 1 0 0\n0 0 1 0\n"}}),
           joined_parts({{0, "500 0 360\n0 501 288\n0 0 1\n"},
@@ -243,7 +253,7 @@ std::vector<FuzzReader> camera_readers() {
   return {
       {"cameras", read_posed, posed_seeds, kJson, 3200},
       {"transforms", read_posed, transforms_seeds, kJson, 3200},
-      {"lens", read_lens, lens_seeds, kYaml, 2000},
+      {"lens", read_lens, lens_seeds, kYaml, 2000, refused_lenses},
       {"colmap",
        read_colmap,
        colmap_seeds,
@@ -255,7 +265,8 @@ std::vector<FuzzReader> camera_readers() {
        read_rig_texts,
        rig_text_seeds,
        {"1e308 ", "nan ", "-0 ", "\n\n", kPartMark},
-       1200},
+       1200,
+       refused_rig_texts},
   };
 }
 

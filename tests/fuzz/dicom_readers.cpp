@@ -20,7 +20,7 @@ void read_dicom_mask(std::span<const std::byte> bytes, const InputFolder& folder
   read_mask_and_labels(folder.file("mask.dcm", bytes));
 }
 
-const std::vector<std::string> kSeries = {"1", "2", "3", "4", "DICOMDIR", "note.txt"};
+const std::vector<std::string> kSeries = {"1", "2", "3", "4", "DICOMDIR", "note.txt", "5", "6"};
 
 // What is taken of a folder by itself, then the last series by its number.
 void read_series(std::span<const std::byte> bytes, const InputFolder& folder) {
@@ -82,13 +82,14 @@ const Words kCodestream = {"\xFF\x4F", "\xFF\x51", "\xFF\x52", "\xFF\x53", "\xFF
 
 std::vector<FuzzReader> dicom_readers() {
   return {
-      {"dicom", read_dicom_image, dicom_image_seeds, kDicom, 1000},
-      {"dicom-folder", read_series, dicom_series_seeds, kDicom, 480},
+      {"dicom", read_dicom_image, dicom_image_seeds, kDicom, 1000, refused_dicom_images},
+      {"dicom-folder", read_series, dicom_series_seeds, kDicom, 480, refused_dicom_series},
       {"dicom-zip",
        read_zipped_series,
        zipped_dicom_seeds,
        {"PK\x03\x04", "PK\x01\x02", "PK\x05\x06"},
-       600},
+       600,
+       refused_dicom_zips},
       {"dicom-codestream", read_codestream_of_frame, dicom_codestream_seeds, kCodestream, 1600},
       {"dicom-segmentation", read_dicom_mask, dicom_segmentation_seeds, kDicom, 1000},
       {"dicom-contours", read_dicom_mask, dicom_contour_seeds, kDicom, 1000},

@@ -53,14 +53,15 @@ std::string of_bytes(const std::string& file, bool is_signed) {
 
 using Parts = std::vector<std::pair<std::size_t, std::string>>;
 
-// Slices of 3×3 pixels at these heights, each as `change` leaves it.
+// Slices of 3×3 pixels at these heights, six at most, each as `change` leaves it.
 template <class Change>
 Parts changed_slices(std::initializer_list<double> heights_mm, const Change& change) {
+  constexpr std::size_t kNames[] = {0, 1, 2, 3, 6, 7};  // of images, among a folder's files
   Parts parts;
   for (const double z : heights_mm) {
     DicomBytes slice = slice_at(z, 3);
     change(slice, parts.size());
-    parts.emplace_back(parts.size(), slice.bytes());
+    parts.emplace_back(kNames[parts.size()], slice.bytes());
   }
   return parts;
 }
@@ -69,57 +70,53 @@ Parts slices_at(std::initializer_list<double> heights_mm) {
   return changed_slices(heights_mm, [](DicomBytes&, std::size_t) {});
 }
 
+// Two volumes of the same places, and what tells them apart: `set` is given 1 or 2.
+template <class Set>
+std::string two_volumes(const Set& set) {
+  return joined_parts(changed_slices({0, 2, 4, 0, 2}, [&](DicomBytes& slice, std::size_t k) {
+    set(slice, k < 3 ? "1" : "2");
+    slice.pixels[0] = static_cast<std::uint16_t>(k);
+  }));
+}
+
 // What makes a series other than one even volume.
 Seeds uneven_series() {
-  const std::size_t kHalf = 2;
+  const auto tilted = [](DicomBytes& slice, std::size_t k) {
+    slice.set_position({0, static_cast<double>(k), 3 * static_cast<double>(k)});
+  };
+  const auto of_two_series = [](DicomBytes& slice, std::size_t k) {
+    if (k > 1) slice.series_uid = "1.2.4";
+    slice.series_number = k > 1 ? "11" : "2";
+  };
+  const auto with_strays = [](DicomBytes& slice, std::size_t k) {
+    if (k == 1) slice.image_type = "ORIGINAL\\PRIMARY\\LOCALIZER";
+    if (k == 2) slice.modality = "MR";
+    if (k == 3) slice.position = "";
+  };
   return {joined_parts(slices_at({0, 2, 6, 8})),
           joined_parts(slices_at({0, 2, 2, 7})),
-          joined_parts(slices_at({0, 2, 4, 40})),
-          joined_parts(changed_slices({0, 2, 4},
-                                      [](DicomBytes& s, std::size_t k) {
-                                        s.set_position({0, double(k), s.rows * 1. * double(k)});
-                                      })),
-          joined_parts(changed_slices({0, 2, 0, 2},
-                                      [&](DicomBytes& s, std::size_t k) {
-                                        s.temporal_position = k < kHalf ? "1" : "2";
-                                        s.pixels[0] = static_cast<std::uint16_t>(k);
-                                      })),
-          joined_parts(changed_slices({0, 2, 0, 2},
-                                      [&](DicomBytes& s, std::size_t k) {
-                                        s.kernel = k < kHalf ? "B30f" : "B70f";
-                                        s.pixels[0] = static_cast<std::uint16_t>(k);
-                                      })),
-          joined_parts(changed_slices({0, 2, 4, 2},
-                                      [&](DicomBytes& s, std::size_t k) {
-                                        s.acquisition = k < kHalf + 1 ? "1" : "2";
-                                        s.pixels[0] = static_cast<std::uint16_t>(k);
-                                      })),
-          joined_parts(changed_slices({0, 2, 4, 6},
-                                      [&](DicomBytes& s, std::size_t k) {
-                                        if (k >= kHalf) s.series_uid = "1.2.4";
-                                        s.series_number = k < kHalf ? "2" : "11";
-                                      })),
-          joined_parts(changed_slices({0, 2, 4, 6}, [](DicomBytes& s, std::size_t k) {
-            if (k == 1) s.image_type = "ORIGINAL\\PRIMARY\\LOCALIZER";
-            if (k == 2) s.modality = "MR";
-            if (k == 3) s.position = "";
-          }))};
+          joined_parts(changed_slices({0, 2, 4}, tilted)),
+          joined_parts(changed_slices({0, 2, 4, 6}, of_two_series)),
+          joined_parts(changed_slices({0, 2, 4, 6, 8, 10}, with_strays)),
+          two_volumes([](DicomBytes& s, const char* which) { s.temporal_position = which; }),
+          two_volumes([](DicomBytes& s, const char* which) { s.kernel = which; }),
+          two_volumes([](DicomBytes& s, const char* which) { s.acquisition = which; })};
+}
+
+template <class Change>
+std::string both_slices(const Change& change) {
+  return joined_parts(
+      changed_slices({0, 2}, [&](DicomBytes& slice, std::size_t) { change(slice); }));
 }
 
 // What pixels may be.
 Seeds pixel_series() {
-  const auto of = [](const auto& change) {
-    return joined_parts(changed_slices({0, 2}, [&](DicomBytes& s, std::size_t) { change(s); }));
+  const auto padded = [](DicomBytes& slice) {
+    slice.padding = 900;
+    slice.intercept = "-2048";
   };
-  Seeds seeds = {of([](DicomBytes& s) { s.is_signed = true; }),
-                 of([](DicomBytes& s) {
-                   s.padding = 900;
-                   s.intercept = "-2048";
-                 }),
-                 of([](DicomBytes& s) { s.slope = "0.5"; }),
-                 of([](DicomBytes& s) { s.photometric = "MONOCHROME1"; }),
-                 of([](DicomBytes& s) { s.transfer_syntax = "1.2.840.10008.1.2.4.50"; }),
-                 of([](DicomBytes& s) { s.transfer_syntax = "1.2.3"; })};
+  Seeds seeds = {both_slices([](DicomBytes& slice) { slice.is_signed = true; }),
+                 both_slices(padded), both_slices([](DicomBytes& slice) { slice.slope = "0.5"; })};
   const std::string a = slice_at(0, 3).bytes(), b = slice_at(2, 3).bytes();
   for (const bool is_signed : {false, true})
     seeds.push_back(joined_parts({{0, of_bytes(a, is_signed)}, {1, of_bytes(b, is_signed)}}));
@@ -140,16 +137,12 @@ std::string directory_of(const std::vector<std::string>& names) {
   return dicom_head("1.2.840.10008.1.3.10") + dicom_sequence(4, 0x1220, records);
 }
 
-Seeds discs() {
-  const std::size_t kDirectory = 4;
-  Seeds seeds;
-  for (const std::vector<std::string>& names : std::vector<std::vector<std::string>>{
-           {"1", "2"}, {"1", "2", "LOST"}, {"A\\1"}, {".."}, {}}) {
-    Parts parts = slices_at({0, 2});
-    parts.emplace_back(kDirectory, directory_of(names));
-    seeds.push_back(joined_parts(parts));
-  }
-  return seeds;
+// A folder as a disc has it, with a directory that lists these files.
+std::string disc_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kDirectory = 4;
+  Parts parts = slices_at({0, 2});
+  parts.emplace_back(kDirectory, directory_of(names));
+  return joined_parts(parts);
 }
 
 std::string zipped(const std::vector<std::pair<std::string, std::string>>& files) {
@@ -203,15 +196,14 @@ Seeds dicom_image_seeds() {
           two,
           enhanced_ct({slice_at(0, 3), slice_at(2, 3), slice_at(5, 3)}),
           enhanced_ct(moments),
-          of_bytes(two, true),
-          slice_at(0, 4).bytes()};
+          of_bytes(two, true)};
 }
 
 Seeds dicom_series_seeds() {
   Parts with_note = slices_at({0, 2, 4});
   with_note.emplace_back(5, "a note");
-  Seeds seeds = {joined_parts(with_note)};
-  for (const Seeds& more : {uneven_series(), pixel_series(), discs()})
+  Seeds seeds = {joined_parts(with_note), disc_of({"1", "2"}), disc_of({"1", "2", "LOST"})};
+  for (const Seeds& more : {uneven_series(), pixel_series()})
     seeds.insert(seeds.end(), more.begin(), more.end());
   return seeds;
 }
@@ -221,8 +213,28 @@ Seeds zipped_dicom_seeds() {
   for (const double z : {0., 2., 4.}) files.emplace_back("a/" + to_text(z), slice_at(z, 3).bytes());
   const std::string series = zipped(files);
   return {series,
-          zipped({{"__MACOSX/a", "x"}, {"ct.dcm", enhanced_ct({slice_at(0, 4), slice_at(2, 4)})}}),
-          zipped({{"again.zip", series}}), zipped({{"note.txt", "a note"}}), zipped({})};
+          zipped({{"__MACOSX/a", "x"}, {"ct.dcm", enhanced_ct({slice_at(0, 4), slice_at(2, 4)})}})};
+}
+
+Seeds refused_dicom_images() {
+  return {slice_at(0, 4).bytes(), directory_of({"1"}), structure_set({})};
+}
+
+Seeds refused_dicom_series() {
+  return {joined_parts(slices_at({0, 2, 4, 40})),
+          disc_of({"A\\1"}),
+          disc_of({".."}),
+          disc_of({}),
+          two_volumes([](DicomBytes&, const char*) {}),
+          both_slices([](DicomBytes& slice) { slice.photometric = "MONOCHROME1"; }),
+          both_slices([](DicomBytes& slice) { slice.transfer_syntax = "1.2.840.10008.1.2.4.50"; }),
+          both_slices([](DicomBytes& slice) { slice.transfer_syntax = "1.2.3"; }),
+          both_slices([](DicomBytes& slice) { slice.modality = "MR"; })};
+}
+
+Seeds refused_dicom_zips() {
+  const std::string note = zipped({{"note.txt", "a note"}});
+  return {note, zipped({{"again.zip", note}}), zipped({})};
 }
 
 Seeds dicom_segmentation_seeds() {

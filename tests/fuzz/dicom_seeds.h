@@ -12,6 +12,11 @@ Seeds zipped_dicom_seeds();
 Seeds dicom_segmentation_seeds();
 Seeds dicom_contour_seeds();
 
+// What DICOM holds besides CT volumes: a slice alone, other pictures, half a disc.
+Seeds refused_dicom_images();
+Seeds refused_dicom_series();
+Seeds refused_dicom_zips();
+
 // A codestream's kind by any number, then by GDCM's own encoders one of each kind: its first byte
 // says which.
 std::string codestream_syntax(unsigned which);

@@ -44,7 +44,9 @@ std::string dictionary(const Words& words) {
 void prepare(const FuzzReader& reader, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "seeds");
   int number = 0;
-  for (const std::string& seed : reader.seeds())
+  Seeds seeds = reader.seeds();
+  for (const std::string& seed : reader.refused ? reader.refused() : Seeds()) seeds.push_back(seed);
+  for (const std::string& seed : seeds)
     write_file_atomically(folder / "seeds" / ("seed" + std::to_string(number++)), seed);
   write_file_atomically(folder / "words", dictionary(reader.words));
 }

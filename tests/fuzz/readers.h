@@ -25,6 +25,7 @@ struct FuzzReader {
   Words words;       // of the format, for what puts inputs together
   int mutations;     // how many damaged inputs the unit test makes: as many as a third of a second
                      // takes
+  Seeds (*refused)() = nullptr;  // sound inputs of kinds that are not read
 };
 
 // All of them, by kind of file.

@@ -68,6 +68,13 @@ TEST_P(Readers, ReadTheirSeeds) {
     EXPECT_TRUE(reads(seeds[i], "seed " + std::to_string(i))) << "seed " << i << ": " << refusal_;
 }
 
+TEST_P(Readers, RefuseWhatTheyDoNotRead) {
+  if (!GetParam().refused) GTEST_SKIP() << "it reads every kind that its format has";
+  const Seeds seeds = GetParam().refused();
+  for (std::size_t i = 0; i < seeds.size(); ++i)
+    EXPECT_FALSE(reads(seeds[i], "seed " + std::to_string(i))) << "seed " << i << " was read";
+}
+
 TEST_P(Readers, TakeOrRefuseWhatWasCutOff) {
   // Fewer where each takes long.
   const std::size_t cuts = std::min<std::size_t>(40, GetParam().mutations);

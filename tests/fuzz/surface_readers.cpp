@@ -78,8 +78,6 @@ Seeds vtk_seeds() {
                  "CELL_DATA 4\nFIELD f 1\ncolour 3 4 float\n1 0 0 0 1 0 0 0 1 0.5 0.5 0.5\n"),
           as_vtk(tetrahedron_mesh(),
                  "POINT_DATA 4\nVECTORS rgb unsigned_short\n9 0 0 0 9 0 0 0 9 6 6 6\n"),
-          "# vtk DataFile Version 2.0\nshort strip\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n"
-          "0 0 0 9 0 0\nTRIANGLE_STRIPS 1 3\n2 0 1\n",
           "# vtk DataFile Version 2.0\nstrips\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n"
           "0 0 0 9 0 0 0 9 0 9 9 1\nTRIANGLE_STRIPS 1 5\n4 0 1 2 3\n"};
 }
@@ -113,6 +111,12 @@ vtkSmartPointer<vtkPolyData> square(bool colored_points) {
   return polydata;
 }
 
+Seeds refused_vtks() {
+  return {
+      "# vtk DataFile Version 2.0\nshort strip\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n"
+      "0 0 0 9 0 0\nTRIANGLE_STRIPS 1 3\n2 0 1\n"};
+}
+
 Seeds vtp_seeds() {
   Seeds seeds = {as_vtp(tetrahedron_mesh())};
   for (const bool colored_points : {true, false}) {
@@ -123,17 +127,31 @@ Seeds vtp_seeds() {
   return seeds;
 }
 
+Seeds refused_vtps() {
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetInputData(square(true));
+  return {vtk_lz4_writing(*writer)};
+}
+
 Seeds vtu_seeds() {
   const TriangleMesh mesh = tetrahedron_mesh();
   Seeds seeds = {as_vtu(mesh.vertices, triangles_of(mesh), 5)};
-  // Quadrangle, tetrahedron, polyhedron, and a kind that there is not.
-  for (const int kind : {9, 10, 42, 77})
+  constexpr int kQuad = 9, kTetrahedron = 10;
+  for (const int kind : {kQuad, kTetrahedron})
     seeds.push_back(as_vtu(mesh.vertices, {{0, 1, 2, 3}}, kind));
   vtkNew<vtkAppendFilter> grid;
   grid->AddInputData(square(true));
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetInputConnection(grid->GetOutputPort());
   for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
+  return seeds;
+}
+
+Seeds refused_vtus() {
+  constexpr int kPolyhedron = 42, kNothing = 77;
+  Seeds seeds;
+  for (const int kind : {kPolyhedron, kNothing})
+    seeds.push_back(as_vtu(tetrahedron_mesh().vertices, {{0, 1, 2, 3}}, kind));
   return seeds;
 }
 
@@ -160,19 +178,24 @@ std::string gltf_text(const std::string& primitive, const std::string& more) {
          R"({"bufferView":2,"componentType":5121,"normalized":true,"count":4,"type":"VEC4"}]})";
 }
 
+const std::string kOneNode = R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)";
+
 Seeds gltf_seeds() {
-  const std::string scene = R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)";
   const std::string tree = R"("nodes":[{"children":[1,2]},{"mesh":0,"scale":[1,-1,1]},{"mesh":0,)"
                            R"("translation":[3,0,0]}],"scenes":[{"nodes":[0]}],)";
-  return {gltf_text(R"("indices":0,"mode":5)", scene),
+  return {gltf_text(R"("indices":0,"mode":5)", kOneNode),
           gltf_text(R"("indices":0,"mode":6)", tree),
-          gltf_text(R"("mode":4)", R"("nodes":[{"children":[1]},{"mesh":0}],)"),
-          gltf_text(R"("indices":0,"mode":1)", scene),
-          gltf_text(R"("indices":0)", R"("extensionsRequired":["KHR_mesh_quantization",)"
-                                      R"("EXT_meshopt_compression"],)" +
-                                          scene),
-          R"({"asset":{"version":"2.0"},"buffers":[{"uri":"a%20b.bin","byteLength":4},)"
-          R"({"uri":"../c.bin","byteLength":4}]})"};
+          gltf_text(R"("mode":4)", R"("extensionsRequired":["KHR_mesh_quantization"],)"
+                                   R"("nodes":[{"children":[1]},{"mesh":0}],)")};
+}
+
+// Lines alone, a packing that is not read, a buffer that lies elsewhere.
+Seeds refused_gltfs() {
+  return {gltf_text(R"("indices":0,"mode":1)", kOneNode),
+          gltf_text(R"("indices":0)",
+                    R"("extensionsRequired":["EXT_meshopt_compression"],)" + kOneNode),
+          R"({"asset":{"version":"2.0"},"buffers":[{"uri":"a%20b.bin","byteLength":4}]})",
+          R"({"asset":{"version":"2.0"},"buffers":[{"uri":"../c.bin","byteLength":4}]})"};
 }
 
 const Words kXml = {"<VTKFile",
@@ -276,11 +299,12 @@ std::vector<FuzzReader> surface_readers() {
         "double",
         "-1 ",
         "18446744073709551615 "},
-       6000},
-      {"vtp", read_as<'v', 't', 'p'>, vtp_seeds, kXml, 1000},
-      {"vtu", read_as<'v', 't', 'u'>, vtu_seeds, kXml, 1000},
+       6000,
+       refused_vtks},
+      {"vtp", read_as<'v', 't', 'p'>, vtp_seeds, kXml, 1000, refused_vtps},
+      {"vtu", read_as<'v', 't', 'u'>, vtu_seeds, kXml, 1000, refused_vtus},
       {"glb", read_as<'g', 'l', 'b'>, glb_seeds, kGltf, 1000},
-      {"gltf", read_as<'g', 'l', 't', 'f'>, gltf_seeds, kGltf, 1000},
+      {"gltf", read_as<'g', 'l', 't', 'f'>, gltf_seeds, kGltf, 1000, refused_gltfs},
   };
 }
 

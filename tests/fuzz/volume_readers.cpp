@@ -70,8 +70,13 @@ const Words kNrrd = {"type: ",
 
 std::vector<FuzzReader> volume_readers() {
   return {
-      {"nifti", read_nifti_file, nifti_seeds, {"n+1", "ni1", "n+2"}, 6000},
-      {"nifti-gz", read_nifti_file, zipped_nifti_seeds, {"\x1f\x8b\x08"}, 6000},
+      {"nifti", read_nifti_file, nifti_seeds, {"n+1", "ni1", "n+2"}, 6000, refused_niftis},
+      {"nifti-gz",
+       read_nifti_file,
+       zipped_nifti_seeds,
+       {"\x1f\x8b\x08"},
+       6000,
+       refused_zipped_niftis},
       {"nrrd", read_nrrd_file, nrrd_seeds, kNrrd, 6000},
       {"seg-nrrd", read_mask_file, layered_mask_seeds, kNrrd, 6000},
       {"metaimage",
@@ -89,7 +94,8 @@ std::vector<FuzzReader> volume_readers() {
         "CellData", "DataArray", "format=\"binary\"", "format=\"appended\" offset=\"0\"",
         "<AppendedData encoding=\"raw\">_", "Float64", "UInt8", "NumberOfComponents=\"", "-1",
         "99999999999", "header_type=\"UInt64\"", "compressor=\"vtkZLibDataCompressor\""},
-       1200},
+       1200,
+       refused_vtis},
       {"detached-volume", read_detached, detached_volume_seeds, kNrrd, 2400},
   };
 }

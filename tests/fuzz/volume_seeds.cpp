@@ -42,9 +42,22 @@ std::string bzipped(const std::string& bytes) {
   return out;
 }
 
-// NIfTI's numbers for types of voxels, and how many bytes each takes; the last are complex numbers.
+// NIfTI's numbers for types of voxels, and how many bytes each takes.
 constexpr std::pair<std::int16_t, std::size_t> kNiftiTypes[] = {
-    {2, 1}, {8, 4}, {16, 4}, {64, 8}, {256, 1}, {512, 2}, {768, 4}, {1024, 8}, {1280, 8}, {32, 8}};
+    {2, 1}, {8, 4}, {16, 4}, {64, 8}, {256, 1}, {512, 2}, {768, 4}, {1024, 8}, {1280, 8}};
+
+std::string nifti_of_type(std::int16_t type, std::size_t width) {
+  NiftiBytes typed(ramp_volume(oblique_direction()));
+  typed.datatype = type;
+  typed.voxels = voxels_of_width(width);
+  return typed.bytes();
+}
+
+Seeds all_gzipped(const Seeds& seeds) {
+  Seeds all;
+  for (const std::string& seed : seeds) all.push_back(gzipped(seed));
+  return all;
+}
 
 std::string with_label_table() {
   NiftiBytes mask(ramp_volume());
@@ -136,7 +149,7 @@ vtkSmartPointer<vtkImageData> image_of_type(int type) {
 
 Seeds nifti_seeds() {
   const Volume truth = ramp_volume(oblique_direction());
-  NiftiBytes plain(truth), swapped(truth), scaled(truth), times(truth), deep(truth), later(truth);
+  NiftiBytes plain(truth), swapped(truth), scaled(truth), times(truth), later(truth);
   swapped.swap_to_big_endian();
   scaled.slope = 2.5;
   scaled.intercept = -10;
@@ -144,27 +157,31 @@ Seeds nifti_seeds() {
   times.pixdim[4] = 40;
   times.units = 2 | 16;  // millimetres, milliseconds
   times.voxels += times.voxels;
-  deep.dim = {5, 5, 4, 3, 1, 3, 1, 1};
   later.vox_offset = 700;
-  Seeds seeds = {plain.bytes(), swapped.bytes(), scaled.bytes(),       times.bytes(),
-                 deep.bytes(),  later.bytes(),   plain.bytes_nifti2(), with_label_table()};
-  for (const auto& [type, width] : kNiftiTypes) {
-    NiftiBytes typed(truth);
-    typed.datatype = type;
-    typed.voxels = voxels_of_width(width);
-    seeds.push_back(typed.bytes());
-  }
+  later.voxels.insert(0, 700 - 352, '\0');
+  Seeds seeds = {plain.bytes(), swapped.bytes(),      scaled.bytes(),    times.bytes(),
+                 later.bytes(), plain.bytes_nifti2(), with_label_table()};
+  for (const auto& [type, width] : kNiftiTypes) seeds.push_back(nifti_of_type(type, width));
   for (const std::string& placed : nifti_placements()) seeds.push_back(placed);
   return seeds;
 }
 
 Seeds zipped_nifti_seeds() {
-  Seeds seeds;
-  for (const std::string& seed : nifti_seeds()) seeds.push_back(gzipped(seed));
+  Seeds seeds = all_gzipped(nifti_seeds());
   const std::string whole = NiftiBytes(ramp_volume()).bytes();
   seeds.push_back(gzipped(whole.substr(0, 400)) + gzipped(whole.substr(400)) + "padding");
   return seeds;
 }
+
+Seeds refused_niftis() {
+  constexpr std::int16_t kComplex = 32, kRgb = 128;
+  NiftiBytes vectors(ramp_volume());
+  vectors.dim = {5, 5, 4, 3, 1, 3, 1, 1};
+  vectors.voxels = voxels_of_width(6);
+  return {vectors.bytes(), nifti_of_type(kComplex, 8), nifti_of_type(kRgb, 3)};
+}
+
+Seeds refused_zipped_niftis() { return all_gzipped(refused_niftis()); }
 
 Seeds nrrd_seeds() {
   const Volume truth = ramp_volume();
@@ -252,6 +269,12 @@ Seeds vti_seeds() {
     for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
   }
   return seeds;
+}
+
+Seeds refused_vtis() {
+  vtkNew<vtkXMLImageDataWriter> writer;
+  writer->SetInputData(image_of_type(VTK_SHORT));
+  return {vtk_lz4_writing(*writer)};
 }
 
 Seeds detached_volume_seeds() {

@@ -15,4 +15,9 @@ Seeds metaimage_seeds();
 Seeds vti_seeds();
 Seeds detached_volume_seeds();
 
+// What these formats can hold and is not read: complex numbers, several values a voxel, LZ4.
+Seeds refused_niftis();
+Seeds refused_zipped_niftis();
+Seeds refused_vtis();
+
 }  // namespace organbake

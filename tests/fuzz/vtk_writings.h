@@ -11,4 +11,7 @@ namespace organbake {
 // of bytes; with short and with long counts.
 Seeds vtk_writings(vtkXMLWriter& writer);
 
+// The same packed as is not read.
+std::string vtk_lz4_writing(vtkXMLWriter& writer);
+
 }  // namespace organbake

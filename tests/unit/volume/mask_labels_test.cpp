@@ -68,6 +68,8 @@ TEST(Labels, NumbersAndNamesAreChecked) {
   const std::vector<LabelName> names = {{3, "a, b", 0}, {4, "c", 0}};
   EXPECT_EQ(chosen_labels("a, b", names, "f").size(), 1u) << "a comma in a name";
   EXPECT_EQ(chosen_labels(" 4 ,c,3", names, "f").size(), 2u) << "twice the same";
+  EXPECT_EQ(chosen_labels("c,a, b", names, "f").size(), 2u) << "among others, too";
+  EXPECT_EQ(chosen_labels("A_,B,4", names, "f").front().label, 3);
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("0", names, "f"); }),
               HasSubstr("must be 1…32767"));
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("40000", names, "f"); }),
