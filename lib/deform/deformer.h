@@ -38,6 +38,7 @@ InstrumentMode instrument_mode(const InstrumentFlags& flags, std::size_t tip);
 // at the position. A grabbing tip carries the tissue that its sphere touched when it closed.
 // A thinner tip would slip between what contacts are exact to.
 inline constexpr double kThinnestTip_mm = 0.05;
+inline constexpr std::size_t kMostTips = 1024;  // of one step: each holds off every other
 inline constexpr double kShortestBlade_mm = 0.1;
 inline constexpr double kWidestCut_mm = 10;
 

@@ -47,6 +47,10 @@ void check_sharp(const InstrumentTip& tip, const std::string& name) {
 }  // namespace
 
 void check_tips(const std::vector<InstrumentTip>& tips) {
+  if (tips.size() > kMostTips) {
+    throw UsageError("there are " + std::to_string(tips.size()) + " instrument tips; " +
+                     std::to_string(kMostTips) + " at most are followed");
+  }
   for (std::size_t i = 0; i < tips.size(); ++i) {
     const InstrumentTip& tip = tips[i];
     if (!tip.active) continue;

@@ -15,6 +15,9 @@ constexpr double kTouching = 1e-9;  // of both radii
 // Of both radii: a piece this long brings no centre past the other's.
 constexpr double kPieceOfRadii = 0.5;
 constexpr int kMostContactPieces = 256;
+// Pairs looked at in a step, by all rounds of all pieces: so many tips that not even one piece
+// keeps to it are followed in one.
+constexpr double kMostPairs = 2e6;
 constexpr double kTouchWithin = 1e-6;  // of both radii: pushed apart, tools touch by rounding
 
 double share_of(double part, double whole) {
@@ -72,7 +75,9 @@ int pieces_between(const std::vector<InstrumentTip>& from, const std::vector<Ins
       most = std::max(most, 1 + way / piece);
     }
   }
-  return static_cast<int>(std::min<double>(most, kMostContactPieces));
+  const auto tips = static_cast<double>(to.size());
+  const double affordable = std::max(1.0, kMostPairs / (kRounds * tips * tips / 2));
+  return static_cast<int>(std::min({most, affordable, double(kMostContactPieces)}));
 }
 
 }  // namespace

@@ -126,8 +126,8 @@ Script script_from_json(const std::string& text, const std::string& name) {
   if (const auto light = document.find("light")) script.light = light_from(*light);
   read_script_camera(document["camera"], name, script);
   const JsonField instruments = document["instruments"];
-  constexpr std::size_t kMostInstruments = 1024;
-  if (instruments.size() > kMostInstruments) instruments.fail("may hold 1024 instruments at most");
+  if (instruments.size() > kMostTips)
+    instruments.fail("may hold " + std::to_string(kMostTips) + " instruments at most");
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     script.instruments.push_back(instrument_from(instruments.at(i)));
   }

@@ -109,6 +109,9 @@ TEST(Deformer, RefusesTipsThatMakeNoSense) {
   refuses_tip([](InstrumentTip& t) { t.radius_mm = std::nan(""); });
   refuses_tip([](InstrumentTip& t) { t.mode = static_cast<InstrumentMode>(7); });
 
+  EXPECT_THROW(deformer.step(std::vector<InstrumentTip>(kMostTips + 1, good)), UsageError);
+  EXPECT_TRUE(deformer.positions() == before);
+
   InstrumentTip idle;
   idle.position_mm.x() = std::nan("");
   EXPECT_NO_THROW(deformer.step({good, idle})) << "an inactive tip may hold anything";
