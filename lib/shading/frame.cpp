@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "image/srgb.h"
 #include "shading/frame_albedo.h"
 #include "shading/frame_preparation.h"
@@ -131,6 +132,10 @@ void FrameOptions::check() const {
 }
 
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
+  if (!(field_of_view_rad >= kNarrowestView_rad && field_of_view_rad <= kWidestView_rad))
+    throw UsageError("field_of_view is " + to_text(field_of_view_rad) + " rad; it must be in " +
+                     to_text(kNarrowestView_rad) + "…" + to_text(kWidestView_rad) +
+                     " (70 degrees are 1.22 rad)");
   Intrinsics camera;
   camera.width = width;
   camera.height = height;

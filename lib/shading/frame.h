@@ -38,7 +38,11 @@ struct PreparedFrame {
   Plane log_albedo;  // divided out of the intensity; empty when not asked for
 };
 
-// A pinhole camera for frames of this size with the given horizontal field of view.
+// Of endoscopes, with room for wider lenses; 70 is meant to be degrees.
+inline constexpr double kNarrowestView_rad = 0.05, kWidestView_rad = 2.8;
+
+// A pinhole camera for frames of this size with the given horizontal field of view. Throws
+// UsageError for one that is not within these bounds.
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad);
 
 // Deinterlaces when combed, makes linear, halves, undistorts, masks. `frame` is upright with square

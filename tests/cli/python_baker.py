@@ -273,6 +273,7 @@ class WrongInputTest(unittest.TestCase):
             lambda: organbake.shade(image, range_mm=-1), lambda: organbake.shade(image, texture=np.nan),
             lambda: organbake.shade(image, instruments=np.ones((2, 2))),
             lambda: organbake.shade(image, field_of_view_rad=0),
+            lambda: organbake.shade(image, field_of_view_rad=70),
         ]
         for i, call in enumerate(calls):
             with self.assertRaises(ValueError, msg=inspect.getsource(call) + str(i)):

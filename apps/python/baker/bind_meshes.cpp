@@ -8,6 +8,7 @@
 
 #include "array_arguments.h"
 #include "bindings.h"
+#include "core/text.h"
 #include "decimate/decimate.h"
 #include "exchange.h"
 #include "isosurface/isosurface.h"
@@ -30,7 +31,7 @@ Volume volume_from(const py::object& voxels, const py::object& spacing, const py
   for (std::size_t i = 0; i < volume.voxels.size(); ++i) {
     const double value = std::nearbyint(numbers.data()[i]);
     if (!(value >= Voxel::min() && value <= Voxel::max()))
-      throw UsageError("voxels holds " + std::to_string(numbers.data()[i]) +
+      throw UsageError("voxels holds " + to_text(numbers.data()[i]) +
                        "; Hounsfield units and labels lie in −32768…32767");
     volume.voxels[i] = static_cast<std::int16_t>(value);
   }

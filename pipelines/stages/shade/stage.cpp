@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "pipelines/stage_binding.h"
 #include "pipelines/stages/shared/clip_options.h"
+#include "shading/frame.h"
 
 namespace organbake {
 
@@ -62,8 +63,8 @@ void bind(OptionList& list, ShadeStageOptions& o) {
       .add("field_of_view", &o.field_of_view_rad,
            {.help = "across the frame's width when no intrinsics are given",
             .unit = "rad",
-            .min = 0.05,
-            .max = 2.8})
+            .min = kNarrowestView_rad,
+            .max = kWidestView_rad})
       .add("texture", &o.shading.laparoscope.texture,
            {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
       .add("iterations", &o.shading.iterations,
