@@ -181,6 +181,11 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
     throw BadDataError(
         "proxy: its faces have no (finite) area, so it has neither mass nor springs");
   }
+  constexpr double kSmallestBody_mm = 0.01;  // a fifth of what the thinnest tip can feel
+  if (const double across_mm = bounds(proxy).diagonal(); !(across_mm >= kSmallestBody_mm)) {
+    throw BadDataError("proxy: is " + to_text(across_mm) +
+                       " mm across, which no tissue is; is its unit another one?");
+  }
   const std::vector<double> areas = vertex_areas(proxy);
   MechanicsModel model;
   model.mass_kg = masses(areas, options);

@@ -35,7 +35,8 @@ struct MechanicsOptions {
 // Need not be manifold. Tetrahedra (mechanics/lattice_body.h)
 // fill a closed proxy; of one that is a sheet, what one viewpoint has seen, the layer of tissue
 // thickness_mm deep under it, whose underside is held. Throws BadDataError for a proxy without
-// area, and when it is to have tetrahedra and is neither closed nor a sheet.
+// area or of less than 0.01 mm, and when it is to have tetrahedra and is neither closed nor a
+// sheet.
 MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions& options,
                               const RunContext& context = {});
 

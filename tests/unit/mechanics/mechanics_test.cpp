@@ -53,6 +53,12 @@ TEST(MechanicsOptions, DefaultsAreValidAndBoundsAreNot) {
   refused([](auto& o) { o.instrument_radius_mm = 0; });
 }
 
+TEST(MakeMechanics, WhatIsTooSmallToBeTissueIsRefused) {
+  EXPECT_NO_THROW(make_mechanics(sphere_mesh(0.05, 1), {}));
+  EXPECT_THROW(make_mechanics(sphere_mesh(1e-4, 1), {}), BadDataError);
+  EXPECT_THROW(make_mechanics(sphere_mesh(1e-13, 1), {}), BadDataError);
+}
+
 TEST(MakeMechanics, WeighsTheSkin) {
   const TriangleMesh sphere = sphere_mesh(50, 2);
   const MechanicsModel model = make_mechanics(sphere, {});
