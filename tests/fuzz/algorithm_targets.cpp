@@ -109,8 +109,10 @@ void bind_to_mesh(std::span<const std::byte> bytes, const InputFolder&) {
   const Bounds box = bounds(proxy);
   if (!std::isfinite(box.diagonal())) return;  // nothing can be said to be near it
   std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < 16; ++i)
-    points.push_back(box.center() + drawn.between(0, 1) * box.diagonal() * drawn.vector(1));
+  for (int i = 0; i < 16; ++i) {
+    const double far = drawn.between(0, 1) * box.diagonal();
+    points.push_back(box.center() + far * drawn.vector(1));
+  }
   std::vector<ShellBinding> together(points.size());
   binder.bind(points, together);
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -14,6 +14,11 @@ unsigned Drawn::byte() {
   return value;
 }
 
+unsigned Drawn::pair() {
+  const unsigned low = byte();
+  return low | byte() << 8;
+}
+
 std::size_t Drawn::below(std::size_t count) { return (count <= 256 ? byte() : pair()) % count; }
 
 double Drawn::between(double low, double high) { return low + (high - low) * pair() / 65535.0; }

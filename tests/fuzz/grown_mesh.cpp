@@ -20,8 +20,10 @@ TriangleMesh base_mesh(Drawn& drawn) {
       return grid_box(Eigen::Vector3d(8, 10, 12), 1 + static_cast<int>(drawn.below(3)));
     case 4:
       return box_mesh({10, 10, drawn.between(0.01, 10)});
-    default:
-      return lumpy_mesh(drawn.power_of_ten(-1, 2), static_cast<int>(drawn.below(3)));
+    default: {
+      const double radius_mm = drawn.power_of_ten(-1, 2);
+      return lumpy_mesh(radius_mm, static_cast<int>(drawn.below(3)));
+    }
   }
 }
 
@@ -70,9 +72,11 @@ void change(TriangleMesh& mesh, Drawn& drawn) {
     case 7:
       mesh = joined(mesh, moved(mesh, drawn.vector(30)));
       break;
-    case 8:
-      mesh = joined(mesh, scaled(base_mesh(drawn), drawn.power_of_ten(-3, 1)));
+    case 8: {
+      const TriangleMesh other = base_mesh(drawn);
+      mesh = joined(mesh, scaled(other, drawn.power_of_ten(-3, 1)));
       break;
+    }
     case 9:
       weld_vertices(mesh, vertex, mesh.faces[drawn.below(mesh.faces.size())][1]);
       break;
