@@ -69,7 +69,7 @@ ChosenLabel by_number(int label, const std::vector<LabelName>& names, const std:
 
 std::optional<ChosenLabel> one_label(const std::string& text, const std::vector<LabelName>& names,
                                      const std::string& file) {
-  if (const auto named = by_name(text, names, file)) return named;
+  if (auto named = by_name(text, names, file)) return named;
   if (const auto number = as_number(text)) return by_number(*number, names, file);
   return std::nullopt;
 }
