@@ -26,6 +26,10 @@ std::vector<std::string> lines_of(const fs::path& path) {
   return lines;
 }
 
+std::string lacking(const std::string& line, const std::string& parameter) {
+  return "'" + line + "' lacks its " + parameter;
+}
+
 std::map<long, Intrinsics> read_lenses(const fs::path& path) {
   std::map<long, Intrinsics> lenses;
   for (const std::string& line : lines_of(path)) {
@@ -43,7 +47,7 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
     std::vector<double> values;
     for (const std::string& parameter : model->parameters) {
       double value = 0;
-      if (!(words >> value)) throw BadDataError(path, "'" + line + "' lacks its " + parameter);
+      if (!(words >> value)) throw BadDataError(path, lacking(line, parameter));
       values.push_back(value);
     }
     lenses[id] = colmap_lens(*model, values, path);
