@@ -5,7 +5,7 @@
 #include "bundle/packed_bytes.h"
 #include "core/error.h"
 #include "core/files.h"
-#include "formats/colmap_lens.h"
+#include "formats/colmap_parts.h"
 #include "formats/foreign_cameras.h"
 
 namespace organbake {

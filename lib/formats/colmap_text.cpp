@@ -10,7 +10,7 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/camera_files.h"
-#include "formats/colmap_lens.h"
+#include "formats/colmap_parts.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
@@ -75,23 +75,6 @@ std::vector<std::string> sighting_lines(std::size_t images,
 }
 
 }  // namespace
-
-void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
-                      long id, const fs::path& path, CameraSet& set) {
-  const Eigen::Quaterniond q(pose[0], pose[1], pose[2], pose[3]);
-  const Eigen::Vector3d translation(pose[4], pose[5], pose[6]);
-  if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite() || name.empty())
-    throw BadDataError(path, "image " + std::to_string(id) + " has no sound pose or no name");
-  // Names go on into documents that hold nothing but UTF-8.
-  try {
-    nlohmann::json(name).dump();
-  } catch (const nlohmann::json::exception&) {
-    throw BadDataError(path, "the name of image " + std::to_string(id) +
-                                 " is no UTF-8 text: rename the image, here and in its folder");
-  }
-  set.images.push_back(name);
-  set.cameras.push_back({name, lens, {q.normalized().toRotationMatrix(), translation}});
-}
 
 CameraSet read_colmap_text(const fs::path& folder) {
   const std::map<long, Intrinsics> lenses = read_lenses(folder / "cameras.txt");

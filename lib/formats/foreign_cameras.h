@@ -14,11 +14,6 @@ namespace organbake {
 CameraSet read_colmap_text(const std::filesystem::path& folder);
 CameraSet read_colmap_binary(const std::filesystem::path& folder);
 
-// An image as both have it: a quaternion (w, x, y, z) and a translation from world to camera.
-// Throws BadDataError naming `path` for what is no pose, and for a name that is no UTF-8.
-void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
-                      long id, const std::filesystem::path& path, CameraSet& set);
-
 // A NeRF's transforms.json (camera_files.h): lens keys at the top or per frame. Throws BadDataError
 // naming `path`.
 CameraSet transforms_from_json(const nlohmann::ordered_json& json,

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/opencv_xml.h"
 
-#include <expat.h>
-
 #include <algorithm>
 #include <charconv>
-#include <memory>
-#include <new>
 #include <utility>
 
-#include "core/error.h"
+#include "formats/xml_parser.h"
 
 namespace organbake {
 namespace {
@@ -32,38 +28,16 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
 }
 
 // opencv_storage / name / rows, cols, data. What lies deeper are sequences of sequences, and other
-// structures, of which no lens is made. Expat's callbacks are C's: nothing is thrown through them.
-class OpenCvXml {
+// structures, of which no lens is made.
+class OpenCvXml : public XmlParser {
  public:
-  explicit OpenCvXml(NamedMatrices& found) : found_(found), parser_(XML_ParserCreate(nullptr)) {
-    if (!parser_) throw std::bad_alloc();
-    XML_SetUserData(parser_.get(), this);
-    XML_SetElementHandler(
-        parser_.get(),
-        [](void* self, const XML_Char* name, const XML_Char**) {
-          static_cast<OpenCvXml*>(self)->open(name);
-        },
-        [](void* self, const XML_Char*) { static_cast<OpenCvXml*>(self)->close(); });
-    XML_SetCharacterDataHandler(parser_.get(), [](void* self, const XML_Char* text, int count) {
-      static_cast<OpenCvXml*>(self)->add({text, static_cast<std::size_t>(count)});
-    });
-  }
-
-  void parse(std::string_view xml, const std::filesystem::path& path) {
-    if (XML_Parse(parser_.get(), xml.data(), static_cast<int>(xml.size()), true) == XML_STATUS_OK)
-      return;
-    throw BadDataError(path, "is no sound XML: line " +
-                                 std::to_string(XML_GetCurrentLineNumber(parser_.get())) + ": " +
-                                 XML_ErrorString(XML_GetErrorCode(parser_.get())));
-  }
+  OpenCvXml(NamedMatrices& found, const std::filesystem::path& path)
+      : XmlParser(path), found_(found) {}
 
  private:
-  struct Free {
-    void operator()(XML_Parser parser) const { XML_ParserFree(parser); }
-  };
   static constexpr std::size_t kNamed = 2, kPart = 3;  // how deep they lie
 
-  void open(const std::string& name) {
+  void open(const std::string& name, XmlAttributes) override {
     ++depth_;
     if (depth_ == kNamed) {
       name_ = plain_name(name);
@@ -76,11 +50,11 @@ class OpenCvXml {
     }
   }
 
-  void add(std::string_view text) {
+  void add(std::string_view text) override {
     if (depth_ == kNamed || depth_ == kPart) text_ += text;
   }
 
-  void close() {
+  void close() override {
     if (depth_ == kPart) parts_[part_] += std::exchange(text_, {});
     if (depth_ == kNamed) parts_.empty() ? take_plain() : take_matrix();
     --depth_;
@@ -107,7 +81,6 @@ class OpenCvXml {
   }
 
   NamedMatrices& found_;
-  std::unique_ptr<std::remove_pointer_t<XML_Parser>, Free> parser_;
   std::size_t depth_ = 0;
   std::string name_, part_, text_;
   std::map<std::string, std::string> parts_;  // of the matrix that is open
@@ -116,7 +89,7 @@ class OpenCvXml {
 }  // namespace
 
 void add_opencv_xml(std::string_view xml, const std::filesystem::path& path, NamedMatrices& found) {
-  OpenCvXml(found).parse(xml, path);
+  OpenCvXml(found, path).parse(xml, true);
 }
 
 }  // namespace organbake

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/camera.h"
+#include "bundle/cameras_json.h"
 
 namespace organbake {
 
@@ -27,5 +27,11 @@ std::string colmap_model_names();
 // has no place here is not 0.
 Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& values,
                        const std::filesystem::path& path);
+
+// An image as its texts and its binary files have it: a quaternion (w, x, y, z) and a translation
+// from world to camera. Throws BadDataError naming `path` for what is no pose, and for a name that
+// is no UTF-8.
+void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
+                      long id, const std::filesystem::path& path, CameraSet& set);
 
 }  // namespace organbake
