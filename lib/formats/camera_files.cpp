@@ -14,24 +14,18 @@ namespace organbake {
 namespace fs = std::filesystem;
 namespace {
 
-bool is_colmap(const fs::path& path) {
-  const std::string name = path.filename().string();
-  return fs::is_directory(path) || name == "cameras.txt" || name == "images.txt" ||
-         name == "cameras.bin" || name == "images.bin";
-}
-
 // The left eye's, where it is a stereo calibration.
-Intrinsics opencv_lens(const fs::path& path, int width, int height) {
+Intrinsics opencv_lens(const std::string& text, const fs::path& path, int width, int height) {
   NamedMatrices found;
-  add_opencv_document(path, found);
-  const auto* k = found.find({"cameramatrix", "k", "m", "intrinsicmatrix", "m1", "k1",
-                              "cameramatrix1", "cameramatrixleft", "leftcameramatrix"});
+  add_opencv_text(text, path, found);
+  const auto* k = found.find({"cameramatrix", "k", "m", "intrinsicmatrix"});
+  if (!k) k = found.find(kLeftCameraMatrix);
   if (!k)
     throw BadDataError(path,
                        "holds neither the 3×3 matrix 'camera_matrix' of an OpenCV calibration nor "
                        "fx, fy, cx and cy");
-  const auto* d = found.find({"distortioncoefficients", "distcoeffs", "d", "distortion", "d1",
-                              "distcoeffs1", "distcoeffsleft", "leftdistcoeffs"});
+  const auto* d = found.find({"distortioncoefficients", "distcoeffs", "d", "distortion"});
+  if (!d) d = found.find(kLeftDistortion);
   return lens_of_matrices(found, *k, d, sized_lens(found, width, height), path);
 }
 
@@ -46,8 +40,9 @@ CameraSet colmap_model(const fs::path& path) {
                                       : read_colmap_text(path.parent_path());
   const fs::path sparse = path / "sparse" / "0";
   for (const fs::path& folder : {sparse, path}) {
-    if (fs::exists(folder / "cameras.txt")) return read_colmap_text(folder);
-    if (fs::exists(folder / "cameras.bin")) return read_colmap_binary(folder);
+    if (!is_colmap_model(folder)) continue;
+    return fs::exists(folder / "cameras.txt") ? read_colmap_text(folder)
+                                              : read_colmap_binary(folder);
   }
   throw NoInputError(path, "holds no COLMAP model: neither cameras.txt nor cameras.bin");
 }
@@ -63,22 +58,31 @@ Intrinsics lens_of(const CameraSet& set, const std::string& image, const fs::pat
 }
 
 Intrinsics lens_in(const fs::path& path, const std::string& image, int width, int height) {
-  if (is_colmap(path)) return lens_of(colmap_model(path), image, path);
+  if (fs::is_directory(path) || is_colmap_model(path))
+    return lens_of(colmap_model(path), image, path);
   const std::string text = read_text_file(path);
-  if (!is_json(text)) return opencv_lens(path, width, height);
+  if (!is_json(text)) return opencv_lens(text, path, width, height);
   const Json json = parse_json(text, path.string());
   if (json.contains("cameras") || json.contains("frames"))
     return lens_of(cameras_of(json, text, path), image, path);
   const bool plain = json.contains("fx") || json.contains("fy") || json.contains("cx");
   return plain ? intrinsics_from_json(JsonField(json, path.string()), kLargestPhotoSide_px)
-               : opencv_lens(path, width, height);
+               : opencv_lens(text, path, width, height);
 }
 
 }  // namespace
 
+bool is_colmap_model(const fs::path& path) {
+  if (fs::is_directory(path))
+    return fs::exists(path / "cameras.txt") || fs::exists(path / "cameras.bin");
+  const std::string name = path.filename().string();
+  return name == "cameras.txt" || name == "images.txt" || name == "cameras.bin" ||
+         name == "images.bin";
+}
+
 CameraSet read_camera_file(const fs::path& path) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
-  if (is_colmap(path)) return colmap_model(path);
+  if (fs::is_directory(path) || is_colmap_model(path)) return colmap_model(path);
   const std::string text = read_text_file(path);
   if (!is_json(text)) {
     throw BadDataError(path, "is neither a cameras.json, a transforms.json nor a COLMAP model");

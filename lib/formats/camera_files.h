@@ -22,6 +22,10 @@ namespace organbake {
 // millimetres. Throws NoInputError, BadDataError.
 CameraSet read_camera_file(const std::filesystem::path& path);
 
+// Whether it is named as one of COLMAP's files of cameras or of images, or is a folder that holds
+// one of cameras.
+bool is_colmap_model(const std::filesystem::path& path);
+
 // The camera whose image has this file name, wherever it lies.
 std::optional<std::size_t> camera_with_image(const CameraSet& set, const std::string& image);
 

@@ -142,7 +142,11 @@ std::optional<double> NamedMatrices::number(std::initializer_list<const char*> n
 }
 
 void add_opencv_document(const fs::path& path, NamedMatrices& found) {
-  const std::string text = read_text_file(path, kMostBytes);
+  add_opencv_text(read_text_file(path, kMostBytes), path, found);
+}
+
+void add_opencv_text(const std::string& text, const fs::path& path, NamedMatrices& found) {
+  if (text.size() > kMostBytes) throw BadDataError(path, "is too long for a calibration");
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first != text.npos && text[first] == '<') {
     add_opencv_xml(text, path, found);

@@ -31,6 +31,26 @@ struct NamedMatrices {
 // of rows, numbers and words. What is larger than a lens's matrices is passed over: calibrations
 // keep the corners of their boards as well. Throws BadDataError.
 void add_opencv_document(const std::filesystem::path& path, NamedMatrices& found);
+// The same of its text; `path` is named in errors.
+void add_opencv_text(const std::string& text, const std::filesystem::path& path,
+                     NamedMatrices& found);
+
+// What programs call the left eye's.
+inline constexpr std::initializer_list<const char*> kLeftCameraMatrix = {"k1",
+                                                                         "m1",
+                                                                         "cameramatrix1",
+                                                                         "cm1",
+                                                                         "cameramatrixl",
+                                                                         "kl",
+                                                                         "ml",
+                                                                         "cameramatrixleft",
+                                                                         "leftcameramatrix",
+                                                                         "kleft",
+                                                                         "intrinsic1"};
+inline constexpr std::initializer_list<const char*> kLeftDistortion = {
+    "d1", "distcoeffs1",    "distortioncoefficients1", "distcoeffsl",
+    "dl", "distcoeffsleft", "leftdistcoeffs",          "dist1",
+    "kc1"};
 
 // A text of rows of numbers. Throws BadDataError when it holds anything else, or uneven rows.
 NamedMatrices::Rows read_rows(const std::filesystem::path& path);

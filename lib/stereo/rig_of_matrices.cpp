@@ -92,8 +92,7 @@ StereoRig rig_of_matrices(const NamedMatrices& found, const fs::path& path,
                           const EyePictures& pictures) {
   check_finite(found, path);
   const Intrinsics sized = sized_lens(found, pictures.width, pictures.height);
-  const Rows* k1 = found.find({"k1", "m1", "cameramatrix1", "cm1", "cameramatrixl", "kl", "ml",
-                               "cameramatrixleft", "leftcameramatrix", "kleft", "intrinsic1"});
+  const Rows* k1 = found.find(kLeftCameraMatrix);
   const Rows* k2 = found.find({"k2", "m2", "cameramatrix2", "cm2", "cameramatrixr", "kr", "mr",
                                "cameramatrixright", "rightcameramatrix", "kright", "intrinsic2"});
   const Rectified rectified{found.find({"r1"}), found.find({"r2"}), found.find({"p1"}),
@@ -102,8 +101,7 @@ StereoRig rig_of_matrices(const NamedMatrices& found, const fs::path& path,
   if (!k1 || !k2) {
     rig = rig_of_rectified(rectified, sized, path);
   } else {
-    const Rows* d1 = found.find({"d1", "distcoeffs1", "distortioncoefficients1", "distcoeffsl",
-                                 "dl", "distcoeffsleft", "leftdistcoeffs", "dist1", "kc1"});
+    const Rows* d1 = found.find(kLeftDistortion);
     const Rows* d2 = found.find({"d2", "distcoeffs2", "distortioncoefficients2", "distcoeffsr",
                                  "dr", "distcoeffsright", "rightdistcoeffs", "dist2", "kc2"});
     rig.left = lens_of_matrices(found, *k1, d1, sized, path);

@@ -88,11 +88,7 @@ StereoRig rig_of_cameras(const fs::path& path, const EyePictures& pictures) {
 }
 
 bool is_camera_document(const fs::path& path) {
-  for (const char* name : {"cameras.txt", "cameras.bin"})
-    if (fs::is_directory(path) && fs::exists(path / name)) return true;
-  if (fs::is_directory(path)) return false;
-  for (const char* name : {"cameras.txt", "images.txt", "cameras.bin", "images.bin"})
-    if (path.filename() == name) return true;
+  if (fs::is_directory(path) || is_colmap_model(path)) return is_colmap_model(path);
   const std::string text = read_text_file(path);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   return first != std::string::npos && text[first] == '{' &&
