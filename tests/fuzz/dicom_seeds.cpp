@@ -203,8 +203,8 @@ Seeds dicom_series_seeds() {
   Parts with_note = slices_at({0, 2, 4});
   with_note.emplace_back(5, "a note");
   Seeds seeds = {joined_parts(with_note), disc_of({"1", "2"}), disc_of({"1", "2", "LOST"})};
-  for (const Seeds& more : {uneven_series(), pixel_series()})
-    seeds.insert(seeds.end(), more.begin(), more.end());
+  append(uneven_series(), seeds);
+  append(pixel_series(), seeds);
   return seeds;
 }
 

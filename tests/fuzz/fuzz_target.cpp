@@ -45,7 +45,7 @@ void prepare(const FuzzReader& reader, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder / "seeds");
   int number = 0;
   Seeds seeds = reader.seeds();
-  for (const std::string& seed : reader.refused ? reader.refused() : Seeds()) seeds.push_back(seed);
+  if (reader.refused) append(reader.refused(), seeds);
   for (const std::string& seed : seeds)
     write_file_atomically(folder / "seeds" / ("seed" + std::to_string(number++)), seed);
   write_file_atomically(folder / "words", dictionary(reader.words));

@@ -15,6 +15,10 @@ namespace organbake {
 using Seeds = std::vector<std::string>;
 using Words = std::vector<std::string_view>;
 
+inline void append(const Seeds& more, Seeds& seeds) {
+  seeds.insert(seeds.end(), more.begin(), more.end());
+}
+
 // One reader of the project as a user's file reaches it: any bytes at all are read, or refused with
 // one of the project's own errors (core/error.h). So are, by the algorithms, the meshes and options
 // that any bytes stand for (drawn.h).

@@ -122,7 +122,7 @@ Seeds vtp_seeds() {
   for (const bool colored_points : {true, false}) {
     vtkNew<vtkXMLPolyDataWriter> writer;
     writer->SetInputData(square(colored_points));
-    for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
+    append(vtk_writings(*writer), seeds);
   }
   return seeds;
 }
@@ -143,7 +143,7 @@ Seeds vtu_seeds() {
   grid->AddInputData(square(true));
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetInputConnection(grid->GetOutputPort());
-  for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
+  append(vtk_writings(*writer), seeds);
   return seeds;
 }
 

@@ -59,22 +59,6 @@ Seeds all_gzipped(const Seeds& seeds) {
   return all;
 }
 
-std::string with_label_table() {
-  NiftiBytes mask(ramp_volume());
-  std::string xml(8, '\0');
-  xml +=
-      "<CaretExtension><LabelTable><Label Key=\"5\" Red=\"0\"><![CDATA[liver]]></Label>"
-      "<Label Key=\"11\">gall bladder</Label><Label Key=\"x\">none</Label></LabelTable>";
-  xml.resize(512, '\0');
-  mask.vox_offset += 512;
-  for (std::size_t i = 0; i < mask.voxels.size(); i += 2) {
-    mask.voxels[i] = static_cast<char>(i % 4 == 0 ? 5 : 11);
-    mask.voxels[i + 1] = 0;
-  }
-  mask.voxels = xml + mask.voxels;
-  return mask.bytes();
-}
-
 Seeds nifti_placements() {
   const Volume truth = ramp_volume(oblique_direction());
   NiftiBytes turned(truth), both(truth), nowhere(truth), sheared(ramp_volume()),
@@ -149,7 +133,8 @@ vtkSmartPointer<vtkImageData> image_of_type(int type) {
 
 Seeds nifti_seeds() {
   const Volume truth = ramp_volume(oblique_direction());
-  NiftiBytes plain(truth), swapped(truth), scaled(truth), times(truth), later(truth);
+  NiftiBytes plain(truth), swapped(truth), scaled(truth), times(truth), later(truth),
+      named(ramp_volume());
   swapped.swap_to_big_endian();
   scaled.slope = 2.5;
   scaled.intercept = -10;
@@ -157,12 +142,13 @@ Seeds nifti_seeds() {
   times.pixdim[4] = 40;
   times.units = 2 | 16;  // millimetres, milliseconds
   times.voxels += times.voxels;
+  named.set_named_labels();
   later.vox_offset = 700;
   later.voxels.insert(0, 700 - 352, '\0');
-  Seeds seeds = {plain.bytes(), swapped.bytes(),      scaled.bytes(),    times.bytes(),
-                 later.bytes(), plain.bytes_nifti2(), with_label_table()};
+  Seeds seeds = {plain.bytes(), swapped.bytes(),      scaled.bytes(), times.bytes(),
+                 later.bytes(), plain.bytes_nifti2(), named.bytes()};
   for (const auto& [type, width] : kNiftiTypes) seeds.push_back(nifti_of_type(type, width));
-  for (const std::string& placed : nifti_placements()) seeds.push_back(placed);
+  append(nifti_placements(), seeds);
   return seeds;
 }
 
@@ -204,7 +190,7 @@ Seeds nrrd_seeds() {
                                                                   {"float", 4},
                                                                   {"double", 8}})
     seeds.push_back(nrrd_of_type(type, width));
-  for (const std::string& times : nrrd_times()) seeds.push_back(times);
+  append(nrrd_times(), seeds);
   return seeds;
 }
 
@@ -266,7 +252,7 @@ Seeds vti_seeds() {
   for (const int type : {VTK_SHORT, VTK_DOUBLE, VTK_UNSIGNED_CHAR}) {
     vtkNew<vtkXMLImageDataWriter> writer;
     writer->SetInputData(image_of_type(type));
-    for (const std::string& seed : vtk_writings(*writer)) seeds.push_back(seed);
+    append(vtk_writings(*writer), seeds);
   }
   return seeds;
 }

@@ -58,6 +58,20 @@ void NiftiBytes::set_qform(const Volume& volume) {
   qform_code = 1;
 }
 
+void NiftiBytes::set_named_labels() {
+  std::string xml(8, '\0');
+  xml +=
+      "<CaretExtension><LabelTable><Label Key=\"5\" Red=\"0\"><![CDATA[liver]]></Label>"
+      "<Label Key=\"11\">gall bladder</Label><Label Key=\"x\">none</Label></LabelTable>";
+  xml.resize(512, '\0');
+  vox_offset = 352 + 512;
+  for (std::size_t i = 0; i < voxels.size(); i += 2) {
+    voxels[i] = static_cast<char>(i % 4 == 0 ? 5 : 11);
+    voxels[i + 1] = 0;
+  }
+  voxels = xml + voxels;
+}
+
 std::string NiftiBytes::bytes() const {
   HeaderBytes header(big_endian);
   header.put(0, sizeof_hdr);

@@ -34,6 +34,9 @@ struct NiftiBytes {
   std::string bytes() const;
   // The same as NIfTI-2.
   std::string bytes_nifti2() const;
+  // Makes a mask of labels 5, liver, and 11, gall bladder, in turns, whose names stand in an
+  // extension as TotalSegmentator writes it. Little-endian alone.
+  void set_named_labels();
   // The stored int16 voxels, too.
   void swap_to_big_endian();
 };

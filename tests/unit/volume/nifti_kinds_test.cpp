@@ -184,17 +184,7 @@ TEST_F(NiftiKinds, AShearedMaskKeepsItsLabels) {
 
 TEST_F(NiftiKinds, LabelNamesComeFromTheHeadersExtension) {
   NiftiBytes nifti(ramp_volume());
-  std::string xml(8, '\0');
-  xml +=
-      "<CaretExtension><LabelTable><Label Key=\"5\" Red=\"0\"><![CDATA[liver]]></Label>"
-      "<Label Key=\"11\">gall bladder</Label><Label Key=\"x\">none</Label></LabelTable>";
-  xml.resize(512, '\0');
-  nifti.vox_offset = 352 + 512;
-  for (std::size_t i = 0; i < nifti.voxels.size(); i += 2) {
-    nifti.voxels[i] = static_cast<char>(i % 4 == 0 ? 5 : 11);
-    nifti.voxels[i + 1] = 0;
-  }
-  nifti.voxels = xml + nifti.voxels;
+  nifti.set_named_labels();
   const Volume named = read(nifti.bytes(), {.label = "Gall_Bladder"});
   EXPECT_EQ(named.chosen_label, 11);
   EXPECT_EQ(named.label_names.size(), 2u);
