@@ -64,7 +64,7 @@ Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& valu
 }
 
 void add_colmap_image(const double (&pose)[7], const Intrinsics& lens, const std::string& name,
-                      long id, const fs::path& path, CameraSet& set) {
+                      long id, const std::filesystem::path& path, CameraSet& set) {
   const Eigen::Quaterniond q(pose[0], pose[1], pose[2], pose[3]);
   const Eigen::Vector3d translation(pose[4], pose[5], pose[6]);
   if (!(q.norm() > 0) || !q.coeffs().allFinite() || !translation.allFinite() || name.empty())

@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/error.h"
