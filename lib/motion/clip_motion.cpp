@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "motion/clip_motion.h"
+
+#include <algorithm>
+#include <deque>
+
+#include "core/median.h"
+#include "core/text.h"
+#include "motion/frame_poses.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kSureAngle_rad = 0.0349;  // 2 degrees
+constexpr std::size_t kSureViews = 3;
+
+using Frames = std::vector<std::size_t>;
+
+class MotionSearch {
+ public:
+  MotionSearch(const MotionOptions& options, const ClipTracks& clip, const Intrinsics& lens,
+               const ViewLoader& load, const RunContext& context)
+      : options_(options), clip_(clip), lens_(lens), load_(load), context_(context) {}
+
+  // Tries the views of each shot, then what their first scene left over; the best is kept.
+  ClipMotion best_of(std::deque<Frames> shots) {
+    ClipMotion best;
+    best.failure =
+        "no shot of the clip has " + std::to_string(options_.fewest_views) + " frames that differ";
+    while (!shots.empty()) {
+      const Frames frames = std::move(shots.front());
+      shots.pop_front();
+      if (frames.size() < options_.fewest_views) {
+        leave_out(frames, "too short");
+        continue;
+      }
+      if (best.scene.posed_views() >= frames.size()) {
+        leave_out(frames, "another span is longer");
+        continue;
+      }
+      ClipMotion found = solve(frames);
+      if (!found.failure.empty()) {
+        leave_out(frames, found.failure);
+        if (best.scene.posed_views() == 0) best = std::move(found);
+        continue;
+      }
+      for (Frames& rest : unposed_runs(found)) shots.push_back(std::move(rest));
+      const bool better = found.scene.posed_views() > best.scene.posed_views();
+      if (better) std::swap(best, found);
+      if (found.scene.posed_views() > 0) leave_out(found.view_frames, "another span is longer");
+    }
+    return best;
+  }
+
+  std::vector<FrameSpan> take_left_out() { return std::move(left_out_); }
+
+ private:
+  void leave_out(const Frames& frames, std::string reason) {
+    if (!frames.empty()) left_out_.push_back({frames.front(), frames.back(), std::move(reason)});
+  }
+
+  // Runs of views that the scene does not explain.
+  static std::vector<Frames> unposed_runs(const ClipMotion& motion) {
+    std::vector<Frames> runs(1);
+    for (std::size_t view = 0; view < motion.view_frames.size(); ++view) {
+      if (!motion.scene.is_posed(view))
+        runs.back().push_back(motion.view_frames[view]);
+      else if (!runs.back().empty())
+        runs.emplace_back();
+    }
+    if (runs.back().empty()) runs.pop_back();
+    return runs;
+  }
+
+  ClipMotion solve(const Frames& frames) {
+    ClipMotion motion;
+    motion.view_frames = frames;
+    motion.scene.lens = lens_;
+    double farthest_px = 0;
+    for (const std::size_t frame : frames)
+      for (const std::size_t other : {frames.front(), frames[frames.size() / 2]})
+        if (const TrackedMotion moved = motion_between(clip_, other, frame); moved.features >= 20)
+          farthest_px = std::max(farthest_px, moved.median_px);
+    if (farthest_px < options_.least_motion_px) {
+      motion.failure =
+          "the scope stands still: features move by " + to_text(farthest_px, 1) + " pixels at most";
+      return motion;
+    }
+    motion.scene.landmarks = landmarks_of(clip_, frames);
+    motion.scene.camera_from_world.resize(frames.size());
+    const ReconstructionSummary summary =
+        reconstruct(options_.reconstruction, motion.scene, context_);
+    motion.parallax_px = summary.parallax_px;
+    motion.failure = summary.failure;
+    if (motion.failure.empty()) finish(motion);
+    return motion;
+  }
+
+  void finish(ClipMotion& motion) {
+    const FreeLens& free = options_.reconstruction.lens;
+    if (options_.rejoin && motion.scene.posed_views() > kSureViews) {
+      motion.rejoined = rejoin(load_(motion.view_frames), motion.scene);
+      drop_outliers(options_.reconstruction.triangulation, motion.scene);
+      adjust({.lens = free, .iterations = 15}, motion.scene);
+      drop_outliers(options_.reconstruction.triangulation, motion.scene);
+    }
+    measure(motion);
+    if (motion.scene.posed_views() < options_.fewest_views)
+      motion.failure = "only " + std::to_string(motion.scene.posed_views()) +
+                       " frames agree about one rigid scene";
+    else if (motion.median_angle_rad < options_.least_angle_rad)
+      motion.failure = "the scope hardly moves sideways: its rays to the tissue stand " +
+                       to_text(motion.median_angle_rad * 57.29577951308232, 1) + " degrees apart";
+    if (!motion.failure.empty()) return;
+    motion.lens_spread = lens_spread(free, motion.scene);
+    motion.camera_from_world = pose_frames(clip_, motion.view_frames, motion.scene);
+  }
+
+  static void measure(ClipMotion& motion) {
+    std::vector<double> angles;
+    double errors = 0, sightings = 0;
+    for (const Landmark& landmark : motion.scene.landmarks) {
+      if (!landmark.place) continue;
+      const double angle = motion.scene.angle_rad(landmark);
+      angles.push_back(angle);
+      double own = 0;
+      std::size_t agreeing = 0;
+      for (const Sighting& sighting : landmark.seen) {
+        if (!sighting.agrees || !motion.scene.is_posed(sighting.view)) continue;
+        own += motion.scene.error_px(landmark, sighting);
+        ++agreeing;
+      }
+      if (agreeing < kSureViews || angle < kSureAngle_rad) continue;
+      ++motion.points;
+      errors += own;
+      sightings += static_cast<double>(agreeing);
+    }
+    motion.median_angle_rad = median(std::move(angles));
+    if (motion.points == 0) return;
+    motion.mean_error_px = errors / sightings;
+    motion.mean_track = sightings / static_cast<double>(motion.points);
+  }
+
+  const MotionOptions& options_;
+  const ClipTracks& clip_;
+  const Intrinsics& lens_;
+  const ViewLoader& load_;
+  const RunContext& context_;
+  std::vector<FrameSpan> left_out_;
+};
+
+}  // namespace
+
+ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
+                       const std::vector<double>& sharpness, const Intrinsics& lens,
+                       const ViewLoader& load, const RunContext& context) {
+  std::deque<Frames> shots;
+  for (std::size_t i = 0; i < clip.shots.size(); ++i) {
+    const std::size_t end = i + 1 < clip.shots.size() ? clip.shots[i + 1] : clip.frames;
+    shots.push_back(choose_views(options.views, clip, sharpness, clip.shots[i], end));
+  }
+  std::stable_sort(shots.begin(), shots.end(),
+                   [](const Frames& a, const Frames& b) { return a.size() > b.size(); });
+  MotionSearch search(options, clip, lens, load, context);
+  ClipMotion motion = search.best_of(std::move(shots));
+  motion.left_out = search.take_left_out();
+  return motion;
+}
+
+}  // namespace organbake
