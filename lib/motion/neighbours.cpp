@@ -81,9 +81,9 @@ std::vector<std::size_t> best_neighbours(const std::vector<PosedCamera>& cameras
       constexpr double kAlone = 0.25;
       return candidate.score * (kAlone + apart / (depth * options.best_angle_rad));
     };
-    const auto best = std::max_element(
-        candidates.begin(), candidates.end(),
-        [&](const Candidate& a, const Candidate& b) { return gain(a) < gain(b); });
+    const auto best =
+        std::max_element(candidates.begin(), candidates.end(),
+                         [&](const Candidate& a, const Candidate& b) { return gain(a) < gain(b); });
     chosen.push_back(best->index);
     centers.push_back(best->center);
     candidates.erase(best);

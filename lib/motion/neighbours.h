@@ -11,8 +11,9 @@ namespace organbake {
 struct NeighbourOptions {
   int most = 8;
   // Between the rays to one point: less tells little of depth, more makes pictures unlike.
-  double best_angle_rad = 0.12, least_angle_rad = 0.012, most_angle_rad = 0.6;
-  // Frames that lie farther off in the list count less: tissue moves meanwhile. 0 = time says nothing.
+  double best_angle_rad = 0.08, least_angle_rad = 0.012, most_angle_rad = 0.6;
+  // Frames that lie farther off in the list count less: tissue moves meanwhile. 0 = time says
+  // nothing.
   double usual_gap = 0;
   double least_overlap = 0.5;  // share of the reference's picture that the other frame shows
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/calib3d.hpp>
 #include <string>
 
 #include "core/error.h"
@@ -48,7 +49,8 @@ std::vector<Level> pyramid(const PosedFrame& reference,
   std::vector<Level> levels;
   while (true) {
     std::vector<SweepView> views(frames.size());
-    parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) { views[i] = view_of(frames[i]); });
+    parallel_for(std::size_t{0}, frames.size(),
+                 [&](std::size_t i) { views[i] = view_of(frames[i]); });
     levels.push_back({views[0], frames[0].grey, {views.begin() + 1, views.end()}});
     if (std::max(frames[0].grey.width, frames[0].grey.height) <= coarsest_px) return levels;
     for (Halving& frame : frames) halve(frame);
@@ -69,7 +71,9 @@ double parallax_px(const Level& level, double inverse_depth) {
       const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * lens.width,
                                   (i / kGrid + 0.5) / kGrid * lens.height);
       const Eigen::Vector3d ray = unproject(lens, pixel);
-      const auto at = [&](double w) { return project(view.camera, world * Eigen::Vector3d(ray / w)); };
+      const auto at = [&](double w) {
+        return project(view.camera, world * Eigen::Vector3d(ray / w));
+      };
       const double change = kShare * inverse_depth;
       sum += (at(inverse_depth + change) - at(inverse_depth)).norm() / change;
     }
@@ -96,8 +100,8 @@ class LevelSweep {
     const CostVolume volume =
         neighbour_costs(level_.reference, level_.neighbours, labels_,
                         {.window_radius_px = options_.window_radius_px, .best = options_.best});
-    const std::vector<std::uint16_t> sums =
-        aggregated(volume, level_.grey, {.step = options_.smooth_step, .jump = options_.smooth_jump});
+    const std::vector<std::uint16_t> sums = aggregated(
+        volume, level_.grey, {.step = options_.smooth_step, .jump = options_.smooth_jump});
     const int width = volume.width, height = volume.height;
     Found found{Plane(width, height), Plane(width, height), Plane(width, height),
                 Plane(width, height)};
@@ -142,8 +146,8 @@ class LevelSweep {
     constexpr float kLeastBend = 0.002F;
     const int before = std::max(0, best - 2), after = std::min(labels_.count - 1, best + 2);
     const float scale = 1.F / CostVolume::kWorst;
-    const float bend = scale *
-                       static_cast<float>(costs[before] + costs[after] - 2 * costs[best]) / 4;
+    const float bend =
+        scale * static_cast<float>(costs[before] + costs[after] - 2 * costs[best]) / 4;
     const float rest = std::max(0.02F, scale * static_cast<float>(costs[best]));
     const float side = static_cast<float>(2 * options_.window_radius_px + 1);
     constexpr float kAlikePixels = 9;  // that share one noise
@@ -190,6 +194,27 @@ InverseDepthLabels round_surface(const Found& coarse, const Level& level, float 
 float smooth_step(float x) {
   x = std::clamp(x, 0.F, 1.F);
   return x * x * (3 - 2 * x);
+}
+
+// Small pieces of depth that hang together with nothing are chance matches: correlation 0.
+void drop_speckles(float label_step, const SweepOptions& options, Found& found) {
+  constexpr double kSmallest = 8e-4;  // share of the picture
+  constexpr int kPerLabel = 8, kApart = 12;
+  constexpr std::int16_t kNone = -1;
+  const int width = found.sd.width, height = found.sd.height;
+  cv::Mat steps(height, width, CV_16S);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const std::size_t k = found.sd.index(x, y);
+      const float step = found.inverse_depth.values[k] / label_step * kPerLabel;
+      const bool match = found.correlation.values[k] >= options.least_correlation && step > 0;
+      steps.at<std::int16_t>(y, x) =
+          match ? static_cast<std::int16_t>(std::min(step, 32000.F)) : kNone;
+    }
+  cv::filterSpeckles(steps, kNone, static_cast<int>(kSmallest * width * height), kApart);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (steps.at<std::int16_t>(y, x) == kNone) found.correlation.at(x, y) = 0;
 }
 
 SweptDepth result_of(const Found& found, const Level& level, const SweepOptions& options) {
@@ -264,7 +289,8 @@ SweptDepth sweep_depth(const PosedFrame& reference,
   for (std::size_t i = levels.size();;) {
     context.throw_if_cancelled();
     const Level& level = levels[--i];
-    const Found found = LevelSweep(level, labels, options).run();
+    Found found = LevelSweep(level, labels, options).run();
+    drop_speckles(labels.step, options, found);
     if (i == 0) return result_of(found, level, options);
     labels = round_surface(found, levels[i - 1], labels.step, range, options);
   }

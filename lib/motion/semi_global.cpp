@@ -35,7 +35,7 @@ std::uint16_t follow(const std::uint8_t* __restrict cost, const std::uint16_t* _
   std::uint16_t lowest = std::numeric_limits<std::uint16_t>::max();
   const auto by_jump = static_cast<std::uint16_t>(least + jump);
   const auto by_step = static_cast<std::uint16_t>(step), base = static_cast<std::uint16_t>(least);
-  const std::uint16_t *__restrict under = before - 1, *__restrict over = before + 1;
+  const std::uint16_t* __restrict under = before - 1, * __restrict over = before + 1;
   for (int d = 0; d < labels; ++d) {
     const std::uint16_t beside = under[d] < over[d] ? under[d] : over[d];
     const auto stepped = static_cast<std::uint16_t>(beside + by_step);
@@ -89,9 +89,9 @@ class Aggregation {
         start(cost, x, k, sum);
         continue;
       }
-      now_.least(x, k) = follow(cost, from.at(fx, k), from.least(fx, k), options_.step,
-                                jump(grey_.at(x, y), grey_.at(fx, fy)), volume_.labels,
-                                now_.at(x, k), sum);
+      now_.least(x, k) =
+          follow(cost, from.at(fx, k), from.least(fx, k), options_.step,
+                 jump(grey_.at(x, y), grey_.at(fx, fy)), volume_.labels, now_.at(x, k), sum);
     }
   }
 

@@ -10,8 +10,8 @@
 namespace organbake {
 
 struct SmoothnessOptions {
-  int step = 12;    // what a step to the next label costs, where a match costs 0…250
-  int jump = 90;   // what a farther one costs, within one piece of tissue
+  int step = 24;    // what a step to the next label costs, where a match costs 0…250
+  int jump = 240;   // what a farther one costs, within one piece of tissue
   float edge = 12;  // grey levels from one pixel to the next at which a jump costs half
 };
 

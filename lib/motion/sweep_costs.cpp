@@ -10,9 +10,9 @@
 namespace organbake {
 namespace {
 
-constexpr float kHidden = 1e4F;     // marks what does not count in a neighbour's pattern
-constexpr float kLegible = 100;     // patterns are smaller; interpolated marks are not
-constexpr int kStripRows = 24;      // worked on together, so that all stays in the cache
+constexpr float kHidden = 1e4F;  // marks what does not count in a neighbour's pattern
+constexpr float kLegible = 100;  // patterns are smaller; interpolated marks are not
+constexpr int kStripRows = 24;   // worked on together, so that all stays in the cache
 constexpr int kMostBest = 8;
 // Of the window's pixels, in standard deviations²: patterns weaker than this are noise, alike or
 // not.

@@ -16,8 +16,8 @@ struct SweepView {
   Mask counts;
 };
 
-// The depths that are tried: at each pixel inverse depths base + k · step, k = 0 … count − 1. A base
-// that follows the surface makes windows that lie on it, however slanted.
+// The depths that are tried: at each pixel inverse depths base + k · step, k = 0 … count − 1. A
+// base that follows the surface makes windows that lie on it, however slanted.
 struct InverseDepthLabels {
   Plane base;
   float step = 0;
