@@ -115,14 +115,15 @@ class LevelSweep {
   }
 
  private:
-  // The label of least sum, between its neighbours by a parabola.
+  // The label of least sum, between its neighbours by a parabola through the costs: the sums, in
+  // which steps cost, are drawn to whole labels.
   void choose(const std::uint8_t* costs, const std::uint16_t* sums, std::size_t k,
               Found& found) const {
     const int n = labels_.count;
     const int best = static_cast<int>(std::min_element(sums, sums + n) - sums);
     double label = best;
     if (best > 0 && best + 1 < n) {
-      const double before = sums[best - 1], here = sums[best], after = sums[best + 1];
+      const double before = costs[best - 1], here = costs[best], after = costs[best + 1];
       const double bend = before - 2 * here + after;
       if (bend > 0) label += std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
     }

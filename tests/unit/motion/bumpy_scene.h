@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
+#include "core/random.h"
 #include "motion/plane_sweep.h"
 #include "motion/posed_frame.h"
 #include "shading/frame.h"
@@ -89,9 +91,12 @@ inline std::vector<BumpyView> bumpy_clip(const BumpyScene& scene, int frames, in
   return views;
 }
 
+// As a camera with a level of noise takes it.
 inline PosedFrame frame_of(const BumpyView& view) {
   PosedFrame frame{view.camera, view.light, Mask(view.light.width, view.light.height, 1)};
-  for (float& value : frame.intensity.values) value *= 120;
+  RandomStream random(7, static_cast<std::uint64_t>(std::stoi(view.camera.name)));
+  for (float& value : frame.intensity.values)
+    value = std::round(120 * value + static_cast<float>(random.normal()));
   return frame;
 }
 
