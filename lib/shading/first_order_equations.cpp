@@ -56,6 +56,12 @@ void FirstOrderEquations::set_membrane(double nu) {
   pull_y_ = static_cast<float>(nu / (step_y_ * step_y_));
 }
 
+void FirstOrderEquations::hold(const Plane& at, const Plane& weight) {
+  held_ = at;
+  anchor = weight;
+  anchored_ = true;
+}
+
 void FirstOrderEquations::data_forward(const Plane& delta) {
   for (int row = 0; row < height_; ++row) {
     const std::size_t at = delta.index(0, row);
@@ -200,7 +206,11 @@ void FirstOrderEquations::fill_diagonal() {
 double FirstOrderEquations::penalty(const Plane& v) {
   std::fill(image_.values.begin(), image_.values.end(), 0.F);
   add_bending(v, 1, image_);
-  return dot(v, image_);
+  double cost = dot(v, image_);
+  if (!anchored_) return cost;
+  for (std::size_t k = 0; k < held_.size(); ++k)
+    cost += double(anchor.values[k]) * held_.values[k] * (held_.values[k] - 2 * v.values[k]);
+  return cost;
 }
 
 int FirstOrderEquations::solve(const Plane& v, int most_steps, Plane& delta) {
@@ -209,6 +219,8 @@ int FirstOrderEquations::solve(const Plane& v, int most_steps, Plane& delta) {
       std::any_of(anchor.values.begin(), anchor.values.end(), [](float a) { return a > 0; });
   data_adjoint(residual_);
   add_bending(v, -1, residual_);
+  for (std::size_t k = 0; anchored_ && k < held_.size(); ++k)
+    residual_.values[k] += anchor.values[k] * held_.values[k];
   fill_diagonal();
   for (std::size_t k = 0; k < n; ++k)
     direction_.values[k] = scaled_.values[k] = residual_.values[k] / diagonal_.values[k];

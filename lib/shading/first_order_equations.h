@@ -16,8 +16,10 @@ class FirstOrderEquations {
 
   Plane slope_x, slope_y, weight;
   Plane target;  // w · e; overwritten by apply()
-  Plane anchor;  // a of a term a (v+δ)²: holds pixels near zero; all 0 at first
+  Plane anchor;  // a of a term a (v+δ−h)²: holds pixels near h; all 0 at first
 
+  // Sets the anchors and what they hold to, which is 0 else.
+  void hold(const Plane& at, const Plane& weight);
   // μ per pixel of area step_x · step_y.
   void set_bending(double mu);
   // Adds ν ((v+δ)_x² + (v+δ)_y²): of all surfaces that explain the image, the least steep.
@@ -50,6 +52,7 @@ class FirstOrderEquations {
   bool anchored_ = false;
   float bend_xx_ = 0, bend_yy_ = 0, bend_xy_ = 0, pull_x_ = 0, pull_y_ = 0;
   Plane diagonal_, residual_, scaled_, direction_, image_;
+  Plane held_;  // h; empty = 0
   std::vector<float> row_;
 };
 

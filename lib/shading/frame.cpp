@@ -31,16 +31,6 @@ Rgb8Image half_size(const Rgb8Image& frame) {
   return half;
 }
 
-Intrinsics half_size(Intrinsics camera) {
-  camera.width = std::max(1, camera.width / 2);
-  camera.height = std::max(1, camera.height / 2);
-  camera.fx /= 2;
-  camera.fy /= 2;
-  camera.cx /= 2;
-  camera.cy /= 2;
-  return camera;
-}
-
 // Means of 2×2 in linear light.
 Plane half_size(const Plane& plane) {
   Plane half(std::max(1, plane.width / 2), std::max(1, plane.height / 2));
@@ -129,6 +119,16 @@ void find_masks(const Mask* given_instruments, const FrameOptions& options, Prep
 void FrameOptions::check() const {
   if (!(halvings >= 0 && halvings <= 4))
     throw UsageError("halvings is " + std::to_string(halvings) + "; it must be in 0…4");
+}
+
+Intrinsics half_size(Intrinsics camera) {
+  camera.width = std::max(1, camera.width / 2);
+  camera.height = std::max(1, camera.height / 2);
+  camera.fx /= 2;
+  camera.fy /= 2;
+  camera.cx /= 2;
+  camera.cy /= 2;
+  return camera;
 }
 
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {

@@ -41,6 +41,9 @@ struct PreparedFrame {
 // Of endoscopes, with room for wider lenses; 70 is meant to be degrees.
 inline constexpr double kNarrowestView_rad = 0.05, kWidestView_rad = 2.8;
 
+// Of the frame whose pixels are 2×2 of this camera's; an odd last row or column falls away.
+Intrinsics half_size(Intrinsics camera);
+
 // A pinhole camera for frames of this size with the given horizontal field of view. Throws
 // UsageError for one that is not within these bounds.
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad);

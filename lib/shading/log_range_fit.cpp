@@ -67,7 +67,8 @@ Misfit linearise(const ShadedImage& image, double model_error, const Plane& v,
 
 class RangeFit {
  public:
-  RangeFit(const ShadedImage& image, const RangeFitOptions& options, Plane& v)
+  RangeFit(const ShadedImage& image, const RangeFitOptions& options, Plane& v,
+           const HeldRange* held)
       : image_(image),
         options_(options),
         v_(v),
@@ -76,6 +77,7 @@ class RangeFit {
     // Noise of σ² per pixel is a power of σ²h² per area; bending, too, is summed per pixel.
     equations_.set_bending(image.rays.step_x * image.rays.step_y /
                            (options.roughness * options.roughness));
+    if (held) equations_.hold(held->log_range, held->weight);
   }
 
   FitSummary run() {
@@ -130,8 +132,9 @@ class RangeFit {
 
 }  // namespace
 
-FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v) {
-  return RangeFit(image, options, v).run();
+FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v,
+                         const HeldRange* held) {
+  return RangeFit(image, options, v, held).run();
 }
 
 }  // namespace organbake

@@ -24,6 +24,12 @@ struct RangeFitOptions {
   double roughness = 0.25;
 };
 
+// What is known of ln r from elsewhere, by pixel.
+struct HeldRange {
+  Plane log_range;
+  Plane weight;  // 1 / variance; 0 = nothing is known
+};
+
 struct FitSummary {
   int inner_steps = 0;  // of all outer steps
   double misfit = 0;    // root mean square of (image / model − 1) over the inside
@@ -35,7 +41,8 @@ struct FitSummary {
 // O(h) errors; at borders where the surface comes nearer it knows nothing from outside, and noise
 // pulls it to the camera: all three are mended here. μ follows from σ and the roughness, so the
 // smoothing width is the data's own and does not change with resolution. Pixels outside are bridged
-// by the penalty.
-FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v);
+// by the penalty. With `held` the sum has w (v − held)², too.
+FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v,
+                         const HeldRange* held = nullptr);
 
 }  // namespace organbake
