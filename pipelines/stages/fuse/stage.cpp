@@ -26,6 +26,14 @@ void bind(OptionList& list, FuseStageOptions& options) {
                 "light of the pictures: camera = a lamp at the lens, divided out of the colours; "
                 "any = they stay as they are"},
            {{"any", PictureLight::any}, {"camera", PictureLight::camera}})
+      .add("scale", &o.scale,
+           {.help = "between depths and poses: auto = one where the depths are relative, or agree "
+                    "far better by it; given = they are in one unit; one = one scale for all maps; "
+                    "each = one for each map"},
+           {{"auto", DepthScale::automatic},
+            {"given", DepthScale::given},
+            {"one", DepthScale::one},
+            {"each", DepthScale::each}})
       .add("refine", &o.refine, {.help = "move the cameras so that the depth maps agree"})
       .add("place", &o.off.place_mm,
            {.help = "how far off the cameras may be, standard deviation; for refine",
