@@ -52,6 +52,7 @@ void bind(OptionList& list, FuseStageOptions& options) {
 
 Stage fuse_stage() {
   return {.name = "fuse",
+          .version = 2,
           .summary = "fuse depth maps from known poses into one coloured surface",
           .inputs = {{.name = "depth",
                       .kind = InputKind::frames,
@@ -60,8 +61,9 @@ Stage fuse_stage() {
                       .many = true},
                      {.name = "poses",
                       .kind = InputKind::posed,
-                      .help = "the depth maps' cameras: cameras.json, COLMAP folder or "
-                              "transforms.json; their images colour the surface"},
+                      .help = "the cameras of the depth maps' frames, found by name or number: "
+                              "cameras.json, COLMAP folder or transforms.json; their images "
+                              "colour the surface"},
                      {.name = "pictures",
                       .kind = InputKind::frames,
                       .help = "folder of the cameras' images, when they lie elsewhere",
