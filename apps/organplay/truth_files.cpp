@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "geometry/pinhole.h"
 #include "image/png.h"
 #include "player/script_camera.h"
 #include "truth/layer_files.h"
@@ -37,10 +38,7 @@ TruthOptions truth_options(const Command& command, const Script& script, const P
 CameraSet recorded_cameras(const Command& command) {
   CameraSet set = read_cameras(command.cameras);
   if (command.lens.empty()) return set;
-  for (PosedCamera& camera : set.cameras) {
-    Intrinsics& lens = camera.intrinsics;
-    lens.k1 = lens.k2 = lens.p1 = lens.p2 = lens.k3 = 0;
-  }
+  for (PosedCamera& camera : set.cameras) camera.intrinsics = pinhole_of(camera.intrinsics);
   return set;
 }
 

@@ -34,7 +34,11 @@ Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()
 Json intrinsics_to_json(const Intrinsics& k) {
   Json json = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
                {"fy", k.fy},       {"cx", k.cx},         {"cy", k.cy}};
-  if (k.has_distortion()) json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  if (k.model == LensModel::fisheye) {
+    json["fisheye_k1_k2_k3_k4"] = {k.k1, k.k2, k.k3, k.k4};
+  } else if (k.has_distortion()) {
+    json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  }
   return json;
 }
 
@@ -48,6 +52,15 @@ Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px) {
   k.cx = lens["cx"].number(-kMost_px, kMost_px);
   k.cy = lens["cy"].number(-kMost_px, kMost_px);
   const auto distortion = lens.find("distortion_k1_k2_p1_p2_k3");
+  if (const auto fisheye = lens.find("fisheye_k1_k2_k3_k4")) {
+    if (distortion)
+      fisheye->fail("stands beside distortion_k1_k2_p1_p2_k3; a lens has one of them");
+    if (fisheye->size() != 4) fisheye->fail("must hold four numbers: k1, k2, k3, k4");
+    k.model = LensModel::fisheye;
+    double* const angles[] = {&k.k1, &k.k2, &k.k3, &k.k4};
+    for (std::size_t i = 0; i < 4; ++i) *angles[i] = fisheye->at(i).number();
+    return k;
+  }
   if (!distortion) return k;
   if (distortion->size() != 5) distortion->fail("must hold five numbers: k1, k2, p1, p2, k3");
   double* const into[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};

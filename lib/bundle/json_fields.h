@@ -22,8 +22,8 @@ Json parse_json(const std::string& text, const std::string& name);
 // Two-space indentation and a final newline, the form of every JSON file the project writes.
 std::string json_text(const Json& json);
 Json to_json(const Eigen::Vector3d& v);
-// Width, height, fx, fy, cx, cy, and distortion_k1_k2_p1_p2_k3 where there is some, among other
-// keys. Neither side may be larger than `largest_side_px`.
+// Width, height, fx, fy, cx, cy, and distortion_k1_k2_p1_p2_k3 where there is some, or of a fisheye
+// fisheye_k1_k2_k3_k4, among other keys. Neither side may be larger than `largest_side_px`.
 Json intrinsics_to_json(const Intrinsics& intrinsics);
 class JsonField;
 Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px);

@@ -29,10 +29,10 @@ Vector3d in_cone(const Vector3d& middle, double angle_rad, RandomStream& random)
 RigidTransform view_along(const Bundle& bundle, const Vector3d& direction, double distance,
                           double roll_rad) {
   const Vector3d center = bundle.cameras.manifold.center_world_mm;
-  const double away = (bundle.cameras.cameras.front().center_world_mm() - center).norm();
+  const Vector3d to_first = bundle.cameras.cameras.front().center_world_mm() - center;
   const RigidTransform roll = {Eigen::AngleAxisd(roll_rad, Vector3d::UnitZ()).toRotationMatrix(),
                                Vector3d::Zero()};
-  return roll * look_at(center + distance * away * direction, center, Vector3d::UnitZ());
+  return roll * look_at(center + distance * to_first.norm() * direction, center, up_from(to_first));
 }
 
 double drawn_from(const SampledRange& range, RandomStream& random) {

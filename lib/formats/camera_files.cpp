@@ -6,7 +6,9 @@
 #include "bundle/json_fields.h"
 #include "core/error.h"
 #include "core/files.h"
+#include "formats/foreign_calibration.h"
 #include "formats/foreign_cameras.h"
+#include "formats/lens_of_document.h"
 #include "formats/named_matrices.h"
 #include "geometry/camera.h"
 
@@ -16,15 +18,17 @@ namespace {
 
 // The left eye's, where it is a stereo calibration.
 Intrinsics opencv_lens(const std::string& text, const fs::path& path, int width, int height) {
-  NamedMatrices found;
-  add_opencv_text(text, path, found);
+  NamedMatrices document;
+  add_opencv_text(text, path, document);
+  if (const auto lens = lens_of_parts(document, Eye::left, width, height, path)) return *lens;
+  const NamedMatrices& found = matrices_of(document);
   const auto* k = found.find({"cameramatrix", "k", "m", "intrinsicmatrix"});
   if (!k) k = found.find(kLeftCameraMatrix);
   if (!k)
     throw BadDataError(path,
                        "holds neither the 3×3 matrix 'camera_matrix' of an OpenCV calibration nor "
                        "fx, fy, cx and cy");
-  const auto* d = found.find({"distortioncoefficients", "distcoeffs", "d", "distortion"});
+  const auto* d = found.find(kDistortion);
   if (!d) d = found.find(kLeftDistortion);
   return lens_of_matrices(found, *k, d, sized_lens(found, width, height), path);
 }
@@ -48,7 +52,7 @@ CameraSet colmap_model(const fs::path& path) {
 }
 
 CameraSet cameras_of(const Json& json, const std::string& text, const fs::path& path) {
-  return json.contains("frames") ? transforms_from_json(json, path)
+  return json.contains("frames") ? transforms_from_json(json, path, std::nullopt)
                                  : cameras_from_json(text, path.string());
 }
 
@@ -63,8 +67,9 @@ Intrinsics lens_in(const fs::path& path, const std::string& image, int width, in
   const std::string text = read_text_file(path);
   if (!is_json(text)) return opencv_lens(text, path, width, height);
   const Json json = parse_json(text, path.string());
-  if (json.contains("cameras") || json.contains("frames"))
-    return lens_of(cameras_of(json, text, path), image, path);
+  if (json.contains("frames"))
+    return lens_of(transforms_from_json(json, path, {{width, height}}), image, path);
+  if (json.contains("cameras")) return lens_of(cameras_from_json(text, path.string()), image, path);
   const bool plain = json.contains("fx") || json.contains("fy") || json.contains("cx");
   return plain ? intrinsics_from_json(JsonField(json, path.string()), kLargestPhotoSide_px)
                : opencv_lens(text, path, width, height);
@@ -85,6 +90,7 @@ CameraSet read_camera_file(const fs::path& path) {
   if (fs::is_directory(path) || is_colmap_model(path)) return colmap_model(path);
   const std::string text = read_text_file(path);
   if (!is_json(text)) {
+    refuse_foreign_calibration(text, path);
     throw BadDataError(path, "is neither a cameras.json, a transforms.json nor a COLMAP model");
   }
   return cameras_of(parse_json(text, path.string()), text, path);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -18,7 +19,10 @@ const std::vector<ColmapModel>& models() {
       {2, "SIMPLE_RADIAL", {"f", "cx", "cy", "k1"}},
       {3, "RADIAL", {"f", "cx", "cy", "k1", "k2"}},
       {4, "OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2"}},
-      {6, "FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}}};
+      {6, "FULL_OPENCV", {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"}},
+      {5, "OPENCV_FISHEYE", {"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"}, LensModel::fisheye},
+      {8, "SIMPLE_RADIAL_FISHEYE", {"f", "cx", "cy", "k1"}, LensModel::fisheye},
+      {9, "RADIAL_FISHEYE", {"f", "cx", "cy", "k1", "k2"}, LensModel::fisheye}};
   return models;
 }
 
@@ -47,11 +51,14 @@ std::string colmap_model_names() {
 Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& values,
                        const std::filesystem::path& path) {
   Intrinsics k;
-  const std::map<std::string, double*> places = {{"fx", &k.fx}, {"fy", &k.fy}, {"cx", &k.cx},
-                                                 {"cy", &k.cy}, {"k1", &k.k1}, {"k2", &k.k2},
-                                                 {"p1", &k.p1}, {"p2", &k.p2}, {"k3", &k.k3}};
+  k.model = model.model;
+  std::map<std::string, double*> places = {{"fx", &k.fx}, {"fy", &k.fy}, {"cx", &k.cx},
+                                           {"cy", &k.cy}, {"k1", &k.k1}, {"k2", &k.k2},
+                                           {"p1", &k.p1}, {"p2", &k.p2}, {"k3", &k.k3}};
+  if (k.model == LensModel::fisheye) places["k4"] = &k.k4;
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
     const std::string& name = model.parameters[i];
+    if (!std::isfinite(values[i])) throw BadDataError(path, "its " + name + " is no finite number");
     if (name == "f") {
       k.fx = k.fy = values[i];
     } else if (places.contains(name)) {

@@ -9,11 +9,13 @@
 
 namespace organbake {
 
-// One of COLMAP's models of lenses that are pinholes with k1 k2 p1 p2 k3 at most.
+// One of COLMAP's models of lenses that are pinholes with k1 k2 p1 p2 k3 at most, or fisheyes with
+// k1 k2 k3 k4.
 struct ColmapModel {
   int number = 0;  // in COLMAP's binary files
   std::string name;
   std::vector<std::string> parameters;  // in COLMAP's order; 'f' is both focal lengths
+  LensModel model = LensModel::brown;
 };
 
 // Null for a model that is not read.
@@ -24,7 +26,7 @@ const ColmapModel* colmap_lens_model(int number);
 std::string colmap_model_names();
 
 // `values` are as many as the model's parameters. Throws BadDataError naming `path` where one that
-// has no place here is not 0.
+// has no place here is not 0, or is no finite number.
 Intrinsics colmap_lens(const ColmapModel& model, const std::vector<double>& values,
                        const std::filesystem::path& path);
 

@@ -49,6 +49,10 @@ std::map<long, Intrinsics> read_lenses(const fs::path& path) {
       if (!(words >> value)) throw BadDataError(path, lacking(line, parameter));
       values.push_back(value);
     }
+    if (std::string more; words >> more)
+      throw BadDataError(path, "'" + line + "' has more than the " +
+                                   std::to_string(model->parameters.size()) + " numbers of " +
+                                   name);
     lenses[id] = colmap_lens(*model, values, path);
     lenses[id].width = width;
     lenses[id].height = height;
@@ -105,9 +109,16 @@ std::string colmap_cameras_text(const CameraSet& set) {
   for (std::size_t i = 0; i < set.cameras.size(); ++i) {
     const Intrinsics& k = set.cameras[i].intrinsics;
     std::vector<double> values = {k.fx, k.fy, k.cx, k.cy};
-    if (k.has_distortion()) values.insert(values.end(), {k.k1, k.k2, k.p1, k.p2, k.k3, 0, 0, 0});
-    text += std::to_string(i + 1) + (k.has_distortion() ? " FULL_OPENCV " : " PINHOLE ") +
-            std::to_string(k.width) + " " + std::to_string(k.height);
+    const char* model = " PINHOLE ";
+    if (k.model == LensModel::fisheye) {
+      model = " OPENCV_FISHEYE ";
+      values.insert(values.end(), {k.k1, k.k2, k.k3, k.k4});
+    } else if (k.has_distortion()) {
+      model = " FULL_OPENCV ";
+      values.insert(values.end(), {k.k1, k.k2, k.p1, k.p2, k.k3, 0, 0, 0});
+    }
+    text +=
+        std::to_string(i + 1) + model + std::to_string(k.width) + " " + std::to_string(k.height);
     for (const double value : values) text += " " + to_text(value);
     text += "\n";
   }

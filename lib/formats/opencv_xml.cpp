@@ -32,7 +32,7 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
 class OpenCvXml : public XmlParser {
  public:
   OpenCvXml(NamedMatrices& found, const std::filesystem::path& path)
-      : XmlParser(path), found_(found) {}
+      : XmlParser(path), found_(found), path_(path) {}
 
  private:
   static constexpr std::size_t kNamed = 2, kPart = 3;  // how deep they lie
@@ -73,14 +73,27 @@ class OpenCvXml : public XmlParser {
   }
 
   void take_matrix() {
+    if (!parts_.contains("data")) return;
     auto values = numbers_in(parts_["data"]);
+    if (!values) {
+      found_.faults[name_] =
+          unreadable(path_, name_, "holds no numbers, something else, or more than a lens has");
+      return;
+    }
     const auto height = numbers_in(parts_["rows"]), width = numbers_in(parts_["cols"]);
-    if (!values || !height || !width) return;
-    if (auto rows = shaped(std::move(*values), height->front(), width->front()))
+    const std::size_t count = values->size();
+    auto rows = height && width ? shaped(std::move(*values), height->front(), width->front())
+                                : std::nullopt;
+    if (rows) {
       found_.matrices[name_] = std::move(*rows);
+    } else {
+      found_.faults[name_] =
+          unreadable(path_, name_, unlike_header(parts_["rows"], parts_["cols"], count));
+    }
   }
 
   NamedMatrices& found_;
+  const std::filesystem::path& path_;
   std::size_t depth_ = 0;
   std::string name_, part_, text_;
   std::map<std::string, std::string> parts_;  // of the matrix that is open

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "formats/camera_files.h"
+#include "formats/photo.h"
 #include "geometry/camera.h"
 #include "geometry/written_rotation.h"
 
@@ -19,45 +20,80 @@ using Json = nlohmann::ordered_json;
 // OpenGL's camera looks along −z with y up, ours along +z with y down.
 const Eigen::DiagonalMatrix<double, 3> kAxes(1, -1, -1);
 
-double value(const Json& frame, const Json& top, const char* key, double otherwise) {
+// Of the frame, else of the top. Throws BadDataError for what is there and is no finite number.
+double value(const Json& frame, const Json& top, const char* key, double otherwise,
+             const fs::path& path) {
   const Json& where = frame.contains(key) ? frame : top;
-  return where.contains(key) && where[key].is_number() ? where[key].get<double>() : otherwise;
+  if (!where.contains(key)) return otherwise;
+  if (!where[key].is_number() || !std::isfinite(where[key].get<double>()))
+    throw BadDataError(path, std::string("its '") + key + "' is no number");
+  return where[key].get<double>();
 }
 
-Intrinsics lens_from(const Json& frame, const Json& top) {
+// The models whose k1, k2 … are ours (nerfstudio and instant-ngp name them).
+LensModel model_of(const Json& frame, const Json& top, const fs::path& path) {
+  const Json& where = frame.contains("camera_model") ? frame : top;
+  const auto model = where.find("camera_model");
+  std::string name = model != where.end() && model->is_string() ? model->get<std::string>() : "";
+  for (const Json* json : {&frame, &top})
+    if (json->contains("is_fisheye") && (*json)["is_fisheye"] == true) name = "OPENCV_FISHEYE";
+  if (name == "OPENCV_FISHEYE") return LensModel::fisheye;
+  for (const char* known :
+       {"", "OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "RADIAL", "SIMPLE_RADIAL", "PERSPECTIVE"})
+    if (name == known) return LensModel::brown;
+  throw BadDataError(path, "is of the lens model \"" + name +
+                               "\"; only OPENCV with k1 k2 p1 p2 k3, OPENCV_FISHEYE with k1 k2 k3 "
+                               "k4, and PINHOLE are read");
+}
+
+void read_distortion(const Json& frame, const Json& top, const fs::path& path, Intrinsics& k) {
+  const auto number = [&](const char* key) { return value(frame, top, key, 0, path); };
+  k.model = model_of(frame, top, path);
+  k.k1 = number("k1");
+  k.k2 = number("k2");
+  k.k3 = number("k3");
+  const bool fisheye = k.model == LensModel::fisheye;
+  (fisheye ? k.k4 : k.p1) = number(fisheye ? "k4" : "p1");
+  if (!fisheye) k.p2 = number("p2");
+  for (const char* more : {"k4", "k5", "k6"})
+    if (number(more) != 0 && !(fisheye && std::string(more) == "k4"))
+      throw BadDataError(path, std::string("its distortion ") + more + " is not supported");
+}
+
+Intrinsics lens_from(const Json& frame, const Json& top, const fs::path& path,
+                     const PictureSides& picture) {
+  const auto number = [&](const char* key, double otherwise) {
+    return value(frame, top, key, otherwise, path);
+  };
   Intrinsics k;
-  k.width = written_size(value(frame, top, "w", 0));
-  k.height = written_size(value(frame, top, "h", 0));
-  const double angle = value(frame, top, "camera_angle_x", 0);
+  k.width = written_size(number("w", picture.width));
+  k.height = written_size(number("h", picture.height));
+  const double angle = number("camera_angle_x", 0);
   const double from_angle = angle > 0 ? k.width / (2 * std::tan(angle / 2)) : 0;
-  k.fx = value(frame, top, "fl_x", from_angle);
-  k.fy = value(frame, top, "fl_y", k.fx);
-  k.cx = value(frame, top, "cx", k.width / 2.0);
-  k.cy = value(frame, top, "cy", k.height / 2.0);
-  k.k1 = value(frame, top, "k1", 0);
-  k.k2 = value(frame, top, "k2", 0);
-  k.p1 = value(frame, top, "p1", 0);
-  k.p2 = value(frame, top, "p2", 0);
-  k.k3 = value(frame, top, "k3", 0);
+  k.fx = number("fl_x", from_angle);
+  k.fy = number("fl_y", k.fx);
+  k.cx = number("cx", k.width / 2.0);
+  k.cy = number("cy", k.height / 2.0);
+  read_distortion(frame, top, path, k);
   return k;
 }
 
-// Lenses whose k1, k2 … mean something else (nerfstudio and instant-ngp name them).
-void check_model(const Json& json, const fs::path& path) {
-  const auto model = json.find("camera_model");
-  if (model != json.end() && model->is_string()) {
-    const auto name = model->get<std::string>();
-    if (name != "OPENCV" && name != "PINHOLE" && name != "SIMPLE_PINHOLE" && name != "RADIAL" &&
-        name != "SIMPLE_RADIAL" && name != "PERSPECTIVE")
-      throw BadDataError(path, "is of the lens model \"" + name +
-                                   "\"; only OPENCV with k1 k2 p1 p2 k3 and PINHOLE are read");
+// Of the first frame's picture: all are of one size. Its name may lack the ending.
+PictureSides sides_of_first(const Json& frames, const fs::path& path) {
+  const fs::path image = path.parent_path() / frames.at(0).at("file_path").get<std::string>();
+  for (const char* ending : {"", ".png", ".jpg", ".jpeg"}) {
+    const fs::path file = image.string() + ending;
+    if (!fs::is_regular_file(file)) continue;
+    const Rgb8Image picture = read_photo(file);
+    return {picture.width, picture.height};
   }
-  const auto fisheye = json.find("is_fisheye");
-  if (fisheye != json.end() && *fisheye == true)
-    throw BadDataError(path, "is of a fisheye; only OPENCV and PINHOLE lenses are read");
-  for (const char* more : {"k4", "k5", "k6"})
-    if (value(json, json, more, 0) != 0)
-      throw BadDataError(path, std::string("its distortion ") + more + " is not supported");
+  throw BadDataError(path, "tells no size of its pictures (w and h), and '" + image.string() +
+                               "' is not there to look at");
+}
+
+bool tells_size(const Json& json) {
+  const Json& frame = json.at("frames").at(0);
+  return (json.contains("w") || frame.contains("w")) && (json.contains("h") || frame.contains("h"));
 }
 
 // Nothing for what is no rigid motion.
@@ -102,15 +138,16 @@ void add_facts(Json& json, const SceneFacts& facts) {
 
 }  // namespace
 
-CameraSet transforms_from_json(const Json& json, const fs::path& path) {
+CameraSet transforms_from_json(const Json& json, const fs::path& path,
+                               std::optional<PictureSides> picture) {
   CameraSet set;
-  check_model(json, path);
   try {
-    for (const Json& frame : json.at("frames")) {
-      check_model(frame, path);
+    const Json& frames = json.at("frames");
+    if (!picture && !frames.empty() && !tells_size(json)) picture = sides_of_first(frames, path);
+    for (const Json& frame : frames) {
       PosedCamera camera;
       camera.name = frame.at("file_path").get<std::string>();
-      camera.intrinsics = lens_from(frame, json);
+      camera.intrinsics = lens_from(frame, json, path, picture.value_or(PictureSides{}));
       const auto pose = pose_from(frame.at("transform_matrix"));
       if (!pose)
         throw BadDataError(path, camera.name + ": its transform_matrix is no rigid motion");
@@ -149,6 +186,10 @@ std::string transforms_json(const CameraSet& set, const SceneFacts& facts) {
                       {"p2", k.p2},
                       {"k3", k.k3},
                       {"transform_matrix", matrix}});
+    if (k.model == LensModel::fisheye) {
+      frames.back()["camera_model"] = "OPENCV_FISHEYE";
+      frames.back()["k4"] = k.k4;
+    }
     if (!facts.depths.empty()) {
       frames.back()["depth_path"] = facts.depths[i];
       frames.back()["depth_file_path"] = facts.depths[i];

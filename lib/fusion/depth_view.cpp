@@ -9,14 +9,12 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "core/text.h"
+#include "geometry/pinhole.h"
 #include "shading/depth_maps.h"
 #include "stereo/local_planes.h"
 
 namespace organbake {
 namespace {
-
-// From what a median scope works at to what it cannot reach.
-constexpr double kNearest_mm = 2, kFarthest_mm = 2000;
 
 void check(const DepthView& view, const std::vector<float>& depths) {
   const Intrinsics& k = view.camera.intrinsics;
@@ -33,11 +31,11 @@ void check(const DepthView& view, const std::vector<float>& depths) {
   k.check();
   if (depths.empty()) throw BadDataError(view.name, "holds no depth: no pixel is finite");
   const double usual = median(depths);
-  if (!(usual >= kNearest_mm && usual <= kFarthest_mm))
-    throw BadDataError(view.name, "has depths of about " + to_text(usual) +
-                                      " mm; that must be in " + to_text(kNearest_mm) + "…" +
-                                      to_text(kFarthest_mm) +
-                                      ": are they in another unit (--unit), or relative?");
+  if (!(usual >= kNearestDepth_mm && usual <= kFarthestDepth_mm))
+    throw BadDataError(view.name,
+                       "has depths of about " + to_text(usual) + " mm; that must be in " +
+                           to_text(kNearestDepth_mm) + "…" + to_text(kFarthestDepth_mm) +
+                           ": are they in another unit (--unit), or relative (--scale one)?");
 }
 
 // Standard deviation of a pixel about the plane of its neighbours, by the median.
@@ -96,6 +94,15 @@ bool is_same_side(const SmoothView& view, const SeenSurface& seen,
   return (view.camera.camera_from_world.rotation * normal_world).dot(seen.normal_camera) > kAlike;
 }
 
+void scale_depth(double factor, SmoothView& view) {
+  for (float& z : view.depth_mm.values) z *= static_cast<float>(factor);
+  view.noise_mm *= factor;
+}
+
+void scale_place(double factor, SmoothView& view) {
+  view.camera.camera_from_world.translation *= factor;
+}
+
 SmoothView smooth_view(const DepthView& view) {
   const int width = view.depth_mm.width, height = view.depth_mm.height;
   Plane known(width, height), depth(width, height);
@@ -110,8 +117,7 @@ SmoothView smooth_view(const DepthView& view) {
   check(view, depths);
   SmoothView smooth;
   smooth.camera = view.camera;
-  Intrinsics& lens = smooth.camera.intrinsics;
-  lens.k1 = lens.k2 = lens.p1 = lens.p2 = lens.k3 = 0;
+  const Intrinsics lens = smooth.camera.intrinsics = pinhole_of(view.camera.intrinsics);
   const double usual_mm = median(std::move(depths));
   smooth.noise_mm = noise_of(depth, known);
   const int radius = radius_for(smooth.noise_mm, usual_mm);

@@ -11,6 +11,9 @@
 
 namespace organbake {
 
+// Usual depths of a map: from what a scope works at to what it cannot reach.
+inline constexpr double kNearestDepth_mm = 2, kFarthestDepth_mm = 2000;
+
 // One depth map, and where it was taken.
 struct DepthView {
   std::string name;       // to speak of it
@@ -19,6 +22,9 @@ struct DepthView {
   Plane confidence;       // 0…1; empty = 1 everywhere
   Rgb8Image color;        // of any size; empty = the view colours nothing
   Intrinsics color_lens;  // of the colour picture, with its distortion
+  // How the colour picture's axes are turned against the depth map's (rectified eyes).
+  Eigen::Matrix3d color_from_camera = Eigen::Matrix3d::Identity();
+  bool relative = false;  // depth_mm is in a unit of this map alone
 };
 
 // A depth map as it is fused: its noise averaged over the surface it lies on.
@@ -34,6 +40,10 @@ struct SmoothView {
   Eigen::Vector3d point_world_mm(int x, int y) const;
   Eigen::Vector3d normal_world(int x, int y) const;
 };
+
+// The same with all lengths of the map, or of where its camera stands, this many times as long.
+void scale_depth(double factor, SmoothView& view);
+void scale_place(double factor, SmoothView& view);
 
 // Throws BadDataError that names the view: its size is not its camera's, it has no depth at all, or
 // lengths that no scope has.

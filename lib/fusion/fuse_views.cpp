@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fusion/fuse_views.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -13,13 +11,6 @@
 
 namespace organbake {
 namespace {
-
-std::vector<SmoothView> smooth_views(const std::vector<DepthView>& views) {
-  std::vector<SmoothView> smooth(views.size());
-  tbb::parallel_for(std::size_t{0}, views.size(),
-                    [&](std::size_t i) { smooth[i] = smooth_view(views[i]); });
-  return smooth;
-}
 
 double usual_noise_mm(const std::vector<SmoothView>& views) {
   std::vector<double> noises;
@@ -44,10 +35,12 @@ FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions
                         const RunContext& context) {
   options.check();
   if (views.empty()) throw BadDataError("there is no depth map to fuse");
-  std::vector<SmoothView> smooth = smooth_views(views);
+  ScaledViews scaled = scaled_views(views, options.scale);
+  std::vector<SmoothView>& smooth = scaled.views;
   check_overlap(measure_overlap(smooth), views);
   context.progress(0.2);
   FusedSurface fused;
+  fused.scale = scaled.scale;
   fused.noise_mm = usual_noise_mm(smooth);
   if (options.refine) fused.refined = refine_poses(options.off, smooth);
   fused.apart_mm = fused.refined ? fused.refined->after_mm : views_apart_mm(smooth);

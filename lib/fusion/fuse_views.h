@@ -8,6 +8,7 @@
 #include "fusion/depth_view.h"
 #include "fusion/distance_volume.h"
 #include "fusion/refine_poses.h"
+#include "fusion/scaled_views.h"
 #include "geometry/triangle_mesh.h"
 
 namespace organbake {
@@ -32,6 +33,7 @@ struct FusionOptions {
   PictureLight light = PictureLight::any;
   bool refine = false;  // the poses, which are then off by about:
   PoseRefinement off = {};
+  DepthScale scale = DepthScale::automatic;
   std::size_t largest = 1;  // pieces of largest area that are kept; 0 = all
 
   void check() const;  // throws UsageError
@@ -44,6 +46,7 @@ struct FusedSurface {
   double apart_mm = 0;       // from view to view, along the normal, root mean square
   double colored_share = 0;  // of the vertices, seen by a picture
   std::optional<RefinedPoses> refined;
+  std::optional<FusedScale> scale;   // how depths and poses came to one unit
   std::vector<PosedCamera> cameras;  // as they were used
 };
 
@@ -56,8 +59,11 @@ FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions
 struct ViewOverlap {
   double share = 0;     // of its points, those that another view sees, too
   double scale = 1;     // median of its depths over theirs, along their rays
-  double agreeing = 1;  // share of its points that lie where the others have a surface
+  double agreeing = 1;  // share of those that lie where another view has the surface
 };
+// Whether few of its points lie where the others have a surface, and the rest all nearer or
+// farther.
+bool is_of_another_scale(const ViewOverlap& overlap);
 std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views);
 
 // Throws BadDataError for a view that sees nothing that another one sees, or is of another scale.

@@ -76,7 +76,8 @@ class VertexColors {
     const SeenSurface surface = seen_at(smooth_[i], world);
     if (!(surface.weight > 0) || std::abs(surface.depth_mm - surface.point_z_mm) > surface_mm_)
       return std::nullopt;
-    const auto color = color_at(views_[i].color, project(views_[i].color_lens, point));
+    const auto color = color_at(views_[i].color,
+                                project(views_[i].color_lens, views_[i].color_from_camera * point));
     if (!color) return std::nullopt;
     const double light = light_of(light_, cosine, point.norm(), usual_mm_);
     const double weight = surface.weight * cosine * cosine / point.squaredNorm();

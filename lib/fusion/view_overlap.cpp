@@ -23,7 +23,7 @@ std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
   std::vector<ViewOverlap> overlaps;
   for (const SmoothView& view : views) {
     const int step = std::max(1, std::max(view.depth_mm.width, view.depth_mm.height) / kAcross);
-    double points = 0, shared = 0;
+    double points = 0, shared = 0, agreeing = 0;
     std::vector<double> logs;
     for (int y = step / 2; y < view.depth_mm.height; y += step)
       for (int x = step / 2; x < view.depth_mm.width; x += step) {
@@ -31,7 +31,7 @@ std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
         ++points;
         const Eigen::Vector3d point = view.point_world_mm(x, y);
         const Eigen::Vector3d normal = view.normal_world(x, y);
-        bool seen_too = false;
+        bool seen_too = false, agrees = false;
         for (const SmoothView& other : views) {
           if (&other == &view) continue;
           const SeenSurface seen = seen_at(other, point);
@@ -39,18 +39,28 @@ std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
           const double ratio = std::log(seen.point_z_mm / seen.depth_mm);
           if (std::abs(ratio) > kSameSurface) continue;
           seen_too = true;
+          agrees = agrees || std::abs(ratio) < kAgreeing;
           logs.push_back(ratio);
         }
         shared += seen_too;
+        agreeing += agrees;
       }
-    overlaps.push_back(
-        {points > 0 ? shared / points : 0, logs.empty() ? 1 : std::exp(median(std::move(logs)))});
+    overlaps.push_back({points > 0 ? shared / points : 0,
+                        logs.empty() ? 1 : std::exp(median(std::move(logs))),
+                        shared > 0 ? agreeing / shared : 1});
   }
   return overlaps;
 }
 
+bool is_of_another_scale(const ViewOverlap& overlap) {
+  // What hides behind something is farther away, too; but then not everything is.
+  constexpr double kFewAgree = 0.15, kMostScale = 1.15;
+  return overlap.agreeing < kFewAgree &&
+         (overlap.scale > kMostScale || overlap.scale < 1 / kMostScale);
+}
+
 void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views) {
-  constexpr double kLeastShare = 0.02, kMostScale = 1.15;
+  constexpr double kLeastShare = 0.02;
   if (views.size() < 2) return;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const ViewOverlap& overlap = overlaps[i];
@@ -58,13 +68,11 @@ void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<D
       throw BadDataError(views[i].name,
                          "sees nothing that another depth map sees: is its pose right, and its "
                          "depth in millimetres?");
-    // What hides behind something is farther away, too; but then not everything is.
-    constexpr double kFewAgree = 0.15;
-    if (overlap.agreeing < kFewAgree &&
-        (overlap.scale > kMostScale || overlap.scale < 1 / kMostScale))
+    if (is_of_another_scale(overlap))
       throw BadDataError(views[i].name, "lies " + to_text(overlap.scale, 2) +
                                             " times as far away as the other depth maps have the "
-                                            "same surface: it is of another scale");
+                                            "same surface: it is of another scale (--scale each "
+                                            "finds one for each map)");
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "geometry/fisheye.h"
 
 namespace organbake {
 namespace {
@@ -36,19 +37,25 @@ void Intrinsics::check() const {
   }
   require(std::isfinite(cx), "cx", cx, "needs a finite number of pixels");
   require(std::isfinite(cy), "cy", cy, "needs a finite number of pixels");
-  for (const double d : {k1, k2, p1, p2, k3}) {
+  for (const double d : {k1, k2, p1, p2, k3, k4}) {
     require(std::isfinite(d), "distortion", d, "needs finite coefficients");
   }
 }
 
 Eigen::Vector2d project(const Intrinsics& k, const Eigen::Vector3d& point_camera_mm) {
-  Eigen::Vector2d n = point_camera_mm.head<2>() / point_camera_mm.z();
-  if (k.has_distortion()) n = distort(k, n);
+  Eigen::Vector2d n;
+  if (k.model == LensModel::fisheye) {
+    n = fisheye_place(k, point_camera_mm);
+  } else {
+    n = point_camera_mm.head<2>() / point_camera_mm.z();
+    if (k.has_distortion()) n = distort(k, n);
+  }
   return {k.fx * n.x() + k.cx, k.fy * n.y() + k.cy};
 }
 
 Eigen::Vector3d unproject(const Intrinsics& k, const Eigen::Vector2d& pixel) {
   const Eigen::Vector2d seen((pixel.x() - k.cx) / k.fx, (pixel.y() - k.cy) / k.fy);
+  if (k.model == LensModel::fisheye) return fisheye_ray(k, seen);
   Eigen::Vector2d n = seen;
   if (k.has_distortion()) {
     constexpr int kMostIterations = 100;  // strong fisheye-like lenses converge slowly

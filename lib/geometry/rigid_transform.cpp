@@ -2,12 +2,19 @@
 #include "geometry/rigid_transform.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace organbake {
 
 bool is_rotation(const Eigen::Matrix3d& r, double tolerance) {
   const double off = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   return off <= tolerance && r.row(0).cross(r.row(1)).dot(r.row(2)) > 0;
+}
+
+Eigen::Vector3d up_from(const Eigen::Vector3d& direction_world) {
+  constexpr double kAlong = 0.8660254037844386;  // cosine of 30°
+  const bool along = std::abs(direction_world.z()) > kAlong * direction_world.norm();
+  return along ? Eigen::Vector3d(-Eigen::Vector3d::UnitY()) : Eigen::Vector3d::UnitZ();
 }
 
 RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,

@@ -25,6 +25,11 @@ struct RigidTransform {
 // Whether RᵀR is the identity, to `tolerance` in every entry, and R does not mirror.
 bool is_rotation(const Eigen::Matrix3d& r, double tolerance);
 
+// What is up for who looks from this direction (of any length, from the organ): superior, +z;
+// within 30° of that axis, where it tells nothing, −y, which is what a camera that looks along +z
+// has at its top, as a scope's first frame is filmed, and axial slices are shown.
+Eigen::Vector3d up_from(const Eigen::Vector3d& direction_world);
+
 // camera_from_world of a camera at `eye` that looks at `target` with image-up along `up`
 // (mm, world). When `up` is parallel to the view, the world axis least aligned with it is taken.
 RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,

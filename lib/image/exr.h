@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,6 +23,7 @@ struct ExrWriteOptions {
   int zip_level = 6;  // 1…12; higher is smaller and slower
   // Written as worldToCamera and worldToNDC (Imath row-vector matrices, mm, +z forward, y down).
   std::optional<PosedCamera> camera = {};
+  std::map<std::string, std::string> notes = {};  // attributes that are texts, by their names
 };
 
 // Single-part scan-line EXR, deterministic bytes, one thread (write images in parallel instead).
@@ -38,5 +40,15 @@ ChannelImage read_exr(const std::filesystem::path& path, std::size_t max_pixels 
 ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
                        std::size_t max_pixels = 1u << 28,
                        const std::vector<std::string>& only = {});
+
+// What a file says of its pixels besides their values.
+struct ExrFacts {
+  // As write_exr() puts it; nothing for matrices of other axes than ours. To seven digits.
+  std::optional<PosedCamera> camera;
+  std::map<std::string, std::string> notes;
+};
+// Throws BadDataError as parse_exr() does.
+ExrFacts parse_exr_facts(std::span<const std::byte> bytes, const std::string& name,
+                         std::size_t max_pixels = 1u << 28);
 
 }  // namespace organbake

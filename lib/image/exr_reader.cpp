@@ -5,7 +5,10 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
@@ -130,14 +133,59 @@ void read_zip(Imf::InputFile& file, int block_rows, ChannelImage& image) {
   });
 }
 
-}  // namespace
+Eigen::Matrix4d column_vector_matrix(const Imath::M44f& row_vector_matrix) {
+  Eigen::Matrix4d m;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) m(i, j) = double(row_vector_matrix[j][i]);
+  return m;
+}
 
-ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
-                       std::size_t max_pixels, const std::vector<std::string>& only) {
+// The camera as add_camera() of exr_writer.cpp has it; nothing for another's axes.
+std::optional<PosedCamera> camera_of(const Imf::Header& header) {
+  if (!Imf::hasWorldToCamera(header) || !Imf::hasWorldToNDC(header)) return std::nullopt;
+  const Eigen::Matrix4d camera_from_world = column_vector_matrix(Imf::worldToCamera(header));
+  const Eigen::Matrix4d ndc =
+      column_vector_matrix(Imf::worldToNDC(header)) * camera_from_world.inverse();
+  constexpr double kSevenDigits = 1e-4;
+  PosedCamera camera;
+  camera.camera_from_world = {camera_from_world.topLeftCorner<3, 3>(),
+                              camera_from_world.topRightCorner<3, 1>()};
+  const Eigen::RowVector4d along(0, 0, 1, 0);
+  if (!ndc.allFinite() || !is_rotation(camera_from_world.topLeftCorner<3, 3>(), kSevenDigits) ||
+      !ndc.row(3).isApprox(along, kSevenDigits) || !ndc.row(2).isApprox(along, kSevenDigits))
+    return std::nullopt;
+  const Imath::V2i size = header.dataWindow().size() + Imath::V2i(1);
+  Intrinsics& k = camera.intrinsics;
+  k.width = size.x;
+  k.height = size.y;
+  k.fx = ndc(0, 0) * k.width;
+  k.cx = ndc(0, 2) * k.width;
+  k.fy = ndc(1, 1) * k.height;
+  k.cy = ndc(1, 2) * k.height;
+  return k.fx > 0 && k.fy > 0 ? std::optional(camera) : std::nullopt;
+}
+
+// Calls `read` with the file; whatever OpenEXR throws comes out as BadDataError.
+template <class Read>
+auto with_exr(std::span<const std::byte> bytes, const std::string& name, std::size_t max_pixels,
+              const Read& read) {
   try {
     check_exr_header(bytes, max_pixels);
     MemorySource stream(bytes, name);
     Imf::InputFile file(stream, 0);
+    return read(file);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw BadDataError(name + ": is not a readable EXR image: " + error.what());
+  }
+}
+
+}  // namespace
+
+ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
+                       std::size_t max_pixels, const std::vector<std::string>& only) {
+  return with_exr(bytes, name, max_pixels, [&](Imf::InputFile& file) {
     ChannelImage image = empty_image(file.header(), only);
     image.pixel_aspect = double(file.header().pixelAspectRatio());
     switch (file.header().compression()) {
@@ -151,11 +199,19 @@ ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name
         read_pixels(file, image);
     }
     return image;
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw BadDataError(name + ": is not a readable EXR image: " + error.what());
-  }
+  });
+}
+
+ExrFacts parse_exr_facts(std::span<const std::byte> bytes, const std::string& name,
+                         std::size_t max_pixels) {
+  return with_exr(bytes, name, max_pixels, [](Imf::InputFile& file) {
+    ExrFacts facts;
+    facts.camera = camera_of(file.header());
+    for (auto at = file.header().begin(); at != file.header().end(); ++at)
+      if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&at.attribute()))
+        facts.notes[at.name()] = text->value();
+    return facts;
+  });
 }
 
 ChannelImage read_exr(const std::filesystem::path& path, std::size_t max_pixels) {

@@ -7,6 +7,7 @@
 #include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
 #include <ImfVersion.h>
 
 #include <algorithm>
@@ -160,6 +161,7 @@ void write_exr(const std::filesystem::path& path, const ChannelImage& image,
   Imf::Header header(image.width, image.height);
   header.compression() = imf_compression(options.compression);
   if (options.camera) add_camera(header, *options.camera);
+  for (const auto& [name, text] : options.notes) header.insert(name, Imf::StringAttribute(text));
   Imf::FrameBuffer frame;
   std::deque<std::vector<half>> halves;
   for (const Channel& channel : image.channels) {

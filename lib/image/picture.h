@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct StoredPicture {
   Turn turn = Turn::none;
   double pixel_aspect = 1;       // a pixel's width / its height, as it is stored
   double time_s = std::nan("");  // of a video's frame, when it is shown
+  std::string name = {};         // of its file, without the ending; a video's frames have none
 
   StoredPicture() = default;
   StoredPicture(Rgb8Image image)

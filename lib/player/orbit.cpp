@@ -35,22 +35,29 @@ View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int 
   check(pose, width, height);
   const PosedCamera& first = cameras.cameras.front();
   const Eigen::Vector3d center = cameras.manifold.center_world_mm;
-  const Eigen::Vector3d to_eye = first.center_world_mm() - center;
+  const Eigen::Vector3d world_to_eye = first.center_world_mm() - center;
+  // Axes in which z is up; the world's own, or a scope's, whose first camera looks along z.
+  const Eigen::Vector3d up = up_from(world_to_eye);
+  Eigen::Matrix3d upright_from_world = Eigen::Matrix3d::Identity();
+  if (up.z() != 1) upright_from_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const Eigen::Vector3d to_eye = upright_from_world * world_to_eye;
   // Elevation from the horizon; just short of the poles, where the azimuth would lose its meaning.
   const double pole = 0.5 * std::numbers::pi - 1e-3;
   const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + pose.azimuth_rad;
   const double elevation =
       std::clamp(std::asin(std::clamp(to_eye.z() / to_eye.norm(), -1.0, 1.0)) + pose.elevation_rad,
                  -pole, pole);
-  const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
-                                  std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  const Eigen::Vector3d direction =
+      upright_from_world.transpose() * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                                       std::cos(elevation) * std::sin(azimuth),
+                                                       std::sin(elevation));
   View view;
   view.camera.name = "viewer";
   const double focal = first.intrinsics.fx * std::min(width, height) /
                        std::min(first.intrinsics.width, first.intrinsics.height);
   view.camera.intrinsics = {width, height, focal, focal, 0.5 * width, 0.5 * height};
   view.camera.camera_from_world =
-      look_at(center + pose.distance * to_eye.norm() * direction, center, Eigen::Vector3d::UnitZ());
+      look_at(center + pose.distance * to_eye.norm() * direction, center, up);
   const RigidTransform roll = {
       Eigen::AngleAxisd(pose.roll_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
       Eigen::Vector3d::Zero()};

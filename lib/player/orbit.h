@@ -12,8 +12,10 @@ namespace organbake {
 
 // A viewer on an orbit about the organ's centre, relative to virtual camera 0.
 struct OrbitPose {
-  double azimuth_rad = 0;    // about the organ's vertical axis (world +z, superior)
-  double elevation_rad = 0;  // towards +z
+  // About the organ's vertical axis: world +z (superior), or what up_from() says where camera 0
+  // looks along that.
+  double azimuth_rad = 0;
+  double elevation_rad = 0;  // towards the axis
   double distance = 1;       // multiples of the virtual cameras' distance
   double roll_rad = 0;       // about the view axis
   // The whole picture moved: the eye and what it looks at shift across the view, in multiples of

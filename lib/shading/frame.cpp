@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "geometry/pinhole.h"
 #include "image/srgb.h"
 #include "shading/frame_albedo.h"
 #include "shading/frame_preparation.h"
 #include "shading/masks.h"
+#include "shading/undistort.h"
 
 namespace organbake {
 namespace {
@@ -45,35 +48,6 @@ Plane half_size(const Plane& plane) {
   return half;
 }
 
-// Makes what a camera without distortion would have seen; what was outside the frame is black.
-void undistort(const Intrinsics& camera, Rgb8Image& color, Plane& intensity) {
-  Rgb8Image straight(color.width, color.height);
-  Plane light(color.width, color.height);
-  for (int y = 0; y < color.height; ++y)
-    for (int x = 0; x < color.width; ++x) {
-      const Eigen::Vector3d ray((x + 0.5 - camera.cx) / camera.fx,
-                                (y + 0.5 - camera.cy) / camera.fy, 1);
-      const Eigen::Vector2d at = project(camera, ray) - Eigen::Vector2d(0.5, 0.5);
-      const int x0 = static_cast<int>(std::floor(at.x())),
-                y0 = static_cast<int>(std::floor(at.y()));
-      if (!(x0 >= 0 && y0 >= 0 && x0 + 1 < color.width && y0 + 1 < color.height)) continue;
-      const double u = at.x() - x0, v = at.y() - y0;
-      const auto between = [&](double a, double b, double c, double d) {
-        return (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d);
-      };
-      for (int c = 0; c < 3; ++c)
-        straight.at(x, y)[c] = static_cast<std::uint8_t>(
-            between(color.at(x0, y0)[c], color.at(x0 + 1, y0)[c], color.at(x0, y0 + 1)[c],
-                    color.at(x0 + 1, y0 + 1)[c]) +
-            0.5);
-      light.at(x, y) =
-          static_cast<float>(between(intensity.at(x0, y0), intensity.at(x0 + 1, y0),
-                                     intensity.at(x0, y0 + 1), intensity.at(x0 + 1, y0 + 1)));
-    }
-  color = std::move(straight);
-  intensity = std::move(light);
-}
-
 // Blood takes the blue and leaves the red to saturate first: the mean of red and green carries the
 // shading.
 Plane linear_intensity(const StoredPicture& frame) {
@@ -98,19 +72,19 @@ Mask reduced(Mask mask, int halvings) {
   return mask;
 }
 
-void find_masks(const Mask* given_instruments, const FrameOptions& options, PreparedFrame& frame) {
+void find_masks(std::optional<Mask> given_instruments, bool wanted, PreparedFrame& frame) {
   const int width = frame.color.width, height = frame.color.height;
   frame.field = Mask(width, height, 1);
   frame.highlights = frame.instruments = Mask(width, height);
-  if (options.masks) {
+  if (wanted) {
     frame.field = field_of_view(frame.color, std::max(1, width / 150));
     frame.colourless = is_colourless(frame.color, frame.field);
     if (!given_instruments && !frame.colourless)
       frame.instruments = find_instruments(frame.color, frame.field);
   }
-  if (given_instruments) frame.instruments = reduced(*given_instruments, options.halvings);
+  if (given_instruments) frame.instruments = std::move(*given_instruments);
   frame.tissue = without(frame.field, frame.instruments);
-  if (options.masks) frame.highlights = find_highlights(frame.color, frame.tissue);
+  if (wanted) frame.highlights = find_highlights(frame.color, frame.tissue);
   frame.counts = without(frame.tissue, frame.highlights);
 }
 
@@ -173,10 +147,15 @@ PreparedFrame prepare_frame(const StoredPicture& picture, const Intrinsics& came
     ready.intensity = half_size(ready.intensity);
     lens = half_size(lens);
   }
-  if (lens.has_distortion()) undistort(lens, ready.color, ready.intensity);
-  lens.k1 = lens.k2 = lens.p1 = lens.p2 = lens.k3 = 0;
-  ready.camera = lens;
-  find_masks(given_instruments, options, ready);
+  ready.camera = pinhole_of(lens);
+  std::optional<Mask> instruments;
+  if (given_instruments) instruments = reduced(*given_instruments, options.halvings);
+  if (lens.has_distortion()) {
+    ready.color = undistorted(ready.color, lens, ready.camera);
+    ready.intensity = undistorted(ready.intensity, lens, ready.camera);
+    if (instruments) instruments = undistorted(*instruments, lens, ready.camera);
+  }
+  find_masks(std::move(instruments), options.masks, ready);
   if (options.piecewise_albedo) {
     ready.log_albedo = log_albedo_of_color(ready.color, ready.intensity, ready.counts);
     for (std::size_t k = 0; k < ready.intensity.size(); ++k)

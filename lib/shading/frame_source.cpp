@@ -39,7 +39,7 @@ std::optional<SelectedFrame> FrameSelection::next() {
       const double value = options_.sharpest ? sharpness(image.color) : 0;
       if (best) ++blurred_;
       if (!best || value > best->sharpness)
-        best = SelectedFrame{read_ - 1, std::move(image), value, 0};
+        best = SelectedFrame{read_ - 1, {}, std::move(image), value, 0};
     }
     if (!best) return std::nullopt;
     best->difference = mean_difference(best->image.color, last_);
@@ -49,6 +49,8 @@ std::optional<SelectedFrame> FrameSelection::next() {
     }
     if (!options_.sharpest) best->sharpness = sharpness(best->image.color);
     last_ = best->image.color;
+    constexpr std::size_t kDigits = 6;
+    best->name = best->image.name.empty() ? padded(best->index, kDigits) : best->image.name;
     return best;
   }
 }

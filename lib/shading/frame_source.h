@@ -22,6 +22,7 @@ struct SelectionOptions {
 
 struct SelectedFrame {
   std::size_t index = 0;  // in the clip, from 0
+  std::string name;       // of its file without the ending; of a video the index in six digits
   StoredPicture image;
   double sharpness = 0;
   double difference = 0;  // from the frame taken before

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.h"
+#include "geometry/pinhole.h"
 
 namespace organbake {
 namespace {
@@ -18,7 +19,25 @@ cv::Mat pinhole_matrix(const Intrinsics& k) {
 }
 
 cv::Mat distortion(const Intrinsics& k) {
+  if (k.model == LensModel::fisheye) return (cv::Mat_<double>(1, 4) << k.k1, k.k2, k.k3, k.k4);
   return (cv::Mat_<double>(1, 5) << k.k1, k.k2, k.p1, k.p2, k.k3);
+}
+
+// What rectification starts from: a fisheye as the pinhole that its picture is straightened to.
+Intrinsics before_turning(const Intrinsics& lens) {
+  return lens.model == LensModel::fisheye ? pinhole_of(lens) : lens;
+}
+
+void rectifying_map(const Intrinsics& lens, const cv::Mat& turn, const cv::Mat& projection,
+                    cv::Mat& columns, cv::Mat& rows) {
+  const cv::Size size(lens.width, lens.height);
+  if (lens.model == LensModel::fisheye) {
+    cv::fisheye::initUndistortRectifyMap(pinhole_matrix(lens), distortion(lens), turn, projection,
+                                         size, CV_16SC2, columns, rows);
+  } else {
+    cv::initUndistortRectifyMap(pinhole_matrix(lens), distortion(lens), turn, projection, size,
+                                CV_16SC2, columns, rows);
+  }
 }
 
 // Rows are the same rows to a hundredth of a pixel anywhere in the picture.
@@ -57,13 +76,13 @@ struct Rectifier::Impl {
     }
     const cv::Size size(rig.left.width, rig.left.height);
     constexpr double kOpenCvsOwnScale = -1;
-    cv::stereoRectify(pinhole_matrix(rig.left), distortion(rig.left), pinhole_matrix(rig.right),
-                      distortion(rig.right), size, r, t, r1, r2, p1, p2, q, /*flags=*/0,
+    const Intrinsics left = before_turning(rig.left), right = before_turning(rig.right);
+    cv::stereoRectify(pinhole_matrix(left), distortion(left), pinhole_matrix(right),
+                      distortion(right), size, r, t, r1, r2, p1, p2, q, /*flags=*/0,
                       kOpenCvsOwnScale, size);
     if (p2.at<double>(1, 3) != 0 || !(p2.at<double>(0, 3) < 0) || !(p1.at<double>(0, 0) > 0))
       throw BadDataError("the eyes of the calibration cannot be brought side by side");
-    eyes.camera = rig.left;
-    eyes.camera.k1 = eyes.camera.k2 = eyes.camera.p1 = eyes.camera.p2 = eyes.camera.k3 = 0;
+    eyes.camera = pinhole_of(rig.left);
     eyes.camera.fx = p1.at<double>(0, 0);
     eyes.camera.fy = p1.at<double>(1, 1);
     eyes.camera.cx = p1.at<double>(0, 2) + kHalfPixel;
@@ -71,10 +90,8 @@ struct Rectifier::Impl {
     eyes.disparity_at_infinity = p1.at<double>(0, 2) - p2.at<double>(0, 2);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) eyes.rectified_from_left.rotation(i, j) = r1.at<double>(i, j);
-    cv::initUndistortRectifyMap(pinhole_matrix(rig.left), distortion(rig.left), r1, p1, size,
-                                CV_16SC2, columns[0], rows[0]);
-    cv::initUndistortRectifyMap(pinhole_matrix(rig.right), distortion(rig.right), r2, p2, size,
-                                CV_16SC2, columns[1], rows[1]);
+    rectifying_map(rig.left, r1, p1, columns[0], rows[0]);
+    rectifying_map(rig.right, r2, p2, columns[1], rows[1]);
   }
 
   StoredPicture turned(StoredPicture picture, int eye) const {

@@ -3,8 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
+#include "formats/lens_of_document.h"
 #include "geometry/camera.h"
 #include "geometry/written_rotation.h"
 
@@ -86,10 +88,27 @@ void check_finite(const NamedMatrices& found, const fs::path& path) {
       if (!std::isfinite(value)) throw BadDataError(path, "'" + name + "' holds a number like NaN");
 }
 
+std::optional<StereoRig> rig_of_parts(const NamedMatrices& document, const fs::path& path,
+                                      const EyePictures& pictures) {
+  const auto left = lens_of_parts(document, Eye::left, pictures.width, pictures.height, path);
+  if (!left) return std::nullopt;
+  const auto right = lens_of_parts(document, Eye::right, pictures.width, pictures.height, path);
+  const auto pose = pose_of_parts(document, path);
+  if (!right || !pose)
+    throw BadDataError(path,
+                       "is of one camera, or lacks how its two stand to each other; a stereo "
+                       "endoscope needs both");
+  StereoRig rig{*left, *right, pose->right_from_left};
+  rig.right_from_left.translation *= pose->mm_per_unit.value_or(pictures.mm_per_unit);
+  return rig;
+}
+
 }  // namespace
 
-StereoRig rig_of_matrices(const NamedMatrices& found, const fs::path& path,
+StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
                           const EyePictures& pictures) {
+  if (const auto rig = rig_of_parts(document, path, pictures)) return *rig;
+  const NamedMatrices& found = matrices_of(document);
   check_finite(found, path);
   const Intrinsics sized = sized_lens(found, pictures.width, pictures.height);
   const Rows* k1 = found.find(kLeftCameraMatrix);
@@ -102,8 +121,7 @@ StereoRig rig_of_matrices(const NamedMatrices& found, const fs::path& path,
     rig = rig_of_rectified(rectified, sized, path);
   } else {
     const Rows* d1 = found.find(kLeftDistortion);
-    const Rows* d2 = found.find({"d2", "distcoeffs2", "distortioncoefficients2", "distcoeffsr",
-                                 "dr", "distcoeffsright", "rightdistcoeffs", "dist2", "kc2"});
+    const Rows* d2 = found.find(kRightDistortion);
     rig.left = lens_of_matrices(found, *k1, d1, sized, path);
     rig.right = lens_of_matrices(found, *k2, d2, sized, path);
     const auto r = rotation_of(found.find({"r", "rotation", "rotationmatrix", "om"}));

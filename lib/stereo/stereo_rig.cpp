@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/camera_files.h"
+#include "formats/lens_check.h"
 #include "formats/named_matrices.h"
 #include "geometry/written_rotation.h"
 #include "stereo/rig_of_matrices.h"
@@ -16,10 +17,6 @@ namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string size_text(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 bool ends_with_one_of(const fs::path& file, std::initializer_list<const char*> endings) {
   const std::string name = file.filename().string();
@@ -66,10 +63,10 @@ StereoRig rig_of_texts(const fs::path& folder, const EyePictures& pictures) {
 StereoRig rig_of_folder(const fs::path& folder, const EyePictures& pictures) {
   NamedMatrices found;
   for (const fs::path& file : list_files(folder))
-    if (ends_with_one_of(file, {".yml", ".yaml", ".json", ".xml"}))
+    if (ends_with_one_of(file, {".yml", ".yaml", ".json", ".xml", ".ini"}))
       add_opencv_document(folder / file, found);
-  return found.matrices.empty() ? rig_of_texts(folder, pictures)
-                                : rig_of_matrices(found, folder, pictures);
+  return found.matrices.empty() && found.parts.empty() ? rig_of_texts(folder, pictures)
+                                                       : rig_of_matrices(found, folder, pictures);
 }
 
 StereoRig rig_of_cameras(const fs::path& path, const EyePictures& pictures) {
@@ -94,23 +91,6 @@ bool is_camera_document(const fs::path& path) {
   return first != std::string::npos && text[first] == '{' &&
          (text.find("\"cameras\"") != std::string::npos ||
           text.find("\"frames\"") != std::string::npos);
-}
-
-void check_size(const Intrinsics& lens, const char* eye, const EyePictures& pictures,
-                const fs::path& path) {
-  if (lens.width != pictures.width || lens.height != pictures.height)
-    throw BadDataError(path, "is of pictures of " + size_text(lens.width, lens.height) + ", the " +
-                                 eye + " one is " + size_text(pictures.width, pictures.height) +
-                                 "; give the calibration of this size");
-  // Of a file that tells no size: a lens's axis meets its picture somewhere near the middle.
-  constexpr double kOffMiddle = 0.22;
-  if (std::abs(lens.cx / lens.width - 0.5) > kOffMiddle ||
-      std::abs(lens.cy / lens.height - 0.5) > kOffMiddle)
-    throw BadDataError(path, std::string("has the ") + eye + " eye's principal point at " +
-                                 to_text(lens.cx, 1) + ", " + to_text(lens.cy, 1) +
-                                 ", far off the middle of a picture of " +
-                                 size_text(lens.width, lens.height) + ": is it of another size?");
-  lens.check();
 }
 
 void check_baseline(const StereoRig& rig, const fs::path& path) {
@@ -148,8 +128,8 @@ StereoRig read_stereo_rig(const fs::path& path, const EyePictures& pictures) {
     add_opencv_document(path, found);
     rig = rig_of_matrices(found, path, pictures);
   }
-  check_size(rig.left, "left", pictures, path);
-  check_size(rig.right, "right", pictures, path);
+  check_lens_of_picture(rig.left, pictures.width, pictures.height, path, "left");
+  check_lens_of_picture(rig.right, pictures.width, pictures.height, path, "right");
   check_baseline(rig, path);
   return rig;
 }

@@ -37,8 +37,10 @@ double least_distance(const Eigen::Matrix3d& rotation, const Points& points, dou
   return distance;
 }
 
-Eigen::Matrix3d view_rotation(const Eigen::Vector3d& direction) {
-  return look_at(direction, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()).rotation;
+// All cameras of a cone are upright in the same way: as its axis asks.
+Eigen::Matrix3d view_rotation(const Eigen::Vector3d& direction, const PlacementOptions& options) {
+  const Eigen::Vector3d up = options.cone ? up_from(options.cone->axis) : Eigen::Vector3d::UnitZ();
+  return look_at(direction, Eigen::Vector3d::Zero(), up).rotation;
 }
 
 }  // namespace
@@ -71,7 +73,8 @@ double OrganFrame::common_distance_mm(const std::vector<Eigen::Vector3d>& direct
   double distance = kLeastDistance * radius_;
   for (const Eigen::Vector3d& direction : directions) {
     context.throw_if_cancelled();
-    distance = std::max(distance, least_distance(view_rotation(direction), points_, tangent));
+    distance =
+        std::max(distance, least_distance(view_rotation(direction, options), points_, tangent));
   }
   return distance;
 }
@@ -80,7 +83,7 @@ PosedCamera OrganFrame::camera(const Eigen::Vector3d& direction, double distance
                                const PlacementOptions& options) const {
   PosedCamera camera;
   // Not look_at(eye, …): near the vertical its roll hangs on the eye's last digits.
-  const Eigen::Matrix3d rotation = view_rotation(direction);
+  const Eigen::Matrix3d rotation = view_rotation(direction, options);
   const Eigen::Vector3d eye = center_ + distance_mm * direction;
   camera.camera_from_world = {rotation, -(rotation * eye)};
   // A surface seen along a line would have no size at all in the map.

@@ -80,7 +80,8 @@ struct Placement {
 
 // Evenly spread cameras round the surface or inside a cone, at one common distance, and the viewing
 // projection manifold by intersection of the half-spaces behind their view planes (CGAL).
-// Camera 0 looks along the cone's axis, or from the patient's front (−y); image-up is +z. Two or
+// Camera 0 looks along the cone's axis, or from the patient's front (−y); image-up is
+// +z, or what up_from() says of the axis. Two or
 // three cameras in a cone all stand on its rim, for with one on the axis they would span no
 // triangle. The common distance is the least at which every vertex lies inside every map; each
 // camera's focal length is then raised until the organ fills its map. Throws BadDataError for a

@@ -120,9 +120,9 @@ if command -v ffmpeg >/dev/null; then
   ffmpeg -v error -i p/frames/000000.png -i p/right/000000.png -filter_complex hstack beside.png
   ffmpeg -v error -i p/frames/000000.png -i p/right/000000.png -filter_complex vstack above.png
   expect 0 organbake stereo beside.png --calibration k.yml -o beside
-  expect_same one/depth beside/depth
+  expect_same one/depth/000000.exr beside/depth/beside.exr
   expect 0 organbake stereo above.png --calibration k.yml --layout top-bottom -o above
-  expect_same one/depth above/depth
+  expect_same one/depth/000000.exr above/depth/above.exr
   for eye in frames right; do
     ffmpeg -v error -framerate 5 -i p/$eye/%06d.png -c:v ffv1 $eye.mkv
   done

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/stages/fuse/fuse_source.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -9,7 +10,11 @@
 #include "core/files.h"
 #include "formats/camera_files.h"
 #include "formats/photo.h"
+#include "geometry/pinhole.h"
+#include "geometry/written_rotation.h"
+#include "image/depth_notes.h"
 #include "image/exr.h"
+#include "pipelines/stages/fuse/matched_poses.h"
 
 namespace organbake {
 namespace {
@@ -57,25 +62,33 @@ std::vector<DepthFile> depth_files(const StageCall& call) {
   return files;
 }
 
-Plane read_depth(const fs::path& path, double mm_per_unit, const RunContext& context) {
+struct DepthMap {
+  Plane depth;  // as it is written
+  ExrFacts facts;
+};
+
+DepthMap read_depth(const fs::path& path, const RunContext& context) {
   if (lower_ending(path) != ".exr") throw BadDataError(path, "is no depth map: an EXR is needed");
-  const ChannelImage image = read_exr(path);
+  const std::vector<std::byte> bytes = read_file(path);
+  const ChannelImage image = parse_exr(bytes, path.string());
   const Channel* channel = nullptr;
   for (const char* name : {"Z", "Y", "depth", "depth.Z", "R"})
     if (!channel) channel = image.find(name);
   if (!channel || !std::holds_alternative<std::vector<float>>(channel->values))
     throw BadDataError(path, "has no channel Z or Y of depths");
-  Plane depth(image.width, image.height);
-  depth.values = channel->floats();
-  std::size_t odd = 0;
-  for (float& z : depth.values) {
-    odd += std::isnan(z) || z < 0;
-    z *= static_cast<float>(mm_per_unit);
-  }
+  DepthMap map{Plane(image.width, image.height), parse_exr_facts(bytes, path.string())};
+  map.depth.values = channel->floats();
+  const auto odd = std::count_if(map.depth.values.begin(), map.depth.values.end(),
+                                 [](float z) { return std::isnan(z) || z < 0; });
   if (odd > 0)
     context.warn(path.filename().string() + ": " + std::to_string(odd) +
                  " pixels are no number or negative; they count as holes");
-  return depth;
+  return map;
+}
+
+bool has_note(const ExrFacts& facts, const char* note, const char* text) {
+  const auto found = facts.notes.find(note);
+  return found != facts.notes.end() && found->second == text;
 }
 
 Plane read_confidence(const fs::path& path) {
@@ -84,23 +97,6 @@ Plane read_confidence(const fs::path& path) {
   for (std::size_t k = 0; k < confidence.size(); ++k)
     confidence.values[k] = static_cast<float>(image.pixels[3 * k]) / 255.F;
   return confidence;
-}
-
-// The camera whose image or name has the depth map's name; else, of as many cameras as depth maps,
-// the one in its place.
-std::size_t camera_of(const fs::path& depth, std::size_t at, std::size_t count,
-                      const CameraSet& set, const fs::path& poses) {
-  const std::string stem = depth.stem().string();
-  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
-    const std::string image = set.images.empty() ? "" : fs::path(set.images[i]).stem().string();
-    if (image == stem || set.cameras[i].name == stem) return i;
-  }
-  if (set.cameras.size() != count)
-    throw BadDataError(poses, "holds " + std::to_string(set.cameras.size()) + " cameras, none of " +
-                                  "them named '" + stem + "', for " + std::to_string(count) +
-                                  " depth maps; name the cameras as the depth maps, or give one "
-                                  "for each in their order");
-  return at;
 }
 
 // In the folder that was given, or beside the document.
@@ -114,47 +110,89 @@ std::optional<fs::path> picture_of(const std::string& image, const std::string& 
   return std::nullopt;
 }
 
+std::string size_text(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+// The lens of the pixels of a map or a picture: the camera's, at whatever size.
+Intrinsics lens_at_size(const fs::path& path, const Intrinsics& lens, int width, int height) {
+  if (is_scaled_picture(lens, width, height)) return scaled_lens(lens, width, height);
+  throw BadDataError(path, "is " + size_text(width, height) + ", its camera " +
+                               size_text(lens.width, lens.height) +
+                               "; they must be of one size, or one the other's made smaller");
+}
+
 void add_picture(const fs::path& path, const Intrinsics& lens, DepthView& view) {
   view.color = read_photo(path);
-  view.color_lens = lens;
-  if (view.color.width == lens.width && view.color.height == lens.height) return;
-  throw BadDataError(path, "is " + std::to_string(view.color.width) + "x" +
-                               std::to_string(view.color.height) + ", its camera " +
-                               std::to_string(lens.width) + "x" + std::to_string(lens.height));
+  view.color_lens = lens_at_size(path, lens, view.color.width, view.color.height);
+}
+
+// What the map says of its own camera goes before the lens of the poses, which may have been
+// straightened or rectified for it. A lens that was assumed says nothing.
+void set_camera(const fs::path& path, const PosedCamera& posed, const DepthMap& map,
+                const RunContext& context, DepthView& view) {
+  const int width = map.depth.width, height = map.depth.height;
+  view.camera = posed;
+  const bool own = map.facts.camera && has_note(map.facts, kWorldNote, kScopesOwnAxes) &&
+                   !has_note(map.facts, kLensNote, kAssumedLens);
+  if (!own) {
+    view.camera.intrinsics = lens_at_size(path, pinhole_of(posed.intrinsics), width, height);
+    if (has_note(map.facts, kLensNote, kAssumedLens))
+      context.warn(path.filename().string() +
+                   " was made without a lens, with a field of view that was assumed; the poses' "
+                   "lens is taken for it here, but give it to shade as well (--intrinsics)");
+    return;
+  }
+  view.camera.intrinsics = map.facts.camera->intrinsics;
+  // How stereo's left eye was turned to be rectified; its own cameras.json has that already.
+  const auto turn = written_rotation(map.facts.camera->camera_from_world.rotation);
+  constexpr double kSevenDigits = 1e-5;
+  if (!turn || turn->isApprox(posed.camera_from_world.rotation, kSevenDigits)) return;
+  view.camera.camera_from_world = RigidTransform{*turn, {0, 0, 0}} * posed.camera_from_world;
+  view.color_from_camera = turn->transpose();
+}
+
+DepthView read_view(const StageCall& call, const DepthFile& file, const CameraSet& set,
+                    std::size_t at, double mm_per_unit) {
+  DepthMap map = read_depth(file.depth, call.context);
+  DepthView view;
+  view.name = file.depth.string();
+  view.relative = has_note(map.facts, kDepthUnitNote, kRelativeDepth);
+  set_camera(file.depth, set.cameras[at], map, call.context, view);
+  view.depth_mm = std::move(map.depth);
+  if (!view.relative && mm_per_unit != 1)
+    for (float& z : view.depth_mm.values) z *= static_cast<float>(mm_per_unit);
+  if (file.confidence) view.confidence = read_confidence(*file.confidence);
+  const std::string image = set.images.empty() ? "" : set.images[at];
+  if (const auto picture = picture_of(image, file.depth.stem().string(), call.input("pictures"),
+                                      *call.input("poses"))) {
+    add_picture(*picture, set.cameras[at].intrinsics, view);
+  } else if (file.picture) {
+    view.color_from_camera.setIdentity();
+    add_picture(*file.picture, view.camera.intrinsics, view);
+  }
+  return view;
 }
 
 }  // namespace
 
-std::vector<DepthView> read_depth_views(const StageCall& call, double mm_per_unit) {
+DepthViews read_depth_views(const StageCall& call, double mm_per_unit) {
   const fs::path& poses = *call.input("poses");
   const CameraSet set = read_camera_file(poses);
   const std::vector<DepthFile> files = depth_files(call);
-  std::vector<DepthView> views;
-  std::vector<bool> taken(set.cameras.size(), false);
+  std::vector<fs::path> maps;
+  for (const DepthFile& file : files) maps.push_back(file.depth);
+  const MatchedPoses matched = match_poses(maps, set, poses);
+  DepthViews result;
+  result.by_number = matched.by_number;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const DepthFile& file = files[i];
-    const std::size_t at = camera_of(file.depth, i, files.size(), set, poses);
-    if (taken[at])
-      throw BadDataError(file.depth, "has the camera '" + set.cameras[at].name +
-                                         "', as another depth map has; names must tell them apart");
-    taken[at] = true;
-    DepthView view;
-    view.name = file.depth.string();
-    view.camera = set.cameras[at];
-    view.depth_mm = read_depth(file.depth, mm_per_unit, call.context);
-    if (file.confidence) view.confidence = read_confidence(*file.confidence);
-    Intrinsics straight = view.camera.intrinsics;
-    straight.k1 = straight.k2 = straight.p1 = straight.p2 = straight.k3 = 0;
-    const std::string image = set.images.empty() ? "" : set.images[at];
-    if (const auto picture =
-            picture_of(image, file.depth.stem().string(), call.input("pictures"), poses)) {
-      add_picture(*picture, view.camera.intrinsics, view);
-    } else if (file.picture) {
-      add_picture(*file.picture, straight, view);
+    if (matched.camera[i]) {
+      result.views.push_back(read_view(call, files[i], set, *matched.camera[i], mm_per_unit));
+    } else {
+      result.without_pose.push_back(files[i].depth.filename().string());
     }
-    views.push_back(std::move(view));
   }
-  return views;
+  return result;
 }
 
 }  // namespace organbake

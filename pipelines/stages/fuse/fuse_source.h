@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/run_context.h"
@@ -9,8 +10,14 @@
 
 namespace organbake {
 
-// The depth maps of a call with their cameras, confidences and pictures. `mm_per_unit` is of the
-// depths. Throws NoInputError, BadDataError.
-std::vector<DepthView> read_depth_views(const StageCall& call, double mm_per_unit);
+struct DepthViews {
+  std::vector<DepthView> views;
+  std::vector<std::string> without_pose;  // file names of maps that were left out
+  std::string by_number;                  // MatchedPoses::by_number
+};
+
+// The depth maps of a call with their cameras, confidences and pictures. `mm_per_unit` is of depths
+// that are not relative. Throws NoInputError, BadDataError.
+DepthViews read_depth_views(const StageCall& call, double mm_per_unit);
 
 }  // namespace organbake

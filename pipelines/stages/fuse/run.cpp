@@ -59,14 +59,56 @@ void report_fusion(const FusedSurface& fused, std::size_t views, StageReport& re
   report.add("most_turned_rad", fused.refined->turned_rad);
 }
 
+// How depths and poses came to one unit, and how large the surface is for that.
+void tell_scale(const FusedScale& scale, const RunContext& context, StageReport& report) {
+  const SolvedScale& solved = scale.solved;
+  const bool each = scale.how == DepthScale::each;
+  report.add("scale_solved", std::string(each ? "each" : "one"));
+  report.add("scale_of_places", solved.place_factor);
+  report.add("scale_apart_share", solved.apart);
+  report.add("scale_apart_share_unmoved", solved.apart_unmoved);
+  if (each) report.add("scale_of_depths", solved.depth_factor);
+  if (!scale.relative) {
+    context.warn(
+        "the poses are in another unit than the depth maps: the cameras' places were made " +
+        to_text(solved.place_factor, 4) +
+        " times as large, by which the maps agree; the surface is in the depth maps' unit");
+    return;
+  }
+  const std::string found = each ? "a scale for each map" : "one scale for all maps";
+  if (scale.in_poses_unit) {
+    context.warn("the depth maps are relative; " + found +
+                 " brings them to the poses, and the surface is as large as these say (COLMAP's "
+                 "have no unit; they are taken for millimetres)");
+    return;
+  }
+  context.warn("the depth maps are relative, and by " + found + " they agree no better than " +
+               to_text(100 * solved.apart, 1) +
+               " % of the depth: the surface has its median depth at an assumed 60 mm");
+}
+
+// Which maps were left out, and what told whose poses are whose.
+void tell_poses(const DepthViews& read, const RunContext& context, StageReport& report) {
+  if (!read.by_number.empty())
+    context.warn("the poses were matched to the depth maps by the numbers in their names: " +
+                 read.by_number);
+  if (read.without_pose.empty()) return;
+  const std::string what = std::to_string(read.without_pose.size()) + " depth maps without a pose";
+  report.skipped.push_back({what, "the first is " + read.without_pose.front()});
+  context.warn(what + " were left out; the first is " + read.without_pose.front());
+}
+
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<FuseStageOptions>(call.options_json);
   options.fusion.check();
-  const std::vector<DepthView> views = read_depth_views(call, mm_per(options.unit));
+  const DepthViews read = read_depth_views(call, mm_per(options.unit));
+  const std::vector<DepthView>& views = read.views;
   const FusedSurface fused = fuse_views(views, options.fusion, call.context);
   write_ply(call.output_folder / "surface.ply", fused.mesh);
   StageReport report;
-  if (fused.refined) {
+  tell_poses(read, call.context, report);
+  if (fused.scale) tell_scale(*fused.scale, call.context, report);
+  if (fused.refined || fused.scale) {
     CameraSet set;
     set.cameras = fused.cameras;
     make_folder(call.output_folder / Stage::kBeside);

@@ -26,6 +26,14 @@ void bind(OptionList& list, FuseStageOptions& options) {
                 "light of the pictures: camera = a lamp at the lens, divided out of the colours; "
                 "any = they stay as they are"},
            {{"any", PictureLight::any}, {"camera", PictureLight::camera}})
+      .add("scale", &o.scale,
+           {.help = "between depths and poses: auto = one where the depths are relative, or agree "
+                    "far better by it; given = they are in one unit; one = one scale for all maps; "
+                    "each = one for each map"},
+           {{"auto", DepthScale::automatic},
+            {"given", DepthScale::given},
+            {"one", DepthScale::one},
+            {"each", DepthScale::each}})
       .add("refine", &o.refine, {.help = "move the cameras so that the depth maps agree"})
       .add("place", &o.off.place_mm,
            {.help = "how far off the cameras may be, standard deviation; for refine",
@@ -44,6 +52,7 @@ void bind(OptionList& list, FuseStageOptions& options) {
 
 Stage fuse_stage() {
   return {.name = "fuse",
+          .version = 2,
           .summary = "fuse depth maps from known poses into one coloured surface",
           .inputs = {{.name = "depth",
                       .kind = InputKind::frames,
@@ -52,8 +61,9 @@ Stage fuse_stage() {
                       .many = true},
                      {.name = "poses",
                       .kind = InputKind::posed,
-                      .help = "the depth maps' cameras: cameras.json, COLMAP folder or "
-                              "transforms.json; their images colour the surface"},
+                      .help = "the cameras of the depth maps' frames, found by name or number: "
+                              "cameras.json, COLMAP folder or transforms.json; their images "
+                              "colour the surface"},
                      {.name = "pictures",
                       .kind = InputKind::frames,
                       .help = "folder of the cameras' images, when they lie elsewhere",

@@ -65,7 +65,7 @@ void bind(OptionList& list, PlaceStageOptions& o) {
 
 Stage place_stage() {
   return {.name = "place",
-          .version = 6,
+          .version = 7,
           .summary = "place virtual cameras round a surface or inside a viewing cone",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
           .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},

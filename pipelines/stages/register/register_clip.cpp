@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "formats/camera_files.h"
 #include "image/png.h"
+#include "pipelines/stages/register/straight_photo.h"
 #include "registration/overlay.h"
 #include "registration/track.h"
 #include "shading/video_reader.h"
@@ -40,22 +40,28 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
   VideoReader video(clip.video);
   std::unique_ptr<PoseTracker> tracker;
   std::vector<NamedPose> poses;
+  Intrinsics lens;
   try {
     for (StoredPicture stored; video.next(stored);) {
       context.throw_if_cancelled();
       const Rgb8Image& frame = stored.color;  // as the intrinsics were measured in
       const std::string name = frame_name(clip.video, poses.size());
       if (!tracker) {
+        lens = lens_of_photo(clip.intrinsics, name, frame, context);
         tracker = std::make_unique<PoseTracker>(
-            surface, read_intrinsics(clip.intrinsics, name, frame.width, frame.height), options);
+            surface, straight_photo({{}, {}, lens, {}, {}}).intrinsics, options);
         if (clip.start) tracker->start_from(*clip.start);
       }
-      poses.push_back({name, tracker->next(frame, clip.mask, context)});
-      if ((poses.size() - 1) % kOverlayEach > 0) continue;
-      context.info("frame " + std::to_string(poses.size() - 1) + ": " +
-                   name_of(poses.back().registered.quality.verdict));
-      write_png(overlay_folder / ("overlay_" + fs::path(name).stem().string() + ".png"),
-                draw_overlay(surface, frame, poses.back().registered, options), 1);
+      const PhotoToRegister photo = straight_photo({frame, clip.mask, lens, {}, {}});
+      RegisteredPhoto registered = tracker->next(photo.image, photo.mask, context);
+      if (poses.size() % kOverlayEach == 0) {
+        context.info("frame " + std::to_string(poses.size()) + ": " +
+                     name_of(registered.quality.verdict));
+        write_png(overlay_folder / ("overlay_" + fs::path(name).stem().string() + ".png"),
+                  draw_overlay(surface, photo.image, registered, options), 1);
+      }
+      registered.camera = camera_as_taken(registered, lens);
+      poses.push_back({name, std::move(registered)});
     }
   } catch (const BadDataError& error) {
     if (poses.empty()) throw;

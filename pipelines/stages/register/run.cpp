@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "formats/camera_files.h"
+#include "formats/lens_check.h"
 #include "formats/mesh_files.h"
 #include "formats/photo.h"
 #include "image/png.h"
@@ -17,6 +18,7 @@
 #include "pipelines/stages/register/options.h"
 #include "pipelines/stages/register/pose_document.h"
 #include "pipelines/stages/register/register_clip.h"
+#include "pipelines/stages/register/straight_photo.h"
 #include "registration/overlay.h"
 
 namespace organbake {
@@ -62,6 +64,8 @@ std::vector<NamedPhoto> photos_of_document(const fs::path& document, bool from_p
     NamedPhoto named{set.images[i], document.parent_path() / set.images[i], {}};
     named.photo.image = read_photo(named.path);
     named.photo.intrinsics = set.cameras[i].intrinsics;
+    check_lens_of_picture(named.photo.intrinsics, named.photo.image.width, named.photo.image.height,
+                          document, named.name);
     if (from_poses) named.photo.start = set.cameras[i].camera_from_world;
     photos.push_back(std::move(named));
   }
@@ -75,8 +79,8 @@ std::vector<NamedPhoto> read_photos(const StageCall& call, const RegisterStageOp
   for (const auto& [name, path] : call.inputs_of("photo")) {
     NamedPhoto named{name, path, {}};
     named.photo.image = read_photo(path);
-    named.photo.intrinsics = read_intrinsics(*call.input("intrinsics"), name,
-                                             named.photo.image.width, named.photo.image.height);
+    named.photo.intrinsics =
+        lens_of_photo(*call.input("intrinsics"), name, named.photo.image, call.context);
     photos.push_back(std::move(named));
   }
   return photos;
@@ -98,9 +102,10 @@ void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
 }
 
 RegisteredPhoto register_named(const RegisteredSurface& surface, const NamedPhoto& named,
-                               const RegistrationOptions& options, const RunContext& context) {
+                               const PhotoToRegister& straight, const RegistrationOptions& options,
+                               const RunContext& context) {
   try {
-    return register_photo(surface, named.photo, options, context);
+    return register_photo(surface, straight, options, context);
   } catch (const BadDataError& error) {
     throw BadDataError(named.path, error.what());
   }
@@ -166,10 +171,13 @@ std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurfa
   std::vector<NamedPose> poses;
   for (const NamedPhoto& named : photos) {
     call.context.info("photo " + named.name);
-    poses.push_back({named.name, register_named(surface, named, options, call.context)});
+    const PhotoToRegister straight = straight_photo(named.photo);
+    RegisteredPhoto registered = register_named(surface, named, straight, options, call.context);
     const std::string stem = fs::path(named.name).stem().string();
     write_png(beside / (photos.size() == 1 ? "overlay.png" : "overlay_" + stem + ".png"),
-              draw_overlay(surface, named.photo.image, poses.back().registered, options), 1);
+              draw_overlay(surface, straight.image, registered, options), 1);
+    registered.camera = camera_as_taken(registered, named.photo.intrinsics);
+    poses.push_back({named.name, std::move(registered)});
     // Those that register for a bake need the pictures beside the cameras.
     if (call.input("unposed")) {
       make_folder((call.output_folder / named.name).parent_path());

@@ -150,6 +150,7 @@ StageReport run(const StageCall& call) {
   report.add("depth_unit", result.records.front().metric ? "mm" : "relative, median 1");
   report_frames(result.records, report);
   warn_of_what_is_odd(result.records, call.context);
+  warn_of_instruments(result.records, clip.instruments.has_value(), call.context);
   judge(result.records, options, call.context, report);
   if (result.records.front().ambiguous)
     call.context.warn("the light is nearly frontal: hills and hollows look alike to this model");

@@ -81,7 +81,7 @@ class Pipeline {
   }
 
   Item write(Item item) const {
-    write_frame(folder_, item->selected.index, item->frame, *item->depth);
+    write_frame(folder_, {item->selected.name, !clip_.camera, {}}, item->frame, *item->depth);
     return item;
   }
 

@@ -89,14 +89,14 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 4,
+      .version = 5,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,
             "a frame (PNG, JPEG, EXR), a folder of frames, or a video"},
            {"intrinsics", InputKind::lenses,
-            "the laparoscope: OpenCV calibration (YAML, JSON, XML), cameras.json, COLMAP folder or "
-            "transforms.json; else --field-of-view",
+            "the laparoscope: calibration of OpenCV (YAML, JSON, XML), Kalibr or MATLAB (JSON), "
+            "cameras.json, COLMAP folder or transforms.json; else --field-of-view",
             false},
            {"instruments", InputKind::file,
             "mask of the frames' size (PNG), not black = instrument; else found by colour", false},

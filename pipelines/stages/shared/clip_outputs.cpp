@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "core/median.h"
 #include "core/text.h"
+#include "image/depth_notes.h"
 #include "image/exr.h"
 #include "image/png.h"
 #include "shading/pictures.h"
@@ -110,17 +111,21 @@ FrameRecord record_of(std::size_t index, double sharpness, const PreparedFrame& 
 }
 
 void make_frame_folders(const fs::path& folder) {
-  for (const char* part : {"depth", "normals", "mask", "confidence"}) make_folder(folder / part);
+  for (const char* part : {"depth", "normals", "mask", "confidence", "pictures"})
+    make_folder(folder / part);
 }
 
-void write_frame(const fs::path& folder, std::size_t index, const PreparedFrame& frame,
-                 const FrameDepth& depth, const RigidTransform& camera_from_world) {
-  constexpr std::size_t kDigits = 6;
-  const std::string name = padded(index, kDigits);
-  const PosedCamera camera{"laparoscope", frame.camera, camera_from_world};
-  const ExrWriteOptions options{.zip_level = 1, .camera = camera};
-  write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);
+void write_frame(const fs::path& folder, const WrittenFrame& written, const PreparedFrame& frame,
+                 const FrameDepth& depth) {
+  const std::string& name = written.name;
+  const PosedCamera camera{"laparoscope", frame.camera, written.camera_from_scope};
+  ExrWriteOptions options{.zip_level = 1, .camera = camera};
   write_exr(folder / "normals" / (name + ".exr"), normal_channels(depth), options);
+  options.notes = {{kWorldNote, kScopesOwnAxes}};
+  if (!depth.metric) options.notes[kDepthUnitNote] = kRelativeDepth;
+  if (written.assumed_lens) options.notes[kLensNote] = kAssumedLens;
+  write_exr(folder / "depth" / (name + ".exr"), depth_channels(depth.depth), options);
+  write_png(folder / "pictures" / (name + ".png"), frame.color, 1);
   write_png(folder / "mask" / (name + ".png"), mask_picture(frame), 1);
   Plane confidence = depth.confidence;
   for (float& value : confidence.values) value = in_steps(value, 51);
@@ -164,6 +169,24 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
   for (const FrameRecord& record : records)
     if (!record.branch.empty()) branches.push_back(record.branch);
   if (!branches.empty()) report.add("frame_branch", branches);
+}
+
+void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
+                         const RunContext& context) {
+  constexpr double kMuch = 0.2, kNearlyAll = 0.6;
+  std::vector<double> shares;
+  for (const FrameRecord& record : records) shares.push_back(record.instrument_share);
+  const double usual = median(std::move(shares));
+  if (usual <= kMuch) return;
+  const std::string percent = to_text(100 * usual, 0) + " % of the picture";
+  if (given) {
+    context.warn("the mask of instruments hides " + percent +
+                 (usual > kNearlyAll ? ": is it inverted? It must be black where tissue is" : ""));
+  } else {
+    context.warn(percent +
+                 " is taken for instruments, and no depth is made there; where that is tissue, "
+                 "give a mask (shade's --instruments), or take --no-masks");
+  }
 }
 
 std::string count_verdicts(const std::vector<FrameRecord>& records, StageReport& report) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/run_context.h"
 #include "image/channel_image.h"
 #include "pipelines/stage.h"
 #include "shading/frame_depth.h"
@@ -42,9 +43,20 @@ bool becomes_key(const FrameRecord& record, int mesh_frame, const std::optional<
 
 // The folders that write_frame() writes to.
 void make_frame_folders(const std::filesystem::path& folder);
-// depth/, normals/, mask/, confidence/ of one frame, named by its index.
-void write_frame(const std::filesystem::path& folder, std::size_t index, const PreparedFrame& frame,
-                 const FrameDepth& depth, const RigidTransform& camera_from_world = {});
+// A frame of a clip, as what is written of it has it.
+struct WrittenFrame {
+  std::string name;
+  bool assumed_lens = false;         // its field of view was not measured
+  RigidTransform camera_from_scope;  // how the frame's camera was turned against the scope's
+};
+// depth/, normals/, mask/, confidence/ and pictures/ of one frame, named as it is. The depth map
+// says its camera, in the scope's own axes, and whether it is relative (image/depth_notes.h).
+void write_frame(const std::filesystem::path& folder, const WrittenFrame& written,
+                 const PreparedFrame& frame, const FrameDepth& depth);
+
+// Says where instruments hide much of the frames: a mask that was given may be inverted.
+void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
+                         const RunContext& context);
 
 // How many frames are ok, doubtful and failed, into the report; what to say of them when not all
 // are ok, else nothing.

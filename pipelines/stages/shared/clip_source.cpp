@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,8 +11,10 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "formats/camera_files.h"
+#include "formats/lens_check.h"
 #include "formats/photo.h"
 #include "shading/frame_preparation.h"
+#include "shading/undistort.h"
 #include "shading/video_reader.h"
 
 namespace organbake {
@@ -24,12 +27,25 @@ std::string size_text(PixelSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
+// What tells a folder's frames apart: a.png is 'a', and an a.jpg beside it 'a.jpg'.
+std::vector<std::string> names_of(const std::vector<fs::path>& files) {
+  std::set<std::string> taken;
+  std::vector<std::string> names;
+  for (const fs::path& file : files) {
+    const std::string stem = file.stem().string();
+    names.push_back(taken.insert(stem).second ? stem : file.filename().string());
+  }
+  return names;
+}
+
 // The frames of a folder in the order of their names.
 Next pictures_in(std::vector<fs::path> files) {
-  return [files = std::move(files), at = std::size_t{0}](StoredPicture& picture) mutable {
+  return [names = names_of(files), files = std::move(files),
+          at = std::size_t{0}](StoredPicture& picture) mutable {
     if (at == files.size()) return false;
     try {
       picture = read_picture(files[at]);
+      picture.name = names[at];
     } catch (const Error& error) {
       throw BadDataError("frame " + std::to_string(at) + ": " + error.what());
     }
@@ -89,7 +105,8 @@ struct Lens {
   bool of_stored_pixels = false;
 };
 
-Lens lens_for(const StoredPicture& first, const fs::path& frames, const fs::path* path) {
+// The lens that belongs to the frames' pixels, upright or as they are stored.
+Lens fitting_lens(const StoredPicture& first, const fs::path& frames, const fs::path* path) {
   if (!path) return {};
   const PixelSize stored{first.color.width, first.color.height}, size = upright_size(first);
   const std::string name = frames.filename().string();
@@ -98,6 +115,17 @@ Lens lens_for(const StoredPicture& first, const fs::path& frames, const fs::path
   if (of_lens != size) return {lens, of_lens == stored};
   if (stored == size || !is_squeezed(lens, first.pixel_aspect)) return {lens, false};
   return {read_intrinsics(*path, name, stored.width, stored.height), true};
+}
+
+Lens lens_for(const StoredPicture& first, const fs::path& frames, const fs::path* path,
+              const RunContext& context) {
+  Lens lens = fitting_lens(first, frames, path);
+  if (!lens.camera) return lens;
+  const PixelSize size = lens.of_stored_pixels ? PixelSize{first.color.width, first.color.height}
+                                               : upright_size(first);
+  check_lens_of_picture(*lens.camera, size.width, size.height, *path);
+  if (const std::string told = told_of_fisheye(*lens.camera); !told.empty()) context.info(told);
+  return lens;
 }
 
 void tell(const StoredPicture& first, bool as_stored, const RunContext& context) {
@@ -120,7 +148,7 @@ ShadeSource open_frames(const fs::path& frames, const fs::path* lens, const RunC
   Next stored = stored_frames(frames);
   StoredPicture first;
   if (!stored(first)) throw BadDataError(frames, "holds no frame");
-  const Lens found = lens_for(first, frames, lens);
+  const Lens found = lens_for(first, frames, lens, context);
   tell(first, found.of_stored_pixels, context);
   Next all = of_one_size(with_first(std::move(first), std::move(stored)));
   if (found.of_stored_pixels) return {std::move(all), found.camera};

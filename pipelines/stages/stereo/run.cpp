@@ -16,6 +16,7 @@
 #include "shading/depth_maps.h"
 #include "shading/pictures.h"
 #include "shading/ray_grid.h"
+#include "shading/undistort.h"
 
 namespace organbake {
 namespace {
@@ -71,6 +72,7 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
                  const RunContext& context, StageReport& report) {
   std::vector<FrameRecord> frames;
   for (const PairRecord& record : records) frames.push_back(record.frame);
+  warn_of_instruments(frames, false, context);
   const std::string what = count_verdicts(frames, report);
   if (what.empty()) return;
   if (options.strict) report.quality_gate = what;
@@ -145,9 +147,11 @@ StageReport run(const StageCall& call) {
   options.stereo.check();
   const fs::path &left = *call.input("left"), &calibration = *call.input("calibration");
   EyeSource source = open_eyes(left, call.input("right"), options, call.context);
-  const Rectifier rectifier(read_stereo_rig(
+  const StereoRig rig = read_stereo_rig(
       calibration,
-      {source.eye.width, source.eye.height, source.left, source.right, mm_per(options.unit)}));
+      {source.eye.width, source.eye.height, source.left, source.right, mm_per(options.unit)});
+  const Rectifier rectifier(rig);
+  if (const std::string told = told_of_fisheye(rig.left); !told.empty()) call.context.info(told);
   FrameSelection frames(std::move(source.next), selection_of(options.every, options.sharpest));
   StageReport report;
   const StereoClipResult result =

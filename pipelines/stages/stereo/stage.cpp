@@ -34,14 +34,16 @@ void bind(OptionList& list, StereoStageOptions& o) {
 Stage stereo_stage() {
   return {
       .name = "stereo",
+      .version = 2,
       .summary = "match the eyes of a stereo endoscope: metric depth, normals, and a surface",
       .inputs = {{"left", InputKind::frames,
                   "the left eye's frame (PNG, JPEG), folder of frames or video; or one file that "
                   "holds both eyes in each frame"},
                  {"right", InputKind::frames, "the right eye's", false},
                  {"calibration", InputKind::lenses,
-                  "the two eyes: OpenCV stereo calibration (YAML, JSON, XML), cameras.json of two "
-                  "cameras, or a folder of texts (*left.intrinsics*, *l2r* …)"}},
+                  "the two eyes: stereo calibration of OpenCV (YAML, JSON, XML), Kalibr, MATLAB "
+                  "(JSON) or StereoMIS (.ini), cameras.json of two cameras, or a folder of texts "
+                  "(*left.intrinsics*, *l2r* …)"}},
       .outputs = {{"surface", "surface.ply"},
                   {"lighting", "lighting.json", true},
                   {"stereo_depth", "."}},

@@ -5,9 +5,7 @@
 #include <tbb/parallel_pipeline.h>
 
 #include "core/error.h"
-#include "core/files.h"
 #include "core/text.h"
-#include "image/png.h"
 #include "pipelines/stages/stereo/stereo_source.h"
 #include "shading/pictures.h"
 
@@ -96,9 +94,8 @@ class PairPipeline {
     // Each eye shows one scene, however much its halves look alike.
     item.left.stereo = StereoLayout::none;
     item.record.frame = record_of(index, item.selected.sharpness, item.left, *item.depth);
-    write_frame(folder_, index, item.left, *item.depth, rectifier_.eyes().rectified_from_left);
-    constexpr std::size_t kDigits = 6;
-    write_png(folder_ / "pictures" / (padded(index, kDigits) + ".png"), item.left.color, 1);
+    write_frame(folder_, {item.selected.name, false, rectifier_.eyes().rectified_from_left},
+                item.left, *item.depth);
   }
 
   void finish(PairItem item) {
@@ -127,7 +124,6 @@ StereoClipResult match_clip(FrameSelection& frames, const Rectifier& rectifier,
                             const StereoStageOptions& options, const fs::path& folder,
                             const RunContext& context) {
   make_frame_folders(folder);
-  make_folder(folder / "pictures");
   return PairPipeline(frames, rectifier, options, folder, context).run();
 }
 

@@ -27,13 +27,15 @@ Rgb8Image part(const Rgb8Image& image, int left, int top, int width, int height)
   return cut;
 }
 
-StoredPicture beside(const Rgb8Image& left, const Rgb8Image& right) {
+StoredPicture beside(const Rgb8Image& left, const Rgb8Image& right, std::string name) {
   Rgb8Image both(left.width + right.width, left.height);
   for (int y = 0; y < both.height; ++y) {
     std::copy_n(left.at(0, y), 3 * std::size_t(left.width), both.at(0, y));
     std::copy_n(right.at(0, y), 3 * std::size_t(right.width), both.at(left.width, y));
   }
-  return both;
+  StoredPicture picture(std::move(both));
+  picture.name = std::move(name);
+  return picture;
 }
 
 // The first picture of a clip, and the clip with it.
@@ -82,7 +84,7 @@ Next two_clips(Next left, Next right) {
                          " eye's clip has ended and the other goes on; do they belong together?");
     if (!more_left) return false;
     clocks.check(at, a, b);
-    both = beside(a.color, b.color);
+    both = beside(a.color, b.color, a.name);
     ++at;
     return true;
   };
@@ -107,11 +109,11 @@ Next one_clip(Next next, StereoLayout layout) {
     if (layout == StereoLayout::side_by_side) {
       const int half = width / 2;
       both = beside(part(frame.color, 0, 0, half, height),
-                    part(frame.color, width - half, 0, half, height));
+                    part(frame.color, width - half, 0, half, height), frame.name);
     } else {
       const int half = height / 2;
       both = beside(part(frame.color, 0, 0, width, half),
-                    part(frame.color, 0, height - half, width, half));
+                    part(frame.color, 0, height - half, width, half), frame.name);
     }
     return true;
   };
@@ -120,7 +122,7 @@ Next one_clip(Next next, StereoLayout layout) {
 Next changed_places(Next next) {
   return [next = std::move(next)](StoredPicture& both) mutable {
     if (!next(both)) return false;
-    both = beside(right_of(both).color, left_of(both).color);
+    both = beside(right_of(both).color, left_of(both).color, both.name);
     return true;
   };
 }

@@ -42,6 +42,31 @@ TEST(OrbitView, LooksAtTheCentreFromAnywhere) {
   }
 }
 
+// As bundles of laparoscopies have it: cameras in a cone about the view of the frame, whose own
+// axes are the world's.
+TEST(OrbitView, AScopesViewIsUprightAsFilmed) {
+  CameraSet cameras = organ_to_play().cameras;
+  cameras.manifold.center_world_mm = {1, 2, 60};
+  for (const Eigen::Vector3d& beside : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(12, 0, 0)}) {
+    cameras.cameras[0].camera_from_world =
+        look_at(Eigen::Vector3d(1, 2, -40) + beside, {1, 2, 60}, Eigen::Vector3d(0, -1, 0));
+    const auto upright = [&](const OrbitPose& pose) {
+      return orbit_view(cameras, pose, 64, 64).camera.camera_from_world;
+    };
+    const RigidTransform first = upright({});
+    EXPECT_LT((first.rotation - cameras.cameras[0].camera_from_world.rotation).norm(), 1e-9);
+    EXPECT_LT((first.translation - cameras.cameras[0].camera_from_world.translation).norm(), 1e-9);
+    // Elevation lifts the eye to the picture's top, azimuth moves it across, and both are angles.
+    const RigidTransform lifted = upright({0, 0.3}), turned = upright({0.3, 0});
+    EXPECT_LT((first * lifted.inverse().translation).y(), -20);
+    EXPECT_NEAR((first * lifted.inverse().translation).x(), 0, 1e-9);
+    EXPECT_NEAR((first * turned.inverse().translation).y(), 0, 1e-9);
+    EXPECT_GT(std::abs((first * turned.inverse().translation).x()), 20);
+    EXPECT_LT(turned.rotation(1, 1), 1 + 1e-12);
+    EXPECT_GT(turned.rotation(1, 1), 0.99);  // y stays down
+  }
+}
+
 TEST(OrbitView, RefusesWhatNobodyCanSee) {
   const CameraSet& cameras = organ_to_play().cameras;
   EXPECT_THROW(orbit_view(cameras, {}, 0, 10), UsageError);

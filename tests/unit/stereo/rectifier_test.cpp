@@ -5,17 +5,12 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/pinhole.h"
 #include "phantom/laparoscopy.h"
 #include "stereo_scene.h"
 
 namespace organbake {
 namespace {
-
-Intrinsics straight(const Intrinsics& lens) {
-  Intrinsics other = lens;
-  other.k1 = other.k2 = other.p1 = other.p2 = other.k3 = 0;
-  return other;
-}
 
 // Eyes that look inward and are turned against each other.
 StereoRig askew_rig() {
@@ -61,12 +56,10 @@ TEST(Rectifier, PointsLieOnOneRowAndTheirDisparityIsTheirDepth) {
 }
 
 // A rendered pair of turned cameras comes out as exact as one that stands straight.
-TEST(Rectifier, TurnedEyesMeasureTheSameScene) {
+void expect_the_scene(const StereoRig& rig) {
   LaparoscopyOptions scene = stereo_scene(720, 576);
   scene.round_view = false;
   const LaparoscopyPhantom phantom(scene);
-  StereoRig rig = askew_rig();
-  rig.left = straight(rig.left);
   PosedCamera left = phantom.camera(0), right = left;
   left.intrinsics = rig.left;
   right.intrinsics = rig.right;
@@ -86,6 +79,23 @@ TEST(Rectifier, TurnedEyesMeasureTheSameScene) {
   EXPECT_LT(errors.bad, 0.03);
   EXPECT_GT(errors.dense, 0.8);
   EXPECT_LT(std::abs(found.rows_apart_px), 0.1);
+}
+
+TEST(Rectifier, TurnedEyesMeasureTheSameScene) {
+  StereoRig rig = askew_rig();
+  rig.left = pinhole_of(rig.left);
+  expect_the_scene(rig);
+}
+
+TEST(Rectifier, FisheyesMeasureTheSameScene) {
+  StereoRig rig = askew_rig();
+  for (Intrinsics* lens : {&rig.left, &rig.right}) {
+    *lens = pinhole_of(*lens);
+    lens->model = LensModel::fisheye;
+    lens->fx *= 0.85, lens->fy *= 0.85;  // 94° across
+    lens->k1 = -0.02, lens->k2 = 0.004, lens->k3 = -0.001;
+  }
+  expect_the_scene(rig);
 }
 
 }  // namespace

@@ -127,6 +127,45 @@ TEST_F(StereoRigFile, TwoCamerasOfOurs) {
               HasSubstr("holds 1 camera"));
 }
 
+TEST_F(StereoRigFile, AsKalibrStereoMisMatlabAndScaredWriteIt) {
+  // Kalibr's lengths are metres.
+  expect_the_rig(read(
+      "cam0: {camera_model: pinhole, intrinsics: [500, 501, 360, 288], distortion_model: radtan,\n"
+      "  distortion_coeffs: [-0.1, 0.02, 0, 0], resolution: [720, 576]}\n"
+      "cam1:\n  T_cn_cnm1:\n  - [1, 0, 0, -0.0045]\n  - [0, 1, 0, 0.0001]\n  - [0, 0, 1, 0]\n"
+      "  - [0, 0, 0, 1]\n  camera_model: pinhole\n  intrinsics: [502, 503, 350, 280]\n"
+      "  distortion_model: radtan\n  distortion_coeffs: [-0.2, 0, 0, 0]\n  resolution: [720, "
+      "576]\n"));
+  expect_the_rig(read(
+      "[StereoLeft]\nres_x = 720\nres_y = 576\nfc_x=500\nfc_y=501\ncc_x=360\ncc_y=288\nkc_0=-0.1\n"
+      "kc_1=0.02\nkc_2=0\nkc_3=0\nkc_4=0\n\n[StereoRight]\nres_x=720\nres_y=576\nfc_x=502\n"
+      "fc_y=503\ncc_x=350\ncc_y=280\nkc_0=-0.2\nkc_1=0\nkc_2=0\nkc_3=0\nkc_4=0\nR_0=1\nR_1=0\n"
+      "R_2=0\nR_3=0\nR_4=1\nR_5=0\nR_6=0\nR_7=0\nR_8=1\nT_0=-4.5\nT_1=0.1\nT_2=0\n"));
+  expect_the_rig(read(R"({"CameraParameters1": {"ImageSize": [576, 720],
+      "IntrinsicMatrix": [[500,0,0],[0,501,0],[361,289,1]], "RadialDistortion": [-0.1, 0.02],
+      "TangentialDistortion": [0, 0]}, "CameraParameters2": {"ImageSize": [576, 720],
+      "IntrinsicMatrix": [[502,0,0],[0,503,0],[351,281,1]], "RadialDistortion": [-0.2, 0],
+      "TangentialDistortion": [0, 0]}, "RotationOfCamera2": [[1,0,0],[0,1,0],[0,0,1]],
+      "TranslationOfCamera2": [-4.5, 0.1, 0]})"));
+  expect_the_rig(read(R"({"camera-pose": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]],
+      "camera-calibration": {"KL": [[500,0,360],[0,501,288],[0,0,1]], "DL": [[-0.1,0.02,0,0,0]],
+      "KR": [[502,0,350],[0,503,280],[0,0,1]], "DR": [[-0.2,0,0,0,0]],
+      "R": [[1,0,0],[0,1,0],[0,0,1]], "T": [[-4.5],[0.1],[0]]}})"));
+  EXPECT_THAT(refusal("cam0: {intrinsics: [500, 501, 360, 288], distortion_model: radtan,\n"
+                      "  distortion_coeffs: [0, 0, 0, 0], resolution: [720, 576]}\n"),
+              HasSubstr("is of one camera"));
+}
+
+TEST_F(StereoRigFile, ADistortionThatCannotBeReadIsRefused) {
+  const std::string right = matrix("K2", 3, 3, "502., 0., 350., 0., 503., 280., 0., 0., 1.") +
+                            matrix("D2", 1, 5, "-0.2, 0., 0., 0., 0.") + kPose;
+  const std::string left = matrix("K1", 3, 3, "500., 0., 360., 0., 501., 288., 0., 0., 1.");
+  EXPECT_THAT(refusal(kHeader + left + matrix("D1", 1, 4, "-.3, .12, .001, -.002, .05") + right),
+              HasSubstr("its 'D1' says 1 rows and 4 columns, and holds 5 numbers"));
+  EXPECT_THAT(refusal(kHeader + left + matrix("D1", 1, 5, "-.3, .Nan, .001, -.002, .05") + right),
+              HasSubstr("its 'D1' holds '.Nan'"));
+}
+
 TEST_F(StereoRigFile, FolderOfTextsWithRowsOfNumbers) {
   write("c/calib.left.intrinsics.txt", "500 0 360\n0 501 288\n0 0 1\n");
   write("c/calib.left.distortion.txt", "-0.1 0.02 0 0 0\n");

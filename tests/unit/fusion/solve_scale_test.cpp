@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Depths and poses of unlike units: the organ must come out where and as large as it is.
+#include "fusion/solve_scale.h"
+
+#include <gmock/gmock.h>
+
+#include "core/error.h"
+#include "organ_views.h"
+#include "support/error_message.h"
+
+namespace organbake {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kScale = 0.005;     // of the scale that is found
+constexpr double kSurface_mm = 0.5;  // of the organ, some 100 mm across, from depths of 1 % noise
+constexpr double kUnit_mm = 7.3;     // of poses as COLMAP has them
+
+OrganViews organ() { return organ_views(10, 192, {.noise = 0.01}); }
+
+void scale_places(double factor, OrganViews& organ) {
+  for (DepthView& view : organ.views) view.camera.camera_from_world.translation *= factor;
+}
+
+void make_relative(double factor, DepthView& view) {
+  for (float& z : view.depth_mm.values) z *= static_cast<float>(factor);
+  view.relative = true;
+}
+
+TEST(SolveScale, PosesAndDepthsOfOneUnitStayAsTheyAre) {
+  const OrganViews organ_mm = organ();
+  const FusedSurface fused = fuse_views(organ_mm.views, {});
+  EXPECT_FALSE(fused.scale);
+  EXPECT_LT(errors_of(fused.mesh, organ_mm.truth).rms_mm, kSurface_mm);
+}
+
+TEST(SolveScale, MetricDepthsBringTheirUnitToThePoses) {
+  for (const double unit_mm : {kUnit_mm, 1 / kUnit_mm}) {
+    OrganViews organ_mm = organ();
+    scale_places(1 / unit_mm, organ_mm);
+    const FusedSurface fused = fuse_views(organ_mm.views, {});
+    ASSERT_TRUE(fused.scale) << unit_mm;
+    EXPECT_NEAR(fused.scale->solved.place_factor / unit_mm, 1, kScale);
+    EXPECT_LT(errors_of(fused.mesh, organ_mm.truth).rms_mm, kSurface_mm);
+  }
+}
+
+TEST(SolveScale, RelativeDepthsTakeTheUnitOfThePoses) {
+  OrganViews organ_mm = organ();
+  for (DepthView& view : organ_mm.views) make_relative(1 / 80.0, view);
+  const FusedSurface fused = fuse_views(organ_mm.views, {});
+  ASSERT_TRUE(fused.scale);
+  EXPECT_EQ(fused.scale->how, DepthScale::one);
+  EXPECT_TRUE(fused.scale->in_poses_unit);
+  EXPECT_LT(errors_of(fused.mesh, organ_mm.truth).rms_mm, kSurface_mm);
+}
+
+// As `shade` writes them without a range: every map's median is 1.
+TEST(SolveScale, EachMapMayHaveAUnitOfItsOwn) {
+  OrganViews organ_mm = organ();
+  for (std::size_t i = 0; i < organ_mm.views.size(); ++i)
+    make_relative((i % 3 + 1) / 120.0, organ_mm.views[i]);
+  const FusedSurface fused = fuse_views(organ_mm.views, {});
+  ASSERT_TRUE(fused.scale);
+  EXPECT_EQ(fused.scale->how, DepthScale::each);
+  EXPECT_NEAR(fused.scale->solved.depth_factor[0] / fused.scale->solved.depth_factor[2], 3,
+              3 * kScale);
+  EXPECT_LT(errors_of(fused.mesh, organ_mm.truth).rms_mm, kSurface_mm);
+}
+
+TEST(SolveScale, UnitsThatCannotBeMeantAreRefused) {
+  OrganViews organ_mm = organ();
+  make_relative(0.01, organ_mm.views[1]);
+  const auto refusal = [&](DepthScale scale) {
+    return message_of(ExitCode::bad_data, [&] { fuse_views(organ_mm.views, {.scale = scale}); });
+  };
+  EXPECT_THAT(refusal(DepthScale::automatic), HasSubstr("view 1: is relative, others"));
+  for (DepthView& view : organ_mm.views) view.relative = true;
+  EXPECT_THAT(refusal(DepthScale::given), HasSubstr("another unit"));
+}
+
+}  // namespace
+}  // namespace organbake
