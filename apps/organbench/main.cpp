@@ -170,10 +170,12 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
                  "through each body of the suite cutting (600, 80, 33,336)");
   app.add_option("--first-case", c.options.first_case, "the first seed of these (default 0)");
   app.add_option("--case", c.one_case, "only this seed, in this process, and print what happened");
-  app.add_option("--only", c.options.only, "only this part of the suite registration or cutting")
+  app.add_option("--only", c.options.only,
+                 "only this part of the suite registration or cutting; colmap: the suite\nmotion "
+                 "with COLMAP beside it")
       ->check(CLI::IsMember(std::vector<std::string>{
-          "accuracy", "efficiency", "growth", "lights", "open patches", "openings", "reach",
-          "rendered liver", "sweeps", "time", "tracking", "verdicts"}));
+          "accuracy", "colmap", "efficiency", "growth", "lights", "open patches", "openings",
+          "reach", "rendered liver", "sweeps", "time", "tracking", "verdicts"}));
   app.add_flag("--quiet", c.quiet, "no log");
   app.footer(suite_list());
   app.set_version_flag("--version", "organbench " ORGANBAKE_VERSION);

@@ -11,6 +11,8 @@ const std::vector<Suite>& all_suites() {
       {"decimate", "surface to proxy: faces and method against distance", run_decimate_suite},
       {"shading", "frames to depth: surfaces, noise, lights and clips against truth",
        run_shading_suite},
+      {"motion", "a moving scope's clip to poses, depth and a surface: truth, and COLMAP beside it",
+       run_motion_suite},
       {"registration", "photo to pose: pyramid and iterations against mTRE",
        run_registration_suite},
       {"place", "surface to cameras: candidates and samples against coverage and count",

@@ -8,6 +8,7 @@ class Bench;
 void run_isosurface_suite(Bench& bench);
 void run_decimate_suite(Bench& bench);
 void run_shading_suite(Bench& bench);
+void run_motion_suite(Bench& bench);
 void run_registration_suite(Bench& bench);
 void run_place_suite(Bench& bench);
 void run_capture_suite(Bench& bench);

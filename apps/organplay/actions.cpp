@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "image/png.h"
+#include "image/video_pipe.h"
 #include "player/comparison_table.h"
 #include "player/contact_sheet.h"
 #include "player/play.h"
@@ -18,7 +19,6 @@
 #include "truth/scope_lens.h"
 #include "truth/truth_recorder.h"
 #include "truth_files.h"
-#include "video_pipe.h"
 
 namespace organbake {
 namespace {
@@ -49,7 +49,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   }
   std::optional<VideoPipe> video;
   if (!command.video.empty())
-    video.emplace(command.video, script.width, script.height, 1 / script.time_step_s);
+    video.emplace(command.video, VideoFormat{script.width, script.height, 1 / script.time_step_s});
 
   constexpr int kQuick = 1;  // PNG level: frames are looked at once
   Rgb8Image seen;

@@ -11,7 +11,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
-#include "video_pipe.h"
+#include "image/video_pipe.h"
 
 namespace organbake {
 namespace {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "phantom/laparoscopy.h"
+#include "phantom/moving_clip.h"
 #include "phantom/phantom.h"
 #include "pipelines/options.h"
 
@@ -14,6 +15,15 @@ struct PhantomStageOptions {
   OrganPhantomOptions organ;
   int truth_subdivisions = 7;
   LaparoscopyOptions laparoscopy;
+  // Of a laparoscopy; 0 = what its path asks for.
+  int frames = 0, frame_width = 0, frame_height = 0;
+  std::string path = "sway";
+  MovingClipOptions clip;  // for all paths but `sway`; its view comes from `laparoscopy`
+  double bit_rate_mbps = 0;
+
+  bool moves_along_path() const { return path != "sway"; }
+  LaparoscopyOptions view() const;        // of either kind of clip
+  MovingClipOptions moving_clip() const;  // where it moves along a path
 };
 
 void bind(OptionList& list, PhantomStageOptions& options);

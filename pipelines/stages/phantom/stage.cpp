@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/stages/phantom/options.h"
 
+#include <array>
+#include <utility>
+
+#include "core/error.h"
 #include "pipelines/stage_binding.h"
 
 namespace organbake {
@@ -8,6 +12,52 @@ namespace {
 
 // Documents carry numbers as doubles: beyond 2⁵³ whole numbers would silently change.
 constexpr double kLargestSeed = 9007199254740991.0;
+
+constexpr std::array<std::pair<const char*, ScopePath>, 7> kPaths = {
+    {{"still", ScopePath::still},
+     {"slide", ScopePath::slide},
+     {"approach", ScopePath::approach},
+     {"turn", ScopePath::turn},
+     {"orbit", ScopePath::orbit},
+     {"tour", ScopePath::tour},
+     {"zoom", ScopePath::zoom}}};
+
+std::vector<std::string> path_names() {
+  std::vector<std::string> names = {"sway"};
+  for (const auto& [name, path] : kPaths) names.emplace_back(name);
+  return names;
+}
+
+void bind_clip(OptionList& list, PhantomStageOptions& o) {
+  list.add("path", &o.path,
+           {.help =
+                "how a laparoscopy's scope moves: sway = some millimetres, over a bumpy bed; the "
+                "others over a liver, a gallbladder and fat: not at all, sideways, nearer, "
+                "turning about its lens, round in a circle, all of these and back again, or "
+                "zooming",
+            .choices = path_names()})
+      .add("breathing", &o.clip.breathing_mm,
+           {.help = "how far a breath pushes the liver that a scope moves over along a path",
+            .unit = "mm",
+            .min = 0,
+            .max = 20})
+      .add("breathing_period", &o.clip.breathing_period_s,
+           {.help = "time from one breath to the next, at 25 frames a second",
+            .unit = "s",
+            .min = 1,
+            .max = 20})
+      .add("blurred", &o.clip.blurred,
+           {.help = "share of the frames along a path that a jerk of the scope blurs",
+            .min = 0,
+            .max = 1})
+      .add(
+          "bit_rate", &o.bit_rate_mbps,
+          {.help = "write the frames along a path as an H.264 video of this rate, clip.mp4; 0 = as "
+                   "PNG files",
+           .unit = "Mbit/s",
+           .min = 0,
+           .max = 1000});
+}
 
 }  // namespace
 
@@ -29,12 +79,20 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "side of a photograph, which is square", .unit = "px", .min = 16, .max = 8192})
       .add("truth_subdivisions", &o.truth_subdivisions,
            {.help = "subdivisions n of the true mesh, which has 20·4ⁿ faces", .min = 1, .max = 9})
-      .add("frames", &o.laparoscopy.frames,
-           {.help = "number of a laparoscopy's frames", .min = 1, .max = 100000})
-      .add("frame_width", &o.laparoscopy.width,
-           {.help = "width of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
-      .add("frame_height", &o.laparoscopy.height,
-           {.help = "height of a laparoscopy's frame", .unit = "px", .min = 16, .max = 4096})
+      .add("frames", &o.frames,
+           {.help = "number of a laparoscopy's frames; 0 = 8, or 120 along a path",
+            .min = 0,
+            .max = 100000})
+      .add("frame_width", &o.frame_width,
+           {.help = "width of a laparoscopy's frame; 0 = 640, or 1280 along a path",
+            .unit = "px",
+            .min = 0,
+            .max = 4096})
+      .add("frame_height", &o.frame_height,
+           {.help = "height of a laparoscopy's frame; 0 = 480, or 720 along a path",
+            .unit = "px",
+            .min = 0,
+            .max = 4096})
       .add("frame_noise", &o.laparoscopy.noise,
            {.help = "noise of a laparoscopy's frames, as a share of full scale",
             .min = 0,
@@ -65,6 +123,25 @@ void bind(OptionList& list, PhantomStageOptions& o) {
             .unit = "mm",
             .min = 0,
             .max = 20});
+  bind_clip(list, o);
+}
+
+LaparoscopyOptions PhantomStageOptions::view() const {
+  LaparoscopyOptions view = laparoscopy;
+  view.seed = organ.seed;
+  if (moves_along_path()) view.frames = 120, view.width = 1280, view.height = 720;
+  if (frames > 0) view.frames = frames;
+  if (frame_width > 0) view.width = frame_width;
+  if (frame_height > 0) view.height = frame_height;
+  return view;
+}
+
+MovingClipOptions PhantomStageOptions::moving_clip() const {
+  MovingClipOptions moving = clip;
+  moving.view = view();
+  for (const auto& [name, scope_path] : kPaths)
+    if (name == path) moving.path = scope_path;
+  return moving;
 }
 
 Stage phantom_stage() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "video_pipe.h"
+#include "image/video_pipe.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -37,6 +37,49 @@ std::string container_of(const std::filesystem::path& file) {
   throw UsageError(file.string() + ": is no video that can be written");
 }
 
+// Even sides are what yuv420p, the one format every viewer plays, can hold. Untagged, its colours
+// would be read by one matrix or another, by the picture's size. x264's bytes depend on the number
+// of its threads, so that is fixed.
+std::vector<std::string> ffmpeg_arguments(const VideoFormat& format, const std::string& container,
+                                          const std::string& target) {
+  const std::string size = std::to_string(format.width) + "x" + std::to_string(format.height);
+  std::vector<std::string> arguments = {
+      "ffmpeg",
+      "-loglevel",
+      "error",
+      "-y",
+      "-f",
+      "rawvideo",
+      "-pix_fmt",
+      "rgb24",
+      "-s",
+      size,
+      "-r",
+      to_text(format.frames_per_second),
+      "-i",
+      "-",
+      "-vf",
+      "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709",
+      "-colorspace",
+      "bt709",
+      "-color_primaries",
+      "bt709",
+      "-color_trc",
+      "iec61966-2-1",
+      "-pix_fmt",
+      "yuv420p",
+      "-threads",
+      "4",
+      "-fflags",
+      "+bitexact",
+      "-flags:v",
+      "+bitexact"};
+  if (format.megabits_per_second > 0)
+    arguments.insert(arguments.end(), {"-b:v", to_text(format.megabits_per_second) + "M"});
+  arguments.insert(arguments.end(), {"-f", container, target});
+  return arguments;
+}
+
 }  // namespace
 
 std::vector<std::string> VideoPipe::endings() {
@@ -45,45 +88,10 @@ std::vector<std::string> VideoPipe::endings() {
   return endings;
 }
 
-VideoPipe::VideoPipe(const std::filesystem::path& file, int width, int height,
-                     double frames_per_second)
+VideoPipe::VideoPipe(const std::filesystem::path& file, const VideoFormat& format)
     : file_(file_to_write(file)), temporary_(temporary_file(file_)) {
-  const std::string size = std::to_string(width) + "x" + std::to_string(height),
-                    rate = to_text(frames_per_second);
-  // Even sides are what yuv420p, the one format every viewer plays, can hold. Untagged, its colours
-  // would be read by one matrix or another, by the picture's size.
-  const std::vector<std::string> arguments = {"ffmpeg",
-                                              "-loglevel",
-                                              "error",
-                                              "-y",
-                                              "-f",
-                                              "rawvideo",
-                                              "-pix_fmt",
-                                              "rgb24",
-                                              "-s",
-                                              size,
-                                              "-r",
-                                              rate,
-                                              "-i",
-                                              "-",
-                                              "-vf",
-                                              "pad=ceil(iw/2)*2:ceil(ih/2)*2,"
-                                              "scale=out_color_matrix=bt709",
-                                              "-colorspace",
-                                              "bt709",
-                                              "-color_primaries",
-                                              "bt709",
-                                              "-color_trc",
-                                              "iec61966-2-1",
-                                              "-pix_fmt",
-                                              "yuv420p",
-                                              "-fflags",
-                                              "+bitexact",
-                                              "-flags:v",
-                                              "+bitexact",
-                                              "-f",
-                                              container_of(file),
-                                              temporary_.string()};
+  const std::vector<std::string> arguments =
+      ffmpeg_arguments(format, container_of(file), temporary_.string());
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbench/peers/colmap.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <numbers>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "formats/camera_files.h"
+#include "pipelines/worker_process.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+
+// COLMAP's ids of images → their centres.
+std::map<int, Vector3d> centers_by_id(const fs::path& file) {
+  std::map<int, Vector3d> centers;
+  std::istringstream text(read_text_file(file));
+  for (std::string line; std::getline(text, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream words(line);
+    int id = 0;
+    Eigen::Quaterniond turn;
+    Vector3d shift;
+    if (words >> id >> turn.w() >> turn.x() >> turn.y() >> turn.z() >> shift.x() >> shift.y() >>
+        shift.z())
+      centers[id] = -(turn.normalized().conjugate() * shift);
+    std::getline(text, line);  // its observations, perhaps none
+  }
+  if (centers.empty()) throw BadDataError(file, "holds no image");
+  return centers;
+}
+
+double largest_angle_deg(const Vector3d& point, const std::vector<Vector3d>& centers) {
+  double least_cosine = 1;
+  for (std::size_t i = 0; i < centers.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      least_cosine = std::min(
+          least_cosine, (centers[i] - point).normalized().dot((centers[j] - point).normalized()));
+  return std::acos(std::clamp(least_cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+std::string number(double value) { return to_text(value); }
+
+// One of colmap's commands; its Qt wants no screen.
+void call(const std::vector<std::string>& words, const ColmapRun& run, const RunContext& context) {
+  std::vector<std::string> command = {"env", "QT_QPA_PLATFORM=offscreen", "colmap"};
+  command.insert(command.end(), words.begin(), words.end());
+  run_worker(command, run.work / "colmap.out", run.work / "colmap.log", context);
+}
+
+void find_features(const ColmapRun& run, const RunContext& context) {
+  std::vector<std::string> words = {"feature_extractor",
+                                    "--database_path",
+                                    run.work / "database.db",
+                                    "--image_path",
+                                    run.frames,
+                                    "--ImageReader.mask_path",
+                                    run.masks,
+                                    "--ImageReader.camera_model",
+                                    "SIMPLE_RADIAL",
+                                    "--ImageReader.single_camera",
+                                    "1",
+                                    "--SiftExtraction.use_gpu",
+                                    "0"};
+  if (run.lens)
+    words.insert(words.end(), {"--ImageReader.camera_params",
+                               number(run.lens->fx) + "," + number(run.lens->cx) + "," +
+                                   number(run.lens->cy) + "," + number(run.lens->k1)});
+  call(words, run, context);
+}
+
+// First pair from 4 degrees and points from 0.7: a scope moves little for its distance.
+void map_frames(const ColmapRun& run, const RunContext& context) {
+  const std::string refine = run.lens ? "0" : "1";
+  call({"mapper",
+        "--database_path",
+        run.work / "database.db",
+        "--image_path",
+        run.frames,
+        "--output_path",
+        run.work / "sparse",
+        "--Mapper.init_min_tri_angle",
+        "4",
+        "--Mapper.tri_min_angle",
+        "0.7",
+        "--Mapper.filter_min_tri_angle",
+        "0.7",
+        "--Mapper.min_num_matches",
+        "12",
+        "--Mapper.abs_pose_min_num_inliers",
+        "15",
+        "--Mapper.ba_refine_focal_length",
+        refine,
+        "--Mapper.ba_refine_extra_params",
+        refine},
+       run, context);
+}
+
+// The model with the most frames, as text; empty when there is none.
+fs::path largest_model(const ColmapRun& run, const RunContext& context) {
+  fs::path largest;
+  std::size_t most = 0;
+  for (const auto& entry : fs::directory_iterator(run.work / "sparse")) {
+    if (!entry.is_directory()) continue;
+    const std::size_t frames = read_camera_file(entry.path()).cameras.size();
+    if (frames > most) most = frames, largest = entry.path();
+  }
+  if (largest.empty()) return {};
+  const fs::path text = run.work / "text";
+  fs::create_directories(text);
+  call({"model_converter", "--input_path", largest, "--output_path", text, "--output_type", "TXT"},
+       run, context);
+  return text;
+}
+
+}  // namespace
+
+std::vector<ModelPoint> read_model_points(const fs::path& model) {
+  const std::map<int, Vector3d> centers = centers_by_id(model / "images.txt");
+  std::vector<ModelPoint> points;
+  std::istringstream text(read_text_file(model / "points3D.txt"));
+  for (std::string line; std::getline(text, line);) {
+    if (line.empty() || line.starts_with('#')) continue;
+    std::istringstream words(line);
+    ModelPoint point;
+    long id = 0;
+    int red = 0, green = 0, blue = 0, image = 0, observation = 0;
+    if (!(words >> id >> point.place.x() >> point.place.y() >> point.place.z() >> red >> green >>
+          blue >> point.error_px))
+      throw BadDataError(model / "points3D.txt", "holds no point in '" + line + "'");
+    std::map<int, Vector3d> seen_by;
+    while (words >> image >> observation)
+      if (const auto found = centers.find(image); found != centers.end()) seen_by.insert(*found);
+    std::vector<Vector3d> from;
+    for (const auto& [seen_id, center] : seen_by) from.push_back(center);
+    point.sightings = from.size();
+    point.largest_angle_deg = largest_angle_deg(point.place, from);
+    points.push_back(point);
+  }
+  return points;
+}
+
+ModelQuality quality_of(const std::vector<ModelPoint>& points) {
+  constexpr std::size_t kLeastFrames = 3;
+  constexpr double kLeastAngle_deg = 2;
+  ModelQuality quality;
+  double sum = 0, sightings = 0;
+  for (const ModelPoint& point : points) {
+    if (point.sightings < kLeastFrames || point.largest_angle_deg <= kLeastAngle_deg) continue;
+    ++quality.points;
+    sum += point.error_px * static_cast<double>(point.sightings);
+    sightings += static_cast<double>(point.sightings);
+  }
+  if (sightings > 0) quality.reprojection_px = sum / sightings;
+  return quality;
+}
+
+bool has_colmap() {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (fs::exists(fs::path(folder) / "colmap")) return true;
+  return false;
+}
+
+std::optional<ColmapResult> run_colmap(const ColmapRun& run, const RunContext& context) {
+  fs::create_directories(run.work / "sparse");
+  ColmapResult result;
+  const auto work = [&] {
+    find_features(run, context);
+    call({"sequential_matcher", "--database_path", run.work / "database.db",
+          "--SiftMatching.use_gpu", "0"},
+         run, context);
+    map_frames(run, context);
+  };
+  result.timing = time_in_turn({work}, {.most = 1, .least = 1}).front();
+  const fs::path model = largest_model(run, context);
+  if (model.empty()) return {};
+  result.cameras = read_camera_file(model);
+  result.points = read_model_points(model);
+  return result;
+}
+
+}  // namespace organbake

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "phantom/tissue_relief.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+const TissueRelief& relief() {
+  static const TissueRelief relief(1);
+  return relief;
+}
+
+// The point of the surface at rest that a breath has brought to x, y.
+Eigen::Vector3d rest_point(double x, double y, double excursion) {
+  const TissueRelief::Breathed moved = relief().at(x, y, excursion);
+  return {moved.rest_x_mm, moved.rest_y_mm, relief().at(moved.rest_x_mm, moved.rest_y_mm).z_mm};
+}
+
+TEST(TissueRelief, LiesWhereAScopeLooks) {
+  double nearest = 1e9, farthest = 0;
+  for (double x = -60; x <= 60; x += 1)
+    for (double y = -40; y <= 40; y += 1) {
+      const double z = relief().at(x, y).z_mm;
+      nearest = std::min(nearest, z);
+      farthest = std::max(farthest, z);
+    }
+  EXPECT_GT(nearest, 40);
+  EXPECT_LT(nearest, 50);
+  EXPECT_GT(farthest, 68);
+  EXPECT_LT(farthest, 80);
+}
+
+TEST(TissueRelief, SlopesAreTheHeightsOwn) {
+  constexpr double kStep = 1e-3;
+  for (const double excursion : {0.0, 3.0, 12.0})
+    for (double x = -50.1; x < 60; x += 7.3)
+      for (double y = -40.2; y < 40; y += 6.1) {
+        const auto z = [&](double dx, double dy) {
+          return relief().at(x + dx, y + dy, excursion).height.z_mm;
+        };
+        const TissueRelief::Height here = relief().at(x, y, excursion).height;
+        // Float nodes carry 4e-6 mm, and the step has its share of curvature.
+        EXPECT_NEAR(here.slope_x, (z(kStep, 0) - z(-kStep, 0)) / (2 * kStep), 1e-3);
+        EXPECT_NEAR(here.slope_y, (z(0, kStep) - z(0, -kStep)) / (2 * kStep), 1e-3);
+      }
+}
+
+// Half a cylinder bulges by half its width: the section across its middle.
+TEST(TissueRelief, TheGallbladderIsHalfACylinder) {
+  // Its axis leads from about (4, −16) to (18, 21): across it.
+  const Eigen::Vector2d across = Eigen::Vector2d(37, -14).normalized(), middle(11, 4);
+  double left = 0, right = 0;
+  const auto z = [&](double s) {
+    return relief().at(middle.x() + s * across.x(), middle.y() + s * across.y()).z_mm;
+  };
+  const auto is_gallbladder = [&](double s) {
+    return relief().tissues(middle.x() + s * across.x(), middle.y() + s * across.y())[1] > 0.5;
+  };
+  ASSERT_TRUE(is_gallbladder(0));
+  while (is_gallbladder(left)) left -= 0.05;
+  while (is_gallbladder(right)) right += 0.05;
+  double height = 0;
+  for (double s = left; s <= right; s += 0.05) {
+    const double chord = z(left) + (z(right) - z(left)) * (s - left) / (right - left);
+    height = std::max(height, chord - z(s));
+  }
+  const double ratio = height / (right - left);
+  EXPECT_GT(right - left, 10);
+  EXPECT_GT(ratio, 0.4);
+  EXPECT_LT(ratio, 0.55);
+}
+
+TEST(TissueRelief, ABreathPushesTheLiverFartherThanTheFat) {
+  constexpr double kExcursion = 3;
+  const auto pushed = [&](double x, double y) {
+    const double now = relief().at(x, y, kExcursion).height.z_mm;
+    return (Eigen::Vector3d(x, y, now) - rest_point(x, y, kExcursion)).norm();
+  };
+  EXPECT_NEAR(pushed(-20, -45), kExcursion, 1e-6);
+  EXPECT_NEAR(pushed(-20, 60), 0.35 * kExcursion, 1e-6);
+  EXPECT_LT(pushed(-20, 20), pushed(-20, 0));
+  EXPECT_EQ(rest_point(10, 10, 0), Eigen::Vector3d(10, 10, relief().at(10, 10).z_mm));
+}
+
+TEST(TissueRelief, TissuesAddUpAndAllThreeAreThere) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (double x = -50; x <= 50; x += 1)
+    for (double y = -35; y <= 35; y += 1) {
+      const Eigen::Vector3d share = relief().tissues(x, y);
+      EXPECT_NEAR(share.sum(), 1, 1e-12);
+      EXPECT_GE(share.minCoeff(), 0);
+      sum += share;
+    }
+  EXPECT_GT(sum.minCoeff(), 0.03 * sum.sum());
+}
+
+TEST(TissueRelief, TheMeshLiesOnItAndLooksAtTheScope) {
+  const TriangleMesh mesh = relief().surface(2);
+  for (std::size_t i = 0; i < mesh.vertices.size(); i += 97) {
+    const Eigen::Vector3d& v = mesh.vertices[i];
+    EXPECT_EQ(v.z(), relief().at(v.x(), v.y()).z_mm);
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); f += 53) EXPECT_LT(face_normal(mesh, f).z(), 0);
+}
+
+TEST(TissueRelief, SeedsGiveOtherTissue) {
+  EXPECT_NE(TissueRelief(2).at(3, 4).z_mm, relief().at(3, 4).z_mm);
+  EXPECT_EQ(TissueRelief(1).at(3, 4).z_mm, relief().at(3, 4).z_mm);
+}
+
+}  // namespace
+}  // namespace organbake
