@@ -27,7 +27,14 @@ bool makes_any_of(const Stage& stage, const std::set<std::string>& wanted) {
 // that the recipe has a section for.
 enum class Claim { none, section, input };
 
+// Whether a stage takes part at all.
+bool is_open(const Stage& stage, const Recipe& recipe) {
+  return !recipe.declined.contains(stage.name) &&
+         (!stage.by_section_only || recipe.sections.contains(stage.name));
+}
+
 Claim claim_of(const Stage& stage, const Recipe& recipe) {
+  if (!is_open(stage, recipe)) return Claim::none;
   const bool given =
       std::any_of(stage.inputs.begin(), stage.inputs.end(),
                   [&](const StageInput& input) { return recipe.inputs.contains(input.name); });
@@ -55,7 +62,7 @@ std::set<std::string> stages_needed(const Recipe& recipe, std::set<std::string> 
   for (const auto& [name, path] : recipe.inputs) wanted.erase(name);
   const auto& stages = all_stages();
   for (auto stage = stages.rbegin(); stage != stages.rend(); ++stage) {
-    if (!makes_any_of(*stage, wanted)) continue;
+    if (!is_open(*stage, recipe) || !makes_any_of(*stage, wanted)) continue;
     if (stage->inputs.empty() && !recipe.sections.contains(stage->name)) continue;
     if (prefers_another(recipe, *stage, wanted)) continue;
     running.insert(stage->name);
@@ -104,6 +111,8 @@ bool connect(Step& step, const StageInput& input, const Inputs& given,
 }
 
 std::string why_left_out(const Stage& stage, const Recipe& recipe) {
+  if (const auto found = recipe.declined.find(stage.name); found != recipe.declined.end())
+    return found->second;
   for (const StageOutput& output : stage.outputs) {
     if (recipe.inputs.contains(output.artifact)) return "the " + output.artifact + " is given";
   }

@@ -156,6 +156,8 @@ const std::vector<RecipeInput>& recipe_inputs() {
        "picture of the exemplar's size, black where it is another tissue"},
       {"frames", InputKind::frames, "laparoscopy: a frame, a folder of frames, or a video"},
       {"intrinsics", InputKind::cameras, "of the laparoscope: a cameras.json of one camera"},
+      {"poses", InputKind::posed,
+       "of a laparoscopy's frames: their cameras as another program found them"},
       {"left", InputKind::frames, "stereo laparoscopy: the left eye's frames, or both eyes'"},
       {"right", InputKind::frames, "of a stereo laparoscopy: the right eye's frames"},
       {"calibration", InputKind::lenses, "of a stereo laparoscopy: how its eyes stand"},

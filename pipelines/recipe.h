@@ -41,6 +41,7 @@ struct Recipe {
   std::map<std::string, std::filesystem::path> inputs;  // those that are given
   std::map<std::string, StageOptions> options;          // of every stage there is
   std::set<std::string> sections;                       // stages that the recipe mentions
+  std::map<std::string, std::string> declined;  // stages that made nothing of it, and why
   BundleOptions bundle;
 };
 

@@ -56,6 +56,10 @@ StageCall make_call(const Step& step, const fs::path& folder, const RunContext& 
 
 }  // namespace
 
+std::string StepResult::declined() const {
+  return Json::parse(entry.record.report_json).value("declined", "");
+}
+
 const std::string& Runner::hash_of_given(InputKind kind, const fs::path& path) {
   const auto known = given_hashes_.find(path);
   if (known != given_hashes_.end()) return known->second;
@@ -118,6 +122,7 @@ std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
     results.push_back(forecast.cached ? StepResult{&step, *forecast.cached}
                                       : execute(step, *forecast.ingredients, forced, results));
     if (listener.after) listener.after(results.back());
+    if (!results.back().declined().empty()) break;
   }
   return results;
 }
@@ -183,6 +188,7 @@ std::string stage_report_json(const Stage& stage, const StageReport& report) {
                {"skipped", skipped}};
   if (!report.bad_data.empty()) json["bad_data"] = report.bad_data;
   if (!report.quality_gate.empty()) json["quality_gate"] = report.quality_gate;
+  if (!report.declined.empty()) json["declined"] = report.declined;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

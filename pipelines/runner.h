@@ -34,6 +34,9 @@ struct StepResult {
   CacheEntry entry;
   bool ran = false;
   bool sound = false;  // the files are known to be whole
+
+  // Why the stage made nothing (StageReport::declined); empty when it did.
+  std::string declined() const;
 };
 
 // Hears of each step right before it runs or is taken from the cache, and after it.
@@ -54,6 +57,7 @@ class Runner {
 
   // What run() would do, without doing it.
   std::vector<Forecast> forecast(const Plan& plan, const RunOptions& options);
+  // The steps up to the last, or to the first that declined.
   std::vector<StepResult> run(const Plan& plan, const RunOptions& options,
                               const StepListener& listener = {});
   // Before an entry's files are used: hashes them again when this run did not make them, and makes

@@ -63,6 +63,9 @@ struct StageReport {
   std::string bad_data = {};
   // Why the result, though written, is not good enough (exit code 3); empty when it is.
   std::string quality_gate;
+  // Why the stage made nothing, though its inputs are sound: a bake goes on without it, by whatever
+  // else makes the same; a command of its own fails with exit code 65 and this message.
+  std::string declined = {};
 
   // Counts, measures, texts, lists: whatever an OptionValue can hold.
   template <class T>
@@ -98,6 +101,9 @@ struct Stage {
   // What most bakes have nothing for: a bake that does without it doesn't say so, unless its recipe
   // has a section for it.
   bool on_request = false;
+  // Several stages make the same of the same input: a bake takes this one only where its recipe has
+  // a section for it.
+  bool by_section_only = false;
   static constexpr const char* kBeside = "beside";
 
   const StageOutput* output(const std::string& artifact) const {

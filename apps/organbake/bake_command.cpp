@@ -129,6 +129,22 @@ StepListener listener(const BakeFlags& flags, Terminal& terminal) {
 }
 
 // Puts the result where -o says; returns what became of it.
+// Where a stage declines, what else makes the same takes its place.
+std::vector<StepResult> run_open_stages(Recipe& recipe, Plan& plan, Runner& runner,
+                                        const RunOptions& options, const BakeFlags& flags,
+                                        Terminal& terminal) {
+  while (true) {
+    std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));
+    const std::string why = steps.empty() ? "" : steps.back().declined();
+    if (why.empty()) return steps;
+    const std::string stage = steps.back().step->stage->name;
+    terminal.log(LogLevel::warning, stage + ": " + why + "; the bake goes on without it");
+    recipe.declined[stage] = why;
+    steps.clear();
+    plan = plan_bake(recipe, flags.to);
+  }
+}
+
 std::string write_result(const BakeFlags& flags, const Recipe& recipe, const Plan& plan,
                          std::vector<StepResult>& steps, Runner& runner) {
   if (flags.to.empty()) {
@@ -186,8 +202,8 @@ int run_bake(const Arguments& arguments, Session& session) {
   }
   if (!flags.repair.empty()) flags.settings.push_back("repair.mode=" + flags.repair);
   if (!flags.quality.empty()) flags.settings.push_back("quality=" + flags.quality);
-  const Recipe recipe = read_recipe(words->front(), flags.settings);
-  const Plan plan = plan_bake(recipe, flags.to);
+  Recipe recipe = read_recipe(words->front(), flags.settings);
+  Plan plan = plan_bake(recipe, flags.to);
   Runner runner = session.runner(flags.cache);
   const RunOptions options{flags.force, flags.from, flags.explain};
   if (flags.dry_run) return show_plan(plan, runner.forecast(plan, options), flags.explain, session);
@@ -197,7 +213,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   const auto start = std::chrono::steady_clock::now();
   Terminal& terminal = session.terminal();
   tell_left_out(plan, terminal);
-  std::vector<StepResult> steps = runner.run(plan, options, listener(flags, terminal));
+  std::vector<StepResult> steps = run_open_stages(recipe, plan, runner, options, flags, terminal);
   const std::string state = write_result(flags, recipe, plan, steps, runner);
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
   if (flags.to.empty()) sweep_pages(flags.output);

@@ -130,6 +130,8 @@ int run_stage_command(const Stage& described, const Arguments& arguments, Sessio
 
   Runner runner = session.runner(flags.cache);
   std::vector<StepResult> results = runner.run(plan, {.force = flags.force});
+  if (const std::string why = results.front().declined(); !why.empty())
+    throw BadDataError(stage.name + ": " + why);
   runner.ensure_sound(results, 0);
   write_stage_outputs(results.front(), flags.output);
 

@@ -16,6 +16,31 @@ constexpr std::size_t kSureViews = 3;
 
 using Frames = std::vector<std::size_t>;
 
+void measure(ClipMotion& motion) {
+  std::vector<double> angles;
+  double errors = 0, sightings = 0;
+  for (const Landmark& landmark : motion.scene.landmarks) {
+    if (!landmark.place) continue;
+    const double angle = motion.scene.angle_rad(landmark);
+    angles.push_back(angle);
+    double own = 0;
+    std::size_t agreeing = 0;
+    for (const Sighting& sighting : landmark.seen) {
+      if (!sighting.agrees || !motion.scene.is_posed(sighting.view)) continue;
+      own += motion.scene.error_px(landmark, sighting);
+      ++agreeing;
+    }
+    if (agreeing < kSureViews || angle < kSureAngle_rad) continue;
+    ++motion.points;
+    errors += own;
+    sightings += static_cast<double>(agreeing);
+  }
+  motion.median_angle_rad = median(std::move(angles));
+  if (motion.points == 0) return;
+  motion.mean_error_px = errors / sightings;
+  motion.mean_track = sightings / static_cast<double>(motion.points);
+}
+
 class MotionSearch {
  public:
   MotionSearch(const MotionOptions& options, const ClipTracks& clip, const Intrinsics& lens,
@@ -116,31 +141,6 @@ class MotionSearch {
     motion.camera_from_world = pose_frames(clip_, motion.view_frames, motion.scene);
   }
 
-  static void measure(ClipMotion& motion) {
-    std::vector<double> angles;
-    double errors = 0, sightings = 0;
-    for (const Landmark& landmark : motion.scene.landmarks) {
-      if (!landmark.place) continue;
-      const double angle = motion.scene.angle_rad(landmark);
-      angles.push_back(angle);
-      double own = 0;
-      std::size_t agreeing = 0;
-      for (const Sighting& sighting : landmark.seen) {
-        if (!sighting.agrees || !motion.scene.is_posed(sighting.view)) continue;
-        own += motion.scene.error_px(landmark, sighting);
-        ++agreeing;
-      }
-      if (agreeing < kSureViews || angle < kSureAngle_rad) continue;
-      ++motion.points;
-      errors += own;
-      sightings += static_cast<double>(agreeing);
-    }
-    motion.median_angle_rad = median(std::move(angles));
-    if (motion.points == 0) return;
-    motion.mean_error_px = errors / sightings;
-    motion.mean_track = sightings / static_cast<double>(motion.points);
-  }
-
   const MotionOptions& options_;
   const ClipTracks& clip_;
   const Intrinsics& lens_;
@@ -164,6 +164,29 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
   MotionSearch search(options, clip, lens, load, context);
   ClipMotion motion = search.best_of(std::move(shots));
   motion.left_out = search.take_left_out();
+  return motion;
+}
+
+ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
+                           const Intrinsics& lens,
+                           std::vector<std::optional<RigidTransform>> camera_from_world) {
+  ClipMotion motion;
+  motion.scene.lens = lens;
+  for (std::size_t frame = 0; frame < camera_from_world.size(); ++frame)
+    if (camera_from_world[frame]) {
+      motion.view_frames.push_back(frame);
+      motion.scene.camera_from_world.push_back(camera_from_world[frame]);
+    }
+  motion.scene.landmarks = landmarks_of(clip, motion.view_frames);
+  triangulate(options.reconstruction.triangulation, motion.scene);
+  measure(motion);
+  motion.camera_from_world = std::move(camera_from_world);
+  constexpr std::size_t kFewestPlaces = 100;
+  const auto places = std::count_if(motion.scene.landmarks.begin(), motion.scene.landmarks.end(),
+                                    [](const Landmark& landmark) { return landmark.place; });
+  if (static_cast<std::size_t>(places) < kFewestPlaces)
+    motion.failure = "the given poses explain only " + std::to_string(places) +
+                     " of the features that were followed: are they of this clip and lens?";
   return motion;
 }
 

@@ -53,4 +53,9 @@ ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
                        const std::vector<double>& sharpness, const Intrinsics& lens,
                        const ViewLoader& load, const RunContext& context = {});
 
+// The same for poses that another program found: places are found by them, and nothing is moved.
+ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
+                           const Intrinsics& lens,
+                           std::vector<std::optional<RigidTransform>> camera_from_world);
+
 }  // namespace organbake

@@ -14,7 +14,7 @@
 #include "geometry/written_rotation.h"
 #include "image/depth_notes.h"
 #include "image/exr.h"
-#include "pipelines/stages/fuse/matched_poses.h"
+#include "pipelines/stages/shared/matched_poses.h"
 
 namespace organbake {
 namespace {

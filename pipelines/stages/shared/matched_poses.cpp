@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/fuse/matched_poses.h"
+#include "pipelines/stages/shared/matched_poses.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+
+#include "fusion/depth_view.h"
+#include "pipelines/stages/motion/motion_depth.h"
+
+namespace organbake {
+
+// Brings all lengths to `factor` times what they are, and makes the camera of one frame the world:
+// whoever looks from there sees the tissue as that frame shows it.
+void scale_and_place(double factor, const RigidTransform& camera_from_world, ClipMotion& motion,
+                     std::vector<KeyView>& keys);
+
+// cameras.json of all posed frames, colmap/ with the points and where they are seen, points.ply.
+void write_scene(const std::filesystem::path& folder, const FollowedClip& clip,
+                 const ClipMotion& motion, const ViewPictures& pictures);
+
+// motion.png: the points over the middle key frame, near ones warm, and the scope's way.
+void write_overlay(const std::filesystem::path& folder, const ClipMotion& motion,
+                   const ViewPictures& pictures, std::size_t frame);
+
+// The key frames as they are fused.
+std::vector<DepthView> depth_views(const FollowedClip& clip, const std::vector<KeyView>& keys);
+
+}  // namespace organbake

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "motion/clip_motion.h"
+#include "motion/feature_tracker.h"
+#include "pipelines/options.h"
+
+namespace organbake {
+
+struct MotionStageOptions {
+  TrackingOptions tracking;
+  int key_frames = 12;
+  int halvings = 1;                               // of the frames, before depth is sought for
+  double field_of_view_rad = 1.2217304763960306;  // 70°: where the search for a lens starts
+  double range_mm = 0;
+  double texture = 0.3;
+  double voxel = 0;
+  bool shading = true;
+  bool keep_light = false;
+};
+
+void bind(OptionList& list, MotionStageOptions& options);
+
+}  // namespace organbake

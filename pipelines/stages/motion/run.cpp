@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+
+#include "bundle/lighting.h"
+#include "core/error.h"
+#include "core/files.h"
+#include "core/median.h"
+#include "core/text.h"
+#include "formats/camera_files.h"
+#include "fusion/fuse_views.h"
+#include "geometry/mesh_checks.h"
+#include "geometry/pinhole.h"
+#include "geometry/ply.h"
+#include "pipelines/stage_binding.h"
+#include "pipelines/stage_module.h"
+#include "pipelines/stages/motion/motion_outputs.h"
+#include "pipelines/stages/shared/clip_outputs.h"
+#include "pipelines/stages/shared/matched_poses.h"
+#include "shading/frame_albedo.h"
+#include "shading/pictures.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kAssumedRange_mm = 60;
+
+MotionOptions search_of(const FollowedClip& clip) {
+  MotionOptions options;
+  if (!clip.lens) options.reconstruction.lens = {.focal = true, .distortion = true};
+  return options;
+}
+
+// Cameras of another program, by their frames' names.
+std::vector<std::optional<RigidTransform>> given_poses(const fs::path& path,
+                                                       const FollowedClip& clip) {
+  const CameraSet set = read_camera_file(path);
+  const MatchedPoses matched =
+      match_poses({clip.names.begin(), clip.names.end()}, set, path);
+  std::vector<std::optional<RigidTransform>> poses;
+  for (const auto& camera : matched.camera)
+    poses.push_back(camera ? std::optional(set.cameras[*camera].camera_from_world) : std::nullopt);
+  return poses;
+}
+
+ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
+                     const MotionStageOptions& options, ViewPictures& pictures) {
+  const Intrinsics lens =
+      clip.lens ? *clip.lens
+                : assumed_camera(clip.tracks.width, clip.tracks.height, options.field_of_view_rad);
+  if (const fs::path* poses = call.input("poses")) {
+    if (!clip.lens)
+      throw UsageError("poses need the lens that they were found with: give --intrinsics " +
+                       poses->string());
+    return motion_of_poses(search_of(clip), clip.tracks, lens, given_poses(*poses, clip));
+  }
+  const ViewLoader load = [&](const std::vector<std::size_t>& frames) {
+    return pictures.tracked(frames);
+  };
+  return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, load, call.context);
+}
+
+// What makes lengths metric: the median depth of the key frames.
+double mm_per_unit(const std::vector<KeyView>& keys, double range_mm) {
+  std::vector<float> depths;
+  for (const KeyView& key : keys)
+    for (std::size_t k = 0; k < key.depth.depth.size(); k += 7)
+      if (std::isfinite(key.depth.depth.values[k])) depths.push_back(key.depth.depth.values[k]);
+  return range_mm / median(std::move(depths));
+}
+
+void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageReport& report) {
+  const Scene& scene = motion.scene;
+  const auto posed = std::count_if(motion.camera_from_world.begin(), motion.camera_from_world.end(),
+                                   [](const auto& pose) { return pose.has_value(); });
+  report.add("frames_read", clip.names.size());
+  report.add("frames_posed", posed);
+  report.add("views", motion.view_frames.size());
+  report.add("views_posed", scene.posed_views());
+  report.add("points", motion.points);
+  report.add("mean_error_px", motion.mean_error_px);
+  report.add("mean_track", motion.mean_track);
+  report.add("median_angle_rad", motion.median_angle_rad);
+  report.add("parallax_px", motion.parallax_px);
+  report.add("rejoined", motion.rejoined);
+  report.add("lens", clip.lens ? "given" : "found");
+  report.add("focal_px", scene.lens.fx);
+  report.add("focal_sd_px", motion.lens_spread.focal_px);
+  report.add("k1", scene.lens.k1);
+  report.add("k1_sd", motion.lens_spread.k1);
+  report.add("instrument_share", clip.instrument_share);
+}
+
+void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunContext& context,
+                 StageReport& report) {
+  for (const FrameSpan& span : motion.left_out)
+    report.skipped.push_back(
+        {"frames " + std::to_string(span.first) + " to " + std::to_string(span.last), span.reason});
+  const LensSpread& spread = motion.lens_spread;
+  constexpr double kUnsure = 0.05;
+  if (!clip.lens && spread.focal_px > kUnsure * motion.scene.lens.fx)
+    context.warn("the clip tells its lens only to " +
+                 to_text(100 * spread.focal_px / motion.scene.lens.fx, 0) +
+                 " %: depth is as unsure; --intrinsics makes it sure");
+}
+
+void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vector<KeyView>& keys,
+                StageReport& report) {
+  make_frame_folders(folder);
+  StripSheet strips;
+  std::vector<double> frames, sure, covered;
+  for (const KeyView& key : keys) {
+    write_frame(folder,
+                {.name = clip.names[key.frame], .assumed_lens = false, .camera_from_scope = {}},
+                key.prepared, key.depth);
+    if (strips.wants_next()) strips.add(frame_strip(key.prepared, key.depth, 320));
+    std::size_t field = 0, finite = 0;
+    for (std::size_t k = 0; k < key.prepared.field.size(); ++k) {
+      field += key.prepared.field.values[k] != 0;
+      finite += std::isfinite(key.depth.depth.values[k]);
+    }
+    frames.push_back(static_cast<double>(key.frame));
+    sure.push_back(key.swept_share);
+    covered.push_back(static_cast<double>(finite) /
+                      std::max<double>(1, static_cast<double>(field)));
+  }
+  strips.write(folder);
+  report.add("key_frame", frames);
+  report.add("key_parallax_share", sure);
+  report.add("key_covered_share", covered);
+}
+
+void write_surface(const StageCall& call, const FollowedClip& clip,
+                   const std::vector<KeyView>& keys, const MotionStageOptions& options,
+                   StageReport& report) {
+  FusionOptions fusion;
+  fusion.voxel_mm = options.voxel;
+  fusion.light = options.keep_light ? PictureLight::any : PictureLight::camera;
+  const FusedSurface fused = fuse_views(depth_views(clip, keys), fusion, call.context);
+  write_ply(call.output_folder / "surface.ply", fused.mesh);
+  if (!options.keep_light)
+    write_file_atomically(call.output_folder / kLightingFile,
+                          lighting_to_json(laparoscope_lighting({})));
+  report.add("surface_faces", fused.mesh.faces.size());
+  report.add("surface_area_mm2", surface_area(fused.mesh));
+  report.add("surface_voxel_mm", fused.voxel_mm);
+  report.add("surface_apart_mm", fused.apart_mm);
+  report.add("surface_colored_share", fused.colored_share);
+}
+
+StageReport run(const StageCall& call) {
+  const auto options = resolved_options<MotionStageOptions>(call.options_json);
+  options.tracking.check();
+  const FollowedClip clip = follow_clip(call, options);
+  StageReport report;
+  report.bad_data = clip.damage;
+  ViewPictures pictures(call);
+  ClipMotion motion = motion_of(call, clip, options, pictures);
+  report_motion(clip, motion, report);
+  tell_motion(clip, motion, call.context, report);
+  if (!motion.failure.empty()) {
+    report.declined = motion.failure;
+    return report;
+  }
+  pictures.read(motion.view_frames);
+  std::vector<KeyView> keys = key_depths(motion, pictures, options, call.context);
+  const bool metric = options.range_mm > 0 || call.input("poses");
+  const double range_mm = options.range_mm > 0 ? options.range_mm : kAssumedRange_mm;
+  const double factor =
+      call.input("poses") && options.range_mm == 0 ? 1 : mm_per_unit(keys, range_mm);
+  const KeyView& middle = keys[keys.size() / 2];
+  const RigidTransform world = middle.camera_from_world;
+  scale_and_place(factor, world, motion, keys);
+  for (KeyView& key : keys) key.depth.metric = metric;
+  if (!metric)
+    call.context.warn(
+        "the clip tells no scale: the median depth is put at an assumed 60 mm (give --range-mm)");
+  write_scene(call.output_folder, clip, motion, pictures);
+  write_overlay(call.output_folder, motion, pictures, middle.frame);
+  write_keys(call.output_folder, clip, keys, report);
+  write_surface(call, clip, keys, options, report);
+  report.add("scale", metric ? "mm" : "assumed: median depth 60 mm");
+  return report;
+}
+
+}  // namespace
+}  // namespace organbake
+
+ORGANBAKE_STAGE_MODULE(organbake::run)
