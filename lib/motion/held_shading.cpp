@@ -37,7 +37,9 @@ HeldRange held_range(const SweptDepth& swept, const RayGrid& rays) {
       const double along = std::hypot(1.0, rays.x(x), rays.y(y));
       held.log_range.values[k] = static_cast<float>(std::log(swept.depth.values[k] * along));
       const float sd = std::hypot(kLeastSd, swept.relative_sd.values[k]);
-      held.weight.values[k] = confidence * confidence / (sd * sd * kAlikePixels);
+      // Half a doubt is much doubt: a chance match is off by far more than its spread.
+      const float certainty = confidence * confidence;
+      held.weight.values[k] = certainty * certainty / (sd * sd * kAlikePixels);
     }
   return held;
 }
