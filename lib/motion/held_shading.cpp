@@ -146,7 +146,7 @@ class HeldFit {
   void fit(const HeldLevel& level, bool shading, RangeFitOptions fit_options, Plane& v) const {
     constexpr float kUsual = 0.1F;  // an edge of an organ is no stray match
     constexpr double kRoughness = 1;
-    fit_options.model_error = options_.lamp.texture;
+    fit_options.model_error = options_.texture;
     fit_options.roughness = kRoughness;
     const HeldRange held = let_go(level.held, v, kUsual);
     ShadedImage image = level.image;
@@ -207,11 +207,11 @@ void check_sizes(const PreparedFrame& frame, const SweptDepth& swept) {
 }  // namespace
 
 void HeldShadingOptions::check() const {
-  lamp.check();
   const auto share = [](const char* name, double value) {
     if (!(value > 0 && value <= 1))
       throw UsageError(std::string(name) + " is " + to_text(value) + "; it must be in 0…1");
   };
+  share("texture", texture);
   share("albedo_share", albedo_share);
   share("reach_share", reach_share);
 }

@@ -7,7 +7,8 @@
 namespace organbake {
 
 struct HeldShadingOptions {
-  LaparoscopeOptions lamp{.texture = 0.3};
+  // Share of the brightness that texture and gloss change without being shape.
+  double texture = 0.3;
   // Share of the picture's width over which the albedo may change by itself: what brightness says
   // over longer ways is not believed.
   double albedo_share = 0.08;
