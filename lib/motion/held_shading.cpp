@@ -37,7 +37,9 @@ HeldRange held_range(const SweptDepth& swept, const RayGrid& rays) {
       const double along = std::hypot(1.0, rays.x(x), rays.y(y));
       held.log_range.values[k] = static_cast<float>(std::log(swept.depth.values[k] * along));
       const float sd = std::hypot(kLeastSd, swept.relative_sd.values[k]);
-      held.weight.values[k] = confidence * confidence / (sd * sd * kAlikePixels);
+      // Half a doubt is much doubt: a chance match is off by far more than its spread.
+      const float certainty = confidence * confidence;
+      held.weight.values[k] = certainty * certainty / (sd * sd * kAlikePixels);
     }
   return held;
 }
@@ -144,7 +146,7 @@ class HeldFit {
   void fit(const HeldLevel& level, bool shading, RangeFitOptions fit_options, Plane& v) const {
     constexpr float kUsual = 0.1F;  // an edge of an organ is no stray match
     constexpr double kRoughness = 1;
-    fit_options.model_error = options_.lamp.texture;
+    fit_options.model_error = options_.texture;
     fit_options.roughness = kRoughness;
     const HeldRange held = let_go(level.held, v, kUsual);
     ShadedImage image = level.image;
@@ -205,11 +207,11 @@ void check_sizes(const PreparedFrame& frame, const SweptDepth& swept) {
 }  // namespace
 
 void HeldShadingOptions::check() const {
-  lamp.check();
   const auto share = [](const char* name, double value) {
     if (!(value > 0 && value <= 1))
       throw UsageError(std::string(name) + " is " + to_text(value) + "; it must be in 0…1");
   };
+  share("texture", texture);
   share("albedo_share", albedo_share);
   share("reach_share", reach_share);
 }

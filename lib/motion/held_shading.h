@@ -7,10 +7,11 @@
 namespace organbake {
 
 struct HeldShadingOptions {
-  LaparoscopeOptions lamp{.texture = 0.3};
+  // Share of the brightness that texture and gloss change without being shape.
+  double texture = 0.3;
   // Share of the picture's width over which the albedo may change by itself: what brightness says
   // over longer ways is not believed.
-  double albedo_share = 0.12;
+  double albedo_share = 0.08;
   // Share of the width that shading reaches from where parallax is sure; farther off there is no
   // depth.
   double reach_share = 0.12;

@@ -101,16 +101,27 @@ void warp_row(const Target& target, int y, const float* __restrict base, float o
   }
 }
 
-// Sums over 2·radius + 1 neighbours along a row; what lies outside counts nothing. `wide` has the
-// radius of zeros on either side.
-void sum_along(const float* __restrict wide, int width, int radius, float* __restrict out) {
-  for (int x = 0; x < width; ++x) out[x] = wide[x];
-  for (int i = 1; i <= 2 * radius; ++i)
-    for (int x = 0; x < width; ++x) out[x] += wide[x + i];
+// Sums over 2·radius + 1 neighbours along a row, `wide` with radius of zeros on either side: sums
+// of 1, 2, 4 … that the number is made of. What is in `wide` is spoilt.
+void sum_along(float* wide, int width, int radius, float* __restrict out) {
+  const int all = width + 2 * radius;
+  std::fill(out, out + width, 0.F);
+  int begin = 0;
+  for (int many = 1; many <= 2 * radius + 1; many *= 2) {
+    if ((2 * radius + 1) & many) {
+      for (int x = 0; x < width; ++x) out[x] += wide[x + begin];
+      begin += many;
+    }
+    for (int x = 0; x + many < all; ++x) wide[x] += wide[x + many];
+  }
 }
 
 void add_row(const float* __restrict row, int width, float* __restrict sum) {
   for (int x = 0; x < width; ++x) sum[x] += row[x];
+}
+
+void take_row(const float* __restrict row, int width, float* __restrict sum) {
+  for (int x = 0; x < width; ++x) sum[x] -= row[x];
 }
 
 // One thread's work on a strip of rows.
@@ -151,7 +162,7 @@ class Strip {
     Rows squares(width_, below_ - above_);
     for (int y = above_; y < below_; ++y) {
       const float* pattern = &reference_.pattern.values[reference_.pattern.index(0, y)];
-      float* wide = wide_.data() + radius_;
+      float* wide = cleared_wide();
       for (int x = 0; x < width_; ++x) wide[x] = pattern[x] * pattern[x];
       sum_along(wide_.data(), width_, radius_, squares.row(y - above_));
     }
@@ -167,9 +178,27 @@ class Strip {
   void correlate(const Target& target, float offset) {
     for (int y = above_; y < below_; ++y) multiply(target, offset, y);
     for (int y = first_; y < last_; ++y) {
-      for (int i = 0; i < 3; ++i) sum_across(products_[i], y, sums_[i].row(0));
+      for (int i = 0; i < 3; ++i) {
+        if (y == first_) {
+          sum_across(products_[i], y, sums_[i].row(0));
+        } else {
+          step_down(products_[i], y, sums_[i].row(0));
+        }
+      }
       keep_best(y);
     }
+  }
+
+  // From the sum about the row above to that about row y.
+  void step_down(const Rows& rows, int y, float* sum) const {
+    if (y - radius_ - 1 >= above_) take_row(rows.row(y - radius_ - 1 - above_), width_, sum);
+    if (y + radius_ < below_) add_row(rows.row(y + radius_ - above_), width_, sum);
+  }
+
+  float* cleared_wide() {
+    std::fill(wide_.begin(), wide_.begin() + radius_, 0.F);
+    std::fill(wide_.end() - radius_, wide_.end(), 0.F);
+    return wide_.data() + radius_;
   }
 
   void multiply(const Target& target, float offset, int y) {
@@ -177,7 +206,7 @@ class Strip {
     warp_row(target, y, &labels_.base.values[at], offset, width_, seen_.data());
     const float* __restrict a = &reference_.pattern.values[at];
     float* __restrict b = seen_.data();
-    float* __restrict wide = wide_.data() + radius_;
+    float* __restrict wide = cleared_wide();
     const int j = y - above_, n = width_;
     for (int x = 0; x < n; ++x) {
       const float seen = std::abs(b[x]) < kLegible ? 1.F : 0.F;
@@ -185,8 +214,10 @@ class Strip {
       wide[x] = a[x] * a[x] * seen;
     }
     sum_along(wide_.data(), n, radius_, products_[0].row(j));
+    cleared_wide();
     for (int x = 0; x < n; ++x) wide[x] = a[x] * b[x];
     sum_along(wide_.data(), n, radius_, products_[1].row(j));
+    cleared_wide();
     for (int x = 0; x < n; ++x) wide[x] = a[x] != 0 ? b[x] * b[x] : 0;
     sum_along(wide_.data(), n, radius_, products_[2].row(j));
   }
@@ -198,7 +229,8 @@ class Strip {
                 *__restrict bb = sums_[2].row(0), *__restrict all = whole_.row(y - first_);
     float* __restrict ncc = seen_.data();
     for (int x = 0; x < width_; ++x) {
-      const float value = ab[x] / std::sqrt((aa[x] + noise) * (bb[x] + noise));
+      const float there = bb[x] > 0 ? bb[x] : 0;  // a sum that slid down may end below
+      const float value = ab[x] / std::sqrt((std::abs(aa[x]) + noise) * (there + noise));
       ncc[x] = aa[x] >= kLeastSeen * all[x] && aa[x] > 0 ? value : kUnseen;
     }
     for (int i = 0; i < best_count_; ++i) {
@@ -238,7 +270,7 @@ class Strip {
   const InverseDepthLabels& labels_;
   int radius_, best_count_, first_, last_, width_, above_, below_;
   std::vector<float> seen_;
-  std::vector<float> wide_;  // zeros at both ends stay
+  std::vector<float> wide_;  // a row between zeros
   Rows products_[3];         // a², a·b, b² of what both see, summed along rows
   Rows sums_[3];
   Rows whole_, best_;

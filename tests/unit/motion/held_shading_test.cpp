@@ -83,6 +83,7 @@ TEST(HeldShading, SaysNothingFarFromParallax) {
 TEST(HeldShading, RefusesWhatItCannotHold) {
   GlossyDome dome;
   EXPECT_NO_THROW(HeldShadingOptions{}.check());
+  EXPECT_THROW(HeldShadingOptions{.texture = 0}.check(), UsageError);
   EXPECT_THROW(HeldShadingOptions{.albedo_share = 0}.check(), UsageError);
   EXPECT_THROW(HeldShadingOptions{.reach_share = 2}.check(), UsageError);
   SweptDepth small = dome.swept;
