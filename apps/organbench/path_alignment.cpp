@@ -28,12 +28,12 @@ double extent(const std::vector<Vector3d>& points) {
 
 }  // namespace
 
-Similarity aligning_similarity(const std::vector<Vector3d>& points,
-                               const std::vector<Vector3d>& partners) {
+SimilarityTransform aligning_similarity(const std::vector<Vector3d>& points,
+                                        const std::vector<Vector3d>& partners) {
   Eigen::Matrix3Xd from(3, points.size()), to(3, points.size());
   for (std::size_t i = 0; i < points.size(); ++i) from.col(i) = points[i], to.col(i) = partners[i];
   const Eigen::Matrix4d m = Eigen::umeyama(from, to, true);
-  Similarity result;
+  SimilarityTransform result;
   result.scale = std::cbrt(m.topLeftCorner<3, 3>().determinant());
   result.rotation = m.topLeftCorner<3, 3>() / result.scale;
   result.translation = m.topRightCorner<3, 1>();

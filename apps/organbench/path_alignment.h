@@ -12,7 +12,7 @@
 namespace organbake {
 
 // x ↦ scale · rotation · x + translation.
-struct Similarity {
+struct SimilarityTransform {
   double scale = 1;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
@@ -24,8 +24,8 @@ struct Similarity {
 
 // The one that brings the points nearest to their partners in the least-squares sense (Umeyama
 // 1991). At least three points, not all on a line.
-Similarity aligning_similarity(const std::vector<Eigen::Vector3d>& points,
-                               const std::vector<Eigen::Vector3d>& partners);
+SimilarityTransform aligning_similarity(const std::vector<Eigen::Vector3d>& points,
+                                        const std::vector<Eigen::Vector3d>& partners);
 
 // The number that a frame's name ends with, its ending aside: 12 of frame_000012.png.
 std::optional<int> frame_of_name(const std::string& name);
@@ -37,7 +37,7 @@ struct PathError {
   double rms_percent = 0;      // distance of the centres after alignment, root mean square
   double largest_percent = 0;  // both by the extent
   double turn_deg = 0;         // between the views' directions and rolls, mean
-  Similarity truth_from_found;
+  SimilarityTransform truth_from_found;
 };
 
 // Nothing when fewer than three frames are in both.

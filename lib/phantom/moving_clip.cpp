@@ -30,9 +30,9 @@ using Eigen::Vector3d;
 constexpr double kTracedSpacing_mm = 0.5, kTruthSpacing_mm = 0.5;
 // Light on tissue that faces the scope at the picture's typical distance.
 constexpr double kExposure = 1.2;
-constexpr double kGlint = 2.2, kGlintExponent = 350, kLeastGlintCosine = 0.9;
-const Vector3d kSteel(0.2, 0.205, 0.21);
-constexpr double kSteelGlint = 0.6, kSteelGlintExponent = 60;
+constexpr double kFilmGlint = 2.2, kFilmGlintExponent = 350, kLeastGlintCosine = 0.9;
+const Vector3d kShaftSteel(0.2, 0.205, 0.21);
+constexpr double kShaftGlint = 0.6, kShaftGlintExponent = 60;
 constexpr double kStopRadius = 0.46;  // of the picture's width
 
 // A jerk's trail at the middle of the picture, and which way it goes.
@@ -40,9 +40,12 @@ struct Jerk {
   double length_px = 0, direction_rad = 0;
 };
 
+constexpr double kShortestJerk = 6.0 / 1280, kLongestJerk = 18.0 / 1280;  // of the width
+
+double jerk_reach_px(int width) { return kLongestJerk * width + 1; }
+
 std::vector<Jerk> jerks(const MovingClipOptions& options) {
-  constexpr double kShortest = 6.0 / 1280, kLongest = 18.0 / 1280;  // of the width
-  constexpr int kLongestRun = 3;                                    // frames
+  constexpr int kLongestRun = 3;  // frames
   const auto frames = static_cast<std::size_t>(options.view.frames);
   std::vector<Jerk> result(frames);
   auto left = static_cast<std::size_t>(std::lround(options.blurred * static_cast<double>(frames)));
@@ -51,7 +54,7 @@ std::vector<Jerk> jerks(const MovingClipOptions& options) {
     const std::size_t first = random.below(frames), count = 1 + random.below(kLongestRun);
     for (std::size_t i = first; i < std::min(first + count, frames) && left > 0; ++i) {
       if (result[i].length_px > 0) continue;
-      result[i] = {options.view.width * random.uniform(kShortest, kLongest),
+      result[i] = {options.view.width * random.uniform(kShortestJerk, kLongestJerk),
                    random.uniform(0, 2 * std::numbers::pi)};
       --left;
     }
@@ -118,7 +121,7 @@ struct MovingClip::Impl {
   Seen instrument_at(const Moment& moment, const Ray& ray,
                      const CrossingInstrument::Hit& hit) const;
   double refined_length(const Moment& moment, const Ray& ray, double length) const;
-  void draw_row(const Moment& moment, int y, ScopeLight& light, LaparoscopyFrame& truth) const;
+  void draw_row(const Moment& moment, int y, SensorLight& light, LaparoscopyFrame& truth) const;
 
   MovingClipOptions options;
   TissueRelief relief;
@@ -168,14 +171,16 @@ double MovingClip::Impl::typical_distance_mm(const Moment& moment) const {
 
 // The mesh brings the ray near, Newton's steps put it on the spline.
 double MovingClip::Impl::refined_length(const Moment& moment, const Ray& ray, double length) const {
-  constexpr double kLongestStep_mm = 0.1;
-  for (int i = 0; i < 2; ++i) {
+  constexpr double kLongestStep_mm = 0.1, kNear_mm = 2e-3, kGrazing = 0.05;
+  for (int i = 0; i < 3; ++i) {
     const Vector3d point = ray.origin + length * ray.direction;
     const TissueRelief::Height h = relief.at(point.x(), point.y(), moment.breath_mm).height;
     const double closing =
         ray.direction.z() - h.slope_x * ray.direction.x() - h.slope_y * ray.direction.y();
-    if (closing < 0.05) break;  // it grazes
-    length += std::clamp((h.z_mm - point.z()) / closing, -kLongestStep_mm, kLongestStep_mm);
+    if (closing < kGrazing) break;
+    const double step = (h.z_mm - point.z()) / closing;
+    length += std::clamp(step, -kLongestStep_mm, kLongestStep_mm);
+    if (std::abs(step) < kNear_mm) break;  // the next one would be some nanometres
   }
   return length;
 }
@@ -195,9 +200,9 @@ Seen MovingClip::Impl::tissue_at(const Moment& moment, const Ray& ray, double le
   const double beam = std::pow(std::max(0.0, off_axis), options.view.beam_exponent);
   const double strength = beam * moment.reference_mm * moment.reference_mm / way.squaredNorm();
   const double lit = std::max(0.0, seen.normal_world.dot(toward)) * strength;
-  const double glint = options.view.highlights * kGlint * strength *
+  const double glint = options.view.highlights * kFilmGlint * strength *
                        mirrored(Vector3d(film.x(), film.y(), -1).normalized(), toward,
-                                ray.direction, kGlintExponent);
+                                ray.direction, kFilmGlintExponent);
   seen.radiance = lit * seen.albedo + Vector3d::Constant(glint);
   seen.highlight = glint > 0.5 * seen.albedo.x() * lit;
   return seen;
@@ -211,9 +216,9 @@ Seen MovingClip::Impl::instrument_at(const Moment& moment, const Ray& ray,
   Seen seen;
   seen.instrument = true;
   seen.radiance =
-      strength * (std::max(0.0, hit.normal.dot(toward)) * kSteel +
-                  Vector3d::Constant(kSteelGlint * mirrored(hit.normal, toward, ray.direction,
-                                                            kSteelGlintExponent)));
+      strength * (std::max(0.0, hit.normal.dot(toward)) * kShaftSteel +
+                  Vector3d::Constant(kShaftGlint * mirrored(hit.normal, toward, ray.direction,
+                                                            kShaftGlintExponent)));
   return seen;
 }
 
@@ -224,22 +229,25 @@ Seen MovingClip::Impl::seen_at(const Moment& moment, const Ray& ray, const RayHi
   return tissue_at(moment, ray, hit.t);
 }
 
-void MovingClip::Impl::draw_row(const Moment& moment, int y, ScopeLight& light,
+void MovingClip::Impl::draw_row(const Moment& moment, int y, SensorLight& light,
                                 LaparoscopyFrame& truth) const {
-  const int width = light.width;
-  std::vector<Ray> rays(width);
-  std::vector<RayHit> hits(width);
-  for (int x = 0; x < width; ++x) {
-    rays[x].origin = moment.eye;
-    rays[x].direction =
+  // A jerk's trail takes some light from behind the stop.
+  const double beyond_px = jerk_reach_px(options.view.width);
+  const auto [first, last] =
+      columns_in_stop(moment.sensor, beyond_px, light.width, light.height, y);
+  std::vector<Ray> rays(last - first);
+  std::vector<RayHit> hits(rays.size());
+  for (int x = first; x < last; ++x) {
+    rays[x - first].origin = moment.eye;
+    rays[x - first].direction =
         moment.world_from_camera * unproject(moment.camera.intrinsics, {x + 0.5, y + 0.5});
   }
   moment.surface->first_hits(rays, hits);
-  for (int x = 0; x < width; ++x) {
-    const Seen seen = seen_at(moment, rays[x], hits[x]);
+  for (int x = first; x < last; ++x) {
+    const Seen seen = seen_at(moment, rays[x - first], hits[x - first]);
     const std::size_t k = truth.depth_mm.index(x, y);
     light.radiance[k] = seen.radiance.cast<float>();
-    if (behind_stop(moment.sensor, width, light.height, x, y)) continue;
+    if (behind_stop(moment.sensor, light.width, light.height, x, y)) continue;
     truth.instrument.values[k] = seen.instrument;
     if (!std::isfinite(seen.depth_mm)) continue;
     truth.depth_mm.values[k] = static_cast<float>(seen.depth_mm);
@@ -288,7 +296,7 @@ LaparoscopyFrame MovingClip::frame(int index, const RunContext& context) const {
                           std::vector<Eigen::Vector3f>(pixels, Eigen::Vector3f::Zero()),
                           Mask(width, height),
                           Mask(width, height)};
-  ScopeLight light(width, height);
+  SensorLight light(width, height);
   tbb::parallel_for(0, height, [&](int y) {
     context.throw_if_cancelled();
     impl_->draw_row(moment, y, light, result);

@@ -20,7 +20,7 @@ using Eigen::Vector3f;
 
 constexpr double kVignette = 0.05;  // of the light, at the picture's farther border
 
-Vector3f between_pixels(const ScopeLight& light, const Vector2d& pixel) {
+Vector3f between_pixels(const SensorLight& light, const Vector2d& pixel) {
   const double x = std::clamp(pixel.x() - 0.5, 0.0, light.width - 1.001);
   const double y = std::clamp(pixel.y() - 0.5, 0.0, light.height - 1.001);
   const int column = static_cast<int>(x), row = static_cast<int>(y);
@@ -46,8 +46,8 @@ double encoded(double linear) {
 
 }  // namespace
 
-ScopeLight blurred_by_turn(const ScopeLight& light, const Intrinsics& lens,
-                           const Vector2d& turn_rad) {
+SensorLight blurred_by_turn(const SensorLight& light, const Intrinsics& lens,
+                            const Vector2d& turn_rad) {
   const int steps = static_cast<int>(turn_rad.norm() * std::max(lens.fx, lens.fy)) + 2;
   std::vector<Eigen::Matrix3d> turns;
   for (int i = 0; i < steps; ++i) {
@@ -55,7 +55,7 @@ ScopeLight blurred_by_turn(const ScopeLight& light, const Intrinsics& lens,
     turns.push_back(Eigen::AngleAxisd(turn.norm(), Vector3d(turn.x(), turn.y(), 0).normalized())
                         .toRotationMatrix());
   }
-  ScopeLight result(light.width, light.height);
+  SensorLight result(light.width, light.height);
   tbb::parallel_for(0, light.height, [&](int y) {
     for (int x = 0; x < light.width; ++x) {
       const Vector3d ray = unproject(lens, {x + 0.5, y + 0.5});
@@ -70,11 +70,22 @@ ScopeLight blurred_by_turn(const ScopeLight& light, const Intrinsics& lens,
 }
 
 bool behind_stop(const ScopeSensor& sensor, int width, int height, int x, int y) {
+  const double dx = x + 0.5 - 0.5 * width, dy = y + 0.5 - 0.5 * height;
   return sensor.stop_radius_px > 0 &&
-         std::hypot(x + 0.5 - 0.5 * width, y + 0.5 - 0.5 * height) > sensor.stop_radius_px;
+         dx * dx + dy * dy > sensor.stop_radius_px * sensor.stop_radius_px;
 }
 
-Rgb8Image exposed(const ScopeLight& light, const ScopeSensor& sensor) {
+std::pair<int, int> columns_in_stop(const ScopeSensor& sensor, double beyond_px, int width,
+                                    int height, int y) {
+  if (sensor.stop_radius_px <= 0) return {0, width};
+  const double radius = sensor.stop_radius_px + beyond_px, dy = y + 0.5 - 0.5 * height;
+  if (std::abs(dy) >= radius) return {0, 0};
+  const double half = std::sqrt(radius * radius - dy * dy);
+  return {std::max(0, static_cast<int>(0.5 * width - half)),
+          std::min(width, static_cast<int>(0.5 * width + half) + 1)};
+}
+
+Rgb8Image exposed(const SensorLight& light, const ScopeSensor& sensor) {
   Rgb8Image image(light.width, light.height);
   const double radius2 = std::pow(0.5 * std::max(light.width, light.height), 2);
   tbb::parallel_for(0, light.height, [&](int y) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "geometry/camera.h"
@@ -11,19 +12,19 @@
 namespace organbake {
 
 // What reaches the sensor of a scope, linear; 1 is white.
-struct ScopeLight {
+struct SensorLight {
   int width = 0, height = 0;
   std::vector<Eigen::Vector3f> radiance;  // row-major
 
-  ScopeLight(int w, int h)
+  SensorLight(int w, int h)
       : width(w), height(h), radiance(static_cast<std::size_t>(w) * h, Eigen::Vector3f::Zero()) {}
 };
 
 // The mean of what the pixels see while the scope turns about its lens by `turn_rad` (about its x
 // and y axes), from half of it before to half of it after. What lies beyond the picture is taken
 // from its border.
-ScopeLight blurred_by_turn(const ScopeLight& light, const Intrinsics& lens,
-                           const Eigen::Vector2d& turn_rad);
+SensorLight blurred_by_turn(const SensorLight& light, const Intrinsics& lens,
+                            const Eigen::Vector2d& turn_rad);
 
 // A round stop leaves the picture's corners black.
 struct ScopeSensor {
@@ -32,6 +33,9 @@ struct ScopeSensor {
   std::uint64_t seed = 1, stream = 0;
 };
 bool behind_stop(const ScopeSensor& sensor, int width, int height, int x, int y);
-Rgb8Image exposed(const ScopeLight& light, const ScopeSensor& sensor);
+// The row's columns, first and behind the last, that lie within the stop and `beyond_px` round it.
+std::pair<int, int> columns_in_stop(const ScopeSensor& sensor, double beyond_px, int width,
+                                    int height, int y);
+Rgb8Image exposed(const SensorLight& light, const ScopeSensor& sensor);
 
 }  // namespace organbake

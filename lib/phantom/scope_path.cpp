@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr double kTissue_mm = 58;  // its middle from the world's origin, along z
 
 struct View {
@@ -20,27 +20,28 @@ struct View {
 };
 
 View slide(double t) {
-  const Vector3d eye(-28 + 56 * t, 3 * std::sin(kTurn * t), 2 * std::sin(0.8 * kTurn * t));
-  return {eye, eye + Vector3d(3 * std::sin(kTurn * t), 2 * std::cos(kTurn * t), kTissue_mm),
-          0.04 * std::sin(0.7 * kTurn * t)};
+  const Vector3d eye(-28 + 56 * t, 3 * std::sin(kFullTurn * t), 2 * std::sin(0.8 * kFullTurn * t));
+  return {eye, eye + Vector3d(3 * std::sin(kFullTurn * t), 2 * std::cos(kFullTurn * t), kTissue_mm),
+          0.04 * std::sin(0.7 * kFullTurn * t)};
 }
 
 View approach(double t) {
-  const Vector3d eye(3 * std::sin(0.9 * kTurn * t), 2 * std::sin(0.6 * kTurn * t), -22 + 42 * t);
-  return {eye, Vector3d(2, 2 * t, kTissue_mm), 0.05 * std::sin(0.5 * kTurn * t)};
+  const Vector3d eye(3 * std::sin(0.9 * kFullTurn * t), 2 * std::sin(0.6 * kFullTurn * t),
+                     -22 + 42 * t);
+  return {eye, Vector3d(2, 2 * t, kTissue_mm), 0.05 * std::sin(0.5 * kFullTurn * t)};
 }
 
 View turn(double t) {
-  const double yaw = 0.24 * std::sin(kTurn * t), pitch = 0.07 * (1 - std::cos(kTurn * t));
+  const double yaw = 0.24 * std::sin(kFullTurn * t), pitch = 0.07 * (1 - std::cos(kFullTurn * t));
   return {Vector3d::Zero(), Vector3d(std::tan(yaw), std::tan(pitch), 1),
-          0.1 * std::sin(0.5 * kTurn * t)};
+          0.1 * std::sin(0.5 * kFullTurn * t)};
 }
 
 View orbit(double t) {
   constexpr double kRadius_mm = 18;
-  return {Vector3d(kRadius_mm * std::cos(kTurn * t), 0.7 * kRadius_mm * std::sin(kTurn * t),
-                   3 * std::sin(kTurn * t)),
-          Vector3d(0, 0, kTissue_mm), 0.06 * std::sin(kTurn * t)};
+  return {Vector3d(kRadius_mm * std::cos(kFullTurn * t), 0.7 * kRadius_mm * std::sin(kFullTurn * t),
+                   3 * std::sin(kFullTurn * t)),
+          Vector3d(0, 0, kTissue_mm), 0.06 * std::sin(kFullTurn * t)};
 }
 
 // Through knots by Catmull and Rom (1974).
@@ -66,7 +67,7 @@ View tour(double t) {
   static const std::array<Vector3d, 8> aims = {
       Vector3d(-22, -2, 58), Vector3d(2, -4, 58),  Vector3d(22, 2, 58),   Vector3d(18, 8, 58),
       Vector3d(15, 12, 58),  Vector3d(-10, 2, 58), Vector3d(-18, -4, 58), Vector3d(-22, -2, 58)};
-  return {along(eyes, t), along(aims, t), 0.08 * std::sin(kTurn * t)};
+  return {along(eyes, t), along(aims, t), 0.08 * std::sin(kFullTurn * t)};
 }
 
 View view_along(ScopePath path, double t) {
@@ -91,8 +92,8 @@ View view_along(ScopePath path, double t) {
 
 // What a hand adds to a scope that it moves.
 Vector3d tremor_mm(double t) {
-  return 0.2 * Vector3d(std::sin(9.3 * kTurn * t), std::sin(7.1 * kTurn * t + 1),
-                        std::sin(5.7 * kTurn * t + 2));
+  return 0.2 * Vector3d(std::sin(9.3 * kFullTurn * t), std::sin(7.1 * kFullTurn * t + 1),
+                        std::sin(5.7 * kFullTurn * t + 2));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kNode_mm = 0.25;
-constexpr double kBed_mm = 70;  // of the fat from the world's origin
+constexpr double kFatBed_mm = 70;  // of the fat from the world's origin
 constexpr double kLobeBlend_mm = 5, kGallbladderBlend_mm = 2.5, kLobuleBlend_mm = 1.5;
 constexpr double kFarBelow_mm = 1e3;
 
@@ -118,7 +118,8 @@ TissueRelief::TissueRelief(std::uint64_t seed)
 }
 
 double TissueRelief::fat_mm(double x_mm, double y_mm) const {
-  const double bed = kBed_mm - 0.05 * y_mm + 4 * SolidNoise(seed_ + 1, 28).value({x_mm, y_mm, 14});
+  const double bed =
+      kFatBed_mm - 0.05 * y_mm + 4 * SolidNoise(seed_ + 1, 28).value({x_mm, y_mm, 14});
   double z = bed;
   for (const Lobule& lobule : lobules_) {
     const double dx = x_mm - lobule.x, dy = y_mm - lobule.y;
@@ -146,7 +147,7 @@ TissueRelief::Heights TissueRelief::heights(double x_mm, double y_mm) const {
   const double share = std::clamp(way.dot(along) / along.squaredNorm(), 0.0, 1.0);
   const double radius = neck_.z() + share * (fundus_.z() - neck_.z());
   const double away = (way - share * along).norm();
-  result.gallbladder = kBed_mm - 2 - half_cylinder_mm(away, radius);
+  result.gallbladder = kFatBed_mm - 2 - half_cylinder_mm(away, radius);
   return result;
 }
 

@@ -53,7 +53,7 @@ std::string number(double value) { return to_text(value); }
 
 // One of colmap's commands; its Qt wants no screen.
 void call(const std::vector<std::string>& words, const ColmapRun& run, const RunContext& context) {
-  std::vector<std::string> command = {"env", "QT_QPA_PLATFORM=offscreen", "colmap"};
+  std::vector<std::string> command = {"/usr/bin/env", "QT_QPA_PLATFORM=offscreen", "colmap"};
   command.insert(command.end(), words.begin(), words.end());
   run_worker(command, run.work / "colmap.out", run.work / "colmap.log", context);
 }

@@ -43,7 +43,7 @@ TEST(PathAlignment, ASimilarityIsFoundAgain) {
   const std::vector<Vector3d> points = {{0, 0, 0}, {3, 0, 1}, {0, 2, 5}, {1, 1, 1}, {-4, 2, 0}};
   std::vector<Vector3d> partners;
   for (const Vector3d& p : points) partners.push_back(0.3 * (kTurn * p) + Vector3d(5, -6, 7));
-  const Similarity found = aligning_similarity(points, partners);
+  const SimilarityTransform found = aligning_similarity(points, partners);
   EXPECT_NEAR(found.scale, 0.3, 1e-12);
   EXPECT_LT((found.rotation - kTurn).norm(), 1e-12);
   EXPECT_LT((found * points[1] - partners[1]).norm(), 1e-12);

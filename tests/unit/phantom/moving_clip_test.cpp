@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "phantom/tissue_relief.h"
+#include "tissue_of_tests.h"
 
 namespace organbake {
 namespace {
@@ -29,11 +29,6 @@ const MovingClip& tour() {
     return options;
   }());
   return clip;
-}
-
-const TissueRelief& relief() {
-  static const TissueRelief relief(1);
-  return relief;
 }
 
 TEST(MovingClipOptions, DefaultsAreValidAndBoundsAreKept) {

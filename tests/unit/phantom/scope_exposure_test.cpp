@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kWidth = 101, kHeight = 61;
 
-ScopeLight spot_of_light() {
-  ScopeLight light(kWidth, kHeight);
+SensorLight spot_of_light() {
+  SensorLight light(kWidth, kHeight);
   light.radiance[30 * kWidth + 50].setConstant(1);
   return light;
 }
@@ -23,7 +23,7 @@ Intrinsics lens() { return {kWidth, kHeight, 80, 80, kWidth / 2.0, kHeight / 2.0
 // A turn about y moves what is seen along x.
 TEST(ScopeExposure, ATurnLeavesATrailOfItsLength) {
   constexpr double kTrail_px = 10;
-  const ScopeLight blurred = blurred_by_turn(spot_of_light(), lens(), {0, kTrail_px / 80});
+  const SensorLight blurred = blurred_by_turn(spot_of_light(), lens(), {0, kTrail_px / 80});
   double sum = 0, mean = 0, spread = 0;
   for (int x = 0; x < kWidth; ++x) {
     const double value = blurred.radiance[30 * kWidth + x][0];
@@ -38,7 +38,7 @@ TEST(ScopeExposure, ATurnLeavesATrailOfItsLength) {
 }
 
 TEST(ScopeExposure, EncodesAsSrgbWithNoiseOfItsDeviation) {
-  ScopeLight light(400, 300);
+  SensorLight light(400, 300);
   for (auto& value : light.radiance) value = {0.5f, 0.2f, 0.02f};
   const Rgb8Image image = exposed(light, {.noise = 0.02});
   for (int c = 0; c < 3; ++c) {
@@ -56,12 +56,28 @@ TEST(ScopeExposure, EncodesAsSrgbWithNoiseOfItsDeviation) {
 }
 
 TEST(ScopeExposure, TheStopIsBlack) {
-  ScopeLight light(kWidth, kHeight);
+  SensorLight light(kWidth, kHeight);
   for (auto& value : light.radiance) value.setConstant(0.5f);
   const ScopeSensor sensor{.noise = 0, .stop_radius_px = 20};
   const Rgb8Image image = exposed(light, sensor);
   EXPECT_EQ(image.at(50 + 21, 30)[0], 0);
   EXPECT_GT(image.at(50 + 19, 30)[0], 100);
+}
+
+TEST(ScopeExposure, TheColumnsWithinTheStopAreThoseNotBehindIt) {
+  const ScopeSensor sensor{.stop_radius_px = 35};
+  for (int y = 0; y < kHeight; ++y) {
+    const auto [first, last] = columns_in_stop(sensor, 0, kWidth, kHeight, y);
+    for (int x = 0; x < kWidth; ++x) {
+      const bool inside = x >= first && x < last;
+      // The column at either end may be cut by the stop.
+      EXPECT_TRUE(inside || behind_stop(sensor, kWidth, kHeight, x, y));
+      EXPECT_TRUE(!inside || x == first || x == last - 1 ||
+                  !behind_stop(sensor, kWidth, kHeight, x, y));
+    }
+  }
+  EXPECT_EQ(columns_in_stop({}, 0, kWidth, kHeight, 3), std::pair(0, kWidth));
+  EXPECT_EQ(columns_in_stop({.stop_radius_px = 10}, 0, kWidth, kHeight, 3), std::pair(0, 0));
 }
 
 }  // namespace

@@ -6,13 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tissue_of_tests.h"
+
 namespace organbake {
 namespace {
-
-const TissueRelief& relief() {
-  static const TissueRelief relief(1);
-  return relief;
-}
 
 // The point of the surface at rest that a breath has brought to x, y.
 Eigen::Vector3d rest_point(double x, double y, double excursion) {

@@ -8,14 +8,10 @@
 #include <vector>
 
 #include "phantom/vessel_tree.h"
+#include "tissue_of_tests.h"
 
 namespace organbake {
 namespace {
-
-const TissueRelief& relief() {
-  static const TissueRelief relief(1);
-  return relief;
-}
 
 const TissueSkin& mottled() {
   static const TissueSkin skin(relief(), 1, 0.1);
