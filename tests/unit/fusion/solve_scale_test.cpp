@@ -14,6 +14,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double kScale = 0.005;  // of the scale that is found
+constexpr double kWorseEach = 1.5;  // a map's own scale is told by what it shares alone
 constexpr double kWorse = 1.2;    // than with poses and depths in one unit
 constexpr double kUnit_mm = 7.3;  // of poses as COLMAP has them
 
@@ -78,7 +79,7 @@ TEST(SolveScale, EachMapMayHaveAUnitOfItsOwn) {
   EXPECT_EQ(fused.scale->how, DepthScale::each);
   EXPECT_NEAR(fused.scale->solved.depth_factor[0] / fused.scale->solved.depth_factor[2], 3,
               3 * kScale);
-  EXPECT_LT(error_mm(fused, organ_mm), kWorse * usual_error_mm());
+  EXPECT_LT(error_mm(fused, organ_mm), kWorseEach * usual_error_mm());
 }
 
 TEST(SolveScale, UnitsThatCannotBeMeantAreRefused) {
