@@ -61,6 +61,8 @@ struct ViewOverlap {
   double scale = 1;     // median of its depths over theirs, along their rays
   double agreeing = 1;  // share of those that lie where another view has the surface
 };
+// Whether hardly any of its points is seen by another view.
+bool sees_nothing_in_common(const ViewOverlap& overlap);
 // Whether few of its points lie where the others have a surface, and the rest all nearer or
 // farther.
 bool is_of_another_scale(const ViewOverlap& overlap);

@@ -78,7 +78,9 @@ bool agree(std::vector<SmoothView>& views, double place_factor) {
   }
   const std::vector<ViewOverlap> overlaps = measure_overlap(views);
   for (std::size_t i = 0; i < views.size(); ++i) views[i].camera.camera_from_world = given[i];
-  return std::none_of(overlaps.begin(), overlaps.end(), is_of_another_scale);
+  return std::all_of(overlaps.begin(), overlaps.end(), [](const ViewOverlap& overlap) {
+    return !sees_nothing_in_common(overlap) && !is_of_another_scale(overlap);
+  });
 }
 
 std::optional<FusedScale> scale_of(std::vector<SmoothView>& views, DepthScale wanted,

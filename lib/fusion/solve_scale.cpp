@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
 
 #include "core/median.h"
 
@@ -24,11 +24,13 @@ struct ViewPair {
   std::size_t a, b;
 };
 
-// Neighbours in the order of the views, and some farther on: those share most, these move most.
+// Of few views all pairs; of many, neighbours in their order, which share most, and some farther
+// on, which move most.
 std::vector<ViewPair> pairs_of(std::size_t count) {
+  constexpr std::size_t kFew = 12;
   std::vector<ViewPair> pairs;
   for (std::size_t a = 0; a < count; ++a)
-    for (std::size_t step = 1; step < count; step *= 2) {
+    for (std::size_t step = 1; step < count; step = count <= kFew ? step + 1 : 2 * step) {
       if (a + step >= count) continue;
       pairs.push_back({a, a + step});
       pairs.push_back({a + step, a});
@@ -51,6 +53,31 @@ std::vector<double> differences(const SmoothView& a, const SmoothView& b) {
   return logs;
 }
 
+double usual_depth(std::span<const SmoothView> views) {
+  std::vector<float> depths;
+  for (const SmoothView& view : views)
+    for (std::size_t k = 0; k < view.depth_mm.size(); k += 97)
+      if (view.weight.values[k] > 0) depths.push_back(view.depth_mm.values[k]);
+  return depths.empty() ? 0 : double(median(std::move(depths)));
+}
+
+// What the views say with the cameras' places so many times as far apart.
+struct Trial {
+  double place_factor = 1;
+  std::vector<float> off;  // of each place that two views show, how far apart they have it
+
+  double apart() const { return off.size() < kFewest ? 1 : std::min(1.0, double(median(off))); }
+  // How many places agree, by Cauchy's weight: what does not overlap does not, either.
+  double agreeing(double usual_off) const {
+    double sum = 0;
+    for (const float each : off) {
+      const double beyond = double(each) / usual_off;
+      sum += 1 / (1 + beyond * beyond);
+    }
+    return sum;
+  }
+};
+
 class ScaleSearch {
  public:
   ScaleSearch(std::vector<SmoothView>& views, bool each)
@@ -59,7 +86,8 @@ class ScaleSearch {
       given_.push_back(view.camera.camera_from_world.translation);
       if (each) depths_.push_back(view.depth_mm);
     }
-    log_factor_.assign(views.size(), 0);
+    start_.assign(views.size(), 0);
+    if (each) even_out();
   }
   ~ScaleSearch() {
     place(1);
@@ -68,23 +96,22 @@ class ScaleSearch {
   ScaleSearch(const ScaleSearch&) = delete;
   ScaleSearch& operator=(const ScaleSearch&) = delete;
 
-  // How far apart the views are with the cameras' places so many times as far apart; 1 where they
-  // have nothing in common.
-  double apart_at(double place_factor) {
+  Trial at(double place_factor) {
     place(place_factor);
-    std::fill(log_factor_.begin(), log_factor_.end(), 0);
+    log_factor_ = start_;
     compare();
     constexpr int kRounds = 3;  // a map's scale moves what it is compared with
     for (int round = 0; each_ && round < kRounds; ++round) {
       solve_factors();
       compare();
     }
-    std::vector<double> all;
+    Trial trial{place_factor, {}};
     for (const std::vector<double>& logs : logs_)
-      for (const double off : logs) all.push_back(std::abs(off));
-    return all.size() < kFewest ? 1 : std::min(1.0, median(std::move(all)));
+      for (const double off : logs) trial.off.push_back(static_cast<float>(std::abs(off)));
+    return trial;
   }
 
+  // Of the depths, as the last trial found them.
   std::vector<double> factors() const {
     std::vector<double> factors;
     for (const double log : log_factor_) factors.push_back(std::exp(log));
@@ -107,6 +134,14 @@ class ScaleSearch {
     tbb::parallel_for(std::size_t{0}, pairs_.size(), [&](std::size_t p) {
       logs_[p] = differences(views_[pairs_[p].a], views_[pairs_[p].b]);
     });
+  }
+
+  // A scope keeps about its distance: each map begins with the usual depth of all.
+  void even_out() {
+    double sum = 0;
+    for (std::size_t i = 0; i < views_.size(); ++i)
+      sum += start_[i] = -std::log(std::max(1e-9, usual_depth({&views_[i], 1})));
+    for (double& start : start_) start -= sum / static_cast<double>(start_.size());
   }
 
   // The logarithms of the maps' own scales that take the pairs' median differences away, least
@@ -140,22 +175,49 @@ class ScaleSearch {
   std::vector<std::vector<double>> logs_;  // of each pair
   std::vector<Vector3d> given_;
   std::vector<Plane> depths_;
-  std::vector<double> log_factor_;
+  std::vector<double> start_, log_factor_;
 };
-
-double usual_depth_mm(const std::vector<SmoothView>& views) {
-  std::vector<float> depths;
-  for (const SmoothView& view : views)
-    for (std::size_t k = 0; k < view.depth_mm.size(); k += 97)
-      if (view.weight.values[k] > 0) depths.push_back(view.depth_mm.values[k]);
-  return depths.empty() ? 0 : double(median(std::move(depths)));
-}
 
 // Extent of the cameras' places.
 double path_mm(const std::vector<SmoothView>& views) {
   Eigen::AlignedBox3d box;
   for (const SmoothView& view : views) box.extend(view.camera.center_world_mm());
   return box.diagonal().norm();
+}
+
+// How far apart the views have a place where they agree best, of the trials in which they have much
+// in common.
+double least_apart(const std::vector<Trial>& trials) {
+  std::size_t most = 0;
+  for (const Trial& trial : trials) most = std::max(most, trial.off.size());
+  double least = 1;
+  constexpr std::size_t kInCommon = 10;  // places, as a share of the most
+  for (const Trial& trial : trials)
+    if (kInCommon * trial.off.size() >= most) least = std::min(least, trial.apart());
+  constexpr double kExact = 1e-3;
+  return std::max(least, kExact);
+}
+
+// Scales in even steps, the best one's surroundings again in thirds.
+double best_factor(ScaleSearch& search, double least, double most) {
+  constexpr double kStep = 1.1, kEnough = 1e-4;
+  std::vector<Trial> trials;
+  for (double factor = least; factor <= most; factor *= kStep) trials.push_back(search.at(factor));
+  const double usual_off = least_apart(trials);
+  const auto best =
+      std::max_element(trials.begin(), trials.end(), [&](const Trial& a, const Trial& b) {
+        return a.agreeing(usual_off) < b.agreeing(usual_off);
+      });
+  double low = best->place_factor / kStep, high = best->place_factor * kStep;
+  while (high / low > 1 + kEnough) {
+    const double third = std::cbrt(high / low), left = low * third, right = high / third;
+    if (search.at(left).agreeing(usual_off) > search.at(right).agreeing(usual_off)) {
+      high = right;
+    } else {
+      low = left;
+    }
+  }
+  return std::sqrt(low * high);
 }
 
 }  // namespace
@@ -166,30 +228,16 @@ bool SolvedScale::told() const {
 }
 
 SolvedScale solve_scale(std::vector<SmoothView>& views, bool each) {
-  const double depth = usual_depth_mm(views), path = path_mm(views);
+  const double depth = usual_depth(views), path = path_mm(views);
   SolvedScale solved;
   solved.depth_factor.assign(views.size(), 1);
   if (views.size() < 2 || !(depth > 0) || !(path > 0)) return solved;
   ScaleSearch search(views, each);
-  solved.apart_as_given = search.apart_at(1);
-  solved.apart_unmoved = search.apart_at(0);
-  constexpr double kLeast = 0.02, kMost = 3, kStep = 1.12;
-  double best = std::numeric_limits<double>::infinity(), at = 1;
-  for (double factor = kLeast * depth / path; factor <= kMost * depth / path; factor *= kStep)
-    if (const double apart = search.apart_at(factor); apart < best) best = apart, at = factor;
-  // Thirds of the interval round the best.
-  double low = at / kStep, high = at * kStep;
-  constexpr double kEnough = 1e-4;
-  while (high / low > 1 + kEnough) {
-    const double third = std::cbrt(high / low), left = low * third, right = high / third;
-    if (search.apart_at(left) < search.apart_at(right)) {
-      high = right;
-    } else {
-      low = left;
-    }
-  }
-  solved.place_factor = std::sqrt(low * high);
-  solved.apart = search.apart_at(solved.place_factor);
+  solved.apart_as_given = search.at(1).apart();
+  solved.apart_unmoved = search.at(0).apart();
+  constexpr double kLeast = 0.02, kMost = 8;  // all round, a path is four depths
+  solved.place_factor = best_factor(search, kLeast * depth / path, kMost * depth / path);
+  solved.apart = search.at(solved.place_factor).apart();
   solved.depth_factor = search.factors();
   return solved;
 }

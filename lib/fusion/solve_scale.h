@@ -26,11 +26,11 @@ struct SolvedScale {
 };
 
 // The scale by which the views agree best about the surface: what a place's depth is in the view
-// that shows it against what another view, moved by the scaled poses, has there (robust: the median
-// over all such places). Scales are tried over the range in which the path of the cameras lies
-// between a fiftieth and three times the depths, then the best is refined. Deterministic. Views
-// that show nothing in common at any of them have apart = 1. The views are moved on the way, and
-// come back as they were.
+// that shows it against what another view, moved by the scaled poses, has there (robust: by
+// Cauchy's weight, as many places as can be). Scales are tried over the range in which the path of
+// the cameras lies between a fiftieth and eight times the depths, then the best is refined.
+// Deterministic. Views that show nothing in common at any of them have apart = 1. The views are
+// moved on the way, and come back as they were.
 SolvedScale solve_scale(std::vector<SmoothView>& views, bool each);
 
 }  // namespace organbake

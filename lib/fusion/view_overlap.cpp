@@ -52,6 +52,11 @@ std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
   return overlaps;
 }
 
+bool sees_nothing_in_common(const ViewOverlap& overlap) {
+  constexpr double kLeastShare = 0.02;
+  return overlap.share < kLeastShare;
+}
+
 bool is_of_another_scale(const ViewOverlap& overlap) {
   // What hides behind something is farther away, too; but then not everything is.
   constexpr double kFewAgree = 0.15, kMostScale = 1.15;
@@ -60,11 +65,10 @@ bool is_of_another_scale(const ViewOverlap& overlap) {
 }
 
 void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views) {
-  constexpr double kLeastShare = 0.02;
   if (views.size() < 2) return;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const ViewOverlap& overlap = overlaps[i];
-    if (overlap.share < kLeastShare)
+    if (sees_nothing_in_common(overlap))
       throw BadDataError(views[i].name,
                          "sees nothing that another depth map sees: is its pose right, and its "
                          "depth in millimetres?");

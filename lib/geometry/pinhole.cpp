@@ -36,13 +36,15 @@ Intrinsics pinhole_of(const Intrinsics& lens) {
                               {double(lens.width), lens.cy, lens.width - lens.cx},
                               {lens.cx, 0, lens.cy},
                               {lens.cx, double(lens.height), lens.height - lens.cy}};
-  double focal = std::numeric_limits<double>::infinity();
+  double focal = std::numeric_limits<double>::infinity(), widest_px = 0;
   for (const auto& [x, y, reach_px] : sides) {
     if (!(reach_px > 0)) continue;  // the axis lies beside the picture
     const double angle = std::min(angle_off_axis(lens, x, y), 0.5 * kWidestPinhole_rad);
     focal = std::min(focal, reach_px / std::tan(angle));
+    widest_px = std::max(widest_px, reach_px);
   }
-  pinhole.fx = pinhole.fy = focal;
+  // Nor may what one side wants take the other one farther.
+  pinhole.fx = pinhole.fy = std::max(focal, widest_px / std::tan(0.5 * kWidestPinhole_rad));
   return pinhole;
 }
 

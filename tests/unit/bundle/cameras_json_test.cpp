@@ -34,6 +34,25 @@ TEST(CamerasJson, RoundTripIsExact) {
   EXPECT_EQ(back.manifold.directions, set.manifold.directions);
 }
 
+TEST(CamerasJson, AFisheyeHasItsOwnKey) {
+  CameraSet set = small_bundle().cameras;
+  Intrinsics& lens = set.cameras[0].intrinsics;
+  lens.model = LensModel::fisheye;
+  lens.k1 = -0.1, lens.k2 = 0.02, lens.k3 = 1.0 / 3, lens.k4 = -0.004;
+  const std::string text = cameras_to_json(set);
+  const Intrinsics back = cameras_from_json(text, "t").cameras[0].intrinsics;
+  EXPECT_EQ(back.model, LensModel::fisheye);
+  EXPECT_EQ(back.k1, lens.k1);
+  EXPECT_EQ(back.k3, lens.k3);
+  EXPECT_EQ(back.k4, lens.k4);
+  EXPECT_EQ(back.p1, 0);
+  EXPECT_EQ(text.find("distortion"), std::string::npos);
+  EXPECT_THROW(
+      cameras_from_json(
+          replaced(text, "\"fisheye_k1_k2_k3_k4\": [", "\"fisheye_k1_k2_k3_k4\": [0, "), "t"),
+      BadDataError);
+}
+
 TEST(CamerasJson, RefusesAndNamesTheKey) {
   const std::string good = cameras_to_json(small_bundle().cameras);
   const auto message = [](const std::string& text) -> std::string {

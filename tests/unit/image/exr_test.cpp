@@ -172,6 +172,26 @@ TEST_F(Exr, CarriesItsCamera) {
   EXPECT_NEAR(ndc.y / ndc.w * 48, pixel.y(), 1e-3);
 }
 
+TEST_F(Exr, ItsCameraAndNotesComeBack) {
+  PosedCamera camera;
+  camera.intrinsics = {6, 4, 7.25, 7.5, 3.125, 1.75};
+  camera.camera_from_world = look_at({10, -20, 5}, {1, 2, 3}, Eigen::Vector3d::UnitZ());
+  const ChannelImage image{6, 4, {{"Z", std::vector<float>(24, 1.0F)}}};
+  const std::filesystem::path path = at("noted.exr");
+  write_exr(path, image, {.camera = camera, .notes = {{"depthUnit", "relative"}}});
+  const ExrFacts facts = parse_exr_facts(read_file(path), "noted.exr");
+  ASSERT_TRUE(facts.camera);
+  constexpr double kSevenDigits = 1e-5;
+  EXPECT_NEAR(facts.camera->intrinsics.fx, 7.25, kSevenDigits);
+  EXPECT_NEAR(facts.camera->intrinsics.cy, 1.75, kSevenDigits);
+  EXPECT_LT((facts.camera->camera_from_world.rotation - camera.camera_from_world.rotation).norm(),
+            kSevenDigits);
+  EXPECT_LT((facts.camera->center_world_mm() - camera.center_world_mm()).norm(), 1e-4);
+  EXPECT_EQ(facts.notes.at("depthUnit"), "relative");
+  write_exr(path, image, {});
+  EXPECT_FALSE(parse_exr_facts(read_file(path), "noted.exr").camera);
+}
+
 TEST_F(Exr, SameImageSameBytes) {
   write_exr(at("a.exr"), sample(40, 30));
   write_exr(at("b.exr"), sample(40, 30));

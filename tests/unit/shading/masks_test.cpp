@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "phantom/laparoscopy.h"
 #include "shading/frame.h"
 #include "shading/frame_preparation.h"
 #include "shading/masks.h"
@@ -98,6 +99,41 @@ TEST(Frame, HalvingMovesTheCameraAlong) {
   EXPECT_EQ(frame.camera.width, 40);
   EXPECT_DOUBLE_EQ(frame.camera.fx, camera.fx / 2);
   EXPECT_FALSE(frame.camera.has_distortion());
+}
+
+// What a fisheye has seen comes out as the pinhole would have seen it; a mask goes along.
+TEST(Frame, AFisheyesMiddleIsStraightened) {
+  LaparoscopyOptions scene{
+      .width = 320, .height = 240, .noise = 0, .instrument = false, .round_view = false};
+  const LaparoscopyPhantom phantom(scene);
+  PosedCamera camera = phantom.camera(0);
+  Intrinsics& lens = camera.intrinsics;
+  lens.model = LensModel::fisheye;
+  lens.fx = lens.fy = 150;  // 122° across
+  lens.k1 = -0.02, lens.k2 = 0.003;
+  const Eigen::Vector3d light = camera.center_world_mm();
+  const LaparoscopyFrame seen = phantom.frame_seen_by(camera, light, 1);
+  const Eigen::Vector3d ray(0.5, 0.2, 1);
+  const auto pixel_of = [&](const Intrinsics& k) { return project(k, ray).cast<int>().eval(); };
+  Mask instruments(320, 240);
+  for (int dy = -2; dy <= 2; ++dy)
+    for (int dx = -2; dx <= 2; ++dx)
+      instruments.at(pixel_of(lens).x() + dx, pixel_of(lens).y() + dy) = 1;
+  const PreparedFrame frame =
+      prepare_frame(seen.image, lens, {.piecewise_albedo = false}, &instruments);
+  EXPECT_EQ(frame.instruments.at(pixel_of(frame.camera).x(), pixel_of(frame.camera).y()), 1);
+  EXPECT_FALSE(frame.camera.has_distortion());
+  camera.intrinsics = frame.camera;
+  const Rgb8Image straight = phantom.frame_seen_by(camera, light, 1).image;
+  double sum = 0, count = 0;
+  for (int y = 0; y < 240; ++y)
+    for (int x = 0; x < 320; ++x) {
+      if (frame.instruments.at(x, y) || frame.color.at(x, y)[0] == 0) continue;
+      sum += std::abs(double(frame.color.at(x, y)[1]) - straight.at(x, y)[1]);
+      ++count;
+    }
+  EXPECT_GT(count, 0.6 * 320 * 240);
+  EXPECT_LT(sum / count, 1.5);  // levels; interpolation smooths the fine texture
 }
 
 TEST(Frame, RefusesALensThatIsNone) {
