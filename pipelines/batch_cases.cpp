@@ -6,9 +6,11 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "pipelines/case_table.h"
 #include "pipelines/file_pattern.h"
 #include "pipelines/recipe.h"
+#include "pipelines/text_table.h"
 
 namespace organbake {
 namespace {
@@ -84,9 +86,9 @@ std::string flaw_of_case_name(const std::string& name) {
 
 std::vector<BatchCase> cases_of_words(const std::vector<std::string>& words,
                                       const std::string& input) {
-  if (words.size() == 1 && fs::path(words[0]).extension() == ".csv") {
-    return read_case_table(words[0]);
-  }
+  if (words.size() == 1 && is_table_name(words[0])) return read_case_table(words[0]);
+  if (words.size() == 1 && lower_ending(words[0]).starts_with(".xls"))
+    throw UsageError(words[0] + " is a workbook; save its sheet as CSV (.csv) and give that");
   check_input_name(input);
   std::vector<BatchCase> cases;
   std::set<std::string> names;

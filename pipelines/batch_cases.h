@@ -17,7 +17,7 @@ struct BatchCase {
 // Empty when the text can name a case's folder, else what is wrong with it.
 std::string flaw_of_case_name(const std::string& name);
 
-// The cases of a command's words: one table (a .csv), or files, folders and patterns of them
+// The cases of a command's words: one table (text_table.h), or files, folders and patterns of them
 // (file_pattern.h), each set as the recipe's input `input`. Such a case is called after its file
 // without the ending, or of a pattern after the path below the pattern's fixed folder
 // ("2021_july_clip3"), so that its name doesn't depend on what else is there. Throws UsageError

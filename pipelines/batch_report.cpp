@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/text.h"
-#include "pipelines/case_table.h"
 #include "pipelines/html_page.h"
+#include "pipelines/text_table.h"
 
 namespace organbake {
 namespace {
@@ -32,7 +32,19 @@ std::string one_line(std::string text) {
   return text;
 }
 
+std::string in_one_text(const std::vector<std::string>& warnings) {
+  std::string text;
+  for (const std::string& warning : warnings) text += (text.empty() ? "" : "; ") + warning;
+  return text;
+}
+
 bool bad(const BatchRow& row) { return row.exit_code != 0; }
+
+// Failures first, then what was warned of; a strict bake that warned is there all the same.
+int badness(const BatchRow& row) {
+  if (bad(row) && row.figures.empty()) return 2;
+  return bad(row) || !row.warnings.empty() ? 1 : 0;
+}
 
 double rms_of(const BatchRow& row) {
   const auto found = row.figures.find("decimate.rms_mm");
@@ -69,18 +81,21 @@ std::string page_row(const BatchRow& row, const std::vector<std::string>& column
       cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
       cell(to_text(row.seconds, 2)) + cell(to_text(row.peak_mb, 0));
   // A failed case has no figures: its error stands in their place.
-  if (bad(row)) {
+  if (bad(row) && row.figures.empty()) {
     html += "<td class=\"error\" colspan=\"" +
             std::to_string(std::max<std::size_t>(1, columns.size())) + "\">" +
             escape_html(row.error) + "</td>";
   } else {
     for (const std::string& column : columns) html += cell(figure_text(row, column));
   }
-  return html + "</tr>\n";
+  html += "<td class=\"text\">";
+  for (const std::string& warning : row.warnings) html += "<p>" + escape_html(warning) + "</p>";
+  return html + "</td></tr>\n";
 }
 
 constexpr const char* kBatchPageStyle =
-    "td.error{text-align:left}tr.failed{background:#fdecec}img{height:96px}";
+    "td.error,td.text{text-align:left}td.text "
+    "p{margin:0}tr.failed{background:#fdecec}img{height:96px}";
 
 }  // namespace
 
@@ -106,6 +121,7 @@ Json batch_json(const std::string& recipe, const std::vector<BatchRow>& rows) {
                      {"seconds", row.seconds},
                      {"peak_mb", row.peak_mb},
                      {"figures", row.figures},
+                     {"warnings", row.warnings},
                      {"error", row.error},
                      {"picture", row.picture},
                      {"page", row.page}});
@@ -117,8 +133,9 @@ std::vector<BatchRow> rows_of(const Json& batch) {
   std::vector<BatchRow> rows;
   for (const Json& one : batch.at("cases")) {
     rows.push_back({one.at("case"), one.at("status"), one.at("exit_code"), one.at("seconds"),
-                    one.at("peak_mb"), one.at("figures"), one.at("error"), one.at("picture"),
-                    one.value("page", "")});
+                    one.at("peak_mb"), one.at("figures"),
+                    one.value("warnings", std::vector<std::string>()), one.at("error"),
+                    one.at("picture"), one.value("page", "")});
   }
   return rows;
 }
@@ -137,7 +154,7 @@ std::vector<BatchRow> interleaved(const std::vector<std::vector<BatchRow>>& shar
 std::string batch_csv(const std::vector<BatchRow>& rows) {
   std::string csv = "case,status,exit_code,seconds,peak_mb";
   for (const KeyFigure& figure : kKeyFigures) csv += "," + key_of(figure);
-  csv += ",error\n";
+  csv += ",warnings,error\n";
   for (const BatchRow& row : rows) {
     csv += csv_field(row.name) + "," + row.status + "," + std::to_string(row.exit_code) + "," +
            to_text(row.seconds, 3) + "," + to_text(row.peak_mb, 1);
@@ -146,14 +163,15 @@ std::string batch_csv(const std::vector<BatchRow>& rows) {
       csv += ",";
       if (found != row.figures.end()) csv += to_text(found->second);
     }
-    csv += "," + csv_field(one_line(row.error)) + "\n";
+    csv += "," + csv_field(one_line(in_one_text(row.warnings))) + "," +
+           csv_field(one_line(row.error)) + "\n";
   }
   return csv;
 }
 
 std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
   std::stable_sort(rows.begin(), rows.end(), [](const BatchRow& a, const BatchRow& b) {
-    return bad(a) != bad(b) ? bad(a) : rms_of(a) > rms_of(b);
+    return badness(a) != badness(b) ? badness(a) > badness(b) : rms_of(a) > rms_of(b);
   });
   const auto failed = std::count_if(rows.begin(), rows.end(), bad);
   const std::vector<std::string> columns = columns_of(rows);
@@ -162,7 +180,7 @@ std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows) {
                      " failed</h1><table><tr><th>case</th><th></th><th>status</th><th>s</th>"
                      "<th>MB</th>";
   for (const std::string& column : columns) html += "<th>" + column + "</th>";
-  html += "</tr>\n";
+  html += "<th>warnings</th></tr>\n";
   for (const BatchRow& row : rows) html += page_row(row, columns);
   return html_page("organbake batch", kBatchPageStyle, html + "</table>");
 }

@@ -16,6 +16,7 @@ struct BatchRow {
   double seconds = 0;
   double peak_mb = 0;
   std::map<std::string, double> figures;  // "decimate.rms_mm" …: what tells a good bake from a bad
+  std::vector<std::string> warnings;      // of its stages, as the bake told them
   std::string error;                      // the worker's last words, when it failed
   std::string picture;  // of the organ, relative to the batch's folder; may be empty
   std::string page;     // with its player, likewise
@@ -30,7 +31,8 @@ std::vector<BatchRow> rows_of(const nlohmann::json& batch);
 // The rows of all shards of a batch in the order of its cases: every shard holds every n-th.
 std::vector<BatchRow> interleaved(const std::vector<std::vector<BatchRow>>& shards);
 std::string batch_csv(const std::vector<BatchRow>& rows);
-// One page, pictures beside it, the worst first: failures, then the farthest proxies.
+// One page, pictures beside it, the worst first: failures, then what was warned of, then the
+// farthest proxies.
 std::string batch_page(const std::string& recipe, std::vector<BatchRow> rows);
 
 }  // namespace organbake

@@ -60,7 +60,8 @@ Batch::Batch(const BatchOptions& options, std::vector<BatchCase> cases,
       context_(std::move(context)) {
   for (const BatchCase& one : cases_) {
     waiting_.push_back(rows_.size());
-    rows_.push_back({one.name, "not started", int(ExitCode::batch_partial), 0, 0, {}, {}, {}, {}});
+    rows_.push_back(
+        {one.name, "not started", int(ExitCode::batch_partial), 0, 0, {}, {}, {}, {}, {}});
   }
 }
 
@@ -108,6 +109,7 @@ std::vector<std::string> Batch::bake_command(const BatchCase& one) const {
   for (const auto* settings : {&options_.settings, &one.settings}) {
     for (const std::string& setting : *settings) command.insert(command.end(), {"--set", setting});
   }
+  if (options_.strict) command.emplace_back("--strict");
   if (!options_.cache.empty()) command.insert(command.end(), {"--cache", options_.cache.string()});
   return command;
 }
@@ -134,7 +136,7 @@ void Batch::collect(const WorkerEnd& end) {
 void Batch::end_bake(std::size_t index, const WorkerEnd& end) {
   BatchRow& row = rows_[index];
   row.exit_code = end.exit_code;
-  if (end.exit_code == 0) {
+  if (end.exit_code == 0 || end.exit_code == int(ExitCode::quality_gate)) {
     describe_success(row);
     if (!start_extra(index, Task::picture)) finish(index);
     return;
@@ -149,7 +151,9 @@ void Batch::describe_success(BatchRow& row) {
   const fs::path report = options_.output / row.name / "report.json";
   row.status = result.at("state").get<std::string>();
   row.figures = key_figures(nlohmann::json::parse(read_text_file(report)));
+  row.warnings = result.at("warnings");
   row.error.clear();
+  if (row.exit_code != 0) row.error = "the bundle is written, but there were warnings (--strict)";
 }
 
 bool Batch::start_extra(std::size_t index, Task first) {

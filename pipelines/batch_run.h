@@ -24,7 +24,7 @@ struct BatchOptions {
   int jobs = 1;                                 // cases at once
   int threads = 1;                              // of each
   double memory_mb = 0;  // that the cases under way may need together; 0 = no limit
-  bool keep_going = true, pictures = true, web = false;
+  bool keep_going = true, pictures = true, web = false, strict = false;
 };
 
 // Told whenever a case starts, ends, or failed and will be tried again.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/text.h"
+#include "pipelines/bake_report.h"
 #include "pipelines/bake_warnings.h"
 #include "pipelines/bundle_pictures.h"
 #include "pipelines/html_page.h"
@@ -73,11 +74,20 @@ std::string bar(double share, const char* color) {
          "\"/></svg></td>";
 }
 
+const BakeRun::Stage* run_of_stage(const std::optional<BakeRun>& run, const std::string& name) {
+  if (!run) return nullptr;
+  const auto found = std::find_if(run->stages.begin(), run->stages.end(),
+                                  [&](const BakeRun::Stage& stage) { return stage.name == name; });
+  return found == run->stages.end() ? nullptr : &*found;
+}
+
 std::string warnings_section(const Json& report, const std::optional<BakeRun>& run) {
-  std::vector<std::string> warnings = bake_warnings(report);
-  if (run) {
-    for (const BakeRun::Stage& stage : run->stages)
-      for (const std::string& text : stage.warnings) warnings.push_back(stage.name + ": " + text);
+  std::vector<std::string> warnings;
+  for (const Json& stage : report.at("stages")) {
+    const BakeRun::Stage* ran = run_of_stage(run, stage.at("stage"));
+    for (const std::string& text :
+         stage_warnings(stage, ran ? ran->warnings : std::vector<std::string>()))
+      warnings.push_back(stage.at("stage").get<std::string>() + ": " + text);
   }
   if (warnings.empty()) return "<p class=\"fine\">No warnings.</p>\n";
   std::string html = "<div class=\"warnings\"><b>" + std::to_string(warnings.size()) +
@@ -95,13 +105,6 @@ std::string proxies_section(const Bundle& frame, const BundlePictures& pictures)
             std::to_string(pictures.proxy_cameras[i]) + "</figure>";
   }
   return html + "</div>\n";
-}
-
-const BakeRun::Stage* run_of_stage(const std::optional<BakeRun>& run, const std::string& name) {
-  if (!run) return nullptr;
-  const auto found = std::find_if(run->stages.begin(), run->stages.end(),
-                                  [&](const BakeRun::Stage& stage) { return stage.name == name; });
-  return found == run->stages.end() ? nullptr : &*found;
 }
 
 double longest_stage(const std::optional<BakeRun>& run) {
@@ -211,21 +214,6 @@ std::string origin_section(const Manifest& manifest) {
          escape_html(Json::parse(manifest.recipe_json).dump(2)) + "</pre></details>\n";
 }
 
-// A bundle may come from anywhere, and its report is no part of what the reader checks.
-Json checked_report(const BundleReader& reader) {
-  const std::vector<std::byte> bytes = reader.read("report.json");
-  const std::string name = (reader.folder() / "report.json").string();
-  const auto check = [&](const std::string& text, const char* schema) {
-    const Document document = Document::parse_json(text, name);
-    check_document(document, schema);
-    return document.json();
-  };
-  const Json report =
-      check({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "bake-report");
-  for (const Json& stage : report.at("stages")) check(stage.dump(), "stage-report");
-  return report;
-}
-
 std::string title_line(const Bundle& frame) {
   std::uint64_t bytes = 0;
   for (const BundleFile& file : frame.manifest.files) bytes += file.bytes;
@@ -244,7 +232,7 @@ std::string player_line(const std::string& player) {
 std::string bundle_page(const BundleReader& reader, const std::optional<BakeRun>& run,
                         const std::string& player) {
   const Bundle frame = reader.read_frame();
-  const Json report = checked_report(reader);
+  const Json report = read_bake_report(reader);
   const BundlePictures pictures = bundle_pictures(reader, frame);
   return html_page(frame.manifest.name + ": bake report", kBundlePageStyle,
                    title_line(frame) + player_line(player) + warnings_section(report, run) +

@@ -88,11 +88,6 @@ std::vector<InputFile> files_of_pair(const fs::path& path) {
   return files;
 }
 
-bool is_dicom(const fs::path& path) {
-  const std::string first = read_beginning(path, 132);
-  return first.size() == 132 && first.ends_with("DICM");
-}
-
 // One file may stand for the series beside it, or for all that a DICOMDIR lists below it: whatever
 // lies in its folder counts, and which file was named.
 std::vector<InputFile> files_of_dicom(const fs::path& path) {
@@ -134,6 +129,11 @@ std::vector<InputFile> files_of_posed(const fs::path& document) {
 
 }  // namespace
 
+bool has_dicom_mark(const fs::path& path) {
+  const std::string first = read_beginning(path, 132);
+  return first.size() == 132 && first.ends_with("DICM");
+}
+
 std::string quick_hash(std::string_view text) {
   return hex(XXH3_128bits(text.data(), text.size()));
 }
@@ -174,7 +174,7 @@ std::vector<InputFile> files_of_input(InputKind kind, const fs::path& path) {
   const std::string ending = path.extension().string();
   if (kind == InputKind::volume) {
     if (const auto pair = files_of_pair(path); !pair.empty()) return pair;
-    if (is_dicom(path)) return files_of_dicom(path);
+    if (has_dicom_mark(path)) return files_of_dicom(path);
   }
   if (kind == InputKind::volume && (ending == ".mhd" || ending == ".nhdr")) {
     return files_of_header(path);

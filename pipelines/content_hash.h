@@ -28,6 +28,9 @@ struct InputFile {
 // that is missing or an empty folder.
 std::vector<InputFile> files_of_input(InputKind kind, const std::filesystem::path& path);
 
+// Whether a file begins as DICOM files do. Throws NoInputError or IoError.
+bool has_dicom_mark(const std::filesystem::path& path);
+
 // One hash for an input: its only file's, or that of the list of names and hashes.
 using FileHasher = std::string (*)(const std::filesystem::path&);
 std::string content_hash(const std::vector<InputFile>& files, FileHasher hash_file);

@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "core/text.h"
+#include "pipelines/meant_number.h"
 
 namespace organbake {
 namespace {
@@ -50,9 +52,18 @@ std::string expected(const Option& option) {
   return range.empty() ? text : text + ", " + range;
 }
 
+NumberRange range_of(const OptionTraits& traits) { return {traits.unit, traits.min, traits.max}; }
+
+std::string meant_by(const Option& option, std::string_view text) {
+  const bool one_number = option.kind == OptionKind::integer || option.kind == OptionKind::number ||
+                          option.kind == OptionKind::number_or_auto;
+  return one_number ? meant_number(range_of(option.traits), std::string(text)) : std::string();
+}
+
 [[noreturn]] void refuse(const Option& option, const std::string& where, std::string_view text) {
   throw UsageError(where + ": '" + std::string(text) + "' is not possible; it takes " +
-                   expected(option));
+                   expected(option) + suggestion(text, option.traits.choices) +
+                   meant_by(option, text));
 }
 
 // The whole text must be the number: "12abc" is an error, and so is "nan".
@@ -115,19 +126,15 @@ std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
   }
 }
 
-bool in_range(const OptionTraits& traits, double value) {
-  return std::isfinite(value) && (!traits.min || value >= *traits.min) &&
-         (!traits.max || value <= *traits.max);
-}
-
 bool allowed(const OptionTraits& traits, const OptionValue& value) {
-  if (const auto* number = std::get_if<double>(&value)) return in_range(traits, *number);
+  const NumberRange range = range_of(traits);
+  if (const auto* number = std::get_if<double>(&value)) return range.holds(*number);
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    return in_range(traits, static_cast<double>(*integer));
+    return range.holds(static_cast<double>(*integer));
   }
   if (const auto* vector = std::get_if<std::vector<double>>(&value)) {
-    return vector->size() == 3 && std::all_of(vector->begin(), vector->end(),
-                                              [&](double v) { return in_range(traits, v); });
+    return vector->size() == 3 &&
+           std::all_of(vector->begin(), vector->end(), [&](double v) { return range.holds(v); });
   }
   if (const auto* text = std::get_if<std::string>(&value); text && !traits.choices.empty()) {
     return std::find(traits.choices.begin(), traits.choices.end(), *text) != traits.choices.end();

@@ -74,9 +74,8 @@ void make_folder_of(const fs::path& file) {
 
 void copy_into(const fs::path& from, const fs::path& to) {
   make_folder_of(to);
-  std::error_code error;
-  fs::copy_file(from, to, fs::copy_options::overwrite_existing, error);
-  if (error) throw IoError::writing(to, "cannot be copied here: " + error.message());
+  // The library's own copying calls a disk that fills up on the way an input/output error.
+  write_file_atomically(to, read_file(from));
 }
 
 }  // namespace organbake

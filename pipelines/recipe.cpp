@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/files.h"
 #include "pipelines/document.h"
+#include "pipelines/forgotten_recipe.h"
 #include "pipelines/options_json.h"
 #include "pipelines/quality.h"
 #include "pipelines/schema_check.h"
@@ -205,6 +206,7 @@ Json recipe_schema() {
 }
 
 Recipe read_recipe(const fs::path& file, const std::vector<std::string>& settings) {
+  check_is_no_input(file);
   Recipe recipe;
   std::map<std::string, StageOptions> sections = default_options(recipe.bundle);
   Document document = read_document(file, sections);

@@ -48,8 +48,9 @@ struct Recipe {
 // Reads a recipe (YAML) and applies "key=value" settings: an input ("ct=scan.nii.gz"; empty takes
 // it away), "quality=draft", or a section's option ("decimate.faces=100"). An option that neither
 // names is the quality's, else its default. Paths in the file are relative to its folder, those of
-// settings to the current one. Throws NoInputError, or RecipeError that names the
-// line and key, and the nearest known key.
+// settings to the current one. Throws NoInputError, UsageError for an input in the place of a
+// recipe (forgotten_recipe.h), or RecipeError that names the line and key, and the nearest known
+// key.
 Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& settings);
 
 // Generated from the stages' option lists.

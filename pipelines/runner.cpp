@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/runner.h"
 
+#include <algorithm>
 #include <chrono>
 #include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "core/files.h"
+#include "pipelines/bake_warnings.h"
 #include "pipelines/content_hash.h"
 #include "pipelines/options_json.h"
 #include "pipelines/schemas.h"
@@ -119,7 +121,7 @@ std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
     const bool forced = is_forced(step, options, reached);
     const Forecast forecast = examine(step, entries, forced, options.explain);
     if (listener.before) listener.before(forecast);
-    results.push_back(forecast.cached ? StepResult{&step, *forecast.cached}
+    results.push_back(forecast.cached ? with_warnings({&step, *forecast.cached})
                                       : execute(step, *forecast.ingredients, forced, results));
     if (listener.after) listener.after(results.back());
     if (!results.back().declined().empty()) break;
@@ -148,7 +150,20 @@ StepResult Runner::execute(const Step& step, const StepIngredients& ingredients,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return record;
   });
-  return {&step, std::move(entry), true, true};
+  return with_warnings({&step, std::move(entry), true, true});
+}
+
+StepResult Runner::with_warnings(StepResult result) {
+  const StepRecord& record = result.entry.record;
+  const Json report = Json::parse(record.report_json);
+  result.warnings = stage_warnings(report, record.warnings);
+  std::vector<std::string> said = {report.value("bad_data", "")};
+  if (result.ran) said.insert(said.end(), record.warnings.begin(), record.warnings.end());
+  const RunContext context = context_of_(result.step->stage->name);
+  for (const std::string& warning : result.warnings) {
+    if (std::find(said.begin(), said.end(), warning) == said.end()) context.warn(warning);
+  }
+  return result;
 }
 
 void Runner::ensure_sound(std::vector<StepResult>& results, std::size_t step) {
@@ -173,6 +188,14 @@ std::vector<std::string> explanation(const Forecast& forecast) {
                     (known ? known->at(input.name) : "(not yet made)"));
   }
   return lines;
+}
+
+std::vector<std::string> warnings_of(const std::vector<StepResult>& results) {
+  std::vector<std::string> all;
+  for (const StepResult& result : results)
+    for (const std::string& warning : result.warnings)
+      all.push_back(result.step->stage->name + ": " + warning);
+  return all;
 }
 
 std::string stage_report_json(const Stage& stage, const StageReport& report) {

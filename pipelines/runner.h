@@ -33,7 +33,8 @@ struct StepResult {
   const Step* step = nullptr;
   CacheEntry entry;
   bool ran = false;
-  bool sound = false;  // the files are known to be whole
+  bool sound = false;                      // the files are known to be whole
+  std::vector<std::string> warnings = {};  // stage_warnings(), whether it ran or was cached
 
   // Why the stage made nothing (StageReport::declined); empty when it did.
   std::string declined() const;
@@ -71,6 +72,9 @@ class Runner {
  private:
   Forecast examine(const Step& step, const std::vector<const CacheEntry*>& earlier, bool forced,
                    bool explain);
+  // Puts the result's warnings together, and says those that have not been said yet; but not that
+  // its input was damaged, which a single stage ends with as its error.
+  StepResult with_warnings(StepResult result);
   StepResult execute(const Step& step, const StepIngredients& ingredients, bool replace,
                      std::vector<StepResult>& earlier);
 
@@ -82,6 +86,8 @@ class Runner {
 
 // The lines that --explain prints for a step: its key, all that went into it, and the verdict.
 std::vector<std::string> explanation(const Forecast& forecast);
+// The warnings of all steps, the stage's name first.
+std::vector<std::string> warnings_of(const std::vector<StepResult>& results);
 // A stage's report as a document (schema stage-report).
 std::string stage_report_json(const Stage& stage, const StageReport& report);
 

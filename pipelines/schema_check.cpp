@@ -9,7 +9,8 @@
 #include <valijson/validation_results.hpp>
 #include <valijson/validator.hpp>
 
-#include "pipelines/nearest_name.h"
+#include "core/nearest_name.h"
+#include "pipelines/meant_number.h"
 
 namespace organbake {
 namespace {
@@ -138,6 +139,28 @@ std::string unknown_key(const Document& document, Finding finding, const Json& s
          dotted(finding.pointer) + "'" + suggestion(key, known);
 }
 
+// Which numbers a schema of an option takes; the unit ends its description.
+NumberRange range_of(const Json& schema) {
+  NumberRange range;
+  const std::string text = schema.value("description", "");
+  const std::size_t bracket = text.rfind('[');
+  if (bracket != std::string::npos && text.back() == ']')
+    range.unit = text.substr(bracket + 1, text.size() - bracket - 2);
+  const Json& numbers = schema.contains("anyOf") ? schema["anyOf"].front() : schema;
+  if (numbers.contains("minimum")) range.min = numbers["minimum"].get<double>();
+  if (numbers.contains("maximum")) range.max = numbers["maximum"].get<double>();
+  return range;
+}
+
+// What may have been meant: a name like it, or the number in other units.
+std::string meant_value(const Json& schema, const Json& value) {
+  if (!schema.is_object()) return {};
+  if (value.is_string() && schema.contains("enum") && schema["enum"].front().is_string())
+    return suggestion(value.get<std::string>(), schema["enum"]);
+  const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  return value.is_number() || value.is_string() ? meant_number(range_of(schema), text) : "";
+}
+
 std::string sentence(const Document& document, const Finding& finding, const Json& schema) {
   const std::string where = document.location(finding.pointer.to_string()) + ": ";
   const std::string what = dotted(finding.pointer);
@@ -148,9 +171,11 @@ std::string sentence(const Document& document, const Finding& finding, const Jso
     return unknown_key(document, finding, schema);
   }
   const std::string value = shortened(document.json().at(finding.pointer));
-  const std::string expected = expectation(schema_at(schema, finding.pointer));
+  const Json place = schema_at(schema, finding.pointer);
+  const std::string expected = expectation(place);
   return where + what + " is " + value +
-         (expected.empty() ? ": " + finding.message : "; it must be " + expected);
+         (expected.empty() ? ": " + finding.message : "; it must be " + expected) +
+         meant_value(place, document.json().at(finding.pointer));
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/nearest_name.h"
 #include "pipelines/embedded_files.h"
-#include "pipelines/nearest_name.h"
 #include "pipelines/recipe.h"
 #include "pipelines/schema_check.h"
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "core/error.h"
 #include "core/files.h"
@@ -10,6 +11,7 @@
 #include "organbake/commands.h"
 #include "organbake/web_page.h"
 #include "pipelines/bundle_page.h"
+#include "pipelines/output_lock.h"
 #include "pipelines/output_target.h"
 #include "pipelines/outputs.h"
 #include "pipelines/quality.h"
@@ -18,12 +20,13 @@ namespace organbake {
 namespace {
 
 using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
 
 struct BakeFlags {
   std::filesystem::path output, cache;
   std::string from, to, quality, repair;
   std::vector<std::string> settings;
-  bool force = false, dry_run = false, explain = false, report = true, web = false;
+  bool force = false, dry_run = false, explain = false, strict = false, report = true, web = false;
 };
 
 OptionList flag_list(BakeFlags& flags) {
@@ -48,6 +51,8 @@ OptionList flag_list(BakeFlags& flags) {
       .add("dry_run", &flags.dry_run, {.help = "only tell what would run"})
       .add("explain", &flags.explain,
            {.help = "tell what each step depends on, why it runs or not"})
+      .add("strict", &flags.strict,
+           {.help = "end with exit code 3 when a stage warned of something; the bundle is written"})
       .add("report", &flags.report,
            {.help = "write a page about the bundle beside it, BUNDLE_report.html"})
       .add("web", &flags.web,
@@ -63,8 +68,11 @@ void tell_left_out(const Plan& plan, Terminal& terminal) {
   }
 }
 
-void tell_skipped(const StepResult& step, Terminal& terminal) {
+void tell_report(const StepResult& step, Terminal& terminal) {
   const Json report = Json::parse(step.entry.record.report_json);
+  if (const std::string damage = report.value("bad_data", ""); !damage.empty())
+    terminal.log(LogLevel::warning, step.step->stage->name + ": " + damage);
+  if (!step.ran) return;
   for (const Json& item : report.at("skipped")) {
     terminal.log(LogLevel::info, step.step->stage->name +
                                      ": skipped: " + item.at("what").get<std::string>() + ", " +
@@ -77,11 +85,7 @@ void tell(const StepResult& step, Terminal& terminal) {
       LogLevel::info,
       step.step->stage->name + ": " +
           (step.ran ? "ran in " + to_text(step.entry.record.seconds, 2) + " s" : "cached"));
-  if (step.ran) return tell_skipped(step, terminal);
-  // What was wrong when it ran still is.
-  for (const std::string& warning : step.entry.record.warnings) {
-    terminal.log(LogLevel::warning, step.step->stage->name + ": " + warning);
-  }
+  tell_report(step, terminal);
 }
 
 int show_plan(const Plan& plan, const std::vector<Forecast>& forecasts, bool explain,
@@ -114,6 +118,7 @@ Json result_json(const BakeFlags& flags, const std::vector<StepResult>& steps, c
   return {{"output", flags.output.string()},
           {"state", state},
           {"stages", stages},
+          {"warnings", warnings_of(steps)},
           {"left_out", left_out_json(plan)}};
 }
 
@@ -160,7 +165,7 @@ BakeRun run_of(const std::vector<StepResult>& steps, double seconds) {
   BakeRun run{{}, seconds};
   for (const StepResult& step : steps) {
     const StepRecord& record = step.entry.record;
-    run.stages.push_back({step.step->stage->name, record.seconds, !step.ran, record.warnings});
+    run.stages.push_back({step.step->stage->name, record.seconds, !step.ran, step.warnings});
   }
   return run;
 }
@@ -182,6 +187,29 @@ void sweep_pages(const std::filesystem::path& bundle) {
   AtomicFolder::sweep(player_page_beside(bundle));
 }
 
+// Those that were asked for.
+void write_pages(const BakeFlags& flags, const BakeRun& run, const std::string& state,
+                 Session& session) {
+  const bool unchanged = state == "unchanged";
+  sweep_pages(flags.output);
+  if (flags.report) write_page(flags, run, unchanged);
+  const std::filesystem::path player = player_page_beside(flags.output);
+  if (flags.web && !(unchanged && std::filesystem::exists(player)))
+    write_player_page(flags.output, player, session);
+}
+
+// What is there may be replaced by another bake while it is looked at.
+void check_target(const BakeFlags& flags, const Plan& plan, const RunContext& context) {
+  std::optional<FileLock> lock;
+  if (std::filesystem::exists(flags.output)) lock.emplace(output_lock(flags.output), context);
+  flags.to.empty() ? check_output_folder(flags.output)
+                   : check_stage_target(*plan.steps.back().stage, flags.output);
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 std::size_t count_ran(const std::vector<StepResult>& steps) {
   return static_cast<std::size_t>(
       std::count_if(steps.begin(), steps.end(), [](const StepResult& step) { return step.ran; }));
@@ -196,7 +224,7 @@ int run_bake(const Arguments& arguments, Session& session) {
       "Runs a recipe: every stage that its scene needs and the cache doesn't hold already.",
       flag_list(flags), 1);
   if (!words) return 0;
-  if (words->empty()) throw UsageError("'organbake bake' needs a recipe");
+  if (words->empty()) throw UsageError("'organbake bake' needs a recipe, such as liver.yaml");
   if (flags.output.empty() && !flags.dry_run) {
     throw UsageError("-o is missing: where shall the bundle go?");
   }
@@ -208,25 +236,19 @@ int run_bake(const Arguments& arguments, Session& session) {
   const RunOptions options{flags.force, flags.from, flags.explain};
   if (flags.dry_run) return show_plan(plan, runner.forecast(plan, options), flags.explain, session);
 
-  flags.to.empty() ? check_output_folder(flags.output)
-                   : check_stage_target(*plan.steps.back().stage, flags.output);
-  const auto start = std::chrono::steady_clock::now();
+  check_target(flags, plan, session.context("bake"));
+  const Clock::time_point start = Clock::now();
   Terminal& terminal = session.terminal();
   tell_left_out(plan, terminal);
   std::vector<StepResult> steps = run_open_stages(recipe, plan, runner, options, flags, terminal);
+  const FileLock lock(output_lock(flags.output), session.context("bake"));
   const std::string state = write_result(flags, recipe, plan, steps, runner);
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-  if (flags.to.empty()) sweep_pages(flags.output);
-  if (flags.to.empty() && flags.report)
-    write_page(flags, run_of(steps, spent.count()), state == "unchanged");
-  const std::filesystem::path player = player_page_beside(flags.output);
-  if (flags.to.empty() && flags.web && !(state == "unchanged" && std::filesystem::exists(player)))
-    write_player_page(flags.output, player, session);
+  if (flags.to.empty()) write_pages(flags, run_of(steps, seconds_since(start)), state, session);
   terminal.log(LogLevel::info, flags.output.string() + ": " + state + "; " +
                                    std::to_string(count_ran(steps)) + " of " +
                                    std::to_string(steps.size()) + " stages ran");
   session.print_result(flags.output.string(), result_json(flags, steps, plan, state));
-  return 0;
+  return flags.strict && !warnings_of(steps).empty() ? static_cast<int>(ExitCode::quality_gate) : 0;
 }
 
 }  // namespace organbake

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fcntl.h>
-#include <sys/file.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -18,6 +13,7 @@
 #include "organbake/commands.h"
 #include "pipelines/batch_run.h"
 #include "pipelines/machine_memory.h"
+#include "pipelines/output_lock.h"
 #include "pipelines/schemas.h"
 
 namespace organbake {
@@ -61,18 +57,13 @@ std::string report_stem(const Shard& shard) {
 
 // Two that bake the same cases would mix up their logs. The workers inherit the lock: after a batch
 // was killed the next one waits until they are gone, too, for they die a moment later.
-void lock_batch(const fs::path& folder, const std::string& stem) {
-  const fs::path file = folder / "logs" / (stem + ".lock");
-  constexpr mode_t kMode = 0666;
-  const int fd = ::open(file.c_str(), O_WRONLY | O_CREAT, kMode);
-  if (fd < 0) throw IoError::writing(file, std::strerror(errno));
-  constexpr int kTries = 30;
-  for (int i = 0; i < kTries; ++i) {
-    if (::flock(fd, LOCK_EX | LOCK_NB) == 0) return;
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  }
-  throw Error(ExitCode::try_again,
-              folder.string() + ": another batch is at work here; wait for it, or name another -o");
+LockOptions batch_lock(const fs::path& folder, const std::string& stem) {
+  constexpr std::chrono::seconds kPatience{3};
+  return {
+      .file = folder / "logs" / (stem + ".lock"),
+      .inherited = true,
+      .patience = kPatience,
+      .busy = folder.string() + ": another batch is at work here; wait for it, or name another -o"};
 }
 
 void tell_program(const BatchProgress& now) {
@@ -82,6 +73,7 @@ void tell_program(const BatchProgress& now) {
   const Json line = {{"event", event},
                      {"case", now.row.name},
                      {"status", started ? "running" : now.row.status},
+                     {"warnings", now.row.warnings},
                      {"cases", now.cases},
                      {"done", now.done},
                      {"failed", now.failed},
@@ -100,6 +92,8 @@ void tell_people(const BatchProgress& now, Terminal& terminal) {
                                         "; it is tried once more at the end, alone");
     return;
   }
+  for (const std::string& warning : row.warnings)
+    terminal.log(LogLevel::warning, "batch: " + row.name + ": " + warning);
   std::string text = std::to_string(now.done) + " of " + std::to_string(now.cases) + ": " +
                      row.name + ": " + row.status + " in " + to_text(row.seconds, 2) + " s";
   if (!row.error.empty()) text += ": " + row.error;
@@ -126,7 +120,8 @@ BatchOptions options_of(const BatchFlags& flags, const Session& session) {
           .memory_mb = cases.memory_mb > 0 ? cases.memory_mb : machine_memory().available_mb,
           .keep_going = flags.keep_going,
           .pictures = cases.pictures,
-          .web = cases.web};
+          .web = cases.web,
+          .strict = cases.strict};
 }
 
 // Nobody needs an estimate of what has the machine to itself.
@@ -175,8 +170,8 @@ int bake_cases(const std::vector<std::string>& words, const BatchFlags& flags, S
   const std::string stem = flags.shard.empty() ? "batch" : report_stem(shard);
   check_spares_tables(words, output / (stem + ".csv"));
   make_batch_folder(output);
-  lock_batch(output, stem);
   const RunContext context = session.context("batch");
+  const FileLock lock(batch_lock(output, stem), context);
   Batch batch(options_of(flags, session), cases, memory_needed(cases, flags, context),
               listener(flags.progress, session.terminal()), context);
   const std::vector<BatchRow> rows = batch.run();

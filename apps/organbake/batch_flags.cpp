@@ -16,6 +16,8 @@ void add_case_flags(OptionList& list, CaseFlags& flags) {
       .add("pictures", &flags.pictures, {.help = "a picture of every organ, for the page"})
       .add("web", &flags.web,
            {.help = "a page for every organ in which anyone can poke it; the batch's links to it"})
+      .add("strict", &flags.strict,
+           {.help = "a case whose stages warned of something ends with exit code 3, written"})
       .add("memory", &flags.memory_mb,
            {.help = "what the cases under way may need; 0 = what this machine has",
             .unit = "MB",

@@ -19,7 +19,7 @@ struct CaseFlags {
   std::filesystem::path recipe, output, cache;
   std::string input = "ct";
   std::vector<std::string> settings;
-  bool pictures = true, web = false;
+  bool pictures = true, web = false, strict = false;
   double memory_mb = 0;
 };
 void add_case_flags(OptionList& list, CaseFlags& flags);

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "pipelines/nearest_name.h"
+#include "core/nearest_name.h"
 
 namespace organbake {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/nearest_name.h"
 #include "organbake/commands.h"
 #include "organbake/libraries.h"
-#include "pipelines/nearest_name.h"
 
 namespace organbake {
 namespace {

@@ -93,6 +93,7 @@ std::vector<std::string> arguments_of(const CaseFlags& flags) {
     words.insert(words.end(), {"--set", setting});
   }
   if (!flags.pictures) words.emplace_back("--no-pictures");
+  if (flags.strict) words.emplace_back("--strict");
   if (!flags.cache.empty()) {
     words.insert(words.end(), {"--cache", fs::absolute(flags.cache).string()});
   }

@@ -7,6 +7,7 @@
 #include "core/text.h"
 #include "organbake/commands.h"
 #include "organbake/slicer_module.h"
+#include "pipelines/output_lock.h"
 #include "pipelines/outputs.h"
 
 namespace organbake {
@@ -16,7 +17,7 @@ namespace fs = std::filesystem;
 
 struct StageFlags {
   fs::path output, cache;
-  bool force = false, xml = false;
+  bool force = false, xml = false, strict = false;
   std::map<std::string, fs::path> inputs;
 };
 
@@ -29,6 +30,10 @@ OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags
              {.help = input.help});
   }
   list.append(options.list);
+  // Stages that read scans or clips have their own, which says what they are strict about.
+  if (!options.list.find("strict"))
+    list.add("strict", &flags.strict,
+             {.help = "end with exit code 3 when there was a warning; the result is written"});
   list.add("force", &flags.force, {.help = "run, whatever the cache holds"})
       .add("cache", &flags.cache, {.help = "folder of the cache"})
       .add("xml", &flags.xml, {.help = "print the description that 3D Slicer makes a panel from"});
@@ -90,13 +95,11 @@ std::size_t most_words(const Stage& stage) {
 
 // The result is there, but the stage may say that its input was damaged or that it is not good
 // enough. Throws BadDataError.
-int exit_code_of(const nlohmann::json& report, Session& session, const Stage& stage) {
+int exit_code_of(const nlohmann::json& report, bool strictly_bad) {
   const auto damage = report.find("bad_data");
   if (damage != report.end()) throw BadDataError(damage->get<std::string>());
-  const auto gate = report.find("quality_gate");
-  if (gate == report.end()) return 0;
-  session.terminal().log(LogLevel::warning, stage.name + ": " + gate->get<std::string>());
-  return static_cast<int>(ExitCode::quality_gate);
+  return static_cast<int>(strictly_bad || report.contains("quality_gate") ? ExitCode::quality_gate
+                                                                          : ExitCode::ok);
 }
 
 // With --each-label one file becomes a folder of them, whose names only the run knows.
@@ -133,24 +136,23 @@ int run_stage_command(const Stage& described, const Arguments& arguments, Sessio
   if (const std::string why = results.front().declined(); !why.empty())
     throw BadDataError(stage.name + ": " + why);
   runner.ensure_sound(results, 0);
-  write_stage_outputs(results.front(), flags.output);
+  {
+    const FileLock lock(output_lock(flags.output), session.context(stage.name));
+    write_stage_outputs(results.front(), flags.output);
+  }
 
   const StepResult& result = results.front();
   session.terminal().log(
       LogLevel::info,
       stage.name + ": " +
           (result.ran ? "ran in " + to_text(result.entry.record.seconds, 2) + " s" : "cached"));
-  if (!result.ran) {
-    for (const std::string& warning : result.entry.record.warnings) {
-      session.terminal().log(LogLevel::warning, stage.name + ": " + warning);
-    }
-  }
   const nlohmann::json report = nlohmann::json::parse(result.entry.record.report_json);
   const nlohmann::json json = {{"output", flags.output.string()},
                                {"state", result.ran ? "ran" : "cached"},
+                               {"warnings", warnings_of(results)},
                                {"report", report}};
   session.print_result(flags.output.string(), json);
-  return exit_code_of(report, session, stage);
+  return exit_code_of(report, flags.strict && !result.warnings.empty());
 }
 
 }  // namespace organbake

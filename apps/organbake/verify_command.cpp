@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "bundle/bundle.h"
@@ -6,6 +7,8 @@
 #include "core/files.h"
 #include "dataset/dataset_spec.h"
 #include "organbake/commands.h"
+#include "pipelines/bake_report.h"
+#include "pipelines/bake_warnings.h"
 #include "pipelines/recipe.h"
 #include "pipelines/schemas.h"
 #include "truth/scope_lens.h"
@@ -15,14 +18,38 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using Warnings = std::vector<std::string>;
+
+bool is_empty(const CameraMaps& maps) {
+  return std::all_of(maps.face.begin(), maps.face.end(),
+                     [](std::uint32_t face) { return face == kNoFace; });
+}
+
+// Whole files may still show nothing. Throws BadDataError when no camera does.
+void check_maps(const BundleReader& reader, Warnings& warnings) {
+  const Bundle bundle = reader.read_all();
+  std::string empty;
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < bundle.maps.size(); ++c) {
+    if (!is_empty(bundle.maps[c])) continue;
+    empty += (count++ ? ", " : "") + camera_folder(c);
+  }
+  if (count == bundle.maps.size())
+    throw BadDataError(reader.folder(),
+                       "the maps of all its cameras are empty, so it shows nothing; check that the "
+                       "surface faces outward and is where the cameras look, and bake it anew");
+  if (count > 0) warnings.push_back("maps that show nothing of the organ: " + empty);
+}
+
 // The bundle's own check comes first: what it refuses has no business in a JSON parser.
-std::string verify_bundle(const fs::path& folder) {
+std::string verify_bundle(const fs::path& folder, Warnings& warnings) {
   const BundleReader bundle(folder);
   bundle.verify();
   check_json_file(folder / "manifest.json", "bundle");
   check_json_file(folder / "cameras.json", "cameras");
   check_json_file(folder / "mechanics.json", "mechanics");
-  if (bundle.has("report.json")) check_json_file(folder / "report.json", "bake-report");
+  if (bundle.has("report.json")) warnings = bake_warnings(read_bake_report(bundle));
+  check_maps(bundle, warnings);
   return "bundle, " + std::to_string(bundle.manifest().files.size()) + " files";
 }
 
@@ -64,10 +91,10 @@ std::string verify_document(const fs::path& file) {
   return verify_parsed(Document::parse_json(text, file.string()));
 }
 
-std::string verify(const fs::path& path) {
+std::string verify(const fs::path& path, Warnings& warnings) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
-  if (fs::is_directory(path)) return verify_bundle(path);
-  if (path.filename() == "manifest.json") return verify_bundle(path.parent_path());
+  if (fs::is_directory(path)) return verify_bundle(path, warnings);
+  if (path.filename() == "manifest.json") return verify_bundle(path.parent_path(), warnings);
   const std::string ending = path.extension().string();
   if (ending == ".yaml" || ending == ".yml") return verify_yaml(path);
   return verify_document(path);
@@ -78,13 +105,17 @@ std::string verify(const fs::path& path) {
 int run_verify(const Arguments& arguments, Session& session) {
   const auto words = session.read_command(
       arguments, "verify BUNDLE|DOCUMENT|RECIPE",
-      "Checks every byte of a bundle against its manifest, and every document against its schema.",
+      "Checks every byte of a bundle against its manifest, every document against its schema, and "
+      "that the maps show something. What the bake warned of is told again.",
       {}, 1);
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake verify' needs a bundle or a document");
-  const std::string what = verify(words->front());
-  session.print_result(words->front() + ": ok (" + what + ")",
-                       {{"path", words->front()}, {"ok", true}, {"what", what}});
+  Warnings warnings;
+  const std::string what = verify(words->front(), warnings);
+  for (const std::string& warning : warnings) session.terminal().log(LogLevel::warning, warning);
+  session.print_result(
+      words->front() + ": ok (" + what + ")",
+      {{"path", words->front()}, {"ok", true}, {"what", what}, {"warnings", warnings}});
   return 0;
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/files.h"
+#include "core/nearest_name.h"
 #include "core/temporary_folder.h"
 #include "core/text.h"
 #include "organbench/compare_runs.h"
@@ -15,7 +16,6 @@
 #include "organbench/run_report.h"
 #include "organbench/run_suite.h"
 #include "organbench/stability/trial.h"
-#include "pipelines/nearest_name.h"
 #include "pipelines/schemas.h"
 #include "stop_signal.h"
 

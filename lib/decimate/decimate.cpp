@@ -11,9 +11,10 @@
 #include "decimate/error_search.h"
 #include "decimate/mesh_defects.h"
 #include "decimate/mesh_distance.h"
+#include "decimate/region_errors.h"
+#include "decimate/serving_proxy.h"
 #include "geometry/mesh_checks.h"
 #include "geometry/mesh_edges.h"
-#include "raycast/ray_scene.h"
 
 namespace organbake {
 namespace {
@@ -22,11 +23,9 @@ namespace {
 constexpr std::size_t kErrorSamples = 20'000;
 constexpr std::uint64_t kErrorSeed = 0x6465'6369'6d61'7465;
 
-TriangleMesh reduce(const TriangleMesh& surface, const DecimateOptions& options,
-                    const RunContext& context) {
+TriangleMesh reduce(const TriangleMesh& surface, const RegionMeter& meter,
+                    const DecimateOptions& options, const RunContext& context) {
   if (options.method == DecimateMethod::cluster) {
-    check_mesh(surface, "surface to decimate");
-    if (surface.empty()) throw BadDataError("surface to decimate: it has no faces");
     return surface.faces.size() <= options.faces
                ? surface
                : cluster_vertices(surface, options.faces, context);
@@ -34,6 +33,7 @@ TriangleMesh reduce(const TriangleMesh& surface, const DecimateOptions& options,
   TriangleMesh clean = manifold_faces(surface);
   split_hubs(clean);
   if (options.max_error_mm > 0) return fewest_faces(clean, options, context);
+  if (options.max_share > 0) return serving_proxy(clean, meter, options, context);
   return proxy_with_faces(clean, options, options.faces, context);
 }
 
@@ -42,7 +42,7 @@ void check_budget(const TriangleMesh& proxy, const DecimateOptions& options) {
     throw BadDataError("no grid of clusters gives between 1 and " + std::to_string(options.faces) +
                        " faces; allow more");
   }
-  if (proxy.faces.size() > options.faces) {
+  if (proxy.faces.size() > (options.max_share > 0 ? options.most_faces : options.faces)) {
     throw BadDataError("the surface cannot be reduced below " + std::to_string(proxy.faces.size()) +
                        " faces without changing its topology, but " +
                        std::to_string(options.faces) +
@@ -64,15 +64,20 @@ void describe_topology(DecimateResult& summary) {
                   2;
 }
 
-void measure(DecimateResult& summary, const TriangleMesh& surface, const RunContext& context) {
+void measure(DecimateResult& summary, const TriangleMesh& surface, const RegionMeter& meter,
+             const RunContext& context) {
   const MeshDistance forward =
       mesh_distance(surface, summary.proxy, kErrorSamples, kErrorSeed, context);
   const MeshDistance reverse =
       mesh_distance(summary.proxy, surface, kErrorSamples, kErrorSeed + 1, context);
   summary.rms_mm = forward.rms_mm;
-  summary.max_mm = largest_distance(surface, summary.proxy, RayScene(summary.proxy), context);
   summary.reverse_rms_mm = reverse.rms_mm;
-  summary.reverse_max_mm = largest_distance(summary.proxy, surface, RayScene(surface), context);
+  const RegionErrors errors = meter.measure(summary.proxy, context);
+  summary.max_mm = errors.max_mm;
+  summary.reverse_max_mm = errors.reverse_max_mm;
+  summary.worst_share = errors.worst_share;
+  summary.worst_mm = errors.worst_mm;
+  summary.worst_thickness_mm = errors.worst_thickness_mm;
   const double volume = std::abs(signed_volume(surface));
   if (volume > 0) summary.volume_change = std::abs(signed_volume(summary.proxy)) / volume - 1;
 }
@@ -88,6 +93,8 @@ void DecimateOptions::check() const {
     throw UsageError("max-error must be a length of 0 mm or more, not " +
                      std::to_string(max_error_mm));
   }
+  if (!(max_share >= 0 && max_share <= 1))
+    throw UsageError("max-share must be 0…1, not " + to_text(max_share));
   if (max_error_mm > 0 && method == DecimateMethod::cluster) {
     throw UsageError("max-error needs a method that can come as near as asked for; cluster cannot");
   }
@@ -97,13 +104,17 @@ DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& opti
                         const RunContext& context) {
   options.check();
   DecimateResult summary;
-  summary.proxy = reduce(surface, options, context);
+  check_mesh(surface, "surface to decimate");
+  if (surface.empty()) throw BadDataError("surface to decimate: it has no faces");
+  const ThicknessRegions regions = thickness_regions(surface, context);
+  const RegionMeter meter(surface, regions);
+  summary.proxy = reduce(surface, meter, options, context);
   if (!(options.max_error_mm > 0)) check_budget(summary.proxy, options);
-  measure(summary, surface, context);
+  measure(summary, surface, meter, context);
   describe_topology(summary);
   if (summary.self_intersecting_faces > 0) {
     context.warn(std::to_string(summary.self_intersecting_faces) +
-                 " faces of the proxy meet others; allow more faces");
+                 " faces of the proxy cross others; allow another number of faces");
   }
   return summary;
 }

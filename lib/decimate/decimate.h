@@ -18,6 +18,11 @@ struct DecimateOptions {
   DecimateMethod method = DecimateMethod::fitted;
   std::size_t faces = 80;   // at most this many; not asked when max_error_mm is given
   double max_error_mm = 0;  // the fewest faces found within this distance both ways; 0 = by faces
+  // As many more faces than `faces`, up to most_faces, as keep the largest distance both ways
+  // within this share of the thickness (thickness_regions.h), vessels by their own; 0 = not asked.
+  // What could not be reached shows in the result.
+  double max_share = 0;
+  std::size_t most_faces = 6000;
   DecimateObjective objective = DecimateObjective::rms;  // of fitted: what gets small
   bool flips = true;  // of fitted, up to 500 faces: edges flipped where that lowers the distance
 
@@ -26,9 +31,12 @@ struct DecimateOptions {
 
 struct DecimateResult {
   TriangleMesh proxy;
-  // surface → proxy: RMS at area-uniform samples; the largest of all points, up to 0.5 % more
+  // surface → proxy: RMS at area-uniform samples; the largest of all points, up to 0.05 % more
   double rms_mm = 0, max_mm = 0;
   double reverse_rms_mm = 0, reverse_max_mm = 0;  // proxy → surface
+  // Where the larger of both is the largest share of the thickness of the surface; zeros where that
+  // has a border.
+  double worst_share = 0, worst_mm = 0, worst_thickness_mm = 0;
   double volume_change = 0;  // (proxy − surface) / surface; means little for an open surface
   bool closed_manifold = false;
   std::size_t components = 0, boundary_loops = 0;

@@ -41,7 +41,7 @@ TriangleMesh proxy_with_faces(const TriangleMesh& surface, const DecimateOptions
       return collapse_by_quadrics(surface, faces, context);
     default: {
       // A search asks a dozen times: there, what costs most for the least is left out.
-      const bool searching = options.max_error_mm > 0;
+      const bool searching = options.max_error_mm > 0 || options.max_share > 0;
       return fitted_proxy(surface,
                           {.faces = faces,
                            .flips = options.flips && !searching,

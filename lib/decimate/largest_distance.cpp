@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "decimate/mesh_distance.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace organbake {
 namespace {
 
-constexpr double kSlack = 0.005;         // of the distance: half of what a reader could notice
+constexpr double kSlack = 0.0005;        // of the distance: far below what a reader could notice
 constexpr double kSmallestShare = 1e-6;  // of the size: distances below are as good as none
 constexpr int kDeepest = 10;             // pieces have at least 1/1024 of a face's edge
 // Between flat surfaces that lie in one another a face over several would be cut everywhere, a
@@ -22,7 +23,7 @@ constexpr int kDeepest = 10;             // pieces have at least 1/1024 of a fac
 // its part of so many pieces, it is cut less deep.
 constexpr double kFlatShare = 1.0 / 64;
 constexpr std::size_t kPiecesOfAll = 2'000'000, kFewestPieces = 64, kMostPieces = 4096;
-constexpr std::size_t kPointsAtOnce = 256;
+constexpr std::size_t kFacesAtOnce = 64;
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
@@ -112,41 +113,52 @@ int depth_of(std::size_t pieces) {
   return depth;
 }
 
+// The largest at(face) of each group's faces.
 template <typename At>
-double largest_of(std::size_t count, const RunContext& context, const At& at) {
-  std::vector<double> largest((count + kPointsAtOnce - 1) / kPointsAtOnce, 0.0);
-  tbb::parallel_for(std::size_t{0}, largest.size(), [&](std::size_t b) {
-    context.throw_if_cancelled();
-    for (std::size_t i = b * kPointsAtOnce; i < std::min((b + 1) * kPointsAtOnce, count); ++i)
-      largest[b] = std::max(largest[b], at(i));
-  });
-  return largest.empty() ? 0 : *std::max_element(largest.begin(), largest.end());
+std::vector<double> largest_of(const FaceGroups& groups, const RunContext& context, const At& at) {
+  std::vector<double> of_face(groups.of_face.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, of_face.size(), kFacesAtOnce),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      context.throw_if_cancelled();
+                      for (std::size_t f = range.begin(); f != range.end(); ++f) of_face[f] = at(f);
+                    });
+  std::vector<double> largest(groups.count, 0.0);
+  for (std::size_t f = 0; f < of_face.size(); ++f)
+    largest[groups.of_face[f]] = std::max(largest[groups.of_face[f]], of_face[f]);
+  return largest;
 }
 
 }  // namespace
 
 double largest_distance(const TriangleMesh& from, const TriangleMesh& to, const RayScene& scene,
                         const RunContext& context) {
+  const std::vector<std::uint32_t> one_group(from.faces.size(), 0);
+  return largest_distances(from, {one_group, 1}, to, scene, context).front();
+}
+
+std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups& groups,
+                                      const TriangleMesh& to, const RayScene& scene,
+                                      const RunContext& context) {
   check_mesh(from, "mesh to measure from");
   const double smallest_mm = kSmallestShare * bounds(to).diagonal();
   const std::size_t over_flat =
       std::clamp(kPiecesOfAll / (from.faces.size() + 1), kFewestPieces, kMostPieces);
-  // All faces start from what their corners and centres show, so that few have to be cut.
-  const double at_corners_mm = largest_of(3 * from.faces.size(), context, [&](std::size_t i) {
-    return scene.closest_point(from.vertices[from.faces[i / 3][i % 3]]).distance_mm;
-  });
-  const double at_centers_mm = largest_of(from.faces.size(), context, [&](std::size_t f) {
+  // All faces start from what their group's corners and centres show, so that few have to be cut.
+  const std::vector<double> found_mm = largest_of(groups, context, [&](std::size_t f) {
     const Corners c = corners_of(from, f);
-    return scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm;
+    double largest_mm = scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm;
+    for (const Eigen::Vector3d& corner : c)
+      largest_mm = std::max(largest_mm, scene.closest_point(corner).distance_mm);
+    return largest_mm;
   });
-  const double found_mm = std::max(at_corners_mm, at_centers_mm);
-  return largest_of(from.faces.size(), context, [&](std::size_t f) {
+  return largest_of(groups, context, [&](std::size_t f) {
     const Corners face = corners_of(from, f);
-    const bool is_flat = found_mm < kFlatShare * longest_edge_mm(face);
-    FaceSearch search(to, scene, found_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);
+    const double start_mm = found_mm[groups.of_face[f]];
+    const bool is_flat = start_mm < kFlatShare * longest_edge_mm(face);
+    FaceSearch search(to, scene, start_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);
     search.search(face);
     if (search.ended()) return search.upper_mm();
-    FaceSearch less_deep(to, scene, found_mm, smallest_mm, over_flat, depth_of(over_flat));
+    FaceSearch less_deep(to, scene, start_mm, smallest_mm, over_flat, depth_of(over_flat));
     less_deep.search(face);
     return less_deep.upper_mm();
   });

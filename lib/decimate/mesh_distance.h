@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "core/run_context.h"
 #include "geometry/triangle_mesh.h"
@@ -24,10 +25,20 @@ MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std
 
 // The one-sided Hausdorff distance in mm from all points of `from`, not samples, to `to` (whose
 // search tree is `scene`), by branch and bound over the faces of `from`: never below it and at most
-// half a percent above, as far as pieces of 1/1024 of a face's edge tell, or of 1/4 to 1/32
+// 0.05 % above, as far as pieces of 1/1024 of a face's edge tell, or of 1/4 to 1/32
 // where a face covers several in its plane. The same for any number of threads. Throws BadDataError
 // when `from` is unusable.
 double largest_distance(const TriangleMesh& from, const TriangleMesh& to, const RayScene& scene,
                         const RunContext& context = {});
+
+// Faces in groups: the group of each, and how many groups there are.
+struct FaceGroups {
+  const std::vector<std::uint32_t>& of_face;
+  std::size_t count;
+};
+// The same from the points of each group's faces; 0 for a group without any.
+std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups& groups,
+                                      const TriangleMesh& to, const RayScene& scene,
+                                      const RunContext& context = {});
 
 }  // namespace organbake

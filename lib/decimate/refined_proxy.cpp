@@ -117,6 +117,12 @@ std::optional<ProxyMove> RefinedProxy::split(std::uint32_t a, std::uint32_t b) c
                    {reference_->closest(0.5 * (points_[a] + points_[b])).point}};
 }
 
+ProxyMove RefinedProxy::insert(std::uint32_t face, const Eigen::Vector3d& at) const {
+  const auto [a, b, c] = faces_[face];
+  const auto m = static_cast<std::uint32_t>(points_.size());
+  return {{face}, {{a, b, m}, {b, c, m}, {c, a, m}}, {a, b, c, m}, {at}};
+}
+
 ProxyPatch RefinedProxy::patch_of(const ProxyMove& move,
                                   const std::vector<std::uint32_t>& kept_faces,
                                   std::vector<std::uint32_t>& global) const {

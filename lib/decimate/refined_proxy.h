@@ -50,6 +50,8 @@ class RefinedProxy {
   std::optional<ProxyMove> flip(std::uint32_t a, std::uint32_t b) const;
   std::optional<ProxyMove> collapse(std::uint32_t a, std::uint32_t b) const;
   std::optional<ProxyMove> split(std::uint32_t a, std::uint32_t b) const;
+  // A new vertex within a face.
+  ProxyMove insert(std::uint32_t face, const Eigen::Vector3d& at) const;
 
   // Nothing when the refitted move leads to no good proxy, or to less than least_gain.
   std::optional<ProxyTrial> attempt(const ProxyMove& move, double least_gain) const;

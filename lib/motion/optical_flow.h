@@ -6,16 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "image/channel_image.h"
 #include "shading/grid.h"
 
 namespace organbake {
 
-// What features are tracked in: the frame's green channel, its contrast evened out (CLAHE). Green
-// has the contrast of tissue: blood takes the blue, and red is near saturation.
-Grid<std::uint8_t> tracked_picture(const Rgb8Image& frame);
-
-// Its pyramid, as Lucas–Kanade reads it.
+// The pyramid of a tracked picture, as Lucas–Kanade reads it.
 class FlowPyramid {
  public:
   FlowPyramid() = default;

@@ -196,10 +196,11 @@ class CameraCover {
 
   void tell() const {
     if (summary_.reached) return;
-    context_.warn("cameras see " + to_text(100 * summary_.coverage, 2) + " % of the reachable " +
-                  "surface " + std::to_string(goal_.overlap) + " times, not the " +
+    context_.warn("cameras see only " + to_text(100 * summary_.coverage, 2) +
+                  " % of the reachable surface as often as asked for, " +
+                  std::to_string(goal_.overlap) + " times, not the " +
                   to_text(100 * goal_.share, 2) +
-                  " % asked for; more --candidates or less --overlap may help");
+                  " %; more --candidates or less --overlap may help");
   }
 
   TriangleMesh surface_;

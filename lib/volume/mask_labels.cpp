@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "volume/header_text.h"
 #include "volume/label_names_file.h"
 
@@ -99,6 +100,12 @@ std::pair<std::optional<ChosenLabel>, std::size_t> first_label(std::span<const s
   return {one_label(parts[0], names, file), 1};
 }
 
+std::vector<std::string> texts_of(const std::vector<LabelName>& names) {
+  std::vector<std::string> texts;
+  for (const LabelName& known : names) texts.push_back(known.name);
+  return texts;
+}
+
 std::string together(const std::vector<ChosenLabel>& chosen) {
   std::string text;
   for (const ChosenLabel& one : chosen) text += (text.empty() ? "" : " and ") + one.name;
@@ -119,7 +126,8 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
     if (!one) {
       throw BadDataError(file + ": the mask has no label \"" + parts[at] + "\"; " +
                          (names.empty() ? "its labels have no names, give a number"
-                                        : "it holds " + label_list(names)));
+                                        : "it holds " + label_list(names)) +
+                         suggestion(parts[at], texts_of(names)));
     }
     const auto same = [&](const ChosenLabel& c) {
       return c.label == one->label && c.layer == one->layer;

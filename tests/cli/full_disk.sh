@@ -27,9 +27,11 @@ if mount -t tmpfs -o size=100k none disk 2>/dev/null; then
   trap 'umount "$WORK/disk"; finish' EXIT
   expect 73 organbake bake r.yaml -o disk/b --quiet --cache whole-cache
   expect_sentence
+  expect_err "No space left"
   expect_equal "$(ls -A disk)" ""
   expect 73 organbake bake r.yaml -o b --quiet --cache disk/cache
   expect_sentence
+  expect_err "No space left"
   expect_gone b
   expect_equal "$(find disk -type f)" ""
   # As soon as there is room again, the same command goes through.

@@ -84,6 +84,68 @@ TriangleMesh cone_mesh(std::uint32_t sides) {
   return mesh;
 }
 
+TriangleMesh revolved_mesh(const std::vector<Eigen::Vector2d>& outline_mm, std::uint32_t sides) {
+  TriangleMesh mesh;
+  const auto rings = static_cast<std::uint32_t>(outline_mm.size() - 2);
+  mesh.vertices = {{0, 0, outline_mm.front().y()}, {0, 0, outline_mm.back().y()}};
+  for (std::uint32_t r = 0; r < rings; ++r)
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const double angle = 2 * M_PI * i / sides, radius = outline_mm[r + 1].x();
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle),
+                                 outline_mm[r + 1].y());
+    }
+  const auto at = [&](std::uint32_t r, std::uint32_t i) { return 2 + r * sides + i % sides; };
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    mesh.faces.push_back({0, at(0, i + 1), at(0, i)});
+    mesh.faces.push_back({1, at(rings - 1, i), at(rings - 1, i + 1)});
+    for (std::uint32_t r = 0; r + 1 < rings; ++r) {
+      mesh.faces.push_back({at(r, i), at(r, i + 1), at(r + 1, i + 1)});
+      mesh.faces.push_back({at(r, i), at(r + 1, i + 1), at(r + 1, i)});
+    }
+  }
+  return mesh;
+}
+
+TriangleMesh torus_mesh(double circle_mm, double tube_mm, std::uint32_t around,
+                        std::uint32_t across) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const double u = 2 * M_PI * i / around, v = 2 * M_PI * j / across;
+      const double radius = circle_mm + tube_mm * std::cos(v);
+      mesh.vertices.emplace_back(radius * std::cos(u), radius * std::sin(u), tube_mm * std::sin(v));
+    }
+  const auto at = [&](std::uint32_t i, std::uint32_t j) {
+    return (i % around) * across + j % across;
+  };
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      mesh.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return mesh;
+}
+
+TriangleMesh ball_with_stalk(double ball_mm, double stalk_mm, double length_mm) {
+  constexpr int kBallSteps = 40, kStalkSteps = 40, kEndSteps = 8;
+  constexpr std::uint32_t kSides = 48;
+  const double end = std::asin(stalk_mm / ball_mm);  // where the stalk leaves, from the pole
+  const double foot_mm = ball_mm * std::cos(end);
+  std::vector<Eigen::Vector2d> outline;
+  for (int i = 0; i <= kBallSteps; ++i) {
+    const double angle = M_PI - (M_PI - end) * i / kBallSteps;
+    outline.emplace_back(ball_mm * std::sin(angle), ball_mm * std::cos(angle));
+  }
+  for (int i = 1; i <= kStalkSteps; ++i)
+    outline.emplace_back(stalk_mm, foot_mm + length_mm * i / kStalkSteps);
+  for (int i = 1; i <= kEndSteps; ++i) {
+    const double angle = 0.5 * M_PI * i / kEndSteps;
+    outline.emplace_back(stalk_mm * std::cos(angle),
+                         foot_mm + length_mm + stalk_mm * std::sin(angle));
+  }
+  return revolved_mesh(outline, kSides);
+}
+
 TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by_mm) {
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex += by_mm;
   return mesh;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "geometry/triangle_mesh.h"
 
@@ -19,6 +20,15 @@ TriangleMesh grid_box(const Eigen::Vector3d& size_mm, int cells);
 
 // A cone with so many faces about its tip, and as many about the middle of its base.
 TriangleMesh cone_mesh(std::uint32_t sides);
+
+// A closed body of revolution about z: its outline as (radius, z) from the lowest point to the
+// highest, both on the axis.
+TriangleMesh revolved_mesh(const std::vector<Eigen::Vector2d>& outline_mm, std::uint32_t sides);
+// A ring about z: a tube of that radius round a circle. 2 · volume / area is the tube's radius.
+TriangleMesh torus_mesh(double circle_mm, double tube_mm, std::uint32_t around,
+                        std::uint32_t across);
+// A ball about 0 with a stalk along +z, whose end is rounded: an organ and a vessel that leaves it.
+TriangleMesh ball_with_stalk(double ball_mm, double stalk_mm, double length_mm);
 
 // The same mesh elsewhere, larger, mirrored in x (and still outward), or with its inside outward.
 TriangleMesh moved(TriangleMesh mesh, const Eigen::Vector3d& by_mm);

@@ -10,7 +10,9 @@ void bind(OptionList& list, DecimateStageOptions& options) {
   DecimateOptions& o = options.decimate;
   list.add("faces", &options.faces,
            {.help =
-                "the proxy has at most this many; auto: as many as a tip of tool_radius can dent",
+                "the proxy has at most this many; auto: as many as a tip of tool_radius can dent, and "
+                "more until the proxy lies off by 5 % of the organ's thickness at most (vessels' of "
+                "their own), up to 6000",
             .min = 4,
             .max = 10000000})
       .add("tool_radius", &options.tool_radius_mm,
@@ -41,7 +43,7 @@ void bind(OptionList& list, DecimateStageOptions& options) {
 
 Stage decimate_stage() {
   return {.name = "decimate",
-          .version = 4,
+          .version = 5,
           .summary = "reduce a surface to the coarse proxy that the player deforms",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
           .outputs = {{"proxy", "proxy.ply"}},

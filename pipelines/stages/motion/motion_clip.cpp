@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "motion/optical_flow.h"
+#include "motion/tracked_picture.h"
 #include "motion/usable_pixels.h"
 #include "pipelines/stages/shared/clip_outputs.h"
 #include "pipelines/stages/shared/clip_source.h"

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "motion/agreement.h"
+#include "motion/borrow_depth.h"
 #include "motion/held_shading.h"
 #include "motion/neighbours.h"
 #include "motion/plane_sweep.h"
@@ -28,14 +29,18 @@ std::vector<double> seen_depths(const Scene& scene, std::size_t view) {
   return depths;
 }
 
-// What a view can show: all but the outermost places, and as much again beyond.
+// What a view can show: all but the outermost places, and some way beyond.
 DepthRange range_of(const std::vector<double>& depths) {
-  constexpr double kOutermost = 0.01, kBeyond = 1.35;
+  constexpr double kOutermost = 0.01, kNearer = 0.9, kFarther = 1.15;
   const auto at = [&](double share) {
     return depths[static_cast<std::size_t>(share * static_cast<double>(depths.size() - 1))];
   };
-  return {at(kOutermost) / kBeyond, at(1 - kOutermost) * kBeyond};
+  return {kNearer * at(kOutermost), kFarther * at(1 - kOutermost)};
 }
+
+// Tissue moves: frames that lie near in time are the likelier to show the same.
+constexpr double kUsualGap_views = 6, kUsualGap_keys = 1.5;
+constexpr int kMostPartners = 4;
 
 class KeyDepths {
  public:
@@ -103,8 +108,8 @@ class KeyDepths {
       context_.throw_if_cancelled();
       const std::vector<double> depths = seen_depths(motion_.scene, posed_[chosen_[key]]);
       std::vector<const PosedFrame*> neighbours;
-      for (const std::size_t other :
-           best_neighbours(cameras_, chosen_[key], depths[depths.size() / 2]))
+      for (const std::size_t other : best_neighbours(
+               cameras_, chosen_[key], depths[depths.size() / 2], {.usual_gap = kUsualGap_views}))
         neighbours.push_back(&frames_[other]);
       if (neighbours.empty()) continue;
       swept_[key] = sweep_depth(frames_[chosen_[key]], neighbours, range_of(depths), {}, context_);
@@ -115,13 +120,16 @@ class KeyDepths {
   void hold_against_each_other() {
     drop_keys([&](std::size_t key) { return swept_[key].depth.size() == 0; });
     std::vector<PosedCamera> cameras;
-    std::vector<std::vector<std::size_t>> partners(keys_.size());
+    for (const std::size_t key : chosen_) cameras.push_back(cameras_[key]);
+    std::vector<std::vector<std::size_t>> partners;
     for (std::size_t key = 0; key < keys_.size(); ++key) {
-      cameras.push_back(cameras_[chosen_[key]]);
-      for (std::size_t other = 0; other < keys_.size(); ++other)
-        if (other != key) partners[key].push_back(other);
+      const std::vector<double> depths = seen_depths(motion_.scene, posed_[chosen_[key]]);
+      partners.push_back(best_neighbours(
+          cameras, key, depths[depths.size() / 2],
+          {.most = kMostPartners, .least_angle_rad = 0, .usual_gap = kUsualGap_keys}));
     }
     check_agreement(cameras, partners, swept_);
+    borrow_depth(cameras, partners, swept_);
   }
 
   void fill() {
@@ -130,9 +138,7 @@ class KeyDepths {
       KeyView& view = keys_[key];
       view.swept_share = sure_share(view.prepared, swept_[key]);
       try {
-        HeldShadingOptions held;
-        held.lamp.texture = options_.texture;
-        view.depth = fill_by_shading(view.prepared, swept_[key], held);
+        view.depth = fill_by_shading(view.prepared, swept_[key], {});
         if (!options_.shading) keep_sure_alone(swept_[key], view.depth);
       } catch (const BadDataError&) {
         failed[key] = 1;  // nothing of it is certain

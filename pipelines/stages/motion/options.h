@@ -13,7 +13,6 @@ struct MotionStageOptions {
   int halvings = 1;                               // of the frames, before depth is sought for
   double field_of_view_rad = 1.2217304763960306;  // 70°: where the search for a lens starts
   double range_mm = 0;
-  double texture = 0.3;
   double voxel = 0;
   bool shading = true;
   bool keep_light = false;

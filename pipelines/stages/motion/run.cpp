@@ -36,8 +36,7 @@ MotionOptions search_of(const FollowedClip& clip) {
 std::vector<std::optional<RigidTransform>> given_poses(const fs::path& path,
                                                        const FollowedClip& clip) {
   const CameraSet set = read_camera_file(path);
-  const MatchedPoses matched =
-      match_poses({clip.names.begin(), clip.names.end()}, set, path);
+  const MatchedPoses matched = match_poses({clip.names.begin(), clip.names.end()}, set, path);
   std::vector<std::optional<RigidTransform>> poses;
   for (const auto& camera : matched.camera)
     poses.push_back(camera ? std::optional(set.cameras[*camera].camera_from_world) : std::nullopt);

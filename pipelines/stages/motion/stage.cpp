@@ -31,8 +31,6 @@ void bind(OptionList& list, MotionStageOptions& o) {
             .max = 10000})
       .add("shading", &o.shading,
            {.help = "fill by the picture's brightness what parallax leaves open"})
-      .add("texture", &o.texture,
-           {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
       .add("voxel", &o.voxel,
            {.help = "side of the voxels in which the depth maps are fused; 0 = as fine as their "
                     "pixels",

@@ -49,6 +49,18 @@ TEST(Confidence, FollowsIncidenceAndFadesAtTheOutline) {
   EXPECT_LT(outline / outline_texels, 0.04);
 }
 
+// As data-schemas/bundle-format.md says: of a ball's outline cos² 80° stays empty, so far away.
+TEST(Confidence, IsMissingFromThreePercentOfABall) {
+  constexpr double kRadius = 30, kDistance = 600, kDegree = 3.14159265358979 / 180;
+  const CaptureResult captured = capture(sphere_mesh(kRadius, 6), sphere_mesh(kRadius, 2),
+                                         {plain_camera({0, -kDistance, 0}, Vector3d::Zero(), 2000)},
+                                         *make_material_color({}), {});
+  const auto kept = double(captured.bound_in_prism + captured.bound_by_fallback);
+  const double empty = double(captured.unsure_texels) / (kept + double(captured.unsure_texels));
+  EXPECT_EQ(captured.back_face_texels + captured.unbound_texels, 0u);
+  EXPECT_NEAR(empty, std::pow(std::cos(80 * kDegree), 2), 0.002);
+}
+
 // A cross-fade shows every jump of the weights.
 TEST(Confidence, HasNoJumps) {
   const CameraMaps maps =

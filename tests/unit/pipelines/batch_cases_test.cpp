@@ -63,6 +63,48 @@ TEST_F(BatchCasesTest, ATableIsReadAsItWasWritten) {
   EXPECT_THAT(read[1].settings, ElementsAre("decimate.faces=80"));
 }
 
+// The same two cases in each of them; the second's name and path hold what separates fields.
+TEST_F(BatchCasesTest, ATableIsReadAsSpreadsheetsSaveIt) {
+  const std::string utf16 = [] {
+    std::string bytes = "\xFF\xFE";
+    for (const char c : std::string("case\tct\tlabel\r\none\t/a.mha\t5\r\nt;w,o\t/b;c,d.mha\t\r\n"))
+      bytes += {c, '\0'};
+    return bytes;
+  }();
+  const std::string tables[] = {
+      "\xEF\xBB\xBF"
+      "case,ct,label\r\none,/a.mha,5\r\n\"t;w,o\",\"/b;c,d.mha\",\r\n",
+      "case;ct;label\none;/a.mha;5\n\"t;w,o\";\"/b;c,d.mha\";\n",
+      "sep=;\r\ncase;ct;label\r\none;/a.mha;5\r\n\"t;w,o\";\"/b;c,d.mha\";\r\n",
+      "case\tct\tlabel\none\t/a.mha\t5\nt;w,o\t/b;c,d.mha\t\n",
+      "case,ct,label\rone,/a.mha,5\r\"t;w,o\",\"/b;c,d.mha\",\r",
+      "case, ct ,label,,\none,/a.mha,5,,\n\"t;w,o\",\"/b;c,d.mha\",,,\n,,,,\n,,,,\n",
+      utf16};
+  for (const std::string& table : tables) {
+    SCOPED_TRACE(table);
+    write_file_atomically(folder_.path() / "t.csv", table);
+    const std::vector<BatchCase> read = read_case_table(folder_.path() / "t.csv");
+    ASSERT_EQ(read.size(), 2U);
+    EXPECT_EQ(read[0].name, "one");
+    EXPECT_THAT(read[0].settings, ElementsAre("ct=/a.mha", "label=5"));
+    EXPECT_EQ(read[1].name, "t;w,o");
+    EXPECT_THAT(read[1].settings, ElementsAre("ct=/b;c,d.mha"));
+  }
+}
+
+TEST_F(BatchCasesTest, AValueWithoutAColumnsNameIsRefused) {
+  write_file_atomically(folder_.path() / "t.csv", std::string_view("case,ct,\none,/a.mha,lost\n"));
+  EXPECT_THROW(read_case_table(folder_.path() / "t.csv"), BadDataError);
+}
+
+TEST_F(BatchCasesTest, TablesHaveSeveralEndingsAndWorkbooksAreRefused) {
+  for (const char* name : {"t.csv", "t.tsv", "t.txt", "T.CSV"}) {
+    write_file_atomically(folder_.path() / name, std::string_view("case\tlabel\none\t5\n"));
+    EXPECT_THAT(names({path(name)}), ElementsAre("one")) << name;
+  }
+  EXPECT_THROW(names({"cases.xlsx"}), UsageError);
+}
+
 TEST_F(BatchCasesTest, ALineBreakIsNoField) {
   EXPECT_THROW(case_table_text({{"one", {"ct=a\nb"}}}), UsageError);
 }

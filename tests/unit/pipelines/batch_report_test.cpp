@@ -16,14 +16,21 @@ namespace {
 using testing::HasSubstr;
 
 BatchRow good(const std::string& name, double rms_mm) {
-  return {name, "written", 0, 1.5, 100, {{"decimate.rms_mm", rms_mm}}, {}, "pictures/a b.png", ""};
+  return {name, "written",          0, 1.5, 100, {{"decimate.rms_mm", rms_mm}}, {},
+          {},   "pictures/a b.png", ""};
 }
 BatchRow bad(const std::string& name, int exit_code) {
-  return {name, "failed", exit_code, 0.1, 10, {}, "a,b: \"wrong\"\n<mend> it", {}, {}};
+  return {name, "failed", exit_code, 0.1, 10, {}, {}, "a,b: \"wrong\"\n<mend> it", {}, {}};
+}
+BatchRow warned(const std::string& name) {
+  BatchRow row = good(name, 0.1);
+  row.warnings = {"place: too few, \"they\" say", "capture: <odd>"};
+  return row;
 }
 
 TEST(BatchReport, ComesBackFromItsJson) {
-  const nlohmann::json json = batch_json("r.yaml", {good("one", 0.25), bad("two", 65)});
+  const nlohmann::json json =
+      batch_json("r.yaml", {good("one", 0.25), bad("two", 65), warned("three")});
   check_document(Document::parse_json(json.dump(), "batch.json"), "batch");
   EXPECT_EQ(batch_json("r.yaml", rows_of(json)), json);
 }
@@ -51,6 +58,23 @@ TEST(BatchReport, ThePageShowsTheWorstFirstAndOnlyWhatThereIs) {
   EXPECT_THAT(page, HasSubstr("pictures/a%20b.png"));
   EXPECT_THAT(page, HasSubstr("decimate.rms_mm"));
   EXPECT_EQ(page.find("shade.frames_shaded"), std::string::npos);
+}
+
+TEST(BatchReport, WarningsStandInTheTableAndOnThePage) {
+  const std::string csv = batch_csv({warned("three")});
+  EXPECT_THAT(csv, HasSubstr("\"place: too few, \"\"they\"\" say; capture: <odd>\""));
+  EXPECT_THAT(csv.substr(0, csv.find('\n')), HasSubstr(",warnings,error"));
+  const std::string page = batch_page("r", {good("coarse", 2), warned("three"), bad("lost", 66)});
+  EXPECT_THAT(page, HasSubstr("capture: &lt;odd&gt;"));
+  EXPECT_LT(page.find("lost"), page.find("three"));
+  EXPECT_LT(page.find("three"), page.find("coarse"));
+}
+
+TEST(BatchReport, OfAnOlderBatchHasNoWarnings) {
+  nlohmann::json json = batch_json("r.yaml", {good("one", 1)});
+  json["cases"][0].erase("warnings");
+  check_document(Document::parse_json(json.dump(), "batch.json"), "batch");
+  EXPECT_TRUE(rows_of(json).front().warnings.empty());
 }
 
 TEST(BatchExitCode, AsksForAnotherTryOnlyWhenThatMayHelp) {

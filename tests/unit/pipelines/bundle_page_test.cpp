@@ -43,6 +43,29 @@ TEST(BakeWarnings, NameTheStageAndTheFigure) {
               ElementsAre(HasSubstr("2 of 6")));
 }
 
+TEST(BakeWarnings, AProxyThatDoesNotServeIsOne) {
+  json figures = {{"worst_share_of_thickness", 0.4}, {"worst_mm", 1.2}, {"worst_thickness_mm", 3}};
+  EXPECT_THAT(bake_warnings(report_of("decimate", figures)), ElementsAre());
+  figures["worst_share_of_thickness"] = 8;
+  EXPECT_THAT(bake_warnings(report_of("decimate", figures)),
+              ElementsAre(HasSubstr("does not serve there")));
+  figures["worst_share_of_thickness"] = 0.4;
+  figures["share_of_thickness_asked"] = 0.05;
+  figures["faces"] = 6000;
+  EXPECT_THAT(bake_warnings(report_of("decimate", figures)),
+              ElementsAre(HasSubstr("even 6000 faces do not reach it")));
+}
+
+TEST(StageWarnings, AreOneListOfWhatWasSaidAndWhatFiguresTell) {
+  json stage = report_of("decimate", {{"self_intersecting_faces", 4}})["stages"][0];
+  const std::string said = "4 faces of the proxy cross others; allow another number of faces";
+  EXPECT_THAT(stage_warnings(stage, {said, "odd"}), ElementsAre(said, "odd"));
+  EXPECT_THAT(stage_warnings(stage, {}), ElementsAre(said));
+  stage["quality_gate"] = "too few";
+  EXPECT_THAT(stage_warnings(stage, {"too few; take more"}),
+              ElementsAre("too few; take more", said));
+}
+
 TEST(BakeWarnings, FiguresOfAnotherKindAreNotTrusted) {
   EXPECT_THAT(bake_warnings(report_of("place", {{"seen_by_1_share", "none"}})), ElementsAre());
 }

@@ -23,6 +23,8 @@ StageReport FakeStages::run(const Stage& stage, const StageCall& call) {
   if (stage.name == "capture") write_file_atomically(call.output_folder / "surface.ply", "colours");
   StageReport report;
   report.add("length", text.size());
+  if (stage.name == warning_stage) call.context.warn("something is odd");
+  if (stage.name == warning_stage) report.quality_gate = "not good enough";
   report.skipped.push_back({"nothing", "a test"});
   return report;
 }
@@ -30,7 +32,13 @@ StageReport FakeStages::run(const Stage& stage, const StageCall& call) {
 Runner FakeStages::runner(const fs::path& cache_folder) {
   return {Cache(cache_folder),
           [this](const Stage& stage, const StageCall& call) { return run(stage, call); },
-          [](const std::string&) { return RunContext(); }};
+          [this](const std::string& stage) {
+            return RunContext(
+                [this, stage](LogLevel level, std::string_view text) {
+                  if (level == LogLevel::warning) heard.push_back(stage + ": " + std::string(text));
+                },
+                {}, nullptr);
+          }};
 }
 
 std::string FakeStages::take_calls() {

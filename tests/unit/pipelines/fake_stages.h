@@ -22,6 +22,10 @@ class FakeStages {
   std::string take_calls();
   // This stage throws, after it has written half of its outputs.
   std::string failing_stage;
+  // This stage warns.
+  std::string warning_stage;
+  // What any stage warned of in runs of its runners, "stage: warning".
+  std::vector<std::string> heard;
 
  private:
   std::vector<std::string> calls_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/options.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -45,6 +46,30 @@ const Option& option(const OptionList& list, const std::string& name) { return *
 
 void set(const OptionList& list, const std::string& name, const std::string& text) {
   option(list, name).set(parse_option(option(list, name), text, "--" + name));
+}
+
+std::string refusal(const OptionList& list, const std::string& name, const std::string& text) {
+  try {
+    set(list, name, text);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Options, ARefusalTellsWhatMayHaveBeenMeant) {
+  double angle_rad = 1, share = 0.5;
+  std::string word = "red";
+  OptionList list;
+  list.add("angle", &angle_rad, {.help = "of view", .unit = "rad", .min = 0.01, .max = 2.5})
+      .add("share", &share, {.help = "part", .min = 0, .max = 1})
+      .add("word", &word, {.help = "colour", .choices = {"red", "green"}});
+  EXPECT_THAT(refusal(list, "angle", "70"), testing::HasSubstr("70 degrees are 1.2217 rad"));
+  EXPECT_THAT(refusal(list, "angle", "700"), testing::Not(testing::HasSubstr("degrees")));
+  EXPECT_THAT(refusal(list, "share", "0,5"),
+              testing::HasSubstr("decimals stand behind a point: 0.5"));
+  EXPECT_THAT(refusal(list, "share", "70"), testing::Not(testing::HasSubstr("degrees")));
+  EXPECT_THAT(refusal(list, "word", "Gren"), testing::HasSubstr("did you mean 'green'?"));
 }
 
 TEST(Options, TheDefaultsAreTheVariablesValues) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/files.h"
 #include "core/temporary_folder.h"
 #include "fake_stages.h"
 #include "pipelines/quality.h"
@@ -62,6 +63,26 @@ TEST_F(RecipeTest, SectionsSettingsAndInputsArrive) {
   EXPECT_TRUE(recipe.bundle.surface);
 }
 
+TEST_F(RecipeTest, WhoForgetsTheRecipeIsToldTheWholeCommand) {
+  const auto told = [&](const std::string& name, const std::string& content) {
+    write_file_atomically(folder_.path() / name, content);
+    try {
+      read_recipe(folder_.path() / name, {});
+    } catch (const UsageError& error) {
+      return std::string(error.what());
+    }
+    return std::string("it was taken for a recipe");
+  };
+  const std::string folder = folder_.path().string();
+  EXPECT_THAT(told("CT.nii.gz", "x"), HasSubstr("--set ct=" + folder + "/CT.nii.gz -o BUNDLE"));
+  EXPECT_THAT(told("slice", std::string(128, '\0') + "DICM"), HasSubstr("--set ct="));
+  EXPECT_THAT(told("organ.stl", "x"), HasSubstr("--set surface="));
+  EXPECT_THAT(told("clip.mp4", "x"), HasSubstr("laparoscopy.yaml --set frames="));
+  EXPECT_THAT(told("cases.csv", "case\n"), HasSubstr("organbake batch"));
+  EXPECT_THROW(read_recipe(folder_.path(), {}), UsageError) << "a folder";
+  EXPECT_THROW(read_recipe(folder_.path() / "missing.nii", {}), NoInputError);
+}
+
 TEST_F(RecipeTest, AnEmptySettingTakesAnInputAway) {
   EXPECT_TRUE(read("inputs: {ct: scan.mha}\n", {"ct="}).inputs.empty());
 }
@@ -75,6 +96,9 @@ TEST_F(RecipeTest, ErrorsNameLineKeyAndTheNearestKey) {
   EXPECT_THAT(error("decimate:\n  faces: 3\n"),
               HasSubstr("recipe.yaml:3: decimate.faces is 3; it must be a number, at least 4"));
   EXPECT_THAT(error("decimate:\n  method: magic\n"), HasSubstr("lindstrom-turk"));
+  EXPECT_THAT(error("capture: {material: Livr}\n"), HasSubstr("did you mean 'liver'?"));
+  EXPECT_THAT(error("place: {field_of_view: 70}\n"), HasSubstr("70 degrees are 1.2217 rad"));
+  EXPECT_THAT(error("", {"place.field_of_view=70"}), HasSubstr("70 degrees are 1.2217 rad"));
   EXPECT_THAT(error("decimate: 80\n"), HasSubstr("decimate is 80; it must be a group of keys"));
 }
 

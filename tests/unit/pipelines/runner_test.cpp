@@ -112,6 +112,20 @@ TEST_F(RunnerTest, AForecastTellsWhatWillRun) {
   EXPECT_THAT(explanation(forecasts[2]).front(), HasSubstr("decimate: to run, because faces was"));
 }
 
+TEST_F(RunnerTest, WarningsAreOneListWhetherAStageRanOrWasCached) {
+  stages_.warning_stage = "place";
+  const Recipe recipe =
+      recipe_from(folder_.path(), "schema: organbake/recipe/1\nphantom: {seed: 7}\n");
+  const Plan plan = plan_bake(recipe);
+  Runner runner = stages_.runner(cache());
+  const std::vector<std::string> all = {"place: something is odd", "place: not good enough"};
+  EXPECT_EQ(warnings_of(runner.run(plan, {})), all);
+  EXPECT_EQ(stages_.heard, all) << "said once, while it ran or right after";
+  stages_.heard.clear();
+  EXPECT_EQ(warnings_of(runner.run(plan, {})), all);
+  EXPECT_EQ(stages_.heard, all) << "and again when it is cached";
+}
+
 TEST_F(RunnerTest, ADamagedCacheIsMendedBeforeItsFilesAreUsed) {
   bake();
   const auto before = bundle_files();

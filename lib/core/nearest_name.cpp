@@ -1,11 +1,18 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/nearest_name.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "core/nearest_name.h"
 
 #include <algorithm>
+#include <cctype>
 #include <numeric>
 
 namespace organbake {
 namespace {
+
+// Names are told apart neither by case nor by what joins their words.
+char plain(char c) {
+  if (c == '-' || c == ' ') return '_';
+  return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+}
 
 // Levenshtein's distance, one row at a time.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -15,7 +22,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::size_t diagonal = row[0];
     row[0] = i + 1;
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      const std::size_t replaced = diagonal + (plain(a[i]) == plain(b[j]) ? 0 : 1);
       diagonal = row[j + 1];
       row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
     }

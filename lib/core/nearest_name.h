@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace organbake {
 
-// "; did you mean 'faces'?" when one of the candidates is close to `name`, else nothing. To be put
-// at the end of an error message.
+// "; did you mean 'faces'?" when one of the candidates is close to `name`, whatever their case,
+// else nothing. To be put at the end of an error message.
 std::string suggestion(std::string_view name, const std::vector<std::string>& candidates);
 
 }  // namespace organbake

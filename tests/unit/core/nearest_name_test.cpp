@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/nearest_name.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "core/nearest_name.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@ TEST(NearestName, SuggestsWhatIsClose) {
   EXPECT_EQ(suggestion("facs", names), "; did you mean 'faces'?");
   EXPECT_EQ(suggestion("metod", names), "; did you mean 'method'?");
   EXPECT_EQ(suggestion("siez", names), "; did you mean 'size'?");
+  EXPECT_EQ(suggestion("Left-Kidny", {"spleen", "left kidney"}), "; did you mean 'left kidney'?");
 }
 
 TEST(NearestName, IsSilentAboutWhatIsFar) {
