@@ -133,7 +133,6 @@ StepListener listener(const BakeFlags& flags, Terminal& terminal) {
   return listener;
 }
 
-// Puts the result where -o says; returns what became of it.
 // Where a stage declines, what else makes the same takes its place.
 std::vector<StepResult> run_open_stages(Recipe& recipe, Plan& plan, Runner& runner,
                                         const RunOptions& options, const BakeFlags& flags,
@@ -150,6 +149,7 @@ std::vector<StepResult> run_open_stages(Recipe& recipe, Plan& plan, Runner& runn
   }
 }
 
+// Puts the result where -o says; returns what became of it.
 std::string write_result(const BakeFlags& flags, const Recipe& recipe, const Plan& plan,
                          std::vector<StepResult>& steps, Runner& runner) {
   if (flags.to.empty()) {
