@@ -36,12 +36,12 @@ void bind(OptionList& list, DecimateStageOptions& options) {
            {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
       .add("flips", &o.flips,
            {.help = "let the fit flip edges where that lowers the distance, up to 500 faces"});
-  bind_unit(list, options.unit);
+  bind(list, options.frame);
 }
 
 Stage decimate_stage() {
   return {.name = "decimate",
-          .version = 4,
+          .version = 5,
           .summary = "reduce a surface to the coarse proxy that the player deforms",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
           .outputs = {{"proxy", "proxy.ply"}},

@@ -60,12 +60,12 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
                     "well, at rest and poked, and the surface painted by what cameras see"},
            {{"brief", CoverageDetail::brief}, {"full", CoverageDetail::full}});
-  bind_unit(list, o.unit);
+  bind(list, o.frame);
 }
 
 Stage place_stage() {
   return {.name = "place",
-          .version = 6,
+          .version = 7,
           .summary = "place virtual cameras round a surface or inside a viewing cone",
           .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
           .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},
