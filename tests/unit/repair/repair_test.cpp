@@ -155,7 +155,7 @@ TEST(Repair, OverlappingPiecesBecomeTheirUnion) {
     EXPECT_FALSE(repaired.wrapped);
     EXPECT_NEAR(signed_volume(repaired.mesh) / wanted_mm3, 1, kFacets);
     EXPECT_LT(std::abs(repaired.volume_change), 1e-6) << "what they share never counted";
-    EXPECT_THAT(repaired.done, Contains(HasSubstr("2 overlapping pieces united: 34.")));
+    EXPECT_THAT(repaired.done, Contains(HasSubstr("2 overlapping pieces united: 35.")));
   }
 }
 
@@ -195,11 +195,11 @@ TEST(Repair, BoxesWhoseSidesLieInOnePlaneAreUnited) {
 
 TEST(Repair, PiecesThatCrossThemselvesTooAreWrapped) {
   // A ball of which a patch is pushed out through the other side.
-  TriangleMesh crossing = sphere_mesh(30, 4);
+  TriangleMesh crossing = sphere_mesh(30, 3);
   for (auto& v : crossing.vertices)
     if (v.x() < -22) v.x() += 80;
-  const RepairSummary repaired =
-      repair(joined(crossing, moved(sphere_mesh(30, 4), {40, 0, 0})), {.volume_change = 1});
+  const RepairSummary repaired = repair(joined(crossing, moved(sphere_mesh(30, 3), {40, 0, 0})),
+                                        {.wrap_mm = 6, .volume_change = 1});
   expect_sound(repaired);
   EXPECT_TRUE(repaired.wrapped);
   EXPECT_THAT(repaired.done, Contains(HasSubstr("overlap and cross themselves")));
