@@ -120,7 +120,7 @@ class Nesting {
     static const std::array<Eigen::Vector3d, 3> kSlant = {Eigen::Vector3d(0.4821, 0.6213, 0.6177),
                                                           Eigen::Vector3d(-0.7314, 0.2871, -0.6187),
                                                           Eigen::Vector3d(0.2217, -0.8043, 0.5512)};
-    constexpr double kOff = 1e-6;
+    constexpr double kOff = 1e-6, kRounding = 1e-12;
     constexpr int kMostFaces = 10000;
     Ray ray;
     ray.origin = point;
@@ -133,7 +133,7 @@ class Nesting {
       if (hit.face == kNoHit) break;
       const std::uint32_t other = piece_of_face_[hit.face];
       if (may_hold(other, piece)) ++crossed[other];
-      ray.t_min = hit.t + off_mm;
+      ray.t_min = hit.t + std::max(off_mm, kRounding * hit.t);
     }
     return crossed;
   }
@@ -144,14 +144,9 @@ class Nesting {
   std::vector<std::uint32_t> piece_of_face_;
 };
 
-std::string sentence(std::size_t count, const char* one, const char* many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
+using Twins = std::vector<std::uint32_t>;  // as half_edge_twins() gives them
 
-}  // namespace
-
-std::vector<MeshPiece> pieces_of(const TriangleMesh& mesh) {
-  const std::vector<std::uint32_t> twins = half_edge_twins(mesh);
+std::vector<MeshPiece> pieces_of(const TriangleMesh& mesh, const Twins& twins) {
   std::vector<bool> reached(mesh.faces.size(), false);
   std::vector<MeshPiece> pieces;
   for (std::uint32_t start = 0; start < mesh.faces.size(); ++start) {
@@ -171,12 +166,7 @@ std::vector<MeshPiece> pieces_of(const TriangleMesh& mesh) {
   return pieces;
 }
 
-void turn_faces(TriangleMesh& mesh, const std::vector<std::uint32_t>& faces) {
-  for (const std::uint32_t f : faces) std::swap(mesh.faces[f][1], mesh.faces[f][2]);
-}
-
-std::size_t wind_alike(TriangleMesh& mesh) {
-  const std::vector<std::uint32_t> twins = half_edge_twins(mesh);
+std::size_t wind_alike(TriangleMesh& mesh, const Twins& twins) {
   enum class State : char { unseen, kept, turned };
   std::vector<State> state(mesh.faces.size(), State::unseen);
   std::vector<std::uint32_t> to_turn, patch;
@@ -203,10 +193,28 @@ std::size_t wind_alike(TriangleMesh& mesh) {
   return to_turn.size();
 }
 
+std::string sentence(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+}  // namespace
+
+std::vector<MeshPiece> pieces_of(const TriangleMesh& mesh) {
+  return pieces_of(mesh, half_edge_twins(mesh));
+}
+
+void turn_faces(TriangleMesh& mesh, const std::vector<std::uint32_t>& faces) {
+  for (const std::uint32_t f : faces) std::swap(mesh.faces[f][1], mesh.faces[f][2]);
+}
+
+std::size_t wind_alike(TriangleMesh& mesh) { return wind_alike(mesh, half_edge_twins(mesh)); }
+
 TurnedFaces turn_outward(TriangleMesh& mesh) {
   TurnedFaces turned;
-  turned.faces = wind_alike(mesh);
-  const std::vector<MeshPiece> pieces = pieces_of(mesh);
+  Twins twins = half_edge_twins(mesh);
+  turned.faces = wind_alike(mesh, twins);
+  if (turned.faces > 0) twins = half_edge_twins(mesh);
+  const std::vector<MeshPiece> pieces = pieces_of(mesh, twins);
   const std::vector<char> walls = Nesting(mesh, pieces).walls_of_cavities();
   for (std::size_t p = 0; p < pieces.size(); ++p) {
     if (!has_inside(pieces[p]) || (pieces[p].volume_mm3 < 0) == (walls[p] != 0)) continue;
