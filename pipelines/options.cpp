@@ -2,6 +2,7 @@
 #include "pipelines/options.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -142,6 +143,17 @@ bool allowed(const OptionTraits& traits, const OptionValue& value) {
   return true;
 }
 
+// The choice that differs in capitals alone, as RAS from ras; else the text.
+std::string_view known_choice(const Option& option, std::string_view text) {
+  for (const std::string& choice : option.traits.choices) {
+    const bool same = std::equal(
+        choice.begin(), choice.end(), text.begin(), text.end(),
+        [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+    if (same) return choice;
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string Option::flag() const {
@@ -182,7 +194,8 @@ std::vector<std::string> OptionList::names() const {
 }
 
 OptionValue parse_option(const Option& option, std::string_view text, const std::string& where) {
-  const std::optional<OptionValue> value = parsed(option.kind, text);
+  const std::optional<OptionValue> value =
+      parsed(option.kind, option.kind == OptionKind::choice ? known_choice(option, text) : text);
   if (!value) refuse(option, where, text);
   check_option(option, *value, where);
   return *value;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "pipelines/input_frame.h"
 #include "pipelines/options_json.h"
 
 namespace organbake {
@@ -110,6 +111,17 @@ bool connect(Step& step, const StageInput& input, const Inputs& given,
   return true;
 }
 
+// The unit and the axes are those of the inputs: what stages make is in the world's own.
+std::string options_of(const Step& step, const OptionList& options) {
+  nlohmann::json json = to_json(options);
+  const bool given = std::any_of(step.inputs.begin(), step.inputs.end(), [](const auto& input) {
+    return input.kind == InputKind::mesh && !input.given.empty();
+  });
+  if (reads_meshes(options) && !given)
+    for (const std::string& key : input_frame_keys()) json[key] = "auto";
+  return json.dump();
+}
+
 std::string why_left_out(const Stage& stage, const Recipe& recipe) {
   if (const auto found = recipe.declined.find(stage.name); found != recipe.declined.end())
     return found->second;
@@ -131,6 +143,13 @@ bool used(const std::vector<Step>& steps, const std::string& input) {
   return false;
 }
 
+// Whether a step was told the unit, or the axes, of what it reads.
+bool says(const std::vector<Step>& steps, const std::string& key) {
+  return std::any_of(steps.begin(), steps.end(), [&](const Step& step) {
+    return nlohmann::json::parse(step.options_json).value(key, "auto") != "auto";
+  });
+}
+
 std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
                                    const std::set<std::string>& running) {
   std::vector<LeftOut> list;
@@ -143,6 +162,9 @@ std::vector<LeftOut> list_left_out(const Recipe& recipe, const Plan& plan,
   }
   for (const auto& [name, path] : recipe.inputs) {
     if (!used(plan.steps, name)) list.push_back({"input " + name, "no step of this bake reads it"});
+  }
+  for (const std::string& key : recipe.said_of_inputs) {
+    if (!says(plan.steps, key)) list.push_back({"input " + key, "no step of this bake reads it"});
   }
   for (const auto& [option, value] : recipe.outranked) {
     list.push_back({option + " of quality " + recipe.quality, "the recipe says " + value});
@@ -167,13 +189,14 @@ Plan plan_bake(const Recipe& recipe, const std::string& last_stage) {
   Plan plan;
   for (const Stage& stage : all_stages()) {
     if (!running.contains(stage.name)) continue;
-    Step step{&stage, to_json(recipe.options.at(stage.name).list).dump(), {}};
+    Step step{&stage, {}, {}};
     for (const StageInput& input : stage.inputs) {
       if (connect(step, input, recipe.inputs, plan.steps)) continue;
       throw RecipeError("the stage '" + stage.name + "' lacks its input '" + input.name + "' (" +
                         input.help + "): write it under inputs, or give --set " + input.name +
                         "=PATH");
     }
+    step.options_json = options_of(step, recipe.options.at(stage.name).list);
     plan.steps.push_back(std::move(step));
   }
   if (last_stage.empty()) plan.left_out = list_left_out(recipe, plan, running);

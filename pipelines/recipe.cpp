@@ -8,6 +8,7 @@
 #include "core/files.h"
 #include "pipelines/document.h"
 #include "pipelines/forgotten_recipe.h"
+#include "pipelines/input_frame.h"
 #include "pipelines/options_json.h"
 #include "pipelines/quality.h"
 #include "pipelines/schema_check.h"
@@ -50,7 +51,20 @@ Setting parse_setting(const std::string& text) {
           text.substr(equals + 1), "--set " + text};
 }
 
-bool is_input(const std::string& key) { return key == "label" || is_recipe_input(key); }
+bool is_input(const std::string& key) {
+  return key == "label" || is_input_frame_key(key) || is_recipe_input(key);
+}
+
+// Texts are paths, but for what has a kind of its own.
+Json input_value(const Setting& setting) {
+  if (setting.key == "label") return plain_scalar(setting.value);
+  if (!is_input_frame_key(setting.key)) return setting.value;
+  try {
+    return to_json(parse_input_frame(setting.key, setting.value, setting.origin));
+  } catch (const UsageError& error) {
+    throw RecipeError(error.what());
+  }
+}
 
 // Keys come from a command line: "/" and "~" mean something else in a JSON pointer.
 std::string pointer_to(const std::string& section, const std::string& key) {
@@ -83,9 +97,7 @@ void apply_input(Document& document, const std::map<std::string, StageOptions>& 
   if (setting.value.empty()) {
     document.remove(pointer);
   } else {
-    document.set(pointer,
-                 setting.key == "label" ? plain_scalar(setting.value) : Json(setting.value),
-                 setting.origin);
+    document.set(pointer, input_value(setting), setting.origin);
   }
 }
 
@@ -183,6 +195,7 @@ Json recipe_schema() {
       {"anyOf", {{{"type", "integer"}, {"minimum", 1}, {"maximum", 32767}}, {{"type", "string"}}}},
       {"description",
        "the organ's label in the mask, number or name; the same as isosurface.label"}};
+  for (const std::string& key : input_frame_keys()) inputs[key] = input_frame_schema(key);
   Json properties = {
       {"schema", {{"type", "string"}, {"enum", {kRecipeSchema}}}},
       {"name", {{"type", "string"}, {"description", "what the bundle is called"}}},
@@ -227,7 +240,10 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
     set_from_json(section.list, section_of(json, name), name + ".");
     if (json.contains(name)) recipe.sections.insert(name);
   }
+  apply_input_frame(document, sections);
   const Json inputs = section_of(json, "inputs");
+  for (const std::string& key : input_frame_keys())
+    if (inputs.value(key, "auto") != "auto") recipe.said_of_inputs.push_back(key);
   if (inputs.contains("label")) {
     set_from_json(sections["isosurface"].list, {{"label", inputs["label"]}}, "inputs.");
   }

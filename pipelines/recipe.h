@@ -39,6 +39,7 @@ struct Recipe {
   std::string quality;               // one of quality_names(); empty: none is asked for
   std::vector<Outranked> outranked;  // of the quality's options
   std::map<std::string, std::filesystem::path> inputs;  // those that are given
+  std::vector<std::string> said_of_inputs;              // "unit", "space"
   std::map<std::string, StageOptions> options;          // of every stage there is
   std::set<std::string> sections;                       // stages that the recipe mentions
   std::map<std::string, std::string> declined;  // stages that made nothing of it, and why
@@ -46,7 +47,7 @@ struct Recipe {
 };
 
 // Reads a recipe (YAML) and applies "key=value" settings: an input ("ct=scan.nii.gz"; empty takes
-// it away), "quality=draft", or a section's option ("decimate.faces=100"). An option that neither
+// it away), what it is in ("unit=cm", "space=RAS"), "quality=draft", or a section's option ("decimate.faces=100"). An option that neither
 // names is the quality's, else its default. Paths in the file are relative to its folder, those of
 // settings to the current one. Throws NoInputError, UsageError for an input in the place of a
 // recipe (forgotten_recipe.h), or RecipeError that names the line and key, and the nearest known

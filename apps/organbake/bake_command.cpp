@@ -24,7 +24,7 @@ using Clock = std::chrono::steady_clock;
 
 struct BakeFlags {
   std::filesystem::path output, cache;
-  std::string from, to, quality, repair;
+  std::string from, to, quality, repair, unit, space;
   std::vector<std::string> settings;
   bool force = false, dry_run = false, explain = false, strict = false, report = true, web = false;
 };
@@ -40,6 +40,8 @@ OptionList flag_list(BakeFlags& flags) {
       .add("repair", &flags.repair,
            {.help = "a surface that is given is made fit first; as --set repair.mode=",
             .choices = {"auto", "none"}})
+      .add("unit", &flags.unit, {.help = "of a surface that is given; as --set unit="})
+      .add("space", &flags.space, {.help = "axes of a surface that is given; as --set space="})
       .add("quality", &flags.quality,
            {.help = "sets the options that trade time for error where neither the recipe nor --set "
                     "does; --explain shows them",
@@ -229,6 +231,8 @@ int run_bake(const Arguments& arguments, Session& session) {
     throw UsageError("-o is missing: where shall the bundle go?");
   }
   if (!flags.repair.empty()) flags.settings.push_back("repair.mode=" + flags.repair);
+  if (!flags.unit.empty()) flags.settings.push_back("unit=" + flags.unit);
+  if (!flags.space.empty()) flags.settings.push_back("space=" + flags.space);
   if (!flags.quality.empty()) flags.settings.push_back("quality=" + flags.quality);
   Recipe recipe = read_recipe(words->front(), flags.settings);
   Plan plan = plan_bake(recipe, flags.to);

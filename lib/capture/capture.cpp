@@ -84,7 +84,35 @@ void check_together(const TriangleMesh& surface, const TriangleMesh& proxy) {
                      " mm: check that both show one organ in one coordinate system and unit");
 }
 
+std::size_t filled_texels(const std::vector<CameraMaps>& maps) {
+  std::size_t filled = 0;
+  for (const CameraMaps& one : maps)
+    filled +=
+        static_cast<std::size_t>(std::count_if(one.depth_mm.begin(), one.depth_mm.end(),
+                                               [](float depth) { return std::isfinite(depth); }));
+  return filled;
+}
+
 }  // namespace
+
+void check_filled(const CaptureResult& captured, const std::string& surface) {
+  const std::size_t filled = filled_texels(captured.maps), backs = captured.back_face_texels;
+  const std::size_t seen =
+      captured.bound_in_prism + captured.bound_by_fallback + captured.unbound_texels + backs;
+  if (2 * backs > seen)
+    throw BadDataError(surface + ": " + to_text(100.0 * double(backs) / double(seen), 0) +
+                       " % of the texels that see it see it from behind, so it is open and wound "
+                       "the wrong way round, or the cameras stand on its inner side; close it "
+                       "('organbake repair', in a bake --repair auto), turn its faces round in a "
+                       "mesh editor, or place the cameras before its outer side (place's "
+                       "--cone-axis and --cone-angle)");
+  if (filled > 0) return;
+  throw BadDataError(surface + ": all maps are empty, because " +
+                     (seen == 0 ? "no camera sees it" : "the proxy can carry no texel of it") +
+                     "; check that the surface, the proxy and the cameras are of one organ, in one "
+                     "unit and in the "
+                     "same axes (--unit, --space)");
+}
 
 void CaptureOptions::check() const {
   if (rays_per_texel_side < 0 || rays_per_texel_side > 16)

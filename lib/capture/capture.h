@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "bundle/bundle.h"
@@ -46,5 +47,9 @@ struct CaptureResult {
 CaptureResult capture(const TriangleMesh& surface, const TriangleMesh& proxy,
                       const std::vector<PosedCamera>& cameras, const SurfaceColor& color,
                       const CaptureOptions& options, const RunContext& context = {});
+
+// Maps that hold nothing, or little beside what saw the surface from behind, would play as an empty
+// picture: throws BadDataError that says what to do about the surface of this name.
+void check_filled(const CaptureResult& captured, const std::string& surface);
 
 }  // namespace organbake

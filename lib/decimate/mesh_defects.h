@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
@@ -24,6 +25,13 @@ struct SelfIntersections {
 };
 SelfIntersections self_intersections(const TriangleMesh& mesh);
 std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh);  // those found
+
+// Which bodies overlap: pairs of them (a < b, in order) of which faces meet so, or lie upon one
+// another looking the same way, as a body's faces do that is there twice. `body` holds one for
+// every face; bodies share no vertices, and are wound outward. Given up as the search above.
+using BodyPair = std::pair<std::uint32_t, std::uint32_t>;
+std::vector<BodyPair> overlapping_bodies(const TriangleMesh& mesh,
+                                         const std::vector<std::uint32_t>& body);
 
 // Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
 // alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <set>
 
 namespace organbake {
 namespace {
@@ -106,31 +107,65 @@ std::vector<FaceBox> boxes_of(const TriangleMesh& mesh) {
   return boxes;
 }
 
+// Calls look(f, g) for all pairs of faces whose boxes meet, until it says that it has seen enough.
+// False where there are too many.
+template <class Look>
+bool search_pairs(const TriangleMesh& mesh, const Look& look) {
+  std::vector<FaceBox> boxes = boxes_of(mesh);
+  std::uint64_t left = kPairsOfAny + kPairsPerFace * mesh.faces.size();
+  bool satisfied = false;
+  const auto look_at = [&](const FaceBox& a, const FaceBox& b) {
+    if (left-- == 0) throw Enough();
+    satisfied = look(a.info(), b.info());
+    if (satisfied) throw Enough();
+  };
+  try {
+    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), look_at);
+  } catch (const Enough&) {
+    return satisfied;
+  }
+  return true;
+}
+
+// The same three places in the same direction round.
+bool lie_upon(const Points& points, const Face& f, const Face& g) {
+  for (int shift = 0; shift < 3; ++shift) {
+    if (points[f[0]] == points[g[shift]] && points[f[1]] == points[g[(shift + 1) % 3]] &&
+        points[f[2]] == points[g[(shift + 2) % 3]])
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 SelfIntersections self_intersections(const TriangleMesh& mesh) {
-  std::vector<FaceBox> boxes = boxes_of(mesh);
   std::vector<bool> bad(mesh.faces.size(), false);
-  const std::uint64_t most_pairs = kPairsOfAny + kPairsPerFace * mesh.faces.size();
-  std::uint64_t pairs = 0;
   std::size_t bad_count = 0;
-  const auto look = [&](const FaceBox& a, const FaceBox& b) {
-    if (++pairs > most_pairs || bad_count == bad.size()) throw Enough();
-    const std::uint32_t f = a.info(), g = b.info();
-    if ((bad[f] && bad[g]) || !meet(mesh.vertices, mesh.faces[f], mesh.faces[g])) return;
+  SelfIntersections found;
+  found.complete = search_pairs(mesh, [&](std::uint32_t f, std::uint32_t g) {
+    if ((bad[f] && bad[g]) || !meet(mesh.vertices, mesh.faces[f], mesh.faces[g])) return false;
     bad_count += !bad[f] + !bad[g];
     bad[f] = bad[g] = true;
-  };
-  SelfIntersections found;
-  try {
-    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), look);
-  } catch (const Enough&) {
-    found.complete = bad_count == bad.size();
-  }
+    return bad_count == bad.size();
+  });
   for (std::uint32_t f = 0; f < bad.size(); ++f) {
     if (bad[f]) found.faces.push_back(f);
   }
   return found;
+}
+
+std::vector<BodyPair> overlapping_bodies(const TriangleMesh& mesh,
+                                         const std::vector<std::uint32_t>& body) {
+  std::set<BodyPair> pairs;
+  search_pairs(mesh, [&](std::uint32_t f, std::uint32_t g) {
+    const BodyPair pair = std::minmax(body[f], body[g]);
+    if (pair.first == pair.second || pairs.contains(pair)) return false;
+    const Face &a = mesh.faces[f], &b = mesh.faces[g];
+    if (lie_upon(mesh.vertices, a, b) || meet(mesh.vertices, a, b)) pairs.insert(pair);
+    return false;
+  });
+  return {pairs.begin(), pairs.end()};
 }
 
 std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -12,6 +13,7 @@
 #include "geometry/mesh_checks.h"
 #include "geometry/ply.h"
 #include "geometry/weld.h"
+#include "raycast/winding.h"
 
 namespace organbake {
 namespace {
@@ -32,84 +34,77 @@ TriangleMesh parsed(const fs::path& path, const Parse& parse) {
 
 bool is_gltf(const std::string& ending) { return ending == ".glb" || ending == ".gltf"; }
 
-TriangleMesh read_by_ending(const fs::path& path) {
+// As much of a file as any header takes.
+std::string head_of(const fs::path& path) {
+  constexpr std::size_t kBytes = 16384;
+  std::string head(kBytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+WrittenMesh read_by_ending(const fs::path& path) {
   const std::string ending = lower_ending(path);
-  if (ending == ".ply") return read_ply(path);
-  if (ending == ".stl") return parsed(path, parse_stl);
-  if (ending == ".obj") return parsed(path, parse_obj);
-  if (ending == ".off") return parsed(path, parse_off);
-  if (ending == ".vtk") return read_legacy_vtk(path);
   if (ending == ".vtp") return read_vtp(path);
   if (ending == ".vtu") return read_vtu(path);
-  if (is_gltf(ending)) return read_gltf(path);
+  const MeshFrame frame = frame_in_header(head_of(path), path.string());
+  if (ending == ".ply") return {read_ply(path), frame};
+  if (ending == ".stl") return {parsed(path, parse_stl), frame};
+  if (ending == ".obj") return {parsed(path, parse_obj), frame};
+  if (ending == ".off") return {parsed(path, parse_off), frame};
+  if (ending == ".vtk") return {read_legacy_vtk(path), frame};
+  if (is_gltf(ending)) return {read_gltf(path), frame};
   throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
                    "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .vtu, .glb or .gltf");
 }
 
-// Our own PLY names its unit in its third line.
-bool says_mm(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string line;
-  for (int i = 0; i < 3; ++i) std::getline(file, line);
-  return line == "comment millimetres, LPS";
+// What a file says of one thing outranks what its reader was told.
+template <class Value>
+Value chosen(const std::optional<Value>& written, const std::optional<Value>& told, Value usual,
+             const fs::path& path, const RunContext& context) {
+  if (written && told && *written != *told)
+    context.info(path.string() + ": says itself that it is in " + name_of(*written) + "; " +
+                 name_of(*told) + " is for files that don't say");
+  return written ? *written : told.value_or(usual);
 }
 
-struct UnitName {
-  MeshUnit unit;
-  const char* name;
-  double size_mm;
-};
-constexpr UnitName kUnits[] = {{MeshUnit::mm, "mm", 1},
-                               {MeshUnit::cm, "cm", 10},
-                               {MeshUnit::inch, "in", 25.4},
-                               {MeshUnit::m, "m", 1000}};
+MeshFrame chosen_frame(const MeshFrame& written, const MeshFrame& told, const fs::path& path,
+                       const RunContext& context) {
+  const bool gltf = is_gltf(lower_ending(path));
+  return {
+      chosen(written.unit, told.unit, gltf ? MeshUnit::m : MeshUnit::mm, path, context),
+      chosen(written.space, told.space, gltf ? MeshSpace::y_up : MeshSpace::lps, path, context)};
+}
 
-// Organs, from a vessel's piece to a whole body, are as large as this.
-constexpr double kSmallest_mm = 5, kLargest_mm = 2000;
-// What most organs are about; a proposed unit is the one that comes nearest.
-constexpr double kTypical_mm = 150;
+void bring_into_world(TriangleMesh& mesh, const MeshFrame& frame) {
+  if (frame.unit == MeshUnit::mm && frame.space == MeshSpace::lps) return;
+  const Eigen::Matrix3d world_from_file = mm_per(*frame.unit) * world_from_axes(*frame.space);
+  for (Eigen::Vector3d& v : mesh.vertices) v = world_from_file * v;
+}
 
 std::string in_words(double mm) {
   return mm >= 1000 ? to_text(mm / 1000, 3) + " m" : to_text(mm, 3) + " mm";
 }
 
-bool organ_sized(double across_mm) { return across_mm >= kSmallest_mm && across_mm <= kLargest_mm; }
-
-double across(const TriangleMesh& mesh) { return (bounds(mesh).max - bounds(mesh).min).maxCoeff(); }
-
-// In which something of that many units is an organ, nearest to the size of most; or null.
-const UnitName* fitting_unit(double across_units) {
-  const UnitName* best = nullptr;
-  for (const UnitName& unit : kUnits) {
-    if (!organ_sized(across_units * unit.size_mm)) continue;
-    const auto off = [&](const UnitName& u) {
-      return std::abs(std::log(across_units * u.size_mm / kTypical_mm));
-    };
-    if (!best || off(unit) < off(*best)) best = &unit;
-  }
-  return best;
-}
-
-void question_size(const TriangleMesh& mesh, double scale, const fs::path& path,
+void question_size(const TriangleMesh& mesh, MeshUnit unit, bool said_by_file, const fs::path& path,
                    const RunContext& context) {
-  const double across_mm = across(mesh);
+  const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
   if (organ_sized(across_mm)) return;
   std::string text = path.string() + ": is " + in_words(across_mm) + " across, which no organ is; ";
-  if (const UnitName* best = fitting_unit(across_mm / scale)) {
-    text += "in " + std::string(best->name) + " (--unit " + best->name + ", " +
-            to_text(best->size_mm / scale, 3) + " times as large) it would be " +
-            in_words(across_mm / scale * best->size_mm);
+  if (said_by_file) {
+    text += "it says itself that it is in " + std::string(name_of(unit)) +
+            ": scale it, or take that line out of its header";
+  } else if (const auto best = unit_of_organ(across_mm / mm_per(unit))) {
+    const double factor = mm_per(*best) / mm_per(unit);
+    text += "in " + std::string(name_of(*best)) + " (--unit " + name_of(*best) +
+            "; of a table or recipe unit=" + name_of(*best) + "; " + to_text(factor, 3) +
+            " times as large) it would be " + in_words(across_mm * factor);
   } else {
-    const double factor = std::pow(10, std::round(std::log10(kTypical_mm / across_mm)));
+    const double factor = std::pow(10, std::round(std::log10(kTypicalOrgan_mm / across_mm)));
     text += "no unit makes sense of it: scale it by about " + to_text(factor, 3);
   }
   context.warn(text);
-}
-
-// Of a coordinate in mm.
-double scale_of(const fs::path& path, MeshUnit unit) {
-  if (is_gltf(lower_ending(path))) return mm_per(MeshUnit::m);
-  return unit != MeshUnit::mm && says_mm(path) ? 1 : mm_per(unit);
 }
 
 void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext& context) {
@@ -125,37 +120,25 @@ void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext&
 
 }  // namespace
 
-double mm_per(MeshUnit unit) {
-  for (const UnitName& known : kUnits) {
-    if (known.unit == unit) return known.size_mm;
-  }
-  return 1;
+TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunContext& context) {
+  MeshFrame taken;
+  return read_mesh(path, told, context, taken);
 }
 
-TriangleMesh read_mesh(const fs::path& path, MeshUnit unit, const RunContext& context) {
+TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunContext& context,
+                       MeshFrame& taken) {
   check_readable(path);
-  TriangleMesh mesh = read_by_ending(path);
+  auto [mesh, written] = read_by_ending(path);
   check_mesh(mesh, path.string());
   if (mesh.empty()) throw BadDataError(path, "holds no triangles");
-  const double scale = scale_of(path, unit);
-  if (scale != 1) {
-    for (Eigen::Vector3d& v : mesh.vertices) v *= scale;
-  }
+  taken = chosen_frame(written, told, path, context);
+  bring_into_world(mesh, taken);
   tell_welds(weld(mesh), path, context);
   if (mesh.empty()) throw BadDataError(path, "holds no triangles with an area");
-  question_size(mesh, scale, path, context);
-  return mesh;
-}
-
-std::string suspected_unit(const TriangleMesh& mesh, const fs::path& path, MeshUnit unit) {
-  const double scale = scale_of(path, unit), across_mm = across(mesh);
-  if (!organ_sized(across_mm)) {
-    const UnitName* best = fitting_unit(across_mm / scale);
-    return best ? best->name : "none";
-  }
-  for (const UnitName& known : kUnits)
-    if (known.size_mm == scale) return known.name;
-  return "mm";
+  for (const std::string& turned : turn_outward(mesh).sentences())
+    context.warn(path.string() + ": " + turned);
+  question_size(mesh, *taken.unit, written.unit.has_value(), path, context);
+  return std::move(mesh);
 }
 
 }  // namespace organbake

@@ -7,9 +7,16 @@
 #include <string>
 #include <string_view>
 
+#include "formats/mesh_frame.h"
 #include "geometry/triangle_mesh.h"
 
 namespace organbake {
+
+// The numbers of a file as they are written, and what it says of them.
+struct WrittenMesh {
+  TriangleMesh mesh;
+  MeshFrame frame;
+};
 
 // The triangles of a glTF 2.0 file (.glb, or .gltf with its buffers inside or beside it), in metres
 // and on its own axes: every mesh of the scene with its nodes' transforms; strips and fans become
@@ -27,8 +34,8 @@ TriangleMesh parse_legacy_vtk(std::span<const std::byte> bytes, const std::strin
 
 // The polygons and strips of a .vtp file, and the outside of a .vtu file's cells: of solids their
 // surface, of faces themselves. Throws BadDataError.
-TriangleMesh read_vtp(const std::filesystem::path& path);
-TriangleMesh read_vtu(const std::filesystem::path& path);
+WrittenMesh read_vtp(const std::filesystem::path& path);
+WrittenMesh read_vtu(const std::filesystem::path& path);
 
 // Meshes in double precision, as VTK's readers do not give them. Polygons are cut into triangles;
 // coordinates are as written; all throw BadDataError with `name` and, for text, the line.

@@ -16,7 +16,8 @@ class VtkXmlParser : public XmlParser {
       : XmlParser(path), file_(file), kind_(kind) {}
 
  private:
-  // VTKFile / data set / Piece / section / DataArray; whatever else there is, is passed over.
+  // VTKFile / data set / Piece / section / DataArray, and VTKFile / data set / FieldData / Array;
+  // whatever else there is, is passed over.
   void open(const std::string& name, XmlAttributes attributes) override {
     constexpr std::size_t kFile = 0, kDataSet = 1, kPiece = 2, kSection = 3, kArray = 4;
     const std::size_t depth = path_.size();
@@ -29,40 +30,46 @@ class VtkXmlParser : public XmlParser {
       file_.data_set_ = std::move(attributes);
     } else if (depth == kPiece && name == "Piece") {
       file_.pieces_.emplace_back().attributes = std::move(attributes);
+    } else if (depth == kPiece && name == "FieldData") {
+      // Its arrays follow.
+    } else if (depth == kSection && path_[kPiece] == "FieldData") {
+      open_array(file_.fields_, std::move(attributes));
     } else if (depth == kSection) {
       file_.pieces_.back().sections[name].attributes = std::move(attributes);
     } else if (depth == kArray && name == "DataArray") {
-      open_array(std::move(attributes));
+      open_array(file_.pieces_.back().sections[path_[kSection]], std::move(attributes));
     } else {
       return;
     }
     known_ = depth + 1;
   }
 
-  void open_array(XmlAttributes attributes) {
-    VtkXmlArray array;
+  void open_array(VtkXmlPiece::Section& section, XmlAttributes attributes) {
+    VtkXmlArray& array = section.arrays.emplace_back();
     array.name = attributes["Name"];
     const std::string& components = attributes["NumberOfComponents"];
     std::from_chars(components.data(), components.data() + components.size(), array.components);
     array.attributes = std::move(attributes);
-    file_.pieces_.back().sections[path_[3]].arrays.push_back(std::move(array));
+    text_ = &array.text;
+    text_depth_ = path_.size();
   }
 
   void close() override {
+    if (path_.size() == text_depth_) text_ = nullptr;
     path_.pop_back();
     known_ = std::min(known_, path_.size());
   }
 
   void add(std::string_view characters) override {
-    constexpr std::size_t kInArray = 5;
-    if (known_ == kInArray && path_.size() == kInArray)
-      file_.pieces_.back().sections[path_[3]].arrays.back().text += characters;
+    if (text_ && path_.size() == text_depth_) *text_ += characters;
   }
 
   VtkXmlFile& file_;
   const std::string kind_;
   std::vector<std::string> path_;  // of the element that is open
   std::size_t known_ = 0;          // how many of its names are those that are looked for
+  std::string* text_ = nullptr;    // of the array that is open, and how deep that lies
+  std::size_t text_depth_ = 0;
 };
 
 VtkXmlFile::VtkXmlFile(const std::filesystem::path& path, const std::string& kind) : path_(path) {
@@ -93,6 +100,14 @@ std::size_t VtkXmlFile::count(const XmlAttributes& attributes, const std::string
   if (error != std::errc() || rest != end)
     fail(name + " is \"" + written->second + "\", which is no count");
   return number;
+}
+
+std::string VtkXmlFile::field_text(std::string_view name) const {
+  const VtkXmlArray* array = fields_.find(name);
+  if (!array) return {};
+  const VtkXmlNumbers letters = numbers(*array, std::nullopt);
+  const auto* text = reinterpret_cast<const char*>(letters.bytes.data());
+  return {text, std::find(text, text + letters.bytes.size(), '\0')};
 }
 
 const VtkXmlArray* VtkXmlPiece::Section::find(std::string_view name) const {

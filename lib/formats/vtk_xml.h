@@ -53,6 +53,8 @@ class VtkXmlFile {
 
   const XmlAttributes& attributes() const { return data_set_; }
   const std::vector<VtkXmlPiece>& pieces() const { return pieces_; }
+  // The text that a field of the whole data set holds; empty when there is none of that name.
+  std::string field_text(std::string_view name) const;
   // Of exactly so many, or of as many as there are: which is never more than the file can hold.
   VtkXmlNumbers numbers(const VtkXmlArray& array, std::optional<std::size_t> count) const;
   // An attribute that is a count.
@@ -65,6 +67,7 @@ class VtkXmlFile {
   std::filesystem::path path_;
   XmlAttributes file_, data_set_, appended_;
   std::vector<VtkXmlPiece> pieces_;
+  VtkXmlPiece::Section fields_;  // of the whole data set
   std::string bytes_;            // of the file
   std::size_t appended_at_ = 0;  // of what follows the '_', 0: there is nothing appended
 };

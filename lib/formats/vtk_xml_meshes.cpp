@@ -186,11 +186,12 @@ TriangleMesh grid_piece(const VtkXmlFile& file, const VtkXmlPiece& piece, const 
   return mesh_from_polydata(surface->GetOutput(), name);
 }
 
-// Pieces share no points, so each is a mesh of its own.
+// Pieces share no points, so each is a mesh of its own. 3D Slicer names the axes in a field.
 template <class ReadPiece>
-TriangleMesh joined_pieces(const VtkXmlFile& file, const std::string& name,
-                           const ReadPiece& read_piece) {
-  TriangleMesh all;
+WrittenMesh joined_pieces(const VtkXmlFile& file, const std::string& name,
+                          const ReadPiece& read_piece) {
+  WrittenMesh written{{}, frame_in_header("SPACE=" + file.field_text("SPACE"), name)};
+  TriangleMesh& all = written.mesh;
   bool colored = true;
   for (const VtkXmlPiece& piece : file.pieces()) {
     const TriangleMesh one = read_piece(file, piece, name);
@@ -202,16 +203,16 @@ TriangleMesh joined_pieces(const VtkXmlFile& file, const std::string& name,
       all.faces.push_back({face[0] + before, face[1] + before, face[2] + before});
   }
   if (!colored) all.colors.clear();
-  return all;
+  return written;
 }
 
 }  // namespace
 
-TriangleMesh read_vtp(const std::filesystem::path& path) {
+WrittenMesh read_vtp(const std::filesystem::path& path) {
   return joined_pieces(VtkXmlFile(path, "PolyData"), path.string(), polydata_piece);
 }
 
-TriangleMesh read_vtu(const std::filesystem::path& path) {
+WrittenMesh read_vtu(const std::filesystem::path& path) {
   return joined_pieces(VtkXmlFile(path, "UnstructuredGrid"), path.string(), grid_piece);
 }
 

@@ -16,11 +16,12 @@ namespace organbake {
 namespace {
 
 const std::map<std::string, ScalarType> kTypes = {
-    {"Int8", ScalarType::int8},       {"UInt8", ScalarType::uint8},
-    {"Int16", ScalarType::int16},     {"UInt16", ScalarType::uint16},
-    {"Int32", ScalarType::int32},     {"UInt32", ScalarType::uint32},
-    {"Int64", ScalarType::int64},     {"UInt64", ScalarType::uint64},
-    {"Float32", ScalarType::float32}, {"Float64", ScalarType::float64}};
+    {"Int8", ScalarType::int8},      {"UInt8", ScalarType::uint8},
+    {"Int16", ScalarType::int16},    {"UInt16", ScalarType::uint16},
+    {"Int32", ScalarType::int32},    {"UInt32", ScalarType::uint32},
+    {"Int64", ScalarType::int64},    {"UInt64", ScalarType::uint64},
+    {"String", ScalarType::int8},    {"Float32", ScalarType::float32},
+    {"Float64", ScalarType::float64}};
 
 std::string value_of(const XmlAttributes& attributes, const char* name) {
   const auto found = attributes.find(name);

@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 
+#include "motion/pixel_slopes.h"
+
 namespace organbake {
 namespace {
 
@@ -47,21 +49,6 @@ struct Turned {
     left = Eigen::Matrix3d::Identity() + b * cross + c * cross * cross;
   }
 };
-
-// d pixel / d point of any lens, by differences in the plane z = 1.
-Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& point) {
-  constexpr double kStep = 1e-6;
-  const double x = point.x() / point.z(), y = point.y() / point.z();
-  const Eigen::Vector2d along_x = (project(lens, Eigen::Vector3d(x + kStep, y, 1)) -
-                                   project(lens, Eigen::Vector3d(x - kStep, y, 1))) /
-                                  (2 * kStep);
-  const Eigen::Vector2d along_y = (project(lens, Eigen::Vector3d(x, y + kStep, 1)) -
-                                   project(lens, Eigen::Vector3d(x, y - kStep, 1))) /
-                                  (2 * kStep);
-  Eigen::Matrix<double, 2, 3> slopes;
-  slopes << along_x, along_y, -x * along_x - y * along_y;
-  return slopes / point.z();
-}
 
 Intrinsics with_free(Intrinsics lens, const double* free) {
   lens.fy *= free[0] / lens.fx;

@@ -18,7 +18,7 @@ struct FreeLens {
 };
 
 struct AdjustmentOptions {
-  FreeLens lens;
+  FreeLens lens = {};
   int iterations = 20;      // at most
   double tolerance = 1e-5;  // of the cost's change from one to the next
   double robust_px = 1;     // beyond which an error counts less (Cauchy)

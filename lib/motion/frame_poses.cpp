@@ -9,9 +9,9 @@
 namespace organbake {
 namespace {
 
-constexpr std::size_t kEnough = 300;  // features hold a pose as well as thousands
-constexpr std::size_t kFewest = 15;
-constexpr double kAgrees_px = 4;
+constexpr std::size_t kEnoughFeatures = 300;  // features hold a pose as well as thousands
+constexpr std::size_t kFewestFeatures = 15;
+constexpr double kFitsFrame_px = 4;
 
 struct FeaturePlaces {
   std::vector<Eigen::Vector3d> places;
@@ -23,7 +23,7 @@ FeaturePlaces seen_in(const ClipTracks& clip, const Scene& scene, std::size_t fr
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i)
     if (scene.landmarks[i].place && clip.tracks[scene.landmarks[i].track].is_in(frame))
       all.push_back(i);
-  const std::size_t step = std::max<std::size_t>(1, all.size() / kEnough);
+  const std::size_t step = std::max<std::size_t>(1, all.size() / kEnoughFeatures);
   FeaturePlaces seen;
   for (std::size_t i = 0; i < all.size(); i += step) {
     const Landmark& landmark = scene.landmarks[all[i]];
@@ -55,8 +55,8 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
     if (view_frames[nearest] != frame) {
       const FeaturePlaces seen = seen_in(clip, scene, frame);
       const std::size_t agreeing =
-          adjust_pose(scene.lens, seen.places, seen.pixels, kAgrees_px, pose);
-      if (agreeing < kFewest || 2 * agreeing < seen.places.size()) return;
+          adjust_pose(scene.lens, seen.places, seen.pixels, kFitsFrame_px, pose);
+      if (agreeing < kFewestFeaturesFeatures || 2 * agreeing < seen.places.size()) return;
     }
     poses[frame] = pose;
   });

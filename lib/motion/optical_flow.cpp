@@ -10,15 +10,15 @@
 namespace organbake {
 namespace {
 
-using Points = std::vector<cv::Point2f>;
+using FlowPoints = std::vector<cv::Point2f>;
 
 constexpr int kPyramidLevels = 3;  // above the finest: steps of a twentieth of the width are found
 const cv::Size kWindow(17, 17);
-const cv::TermCriteria kEnough(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 15, 0.03);
+const cv::TermCriteria kConverged(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 15, 0.03);
 
 // OpenCV counts from the first pixel's centre.
-Points in_opencv(const std::vector<Eigen::Vector2f>& points) {
-  Points converted;
+FlowPoints in_opencv(const std::vector<Eigen::Vector2f>& points) {
+  FlowPoints converted;
   converted.reserve(points.size());
   for (const Eigen::Vector2f& p : points) converted.emplace_back(p.x() - 0.5F, p.y() - 0.5F);
   return converted;
@@ -35,17 +35,17 @@ std::vector<std::optional<Eigen::Vector2f>> follow_points(
     const std::vector<Eigen::Vector2f>& guesses, double most_apart_px) {
   std::vector<std::optional<Eigen::Vector2f>> found(points.size());
   if (points.empty()) return found;
-  const Points here = in_opencv(points);
-  Points there = in_opencv(guesses), back = here;
+  const FlowPoints here = in_opencv(points);
+  FlowPoints there = in_opencv(guesses), back = here;
   // From a guess, and back to where it must end, the pyramid's top has nothing to find any more.
   constexpr int kGuessedLevels = 1;
   const bool guessed = !guesses.empty();
   std::vector<std::uint8_t> forward, backward;
   cv::calcOpticalFlowPyrLK(from.levels(), to.levels(), here, there, forward, cv::noArray(), kWindow,
-                           guessed ? kGuessedLevels : kPyramidLevels, kEnough,
+                           guessed ? kGuessedLevels : kPyramidLevels, kConverged,
                            guessed ? cv::OPTFLOW_USE_INITIAL_FLOW : 0);
   cv::calcOpticalFlowPyrLK(to.levels(), from.levels(), there, back, backward, cv::noArray(),
-                           kWindow, kGuessedLevels, kEnough, cv::OPTFLOW_USE_INITIAL_FLOW);
+                           kWindow, kGuessedLevels, kConverged, cv::OPTFLOW_USE_INITIAL_FLOW);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Point2f gap = back[i] - here[i];
     if (forward[i] && backward[i] && std::hypot(gap.x, gap.y) <= most_apart_px)

@@ -69,17 +69,17 @@ std::vector<Wanted> wanted_in(const std::vector<TrackedView>& views, const Scene
   return wanted;
 }
 
-struct Found {
+struct Rejoined {
   std::size_t landmark;
   Eigen::Vector2d pixel;
 };
 
-std::vector<Found> find(const std::vector<TrackedView>& views,
-                        const std::vector<FlowPyramid>& pyramids, const std::vector<Wanted>& wanted,
-                        std::size_t view) {
+std::vector<Rejoined> find(const std::vector<TrackedView>& views,
+                           const std::vector<FlowPyramid>& pyramids,
+                           const std::vector<Wanted>& wanted, std::size_t view) {
   std::map<std::size_t, std::vector<const Wanted*>> by_view;
   for (const Wanted& one : wanted) by_view[one.from_view].push_back(&one);
-  std::vector<Found> all;
+  std::vector<Rejoined> all;
   for (const auto& [from_view, group] : by_view) {
     std::vector<Eigen::Vector2f> from, guesses;
     for (const Wanted* one : group) {
@@ -93,10 +93,10 @@ std::vector<Found> find(const std::vector<TrackedView>& views,
           (*tracked[i] - guesses[i]).norm() <= kFarthest_px)
         all.push_back({group[i]->landmark, tracked[i]->cast<double>()});
   }
-  return all.size() >= kFewestTogether ? all : std::vector<Found>();
+  return all.size() >= kFewestTogether ? all : std::vector<Rejoined>();
 }
 
-void insert(std::size_t view, const Eigen::Vector2d& pixel, Landmark& landmark) {
+void add_sighting(std::size_t view, const Eigen::Vector2d& pixel, Landmark& landmark) {
   const auto at = std::lower_bound(
       landmark.seen.begin(), landmark.seen.end(), view,
       [](const Sighting& sighting, std::size_t wanted) { return sighting.view < wanted; });
@@ -107,7 +107,7 @@ void insert(std::size_t view, const Eigen::Vector2d& pixel, Landmark& landmark) 
 
 std::size_t rejoin(const std::vector<TrackedView>& views, Scene& scene) {
   std::vector<FlowPyramid> pyramids(views.size());
-  std::vector<std::vector<Found>> found(views.size());
+  std::vector<std::vector<Rejoined>> found(views.size());
   parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
     if (scene.is_posed(view)) pyramids[view] = FlowPyramid(views[view].picture);
   });
@@ -117,8 +117,8 @@ std::size_t rejoin(const std::vector<TrackedView>& views, Scene& scene) {
   });
   std::size_t added = 0;
   for (std::size_t view = 0; view < views.size(); ++view)
-    for (const Found& one : found[view]) {
-      insert(view, one.pixel, scene.landmarks[one.landmark]);
+    for (const Rejoined& one : found[view]) {
+      add_sighting(view, one.pixel, scene.landmarks[one.landmark]);
       ++added;
     }
   return added;

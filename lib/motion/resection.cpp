@@ -10,7 +10,7 @@ namespace organbake {
 namespace {
 
 constexpr std::size_t kFewestAgreeing = 20;
-constexpr double kAgrees_px = 4;
+constexpr double kAgreesWithPose_px = 4;
 
 struct SeenPlaces {
   std::vector<Eigen::Vector3d> places;
@@ -39,8 +39,8 @@ std::optional<RigidTransform> pose_by_chance(const Intrinsics& lens, const SeenP
   }
   cv::Mat turn, translation;
   if (!cv::solvePnPRansac(places, rays, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn,
-                          translation, false, 300, static_cast<float>(kAgrees_px / lens.fx), 0.999,
-                          cv::noArray(), cv::SOLVEPNP_AP3P))
+                          translation, false, 300, static_cast<float>(kAgreesWithPose_px / lens.fx),
+                          0.999, cv::noArray(), cv::SOLVEPNP_AP3P))
     return std::nullopt;
   cv::Mat rotation;
   cv::Rodrigues(turn, rotation);
@@ -57,7 +57,8 @@ bool pose_view(double least_agreeing_share, std::size_t view, Scene& scene) {
   if (seen.places.size() < kFewestAgreeing) return false;
   std::optional<RigidTransform> pose = pose_by_chance(scene.lens, seen);
   if (!pose) return false;
-  const std::size_t agreeing = adjust_pose(scene.lens, seen.places, seen.pixels, kAgrees_px, *pose);
+  const std::size_t agreeing =
+      adjust_pose(scene.lens, seen.places, seen.pixels, kAgreesWithPose_px, *pose);
   if (agreeing < kFewestAgreeing ||
       static_cast<double>(agreeing) <
           least_agreeing_share * static_cast<double>(seen.places.size()))

@@ -2,10 +2,10 @@
 #include "motion/triangulation.h"
 
 #include <Eigen/Dense>
-#include <atomic>
 #include <cmath>
 
 #include "core/parallel.h"
+#include "motion/pixel_slopes.h"
 
 namespace organbake {
 namespace {
@@ -30,14 +30,6 @@ Eigen::Vector3d nearest_to(const Ray& a, const Ray& b) {
     right += across * ray.origin;
   }
   return sum.ldlt().solve(right);
-}
-
-// d pixel / d point (camera) of a lens, its distortion left out: enough to go downhill by.
-Eigen::Matrix<double, 2, 3> pixel_slopes(const Intrinsics& lens, const Eigen::Vector3d& p) {
-  Eigen::Matrix<double, 2, 3> slopes;
-  slopes << lens.fx / p.z(), 0, -lens.fx * p.x() / (p.z() * p.z()), 0, lens.fy / p.z(),
-      -lens.fy * p.y() / (p.z() * p.z());
-  return slopes;
 }
 
 void refine_place(const Scene& scene, Landmark& landmark) {

@@ -13,12 +13,13 @@ namespace organbake {
 namespace {
 
 constexpr std::size_t kFewestPairs = 30;
-constexpr double kAgrees_px = 1.5;  // tracked to half a pixel, over tissue that is not quite rigid
+constexpr double kAgreesWithPair_px =
+    1.5;  // tracked to half a pixel, over tissue that is not quite rigid
 
-using Points = std::vector<cv::Point2d>;
+using RayPoints = std::vector<cv::Point2d>;
 
-Points straight(const Intrinsics& lens, const std::vector<Eigen::Vector2d>& pixels) {
-  Points points;
+RayPoints straight(const Intrinsics& lens, const std::vector<Eigen::Vector2d>& pixels) {
+  RayPoints points;
   points.reserve(pixels.size());
   for (const Eigen::Vector2d& pixel : pixels) {
     const Eigen::Vector3d ray = unproject(lens, pixel);
@@ -27,11 +28,12 @@ Points straight(const Intrinsics& lens, const std::vector<Eigen::Vector2d>& pixe
   return points;
 }
 
-double parallax_px(const Points& a, const Points& b, double focal_px) {
+double parallax_px(const RayPoints& a, const RayPoints& b, double focal_px) {
   cv::Mat inliers;
-  const cv::Mat h = cv::findHomography(a, b, cv::USAC_MAGSAC, kAgrees_px / focal_px, inliers, 500);
+  const cv::Mat h =
+      cv::findHomography(a, b, cv::USAC_MAGSAC, kAgreesWithPair_px / focal_px, inliers, 500);
   if (h.empty()) return 0;
-  Points moved;
+  RayPoints moved;
   cv::perspectiveTransform(a, moved, h);
   std::vector<double> apart;
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -47,10 +49,11 @@ TwoViews relate_views(const Intrinsics& lens, const std::vector<Eigen::Vector2d>
                       const std::vector<Eigen::Vector2d>& second) {
   TwoViews result;
   if (first.size() < kFewestPairs) return result;
-  const Points a = straight(lens, first), b = straight(lens, second);
+  const RayPoints a = straight(lens, first), b = straight(lens, second);
   cv::Mat inliers;
-  const cv::Mat essential = cv::findEssentialMat(a, b, cv::Mat::eye(3, 3, CV_64F), cv::USAC_MAGSAC,
-                                                 0.999, kAgrees_px / lens.fx, 1000, inliers);
+  const cv::Mat essential =
+      cv::findEssentialMat(a, b, cv::Mat::eye(3, 3, CV_64F), cv::USAC_MAGSAC, 0.999,
+                           kAgreesWithPair_px / lens.fx, 1000, inliers);
   if (essential.rows != 3) return result;
   cv::Mat rotation, translation, points;
   constexpr double kFarthest = 1e3;  // baselines

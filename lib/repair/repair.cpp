@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <set>
 
 #include "core/error.h"
@@ -11,6 +12,7 @@
 #include "decimate/mesh_distance.h"
 #include "geometry/mesh_checks.h"
 #include "raycast/ray_scene.h"
+#include "raycast/winding.h"
 #include "repair/repair_steps.h"
 
 namespace organbake {
@@ -54,13 +56,16 @@ class Repair {
     told(split_edges(mesh_), "vertex where parts touched split",
          "vertices where parts touched split");
     context_.throw_if_cancelled();
-    told(wind_alike(mesh_), "face more turned", "faces more turned");
+    unite_overlaps();
+    turn_pieces_outward();
+    note_volume();
     drop_islands();
-    told(turn_outward(mesh_), "piece turned outward", "pieces turned outward");
     reference_ = mesh_;
     close_small_holes();
+    note_volume();
     wrap_if_needed();
     finish();
+    check_volume();
     return std::move(summary_);
   }
 
@@ -157,6 +162,29 @@ class Repair {
     mesh_ = std::move(without);
   }
 
+  void unite_overlaps() {
+    const UnitedPieces united = unite_overlapping_pieces(mesh_);
+    if (united.pieces == 0) return;
+    cannot_unite_ = united.refused;
+    shared_mm3_ = united.shared_mm3;
+    if (united.refused) return;
+    split_edges(mesh_);
+    summary_.done.push_back(std::to_string(united.pieces) +
+                            " overlapping pieces united: " + to_text(united.shared_mm3 / 1000, 2) +
+                            " ml that they share count once");
+  }
+
+  void turn_pieces_outward() {
+    for (const std::string& turned : turn_outward(mesh_).sentences())
+      summary_.done.push_back(turned);
+  }
+
+  // Once it has one: what the surface holds before anything is added to it or taken from it.
+  void note_volume() {
+    if (volume_mm3_ || !analyse_topology(mesh_).closed_manifold()) return;
+    volume_mm3_ = signed_volume(mesh_);
+  }
+
   void drop_islands() {
     if (!(options_.island_share > 0)) return;
     const std::vector<double> areas = component_areas(mesh_);
@@ -185,7 +213,7 @@ class Repair {
     const MeshTopology topology = analyse_topology(mesh_);
     const long genus = genus_of(topology, summary_.open_loops);
     const bool tunnels = summary_.open_loops == 0 && genus > options_.most_tunnels;
-    if (sound(topology) && !tunnels) return;
+    if (sound(topology) && !tunnels && !cannot_unite_) return;
     const double closes_mm = options_.wrap_mm > 0 ? options_.wrap_mm : kWrapShare * diagonal_mm_;
     TriangleMesh wrap = wrapped_surface(mesh_, closes_mm);
     if (wrap.empty() || !sound(analyse_topology(wrap))) {
@@ -196,8 +224,9 @@ class Repair {
     summary_.wrapped = true;
     summary_.open_loops = 0;
     summary_.done.push_back(
-        (tunnels ? counted(static_cast<std::size_t>(genus), "tunnel was", "tunnels were")
-                 : std::string("what was left was no manifold and was")) +
+        (tunnels         ? counted(static_cast<std::size_t>(genus), "tunnel was", "tunnels were")
+         : cannot_unite_ ? std::string("pieces that overlap and cross themselves were")
+                         : std::string("what was left was no manifold and was")) +
         " closed by a wrap of " + to_text(closes_mm, 2) + " mm");
   }
 
@@ -209,10 +238,32 @@ class Repair {
     summary_.mesh = std::move(mesh_);
   }
 
+  // Of overlapping pieces that could not be united the volume is known within bounds.
+  void check_volume() {
+    if (!volume_mm3_ || !(*volume_mm3_ > 0)) return;
+    const double after_mm3 = signed_volume(summary_.mesh);
+    const double least_mm3 = *volume_mm3_ - (cannot_unite_ ? shared_mm3_ : 0);
+    const double before_mm3 = std::clamp(after_mm3, least_mm3, *volume_mm3_);
+    summary_.volume_change = after_mm3 / before_mm3 - 1;
+    constexpr double kWorthSaying = 0.01;
+    if (std::abs(summary_.volume_change) <= kWorthSaying) return;
+    const std::string change = "the volume changes by " + to_text(100 * summary_.volume_change, 1) +
+                               " %, from " + to_text(before_mm3 / 1000, 2) + " to " +
+                               to_text(after_mm3 / 1000, 2) + " ml";
+    if (std::abs(summary_.volume_change) > options_.volume_change)
+      throw BadDataError("surface to repair: " + change + ", more than volume_change = " +
+                         to_text(options_.volume_change) + " allows (" +
+                         (summary_.done.empty() ? std::string("") : summary_.done.back()) +
+                         "); mend it in a mesh editor, or allow more");
+    context_.warn(change);
+  }
+
   const RepairOptions& options_;
   const RunContext& context_;
   TriangleMesh mesh_, reference_;
-  double diagonal_mm_ = 0;
+  double diagonal_mm_ = 0, shared_mm3_ = 0;
+  std::optional<double> volume_mm3_;
+  bool cannot_unite_ = false;
   RepairSummary summary_;
 };
 
@@ -223,6 +274,7 @@ void RepairOptions::check() const {
   if (!(hole_mm >= 0)) throw UsageError("hole_mm must not be negative");
   if (most_tunnels < 0) throw UsageError("most_tunnels must not be negative");
   if (!(wrap_mm >= 0)) throw UsageError("wrap_mm must not be negative");
+  if (!(volume_change >= 0)) throw UsageError("volume_change must not be negative");
 }
 
 RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
@@ -230,12 +282,7 @@ RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
   options.check();
   check_mesh(surface, "surface to repair");
   if (surface.empty()) throw BadDataError("surface to repair: it has no faces");
-  RepairSummary summary = Repair(surface, options, context).run();
-  const double volume = std::abs(signed_volume(surface));
-  if (analyse_topology(surface).boundary_edges == 0 && volume > 0) {
-    summary.volume_change = signed_volume(summary.mesh) / volume - 1;
-  }
-  return summary;
+  return Repair(surface, options, context).run();
 }
 
 }  // namespace organbake

@@ -21,6 +21,8 @@ struct RepairOptions {
   long most_tunnels = 4;
   // What a wrap closes: tunnels and gaps narrower than this; 0 = a hundredth of the surface's size.
   double wrap_mm = 0;
+  // A repair that changes the volume by more than this share is refused.
+  double volume_change = 0.1;
 
   void check() const;  // throws UsageError
 };
@@ -31,7 +33,9 @@ struct RepairSummary {
   bool wrapped = false;
   long genus = 0;              // of what is returned
   std::size_t open_loops = 0;  // holes left open
-  double volume_change = 0;    // share; 0 where the surface given is not closed or has no volume
+  // Share of the volume that the surface held once its pieces looked outward and what they share
+  // counted once; 0 where it never was closed.
+  double volume_change = 0;
   // Largest distances of all points, mm: from the given surface without its islands and inner walls
   // to the result, and back, without what closes holes.
   double max_mm = 0, reverse_max_mm = 0;
@@ -40,10 +44,12 @@ struct RepairSummary {
 // Makes a manifold, outward surface of what people's programs export: drops degenerate and
 // duplicate faces, cuts edges at vertices that lie on them (T-junctions), walls inside the organ
 // and fins outside (by what rays from outside see), parts solids that touch along an edge or at a
-// vertex, turns faces that are wound against their neighbours, drops islands, closes small holes;
+// vertex, makes the union of pieces that overlap and walls of cavities of those that lie within
+// others, turns what is wound inside out, drops islands, closes small holes;
 // and where that leaves no manifold, or many tunnels, wraps the surface (alpha wrapping, Portaneri
 // et al. 2022) and pulls the wrap back onto it. A surface that is in order comes back as it is. The
-// same for any number of threads. Throws BadDataError when nothing is left.
+// same for any number of threads. Changes of the volume above 1 % are warned of. Throws
+// BadDataError when nothing is left, and for a volume that changes by more than is allowed.
 RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
                      const RunContext& context = {});
 

@@ -33,15 +33,15 @@ struct SeenShare {
 };
 std::vector<SeenShare> seen_from_outside(const TriangleMesh& mesh, const Patches& patches);
 
-// Turns faces so that neighbours across edges of two faces are wound alike, each patch as most of
-// its area was wound. Returns how many faces were turned. A patch that cannot be wound alike (a
-// Möbius strip) keeps a seam.
-std::size_t wind_alike(TriangleMesh& mesh);
-
-// Turns whole closed pieces so that solids look outward and the walls of cavities inward, by how
-// many other closed pieces they lie in. Open pieces are left: their winding says which side is
-// seen. Returns how many pieces were turned.
-std::size_t turn_outward(TriangleMesh& mesh);
+// Closed pieces that overlap become their union, each place counted once (corefinement in exact
+// numbers: CGAL, Polygon Mesh Processing); colours go along. Pieces that only touch, or lie within
+// one another, stay as they are. The mesh must be a manifold.
+struct UnitedPieces {
+  std::size_t pieces = 0;  // that overlapped
+  double shared_mm3 = 0;   // counted more than once before; where it was refused, at the most
+  bool refused = false;    // the pieces cross themselves, too: the mesh is as it was
+};
+UnitedPieces unite_overlapping_pieces(TriangleMesh& mesh);
 
 // Parts what touches along edges of four or more faces, or at a vertex of several fans: round each
 // such edge the two faces that bound the same solid stay together, and every fan of faces gets a

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "repair/repair_steps.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 #include <vector>

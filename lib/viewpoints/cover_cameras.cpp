@@ -55,7 +55,7 @@ class CameraCover {
  public:
   CameraCover(const TriangleMesh& surface, const OrganFrame& organ, const PlacementOptions& options,
               const RunContext& context)
-      : surface_(outward(surface, context)),
+      : surface_(surface),
         scene_(surface_, organ, options, context),
         goal_(scene_.goal()),
         context_(context) {}
@@ -203,7 +203,7 @@ class CameraCover {
                   " %; more --candidates or less --overlap may help");
   }
 
-  TriangleMesh surface_;
+  const TriangleMesh& surface_;
   CoverScene scene_;
   const CoverageGoal& goal_;
   const RunContext& context_;

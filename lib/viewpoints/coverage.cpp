@@ -154,12 +154,11 @@ void measure_views(const TriangleMesh& surface, const Sight& sight, const Placem
 
 }  // namespace
 
-CoverageReport measure_coverage(const TriangleMesh& given, const Placement& placement,
+CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& placement,
                                 const PlacementOptions& options, CoverageDetail detail,
                                 const RunContext& context) {
   const int fewer = detail == CoverageDetail::brief ? kBriefly : 1;
   CoverageReport report;
-  const TriangleMesh surface = outward(given, RunContext());
   const Sight sight(surface);
   const SightLimits well{kLeastSeenCosine, options.coverage ? options.coverage->texel_mm : 0};
   const Eyes region = region_eyes(kRegionViews / fewer, placement, options);

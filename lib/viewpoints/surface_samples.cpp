@@ -9,13 +9,6 @@
 
 namespace organbake {
 
-TriangleMesh outward(TriangleMesh surface, const RunContext& context) {
-  if (signed_volume(surface) >= 0 || !analyse_topology(surface).closed_manifold()) return surface;
-  context.warn("the surface is inside out; its faces are taken the other way round");
-  for (Face& face : surface.faces) std::swap(face[1], face[2]);
-  return surface;
-}
-
 TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
                                 const std::vector<Eye>& cameras, const std::vector<Eye>& region,
                                 const SightLimits& well) {

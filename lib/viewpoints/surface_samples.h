@@ -4,14 +4,10 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/run_context.h"
 #include "geometry/triangle_mesh.h"
 #include "viewpoints/sight.h"
 
 namespace organbake {
-
-// The surface with its normals outward: a closed one that is inside out is turned, with a warning.
-TriangleMesh outward(TriangleMesh surface, const RunContext& context);
 
 // The surface, a colour a vertex by how many of the cameras show it well: red = none, yellow = one,
 // green = two, blue = three or more; grey = none of the region's views does.

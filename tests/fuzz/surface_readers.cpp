@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <vtkAppendFilter.h>
 #include <vtkCellData.h>
+#include <vtkFieldData.h>
 #include <vtkFloatArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
 #include <vtkUnsignedShortArray.h>
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
@@ -56,7 +58,7 @@ Seeds ply_seeds() {
 }
 
 Seeds obj_seeds() {
-  return {as_obj(tetrahedron_mesh()),
+  return {"# SPACE=RAS UNIT=cm\n" + as_obj(tetrahedron_mesh()),
           "v 0 0 0 1 0 0\nv 9 0 0 0.5 0.5 0.5\nv 0 9 0 0 0 1\nv 0 0 9 1 1 1\nvt 0 0\nvn 0 0 1\n"
           "f 1/1/1 2/1/1 \\\n3/1/1\nf -4//1 -3//1 -1//1\nf 1 2 3 4\n"};
 }
@@ -96,6 +98,10 @@ vtkSmartPointer<vtkPolyData> square(bool colored_points) {
   polydata->InsertNextCell(VTK_TRIANGLE_STRIP, 4, strip);
   polydata->InsertNextCell(VTK_LINE, 2, polygon);
   polydata->InsertNextCell(VTK_VERTEX, 1, polygon);
+  vtkNew<vtkStringArray> space;
+  space->SetName("SPACE");
+  space->InsertNextValue("RAS");
+  polydata->GetFieldData()->AddArray(space);
   const auto color = [](vtkDataArray* colors, vtkIdType count, vtkDataSetAttributes* data) {
     colors->SetName("RGB");
     colors->SetNumberOfComponents(3);

@@ -7,6 +7,7 @@
 
 #include "array_arguments.h"
 #include "geometry/written_rotation.h"
+#include "raycast/winding.h"
 
 namespace organbake {
 namespace py = pybind11;
@@ -59,6 +60,9 @@ TriangleMesh mesh_from(const py::object& vertices, const py::object& faces) {
       throw UsageError("vertices_mm[" + std::to_string(i) + "] is not finite");
   mesh.faces = faces_from(faces, mesh.vertices.size());
   if (mesh.faces.empty()) throw UsageError("faces is empty; a mesh needs one");
+  for (const std::string& turned : turn_outward(mesh).sentences())
+    if (PyErr_WarnEx(PyExc_UserWarning, ("faces: " + turned).c_str(), 1) != 0)
+      throw py::error_already_set();
   return mesh;
 }
 

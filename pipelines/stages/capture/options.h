@@ -4,7 +4,7 @@
 #include "bundle/map_files.h"
 #include "capture/capture.h"
 #include "capture/filtered_detail.h"
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "pipelines/options.h"
 
 namespace organbake {
@@ -17,7 +17,7 @@ struct CaptureStageOptions {
   Material material;
   double exemplar_mm_per_pixel = 0;  // of the exemplar's pixels on its tissue; 0: there is none
   MapPacking packing;
-  MeshUnit unit = MeshUnit::mm;
+  MeshFrame frame;
 };
 
 void bind(OptionList& list, CaptureStageOptions& options);

@@ -130,8 +130,8 @@ StageReport run(const StageCall& call) {
   options.detail.check();
   options.material.check();
   const std::optional<ExemplarPhoto> exemplar = read_exemplar(call, options.exemplar_mm_per_pixel);
-  const TriangleMesh surface = read_mesh(*call.input("surface"), options.unit, call.context);
-  const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.unit, call.context);
+  const TriangleMesh surface = read_mesh(*call.input("surface"), options.frame, call.context);
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"), options.frame, call.context);
   const CameraSet set = read_cameras(*call.input("cameras"));
   check_memory(set.cameras, call.context);
   StageReport report;
@@ -141,6 +141,7 @@ StageReport run(const StageCall& call) {
   const ShellSurface shell = make_shell(call, surface, proxy, options.skin_edge_mm, report);
   const CaptureResult captured =
       capture(surface, shell.at_rest(), set.cameras, *color, options.capture, call.context);
+  check_filled(captured, call.input("surface")->string());
   if (options.packing.compact) {
     report.skipped.push_back({"the compression", "compact chooses one for each kind of map"});
   }

@@ -87,13 +87,13 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "surface → light, when a material is lit"})
       .add("ambient", &o.material.ambient,
            {.help = "share of the material's light that has no direction", .min = 0, .max = 1});
-  bind_unit(list, o.unit);
+  bind(list, o.frame);
 }
 
 Stage capture_stage() {
   return {
       .name = "capture",
-      .version = 10,
+      .version = 11,
       .summary = "bake depth, colour and microstructure for each virtual camera",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {"proxy", InputKind::mesh, "the proxy"},

@@ -37,7 +37,7 @@ StageReport run(const StageCall& call) {
   DecimateOptions options = asked.decimate;
   if (asked.faces) options.faces = whole(*asked.faces);
   options.check();
-  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
+  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
   if (!asked.faces) {
     options.faces = auto_faces(surface, asked.tool_radius_mm, call.context);
     options.max_share = kServingShare;

@@ -38,7 +38,7 @@ void bind(OptionList& list, DecimateStageOptions& options) {
            {{"rms", DecimateObjective::rms}, {"max", DecimateObjective::max}})
       .add("flips", &o.flips,
            {.help = "let the fit flip edges where that lowers the distance, up to 500 faces"});
-  bind_unit(list, options.unit);
+  bind(list, options.frame);
 }
 
 Stage decimate_stage() {

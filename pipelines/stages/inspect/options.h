@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "pipelines/options.h"
 #include "pipelines/stages/shared/reading_options.h"
 
@@ -9,7 +9,7 @@ namespace organbake {
 
 struct InspectStageOptions {
   ReadStageOptions reading;
-  MeshUnit unit = MeshUnit::mm;
+  MeshFrame frame;
 };
 
 void bind(OptionList& list, InspectStageOptions& options);

@@ -90,6 +90,14 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   }
 }
 
+// That of the file's numbers, judged by the size that they have in `unit`.
+std::string suspected_unit(const TriangleMesh& mesh, MeshUnit unit) {
+  const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
+  if (organ_sized(across_mm)) return name_of(unit);
+  const auto fitting = unit_of_organ(across_mm / mm_per(unit));
+  return fitting ? name_of(*fitting) : "none";
+}
+
 // What a DICOM folder holds, whether or not one of its series is a CT volume.
 std::size_t describe_folder(const std::filesystem::path& folder, StageReport& report) {
   const DicomFolder found = scan_dicom_folder(folder);
@@ -130,9 +138,12 @@ StageReport run(const StageCall& call) {
   StageReport report;
   if (const auto* path = call.input("mesh")) {
     const auto asked = resolved_options<InspectStageOptions>(call.options_json);
-    const TriangleMesh mesh = read_mesh(*path, asked.unit, call.context);
+    MeshFrame frame;
+    const TriangleMesh mesh = read_mesh(*path, asked.frame, call.context, frame);
     describe(mesh, report);
-    report.add("suspected_unit", suspected_unit(mesh, *path, asked.unit));
+    report.add("unit", name_of(*frame.unit));
+    report.add("space", name_of(*frame.space));
+    report.add("suspected_unit", suspected_unit(mesh, *frame.unit));
   } else {
     describe_volume_at(*call.input("volume"), call, report);
   }

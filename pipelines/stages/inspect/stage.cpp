@@ -7,7 +7,7 @@ namespace organbake {
 
 void bind(OptionList& list, InspectStageOptions& o) {
   bind(list, o.reading);
-  bind_unit(list, o.unit);
+  bind(list, o.frame);
 }
 
 }  // namespace organbake

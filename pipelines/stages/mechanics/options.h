@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "mechanics/mechanics.h"
 #include "pipelines/options.h"
 
@@ -9,7 +9,7 @@ namespace organbake {
 
 struct MechanicsStageOptions {
   MechanicsOptions mechanics;
-  MeshUnit unit = MeshUnit::mm;
+  MeshFrame frame;
 };
 
 void bind(OptionList& list, MechanicsStageOptions& options);

@@ -16,7 +16,7 @@ StageReport run(const StageCall& call) {
   const auto asked = resolved_options<MechanicsStageOptions>(call.options_json);
   const MechanicsOptions& options = asked.mechanics;
   options.check();
-  const TriangleMesh proxy = read_mesh(*call.input("proxy"), asked.unit, call.context);
+  const TriangleMesh proxy = read_mesh(*call.input("proxy"), asked.frame, call.context);
   const MechanicsModel model = make_mechanics(proxy, options, call.context);
   write_file_atomically(call.output_folder / "mechanics.json", mechanics_to_json(model));
 

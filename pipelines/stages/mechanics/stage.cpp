@@ -48,12 +48,12 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
       .add("fit_to_fem", &o.fit_to_fem,
            {.help = "fit the springs' constants to the tetrahedra's response to dead loads; small "
                     "proxies get springs between all their vertices"});
-  bind_unit(list, options.unit);
+  bind(list, options.frame);
 }
 
 Stage mechanics_stage() {
   return {.name = "mechanics",
-          .version = 3,
+          .version = 4,
           .summary = "give a proxy its springs, masses and anchors",
           .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
           .outputs = {{"mechanics", "mechanics.json"}},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "pipelines/options.h"
 #include "viewpoints/placement.h"
 
@@ -13,7 +13,7 @@ struct PlaceStageOptions {
   double cone_angle_rad = 0;      // half angle; 0 = cameras all round
   CoverageGoal goal{.share = 0};  // share 0 = go by count
   CoverageDetail report = CoverageDetail::brief;
-  MeshUnit unit = MeshUnit::mm;
+  MeshFrame frame;
 
   PlacementOptions resolved() const;
 };

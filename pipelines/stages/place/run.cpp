@@ -64,7 +64,7 @@ StageReport run(const StageCall& call) {
   const auto asked = resolved_options<PlaceStageOptions>(call.options_json);
   const PlacementOptions options = asked.resolved();
   options.check();
-  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.unit, call.context);
+  const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
   const Placement placement = place_cameras(surface, options, call.context);
   const CoverageReport coverage =
       measure_coverage(surface, placement, options, asked.report, call.context);

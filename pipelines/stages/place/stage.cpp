@@ -60,7 +60,7 @@ void bind(OptionList& list, PlaceStageOptions& o) {
            {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
                     "well, at rest and poked, and the surface painted by what cameras see"},
            {{"brief", CoverageDetail::brief}, {"full", CoverageDetail::full}});
-  bind_unit(list, o.unit);
+  bind(list, o.frame);
 }
 
 Stage place_stage() {

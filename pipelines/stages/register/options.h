@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "pipelines/options.h"
 #include "registration/register_photo.h"
 
@@ -16,7 +16,7 @@ struct RegisterStageOptions {
   bool vertex_albedo = false;   // the surface's colours are its albedo
   bool from_poses = false;      // start from the poses that the document of unposed photos has
   CameraExport also = CameraExport::none;
-  MeshUnit unit = MeshUnit::mm;
+  MeshFrame frame;
 };
 
 void bind(OptionList& list, RegisterStageOptions& options);

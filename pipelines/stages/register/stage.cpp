@@ -49,13 +49,13 @@ void bind(OptionList& list, RegisterStageOptions& o) {
            {{"none", CameraExport::none},
             {"colmap", CameraExport::colmap},
             {"transforms", CameraExport::transforms}});
-  bind_unit(list, o.unit);
+  bind(list, o.frame);
 }
 
 Stage register_stage() {
   return {
       .name = "register",
-      .version = 5,
+      .version = 6,
       .summary = "find a photograph's pose on the surface, with a verdict",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {.name = "photo",

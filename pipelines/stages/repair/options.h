@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "pipelines/options.h"
 #include "repair/repair.h"
 
@@ -12,7 +12,7 @@ namespace organbake {
 struct RepairStageOptions {
   std::string mode = "auto";  // or none: the surface as it is
   RepairOptions repair;
-  MeshUnit unit = MeshUnit::mm;
+  MeshFrame frame;
 };
 
 void bind(OptionList& list, RepairStageOptions& options);

@@ -14,7 +14,7 @@ namespace {
 StageReport run(const StageCall& call) {
   const auto asked = resolved_options<RepairStageOptions>(call.options_json);
   asked.repair.check();
-  const TriangleMesh surface = read_mesh(*call.input("mesh"), asked.unit, call.context);
+  const TriangleMesh surface = read_mesh(*call.input("mesh"), asked.frame, call.context);
   RepairSummary summary;
   if (asked.mode == "none") {
     summary.mesh = surface;

@@ -26,12 +26,17 @@ void bind(OptionList& list, RepairStageOptions& options) {
            {.help = "what a wrap closes, gaps and tunnels; 0 = a hundredth of the surface's size",
             .unit = "mm",
             .min = 0,
+            .max = 1e6})
+      .add("volume_change", &o.volume_change,
+           {.help = "a repair that changes the volume by more than this share is refused",
+            .min = 0,
             .max = 1e6});
-  bind_unit(list, options.unit);
+  bind(list, options.frame);
 }
 
 Stage repair_stage() {
   return {.name = "repair",
+          .version = 2,
           .summary = "make an outward manifold of a surface as programs export it",
           .inputs = {{"mesh", InputKind::mesh, "the surface to repair"}},
           .outputs = {{"surface", "surface.ply"}},

@@ -21,10 +21,24 @@ void bind(OptionList& list, ReadStageOptions& o) {
             .unit = "mm, LPS"});
 }
 
+void bind(OptionList& list, MeshFrame& frame) {
+  std::vector<std::pair<std::string, std::optional<MeshUnit>>> units = {{"auto", std::nullopt}};
+  for (const UnitName& known : kMeshUnits) units.emplace_back(known.name, known.unit);
+  std::vector<std::pair<std::string, std::optional<MeshSpace>>> spaces = {{"auto", std::nullopt}};
+  for (const SpaceName& known : kMeshSpaces) spaces.emplace_back(known.name, known.space);
+  list.add("unit", &frame.unit,
+           {.help = "of a mesh file that doesn't say its own; auto: mm, of glTF m"}, units)
+      .add(
+          "space", &frame.space,
+          {.help = "axes of a mesh file that doesn't say its own; auto: LPS, of glTF y-up (x left, "
+                   "y superior, z anterior)"},
+          spaces);
+}
+
 void bind_unit(OptionList& list, MeshUnit& unit, const char* help) {
-  list.add(
-      "unit", &unit, {.help = help},
-      {{"mm", MeshUnit::mm}, {"cm", MeshUnit::cm}, {"m", MeshUnit::m}, {"in", MeshUnit::inch}});
+  std::vector<std::pair<std::string, MeshUnit>> units;
+  for (const UnitName& known : kMeshUnits) units.emplace_back(known.name, known.unit);
+  list.add("unit", &unit, {.help = help}, units);
 }
 
 }  // namespace organbake

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "formats/mesh_files.h"
+#include "formats/mesh_frame.h"
 #include "pipelines/options.h"
 #include "volume/read_options.h"
 
@@ -26,8 +26,9 @@ struct ReadStageOptions {
 
 void bind(OptionList& list, ReadStageOptions& options);
 
-// The unit of a mesh file that does not say its own.
-void bind_unit(OptionList& list, MeshUnit& unit,
-               const char* help = "of a mesh file that doesn't say its own; glTF is in metres");
+// The unit and the axes of mesh files that don't say theirs; in a bake, those of its inputs.
+void bind(OptionList& list, MeshFrame& frame);
+// The unit of other files.
+void bind_unit(OptionList& list, MeshUnit& unit, const char* help);
 
 }  // namespace organbake

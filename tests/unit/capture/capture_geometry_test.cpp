@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -7,12 +8,14 @@
 #include "capture/camera_rays.h"
 #include "geometry/shell_map.h"
 #include "raycast/face_queries.h"
+#include "support/error_message.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
+using ::testing::HasSubstr;
 
 CaptureResult capture_plainly(const TriangleMesh& surface, const TriangleMesh& proxy,
                               const std::vector<PosedCamera>& cameras) {
@@ -188,6 +191,8 @@ TEST(CaptureDepth, ASurfaceSeenFromInsideIsBackground) {
   EXPECT_EQ(summary.back_face_texels, 1600u);
   EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
   for (const float depth : summary.maps[0].depth_mm) EXPECT_TRUE(std::isinf(depth));
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { check_filled(summary, "organ.ply"); }),
+              HasSubstr("organ.ply: 100 % of the texels that see it see it from behind"));
 }
 
 TEST(CaptureDepth, AnInsideOutSurfaceIsBackgroundAndCounted) {
@@ -197,6 +202,18 @@ TEST(CaptureDepth, AnInsideOutSurfaceIsBackgroundAndCounted) {
       capture_plainly(surface, sphere_mesh(50, 1), {plain_camera({0, -200, 0}, {0, 0, 0}, 40)});
   EXPECT_GT(summary.back_face_texels, 400u);
   EXPECT_EQ(summary.bound_in_prism + summary.bound_by_fallback, 0u);
+  message_of(ExitCode::bad_data, [&] { check_filled(summary, "organ.ply"); });
+}
+
+// An organ of centimetres beside a proxy of millimetres, as units at odds once gave them.
+TEST(CaptureDepth, EmptyMapsAreRefusedAndOthersAreNot) {
+  const std::vector<PosedCamera> cameras = {plain_camera({0, -200, 0}, {0, 0, 0}, 40)};
+  EXPECT_NO_THROW(
+      check_filled(capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1), cameras), "organ.ply"));
+  const CaptureResult away = capture_plainly(sphere_mesh(50, 3), sphere_mesh(50, 1),
+                                             {plain_camera({0, -200, 0}, {0, -400, 0}, 40)});
+  EXPECT_THAT(message_of(ExitCode::bad_data, [&] { check_filled(away, "organ.ply"); }),
+              HasSubstr("organ.ply: all maps are empty, because no camera sees it"));
 }
 
 TEST(CaptureDepth, ACameraThatLooksAwaySeesNothing) {

@@ -188,11 +188,11 @@ TEST(TexturedMesh, ItsObjFileIsReadByOthers) {
   EXPECT_NE(material.find("map_Kd organ.png\n"), std::string::npos);
   EXPECT_NE(material.find("norm bumps.png\n"), std::string::npos);
   write_file_atomically(folder.path() / "organ.obj", text);
-  const TriangleMesh back = read_mesh(folder.path() / "organ.obj", MeshUnit::m);
+  const TriangleMesh back = read_mesh(folder.path() / "organ.obj");
   ASSERT_EQ(back.vertices.size(), mesh.vertices.size());
   constexpr double kWritten_mm = 1e-4;
   for (std::size_t v = 0; v < back.vertices.size(); ++v)
-    EXPECT_LT((back.vertices[v] - scene_direction(mesh.vertices[v])).norm(), kWritten_mm);
+    EXPECT_LT((back.vertices[v] - mesh.vertices[v]).norm(), kWritten_mm);
   EXPECT_EQ(back.faces.size(), mesh.faces.size());
 }
 

@@ -101,7 +101,7 @@ TEST_F(MeshFiles, ASoupIsWeldedAndKeepsItsColours) {
   write_ply(folder_.path() / "soup.ply", soup_of(truth_));
   std::string said;
   const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
-  const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", MeshUnit::mm, context);
+  const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", {}, context);
   EXPECT_EQ(mesh.vertices.size(), truth_.vertices.size());
   EXPECT_TRUE(analyse_topology(mesh).closed_manifold());
   const std::size_t welded = 3 * truth_.faces.size() - truth_.vertices.size();
@@ -117,7 +117,7 @@ TEST_F(MeshFiles, ASoupRoundedToSinglePrecisionIsWeldedWithinAStatedTolerance) {
   write_ply(folder_.path() / "soup.ply", soup);
   std::string said;
   const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
-  const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", MeshUnit::mm, context);
+  const TriangleMesh mesh = read_mesh(folder_.path() / "soup.ply", {}, context);
   EXPECT_TRUE(analyse_topology(mesh).closed_manifold());
   EXPECT_THAT(said, HasSubstr("within"));
 }
@@ -136,15 +136,31 @@ TEST_F(MeshFiles, SizesThatNoOrganHasAreQuestionedAndUnitsMendThem) {
   write_bytes(folder_.path() / "m.obj", as_obj(metres));
   std::string said;
   const RunContext context([&](LogLevel, std::string_view text) { said += text; }, {}, nullptr);
-  read_mesh(folder_.path() / "m.obj", MeshUnit::mm, context);
-  EXPECT_THAT(said, HasSubstr("--unit m,"));
+  read_mesh(folder_.path() / "m.obj", {}, context);
+  EXPECT_THAT(said, HasSubstr("--unit m;"));
   said.clear();
-  const TriangleMesh mesh = read_mesh(folder_.path() / "m.obj", MeshUnit::m, context);
+  const TriangleMesh mesh = read_mesh(folder_.path() / "m.obj", {MeshUnit::m, {}}, context);
   EXPECT_EQ(said, "");
   EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), 1, 1e-12);
-  // Our own files are in mm, whatever the unit of others is.
-  write_ply(folder_.path() / "ours.ply", truth_);
-  EXPECT_EQ(read_mesh(folder_.path() / "ours.ply", MeshUnit::m).vertices, truth_.vertices);
+}
+
+TEST_F(MeshFiles, WhatIsWoundInwardIsTurnedAndSaid) {
+  std::string said;
+  const RunContext context(
+      [&](LogLevel level, std::string_view text) {
+        if (level == LogLevel::warning) said += text;
+      },
+      {}, nullptr);
+  const std::string inward[] = {as_obj(inside_out(truth_)), as_obj(mirrored(inside_out(truth_))),
+                                as_obj(joined(moved(truth_, {100, 0, 0}), inside_out(truth_)))};
+  for (const std::string& text : inward) {
+    said.clear();
+    write_bytes(folder_.path() / "a.obj", text);
+    const TriangleMesh mesh = read_mesh(folder_.path() / "a.obj", {}, context);
+    const double pieces = double(mesh.faces.size()) / double(truth_.faces.size());
+    EXPECT_NEAR(signed_volume(mesh) / signed_volume(truth_), pieces, 1e-9);
+    EXPECT_THAT(said, HasSubstr("a.obj: 1 piece that was wound inside out turned outward"));
+  }
 }
 
 TEST_F(MeshFiles, ANodesTransformIsTaken) {

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "core/error.h"
 #include "core/temporary_folder.h"
 #include "fake_stages.h"
@@ -81,6 +83,26 @@ TEST_F(PlanTest, InputsAreConnectedToTheirMakers) {
   EXPECT_EQ(without.steps.back().inputs.size(), 3u) << "no photos: an optional input stays open";
   const Plan with = plan("", {"ct=scan.mha", "photos=p/cameras.json"});
   EXPECT_EQ(with.steps.back().inputs[3].given, "p/cameras.json");
+}
+
+// What stages make is in millimetres and LPS, whatever the input was in.
+TEST_F(PlanTest, TheUnitIsThatOfWhatIsGiven) {
+  const auto unit_of = [](const Plan& plan, const std::string& stage) -> std::string {
+    for (const Step& step : plan.steps)
+      if (step.stage->name == stage)
+        return nlohmann::json::parse(step.options_json).at("unit").get<std::string>();
+    return "no such step";
+  };
+  const Plan given = plan("", {"surface=s.obj", "unit=cm"});
+  for (const char* stage : {"decimate", "place", "capture"}) EXPECT_EQ(unit_of(given, stage), "cm");
+  EXPECT_EQ(unit_of(given, "mechanics"), "auto");
+  const Plan repaired = plan("", {"surface=s.obj", "unit=cm", "repair.mode=auto"});
+  EXPECT_EQ(unit_of(repaired, "repair"), "cm");
+  for (const char* stage : {"decimate", "place", "capture"})
+    EXPECT_EQ(unit_of(repaired, stage), "auto") << stage;
+  EXPECT_EQ(why_left_out(given, "input unit"), "it was not left out");
+  EXPECT_EQ(why_left_out(plan("", {"ct=scan.mha", "unit=cm"}), "input unit"),
+            "no step of this bake reads it");
 }
 
 TEST_F(PlanTest, SaysWhatOfAQualityTheRecipeOutranks) {

@@ -83,6 +83,34 @@ TEST_F(RecipeTest, WhoForgetsTheRecipeIsToldTheWholeCommand) {
   EXPECT_THROW(read_recipe(folder_.path() / "missing.nii", {}), NoInputError);
 }
 
+TEST_F(RecipeTest, UnitAndSpaceAreOfTheInputAndHoldForAllStages) {
+  const auto said = [](const Recipe& recipe, const std::string& stage, const char* key) {
+    return std::get<std::string>(recipe.options.at(stage).list.find(key)->get());
+  };
+  for (const Recipe& recipe : {read("inputs: {surface: s.obj, unit: cm, space: RAS}\n"),
+                               read("", {"surface=s.obj", "unit=cm", "space=ras"}),
+                               read("capture: {unit: cm}\nplace: {space: RAS}\n"),
+                               read("capture: {unit: cm}\n", {"unit=cm", "repair.space=RAS"})})
+    for (const char* stage : {"repair", "decimate", "mechanics", "place", "register", "capture"}) {
+      EXPECT_EQ(said(recipe, stage, "unit"), "cm") << stage;
+      EXPECT_EQ(said(recipe, stage, "space"), "RAS") << stage;
+    }
+  const Recipe lens = read("capture: {unit: cm}\n");
+  EXPECT_EQ(said(lens, "stereo", "unit"), "mm") << "a surface's unit is not a lens's";
+  EXPECT_EQ(said(read("inputs: {unit: m}\n"), "stereo", "unit"), "m");
+  EXPECT_EQ(said(read("inputs: {unit: m}\nstereo: {unit: cm}\n"), "stereo", "unit"), "cm");
+}
+
+TEST_F(RecipeTest, UnitsThatContradictEachOtherAreRefusedByName) {
+  const std::string told = error("capture:\n  unit: m\n", {"unit=cm"});
+  EXPECT_THAT(told, HasSubstr("recipe.yaml:3: capture.unit is \"m\", but inputs.unit is \"cm\""));
+  EXPECT_THAT(told, HasSubstr("--set unit="));
+  EXPECT_THAT(error("", {"place.unit=mm", "decimate.unit=cm"}), HasSubstr("decimate.unit"));
+  EXPECT_THAT(error("", {"space=RAS", "capture.space=LPS"}), HasSubstr("capture.space"));
+  EXPECT_THAT(error("", {"unit=km"}), HasSubstr("--set unit=km: 'km' is not possible"));
+  EXPECT_THAT(error("inputs: {unit: km}\n"), HasSubstr("recipe.yaml:2: inputs.unit"));
+}
+
 TEST_F(RecipeTest, AnEmptySettingTakesAnInputAway) {
   EXPECT_TRUE(read("inputs: {ct: scan.mha}\n", {"ct="}).inputs.empty());
 }

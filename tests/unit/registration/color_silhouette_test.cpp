@@ -160,7 +160,7 @@ TEST(ColorSilhouette, FindsARealTriangleBehindABottle) {
   const std::filesystem::path folder =
       std::filesystem::path(ORGANBAKE_SHARED_DATA) / "registration" / "triangle";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "REAL DATA MISSING: " << folder;
-  TriangleMesh mesh = read_mesh(folder / "triangle.obj", MeshUnit::m);
+  TriangleMesh mesh = read_mesh(folder / "triangle.obj", {MeshUnit::m, {}});
   for (Eigen::Vector3d& v : mesh.vertices) v.z() -= 6;
   const RegisteredSurface surface(std::move(mesh));
   RigidTransform known;

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 
@@ -128,7 +129,109 @@ TEST(Repair, ASurfaceInsideOutIsTurnedAndACavityKept) {
   organ = joined(organ, hollow);  // outward, as a solid of its own
   const RepairSummary repaired = repair(organ, {});
   EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, kExact);
-  EXPECT_THAT(repaired.done, Contains("2 pieces turned outward"));
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("1 piece that was wound inside out")));
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("as a cavity's wall")));
+}
+
+// Of two balls of this radius whose middles are as far apart: 2 V minus a lens of two caps, each
+// half a radius high.
+double two_balls_mm3(double radius_mm) {
+  const double cap_mm = radius_mm / 2;
+  return 2 * (4 * M_PI / 3 * std::pow(radius_mm, 3) -
+              M_PI * cap_mm * cap_mm * (3 * radius_mm - cap_mm) / 3);
+}
+constexpr double kFacets = 0.005;  // of a ball of 5,120 faces
+
+TEST(Repair, OverlappingPiecesBecomeTheirUnion) {
+  const TriangleMesh ball = sphere_mesh(30, 4), other = moved(ball, {30, 0, 0});
+  const double wanted_mm3 = two_balls_mm3(30);
+  EXPECT_NEAR(wanted_mm3, 190'851.8, 0.1);
+  for (const TriangleMesh& pair :
+       {joined(ball, other), joined(inside_out(ball), other), joined(ball, inside_out(other)),
+        inside_out(joined(other, ball))}) {
+    const RepairSummary repaired = repair(pair, {});
+    expect_sound(repaired);
+    EXPECT_EQ(analyse_topology(repaired.mesh).components, 1u);
+    EXPECT_FALSE(repaired.wrapped);
+    EXPECT_NEAR(signed_volume(repaired.mesh) / wanted_mm3, 1, kFacets);
+    EXPECT_LT(std::abs(repaired.volume_change), 1e-6) << "what they share never counted";
+    EXPECT_THAT(repaired.done, Contains(HasSubstr("2 overlapping pieces united: 35.")));
+  }
+}
+
+TEST(Repair, UnionsOfManyPiecesKeepColoursAndWhatLiesApart) {
+  TriangleMesh chain, apart = moved(sphere_mesh(20, 3), {0, 200, 0});
+  for (int i = 0; i < 5; ++i)
+    chain = joined(std::move(chain), moved(sphere_mesh(30, 3), {40.0 * i, 3.0 * i, 0}));
+  chain = joined(chain, moved(apart, {0, 0, 0}));
+  for (const auto& v : chain.vertices) chain.colors.emplace_back(v.x() < 80 ? 1.f : 0.f, 0.f, 0.f);
+  const RepairSummary repaired = repair(chain, {});
+  expect_sound(repaired);
+  EXPECT_EQ(analyse_topology(repaired.mesh).components, 2u);
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("5 overlapping pieces united")));
+  ASSERT_EQ(repaired.mesh.colors.size(), repaired.mesh.vertices.size());
+  constexpr double kEdge_mm = 8;  // of a ball of 1,280 faces
+  for (std::size_t v = 0; v < repaired.mesh.vertices.size(); ++v) {
+    const double x = repaired.mesh.vertices[v].x();
+    if (std::abs(x - 80) > kEdge_mm) {
+      EXPECT_EQ(repaired.mesh.colors[v].x(), x < 80 ? 1 : 0) << x;
+    }
+  }
+}
+
+TEST(Repair, APieceThatIsThereTwiceCountsOnce) {
+  const TriangleMesh organ = lumpy_mesh(40, 3);
+  const RepairSummary repaired = repair(joined(organ, organ), {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / signed_volume(organ), 1, kExact);
+}
+
+TEST(Repair, BoxesWhoseSidesLieInOnePlaneAreUnited) {
+  const TriangleMesh box = box_mesh({20, 10, 10});
+  const RepairSummary repaired = repair(joined(box, moved(box, {15, 0, 0})), {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh), 3500, 1e-6);
+}
+
+TEST(Repair, PiecesThatCrossThemselvesTooAreWrapped) {
+  // A ball of which a patch is pushed out through the other side.
+  TriangleMesh crossing = sphere_mesh(30, 3);
+  for (auto& v : crossing.vertices)
+    if (v.x() < -22) v.x() += 80;
+  const RepairSummary repaired = repair(joined(crossing, moved(sphere_mesh(30, 3), {40, 0, 0})),
+                                        {.wrap_mm = 6, .volume_change = 1});
+  expect_sound(repaired);
+  EXPECT_TRUE(repaired.wrapped);
+  EXPECT_THAT(repaired.done, Contains(HasSubstr("overlap and cross themselves")));
+}
+
+TEST(Repair, AVolumeThatChangesIsSaidAndTooMuchIsRefused) {
+  const TriangleMesh organ =
+      joined(lumpy_mesh(40, 3), moved(lumpy_mesh(20, 3), {100, 0, 0}));  // 8 to 1
+  std::string said;
+  const RunContext context(
+      [&](LogLevel level, std::string_view text) {
+        if (level == LogLevel::warning) said += text;
+      },
+      {}, nullptr);
+  EXPECT_THAT(
+      message_of(ExitCode::bad_data, [&] { repair(organ, {.island_share = 0.5}, context); }),
+      HasSubstr("the volume changes by -11.1 %"));
+  const RepairSummary allowed = repair(organ, {.island_share = 0.5, .volume_change = 0.2}, context);
+  EXPECT_NEAR(allowed.volume_change, -1.0 / 9, 1e-9);
+  EXPECT_THAT(said, HasSubstr("-11.1 %"));
+  said.clear();
+  repair(organ, {}, context);
+  EXPECT_EQ(said, "");
+}
+
+TEST(Repair, AnOrganInsideOutWithAHoleIsTurnedToo) {
+  TriangleMesh organ = inside_out(sphere_mesh(40, 4));
+  const double volume = -signed_volume(organ);
+  organ.faces.resize(organ.faces.size() - 4);
+  const RepairSummary repaired = repair(organ, {});
+  expect_sound(repaired);
+  EXPECT_NEAR(signed_volume(repaired.mesh) / volume, 1, 0.002);
 }
 
 TEST(Repair, IslandsAreDroppedAndPiecesOfTheOrganAreNot) {
@@ -161,7 +264,8 @@ TEST(Repair, ThousandsOfPiecesAreNoMatter) {
   }
   const RepairSummary repaired = repair(many, {.island_share = 0});
   EXPECT_EQ(analyse_topology(repaired.mesh).components, 20'001u);
-  EXPECT_THAT(repaired.done, Contains(std::to_string(inside_out_ones) + " pieces turned outward"));
+  EXPECT_THAT(repaired.done, Contains(std::to_string(inside_out_ones) +
+                                      " pieces that were wound inside out turned outward"));
   EXPECT_THAT(repair(many, {}).done, Contains("20000 islands dropped"));
 }
 
@@ -210,6 +314,8 @@ TEST(Repair, OptionsAreChecked) {
               HasSubstr("hole_mm"));
   EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.wrap_mm = -1}.check(); }),
               HasSubstr("wrap_mm"));
+  EXPECT_THAT(message_of(ExitCode::usage, [] { RepairOptions{.volume_change = -1}.check(); }),
+              HasSubstr("volume_change"));
   EXPECT_THAT(message_of(ExitCode::bad_data, [] { repair(TriangleMesh(), {}); }),
               HasSubstr("no faces"));
 }

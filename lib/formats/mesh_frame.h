@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace organbake {
+
+enum class MeshUnit { mm, cm, m, inch };
+// Where x, y and z of a file point: to the patient's left, posterior and superior (the world);
+// right, anterior and superior; left, superior and anterior (y up, as glTF and many editors have
+// it).
+enum class MeshSpace { lps, ras, y_up };
+
+struct UnitName {
+  MeshUnit unit;
+  const char* name;  // as options and headers have it
+  double size_mm;
+};
+inline constexpr UnitName kMeshUnits[] = {{MeshUnit::mm, "mm", 1},
+                                          {MeshUnit::cm, "cm", 10},
+                                          {MeshUnit::inch, "in", 25.4},
+                                          {MeshUnit::m, "m", 1000}};
+struct SpaceName {
+  MeshSpace space;
+  const char *name, *letters;  // as options have it, and as headers
+};
+inline constexpr SpaceName kMeshSpaces[] = {{MeshSpace::lps, "LPS", "LPS"},
+                                            {MeshSpace::ras, "RAS", "RAS"},
+                                            {MeshSpace::y_up, "y-up", "LSA"}};
+
+// What is known of a file's coordinates, by the file itself or by whoever reads it.
+struct MeshFrame {
+  std::optional<MeshUnit> unit = {};
+  std::optional<MeshSpace> space = {};
+};
+
+double mm_per(MeshUnit unit);
+const char* name_of(MeshUnit unit);
+const char* name_of(MeshSpace space);
+// A proper rotation.
+Eigen::Matrix3d world_from_axes(MeshSpace space);
+
+// What the beginning of a mesh file says of itself: SPACE=RAS or SPACE=LPS, as 3D Slicer writes it
+// into OBJ, PLY, STL and VTK files, UNIT=mm beside it, and the comments of our own PLY, OBJ and
+// glTF files. Throws BadDataError for other axes; `name` is put before the message.
+MeshFrame frame_in_header(std::string_view header, const std::string& name);
+
+// What most organs are about.
+inline constexpr double kTypicalOrgan_mm = 150;
+// The unit in which something that is so many units across would be an organ, nearest to the size
+// of most; nothing when there is none.
+std::optional<MeshUnit> unit_of_organ(double across_units);
+// Organs, from a vessel's piece to a whole body.
+bool organ_sized(double across_mm);
+
+}  // namespace organbake
