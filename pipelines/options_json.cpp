@@ -80,6 +80,10 @@ Json value_schema(const Option& option) {
     case OptionKind::integers:
       return array_schema(number_schema(option, "integer"));
     case OptionKind::choice:
+      if (!option.traits.true_false.empty()) {
+        return {{"anyOf",
+                 {{{"type", "string"}, {"enum", option.traits.choices}}, {{"type", "boolean"}}}}};
+      }
       return {{"type", "string"}, {"enum", option.traits.choices}};
     case OptionKind::texts:
       return {{"type", "array"}, {"items", {{"type", "string"}}}};
@@ -115,7 +119,9 @@ void set_from_json(const OptionList& options, const Json& object, const std::str
   for (const auto& [key, json] : object.items()) {
     const Option* option = options.find(key);
     if (!option) throw UsageError(where + key + ": there is no such option");
-    const auto value = from_json(option->kind, json);
+    const bool was_switch = !option->traits.true_false.empty() && json.is_boolean();
+    const auto value =
+        was_switch ? as_choice(*option, json.get<bool>()) : from_json(option->kind, json);
     if (!value) throw UsageError(where + key + ": " + json.dump() + " is of the wrong kind");
     check_option(*option, *value, where + key);
     option->set(*value);

@@ -48,8 +48,10 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
   const Option* option = options.find(flag.substr(2));
   if (!option && flag.starts_with("--no-")) {
     option = options.find(flag.substr(5));
-    if (!option || option->kind != OptionKind::boolean) unknown_flag(flag, options);
-    option->set(false);
+    const bool was_switch = option && !option->traits.true_false.empty();
+    if (!was_switch && (!option || option->kind != OptionKind::boolean))
+      unknown_flag(flag, options);
+    option->set(was_switch ? as_choice(*option, false) : OptionValue(false));
     return position + 1;
   }
   if (!option) unknown_flag(flag, options);
@@ -108,7 +110,8 @@ ManualOption manual_option(const Option& option) {
                       .facts = facts_of(option),
                       .choices = option.traits.choices};
   const bool* on = std::get_if<bool>(&option.default_value);
-  if (on && *on) manual.off_flag = "--no-" + option.flag().substr(2);
+  if ((on && *on) || !option.traits.true_false.empty())
+    manual.off_flag = "--no-" + option.flag().substr(2);
   return manual;
 }
 

@@ -4,10 +4,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "volume/contour_region.h"
 #include "volume/dicom_document.h"
 #include "volume/dicom_masks.h"
 #include "volume/grid.h"
@@ -28,21 +30,22 @@ constexpr double kSamePlane_mm = 0.01;
 // missing.
 constexpr double kWidestGap = 2.2;
 
-struct Contour {
+struct DrawnContour {
   std::vector<Eigen::Vector3d> points;
+  bool even_odd = false;  // together with all others that say so (CLOSEDPLANAR_XOR)
 };
 
 struct ContouredRegion {
   int number = 0;
   std::string name;
-  std::vector<Contour> contours;
+  std::vector<DrawnContour> contours;
 };
 
 // Axes of the planes that the contours lie in: columns u, v, normal.
 Eigen::Matrix3d plane_axes(const std::vector<ContouredRegion>& regions) {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (const ContouredRegion& region : regions) {
-    for (const Contour& contour : region.contours) {
+    for (const DrawnContour& contour : region.contours) {
       Eigen::Vector3d area = Eigen::Vector3d::Zero();
       const Eigen::Vector3d& origin = contour.points.front();
       for (std::size_t i = 1; i + 1 < contour.points.size(); ++i) {
@@ -85,11 +88,13 @@ std::vector<ContouredRegion> read_regions(const DicomDocument& document, const f
     const vtkDICOMValue& contours = drawn.GetItem(i).Get(DC::ContourSequence);
     for (std::size_t c = 0; c < contours.GetNumberOfValues(); ++c) {
       const vtkDICOMItem& item = contours.GetItem(c);
-      if (dicom_text(item.Get(DC::ContourGeometricType)).rfind("CLOSED", 0) != 0) continue;
+      const std::string kind = dicom_text(item.Get(DC::ContourGeometricType));
+      if (kind.rfind("CLOSED", 0) != 0) continue;
       const vtkDICOMValue& numbers = item.Get(DC::ContourData);
       const std::size_t count = numbers.GetNumberOfValues();
       if (count % 3 != 0) throw BadDataError(file, "a contour of " + region.name + " is cut off");
-      Contour contour;
+      DrawnContour contour;
+      contour.even_odd = kind.find("XOR") != std::string::npos;
       for (std::size_t n = 0; n < count; n += 3) {
         contour.points.emplace_back(numbers.GetDouble(n), numbers.GetDouble(n + 1),
                                     numbers.GetDouble(n + 2));
@@ -106,13 +111,13 @@ std::vector<ContouredRegion> read_regions(const DicomDocument& document, const f
   return regions;
 }
 
-using Polygon2 = std::vector<Eigen::Vector2d>;
-using Planes = std::map<double, std::vector<Polygon2>>;  // by place along the normal
+using Planes = std::map<double, std::vector<ContourRegion::Contour>>;  // by place on the normal
 
 // In coordinates of the axes.
 Planes planes_of(const ContouredRegion& region, const Eigen::Matrix3d& axes) {
   Planes planes;
-  for (const Contour& contour : region.contours) {
+  std::map<double, std::size_t> even_odd;  // which contour of a plane gathers them
+  for (const DrawnContour& contour : region.contours) {
     Polygon2 polygon;
     double along = 0;
     for (const Eigen::Vector3d& point : contour.points) {
@@ -123,9 +128,12 @@ Planes planes_of(const ContouredRegion& region, const Eigen::Matrix3d& axes) {
     along /= static_cast<double>(contour.points.size());
     auto plane = planes.lower_bound(along - kSamePlane_mm);
     if (plane == planes.end() || plane->first > along + kSamePlane_mm) {
-      plane = planes.emplace(along, std::vector<Polygon2>()).first;
+      plane = planes.emplace(along, std::vector<ContourRegion::Contour>()).first;
     }
-    plane->second.push_back(std::move(polygon));
+    std::size_t which = plane->second.size();
+    if (contour.even_odd) which = even_odd.emplace(plane->first, which).first->second;
+    if (which == plane->second.size()) plane->second.emplace_back();
+    plane->second[which].push_back(std::move(polygon));
   }
   return planes;
 }
@@ -150,64 +158,101 @@ double finest_for(std::size_t points, const Eigen::Vector2d& across_mm, double s
   return std::sqrt(across_mm.prod() * (slices + 1) / most);
 }
 
-// The region that is wanted, or all of them, on a grid of the planes of the one with most.
-Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
-                const std::string& name) {
+struct ContourBox {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(HUGE_VAL), high = -low;
-  double gap = HUGE_VAL;
-  std::size_t plane_count = 0, point_count = 0;
-  for (const Planes& planes : wanted) {
-    plane_count += planes.size();
-    if (usual_gap(planes) > 0) gap = std::min(gap, usual_gap(planes));
-    for (const auto& [along, polygons] : planes) {
-      for (const Polygon2& polygon : polygons) {
-        point_count += polygon.size();
-        for (const Eigen::Vector2d& p : polygon) {
-          low = low.cwiseMin(Eigen::Vector3d(p.x(), p.y(), along));
-          high = high.cwiseMax(Eigen::Vector3d(p.x(), p.y(), along));
+  std::size_t planes = 0, points = 0;
+  double gap_mm = HUGE_VAL;  // the smallest that is usual in a region
+
+  void add(const Planes& region) {
+    planes += region.size();
+    if (usual_gap(region) > 0) gap_mm = std::min(gap_mm, usual_gap(region));
+    for (const auto& [along, contours] : region) {
+      for (const ContourRegion::Contour& contour : contours) {
+        for (const Polygon2& polygon : contour) {
+          points += polygon.size();
+          for (const Eigen::Vector2d& p : polygon) {
+            low = low.cwiseMin(Eigen::Vector3d(p.x(), p.y(), along));
+            high = high.cwiseMax(Eigen::Vector3d(p.x(), p.y(), along));
+          }
         }
       }
     }
   }
-  if (!std::isfinite(gap)) gap = 1;  // one plane: as thick as that
+};
+
+// Into how many slices of the mask a usual gap is parted, so that every plane has its own place:
+// contours between the planes of the others keep theirs.
+int slices_per_gap(const std::vector<Planes>& wanted, const ContourBox& box) {
+  constexpr int kMost = 8;
+  constexpr double kOffPlane = 0.05;  // of a slice
+  for (int parts = 1; parts < kMost; ++parts) {
+    bool fit = true;
+    for (const Planes& planes : wanted) {
+      for (const auto& [along, contours] : planes) {
+        const double at = parts * (along - box.low.z()) / box.gap_mm;
+        fit &= std::abs(at - std::round(at)) <= kOffPlane * parts;
+      }
+    }
+    if (fit) return parts;
+  }
+  return kMost;
+}
+
+// The region that is wanted, or all of them, on a grid of the planes of the one with most.
+Volume grid_for(const std::vector<Planes>& wanted, const Eigen::Matrix3d& axes,
+                const std::string& name) {
+  ContourBox box;
+  for (const Planes& planes : wanted) box.add(planes);
+  if (!std::isfinite(box.gap_mm)) box.gap_mm = 1;  // one plane: as thick as that
   // Where one pair of planes lies close together and all others far apart, the gaps are wrong. Two
   // lumps of one region may well lie a torso apart.
   constexpr double kMostSlicesPerPlane = 8, kAlwaysFit = 1000;
-  const double slices = (high.z() - low.z()) / gap;
-  if (slices > kMostSlicesPerPlane * static_cast<double>(plane_count) + kAlwaysFit)
-    throw BadDataError(name + ": its planes lie at too uneven gaps, of " + to_text(gap, 2) +
+  const double gaps = (box.high.z() - box.low.z()) / box.gap_mm;
+  if (gaps > kMostSlicesPerPlane * static_cast<double>(box.planes) + kAlwaysFit)
+    throw BadDataError(name + ": its planes lie at too uneven gaps, of " + to_text(box.gap_mm, 2) +
                        " mm and more");
-  const Eigen::Vector2d across = (high - low).head<2>();
+  const int parts = slices_per_gap(wanted, box);
+  const Eigen::Vector2d across = (box.high - box.low).head<2>();
   const double fine = std::max(std::clamp(across.maxCoeff() / kAcross, kFinest_mm, kCoarsest_mm),
-                               finest_for(point_count, across, slices));
+                               finest_for(box.points, across, gaps * parts));
   Volume grid;
-  grid.spacing_mm = {fine, fine, gap};
+  grid.spacing_mm = {fine, fine, box.gap_mm / parts};
   grid.direction = axes;
-  const Eigen::Vector3d margin(2 * fine, 2 * fine, 0);
-  const Eigen::Vector3d count =
-      ((high - low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
+  // The outermost planes stand for half a gap on either side, like all others.
+  const Eigen::Vector3d margin(2 * fine, 2 * fine, (box.gap_mm - grid.spacing_mm.z()) / 2);
+  Eigen::Vector3d count =
+      ((box.high - box.low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
   checked_grid_size(count, name);
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
-  grid.origin_mm = axes * (low - margin);
+  grid.origin_mm = axes * (box.low - margin);
   return grid;
 }
 
-// Where a row crosses the polygons' edges, in increasing order; inside lies between odd and even.
-std::vector<double> crossings(const std::vector<Polygon2>& polygons, double y) {
-  std::vector<double> at;
-  for (const Polygon2& polygon : polygons) {
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-      if ((a.y() <= y) == (b.y() <= y)) continue;
-      at.push_back(a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
-    }
+// What the contours of each plane enclose, by the plane's place.
+using Regions = std::map<double, ContourRegion>;
+
+// Says what was not simply taken as it is drawn.
+Regions regions_of(const Planes& planes, const std::string& name, Volume& mask) {
+  Regions regions;
+  std::size_t holes = 0, repeated = 0;
+  for (const auto& [along, contours] : planes) {
+    const ContourRegion& region = regions.emplace(along, ContourRegion(contours)).first->second;
+    holes += region.holes();
+    repeated += region.repeated();
   }
-  std::sort(at.begin(), at.end());
-  return at;
+  const auto tell = [&](std::size_t count, const char* one, const char* several) {
+    if (count == 0) return;
+    mask.warnings.push_back(name + ": " + std::to_string(count) + (count == 1 ? one : several));
+  };
+  tell(holes, " contour lies inside another and is taken as a hole",
+       " contours lie inside others and are taken as holes");
+  tell(repeated, " contour is there twice and counts once",
+       " contours are there twice and count once");
+  return regions;
 }
 
 // The contours of the nearest plane, unless the region has a gap there.
-const std::vector<Polygon2>* polygons_at(const Planes& planes, double along, double usual_mm) {
+const ContourRegion* region_at(const Regions& planes, double along, double usual_mm) {
   constexpr double kHalf = 0.51;  // with the positions' rounding
   const auto above = planes.lower_bound(along);
   const auto below = above == planes.begin() ? above : std::prev(above);
@@ -220,22 +265,21 @@ const std::vector<Polygon2>* polygons_at(const Planes& planes, double along, dou
   return down < up ? &below->second : &above->second;
 }
 
-void fill(const Planes& planes, int label, Volume& mask) {
+void fill(const Planes& planes, const LabelName& label, Volume& mask) {
   const Eigen::Vector3d first = mask.direction.transpose() * mask.origin_mm;
-  const double usual_mm = std::max(mask.spacing_mm.z(), usual_gap(planes));
+  const Eigen::Vector3d& step = mask.spacing_mm;
+  const double usual_mm = std::max(step.z(), usual_gap(planes));
+  const Regions regions = regions_of(planes, label.name, mask);
   tbb::parallel_for(0, mask.size[2], [&](int k) {
-    const auto* polygons = polygons_at(planes, first.z() + k * mask.spacing_mm.z(), usual_mm);
-    if (!polygons) return;
+    const ContourRegion* region = region_at(regions, first.z() + k * step.z(), usual_mm);
+    if (!region) return;
     for (int j = 0; j < mask.size[1]; ++j) {
-      std::int16_t* row = &mask.voxels[(std::size_t(k) * mask.size[1] + j) * mask.size[0]];
-      const std::vector<double> at = crossings(*polygons, first.y() + j * mask.spacing_mm.y());
-      for (std::size_t pair = 0; pair + 1 < at.size(); pair += 2) {
-        const int begin = static_cast<int>(std::ceil((at[pair] - first.x()) / mask.spacing_mm.x()));
+      const std::size_t row = (std::size_t(k) * mask.size[1] + j) * mask.size[0];
+      for (const auto& [from, to] : region->row(first.y() + j * step.y())) {
+        const int begin = std::max(static_cast<int>(std::ceil((from - first.x()) / step.x())), 0);
         const int end =
-            static_cast<int>(std::ceil((at[pair + 1] - first.x()) / mask.spacing_mm.x()));
-        for (int i = std::max(begin, 0); i < std::min(end, mask.size[0]); ++i) {
-          row[i] = static_cast<std::int16_t>(label);
-        }
+            std::min(static_cast<int>(std::ceil((to - first.x()) / step.x())), mask.size[0]);
+        for (int i = begin; i < end; ++i) set_value(mask, row + std::size_t(i), label.label);
       }
     }
   });
@@ -269,14 +313,19 @@ Volume read_dicom_contours(const fs::path& file, const VolumeReadOptions& option
   }
   Volume grid = grid_for(wanted, axes, file.string());
   grid.label_names = names;
+  std::vector<std::string> told;
   Volume mask = read_layers(
       static_cast<std::int64_t>(names.size()), options, file.string(), names, [&](std::int64_t i) {
         const auto layer = static_cast<std::size_t>(i);
         Volume one = grid;
         one.voxels.assign(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2], 0);
-        fill(planes[layer], names[layer].label, one);
+        if (names[layer].label > std::numeric_limits<std::int16_t>::max()) make_real(one);
+        fill(planes[layer], names[layer], one);
+        for (const std::string& warning : one.warnings) told.push_back(warning);
         return one;
       });
+  mask.warnings = told;
+  mask.ends_with_label = !options.region;
   if (!options.region) return mask;
   const IndexBox box = voxels_of_region(mask, *options.region, file.string());
   return cropped(std::move(mask), box);
