@@ -53,6 +53,14 @@ Spans without(const Spans& a, const Spans& taken) {
   return spans;
 }
 
+Spans common(const Spans& a, const Spans& b) { return without(a, without(a, b)); }
+
+Spans moved_apart(Spans spans, double by) {
+  for (auto& [from, to] : spans) from -= by, to += by;
+  std::erase_if(spans, [](const auto& span) { return span.first > span.second; });
+  return spans;
+}
+
 double length(const Spans& spans) {
   double sum = 0;
   for (const auto& [from, to] : spans) sum += to - from;
@@ -122,11 +130,15 @@ ContourRegion::ContourRegion(std::vector<Contour> contours) {
                    [](const Layered& a, const Layered& b) { return a.depth < b.depth; });
 }
 
-Spans ContourRegion::row(double y) const {
+Spans ContourRegion::row(double y, double reach) const {
   Spans spans;
   for (const Layered& one : contours_) {
-    const Spans own = spans_of(one.contour, y);
-    spans = one.depth % 2 == 0 ? united(spans, own) : without(spans, own);
+    const Spans below = spans_of(one.contour, y - reach), above = spans_of(one.contour, y + reach);
+    if (one.depth % 2 == 0) {
+      spans = united(spans, moved_apart(united(below, above), reach));
+    } else {
+      spans = without(spans, moved_apart(common(below, above), -reach));
+    }
   }
   return spans;
 }

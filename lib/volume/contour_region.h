@@ -22,7 +22,9 @@ class ContourRegion {
 
   explicit ContourRegion(std::vector<Contour> contours);
 
-  Spans row(double y) const;
+  // What of a row lies inside. With a `reach` what is that near to the edge belongs to it, on
+  // either side of a hole's edge, too.
+  Spans row(double y, double reach = 0) const;
   std::size_t holes() const { return holes_; }
   std::size_t repeated() const { return repeated_; }
 

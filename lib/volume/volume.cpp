@@ -49,6 +49,10 @@ void make_labels(Volume& volume) {
                               " voxels are no whole numbers; each was taken as the nearest label");
   }
   const ValueRange range = value_range(volume);
+  if (range.max > kMostLabel) {
+    volume.warnings.push_back("labels beyond " + std::to_string(kMostLabel) +
+                              " cannot be told apart");
+  }
   if (range.min < std::numeric_limits<std::int16_t>::min() ||
       range.max > std::numeric_limits<std::int16_t>::max()) {
     return;

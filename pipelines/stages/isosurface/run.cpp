@@ -46,6 +46,7 @@ VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& 
   reading.series.clear();
   reading.is_mask = true;
   reading.only_channels = ct && ct->time_points == 1;
+  reading.scan = ct ? &*ct : nullptr;
   reading.label = label;
   if (const auto* names = call.input("label_names")) {
     reading.label_names = read_label_names(*names);

@@ -9,7 +9,7 @@
 namespace organbake {
 namespace {
 
-Polygon2 circle(double x, double radius, bool backward = false) {
+Polygon2 disc_of(double x, double radius, bool backward = false) {
   Polygon2 points;
   constexpr int kPoints = 720;
   for (int i = 0; i < kPoints; ++i) {
@@ -34,7 +34,7 @@ double disc(double radius) { return M_PI * radius * radius; }
 constexpr double kTolerance = 1e-3;
 
 TEST(ContourRegion, OverlappingContoursAreUnited) {
-  const ContourRegion region({{circle(0, 25)}, {circle(25, 15)}});
+  const ContourRegion region({{disc_of(0, 25)}, {disc_of(25, 15)}});
   // Two circles' union, by the formula of their lens.
   const double r = 25, s = 15, d = 25;
   const double lens = r * r * std::acos((d * d + r * r - s * s) / (2 * d * r)) +
@@ -46,28 +46,28 @@ TEST(ContourRegion, OverlappingContoursAreUnited) {
 }
 
 TEST(ContourRegion, OneInsideAnotherIsAHoleAndOneInsideThatAnIsland) {
-  const ContourRegion region({{circle(0, 10)}, {circle(0, 25)}, {circle(2, 4)}});
+  const ContourRegion region({{disc_of(0, 10)}, {disc_of(0, 25)}, {disc_of(2, 4)}});
   EXPECT_NEAR(area(region) / (disc(25) - disc(10) + disc(4)), 1, kTolerance);
   EXPECT_EQ(region.holes(), 1u);
 }
 
 TEST(ContourRegion, AHoleInTwoThatOverlapIsAHole) {
-  const ContourRegion region({{circle(-5, 25)}, {circle(5, 25)}, {circle(0, 6)}});
-  const ContourRegion filled({{circle(-5, 25)}, {circle(5, 25)}});
+  const ContourRegion region({{disc_of(-5, 25)}, {disc_of(5, 25)}, {disc_of(0, 6)}});
+  const ContourRegion filled({{disc_of(-5, 25)}, {disc_of(5, 25)}});
   EXPECT_NEAR((area(filled) - area(region)) / disc(6), 1, kTolerance);
 }
 
 TEST(ContourRegion, TheSameContourTwiceCountsOnce) {
-  Polygon2 again = circle(0, 25, true);
+  Polygon2 again = disc_of(0, 25, true);
   std::rotate(again.begin(), again.begin() + 100, again.end());
-  const ContourRegion region({{circle(0, 25)}, {again}});
+  const ContourRegion region({{disc_of(0, 25)}, {again}});
   EXPECT_NEAR(area(region) / disc(25), 1, kTolerance);
   EXPECT_EQ(region.repeated(), 1u);
   EXPECT_EQ(region.holes(), 0u);
 }
 
 TEST(ContourRegion, ContoursOfOneEvenOddSetCutEachOther) {
-  const ContourRegion region({{circle(0, 25), circle(0, 10)}});
+  const ContourRegion region({{disc_of(0, 25), disc_of(0, 10)}});
   EXPECT_NEAR(area(region) / (disc(25) - disc(10)), 1, kTolerance);
 }
 
