@@ -174,14 +174,7 @@ std::vector<std::string> OptionList::names() const {
   return names;
 }
 
-OptionValue as_choice(const Option& option, bool on) {
-  return option.traits.true_false[on ? 0 : 1];
-}
-
 OptionValue parse_option(const Option& option, std::string_view text, const std::string& where) {
-  if (!option.traits.true_false.empty()) {
-    if (const auto on = truth(text)) return as_choice(option, *on);
-  }
   const std::optional<OptionValue> value = parsed(option.kind, text);
   if (!value) refuse(option, where, text);
   check_option(option, *value, where);

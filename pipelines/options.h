@@ -39,9 +39,7 @@ struct OptionTraits {
   std::optional<double> min = {};  // of a number, or of each component of a vector
   std::optional<double> max = {};
   std::vector<std::string> choices = {};  // of a text
-  // Of a choice that was a switch once: the words for true and for false, which are still taken.
-  std::vector<std::string> true_false = {};
-  bool number_too = false;  // a text that documents may also give as a whole number
+  bool number_too = false;                // a text that documents may also give as a whole number
 };
 
 struct Option {
@@ -84,8 +82,6 @@ class OptionList {
 // Reads a value as a command line gives it: "true", "12", "0.5", "1,0,-1". Throws UsageError that
 // names `where` (such as "--faces"), the text, and what is expected.
 OptionValue parse_option(const Option& option, std::string_view text, const std::string& where);
-// What true and false mean of a choice that was a switch once.
-OptionValue as_choice(const Option& option, bool on);
 // Throws UsageError when the value is of another kind or out of the option's range.
 void check_option(const Option& option, const OptionValue& value, const std::string& where);
 // As parse_option reads it; numbers in their shortest exact form.

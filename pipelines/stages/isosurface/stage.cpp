@@ -50,9 +50,12 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
       .add("cap", &o.cap,
            {.help =
                 "where the organ reaches the volume's end its surface is closed flat, or round by "
-                "a dome that no scan has shown, or left open",
-            .true_false = {"flat", "open"}},
-           {{"flat", SurfaceCap::flat}, {"round", SurfaceCap::round}, {"open", SurfaceCap::open}});
+                "a dome that no scan has shown, or left open; true is flat, false is open"},
+           {{"flat", SurfaceCap::flat},
+            {"round", SurfaceCap::round},
+            {"open", SurfaceCap::open},
+            {"true", SurfaceCap::flat},
+            {"false", SurfaceCap::open}});
   bind(list, options.reading);
 }
 
