@@ -115,7 +115,7 @@ ManualOption manual_option(const Option& option) {
                       .facts = facts_of(option),
                       .choices = option.traits.choices};
   const bool* on = std::get_if<bool>(&option.default_value);
-  if ((on && *on) || !option.traits.true_false.empty())
+  if ((on && *on) || (!on && is_switch(option)))
     manual.off_flag = "--no-" + option.flag().substr(2);
   return manual;
 }
