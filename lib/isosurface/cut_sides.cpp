@@ -39,6 +39,14 @@ class Section {
     at[v_] = row;
     return at;
   }
+  // In the world, nearly one and a half voxels outside: where a scan that goes on has a voxel more,
+  // though the grids be shifted.
+  Eigen::Vector3d beyond(int column, int row) const {
+    constexpr double kNearlyHalf = 0.4;
+    const Eigen::Vector3d next = voxel(column, row, 1).cast<double>();
+    const Eigen::Vector3d last = voxel(column, row).cast<double>();
+    return volume_.world_from_index(next + kNearlyHalf * (next - last));
+  }
   double value(int column, int row) const {
     const Eigen::Vector3i at = voxel(column, row);
     return volume_.at(at.x(), at.y(), at.z());
@@ -168,9 +176,7 @@ std::vector<CutSide> cut_sides(const Volume& volume, const InsideTest& inside, c
       for (int row = 0; row < section.rows(); ++row) {
         for (int column = 0; column < section.columns(); ++column) {
           if (!inside(section.value(column, row))) continue;
-          const Eigen::Vector3d beyond =
-              volume.world_from_index(section.voxel(column, row, 1).cast<double>());
-          cut += scan ? ends_at(*scan, beyond) : !volume.ends_with_label;
+          cut += scan ? ends_at(*scan, section.beyond(column, row)) : !volume.ends_with_label;
         }
       }
       side.area_mm2 = static_cast<double>(cut) * section.column_mm() * section.row_mm();

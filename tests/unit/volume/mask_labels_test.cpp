@@ -71,9 +71,9 @@ TEST(Labels, NumbersAndNamesAreChecked) {
   EXPECT_EQ(chosen_labels("c,a, b", names, "f").size(), 2u) << "among others, too";
   EXPECT_EQ(chosen_labels("A_,B,4", names, "f").front().label, 3);
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("0", names, "f"); }),
-              HasSubstr("must be 1…32767"));
+              HasSubstr("must be 1…16777216"));
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("40000", names, "f"); }),
-              HasSubstr("must be 1…32767"));
+              HasSubstr("must be 1…16777216"));
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels(" , ", names, "f"); }),
               HasSubstr("empty"));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { chosen_labels("x", {}, "f"); }),
