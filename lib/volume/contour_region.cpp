@@ -133,7 +133,8 @@ ContourRegion::ContourRegion(std::vector<Contour> contours) {
 Spans ContourRegion::row(double y, double reach) const {
   Spans spans;
   for (const Layered& one : contours_) {
-    const Spans below = spans_of(one.contour, y - reach), above = spans_of(one.contour, y + reach);
+    const Spans below = spans_of(one.contour, y - reach);
+    const Spans above = reach > 0 ? spans_of(one.contour, y + reach) : below;
     if (one.depth % 2 == 0) {
       spans = united(spans, moved_apart(united(below, above), reach));
     } else {

@@ -49,7 +49,9 @@ std::optional<ChosenLabel> only_one(const std::vector<LabelName>& names, const s
                                     const std::function<bool(const LabelName&)>& is_it) {
   const auto first = std::find_if(names.begin(), names.end(), is_it);
   if (first == names.end()) return std::nullopt;
-  const auto second = std::find_if(std::next(first), names.end(), is_it);
+  const auto second = std::find_if(std::next(first), names.end(), [&](const LabelName& other) {
+    return is_it(other) && (other.label != first->label || other.layer != first->layer);
+  });
   if (second == names.end()) return chosen_of(*first, file);
   throw BadDataError(file + ": the labels " + std::to_string(first->label) + " and " +
                      std::to_string(second->label) + " are both called \"" + second->name +

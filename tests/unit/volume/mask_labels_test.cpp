@@ -64,6 +64,26 @@ TEST_F(Layers, ANumberThatSeveralLayersHaveIsRefusedWithTheNames) {
   EXPECT_THAT(error("liver"), HasSubstr("it holds 1 box, 1 big organ"));
 }
 
+TEST(Labels, TwoOfOneNameAreAQuestion) {
+  const std::vector<LabelName> names = {
+      {3, "lobe", 0}, {7, "lobe", 1}, {8, "Vein", 2}, {9, "vein", 3}};
+  const auto error = [&](const char* text) {
+    return message_of(ExitCode::bad_data, [&] { chosen_labels(text, names, "f"); });
+  };
+  EXPECT_THAT(error("lobe"), HasSubstr("the labels 3 and 7 are both called \"lobe\""));
+  EXPECT_EQ(chosen_labels("7", names, "f").front().layer, 1);
+  EXPECT_EQ(chosen_labels("vein", names, "f").front().label, 9) << "its very name";
+  EXPECT_THAT(error("VEIN"), HasSubstr("the labels 8 and 9"));
+  EXPECT_EQ(chosen_labels("a", {{1, "a"}, {1, "a"}}, "f").size(), 1u) << "one label, told twice";
+}
+
+TEST(Labels, ARegionIsAllOfItsLabels) {
+  const std::vector<LabelName> names = {{1, "kidneys", 0, {2}}, {2, "right", 0}};
+  const auto chosen = chosen_labels("kidneys", names, "f");
+  ASSERT_EQ(chosen.size(), 2u);
+  EXPECT_EQ(chosen[1].label, 2);
+}
+
 TEST(Labels, NumbersAndNamesAreChecked) {
   const std::vector<LabelName> names = {{3, "a, b", 0}, {4, "c", 0}};
   EXPECT_EQ(chosen_labels("a, b", names, "f").size(), 1u) << "a comma in a name";
@@ -72,7 +92,7 @@ TEST(Labels, NumbersAndNamesAreChecked) {
   EXPECT_EQ(chosen_labels("A_,B,4", names, "f").front().label, 3);
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("0", names, "f"); }),
               HasSubstr("must be 1…16777216"));
-  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("40000", names, "f"); }),
+  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("16777217", names, "f"); }),
               HasSubstr("must be 1…16777216"));
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels(" , ", names, "f"); }),
               HasSubstr("empty"));
