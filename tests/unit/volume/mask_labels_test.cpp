@@ -121,5 +121,24 @@ TEST(Labels, NamesComeFromTheTextsThatEditorsWrite) {
               HasSubstr("line 2 \"spleen\" is no label"));
 }
 
+TEST(Labels, NamesComeFromTheDatasetOfNnUnet) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "dataset.json";
+  const auto read = [&](const std::string& labels) {
+    write_bytes(file, "{\"channel_names\": {\"0\": \"CT\"}, \"labels\": " + labels + "}");
+    return read_label_names(file);
+  };
+  const auto second = read(R"({"background": 0, "whole": [1, 2], "liver": 1, "ignore": 3})");
+  ASSERT_EQ(second.size(), 3u);
+  EXPECT_EQ(chosen_labels("liver", second, "f").front().label, 1);
+  EXPECT_EQ(chosen_labels("whole", second, "f").size(), 2u);
+  const auto first = read(R"({"0": "background", "1": "liver", "12": "spleen"})");
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(first[1].label, 12);
+  EXPECT_EQ(first[1].name, "spleen");
+  for (const char* broken : {"3", R"({"a": "b"})", R"({"a": [1, "b"]})", R"({"a": 1.5})", "{"})
+    EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(broken); }), HasSubstr("dataset.json"));
+}
+
 }  // namespace
 }  // namespace organbake
