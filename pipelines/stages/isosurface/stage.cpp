@@ -10,9 +10,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
   list.add("iso", &o.iso_hu,
            {.help = "level of the surface when no mask is given; the organ lies above it; auto = "
                     "half-way between the histogram's two peaks",
-            .unit = "HU, or the volume's own",
-            .min = -1e30,
-            .max = 1e30})
+            .unit = "HU, or the volume's own unit"})
       .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
            {{"flying-edges", IsosurfaceMethod::flying_edges},
             {"marching-cubes", IsosurfaceMethod::marching_cubes}})
