@@ -37,7 +37,7 @@ TEST(CutSides, AreSaidWithTheirArea) {
   EXPECT_THAT(warned([&](const RunContext& context) {
                 surface = extract_label_surface(mask, {}, context);
               }),
-              HasSubstr("reaches the volume's end over 12.5 cm²: there the surface is cut flat"));
+              HasSubstr("reaches the volume's end over 12.6 cm²: there the surface is cut flat"));
   EXPECT_NEAR(surface.cut_area_mm2 / (M_PI * kRadius * kRadius), 1, 0.02);
   // A scan that goes on does not cut; one that ends there does.
   const Volume longer = grid_around_origin({1, 1, 2}, 70);

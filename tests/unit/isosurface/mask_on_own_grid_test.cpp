@@ -45,15 +45,17 @@ std::vector<NamedGrid> six_grids() {
 
 TEST(MaskOnOwnGrid, TheOrganLiesWhereItIsAndHasItsVolume) {
   const Volume truth = mask_of(organ, grid_around_origin({0.4, 0.4, 0.4}, 90));
-  IsosurfaceOptions voxels;
-  const TriangleMesh right = extract_label_surface(truth, voxels).mesh;
+  const TriangleMesh right = extract_label_surface(truth, {}).mesh;
   const Volume scan = scan_of(organ, grid_around_origin({1.2, 1.2, 2.5}, 100));
   for (const NamedGrid& one : six_grids()) {
     const Volume mask = mask_of(organ, one.grid);
     const Isosurface surface = extract_label_surface(mask, {}, {}, &scan);
     expect_closed_and_sound(surface.mesh);
     EXPECT_LT((centroid(surface.mesh) - centroid(right)).norm(), 0.1) << one.name;
-    EXPECT_NEAR(signed_volume(surface.mesh) / signed_volume(right), 1, 0.003) << one.name;
+    // The voxels of the coarser grid themselves miss 0.5 % of the organ.
+    const double voxels = double(count_labels(mask)[0].voxels) * mask.spacing_mm.prod();
+    EXPECT_NEAR(signed_volume(surface.mesh) / voxels, 1, 0.0011) << one.name;
+    EXPECT_NEAR(signed_volume(surface.mesh) / signed_volume(right), 1, 0.006) << one.name;
     EXPECT_EQ(surface.cut_area_mm2, 0) << one.name;
   }
 }
