@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "pipelines/options_json.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -45,6 +46,10 @@ std::optional<OptionValue> from_json(OptionKind kind, const Json& json) {
     case OptionKind::texts:
       if (json.is_array()) return json.get<std::vector<std::string>>();
       break;
+    case OptionKind::choice:
+      if (json.is_boolean()) return json.dump();  // of what was a switch once
+      if (json.is_string()) return json.get<std::string>();
+      break;
     case OptionKind::text:
       if (json.is_number_integer()) return json.dump();  // the schema says where that may be
       [[fallthrough]];
@@ -65,6 +70,15 @@ Json array_schema(Json items) {
   return {{"type", "array"}, {"items", std::move(items)}, {"minItems", 3}, {"maxItems", 3}};
 }
 
+// Among the words true and false are meant as a switch gives them, too.
+Json choice_schema(const std::vector<std::string>& choices) {
+  if (std::find(choices.begin(), choices.end(), "true") == choices.end())
+    return {{"type", "string"}, {"enum", choices}};
+  Json words = choices;
+  for (const bool on : {true, false}) words.push_back(on);
+  return {{"enum", words}};
+}
+
 Json value_schema(const Option& option) {
   switch (option.kind) {
     case OptionKind::boolean:
@@ -80,7 +94,7 @@ Json value_schema(const Option& option) {
     case OptionKind::integers:
       return array_schema(number_schema(option, "integer"));
     case OptionKind::choice:
-      return {{"type", "string"}, {"enum", option.traits.choices}};
+      return choice_schema(option.traits.choices);
     case OptionKind::texts:
       return {{"type", "array"}, {"items", {{"type", "string"}}}};
     case OptionKind::text:

@@ -161,7 +161,8 @@ const std::vector<RecipeInput>& recipe_inputs() {
   static const std::vector<RecipeInput> inputs = {
       {"ct", InputKind::volume, "CT: a file or a folder of DICOM slices"},
       {"mask", InputKind::volume, "label mask; the organ is one label of it"},
-      {"label_names", InputKind::file, "names of the mask's labels, as ITK-SNAP writes them"},
+      {"label_names", InputKind::file,
+       "names of the mask's labels, as ITK-SNAP, 3D Slicer or nnU-Net writes them"},
       {"photos", InputKind::photos, "posed photographs: a cameras.json with images"},
       {"lighting", InputKind::file, "the light that the colours were taken in (JSON)"},
       {"exemplar", InputKind::file, "photograph of the tissue that a surface without colours gets"},
@@ -192,7 +193,8 @@ Json recipe_schema() {
   Json inputs = Json::object();
   for (const RecipeInput& input : recipe_inputs()) inputs[input.name] = input_schema(input);
   inputs["label"] = {
-      {"anyOf", {{{"type", "integer"}, {"minimum", 1}, {"maximum", 32767}}, {{"type", "string"}}}},
+      {"anyOf",
+       {{{"type", "integer"}, {"minimum", 1}, {"maximum", 1 << 24}}, {{"type", "string"}}}},
       {"description",
        "the organ's label in the mask, number or name; the same as isosurface.label"}};
   for (const std::string& key : input_frame_keys()) inputs[key] = input_frame_schema(key);
@@ -245,6 +247,10 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
   for (const std::string& key : input_frame_keys())
     if (inputs.value(key, "auto") != "auto") recipe.said_of_inputs.push_back(key);
   if (inputs.contains("label")) {
+    if (!inputs.contains("mask")) {
+      throw RecipeError(file.string() + ": label is " + inputs["label"].dump() +
+                        ", but there is no mask that has it; give mask=FILE, or leave label out");
+    }
     set_from_json(sections["isosurface"].list, {{"label", inputs["label"]}}, "inputs.");
   }
   if (section_of(json, "isosurface").value("each_label", false)) {

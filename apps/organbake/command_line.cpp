@@ -33,6 +33,13 @@ std::string short_flag(const std::string& flag) {
   throw UsageError("unknown flag " + flag + suggestion(flag, flags) + " (--help lists all)");
 }
 
+// Or a choice that was one once, and still takes true and false.
+bool is_switch(const Option& option) {
+  const auto& choices = option.traits.choices;
+  return option.kind == OptionKind::boolean ||
+         std::find(choices.begin(), choices.end(), "false") != choices.end();
+}
+
 void set_option(const Option& option, const OptionValue& value) {
   if (option.kind != OptionKind::texts) return option.set(value);
   auto all = std::get<std::vector<std::string>>(option.get());  // repeatable: each adds
@@ -48,8 +55,8 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
   const Option* option = options.find(flag.substr(2));
   if (!option && flag.starts_with("--no-")) {
     option = options.find(flag.substr(5));
-    if (!option || option->kind != OptionKind::boolean) unknown_flag(flag, options);
-    option->set(false);
+    if (!option || !is_switch(*option)) unknown_flag(flag, options);
+    option->set(parse_option(*option, "false", flag));
     return position + 1;
   }
   if (!option) unknown_flag(flag, options);
@@ -108,7 +115,8 @@ ManualOption manual_option(const Option& option) {
                       .facts = facts_of(option),
                       .choices = option.traits.choices};
   const bool* on = std::get_if<bool>(&option.default_value);
-  if (on && *on) manual.off_flag = "--no-" + option.flag().substr(2);
+  if ((on && *on) || (!on && is_switch(option)))
+    manual.off_flag = "--no-" + option.flag().substr(2);
   return manual;
 }
 

@@ -114,8 +114,9 @@ TriangleMesh contour(std::span<const std::int16_t> values, const std::array<int,
   return contour_values<vtkShortArray>(values, size, level, method);
 }
 
-TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level) {
-  return contour_values<vtkFloatArray>(values, size, level, IsosurfaceMethod::flying_edges);
+TriangleMesh contour(std::span<const float> values, const std::array<int, 3>& size, double level,
+                     IsosurfaceMethod method) {
+  return contour_values<vtkFloatArray>(values, size, level, method);
 }
 
 void move_to_world(TriangleMesh& mesh, const Volume& grid, const Eigen::Vector3d& first_index) {

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "isosurface/contour.h"
+#include "isosurface/cut_sides.h"
 #include "isosurface/isosurface.h"
 #include "isosurface/mask_stairs.h"
 #include "isosurface/smoothing.h"
@@ -46,11 +47,11 @@ Eigen::Vector3d sigma_voxels(const Volume& mask, const LabelBox& box,
 
 // Room for the blur to fade to nothing. An open surface ends with the volume.
 void grow(LabelBox& box, const std::array<int, 3>& volume_size, const Eigen::Vector3d& sigma,
-          bool cap) {
+          bool open) {
   for (int axis = 0; axis < 3; ++axis) {
     const int margin = gaussian_reach(sigma[axis]) + 1;
     int first = box.first[axis] - margin, end = box.first[axis] + box.size[axis] + margin;
-    if (!cap) {
+    if (open) {
       first = std::max(first, 0);
       end = std::min(end, volume_size[axis]);
     }
@@ -62,17 +63,22 @@ void grow(LabelBox& box, const std::array<int, 3>& volume_size, const Eigen::Vec
 std::vector<float> label_field(const Volume& mask, int label, const LabelBox& box) {
   const auto [nx, ny, nz] = box.size;
   std::vector<float> field(static_cast<std::size_t>(nx) * ny * nz, 0.0f);
-  tbb::parallel_for(0, nz, [&](int k) {
-    const int from_k = k + box.first[2];
-    if (from_k < 0 || from_k >= mask.size[2]) return;
-    for (int j = 0; j < ny; ++j) {
-      const int from_j = j + box.first[1];
-      if (from_j < 0 || from_j >= mask.size[1]) continue;
-      float* row = &field[(std::size_t(k) * ny + j) * nx];
-      for (int i = std::max(0, -box.first[0]); i < std::min(nx, mask.size[0] - box.first[0]); ++i) {
-        row[i] = mask.at(i + box.first[0], from_j, from_k) == label ? 1.0f : 0.0f;
+  const int first_i = std::max(0, -box.first[0]);
+  const int end_i = std::min(box.size[0], mask.size[0] - box.first[0]);
+  with_values(mask, [&](const auto values) {
+    tbb::parallel_for(0, box.size[2], [&](int k) {
+      const int from_k = k + box.first[2];
+      if (from_k < 0 || from_k >= mask.size[2]) return;
+      for (int j = 0; j < box.size[1]; ++j) {
+        const int from_j = j + box.first[1];
+        if (from_j < 0 || from_j >= mask.size[1]) continue;
+        float* row = &field[(std::size_t(k) * box.size[1] + j) * box.size[0]];
+        const auto* from = values.data() +
+                           (std::ptrdiff_t(from_k) * mask.size[1] + from_j) * mask.size[0] +
+                           box.first[0];
+        for (int i = first_i; i < end_i; ++i) row[i] = from[i] == label ? 1.0f : 0.0f;
       }
-    }
+    });
   });
   return field;
 }
@@ -172,27 +178,41 @@ TriangleMesh matched_surface(const std::vector<float>& field, const LabelBox& bo
 }  // namespace
 
 Isosurface extract_label_surface(const Volume& mask, const IsosurfaceOptions& options,
-                                 const RunContext& context) {
+                                 const RunContext& context, const Volume* scan) {
   options.check();
   check_volume(mask, "the mask");
+  const auto is_label = [&](double value) { return value == options.label; };
+  const std::vector<CutSide> sides = cut_sides(mask, is_label, scan);
+  if (options.cap == SurfaceCap::round && !sides.empty()) {
+    Volume domed = with_domes(mask, sides, is_label,
+                              [&](double depth) { return depth >= 0 ? options.label : 0; });
+    domed.ends_with_label = true;
+    Isosurface surface = extract_label_surface(domed, options, context);
+    surface.cut_area_mm2 = tell_cut(sides, options.cap, context);
+    return surface;
+  }
   LabelBox box = bounding_box(mask, options.label);
   if (box.label_voxels == 0) throw_label_absent(mask, options.label);
   context.throw_if_cancelled();
+  const bool open = options.cap == SurfaceCap::open;
   const Eigen::Vector3d sigma = sigma_voxels(mask, box, options);
-  grow(box, mask.size, sigma, options.cap);
+  grow(box, mask.size, sigma, open);
   std::vector<float> field = label_field(mask, options.label, box);
   gaussian_blur(field, box.size, sigma);
   context.progress(0.4);
   // An open surface has no volume to match. Voxel stairs do: at level 0.5 a voxel of its own is an
   // octahedron of a sixth of its volume.
-  TriangleMesh mesh = options.cap ? matched_surface(field, box, options.label, context)
-                                  : contour_at(field, box, 0.5);
+  TriangleMesh mesh = options.keep_volume && !open
+                          ? matched_surface(field, box, options.label, context)
+                          : contour_at(field, box, 0.5);
   if (mesh.empty()) {
     throw BadDataError("label " + std::to_string(options.label) +
                        " vanishes when smoothed; choose a smaller --smooth");
   }
   move_to_world(mesh, mask, Eigen::Vector3d(box.first[0], box.first[1], box.first[2]));
-  return finished(std::move(mesh), options, context);
+  Isosurface surface = finished(std::move(mesh), options, context);
+  surface.cut_area_mm2 = tell_cut(sides, options.cap, context);
+  return surface;
 }
 
 }  // namespace organbake

@@ -2,7 +2,9 @@
 #include "isosurface/proposed_level.h"
 
 #include <algorithm>
-#include <array>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "core/error.h"
@@ -11,16 +13,40 @@
 namespace organbake {
 namespace {
 
-constexpr int kLowestProposed = -32768;
 constexpr int kValues = 65536;
 // Peaks are looked for through this window, wide enough for a CT's noise to leave one summit.
 constexpr int kHalfWindow_hu = 10;
 
-std::vector<double> histogram_of(const Volume& ct) {
-  std::vector<double> counts(kValues, 0);
-  for (const std::int16_t value : ct.voxels)
-    ++counts[static_cast<std::size_t>(value - kLowestProposed)];
-  return counts;
+// Whole numbers have a bin each; the span of others is parted as a CT's.
+struct Histogram {
+  std::vector<double> counts = std::vector<double>(kValues, 0);
+  double lowest = std::numeric_limits<std::int16_t>::min(), bin = 1;
+  int bins = kValues;
+
+  double value(double at) const { return lowest + bin * at; }
+};
+
+Histogram histogram_of(const Volume& ct) {
+  constexpr int kBinsOfOthers = 4096;
+  Histogram histogram;
+  if (ct.is_real()) {
+    const ValueRange range = value_range(ct);
+    histogram.bins = kBinsOfOthers;
+    histogram.bin = (range.max - range.min) / (kBinsOfOthers - 1);
+    histogram.lowest = range.min;
+  }
+  with_values(ct, [&](const auto values) {
+    for (const auto value : values) {
+      if constexpr (std::is_integral_v<decltype(value + 0)>) {
+        ++histogram
+              .counts[static_cast<std::size_t>(value - std::numeric_limits<std::int16_t>::min())];
+      } else {
+        const double at = (value - histogram.lowest) / histogram.bin;
+        if (at >= 0) ++histogram.counts[static_cast<std::size_t>(at + 0.5)];
+      }
+    }
+  });
+  return histogram;
 }
 
 // The first bin of the upper class.
@@ -64,7 +90,7 @@ double peak(const std::vector<double>& counts, int first, int end) {
       ++plateau;  // a single sharp value looks the same from anywhere in the window
     }
   }
-  return at + plateau / 2 + kLowestProposed;
+  return at + plateau / 2;
 }
 
 std::string hu_text(double value) {
@@ -74,16 +100,15 @@ std::string hu_text(double value) {
 }  // namespace
 
 std::string ProposedLevel::reason() const {
-  return "half-way between the peaks at " + hu_text(low_peak_hu) + " and " + hu_text(high_peak_hu) +
-         " HU";
+  return "half-way between the peaks at " + hu_text(low_peak_hu) + " and " + hu_text(high_peak_hu);
 }
 
 ProposedLevel propose_level(const Volume& ct) {
-  const std::vector<double> counts = histogram_of(ct);
-  const int split = otsu_split(counts);
+  const Histogram histogram = histogram_of(ct);
+  const int split = otsu_split(histogram.counts);
   ProposedLevel proposed;
-  proposed.low_peak_hu = peak(counts, 0, split);
-  proposed.high_peak_hu = peak(counts, split, kValues);
+  proposed.low_peak_hu = histogram.value(peak(histogram.counts, 0, split));
+  proposed.high_peak_hu = histogram.value(peak(histogram.counts, split, histogram.bins));
   proposed.level_hu = 0.5 * (proposed.low_peak_hu + proposed.high_peak_hu);
   return proposed;
 }

@@ -11,7 +11,7 @@ struct ProposedLevel {
   double level_hu = 0;
   double low_peak_hu = 0, high_peak_hu = 0;  // the commonest values of the two classes
 
-  std::string reason() const;  // "half-way between the peaks at −1000 and 60 HU"
+  std::string reason() const;  // "half-way between the peaks at −1000 and 60"
 };
 
 // Splits the histogram in two classes (Otsu 1979) and goes half-way between their peaks: where a

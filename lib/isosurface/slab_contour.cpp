@@ -110,7 +110,8 @@ class SlabWelder {
 
 }  // namespace
 
-TriangleMesh contour_in_slabs(const CappedField& field, double level, IsosurfaceMethod method,
+template <typename Value>
+TriangleMesh contour_in_slabs(const CappedField<Value>& field, IsosurfaceMethod method,
                               const RunContext& context, int slices_per_slab) {
   const auto [nx, ny, nz] = field.size();
   const std::size_t slice = static_cast<std::size_t>(nx) * ny;
@@ -120,16 +121,21 @@ TriangleMesh contour_in_slabs(const CappedField& field, double level, Isosurface
           : std::max(kLeastSlices,
                      static_cast<int>(std::min<std::size_t>(kVoxelsOfSlab / slice, nz)));
   SlabWelder welder(nx);
-  std::vector<std::int16_t> copy;
+  std::vector<Value> copy;
   for (int first = 0; first < nz - 1; first += thickness - 1) {
     context.throw_if_cancelled();
     const int count = std::min(thickness, nz - first);
-    welder.add(contour(field.slices(first, count, copy), {nx, ny, count}, level, method), first,
-               count);
+    welder.add(contour(field.slices(first, count, copy), {nx, ny, count}, field.level(), method),
+               first, count);
     context.progress(0.8 * (first + count) / nz);
   }
   copy = {};  // the mesh needs the room
   return welder.take();
 }
+
+template TriangleMesh contour_in_slabs(const CappedField<std::int16_t>&, IsosurfaceMethod,
+                                       const RunContext&, int);
+template TriangleMesh contour_in_slabs(const CappedField<float>&, IsosurfaceMethod,
+                                       const RunContext&, int);
 
 }  // namespace organbake

@@ -13,7 +13,8 @@ namespace organbake {
 // The slabs share a slice; their vertices on it are made one. Same result for any number of
 // threads. slices_per_slab 0 = as many as make about 4 million voxels. Throws CancelledError
 // between slabs.
-TriangleMesh contour_in_slabs(const CappedField& field, double level, IsosurfaceMethod method,
+template <typename Value>
+TriangleMesh contour_in_slabs(const CappedField<Value>& field, IsosurfaceMethod method,
                               const RunContext& context, int slices_per_slab = 0);
 
 }  // namespace organbake

@@ -80,6 +80,16 @@ void apply(const ComponentFilter& filter, std::vector<Component>& components) {
   if (filter.largest > 0) components.resize(std::min(filter.largest, components.size()));
 }
 
+// The solid that pieces are, or the area of open ones.
+double amount(const std::vector<Component>& components, bool outward_only) {
+  double volume = 0, area = 0;
+  for (const Component& component : components) {
+    volume += std::max(0.0, component.volume);
+    area += component.area;
+  }
+  return outward_only ? volume : area;
+}
+
 }  // namespace
 
 KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter) {
@@ -89,12 +99,14 @@ KeptComponents keep_components(TriangleMesh mesh, const ComponentFilter& filter)
   const bool all = filter.largest == 0 || (filter.largest >= found && !filter.outward_only);
   if (filter.min_size_mm == 0 && (all || found <= 1)) return {std::move(mesh), found, found};
   std::vector<Component> components = measure(mesh, root);
+  const double before = amount(components, filter.outward_only);
   apply(filter, components);
+  const double left_out = before > 0 ? 1 - amount(components, filter.outward_only) / before : 0;
   if (components.size() == found) return {std::move(mesh), found, found};
   std::vector<bool> kept_root(mesh.vertices.size(), false);
   for (const Component& component : components) kept_root[component.root] = true;
   drop_others(mesh, root, kept_root);
-  return {std::move(mesh), found, components.size()};
+  return {std::move(mesh), found, components.size(), std::max(0.0, left_out)};
 }
 
 }  // namespace organbake

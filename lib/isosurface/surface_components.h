@@ -21,6 +21,8 @@ struct KeptComponents {
   TriangleMesh mesh;
   std::size_t found = 0;
   std::size_t kept = 0;
+  // Of the pieces' volume, cavities' walls not counted; of their area where none has a volume.
+  double left_out_share = 0;
 };
 
 // Keeps the connected pieces that pass the filter, in their order; the mesh is empty when none

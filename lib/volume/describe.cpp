@@ -73,7 +73,7 @@ std::string describe_volume(const Volume& volume) {
   if (f.oblique_degrees > kWorthTelling)
     text += ", oblique by " + to_text(f.oblique_degrees, 1) + "°";
   text += f.left_handed ? ", left-handed\n" : "\n";
-  text += "values       " + std::to_string(f.range.min) + "…" + std::to_string(f.range.max) + "\n";
+  text += "values       " + to_text(f.range.min) + "…" + to_text(f.range.max) + "\n";
   if (looks_like_mask(volume)) text += labels_line(volume);
   for (const std::string& warning : volume.warnings) text += "warning      " + warning + "\n";
   return text;

@@ -8,6 +8,7 @@
 #include <vtkType.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -154,7 +155,7 @@ StoredPixels read_native(const DicomSlice& slice) {
   errors.watch(reader);
   reader->SetFileName(readable.path().c_str());
   reader->SetMemoryRowOrderToFileNative();  // the first row stays the first
-  reader->AutoRescaleOff();                 // done below, in one pass with the move to int16
+  reader->AutoRescaleOff();                 // done below, in one pass with the move to the volume
   reader->Update();
   errors.throw_if_any(slice.file);
   vtkImageData& image = *reader->GetOutput();
@@ -182,6 +183,12 @@ bool is_padding_trusted(const DicomSlice& slice) {
   return slice.pixels.padding && padding_hu(slice) <= kDensestAir_hu;
 }
 
+// Whether the rescaling of a slice's stored values gives whole numbers.
+bool is_whole(const DicomSlice& slice) {
+  return slice.slope == std::nearbyint(slice.slope) &&
+         slice.intercept == std::nearbyint(slice.intercept);
+}
+
 // Moves the window of one slice to its place in the volume.
 class SliceConversion {
  public:
@@ -192,13 +199,18 @@ class SliceConversion {
         encoding_{stored_.type, false, slice.slope, slice.intercept},
         padded_(is_padding_trusted(slice)) {}
 
-  void run(const IndexBox& window, Volume& volume, std::size_t k, ConversionLoss& loss) const {
+  // False when a value is no whole number of 16 bits, but the volume has none else.
+  bool run(const IndexBox& window, Volume& volume, std::size_t k) const {
     std::size_t to = k * window.size[0] * window.size[1];
     for (int row = window.first[1]; row < window.first[1] + window.size[1]; ++row) {
       const std::size_t from = std::size_t(row) * slice_.columns + window.first[0];
-      convert_row(from, static_cast<std::size_t>(window.size[0]), volume, to, loss);
-      to += static_cast<std::size_t>(window.size[0]);
+      const auto count = static_cast<std::size_t>(window.size[0]);
+      if (!(volume.is_real() ? convert_row(from, count, volume.reals.data() + to)
+                             : convert_row(from, count, volume.voxels.data() + to)))
+        return false;
+      to += count;
     }
+    return true;
   }
 
  private:
@@ -220,22 +232,28 @@ class SliceConversion {
     const int value = stored_at(i);
     return value >= slice_.pixels.padding->first && value <= slice_.pixels.padding->last;
   }
+  bool convert(std::size_t from, std::size_t count, std::int16_t* to) const {
+    return convert_whole(&stored_.bytes[from * width_], count, encoding_, to);
+  }
+  bool convert(std::size_t from, std::size_t count, float* to) const {
+    convert_real(&stored_.bytes[from * width_], count, encoding_, to);
+    return true;
+  }
   // Runs of padding become air, the runs between them are converted.
-  void convert_row(std::size_t from, std::size_t count, Volume& volume, std::size_t to,
-                   ConversionLoss& loss) const {
+  template <typename Value>
+  bool convert_row(std::size_t from, std::size_t count, Value* to) const {
     for (std::size_t at = 0; at < count;) {
       const bool air = is_padding(from + at);
       std::size_t end = padded_ ? at + 1 : count;
       while (end < count && is_padding(from + end) == air) ++end;
       if (air) {
-        std::fill_n(volume.voxels.begin() + static_cast<std::ptrdiff_t>(to + at), end - at,
-                    kAir_hu);
-      } else {
-        convert_voxels(&stored_.bytes[(from + at) * width_], end - at, encoding_, volume, to + at,
-                       loss);
+        std::fill_n(to + at, end - at, static_cast<Value>(kAir_hu));
+      } else if (!convert(from + at, end - at, to + at)) {
+        return false;
       }
       at = end;
     }
+    return true;
   }
 
   const DicomSlice& slice_;
@@ -245,27 +263,38 @@ class SliceConversion {
   bool padded_;
 };
 
+// False when the volume has whole numbers of 16 bits and the slices others.
+bool decode_into(Volume& volume, std::span<const DicomSlice> slices, const IndexBox& window,
+                 const RunContext& context) {
+  std::atomic<bool> all_fit = true;
+  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t k) {
+    context.throw_if_cancelled();
+    if (!all_fit) return;
+    const DicomCoding coding = coding_of(slices[k].pixels.transfer_syntax);
+    StoredPixels stored =
+        coding == DicomCoding::native ? read_native(slices[k]) : read_compressed(slices[k], coding);
+    if (!SliceConversion(slices[k], std::move(stored)).run(window, volume, k)) all_fit = false;
+  });
+  return all_fit;
+}
+
 }  // namespace
 
 void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, Volume& volume,
-                   const RunContext& context) {
+                   const RunContext& context, bool real) {
   for (const DicomSlice& slice : slices) {
     checked_coding(slice);
     check_room(slice);
   }
+  volume.reals = {};
   volume.voxels.resize(slices.size() * window.size[0] * window.size[1]);
-  std::vector<ConversionLoss> losses(slices.size());
-  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t k) {
-    context.throw_if_cancelled();
-    const DicomCoding coding = coding_of(slices[k].pixels.transfer_syntax);
-    StoredPixels stored =
-        coding == DicomCoding::native ? read_native(slices[k]) : read_compressed(slices[k], coding);
-    SliceConversion(slices[k], std::move(stored)).run(window, volume, k, losses[k]);
-  });
-  ConversionLoss total;
-  for (const ConversionLoss& loss : losses) total.add(loss);
+  if (real || !std::all_of(slices.begin(), slices.end(), is_whole)) make_real(volume);
+  if (!decode_into(volume, slices, window, context)) {
+    make_real(volume);
+    decode_into(volume, slices, window, context);
+  }
   const DicomSlice& first = slices.front();
-  settle_losses(total, volume, first.file.parent_path().string());
+  settle_values(volume, first.file.parent_path().string());
   if (first.pixels.padding && !is_padding_trusted(first)) {
     volume.warnings.push_back("the padding value would be " + to_text(padding_hu(first)) +
                               " HU, which tissue has too; it was left as it is");

@@ -44,7 +44,8 @@ void resample(const DicomStack& stack, const Volume& scanned, const IndexBox& bo
     decode_slices(std::span(stack.slices)
                       .subspan(static_cast<std::size_t>(range.first),
                                static_cast<std::size_t>(range.count())),
-                  whole_slices, decoded, context);
+                  whole_slices, decoded, context, volume.is_real());
+    if (decoded.is_real()) make_real(volume);
     resample_slices(stack, decoded, range, box, k, count, volume);
     // Pieces repeat each other's complaints.
     for (const std::string& warning : decoded.warnings) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/error.h"
@@ -45,7 +46,9 @@ bool vector_of(const vtkDICOMValue& value, std::size_t count, double* out) {
   return std::all_of(out, out + count, [](double x) { return std::isfinite(x); });
 }
 
-std::vector<LabelName> segment_names(const DicomDocument& document) {
+// Segments may overlap, so each is a layer; those of a label map do not, and its 0 is the ground
+// that some programs list, too.
+std::vector<LabelName> segment_names(const DicomDocument& document, bool label_map) {
   std::vector<LabelName> names;
   const vtkDICOMValue& segments = document.data().Get(DC::SegmentSequence);
   for (std::size_t i = 0; i < segments.GetNumberOfValues(); ++i) {
@@ -53,7 +56,8 @@ std::vector<LabelName> segment_names(const DicomDocument& document) {
     const int number = item.Get(DC::SegmentNumber).AsInt();
     std::string name = dicom_text(item.Get(DC::SegmentLabel));
     if (name.empty()) name = "segment " + std::to_string(number);
-    names.push_back({number, name, static_cast<int>(i)});
+    if (label_map && number == 0) continue;
+    names.push_back({number, name, label_map ? 0 : static_cast<int>(i)});
   }
   return names;
 }
@@ -171,17 +175,24 @@ int stored_value(const Segmentation& seg, std::size_t i) {
   return std::to_integer<int>(seg.pixels[2 * i]) | std::to_integer<int>(seg.pixels[2 * i + 1]) << 8;
 }
 
-Volume one_segment(const Segmentation& seg, int number) {
+// Frames that are of the segment, or all frames of a label map with all its labels.
+Volume one_layer(const Segmentation& seg, int number) {
+  const bool label_map = seg.kind == "LABELMAP";
   Volume volume = seg.grid;
   const std::size_t plane = std::size_t(volume.size[0]) * volume.size[1];
   volume.voxels.assign(plane * volume.size[2], 0);
+  const bool wide = label_map ? seg.bits == 16 : number > std::numeric_limits<std::int16_t>::max();
+  if (wide) make_real(volume);
   for (std::size_t frame = 0; frame < seg.frames.size(); ++frame) {
     if (seg.frames[frame].segment != 0 && seg.frames[frame].segment != number) continue;
-    std::int16_t* slice = &volume.voxels[plane * seg.frames[frame].slice];
+    const std::size_t first = plane * seg.frames[frame].slice;
     for (std::size_t i = 0; i < plane; ++i) {
       const int value = stored_value(seg, frame * plane + i);
-      const bool in = seg.kind == "LABELMAP" ? value == number : value >= seg.half;
-      if (in) slice[i] = static_cast<std::int16_t>(number);
+      if (label_map) {
+        set_value(volume, first + i, value);
+      } else if (value >= seg.half) {
+        set_value(volume, first + i, number);
+      }
     }
   }
   return volume;
@@ -203,7 +214,7 @@ Segmentation read_segmentation(const fs::path& file) {
   checked_voxel_count({seg.grid.size[0], seg.grid.size[1], 1}, file.string());
   read_frames(document, seg, file);
   read_pixels(document, seg, file);
-  seg.grid.label_names = segment_names(document);
+  seg.grid.label_names = segment_names(document, seg.kind == "LABELMAP");
   if (seg.grid.label_names.empty()) throw BadDataError(file, "names no segment");
   return seg;
 }
@@ -213,9 +224,11 @@ Segmentation read_segmentation(const fs::path& file) {
 Volume read_dicom_segmentation(const fs::path& file, const VolumeReadOptions& options) {
   const Segmentation seg = read_segmentation(file);
   const std::vector<LabelName>& names = seg.grid.label_names;
+  const std::size_t layers = seg.kind == "LABELMAP" ? 1 : names.size();
   Volume mask = read_layers(
-      static_cast<std::int64_t>(names.size()), options, file.string(), names,
-      [&](std::int64_t i) { return one_segment(seg, names[static_cast<std::size_t>(i)].label); });
+      static_cast<std::int64_t>(layers), options, file.string(), names,
+      [&](std::int64_t i) { return one_layer(seg, names[static_cast<std::size_t>(i)].label); });
+  mask.ends_with_label = !options.region;
   if (!options.region) return mask;
   const IndexBox box = voxels_of_region(mask, *options.region, file.string());
   return cropped(std::move(mask), box);

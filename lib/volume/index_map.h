@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
-#include <cstddef>
+#include <optional>
 
 #include "volume/volume.h"
 
@@ -28,18 +28,16 @@ class IndexMap {
   Eigen::Vector3d offset_;
 };
 
-inline constexpr std::size_t kOutside = ~std::size_t{0};
-
-// Offset of the voxel whose cell holds a continuous index; kOutside beyond the volume's cells.
-inline std::size_t nearest_voxel(const Volume& volume, const Eigen::Vector3d& index) {
-  std::size_t offset = 0;
-  for (int axis = 2; axis >= 0; --axis) {
+// The voxel whose cell holds a continuous index; nothing beyond the volume's cells.
+inline std::optional<Eigen::Vector3i> nearest_voxel(const Volume& volume,
+                                                    const Eigen::Vector3d& index) {
+  Eigen::Vector3i voxel;
+  for (int axis = 0; axis < 3; ++axis) {
     const double nearest = std::floor(index[axis] + 0.5);
-    if (!(nearest >= 0 && nearest < volume.size[axis])) return kOutside;
-    offset =
-        offset * static_cast<std::size_t>(volume.size[axis]) + static_cast<std::size_t>(nearest);
+    if (!(nearest >= 0 && nearest < volume.size[axis])) return std::nullopt;
+    voxel[axis] = static_cast<int>(nearest);
   }
-  return offset;
+  return voxel;
 }
 
 }  // namespace organbake

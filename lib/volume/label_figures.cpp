@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "volume/label_figures.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/text.h"
@@ -22,17 +24,20 @@ struct LabelBounds {
 // By runs along a row: a mask has few of them, whatever its size.
 std::map<int, LabelBounds> bounds_by_label(const Volume& mask) {
   std::map<int, LabelBounds> found;
-  const std::int16_t* row = mask.voxels.data();
-  for (int k = 0; k < mask.size[2]; ++k) {
-    for (int j = 0; j < mask.size[1]; ++j, row += mask.size[0]) {
-      for (int i = 0; i < mask.size[0];) {
-        int end = i + 1;
-        while (end < mask.size[0] && row[end] == row[i]) ++end;
-        if (row[i] != 0) found[row[i]].add({i, j, k}, {end - 1, j, k});
-        i = end;
+  with_values(mask, [&](const auto values) {
+    auto row = values.data();
+    for (int k = 0; k < mask.size[2]; ++k) {
+      for (int j = 0; j < mask.size[1]; ++j, row += mask.size[0]) {
+        for (int i = 0; i < mask.size[0];) {
+          int end = i + 1;
+          while (end < mask.size[0] && row[end] == row[i]) ++end;
+          const bool label = std::isfinite(static_cast<float>(row[i])) && row[i] != 0;
+          if (label) found[static_cast<int>(row[i])].add({i, j, k}, {end - 1, j, k});
+          i = end;
+        }
       }
     }
-  }
+  });
   return found;
 }
 
@@ -44,8 +49,12 @@ std::string point(const Eigen::Vector3d& p) {
 
 bool looks_like_mask(const Volume& volume) {
   constexpr int kMostLabels = 1000;  // HU spread over thousands, and below 0
+  if (!volume.label_names.empty()) return true;
   const ValueRange range = value_range(volume);
-  return !volume.label_names.empty() || (range.min >= 0 && range.max <= kMostLabels);
+  const auto no_label = [](float value) { return value != std::floor(value); };
+  return range.min >= 0 && range.max <= kMostLabels &&
+         std::none_of(volume.reals.begin(), volume.reals.end(),
+                      [&](float value) { return !std::isnan(value) && no_label(value); });
 }
 
 std::vector<LabelFigures> label_figures(const Volume& mask) {

@@ -23,12 +23,15 @@ constexpr double kLeastOverlap = 0.98;
 // A label that lies on soft tissue as it is moves only for the sake of a spread this much smaller.
 constexpr double kFarBetter = 0.6;
 
+constexpr double kNotMeasured_hu = -1000;
+
 struct Sum {
   std::size_t count = 0, soft = 0;
   double values = 0, squares = 0;
 
   void add(double hu, const MaskCheckOptions& options) {
     ++count;
+    if (std::isnan(hu)) hu = kNotMeasured_hu;
     soft += hu >= options.soft_tissue_min_hu && hu <= options.soft_tissue_max_hu;
     values += hu;
     squares += hu * hu;
@@ -45,11 +48,10 @@ struct Sum {
 std::vector<VoxelIndex> label_in_ct(const Volume& ct, const Volume& mask, int label) {
   const IndexMap ct_from_mask(ct, mask);
   std::vector<VoxelIndex> found;
-  std::size_t at = 0;
   for (int k = 0; k < mask.size[2]; ++k) {
     for (int j = 0; j < mask.size[1]; ++j) {
-      for (int i = 0; i < mask.size[0]; ++i, ++at) {
-        if (mask.voxels[at] != label) continue;
+      for (int i = 0; i < mask.size[0]; ++i) {
+        if (mask.at(i, j, k) != label) continue;
         const Eigen::Vector3d index = ct_from_mask(Eigen::Vector3d(i, j, k));
         VoxelIndex nearest;
         // Clamped far outside, where no shift brings it back: a wild affine must not overflow.

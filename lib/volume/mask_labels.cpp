@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
 #include <optional>
 #include <set>
 #include <span>
@@ -15,8 +16,6 @@
 
 namespace organbake {
 namespace {
-
-constexpr int kMostLabel = 32767;
 
 std::string plain(const std::string& name) {
   std::string text;
@@ -31,7 +30,8 @@ std::optional<int> as_number(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || text.empty()) return std::nullopt;
   if (error != std::errc() || value < 1 || value > kMostLabel) {
-    throw UsageError("the label is " + text + "; it must be 1…32767 (0 is the background)");
+    throw UsageError("the label is " + text + "; it must be 1…" + std::to_string(kMostLabel) +
+                     " (0 is the background)");
   }
   return value;
 }
@@ -40,19 +40,31 @@ std::optional<int> as_number(const std::string& text) {
 ChosenLabel chosen_of(const LabelName& known, const std::string& file) {
   if (known.label < 1 || known.label > kMostLabel)
     throw BadDataError(file + ": its label \"" + known.name + "\" has the number " +
-                       std::to_string(known.label) + "; 1…32767 are labels");
-  return {known.label, known.layer, known.name};
+                       std::to_string(known.label) + "; 1…" + std::to_string(kMostLabel) +
+                       " are labels");
+  return {known.label, known.layer, known.name, known.with};
+}
+
+// Two of one name are a question, not the first of them.
+std::optional<ChosenLabel> only_one(const std::vector<LabelName>& names, const std::string& file,
+                                    const std::function<bool(const LabelName&)>& is_it) {
+  const auto first = std::find_if(names.begin(), names.end(), is_it);
+  if (first == names.end()) return std::nullopt;
+  const auto second = std::find_if(std::next(first), names.end(), [&](const LabelName& other) {
+    return is_it(other) && (other.label != first->label || other.layer != first->layer);
+  });
+  if (second == names.end()) return chosen_of(*first, file);
+  throw BadDataError(file + ": the labels " + std::to_string(first->label) + " and " +
+                     std::to_string(second->label) + " are both called \"" + second->name +
+                     "\"; choose one by its number");
 }
 
 std::optional<ChosenLabel> by_name(const std::string& text, const std::vector<LabelName>& names,
                                    const std::string& file) {
-  for (const LabelName& known : names) {
-    if (known.name == text) return chosen_of(known, file);
-  }
-  for (const LabelName& known : names) {
-    if (plain(known.name) == plain(text)) return chosen_of(known, file);
-  }
-  return std::nullopt;
+  const auto exactly = [&](const LabelName& known) { return known.name == text; };
+  if (auto found = only_one(names, file, exactly)) return found;
+  return only_one(names, file,
+                  [&](const LabelName& known) { return plain(known.name) == plain(text); });
 }
 
 ChosenLabel by_number(int label, const std::vector<LabelName>& names, const std::string& file) {
@@ -106,10 +118,42 @@ std::vector<std::string> texts_of(const std::vector<LabelName>& names) {
   return texts;
 }
 
+void add(const ChosenLabel& one, std::vector<ChosenLabel>& chosen) {
+  chosen.push_back(one);
+  for (const int label : one.with) chosen.push_back({label, one.layer, {}});
+}
+
 std::string together(const std::vector<ChosenLabel>& chosen) {
   std::string text;
-  for (const ChosenLabel& one : chosen) text += (text.empty() ? "" : " and ") + one.name;
+  for (const ChosenLabel& one : chosen) {
+    if (!one.name.empty()) text += (text.empty() ? "" : " and ") + one.name;
+  }
   return text;
+}
+
+bool holds_numbers_only(const std::string& label) {
+  return label.find_first_not_of("0123456789, ") == std::string::npos;
+}
+
+// The voxels of a layer that are `wanted`, or all of them, in their place in the mask.
+void paint(const Volume& layer, const std::set<int>& wanted, const std::vector<ChosenLabel>& chosen,
+           Volume& mask) {
+  const int becomes = chosen.empty() ? 0 : chosen.front().label;
+  if (layer.is_real() || becomes > std::numeric_limits<std::int16_t>::max()) make_real(mask);
+  with_values(layer, [&](const auto values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int label = static_cast<int>(values[i]);
+      if (label <= 0 || !(chosen.empty() || wanted.contains(label))) continue;
+      set_value(mask, i, chosen.empty() ? label : becomes);
+    }
+  });
+}
+
+Volume empty_like(const Volume& layer) {
+  Volume mask = layer;
+  mask.reals = {};
+  mask.voxels.assign(layer.voxel_count(), 0);
+  return mask;
 }
 
 }  // namespace
@@ -117,8 +161,11 @@ std::string together(const std::vector<ChosenLabel>& chosen) {
 std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
                                        const std::string& file) {
   // A name may hold a comma.
-  if (const auto whole = one_label(trimmed(text), names, file)) return {*whole};
   std::vector<ChosenLabel> chosen;
+  if (const auto whole = one_label(trimmed(text), names, file)) {
+    add(*whole, chosen);
+    return chosen;
+  }
   const std::vector<std::string> parts = parts_of(text);
   for (std::size_t at = 0; at < parts.size();) {
     const auto first = first_label(std::span(parts).subspan(at), names, file);
@@ -132,7 +179,7 @@ std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vecto
     const auto same = [&](const ChosenLabel& c) {
       return c.label == one->label && c.layer == one->layer;
     };
-    if (std::none_of(chosen.begin(), chosen.end(), same)) chosen.push_back(*one);
+    if (std::none_of(chosen.begin(), chosen.end(), same)) add(*one, chosen);
     at += first.second;
   }
   if (chosen.empty()) throw UsageError("the label is empty; give a number or a name");
@@ -146,15 +193,14 @@ void choose_label(Volume& mask, const VolumeReadOptions& options, const std::str
   if (chosen.size() == 1) return;
   std::set<int> there;
   for (const LabelCount& count : count_labels(mask)) there.insert(count.label);
-  std::vector<bool> wanted(kMostLabel + 1, false);
   for (const ChosenLabel& one : chosen) {
-    if (!there.contains(one.label)) throw_label_absent(mask, one.label);
-    wanted[static_cast<std::size_t>(one.label)] = true;
-  }
-  for (std::int16_t& voxel : mask.voxels) {
-    if (voxel > 0 && wanted[static_cast<std::size_t>(voxel)]) {
-      voxel = static_cast<std::int16_t>(mask.chosen_label);
-    }
+    // Of a region's labels not every case has each.
+    if (!there.contains(one.label) && !one.name.empty()) throw_label_absent(mask, one.label);
+    with_values(mask, [&](auto values) {
+      using Value = typename decltype(values)::value_type;
+      std::replace(values.begin(), values.end(), static_cast<Value>(one.label),
+                   static_cast<Value>(mask.chosen_label));
+    });
   }
 }
 
@@ -172,23 +218,18 @@ Volume read_layers(std::int64_t layers, const VolumeReadOptions& options, const 
   }
   std::optional<Volume> mask;
   for (std::int64_t layer = 0; layer < layers; ++layer) {
-    std::vector<bool> wanted(kMostLabel + 1, chosen.empty());
-    bool any = chosen.empty();
+    std::set<int> wanted;
     for (const ChosenLabel& one : chosen) {
-      if (one.layer != layer) continue;
-      wanted[static_cast<std::size_t>(one.label)] = any = true;
+      if (one.layer == layer) wanted.insert(one.label);
     }
-    if (!any) continue;
+    if (wanted.empty() && !chosen.empty()) continue;
     Volume read = read_one(layer);
-    if (!mask) {
-      mask = read;
-      std::fill(mask->voxels.begin(), mask->voxels.end(), std::int16_t{0});
+    make_labels(read);
+    if (!mask) mask = empty_like(read);
+    if (!same_grid(*mask, read)) {
+      throw BadDataError(file + ": its masks lie on different grids; choose one of them");
     }
-    for (std::size_t i = 0; i < read.voxels.size(); ++i) {
-      const std::int16_t voxel = read.voxels[i];
-      if (voxel <= 0 || !wanted[static_cast<std::size_t>(voxel)]) continue;
-      mask->voxels[i] = chosen.empty() ? voxel : static_cast<std::int16_t>(chosen.front().label);
-    }
+    paint(read, wanted, chosen, *mask);
   }
   if (!mask) {
     throw BadDataError(file +
@@ -200,6 +241,29 @@ Volume read_layers(std::int64_t layers, const VolumeReadOptions& options, const 
     mask->chosen_name = together(chosen);
   }
   return std::move(*mask);
+}
+
+Volume read_separate_masks(const VolumeReadOptions& options, const std::string& file,
+                           const std::vector<LabelName>& names, const std::string& advice,
+                           const std::function<Volume(std::int64_t)>& read_one) {
+  const bool by_number = !options.label.empty() && holds_numbers_only(options.label);
+  if (by_number && names.size() > 1) throw BadDataError(file + ": " + advice);
+  VolumeReadOptions asked = options;
+  if (by_number) asked.label = names.front().name;
+  const auto layers = static_cast<std::int64_t>(names.size());
+  Volume mask = read_layers(layers, asked, file, names, [&](std::int64_t layer) {
+    Volume one = read_one(layer);
+    make_labels(one);
+    Volume painted = empty_like(one);
+    const int number = names[static_cast<std::size_t>(layer)].label;
+    for (std::size_t i = 0; i < painted.voxels.size(); ++i) {
+      const bool in = one.is_real() ? one.reals[i] > 0 : one.voxels[i] > 0;
+      if (in) painted.voxels[i] = static_cast<std::int16_t>(number);
+    }
+    return painted;
+  });
+  mask.label_names = names;
+  return mask;
 }
 
 }  // namespace organbake

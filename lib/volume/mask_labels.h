@@ -13,13 +13,15 @@ namespace organbake {
 
 struct ChosenLabel {
   int label = 0, layer = 0;
-  std::string name;  // "liver", or "label 5"
+  std::string name;            // "liver", or "label 5"
+  std::vector<int> with = {};  // further labels of that name, in the same layer
 };
 
 // What a text such as "5", "liver" or "5,7" or "spleen, liver" asks for: numbers, or names without
 // regard to case and to '_', '-' and spaces. Throws BadDataError naming the labels that there are
-// for a name that isn't there, and for a number that several layers have; UsageError for a number
-// beyond 1…32767. That voxels have the label is not looked at here.
+// for a name that isn't there, for one that several have, and for a number that several layers
+// have; UsageError for a number beyond 1…16777216. That voxels have the label is not looked at
+// here.
 std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
                                        const std::string& file);
 
@@ -29,8 +31,16 @@ void choose_label(Volume& mask, const VolumeReadOptions& options, const std::str
 
 // One mask from a file of several layers, of which `read_one` reads one: options.label out of its
 // layer or layers, as the first one's number; without options.label, the layers over one another.
+// Throws BadDataError also when the layers that are asked for lie on different grids.
 Volume read_layers(std::int64_t layers, const VolumeReadOptions& options, const std::string& file,
                    const std::vector<LabelName>& names,
                    const std::function<Volume(std::int64_t)>& read_one);
+
+// The same where each layer is a mask of its own: every voxel of it that is not 0 gets the number
+// that `names` gives the layer. Names choose; numbers, which mean nothing there, are refused with
+// `advice`, unless there is but one layer.
+Volume read_separate_masks(const VolumeReadOptions& options, const std::string& file,
+                           const std::vector<LabelName>& names, const std::string& advice,
+                           const std::function<Volume(std::int64_t)>& read_one);
 
 }  // namespace organbake

@@ -184,11 +184,12 @@ Volume read_metaimage(const fs::path& path, const VolumeReadOptions& options) {
   const VoxelEncoding encoding = encoding_of(header);
   const bool is_text = lower_case(header.get("binarydata", "True")) == "false";
   volume.time_points = grid.times;
-  const std::int64_t time = chosen_time({grid.times, {}}, options, path.string());
   const std::uint64_t bytes =
       grid.voxels * static_cast<std::uint64_t>(grid.times) * bytes_of(encoding.type);
-  return decode_region(open_data(header, bytes), {encoding, is_text, time, grid.times}, options,
-                       grid.shear, path.string(), std::move(volume));
+  return read_one_of({grid.times, {}}, options, path.string(), [&](std::int64_t time) {
+    return decode_region(open_data(header, bytes), {encoding, is_text, time, grid.times}, options,
+                         grid.shear, path.string(), volume);
+  });
 }
 
 }  // namespace organbake

@@ -135,6 +135,33 @@ void place(const NiftiHeader& header, Volume& volume, Shear& shear) {
                             header.name);
 }
 
+struct PlacedGrid {
+  const Volume& grid;
+  const Shear& shear;
+};
+
+Volume read_one(const NiftiHeader& header, const fs::path& header_path, const PlacedGrid& placed,
+                std::int64_t time, const VolumeReadOptions& options) {
+  ByteStream stream = opened(header.voxels_apart ? voxel_file(header_path) : header_path);
+  const VoxelEncoding encoding = header.encoding();
+  const auto& [nx, ny, nz] = placed.grid.size;
+  const std::uint64_t voxels = static_cast<std::uint64_t>(nx) * static_cast<std::uint64_t>(ny) *
+                               static_cast<std::uint64_t>(nz);
+  stream.skip(static_cast<std::uint64_t>(header.data_offset) +
+              static_cast<std::uint64_t>(time) * voxels * bytes_of(encoding.type));
+  Volume volume = placed.grid;
+  if (options.region && !placed.shear) {
+    const IndexBox box = voxels_of_region(volume, *options.region, header.name);
+    decode_box(stream, encoding, box, volume);
+    return volume;
+  }
+  decode_voxels(stream, encoding, volume);
+  // Reading past the voxels makes the decompressor check its sum over all that came before.
+  std::byte beyond;
+  if (time + 1 == header.time_points()) stream.read({&beyond, 1});
+  return straightened(std::move(volume), placed.shear, options, header.name);
+}
+
 }  // namespace
 
 Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
@@ -151,31 +178,13 @@ Volume read_nifti(const fs::path& path, const VolumeReadOptions& options) {
   place(header, volume, shear);
   const TimePoints times = {header.time_points(), header.time_step()};
   volume.time_points = times.count;
-  const std::int64_t time = chosen_time(times, options, header.name);
-
-  auto to_skip = static_cast<std::uint64_t>(header.data_offset);
-  if (header.voxels_apart) {
-    stream = opened(voxel_file(header_path));
-  } else {
-    to_skip -= header.header_bytes;
-    volume.label_names = read_nifti_labels(stream, to_skip);
+  if (!header.voxels_apart) {
+    std::uint64_t left = static_cast<std::uint64_t>(header.data_offset) - header.header_bytes;
+    volume.label_names = read_nifti_labels(stream, left);
   }
-  stream.skip(to_skip);
-  const VoxelEncoding encoding = header.encoding();
-  const std::uint64_t voxels = static_cast<std::uint64_t>(volume.size[0]) *
-                               static_cast<std::uint64_t>(volume.size[1]) *
-                               static_cast<std::uint64_t>(volume.size[2]);
-  stream.skip(static_cast<std::uint64_t>(time) * voxels * bytes_of(encoding.type));
-  if (options.region && !shear) {
-    const IndexBox box = voxels_of_region(volume, *options.region, path.string());
-    decode_box(stream, encoding, box, volume);
-    return volume;
-  }
-  decode_voxels(stream, encoding, volume);
-  // Reading past the voxels makes the decompressor check its sum over all that came before.
-  std::byte beyond;
-  if (time + 1 == times.count) stream.read({&beyond, 1});
-  return straightened(std::move(volume), shear, options, path.string());
+  return read_one_of(times, options, header.name, [&](std::int64_t time) {
+    return read_one(header, header_path, {volume, shear}, time, options);
+  });
 }
 
 }  // namespace organbake

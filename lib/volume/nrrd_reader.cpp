@@ -184,7 +184,7 @@ Volume read_nrrd(const std::filesystem::path& path, const VolumeReadOptions& opt
     return read_layers(axes.volumes, options, path.string(), volume.label_names, read_one);
   }
   volume.time_points = axes.volumes;
-  return read_one(chosen_time({axes.volumes, {}}, options, path.string()));
+  return read_one_of({axes.volumes, {}}, options, path.string(), read_one);
 }
 
 }  // namespace organbake

@@ -22,6 +22,9 @@ struct VolumeReadOptions {
   std::string label = {};  // of a mask: a number, a name, or several; empty = all as they are
   std::vector<LabelName> label_names = {};  // of a mask, instead of its file's own
   bool is_mask = false;                     // its values are labels: never interpolated
+  // Of contours: the scan that they were drawn on. Where they follow its voxels, these are taken.
+  const Volume* scan = nullptr;
+  bool only_channels = false;  // of a mask of several volumes: they are no times, its CT has none
 };
 
 }  // namespace organbake

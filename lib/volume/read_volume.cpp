@@ -12,6 +12,7 @@
 #include "volume/dicom_masks.h"
 #include "volume/dicom_reader.h"
 #include "volume/header_text.h"
+#include "volume/label_names_file.h"
 #include "volume/mask_labels.h"
 #include "volume/unzipped_folder.h"
 #include "volume/volume_formats.h"
@@ -82,25 +83,86 @@ Volume read_file_by_content(const fs::path& path, const VolumeReadOptions& optio
                      "(.nrrd, .nhdr), VTI, or a folder or zip of DICOM files is needed");
 }
 
+bool starts_dicom(const fs::path& file) {
+  std::array<std::byte, 132> bytes{};
+  const std::size_t count = ByteStream(file).read(bytes);
+  const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
+  return count == bytes.size() && first.substr(128) == "DICM";
+}
+
+std::vector<fs::path> dicom_files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && starts_dicom(entry.path())) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 // The segmentation or the contours in a folder that is given as a mask; empty when it holds none.
 fs::path mask_file_in(const fs::path& folder) {
-  std::vector<fs::path> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    std::array<std::byte, 132> bytes{};
-    const std::size_t count = ByteStream(entry.path()).read(bytes);
-    const std::string_view first(reinterpret_cast<const char*>(bytes.data()), count);
-    if (count < bytes.size() || first.substr(128) != "DICM") continue;
-    if (dicom_mask_kind(entry.path()) != DicomMaskKind::none) found.push_back(entry.path());
-  }
+  std::vector<fs::path> found = dicom_files_in(folder);
+  std::erase_if(found,
+                [](const fs::path& file) { return dicom_mask_kind(file) == DicomMaskKind::none; });
   if (found.empty()) return {};
-  std::sort(found.begin(), found.end());
   if (found.size() == 1) return found.front();
   throw BadDataError(folder, "holds " + std::to_string(found.size()) + " masks (" +
                                  named_files(found) + "); give one of these files");
 }
 
+constexpr std::string_view kVolumeEndings[] = {".nii.gz", ".nii", ".nrrd", ".mha", ".vti"};
+
+// "liver" of "liver.nii.gz"; empty when the file is no volume.
+std::string mask_name(const fs::path& file) {
+  const std::string name = file.filename().string();
+  for (const std::string_view ending : kVolumeEndings) {
+    if (name.size() > ending.size() && lower_case(name).ends_with(ending))
+      return name.substr(0, name.size() - ending.size());
+  }
+  return {};
+}
+
+std::vector<fs::path> files_of_masks(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && !mask_name(entry.path()).empty()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+Volume read_folder_of_masks(const fs::path& folder, const VolumeReadOptions& options,
+                            const RunContext& context) {
+  const std::vector<fs::path> files = files_of_masks(folder);
+  std::vector<LabelName> names;
+  for (const fs::path& file : files) {
+    const int layer = static_cast<int>(names.size());
+    names.push_back({layer + 1, mask_name(file), layer});
+  }
+  VolumeReadOptions one = options;
+  one.label.clear();
+  one.is_mask = true;
+  return read_separate_masks(options, folder.string(), names,
+                             "holds a mask in each file; choose one by its name, as in --label \"" +
+                                 names.front().name + "\": it holds " + label_list(names),
+                             [&](std::int64_t layer) {
+                               return read_volume(files[static_cast<std::size_t>(layer)], one,
+                                                  context);
+                             });
+}
+
+bool is_layered(const Volume& mask) {
+  return std::any_of(mask.label_names.begin(), mask.label_names.end(),
+                     [](const LabelName& name) { return name.layer > 0; });
+}
+
 }  // namespace
+
+bool is_folder_of_masks(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_directory(path, error) || files_of_masks(path).empty()) return false;
+  return dicom_files_in(path).empty();
+}
 
 Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
                    const RunContext& context) {
@@ -114,10 +176,13 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
       return read_volume(mask, options, context);
     }
   }
-  Volume volume =
-      folder ? read_dicom(path, options, context) : read_file_by_content(path, options, context);
+  const bool masks = folder && options.is_mask && is_folder_of_masks(path);
+  Volume volume = masks    ? read_folder_of_masks(path, options, context)
+                  : folder ? read_dicom(path, options, context)
+                           : read_file_by_content(path, options, context);
   check_volume(volume, path.string());
-  if (!options.label_names.empty()) volume.label_names = options.label_names;
+  if (options.is_mask) make_labels(volume);
+  if (!options.label_names.empty() && !is_layered(volume)) volume.label_names = options.label_names;
   if (!options.label.empty() && volume.chosen_label == 0) {
     choose_label(volume, options, path.string());
   }

@@ -18,8 +18,8 @@ Volume read_volume(const std::filesystem::path& path, const VolumeReadOptions& o
                    const RunContext& context = {});
 Volume read_volume(const std::filesystem::path& path, const RunContext& context = {});
 
-// Brings a mask onto another volume's grid by the two affines, nearest neighbour. Throws
-// BadDataError when the grids do not overlap.
-Volume resample_mask(const Volume& mask, const Volume& grid);
+// Whether a folder holds masks, one file each, called as their labels are (TotalSegmentator writes
+// "liver.nii.gz"), and nothing of DICOM. read_volume() takes it as one mask of these names.
+bool is_folder_of_masks(const std::filesystem::path& path);
 
 }  // namespace organbake

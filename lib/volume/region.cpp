@@ -71,19 +71,23 @@ void crop_grid(Volume& grid, const IndexBox& box) {
 
 Volume cropped(Volume volume, const IndexBox& box) {
   if (box.is_whole(volume)) return volume;
-  const std::array<int, 3> size = volume.size;
   // In place: every row moves towards the front, past what has been read already.
-  std::int16_t* to = volume.voxels.data();
-  for (int k = 0; k < box.size[2]; ++k) {
-    for (int j = 0; j < box.size[1]; ++j) {
-      const std::size_t row = std::size_t(box.first[2] + k) * size[1] + box.first[1] + j;
-      const std::int16_t* from = volume.voxels.data() + row * size[0] + box.first[0];
-      to = std::copy(from, from + box.size[0], to);
+  with_values(volume, [&](const auto values) {
+    auto to = values.begin();
+    for (int k = 0; k < box.size[2]; ++k) {
+      for (int j = 0; j < box.size[1]; ++j) {
+        const std::size_t row = std::size_t(box.first[2] + k) * volume.size[1] + box.first[1] + j;
+        const auto from = values.subspan(row * volume.size[0] + box.first[0], box.size[0]);
+        to = std::copy(from.begin(), from.end(), to);
+      }
     }
-  }
+  });
   crop_grid(volume, box);
-  volume.voxels.resize(box.voxels());
-  volume.voxels.shrink_to_fit();
+  const auto shrink = [&](auto& values) {
+    values.resize(box.voxels());
+    values.shrink_to_fit();
+  };
+  volume.is_real() ? shrink(volume.reals) : shrink(volume.voxels);
   return volume;
 }
 

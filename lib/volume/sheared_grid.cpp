@@ -105,20 +105,26 @@ double linear_at(const Volume& volume, const Eigen::Vector3d& index) {
 Volume resampled(const Volume& stored, const ShearedAffine& affine, bool is_mask,
                  const std::string& name) {
   Volume grid = upright_grid(stored, affine, name);
-  const auto outside = static_cast<std::int16_t>(is_mask ? 0 : value_range(stored).min);
+  const double outside = is_mask ? 0 : stored.is_real() ? std::nan("") : value_range(stored).min;
   const Eigen::Matrix3d index_from_world = affine.axes_mm.inverse();
   const Eigen::Matrix3d linear = index_from_world * grid.direction * grid.spacing_mm.asDiagonal();
   const Eigen::Vector3d first = index_from_world * (grid.origin_mm - affine.origin_mm);
-  grid.voxels.assign(std::size_t(grid.size[0]) * grid.size[1] * grid.size[2], outside);
+  const std::size_t count = std::size_t(grid.size[0]) * grid.size[1] * grid.size[2];
+  if (stored.is_real()) {
+    grid.reals.assign(count, static_cast<float>(outside));
+  } else {
+    grid.voxels.assign(count, static_cast<std::int16_t>(outside));
+  }
   tbb::parallel_for(0, grid.size[2], [&](int k) {
-    std::int16_t* voxel = grid.voxels.data() + std::size_t(k) * grid.size[0] * grid.size[1];
+    std::size_t voxel = std::size_t(k) * grid.size[0] * grid.size[1];
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i, ++voxel) {
         const Eigen::Vector3d index = linear * Eigen::Vector3d(i, j, k) + first;
-        const std::size_t nearest = nearest_voxel(stored, index);
-        if (nearest == kOutside) continue;
-        *voxel = is_mask ? stored.voxels[nearest]
-                         : static_cast<std::int16_t>(std::lround(linear_at(stored, index)));
+        const std::optional<Eigen::Vector3i> nearest = nearest_voxel(stored, index);
+        if (!nearest) continue;
+        set_value(grid, voxel,
+                  is_mask ? stored.at(nearest->x(), nearest->y(), nearest->z())
+                          : linear_at(stored, index));
       }
     }
   });

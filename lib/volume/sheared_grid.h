@@ -31,8 +31,8 @@ Shear set_grid_or_shear(Volume& volume, const Eigen::Matrix3d& axes_mm,
 // The whole volume as stored, brought onto a rectangular grid where it is sheared: along the first
 // axis as it was, the second turned in the plane of the first two, the third along their normal; so
 // slices that were only pushed along each other stay slices. Values between voxels are linear, or
-// the nearest voxel's for a mask; outside is background for a mask, else the lowest value. Then
-// cropped to the region asked for.
+// the nearest voxel's for a mask; outside is background for a mask, else the lowest value (NaN in a
+// volume of real numbers). Then cropped to the region asked for.
 Volume straightened(Volume stored, const Shear& shear, const VolumeReadOptions& options,
                     const std::string& name);
 

@@ -83,13 +83,13 @@ void resample_slices(const DicomStack& stack, const Volume& decoded, const Slice
     const Between at = find_between(stack.along_mm, (box.first[2] + slice) * stack.spacing_mm);
     const Eigen::Vector2d below = first - stack.drift_px[at.below];
     const Eigen::Vector2d above = first - stack.drift_px[at.below + 1];
-    std::int16_t* voxel = out.voxels.data() + std::size_t(slice) * box.size[0] * box.size[1];
+    std::size_t voxel = std::size_t(slice) * box.size[0] * box.size[1];
     for (int j = 0; j < box.size[1]; ++j) {
       for (int i = 0; i < box.size[0]; ++i, ++voxel) {
         const int k_below = at.below - range.first;
         const double a = sample(decoded, k_below, i + below.x(), j + below.y(), kAir_hu);
         const double b = sample(decoded, k_below + 1, i + above.x(), j + above.y(), kAir_hu);
-        *voxel = static_cast<std::int16_t>(std::lround((1 - at.share) * a + at.share * b));
+        set_value(out, voxel, (1 - at.share) * a + at.share * b);
       }
     }
   });

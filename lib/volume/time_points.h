@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "volume/read_options.h"
+#include "volume/volume.h"
 
 namespace organbake {
 
@@ -19,5 +21,11 @@ struct TimePoints {
 // asked for and there are several, unless options.any_time lets the first stand for all.
 std::int64_t chosen_time(const TimePoints& times, const VolumeReadOptions& options,
                          const std::string& name);
+
+// One volume of a file of `times`, of which `read_one` reads one. Of a mask they may be channels,
+// each a mask of its own, as one-hot and probability maps have them: "channel 2", counted from 1,
+// is then options.label, or the names of options.label_names, which number them.
+Volume read_one_of(const TimePoints& times, const VolumeReadOptions& options,
+                   const std::string& name, const std::function<Volume(std::int64_t)>& read_one);
 
 }  // namespace organbake

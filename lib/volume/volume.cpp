@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
+#include <type_traits>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -26,36 +29,85 @@ std::string in_voxels(const std::array<int, 3>& size) {
 
 }  // namespace
 
+void make_real(Volume& volume) {
+  if (volume.is_real()) return;
+  volume.reals.assign(volume.voxels.begin(), volume.voxels.end());
+  volume.voxels = {};
+}
+
+void make_labels(Volume& volume) {
+  if (!volume.is_real()) return;
+  std::size_t not_whole = 0;
+  for (float& value : volume.reals) {
+    const float whole = std::isnan(value) ? 0 : std::nearbyint(value);
+    not_whole += std::abs(value - whole) > 0;
+    value = whole;
+  }
+  if (not_whole > 0) {
+    volume.warnings.push_back(std::to_string(not_whole) + " of " +
+                              std::to_string(volume.voxel_count()) +
+                              " voxels are no whole numbers; each was taken as the nearest label");
+  }
+  const ValueRange range = value_range(volume);
+  if (range.max > kMostLabel) {
+    volume.warnings.push_back("labels beyond " + std::to_string(kMostLabel) +
+                              " cannot be told apart");
+  }
+  if (range.min < std::numeric_limits<std::int16_t>::min() ||
+      range.max > std::numeric_limits<std::int16_t>::max()) {
+    return;
+  }
+  volume.voxels.resize(volume.reals.size());
+  std::transform(volume.reals.begin(), volume.reals.end(), volume.voxels.begin(),
+                 [](float label) { return static_cast<std::int16_t>(label); });
+  volume.reals = {};
+}
+
 ValueRange value_range(const Volume& volume) {
-  if (volume.voxels.empty()) return {};
-  const ValueRange first = {volume.voxels.front(), volume.voxels.front()};
-  constexpr std::size_t kGrain = std::size_t{1} << 20;
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, volume.voxels.size(), kGrain), first,
-      [&](const auto& block, ValueRange range) {
-        // Two plain loops' worth of min and max, which compilers vectorise; minmax_element is
-        // branchy.
-        auto low = static_cast<std::int16_t>(range.min),
-             high = static_cast<std::int16_t>(range.max);
-        for (std::size_t i = block.begin(); i < block.end(); ++i) {
-          low = std::min(low, volume.voxels[i]);
-          high = std::max(high, volume.voxels[i]);
-        }
-        return ValueRange{low, high};
-      },
-      [](const ValueRange& a, const ValueRange& b) {
-        return ValueRange{std::min(a.min, b.min), std::max(a.max, b.max)};
-      });
+  return with_values(volume, [](const auto values) {
+    using Value = typename std::remove_cvref_t<decltype(values)>::value_type;
+    using Limits = std::numeric_limits<Value>;
+    struct Found {
+      Value low = Limits::max(), high = Limits::lowest();
+      bool has_nan = false;
+    };
+    constexpr std::size_t kGrain = std::size_t{1} << 20;
+    const Found found = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, values.size(), kGrain), Found(),
+        [&](const auto& block, Found so_far) {
+          // Two plain loops' worth of min and max, which compilers vectorise; minmax_element is
+          // branchy. A NaN is never less.
+          Value low = so_far.low, high = so_far.high;
+          bool has_nan = so_far.has_nan;
+          for (std::size_t i = block.begin(); i < block.end(); ++i) {
+            low = values[i] < low ? values[i] : low;
+            high = high < values[i] ? values[i] : high;
+            if constexpr (Limits::has_quiet_NaN) has_nan |= values[i] != values[i];
+          }
+          return Found{low, high, has_nan};
+        },
+        [](const Found& a, const Found& b) {
+          return Found{std::min(a.low, b.low), std::max(a.high, b.high), a.has_nan || b.has_nan};
+        });
+    if (found.high < found.low) return ValueRange{0, 0, found.has_nan};
+    return ValueRange{static_cast<double>(found.low), static_cast<double>(found.high),
+                      found.has_nan};
+  });
 }
 
 std::vector<LabelCount> count_labels(const Volume& volume) {
-  constexpr int kOffset = 32768;
-  std::vector<std::size_t> histogram(65536, 0);
-  for (const std::int16_t v : volume.voxels) ++histogram[static_cast<std::size_t>(v + kOffset)];
+  std::map<int, std::size_t> counts;
+  with_values(volume, [&](const auto values) {
+    for (std::size_t at = 0; at < values.size();) {
+      std::size_t end = at + 1;
+      while (end < values.size() && values[end] == values[at]) ++end;
+      if (std::isfinite(static_cast<float>(values[at]))) counts[int(values[at])] += end - at;
+      at = end;
+    }
+  });
+  counts.erase(0);
   std::vector<LabelCount> labels;
-  for (int i = 0; i < 65536; ++i) {
-    if (histogram[i] > 0 && i != kOffset) labels.push_back({i - kOffset, histogram[i]});
-  }
+  for (const auto& [label, voxels] : counts) labels.push_back({label, voxels});
   return labels;
 }
 
@@ -65,8 +117,8 @@ void check_volume(const Volume& volume, const std::string& name) {
     if (n < 1) throw BadDataError(name + ": a volume of " + in_voxels(volume.size) + " voxels");
     expected *= static_cast<std::size_t>(n);
   }
-  if (volume.voxels.size() != expected) {
-    throw BadDataError(name + ": " + std::to_string(volume.voxels.size()) + " values for " +
+  if (volume.voxel_count() != expected) {
+    throw BadDataError(name + ": " + std::to_string(volume.voxel_count()) + " values for " +
                        in_voxels(volume.size) + " voxels");
   }
   for (int axis = 0; axis < 3; ++axis) {

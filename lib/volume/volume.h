@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,9 +16,13 @@ struct LabelName {
   int label = 0;
   std::string name;
   int layer = 0;  // of files whose segments may overlap; each layer has labels of its own
+  std::vector<int> with = {};  // further labels of the same name: a region of several
 };
+// The largest number of a label: up to here float32 holds every whole number.
+inline constexpr int kMostLabel = 1 << 24;
 
-// A CT in Hounsfield units, or a label mask, on a regular grid. world = LPS millimetres:
+// A CT in Hounsfield units, a volume of any other numbers, or a label mask, on a regular grid.
+// world = LPS millimetres:
 //   x_world = origin_mm + direction · (spacing_mm ∘ index),  index of a voxel's centre.
 struct Volume {
   std::array<int, 3> size{};  // x fastest
@@ -25,29 +31,65 @@ struct Volume {
   // Columns: unit axes of i, j, k. Voxels stay in the file's order, so a left-handed file gives an
   // improper direction (determinant −1); whoever turns the grid into faces must look at its sign.
   Eigen::Matrix3d direction = Eigen::Matrix3d::Identity();
+  // The values stand in one of two, the other is empty: all of them whole numbers of 16 bits, as
+  // nearly every CT and mask has them, or float32, where a single one is not. A NaN was not
+  // measured and lies outside of whatever is looked for.
   std::vector<std::int16_t> voxels;
+  std::vector<float> reals;
   double gantry_tilt_degrees = 0;      // of the scan, taken out by the reader
   std::vector<double> slice_gaps_mm;   // of a DICOM series as scanned, along the normal
   std::vector<LabelName> label_names;  // of a mask, where its file has them
   int chosen_label = 0;                // of a mask, by the options of reading it; 0 = none
   std::string chosen_name;             // "liver", "label 5 and label 7"
+  bool ends_with_label = false;        // of a mask whose grid was made round its labels
   std::int64_t time_points = 1;        // that the file holds; this is one of them
   std::vector<std::string> warnings;   // what the reader had to mend or wants to be known
 
-  std::size_t voxel_count() const { return voxels.size(); }
+  bool is_real() const { return !reals.empty(); }
+  std::size_t voxel_count() const { return is_real() ? reals.size() : voxels.size(); }
   Eigen::Vector3d world_from_index(const Eigen::Vector3d& index) const {
     return origin_mm + direction * spacing_mm.cwiseProduct(index);
   }
   Eigen::Vector3d index_from_world(const Eigen::Vector3d& world) const {
     return (direction.transpose() * (world - origin_mm)).cwiseQuotient(spacing_mm);
   }
-  std::int16_t at(int i, int j, int k) const {
-    return voxels[(std::size_t(k) * size[1] + j) * size[0] + i];
+  double at(int i, int j, int k) const {
+    const std::size_t voxel = (std::size_t(k) * size[1] + j) * size[0] + i;
+    return is_real() ? reals[voxel] : voxels[voxel];
   }
 };
 
+// Calls use(values) with a span of the kind of numbers that the volume holds.
+template <class Use>
+decltype(auto) with_values(const Volume& volume, Use&& use) {
+  if (volume.is_real()) return use(std::span<const float>(volume.reals));
+  return use(std::span<const std::int16_t>(volume.voxels));
+}
+template <class Use>
+decltype(auto) with_values(Volume& volume, Use&& use) {
+  if (volume.is_real()) return use(std::span<float>(volume.reals));
+  return use(std::span<std::int16_t>(volume.voxels));
+}
+// Sets all values, x fastest: as whole numbers where they all are. Throws BadDataError when all are
+// NaN.
+void set_values(Volume& volume, std::span<const double> values);
+// One value between others: rounded where the volume's are whole numbers.
+inline void set_value(Volume& volume, std::size_t voxel, double value) {
+  if (volume.is_real()) {
+    volume.reals[voxel] = static_cast<float>(value);
+  } else {
+    volume.voxels[voxel] = static_cast<std::int16_t>(std::lround(value));
+  }
+}
+// Makes the values float32, whatever they are.
+void make_real(Volume& volume);
+// Makes them labels: whole numbers, background where a value is NaN. What that changed goes into
+// the warnings.
+void make_labels(Volume& volume);
+
 struct ValueRange {
-  int min = 0, max = 0;
+  double min = 0, max = 0;  // of the values that are numbers
+  bool has_nan = false;
 };
 ValueRange value_range(const Volume& volume);
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <type_traits>
 
 #include "core/error.h"
 #include "volume/joined_bytes.h"
@@ -16,34 +15,27 @@ namespace organbake {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr double kLowest = std::numeric_limits<std::int16_t>::min();
-constexpr double kHighest = std::numeric_limits<std::int16_t>::max();
-// Values that were integers before a float's last digits are not worth a warning.
-constexpr double kWorthTelling = 1e-3;
+// Of a value: what float32 keeps of a number that was whole before it was scaled.
+constexpr double kWhole = 1e-6;
+constexpr float kLargest = 1e30f;  // differences of two stay finite
 
 template <typename Stored>
-void convert(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
-             std::int16_t* out, std::size_t first, ConversionLoss& loss) {
+bool whole_numbers(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                   std::int16_t* out) {
+  constexpr double kLowest = std::numeric_limits<std::int16_t>::min();
+  constexpr double kHighest = std::numeric_limits<std::int16_t>::max();
+  std::size_t whole = 0;
   for (std::size_t i = 0; i < count; ++i) {
     Stored stored;
     std::memcpy(&stored, source + i * sizeof(Stored), sizeof(Stored));
     const double value = encoding.slope * static_cast<double>(stored) + encoding.intercept;
-    if constexpr (std::is_floating_point_v<Stored>) {
-      if (std::isnan(value)) {
-        auto& runs = loss.not_numbers;
-        const bool joins = !runs.empty() && runs.back().first + runs.back().count == first + i;
-        if (!joins) runs.push_back({first + i, 0});
-        ++runs.back().count;
-        out[i] = 0;
-        continue;
-      }
-    }
-    const double whole = std::nearbyint(value);
-    const double kept = std::clamp(whole, kLowest, kHighest);
-    loss.clamped += kept != whole;
-    loss.rounded += std::abs(value - whole) > kWorthTelling;
-    out[i] = static_cast<std::int16_t>(kept);
+    const double nearest = std::nearbyint(value);
+    const bool fits = std::abs(value - nearest) <= kWhole * std::abs(nearest) &&
+                      nearest >= kLowest && nearest <= kHighest;
+    out[i] = static_cast<std::int16_t>(fits ? nearest : 0);
+    whole += fits;
   }
+  return whole == count;
 }
 
 std::size_t voxels_of(const std::array<int, 3>& size) {
@@ -58,8 +50,9 @@ void check_room(const ByteStream& stream, std::size_t count, std::size_t bytes_p
                                         std::to_string(stream.most_possible_bytes()));
 }
 
-std::string share(std::size_t part, std::size_t whole) {
-  return std::to_string(part) + " of " + std::to_string(whole) + " voxels ";
+void resize_values(Volume& volume, std::size_t count) {
+  volume.reals = {};
+  volume.voxels.resize(count);
 }
 
 std::string read_all_text(ByteStream& stream, std::size_t most) {
@@ -74,73 +67,82 @@ std::string read_all_text(ByteStream& stream, std::size_t most) {
 
 }  // namespace
 
-void ConversionLoss::add(const ConversionLoss& other) {
-  rounded += other.rounded;
-  clamped += other.clamped;
-  not_numbers.insert(not_numbers.end(), other.not_numbers.begin(), other.not_numbers.end());
-}
-
-void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
-                    Volume& volume, std::size_t first, ConversionLoss& loss) {
-  std::int16_t* out = volume.voxels.data() + first;
+bool convert_whole(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                   std::int16_t* out) {
   if (encoding.is_plain_int16()) {
     std::memcpy(out, source, count * sizeof(std::int16_t));
-    return;
+    return true;
   }
-  with_scalar_type(encoding.type, [&](auto zero) {
-    convert<decltype(zero)>(source, count, encoding, out, first, loss);
+  return with_scalar_type(encoding.type, [&](auto zero) {
+    return whole_numbers<decltype(zero)>(source, count, encoding, out);
   });
 }
 
-void settle_losses(const ConversionLoss& loss, Volume& volume, const std::string& name) {
-  const std::size_t total = volume.voxels.size();
-  std::size_t not_numbers = 0;
-  for (const auto& run : loss.not_numbers) not_numbers += run.count;
-  if (not_numbers > 0) {
-    if (not_numbers == total) throw BadDataError(name + ": every voxel is NaN");
-    // NaN stands for "not measured": outside the field of view, so air or background.
-    int lowest = std::numeric_limits<std::int16_t>::max();
-    std::size_t next = 0;
-    for (const auto& run : loss.not_numbers) {
-      for (; next < run.first; ++next) lowest = std::min<int>(lowest, volume.voxels[next]);
-      next = run.first + run.count;
+void convert_real(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                  float* out) {
+  with_scalar_type(encoding.type, [&](auto stored) {
+    for (std::size_t i = 0; i < count; ++i) {
+      std::memcpy(&stored, source + i * sizeof stored, sizeof stored);
+      const double value = encoding.slope * static_cast<double>(stored) + encoding.intercept;
+      constexpr double kMost = std::numeric_limits<float>::max();
+      out[i] = static_cast<float>(std::clamp(value, -kMost, kMost));
     }
-    for (; next < total; ++next) lowest = std::min<int>(lowest, volume.voxels[next]);
-    for (const auto& run : loss.not_numbers) {
-      std::fill_n(volume.voxels.begin() + static_cast<std::ptrdiff_t>(run.first), run.count,
-                  static_cast<std::int16_t>(lowest));
-    }
-    volume.warnings.push_back(share(not_numbers, total) + "are NaN; they were given the lowest " +
-                              "value, " + std::to_string(lowest));
+  });
+}
+
+void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                    Volume& volume, std::size_t first) {
+  if (!volume.is_real()) {
+    if (convert_whole(source, count, encoding, volume.voxels.data() + first)) return;
+    make_real(volume);
   }
-  if (loss.rounded > 0) {
-    volume.warnings.push_back(share(loss.rounded, total) + "were rounded to whole units");
+  convert_real(source, count, encoding, volume.reals.data() + first);
+}
+
+void settle_values(Volume& volume, const std::string& name) {
+  std::size_t not_numbers = 0, beyond = 0;
+  for (float& value : volume.reals) {
+    not_numbers += std::isnan(value);
+    beyond += std::abs(value) > kLargest;
+    value = std::clamp(value, -kLargest, kLargest);
   }
-  if (loss.clamped > 0) {
-    volume.warnings.push_back(share(loss.clamped, total) + "were clamped to −32768…32767");
-  }
+  const auto tell = [&](std::size_t part, const char* what) {
+    if (part == 0) return;
+    volume.warnings.push_back(std::to_string(part) + " of " + std::to_string(volume.voxel_count()) +
+                              " voxels are " + what);
+  };
+  if (volume.is_real() && not_numbers == volume.voxel_count())
+    throw BadDataError(name + ": every voxel is NaN");
+  tell(not_numbers, "NaN; they count as outside");
+  tell(beyond, "infinite or beyond ±1e30; they count as that");
+}
+
+void set_values(Volume& volume, std::span<const double> values) {
+  resize_values(volume, values.size());
+  const std::span<const std::byte> bytes = std::as_bytes(values);
+  convert_voxels(bytes.data(), values.size(), {ScalarType::float64, false, 1, 0}, volume, 0);
+  settle_values(volume, "the volume");
 }
 
 void decode_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
   const std::size_t count = voxels_of(volume.size), width = bytes_of(encoding.type);
   check_room(stream, count, width);
-  volume.voxels.resize(count);
+  resize_values(volume, count);
   if (encoding.is_plain_int16()) {
     const std::span<std::byte> bytes = std::as_writable_bytes(std::span(volume.voxels));
     stream.read_exactly(bytes);
     if (encoding.big_endian) swap_bytes(bytes.data(), count, encoding.type);
     return;
   }
-  ConversionLoss loss;
   std::vector<std::byte> buffer(kBufferBytes);
   for (std::size_t first = 0; first < count;) {
     const std::size_t piece = std::min(kBufferBytes / width, count - first);
     stream.read_exactly(std::span(buffer).first(piece * width));
     if (encoding.big_endian) swap_bytes(buffer.data(), piece, encoding.type);
-    convert_voxels(buffer.data(), piece, encoding, volume, first, loss);
+    convert_voxels(buffer.data(), piece, encoding, volume, first);
     first += piece;
   }
-  settle_losses(loss, volume, stream.file().string());
+  settle_values(volume, stream.file().string());
 }
 
 void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBox& box,
@@ -150,8 +152,7 @@ void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBo
   const std::size_t slice = columns * static_cast<std::size_t>(volume.size[1]);
   check_room(stream, voxels_of(volume.size), width);
   crop_grid(volume, box);
-  volume.voxels.resize(box.voxels());
-  ConversionLoss loss;
+  resize_values(volume, box.voxels());
   // Of a slice the box's rows are read, of a row everything: whole rows lie together.
   const std::size_t rows = columns * static_cast<std::size_t>(box.size[1]);
   const std::size_t before = columns * static_cast<std::size_t>(box.first[1]);
@@ -165,12 +166,12 @@ void decode_box(ByteStream& stream, const VoxelEncoding& encoding, const IndexBo
     for (int j = 0; j < box.size[1]; ++j) {
       const std::size_t from = static_cast<std::size_t>(j) * columns + box.first[0];
       const auto count = static_cast<std::size_t>(box.size[0]);
-      convert_voxels(&buffer[from * width], count, encoding, volume, to, loss);
+      convert_voxels(&buffer[from * width], count, encoding, volume, to);
       to += count;
     }
     passed = slice - rows;
   }
-  settle_losses(loss, volume, stream.file().string());
+  settle_values(volume, stream.file().string());
 }
 
 void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volume& volume) {
@@ -178,10 +179,9 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
   constexpr std::size_t kShortestNumber = 2, kLongestNumber = 64;  // with the space behind it
   check_room(stream, count > 0 ? count - 1 : 0, kShortestNumber);
   const std::string text = read_all_text(stream, count * kLongestNumber + kBufferBytes);
-  volume.voxels.resize(count);
+  resize_values(volume, count);
   VoxelEncoding as_double = encoding;
   as_double.type = ScalarType::float64;
-  ConversionLoss loss;
   const char *at = text.data(), *end = at + text.size();
   const auto skip_space = [&] {
     while (at < end && std::strchr(" \t\r\n,", *at)) ++at;
@@ -195,11 +195,11 @@ void decode_text_voxels(ByteStream& stream, const VoxelEncoding& encoding, Volum
                                             std::to_string(count) + " is missing or no number");
     }
     at = next;
-    convert_voxels(reinterpret_cast<const std::byte*>(&value), 1, as_double, volume, i, loss);
+    convert_voxels(reinterpret_cast<const std::byte*>(&value), 1, as_double, volume, i);
   }
   skip_space();
   if (at != end) throw BadDataError(stream.file(), "holds more values than its header asks for");
-  settle_losses(loss, volume, stream.file().string());
+  settle_values(volume, stream.file().string());
 }
 
 void expect_end(ByteStream& stream) {

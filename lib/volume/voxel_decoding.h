@@ -25,25 +25,21 @@ struct VoxelEncoding {
   bool is_plain_int16() const { return type == ScalarType::int16 && slope == 1 && intercept == 0; }
 };
 
-// What was lost on the way to int16.
-struct ConversionLoss {
-  struct Run {
-    std::size_t first, count;  // voxels
-  };
-  std::size_t rounded = 0;  // off by more than a thousandth
-  std::size_t clamped = 0;  // beyond int16
-  std::vector<Run> not_numbers;
-
-  void add(const ConversionLoss& other);
-};
-
-// Converts `count` values in the machine's byte order into volume.voxels from index `first` on.
+// Converts `count` values in the machine's byte order to whole numbers of 16 bits; false when one
+// of them is none, and then `out` means nothing.
+bool convert_whole(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                   std::int16_t* out);
+// The same to float32.
+void convert_real(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
+                  float* out);
+// Converts them into the volume's values from index `first` on. The volume has its values already,
+// and becomes real with the first one that is no whole number of 16 bits.
 void convert_voxels(const std::byte* source, std::size_t count, const VoxelEncoding& encoding,
-                    Volume& volume, std::size_t first, ConversionLoss& loss);
+                    Volume& volume, std::size_t first);
 
-// Gives NaN voxels the volume's lowest value and tells the user of all losses through `warnings`.
-// Throws BadDataError when no voxel is a number.
-void settle_losses(const ConversionLoss& loss, Volume& volume, const std::string& name);
+// Tells of values that are NaN through the warnings; infinite ones become the largest numbers that
+// can be reckoned with. Throws BadDataError when no voxel is a number.
+void settle_values(Volume& volume, const std::string& name);
 
 // Reads volume.size's voxels from the stream; int16 goes straight to its place, everything else
 // through a small buffer. Throws BadDataError when the data is too short (before memory is taken,

@@ -94,9 +94,8 @@ Volume read_vti(const std::filesystem::path& path, const VolumeReadOptions& opti
   const VtkXmlNumbers values = file.numbers(scalars, count);
   const VoxelEncoding encoding{values.type, false, 1, 0};
   volume.voxels.resize(count);
-  ConversionLoss loss;
-  convert_voxels(values.bytes.data(), count, encoding, volume, 0, loss);
-  settle_losses(loss, volume, path.string());
+  convert_voxels(values.bytes.data(), count, encoding, volume, 0);
+  settle_values(volume, path.string());
   if (shear) return straightened(std::move(volume), shear, options, path.string());
   if (!options.region) return volume;
   const IndexBox box = voxels_of_region(volume, *options.region, path.string());

@@ -27,18 +27,20 @@ std::string header_of(const Volume& volume, std::size_t packed_bytes) {
          "CompressedData = True\nCompressedDataSize = " +
          std::to_string(packed_bytes) + "\nTransformMatrix =" + matrix + "\nOffset =" + offset +
          "\nCenterOfRotation = 0 0 0\nElementSpacing =" + spacing + "\nDimSize =" + size +
-         "\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+         "\nElementType = " + (volume.is_real() ? "MET_FLOAT" : "MET_SHORT") +
+         "\nElementDataFile = LOCAL\n";
 }
 
 }  // namespace
 
 void write_metaimage(const std::filesystem::path& path, const Volume& volume) {
   check_volume(volume, path.string());
-  const uLong bytes = static_cast<uLong>(volume.voxels.size() * sizeof(std::int16_t));
+  const auto voxels = with_values(volume, [](const auto values) { return std::as_bytes(values); });
+  const uLong bytes = static_cast<uLong>(voxels.size());
   std::string packed(compressBound(bytes), '\0');
   uLongf packed_bytes = packed.size();
   if (compress2(reinterpret_cast<Bytef*>(packed.data()), &packed_bytes,
-                reinterpret_cast<const Bytef*>(volume.voxels.data()), bytes, kZlibLevel) != Z_OK) {
+                reinterpret_cast<const Bytef*>(voxels.data()), bytes, kZlibLevel) != Z_OK) {
     throw std::bad_alloc();
   }
   packed.resize(packed_bytes);

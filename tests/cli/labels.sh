@@ -71,7 +71,10 @@ END
 
 # A file over time.
 expect 65 organbake isosurface --mask times.nii --label liver -o x.ply
-expect_err "holds 2 time points"
+expect_err 'holds 2 volumes of one place'
+expect_err "with --time 1…2"
+expect 0 organbake isosurface --mask times.nii --time 2 --label liver -o x.ply
+expect_same x.ply liver.ply
 expect 0 organbake inspect times.nii --json
 python3 -c 'import json; assert json.load(open("out"))["time_points"] == 2' || fail "time points"
 

@@ -74,6 +74,17 @@ class SurfaceTest(unittest.TestCase):
         again = organbake.surface(mask.astype(np.int64)[::1], spacing, label=3)
         np.testing.assert_array_equal(vertices, again[0])
 
+    def test_values_stay_what_they_are(self):
+        voxels, spacing, _ = sphere_ct()
+        vertices, faces = organbake.surface(voxels, spacing, level=100)
+        for scale, offset in ((1e-3, 0.5), (1e6, -3e5)):
+            other = organbake.surface(scale * voxels + offset, spacing, level=scale * 100 + offset)
+            np.testing.assert_array_equal(faces, other[1])
+            np.testing.assert_allclose(vertices, other[0], atol=1e-3)
+        unmeasured = np.where(voxels < 0, np.nan, voxels)
+        vertices, faces = organbake.surface(unmeasured, spacing, level=-50)
+        self.assertAlmostEqual(volume_of(vertices, faces) / (4 / 3 * np.pi * 30 ** 3), 1, delta=0.05)
+
     def test_axes_and_the_order_of_voxels(self):
         voxels = np.full((10, 12, 14), -1000)
         voxels[2:4, 5:9, 10:13] = 1000  # z, y, x
@@ -241,7 +252,7 @@ class WrongInputTest(unittest.TestCase):
             lambda: organbake.surface(voxels, (1, 1)), lambda: organbake.surface(voxels, (1, 1, 0)),
             lambda: organbake.surface(voxels, (1, 1, np.nan)),
             lambda: organbake.surface(voxels * np.nan, spacing),
-            lambda: organbake.surface(voxels * 1e6, spacing),
+            lambda: organbake.surface(voxels, spacing, cap="square"),
             lambda: organbake.surface(voxels.astype(complex), spacing),
             lambda: organbake.surface(np.zeros((0, 3, 3)), spacing),
             lambda: organbake.surface(voxels, spacing, level=5000),

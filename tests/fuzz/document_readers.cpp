@@ -169,7 +169,8 @@ Seeds label_seeds() {
   return {
       "################\n# ITK-SNAP\n    0     0    0    0        0  0  0    \"Clear Label\"\n"
       "    5   255    0    0        1  1  1    \"liver\"\n",
-      "# 3D Slicer\n0 background 0 0 0 0\n5 liver 221 130 101 255\n", "5 liver\n7 spleen\n"};
+      "# 3D Slicer\n0 background 0 0 0 0\n5 liver 221 130 101 255\n", "5 liver\n7 spleen\n",
+      R"({"labels": {"background": 0, "liver": 1, "kidneys": [2, 3]}})"};
 }
 
 Seeds document_seeds() {

@@ -2,7 +2,6 @@
 #include "fuzz/volumes_as_asked.h"
 
 #include <algorithm>
-#include <set>
 #include <string>
 
 #include "volume/read_volume.h"
@@ -23,10 +22,10 @@ std::string first_labels(const Volume& mask) {
   for (std::size_t i = 0; i < std::min(kMost, mask.label_names.size()); ++i)
     text += (i ? "," : "") + mask.label_names[i].name;
   if (!mask.label_names.empty()) return text;
-  std::set<std::int16_t> labels;
-  for (const std::int16_t voxel : mask.voxels)
-    if (voxel > 0 && labels.size() < kMost) labels.insert(voxel);
-  for (const std::int16_t label : labels) text += (text.empty() ? "" : ",") + std::to_string(label);
+  std::size_t count = 0;
+  for (const LabelCount& one : count_labels(mask))
+    if (one.label > 0 && count++ < kMost)
+      text += (text.empty() ? "" : ",") + std::to_string(one.label);
   return text;
 }
 

@@ -4,12 +4,14 @@
 #include <cmath>
 
 #include "core/text.h"
+#include "decimate/largest_diameter.h"
 #include "organbench/bench.h"
 #include "organbench/error_measures.h"
 #include "organbench/peers/contours.h"
 #include "organbench/suites.h"
 #include "phantom/ball_scan.h"
 #include "phantom/phantom.h"
+#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {
@@ -123,11 +125,49 @@ void promise_time_and_memory(Bench& bench) {
                    mesh_mb + 0.25 * (volume_mb + mesh_mb)});
 }
 
+// What the Image Biomarker Standardisation Initiative agreed on for a figure of its digital
+// phantom.
+struct Consensus {
+  const char* what;
+  const char* unit;
+  double value, tolerance;
+};
+
+void add_beside(Bench& bench, const Consensus& consensus, double ours) {
+  const std::string what = "IBSI's digital phantom, consensus " + to_text(consensus.value) + " ± " +
+                           to_text(consensus.tolerance) + ": " + consensus.what;
+  const double most = consensus.value + consensus.tolerance;
+  const double least = consensus.value - consensus.tolerance;
+  bench.add(Figure{what + ", at most", consensus.unit, ours, most, Figure::Goal::at_most});
+  bench.add(Figure{what + ", at least", consensus.unit, ours, least, Figure::Goal::at_least});
+}
+
+// Zwanenburg et al. 2020, The Image Biomarker Standardization Initiative, Radiology 295(2): the
+// surface by marching cubes at one half, and what the voxels enclose.
+void promise_ibsi_phantom(Bench& bench) {
+  const auto file = bench.data("ibsi_digital_phantom/mask.nii.gz");
+  if (file.empty()) return;
+  bench.now("IBSI's digital phantom");
+  const Volume mask = read_volume(file, {.label = "1", .is_mask = true}, bench.context());
+  add_beside(bench, {"volume of the voxels, by default", "mm³", 592, 4},
+             signed_volume(extract_label_surface(mask, {}).mesh));
+  IsosurfaceOptions textbook;
+  textbook.method = IsosurfaceMethod::marching_cubes;
+  textbook.smooth_mm = 0;
+  textbook.largest = 0;
+  textbook.keep_volume = false;
+  const TriangleMesh mesh = extract_label_surface(mask, textbook).mesh;
+  add_beside(bench, {"volume of the mesh", "mm³", 556, 4}, signed_volume(mesh));
+  add_beside(bench, {"area of the mesh", "mm²", 388, 3}, surface_area(mesh));
+  add_beside(bench, {"largest diameter", "mm", 13.1, 0.1}, largest_diameter_mm(mesh));
+}
+
 }  // namespace
 
 void run_isosurface_suite(Bench& bench) {
   sweep_voxels(bench);
   promise_thick_slices(bench);
+  promise_ibsi_phantom(bench);
   promise_time_and_memory(bench);
 }
 

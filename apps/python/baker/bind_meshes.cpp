@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
+#include <span>
 
 #include "array_arguments.h"
 #include "bindings.h"
@@ -26,15 +26,7 @@ Volume volume_from(const py::object& voxels, const py::object& spacing, const py
   const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
   Volume volume;
   for (int axis = 0; axis < 3; ++axis) volume.size[axis] = static_cast<int>(any.shape(2 - axis));
-  volume.voxels.resize(static_cast<std::size_t>(any.size()));
-  using Voxel = std::numeric_limits<std::int16_t>;
-  for (std::size_t i = 0; i < volume.voxels.size(); ++i) {
-    const double value = std::nearbyint(numbers.data()[i]);
-    if (!(value >= Voxel::min() && value <= Voxel::max()))
-      throw UsageError("voxels holds " + to_text(numbers.data()[i]) +
-                       "; Hounsfield units and labels lie in −32768…32767");
-    volume.voxels[i] = static_cast<std::int16_t>(value);
-  }
+  set_values(volume, std::span(numbers.data(), static_cast<std::size_t>(any.size())));
   volume.spacing_mm = vector_from(spacing, "spacing_mm");
   volume.origin_mm = vector_from(origin, "origin_mm");
   if (!direction.is_none()) {
@@ -46,18 +38,29 @@ Volume volume_from(const py::object& voxels, const py::object& spacing, const py
   return volume;
 }
 
+SurfaceCap cap_from(const py::object& cap) {
+  if (py::isinstance<py::bool_>(cap)) return cap.cast<bool>() ? SurfaceCap::flat : SurfaceCap::open;
+  const auto name = cap.cast<std::string>();
+  if (name == "flat") return SurfaceCap::flat;
+  if (name == "round") return SurfaceCap::round;
+  if (name == "open") return SurfaceCap::open;
+  throw UsageError("cap '" + name + "' is none; take flat, round or open");
+}
+
 py::tuple surface(const py::object& voxels, const py::object& spacing, const py::object& origin,
                   const py::object& direction, std::optional<double> level,
                   std::optional<int> label, std::size_t largest, double min_size_mm, bool refine,
-                  int taubin_steps, bool cap, double smooth_mm) {
-  const Volume volume = volume_from(voxels, spacing, origin, direction);
+                  int taubin_steps, const py::object& cap, double smooth_mm, bool keep_volume) {
+  Volume volume = volume_from(voxels, spacing, origin, direction);
+  if (label) make_labels(volume);
   if (level && label)
     throw UsageError("level and label are both given; a CT has a level, a mask a label");
   IsosurfaceOptions options;
   options.iso_hu = level;
   options.label = label.value_or(1);
   options.largest = largest, options.min_size_mm = min_size_mm, options.refine = refine;
-  options.taubin_steps = taubin_steps, options.cap = cap, options.smooth_mm = smooth_mm;
+  options.taubin_steps = taubin_steps, options.cap = cap_from(cap);
+  options.smooth_mm = smooth_mm, options.keep_volume = keep_volume;
   options.check();
   const Isosurface found = run_released([&](const RunContext& context) {
     return label ? extract_label_surface(volume, options, context)
@@ -71,11 +74,14 @@ void bind_surface(py::module_& m) {
         py::arg("origin_mm") = py::make_tuple(0, 0, 0), py::arg("direction") = py::none(),
         py::arg("level") = py::none(), py::arg("label") = py::none(), py::arg("largest") = 1,
         py::arg("min_size_mm") = 0.0, py::arg("refine") = false, py::arg("taubin_steps") = 0,
-        py::arg("cap") = true, py::arg("smooth_mm") = 1.0,
+        py::arg("cap") = "flat", py::arg("smooth_mm") = 1.0, py::arg("keep_volume") = true,
         "The closed surface of a CT at a level (HU), or of one label of a mask. voxels: (nz, ny, "
         "nx) of any real kind; spacing_mm, origin_mm: of x, y, z; direction: (3, 3), its columns "
         "are the axes of x, y, z. level None without a label: half-way between the two commonest "
-        "values. largest: how many pieces are kept, 0 for all. smooth_mm blurs a mask. Returns "
+        "values. largest: how many pieces are kept, 0 for all. smooth_mm blurs a mask, and with "
+        "keep_volume its surface encloses "
+        "the volume of its voxels. cap: flat, round or open, where the organ leaves the volume. "
+        "Returns "
         "vertices (n, 3) float64 in world mm and faces (m, 3) uint32, counter-clockwise from "
         "outside. Raises ValueError for a level outside the volume's values or an absent label.");
 }

@@ -94,8 +94,9 @@ class Shaded:
 def surface(voxels: ArrayLike, spacing_mm: ArrayLike, *, origin_mm: ArrayLike = (0, 0, 0),
             direction: Optional[ArrayLike] = None, level: Optional[float] = None,
             label: Optional[int] = None, largest: int = 1, min_size_mm: float = 0.0,
-            refine: bool = False, taubin_steps: int = 0, cap: bool = True,
-            smooth_mm: float = 1.0) -> Tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+            refine: bool = False, taubin_steps: int = 0, cap: bool | str = "flat",
+            smooth_mm: float = 1.0,
+            keep_volume: bool = True) -> Tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
 def decimate(vertices_mm: ArrayLike, faces: ArrayLike, *, count: int = 80,
              max_error_mm: float = 0.0, method: str = "fitted", objective: str = "rms",
              flips: bool = True) -> Proxy: ...

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "decimate/largest_diameter.h"
 #include "decimate/mesh_defects.h"
 #include "formats/mesh_files.h"
 #include "geometry/mesh_checks.h"
@@ -77,6 +78,7 @@ void describe(const TriangleMesh& mesh, StageReport& report) {
   report.add("euler_characteristic", topology.euler_characteristic);
   report.add("area_mm2", surface_area(mesh));
   report.add("volume_ml", signed_volume(mesh) / 1000);
+  report.add("largest_diameter_mm", largest_diameter_mm(mesh));
   report.add("lowest_corner_mm", components(box.min));
   report.add("highest_corner_mm", components(box.max));
   report.add("vertex_colors", !mesh.colors.empty());
@@ -116,10 +118,12 @@ void describe_volume_at(const std::filesystem::path& path, const StageCall& call
   const ReadStageOptions reading = resolved_options<InspectStageOptions>(call.options_json).reading;
   const bool folder = std::filesystem::is_directory(path);
   StageReport listed;
-  const std::size_t series = folder ? describe_folder(path, listed) : 0;
+  const std::size_t series =
+      folder && !is_folder_of_masks(path) ? describe_folder(path, listed) : 0;
   try {
     VolumeReadOptions options = reading.resolved();
     options.any_time = true;
+    options.is_mask = is_folder_of_masks(path);
     const Volume volume = read_volume(path, options, call.context);
     describe(volume, report);
     if (looks_like_mask(volume)) {

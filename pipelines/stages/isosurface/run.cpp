@@ -25,28 +25,28 @@ std::optional<Volume> read_input(const StageCall& call, const std::string& name,
   return volume;
 }
 
-// A mask goes where its own header puts it; the tissue below it tells whether that is right.
-Volume placed_on(const Volume& ct, Volume mask, int label, const RunContext& context,
+// A mask lies where its own header puts it; the tissue below it tells whether that is right.
+void check_place(const Volume& ct, const Volume& mask, int label, const RunContext& context,
                  StageReport& report) {
   MaskCheckOptions options;
   options.label = label;
   const MaskCheck check = check_mask(ct, mask, options);
+  if (check.overlap_share == 0) throw BadDataError("mask: " + check.message);
   if (!check.message.empty()) context.warn("mask: " + check.message);
   report.add("mask_plausible", check.plausible);
   report.add("mask_overlap_share", check.overlap_share);
   report.add("mask_soft_tissue_share", check.fit.soft_tissue_share);
   report.add("mask_deviation_hu", check.fit.deviation_hu);
-  if (check.grids_equal) return mask;
-  context.info("the mask is brought from its own grid onto the CT's");
-  return resample_mask(mask, ct);
 }
 
 // A series and a time are of the CT; a mask of a whole scan is cut to the region like the CT.
 VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& options,
-                           const std::string& label) {
+                           const std::optional<Volume>& ct, const std::string& label) {
   VolumeReadOptions reading = options.reading.resolved();
   reading.series.clear();
   reading.is_mask = true;
+  reading.only_channels = ct && ct->time_points == 1;
+  reading.scan = ct ? &*ct : nullptr;
   reading.label = label;
   if (const auto* names = call.input("label_names")) {
     reading.label_names = read_label_names(*names);
@@ -54,20 +54,22 @@ VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& 
   return reading;
 }
 
-Isosurface label_surface(const std::optional<Volume>& ct, Volume mask, IsosurfaceOptions options,
-                         const RunContext& context, StageReport& report) {
+Isosurface label_surface(const std::optional<Volume>& ct, const Volume& mask,
+                         IsosurfaceOptions options, const RunContext& context,
+                         StageReport& report) {
   options.label = mask.chosen_label;
-  if (ct) mask = placed_on(*ct, std::move(mask), options.label, context, report);
-  return extract_label_surface(mask, options, context);
+  if (ct) check_place(*ct, mask, options.label, context, report);
+  return extract_label_surface(mask, options, context, ct ? &*ct : nullptr);
 }
 
 // The volumes end here: they are not needed while the mesh is written.
 Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
                         StageReport& report) {
   const std::optional<Volume> ct = read_input(call, "ct", options.reading.resolved());
-  std::optional<Volume> mask = read_input(call, "mask", for_mask(call, options, options.label));
+  const std::optional<Volume> mask =
+      read_input(call, "mask", for_mask(call, options, ct, options.label));
   if (!mask) return extract_isosurface(*ct, options.surface, call.context);
-  return label_surface(ct, std::move(*mask), options.surface, call.context, report);
+  return label_surface(ct, *mask, options.surface, call.context, report);
 }
 
 // A label's name as the name of a file: "label_5" where it has none.
@@ -107,7 +109,7 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
   const auto* path = call.input("mask");
   if (!path) throw UsageError("--each-label needs a mask: --mask FILE");
   const std::optional<Volume> ct = read_input(call, "ct", options.reading.resolved());
-  const std::optional<Volume> mask = read_input(call, "mask", for_mask(call, options, {}));
+  const std::optional<Volume> mask = read_input(call, "mask", for_mask(call, options, ct, {}));
   const std::vector<LabelName> labels = labels_of(*mask);
   if (labels.empty()) throw BadDataError(*path, "holds no label");
   StageReport report;
@@ -118,13 +120,12 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
     const std::string text = label.name.empty() ? std::to_string(label.label) : label.name;
     try {
       Volume one = is_layered(*mask)
-                       ? read_volume(*path, for_mask(call, options, text), call.context)
+                       ? read_volume(*path, for_mask(call, options, ct, text), call.context)
                        : *mask;
       one.chosen_label = label.label;
       one.chosen_name = text;
       StageReport placing;
-      const Isosurface surface =
-          label_surface(ct, std::move(one), options.surface, call.context, placing);
+      const Isosurface surface = label_surface(ct, one, options.surface, call.context, placing);
       write_ply(call.output_folder / (name + ".ply"), surface.mesh);
       report.add("volume_ml_" + name, signed_volume(surface.mesh) / 1000);
       written.push_back(std::to_string(label.label) + " " + name);
@@ -144,6 +145,11 @@ StageReport run(const StageCall& call) {
   const auto options = resolved_options<IsosurfaceStageOptions>(call.options_json);
   options.surface.check();
   if (options.each_label) return run_each_label(call, options);
+  if (!call.input("mask") && options.label != IsosurfaceStageOptions().label) {
+    throw UsageError("label is \"" + options.label +
+                     "\", but there is no mask: give the mask that has it (--mask FILE), or leave "
+                     "label out");
+  }
   StageReport report;
   const Isosurface surface = make_surface(call, options, report);
   write_ply(call.output_folder / "surface.ply", surface.mesh);
@@ -153,11 +159,13 @@ StageReport run(const StageCall& call) {
   report.add("components_found", surface.components_found);
   report.add("components_kept", surface.components_kept);
   report.add("volume_ml", signed_volume(surface.mesh) / 1000);
+  report.add("left_out_share", surface.left_out_share);
+  report.add("cut_area_mm2", surface.cut_area_mm2);
   if (call.input("mask")) {
     report.skipped.push_back({"the level iso, method and refine", "a mask is given"});
   } else {
     report.add("level_hu", surface.level_hu);
-    report.skipped.push_back({"label and smooth", "no mask is given"});
+    report.skipped.push_back({"label, smooth and keep_volume", "no mask is given"});
   }
   return report;
 }

@@ -10,9 +10,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
   list.add("iso", &o.iso_hu,
            {.help = "level of the surface when no mask is given; the organ lies above it; auto = "
                     "half-way between the histogram's two peaks",
-            .unit = "HU",
-            .min = -32768,
-            .max = 32767})
+            .unit = "HU, or the volume's own unit"})
       .add("method", &o.method, {.help = "the same triangles, fast, or as the paper makes them"},
            {{"flying-edges", IsosurfaceMethod::flying_edges},
             {"marching-cubes", IsosurfaceMethod::marching_cubes}})
@@ -20,7 +18,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
            {.help = "the organ in the mask: its label's number or name; several, parted by commas, "
                     "become one organ",
             .min = 1,
-            .max = 32767,
+            .max = kMostLabel,
             .number_too = true})
       .add("each_label", &options.each_label,
            {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
@@ -39,25 +37,42 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
             .unit = "mm",
             .min = 0,
             .max = 50})
+      .add("keep_volume", &o.keep_volume,
+           {.help =
+                "a mask's surface encloses the volume of its voxels; off: the level is one half, "
+                "as textbooks have it, and corners are lost"})
       .add("taubin", &o.taubin_steps,
            {.help = "steps of Taubin smoothing on the surface; its volume is kept",
             .min = 0,
             .max = 1000})
-      .add("cap", &o.cap, {.help = "close the surface where it leaves the volume"});
+      .add("cap", &o.cap,
+           {.help =
+                "where the organ reaches the volume's end its surface is closed flat, or round by "
+                "a dome that no scan has shown, or left open; true is flat, false is open"},
+           {{"flat", SurfaceCap::flat},
+            {"round", SurfaceCap::round},
+            {"open", SurfaceCap::open},
+            {"true", SurfaceCap::flat},
+            {"false", SurfaceCap::open}});
   bind(list, options.reading);
 }
 
 Stage isosurface_stage() {
   return {
       .name = "isosurface",
-      .version = 2,
+      .version = 3,
       .summary = "turn a CT, or one label of a mask, into a closed surface",
-      .inputs = {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,
-                  "mask"},
-                 {"mask", InputKind::volume, "label mask; the surface of one label is taken",
-                  false},
-                 {"label_names", InputKind::file,
-                  "names of the mask's labels: a text as ITK-SNAP or 3D Slicer writes it", false}},
+      .inputs =
+          {{"ct", InputKind::volume, "CT: NIfTI, MetaImage, NRRD, VTI or DICOM folder", true,
+            "mask"},
+           {"mask", InputKind::volume,
+            "label mask, or a folder of masks named for their labels; the surface of one label "
+            "is taken",
+            false},
+           {"label_names", InputKind::file,
+            "names of the mask's labels: a text as ITK-SNAP or 3D Slicer writes it, or nnU-Net's "
+            "dataset.json",
+            false}},
       .outputs = {{"surface", "surface.ply"}},
       .make_options = make_options<IsosurfaceStageOptions>,
       .single_file = true};

@@ -44,7 +44,7 @@ TEST(Contour, OfNothingIsEmpty) {
 
 TEST(CappedField, IsTheVolumeItselfWhenNothingReachesTheBorder) {
   const Volume ct = scan_of(ball({0, 0, 0}, 8), grid_around_origin({1, 1, 1}, 40));
-  const CappedField field(ct, value_range(ct), -300.5, true);
+  const CappedField<std::int16_t> field(ct.voxels, ct.size, value_range(ct), -300.5, true);
   std::vector<std::int16_t> copy;
   EXPECT_EQ(field.slices(0, ct.size[2], copy).data(), ct.voxels.data());
   EXPECT_EQ(field.margin(), 0);
@@ -54,7 +54,7 @@ TEST(CappedField, MirrorsTheBorderAtTheLevel) {
   Volume ct;
   ct.size = {2, 2, 2};
   ct.voxels = {100, 100, 100, 100, 100, 100, 100, -1000};
-  const CappedField field(ct, value_range(ct), -300.5, true);
+  const CappedField<std::int16_t> field(ct.voxels, ct.size, value_range(ct), -300.5, true);
   EXPECT_EQ(field.size(), (std::array<int, 3>{4, 4, 4}));
   std::vector<std::int16_t> copy;
   const auto values = field.slices(0, 4, copy);

@@ -79,7 +79,7 @@ TEST(LabelSurface, WithoutACapItEndsOpenAtTheBorder) {
   Volume grid = grid_around_origin({1, 1, 1}, 64);
   grid.size[2] = 33;
   IsosurfaceOptions options;
-  options.cap = false;
+  options.cap = SurfaceCap::open;
   const TriangleMesh mesh = extract_label_surface(mask_of(ball({0, 0, 0}, 25), grid), options).mesh;
   EXPECT_GT(analyse_topology(mesh).boundary_edges, 0u);
   EXPECT_NEAR(bounds(mesh).max.z(), grid.world_from_index({0, 0, 32}).z(), 1e-4);

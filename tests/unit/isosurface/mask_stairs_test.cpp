@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "shape_volumes.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {
@@ -24,9 +23,15 @@ TEST(MaskStairs, OfAMaskOnItsOwnGridAreOneVoxelHigh) {
 
 TEST(MaskStairs, OfAResampledMaskAreThoseOfItsFirstGrid) {
   const Volume coarse = mask_of(asymmetric_organ(), grid_around_origin({3, 3, 4}, 60));
-  Volume fine = grid_around_origin({0.977, 1.5, 4}, 56);
-  fine.voxels.resize(static_cast<std::size_t>(fine.size[0]) * fine.size[1] * fine.size[2]);
-  const Volume resampled = resample_mask(coarse, fine);
+  const Shape nearest = [&](const Eigen::Vector3d& world) {
+    const Eigen::Vector3d index = coarse.index_from_world(world).array().round();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (index[axis] < 0 || index[axis] >= coarse.size[axis]) return -1.0;
+    }
+    const Eigen::Vector3i at = index.cast<int>();
+    return coarse.at(at.x(), at.y(), at.z()) - 0.5;
+  };
+  const Volume resampled = mask_of(nearest, grid_around_origin({0.977, 1.5, 4}, 56));
   EXPECT_EQ(stairs(resampled), Eigen::Vector3d(3, 2, 1));
 }
 

@@ -25,12 +25,12 @@ Volume noise() {
 TEST(SlabContour, IsTheSameSurfaceForAnyThickness) {
   const Volume volume = noise();
   for (const bool cap : {true, false}) {
-    const CappedField field(volume, value_range(volume), 99.5, cap);
+    const CappedField<std::int16_t> field(volume.voxels, volume.size, value_range(volume), 99.5,
+                                          cap);
     const TriangleMesh whole =
-        contour_in_slabs(field, 99.5, IsosurfaceMethod::flying_edges, {}, field.size()[2]);
+        contour_in_slabs(field, IsosurfaceMethod::flying_edges, {}, field.size()[2]);
     for (const int slices : {2, 3, 7}) {
-      const TriangleMesh mesh =
-          contour_in_slabs(field, 99.5, IsosurfaceMethod::flying_edges, {}, slices);
+      const TriangleMesh mesh = contour_in_slabs(field, IsosurfaceMethod::flying_edges, {}, slices);
       EXPECT_EQ(mesh.vertices.size(), whole.vertices.size()) << slices;
       EXPECT_EQ(mesh.faces.size(), whole.faces.size()) << slices;
       EXPECT_NEAR(signed_volume(mesh), signed_volume(whole), 1e-3);
@@ -42,9 +42,9 @@ TEST(SlabContour, IsTheSameSurfaceForAnyThickness) {
 
 TEST(SlabContour, MarchingCubesGivesTheSameSurface) {
   const Volume ct = scan_of(asymmetric_organ(), grid_around_origin({1, 1.2, 0.9}, 60));
-  const CappedField field(ct, value_range(ct), -450.5, true);
+  const CappedField<std::int16_t> field(ct.voxels, ct.size, value_range(ct), -450.5, true);
   const auto surface = [&](IsosurfaceMethod method) {
-    return contour_in_slabs(field, -450.5, method, {}, 9);
+    return contour_in_slabs(field, method, {}, 9);
   };
   const TriangleMesh fast = surface(IsosurfaceMethod::flying_edges);
   const TriangleMesh slow = surface(IsosurfaceMethod::marching_cubes);

@@ -64,6 +64,26 @@ TEST_F(Layers, ANumberThatSeveralLayersHaveIsRefusedWithTheNames) {
   EXPECT_THAT(error("liver"), HasSubstr("it holds 1 box, 1 big organ"));
 }
 
+TEST(Labels, TwoOfOneNameAreAQuestion) {
+  const std::vector<LabelName> names = {
+      {3, "lobe", 0}, {7, "lobe", 1}, {8, "Vein", 2}, {9, "vein", 3}};
+  const auto error = [&](const char* text) {
+    return message_of(ExitCode::bad_data, [&] { chosen_labels(text, names, "f"); });
+  };
+  EXPECT_THAT(error("lobe"), HasSubstr("the labels 3 and 7 are both called \"lobe\""));
+  EXPECT_EQ(chosen_labels("7", names, "f").front().layer, 1);
+  EXPECT_EQ(chosen_labels("vein", names, "f").front().label, 9) << "its very name";
+  EXPECT_THAT(error("VEIN"), HasSubstr("the labels 8 and 9"));
+  EXPECT_EQ(chosen_labels("a", {{1, "a"}, {1, "a"}}, "f").size(), 1u) << "one label, told twice";
+}
+
+TEST(Labels, ARegionIsAllOfItsLabels) {
+  const std::vector<LabelName> names = {{1, "kidneys", 0, {2}}, {2, "right", 0}};
+  const auto chosen = chosen_labels("kidneys", names, "f");
+  ASSERT_EQ(chosen.size(), 2u);
+  EXPECT_EQ(chosen[1].label, 2);
+}
+
 TEST(Labels, NumbersAndNamesAreChecked) {
   const std::vector<LabelName> names = {{3, "a, b", 0}, {4, "c", 0}};
   EXPECT_EQ(chosen_labels("a, b", names, "f").size(), 1u) << "a comma in a name";
@@ -71,9 +91,9 @@ TEST(Labels, NumbersAndNamesAreChecked) {
   EXPECT_EQ(chosen_labels("c,a, b", names, "f").size(), 2u) << "among others, too";
   EXPECT_EQ(chosen_labels("A_,B,4", names, "f").front().label, 3);
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("0", names, "f"); }),
-              HasSubstr("must be 1…32767"));
-  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("40000", names, "f"); }),
-              HasSubstr("must be 1…32767"));
+              HasSubstr("must be 1…16777216"));
+  EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels("16777217", names, "f"); }),
+              HasSubstr("must be 1…16777216"));
   EXPECT_THAT(message_of(ExitCode::usage, [&] { chosen_labels(" , ", names, "f"); }),
               HasSubstr("empty"));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { chosen_labels("x", {}, "f"); }),
@@ -99,6 +119,25 @@ TEST(Labels, NamesComeFromTheTextsThatEditorsWrite) {
   EXPECT_EQ(read("7: spleen\n")[0].name, "spleen");
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read("1 liver\nspleen\n"); }),
               HasSubstr("line 2 \"spleen\" is no label"));
+}
+
+TEST(Labels, NamesComeFromTheDatasetOfNnUnet) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "dataset.json";
+  const auto read = [&](const std::string& labels) {
+    write_bytes(file, "{\"channel_names\": {\"0\": \"CT\"}, \"labels\": " + labels + "}");
+    return read_label_names(file);
+  };
+  const auto second = read(R"({"background": 0, "whole": [1, 2], "liver": 1, "ignore": 3})");
+  ASSERT_EQ(second.size(), 3u);
+  EXPECT_EQ(chosen_labels("liver", second, "f").front().label, 1);
+  EXPECT_EQ(chosen_labels("whole", second, "f").size(), 2u);
+  const auto first = read(R"({"0": "background", "1": "liver", "12": "spleen"})");
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(first[1].label, 12);
+  EXPECT_EQ(first[1].name, "spleen");
+  for (const char* broken : {"3", R"({"a": "b"})", R"({"a": [1, "b"]})", R"({"a": 1.5})", "{"})
+    EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read(broken); }), HasSubstr("dataset.json"));
 }
 
 }  // namespace
