@@ -29,7 +29,7 @@ refused 66 "is a folder, a file is needed" organbake decimate p -o made
 # What would not fit is said before the work.
 camera() {  # NAME SIDE Z_MM
   echo "{\"name\": \"$1\", \"width\": $2, \"height\": $2, \"fx\": $2, \"fy\": $2, \"cx\": 0.5, \"cy\": 0.5,
-    \"camera_from_world\": {\"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"translation_mm\": [0, 0, $3]}}"
+    \"camera_from_world\": {\"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"translation_mm\": [-14, 8, $3]}}"
 }
 cameras() {  # COUNT SIDE Z_MM
   local all
