@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kClose = 0.95;  // of the limit: where vertices are added
 constexpr double kPower = 4;     // of the distances that a new vertex's patch is fitted to
-constexpr std::size_t kFewestSamples = 5'500, kSamplesPerFace = 16;
+constexpr std::size_t kFewestFitSamples = 5'500, kFitSamplesPerFace = 16;
 
 // The weights of a point on a triangle's plane.
 Eigen::Vector3d weights_of(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
@@ -112,7 +112,7 @@ void refine(Measured& found, const TriangleMesh& surface, const RegionMeter& met
   for (int round = 0; round < kMostRounds && found.share > options.max_share; ++round) {
     Measured next = found;
     const FitReference reference(
-        local, local, std::max(kFewestSamples, kSamplesPerFace * next.proxy.faces.size()));
+        local, local, std::max(kFewestFitSamples, kFitSamplesPerFace * next.proxy.faces.size()));
     const std::size_t added =
         add_vertices(next.proxy, reference, frame, meter.far_points(next.proxy, context),
                      kClose * options.max_share, options.most_faces, context);

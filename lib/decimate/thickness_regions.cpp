@@ -19,12 +19,12 @@
 namespace organbake {
 namespace {
 
-constexpr std::size_t kFaces = 12'000;  // of the thinned surface that is looked at
-constexpr std::size_t kRays = 24;       // from the middle of each
-constexpr double kThin = 0.5;           // of the region's thickness: what is thinner is another
-constexpr double kReach = 0.5;          // of the piece's thickness: chords are averaged within
+constexpr std::size_t kFaces = 8'000;  // of the thinned surface that is looked at
+constexpr std::size_t kRays = 24;      // from the middle of each
+constexpr double kThin = 0.5;          // of the region's thickness: what is thinner is another
+constexpr double kReach = 0.5;         // of the piece's thickness: chords are averaged within
 // In squares of its thickness, the area of the smallest region: a tube as long as 1.3 radii.
-constexpr double kLeastArea = 8;
+constexpr double kSmallestArea = 8;
 
 // Of the whole area: smaller pieces are specks, whose thickness asks nothing.
 constexpr double kSpeck = 1e-3;
@@ -176,7 +176,7 @@ class RegionSearch {
       if (chord_mm_[f] < kThin * thickness_mm) thin.push_back(f);
     for (const Faces& part : parts_of(thin)) {
       const double part_mm = mean_mm(part);
-      if (area_mm2(part) >= kLeastArea * part_mm * part_mm) add(part);
+      if (area_mm2(part) >= kSmallestArea * part_mm * part_mm) add(part);
     }
   }
 
@@ -186,7 +186,7 @@ class RegionSearch {
   ThicknessRegions regions_;
 };
 
-bool is_closed(const TriangleMesh& mesh) {
+bool has_no_border(const TriangleMesh& mesh) {
   const std::vector<std::uint32_t> twins = half_edge_twins(mesh);
   return std::find(twins.begin(), twins.end(), kNoHalfEdge) == twins.end();
 }
@@ -194,8 +194,9 @@ bool is_closed(const TriangleMesh& mesh) {
 }  // namespace
 
 ThicknessRegions thickness_regions(const TriangleMesh& surface, const RunContext& context) {
+  if (surface.empty()) return {};
   const TriangleMesh sound = manifold_faces(surface);
-  if (sound.empty() || !is_closed(sound) || signed_volume(sound) == 0) return {};
+  if (!has_no_border(sound) || signed_volume(sound) == 0) return {};
   const TriangleMesh thinned =
       sound.faces.size() > 2 * kFaces ? fast_collapse(sound, kFaces, context) : sound;
   const ThicknessRegions coarse = RegionSearch(thinned, context).find();
