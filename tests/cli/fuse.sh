@@ -161,7 +161,7 @@ if [ -d "$DATA/video/colmap_model" ]; then
   expect 0 organbake shade "$DATA/video/laparoscopy_720p_25fps.mp4" "$DATA/video/colmap_model" \
     --every 25 --halvings 2 -o clip
   expect 0 organbake fuse clip --poses "$DATA/video/colmap_model" -o clip.ply --json
-  expect_err "000000 is frame_0000.png"
+  expect_err "000000 is frame_0000"
   expect_equal "$(figure depth_maps out)" 10
   expect_equal "$(figure pictures out)" 10
 else
