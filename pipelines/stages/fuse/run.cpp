@@ -82,15 +82,18 @@ void tell_scale(const FusedScale& scale, const RunContext& context, StageReport&
                  "have no unit; they are taken for millimetres)");
     return;
   }
-  context.warn("the depth maps are relative, and by " + found + " they agree no better than " +
-               to_text(100 * solved.apart, 1) +
-               " % of the depth: the surface has its median depth at an assumed 60 mm");
+  const auto percent = [](double share) { return to_text(100 * share, 1) + " %"; };
+  context.warn(
+      "the depth maps are relative, and the scope's motion does not tell how large it is: by " +
+      found + " they lie " + percent(solved.apart) + " of the depth apart, and " +
+      percent(solved.apart_unmoved) +
+      " if it had not moved; the surface has its median depth at an assumed 60 mm");
 }
 
 // Which maps were left out, and what told whose poses are whose.
 void tell_poses(const DepthViews& read, const RunContext& context, StageReport& report) {
   if (!read.by_number.empty())
-    context.warn("the poses were matched to the depth maps by the numbers in their names: " +
+    context.info("the poses were matched to the depth maps by the numbers in their names: " +
                  read.by_number);
   if (read.without_pose.empty()) return;
   const std::string what = std::to_string(read.without_pose.size()) + " depth maps without a pose";
