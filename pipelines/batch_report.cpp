@@ -18,7 +18,8 @@ struct KeyFigure {
   const char *stage, *figure;
 };
 constexpr KeyFigure kKeyFigures[] = {{"isosurface", "volume_ml"},  {"shade", "frames_shaded"},
-                                     {"shade", "surface_frame"},   {"decimate", "faces"},
+                                     {"shade", "surface_frame"},   {"motion", "frames_posed"},
+                                     {"motion", "mean_error_px"},  {"decimate", "faces"},
                                      {"decimate", "rms_mm"},       {"decimate", "max_mm"},
                                      {"decimate", "volume_change"}};
 

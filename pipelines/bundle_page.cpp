@@ -30,6 +30,12 @@ struct ShownFigure {
 };
 constexpr ShownFigure kShownFigures[] = {{"shade", "frames_shaded"},
                                          {"shade", "depth_unit"},
+                                         {"motion", "frames_posed"},
+                                         {"motion", "points"},
+                                         {"motion", "mean_error_px"},
+                                         {"motion", "focal_px"},
+                                         {"motion", "focal_sd_px"},
+                                         {"motion", "surface_area_mm2"},
                                          {"isosurface", "faces"},
                                          {"isosurface", "volume_ml"},
                                          {"decimate", "faces"},

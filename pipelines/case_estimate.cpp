@@ -120,6 +120,9 @@ constexpr double kColorPixel_bytes = 10;  // of a photograph that colours the su
 constexpr double kTexel_s = 1.6e-6, kTexel_bytes = 45;           // of the cameras' maps
 constexpr double kFramePixel_s = 12e-9, kFramePixel_bytes = 25;  // decoded, at full size
 constexpr double kShadedPixel_s = 1.4e-6, kShadedPixel_bytes = 110;
+// Features followed in each frame, views posed and kept in memory, depth of a key frame.
+constexpr double kFollowedPixel_s = 60e-9, kViews_s = 20, kViewPixel_bytes = 5, kMostViews = 80;
+constexpr double kSweptPixel_s = 8e-6, kSweptPixel_bytes = 400;
 constexpr double kBytesPerMb = 1024.0 * 1024.0;
 }  // namespace cost
 
@@ -135,6 +138,7 @@ class Estimator {
     const std::string& name = step.stage->name;
     if (name == "phantom") phantom();
     if (name == "shade") shade();
+    if (name == "motion") motion();
     if (name == "isosurface") isosurface();
     if (name == "decimate") decimate();
     if (name == "capture") capture();
@@ -187,6 +191,17 @@ class Estimator {
           std::min(frames, kFramesInMemory) *
               (kFramePixels * cost::kFramePixel_bytes + pixels * cost::kShadedPixel_bytes));
     faces_ = 2 * pixels / std::pow(number("shade", "mesh_step"), 2);
+  }
+
+  void motion() {
+    const double shrink = std::pow(2.0, number("motion", "halvings"));
+    const double pixels = kFramePixels / (shrink * shrink), keys = number("motion", "key_frames");
+    const double frames = frames_in(*input("frames"));
+    spend(frames * kFramePixels * cost::kFollowedPixel_s + cost::kViews_s +
+              keys * pixels * cost::kSweptPixel_s,
+          std::min(frames, cost::kMostViews) * kFramePixels * cost::kViewPixel_bytes +
+              pixels * cost::kSweptPixel_bytes);
+    faces_ = 2 * pixels;
   }
 
   void decimate() {
