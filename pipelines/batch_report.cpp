@@ -17,11 +17,10 @@ using Json = nlohmann::json;
 struct KeyFigure {
   const char *stage, *figure;
 };
-constexpr KeyFigure kKeyFigures[] = {{"isosurface", "volume_ml"},  {"shade", "frames_shaded"},
-                                     {"shade", "surface_frame"},   {"motion", "frames_posed"},
-                                     {"motion", "mean_error_px"},  {"decimate", "faces"},
-                                     {"decimate", "rms_mm"},       {"decimate", "max_mm"},
-                                     {"decimate", "volume_change"}};
+constexpr KeyFigure kKeyFigures[] = {
+    {"isosurface", "volume_ml"}, {"shade", "frames_shaded"},  {"shade", "surface_frame"},
+    {"motion", "frames_posed"},  {"motion", "mean_error_px"}, {"decimate", "faces"},
+    {"decimate", "rms_mm"},      {"decimate", "max_mm"},      {"decimate", "volume_change"}};
 
 std::string key_of(const KeyFigure& figure) {
   return std::string(figure.stage) + "." + figure.figure;

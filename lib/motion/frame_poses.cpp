@@ -56,7 +56,7 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
       const FeaturePlaces seen = seen_in(clip, scene, frame);
       const std::size_t agreeing =
           adjust_pose(scene.lens, seen.places, seen.pixels, kFitsFrame_px, pose);
-      if (agreeing < kFewestFeaturesFeatures || 2 * agreeing < seen.places.size()) return;
+      if (agreeing < kFewestFeatures || 2 * agreeing < seen.places.size()) return;
     }
     poses[frame] = pose;
   });
