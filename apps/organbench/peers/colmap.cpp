@@ -49,8 +49,6 @@ double largest_angle_deg(const Vector3d& point, const std::vector<Vector3d>& cen
   return std::acos(std::clamp(least_cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-std::string number(double value) { return to_text(value); }
-
 // One of colmap's commands; its Qt wants no screen.
 void call(const std::vector<std::string>& words, const ColmapRun& run, const RunContext& context) {
   std::vector<std::string> command = {"/usr/bin/env", "QT_QPA_PLATFORM=offscreen", "colmap"};
@@ -74,8 +72,8 @@ void find_features(const ColmapRun& run, const RunContext& context) {
                                     "0"};
   if (run.lens)
     words.insert(words.end(), {"--ImageReader.camera_params",
-                               number(run.lens->fx) + "," + number(run.lens->cx) + "," +
-                                   number(run.lens->cy) + "," + number(run.lens->k1)});
+                               to_text(run.lens->fx) + "," + to_text(run.lens->cx) + "," +
+                                   to_text(run.lens->cy) + "," + to_text(run.lens->k1)});
   call(words, run, context);
 }
 
