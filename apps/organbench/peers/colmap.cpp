@@ -21,23 +21,38 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 
-// COLMAP's ids of images → their centres.
-std::map<int, Vector3d> centers_by_id(const fs::path& file) {
-  std::map<int, Vector3d> centers;
+struct ModelImage {
+  PosedCamera camera;
+  std::vector<Eigen::Vector2d> observations;
+};
+
+std::vector<Eigen::Vector2d> observations_in(const std::string& line) {
+  std::vector<Eigen::Vector2d> pixels;
+  std::istringstream words(line);
+  Eigen::Vector2d pixel;
+  for (long point = 0; words >> pixel.x() >> pixel.y() >> point;) pixels.push_back(pixel);
+  return pixels;
+}
+
+// By COLMAP's ids; the lens is that of all, the first in cameras.txt.
+std::map<int, ModelImage> images_by_id(const fs::path& model) {
+  const fs::path file = model / "images.txt";
   std::istringstream text(read_text_file(file));
+  const Intrinsics lens = read_camera_file(model).cameras.at(0).intrinsics;
+  std::map<int, ModelImage> images;
   for (std::string line; std::getline(text, line);) {
-    if (line.starts_with('#')) continue;
+    if (line.empty() || line.starts_with('#')) continue;
     std::istringstream words(line);
     int id = 0;
     Eigen::Quaterniond turn;
     Vector3d shift;
-    if (words >> id >> turn.w() >> turn.x() >> turn.y() >> turn.z() >> shift.x() >> shift.y() >>
-        shift.z())
-      centers[id] = -(turn.normalized().conjugate() * shift);
+    if (!(words >> id >> turn.w() >> turn.x() >> turn.y() >> turn.z() >> shift.x() >> shift.y() >>
+          shift.z()))
+      throw BadDataError(file, "holds no image in '" + line + "'");
     std::getline(text, line);  // its observations, perhaps none
+    images[id] = {{"", lens, {turn.normalized().toRotationMatrix(), shift}}, observations_in(line)};
   }
-  if (centers.empty()) throw BadDataError(file, "holds no image");
-  return centers;
+  return images;
 }
 
 double largest_angle_deg(const Vector3d& point, const std::vector<Vector3d>& centers) {
@@ -49,7 +64,25 @@ double largest_angle_deg(const Vector3d& point, const std::vector<Vector3d>& cen
   return std::acos(std::clamp(least_cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-std::string number(double value) { return to_text(value); }
+// What the point's own frames say of it; the error of a point without tracks is left as it is.
+void measure(ModelPoint& point, const std::map<int, std::vector<int>>& track,
+             const std::map<int, ModelImage>& images) {
+  std::vector<Vector3d> centers;
+  double sum = 0, count = 0;
+  for (const auto& [id, observations] : track) {
+    const auto image = images.find(id);
+    if (image == images.end()) continue;
+    centers.push_back(image->second.camera.center_world_mm());
+    for (const int index : observations) {
+      const Eigen::Vector2d& seen = image->second.observations.at(static_cast<std::size_t>(index));
+      sum += (project(image->second.camera, point.place) - seen).norm();
+      count += 1;
+    }
+  }
+  point.sightings = centers.size();
+  point.largest_angle_deg = largest_angle_deg(point.place, centers);
+  if (count > 0) point.error_px = sum / count;
+}
 
 // One of colmap's commands; its Qt wants no screen.
 void call(const std::vector<std::string>& words, const ColmapRun& run, const RunContext& context) {
@@ -74,8 +107,8 @@ void find_features(const ColmapRun& run, const RunContext& context) {
                                     "0"};
   if (run.lens)
     words.insert(words.end(), {"--ImageReader.camera_params",
-                               number(run.lens->fx) + "," + number(run.lens->cx) + "," +
-                                   number(run.lens->cy) + "," + number(run.lens->k1)});
+                               to_text(run.lens->fx) + "," + to_text(run.lens->cx) + "," +
+                                   to_text(run.lens->cy) + "," + to_text(run.lens->k1)});
   call(words, run, context);
 }
 
@@ -126,7 +159,7 @@ fs::path largest_model(const ColmapRun& run, const RunContext& context) {
 }  // namespace
 
 std::vector<ModelPoint> read_model_points(const fs::path& model) {
-  const std::map<int, Vector3d> centers = centers_by_id(model / "images.txt");
+  const std::map<int, ModelImage> images = images_by_id(model);
   std::vector<ModelPoint> points;
   std::istringstream text(read_text_file(model / "points3D.txt"));
   for (std::string line; std::getline(text, line);) {
@@ -138,13 +171,9 @@ std::vector<ModelPoint> read_model_points(const fs::path& model) {
     if (!(words >> id >> point.place.x() >> point.place.y() >> point.place.z() >> red >> green >>
           blue >> point.error_px))
       throw BadDataError(model / "points3D.txt", "holds no point in '" + line + "'");
-    std::map<int, Vector3d> seen_by;
-    while (words >> image >> observation)
-      if (const auto found = centers.find(image); found != centers.end()) seen_by.insert(*found);
-    std::vector<Vector3d> from;
-    for (const auto& [seen_id, center] : seen_by) from.push_back(center);
-    point.sightings = from.size();
-    point.largest_angle_deg = largest_angle_deg(point.place, from);
+    std::map<int, std::vector<int>> track;
+    while (words >> image >> observation) track[image].push_back(observation);
+    measure(point, track, images);
     points.push_back(point);
   }
   return points;

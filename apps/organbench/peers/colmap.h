@@ -22,7 +22,8 @@ struct ModelPoint {
   double largest_angle_deg = 0;  // between two of them; 0 where the model has no tracks
 };
 
-// From a folder with images.txt and points3D.txt. Throws NoInputError, BadDataError.
+// From a folder with cameras.txt (one lens), images.txt and points3D.txt. Where points have tracks,
+// their errors are measured anew. Throws NoInputError, BadDataError.
 std::vector<ModelPoint> read_model_points(const std::filesystem::path& model);
 
 // How well a model's points are held: those of at least three frames and more than 2 degrees.

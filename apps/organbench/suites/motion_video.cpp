@@ -105,7 +105,10 @@ std::optional<ModelQuality> promise_depth(Bench& bench, const fs::path& video, c
   const CameraSet model = read_camera_file(model_folder);
   const CameraSet found = read_cameras(run.folder / "cameras.json");
   const AgainstPoints against = against_points(video, run, model, read_model_points(model_folder));
-  const ModelQuality quality = quality_of(read_model_points(run.folder / "colmap"));
+  ModelQuality quality = quality_of(read_model_points(run.folder / "colmap"));
+  // In pixels of the whole frame.
+  quality.reprojection_px *= double(model.cameras.at(0).intrinsics.width) /
+                             read_camera_file(run.folder / "colmap").cameras.at(0).intrinsics.width;
   std::vector<Quantity> errors;
   if (!against.pairs.found.empty()) {
     const DepthAgreement depth = agreement_of(against.pairs);
