@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "core/text.h"
+#include "fusion/finer_surface.h"
 #include "geometry/mesh_checks.h"
 
 namespace organbake {
@@ -25,6 +26,8 @@ void FusionOptions::check() const {
           "it must be in 0.02…50 mm, or 0 for the depth maps' own");
   require(truncation_mm == 0 || (truncation_mm >= 0.05 && truncation_mm <= 200), "truncation",
           truncation_mm, "it must be in 0.05…200 mm, or 0 for one by the noise");
+  require(color_mm == 0 || (color_mm >= 0.02 && color_mm <= 50), "color_mm", color_mm,
+          "it must be in 0.02…50 mm, or 0 for the voxels' own");
   require(off.place_mm > 0 && off.place_mm <= 50, "place", off.place_mm,
           "it must be above 0 and at most 50 mm");
   require(off.angle_rad > 0 && off.angle_rad <= 0.5, "angle", off.angle_rad,
@@ -58,6 +61,7 @@ FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions
   if (fused.mesh.faces.empty())
     throw BadDataError(
         "no surface is left: the depth maps do not overlap, or their poses are far off");
+  if (options.color_mm > 0) fused.mesh = finer_surface(fused.mesh, options.color_mm);
   fused.colored_share =
       color_by_views(views, smooth, options.light, 2 * fused.truncation_mm, fused.mesh);
   for (const SmoothView& view : smooth) fused.cameras.push_back(view.camera);

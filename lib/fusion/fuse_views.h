@@ -29,6 +29,7 @@ double color_by_views(const std::vector<DepthView>& views, const std::vector<Smo
 struct FusionOptions {
   double voxel_mm = 0;       // 0 = as fine as the depth maps' pixels
   double truncation_mm = 0;  // of the distances; 0 = by the voxels and the depths' noise
+  double color_mm = 0;       // longest edge of the surface, for its colours; 0 = as voxels have it
   Holes holes = Holes::open;
   PictureLight light = PictureLight::any;
   bool refine = false;  // the poses, which are then off by about:

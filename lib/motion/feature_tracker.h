@@ -9,7 +9,7 @@
 namespace organbake {
 
 struct TrackingOptions {
-  int features = 2500;         // aimed at in each frame
+  int features = 2000;         // aimed at in each frame
   int refill_every = 5;        // frames after which lost features are replaced by new ones
   double most_apart_px = 0.5;  // between a feature and where it is tracked back to
 

@@ -18,6 +18,12 @@ void bind(OptionList& list, FuseStageOptions& options) {
             .unit = "mm",
             .min = 0,
             .max = 200})
+      .add("color_mm", &o.color_mm,
+           {.help = "longest edge of the surface's faces, so that its colours are as fine as the "
+                    "pictures; 0 = as the voxels have it",
+            .unit = "mm",
+            .min = 0,
+            .max = 50})
       .add("holes", &o.holes,
            {.help = "open: no surface where nothing was seen; closed: what was not seen is inside"},
            {{"open", Holes::open}, {"closed", Holes::closed}})

@@ -25,6 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kAssumedRange_mm = 60;
+// Of the median distance: parallax of a hand-held scope errs by about a hundredth of it, and finer
+// voxels would make handles of what depth maps disagree about. Colours are finer than that.
+constexpr double kVoxelShare = 0.022, kColorShare = 0.006;
 
 MotionOptions search_of(const FollowedClip& clip) {
   MotionOptions options;
@@ -60,13 +63,12 @@ ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
   return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, load, call.context);
 }
 
-// What makes lengths metric: the median depth of the key frames.
-double mm_per_unit(const std::vector<KeyView>& keys, double range_mm) {
+double median_depth(const std::vector<KeyView>& keys) {
   std::vector<float> depths;
   for (const KeyView& key : keys)
     for (std::size_t k = 0; k < key.depth.depth.size(); k += 7)
       if (std::isfinite(key.depth.depth.values[k])) depths.push_back(key.depth.depth.values[k]);
-  return range_mm / median(std::move(depths));
+  return median(std::move(depths));
 }
 
 void report_motion(const FollowedClip& clip, const ClipMotion& motion, StageReport& report) {
@@ -134,7 +136,9 @@ void write_surface(const StageCall& call, const FollowedClip& clip,
                    const std::vector<KeyView>& keys, const MotionStageOptions& options,
                    StageReport& report) {
   FusionOptions fusion;
-  fusion.voxel_mm = options.voxel;
+  const double usual_mm = median_depth(keys);
+  fusion.voxel_mm = options.voxel > 0 ? options.voxel : kVoxelShare * usual_mm;
+  fusion.color_mm = kColorShare * usual_mm;
   fusion.light = options.keep_light ? PictureLight::any : PictureLight::camera;
   const FusedSurface fused = fuse_views(depth_views(clip, keys), fusion, call.context);
   write_ply(call.output_folder / "surface.ply", fused.mesh);
@@ -167,7 +171,7 @@ StageReport run(const StageCall& call) {
   const bool metric = options.range_mm > 0 || call.input("poses");
   const double range_mm = options.range_mm > 0 ? options.range_mm : kAssumedRange_mm;
   const double factor =
-      call.input("poses") && options.range_mm == 0 ? 1 : mm_per_unit(keys, range_mm);
+      call.input("poses") && options.range_mm == 0 ? 1 : range_mm / median_depth(keys);
   const KeyView& middle = keys[keys.size() / 2];
   const RigidTransform world = middle.camera_from_world;
   scale_and_place(factor, world, motion, keys);

@@ -32,8 +32,8 @@ void bind(OptionList& list, MotionStageOptions& o) {
       .add("shading", &o.shading,
            {.help = "fill by the picture's brightness what parallax leaves open"})
       .add("voxel", &o.voxel,
-           {.help = "side of the voxels in which the depth maps are fused; 0 = as fine as their "
-                    "pixels",
+           {.help = "side of the voxels in which the depth maps are fused; 0 = as fine as "
+                    "parallax tells depth, a share of the median distance",
             .unit = "mm",
             .min = 0,
             .max = 50})
