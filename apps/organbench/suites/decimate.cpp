@@ -29,7 +29,9 @@ struct Competitor {
 Reduce ours(DecimateMethod method, DecimateObjective objective = DecimateObjective::rms,
             bool flips = true) {
   return [=](const TriangleMesh& surface, std::size_t faces) {
-    return decimate(surface, {method, faces, 0, objective, flips}).proxy;
+    const DecimateOptions options{
+        .method = method, .faces = faces, .objective = objective, .flips = flips};
+    return decimate(surface, options).proxy;
   };
 }
 
