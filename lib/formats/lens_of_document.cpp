@@ -47,8 +47,8 @@ Eigen::Matrix3d matrix3(const std::vector<double>& v, std::size_t stride) {
 
 // Kalibr ------------------------------------------------------------------------------------------
 
-const NamedMatrices* kalibr_camera(const NamedMatrices& found, Eye eye) {
-  const NamedMatrices* camera = found.part({eye == Eye::left ? "cam0" : "cam1"});
+const NamedMatrices* kalibr_camera(const NamedMatrices& found, EndoscopeEye eye) {
+  const NamedMatrices* camera = found.part({eye == EndoscopeEye::left ? "cam0" : "cam1"});
   return camera &&
                  (camera->matrices.contains("intrinsics") || camera->faults.contains("intrinsics"))
              ? camera
@@ -65,8 +65,8 @@ Intrinsics kalibr_lens(const NamedMatrices& camera, int width, int height, const
 
 // StereoMIS ---------------------------------------------------------------------------------------
 
-const NamedMatrices* ini_camera(const NamedMatrices& found, Eye eye) {
-  return found.part({eye == Eye::left ? "stereoleft" : "stereoright"});
+const NamedMatrices* ini_camera(const NamedMatrices& found, EndoscopeEye eye) {
+  return found.part({eye == EndoscopeEye::left ? "stereoleft" : "stereoright"});
 }
 
 Intrinsics ini_lens(const NamedMatrices& camera, int width, int height, const fs::path& path) {
@@ -99,9 +99,9 @@ bool is_matlab(const NamedMatrices& camera) {
   return camera.matrices.contains("radialdistortion") || camera.faults.contains("radialdistortion");
 }
 
-const NamedMatrices* matlab_camera(const NamedMatrices& found, Eye eye) {
+const NamedMatrices* matlab_camera(const NamedMatrices& found, EndoscopeEye eye) {
   if (const NamedMatrices* camera =
-          found.part({eye == Eye::left ? "cameraparameters1" : "cameraparameters2"}))
+          found.part({eye == EndoscopeEye::left ? "cameraparameters1" : "cameraparameters2"}))
     return is_matlab(*camera) ? camera : nullptr;
   if (const NamedMatrices* inner = found.part({"intrinsics"}); inner && is_matlab(*inner))
     return inner;
@@ -162,8 +162,8 @@ std::optional<RigidTransform> matlab_pose(const NamedMatrices& found, const fs::
 
 }  // namespace
 
-std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, Eye eye, int width, int height,
-                                        const fs::path& path) {
+std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, EndoscopeEye eye, int width,
+                                        int height, const fs::path& path) {
   if (const NamedMatrices* camera = kalibr_camera(found, eye))
     return kalibr_lens(*camera, width, height, path);
   if (const NamedMatrices* camera = ini_camera(found, eye))
@@ -174,12 +174,12 @@ std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, Eye eye, int
 }
 
 std::optional<PoseOfParts> pose_of_parts(const NamedMatrices& found, const fs::path& path) {
-  if (const NamedMatrices* right = kalibr_camera(found, Eye::right)) {
+  if (const NamedMatrices* right = kalibr_camera(found, EndoscopeEye::right)) {
     constexpr double kMetre_mm = 1000;
     const auto& v = needed(right->find({"tcncnm1"}), 16, "T_cn_cnm1", path).values;
     return PoseOfParts{pose_of(matrix3(v, 4), {v[3], v[7], v[11]}, path), kMetre_mm};
   }
-  if (const NamedMatrices* right = ini_camera(found, Eye::right))
+  if (const NamedMatrices* right = ini_camera(found, EndoscopeEye::right))
     return PoseOfParts{ini_pose(*right, path), std::nullopt};
   if (const auto pose = matlab_pose(found, path)) return PoseOfParts{*pose, std::nullopt};
   return std::nullopt;

@@ -9,7 +9,7 @@
 
 namespace organbake {
 
-enum class Eye { left, right };
+enum class EndoscopeEye { left, right };
 
 // The lens of an eye in a calibration that keeps each camera as a part of its own; nothing where it
 // does not:
@@ -19,8 +19,8 @@ enum class Eye { left, right };
 //   pixels are counted from 1.
 // `width` and `height` are the pictures', for a document that does not tell them. Throws
 // BadDataError.
-std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, Eye eye, int width, int height,
-                                        const std::filesystem::path& path);
+std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, EndoscopeEye eye, int width,
+                                        int height, const std::filesystem::path& path);
 
 // How the right eye stands to the left one, in the document's unit, and how many millimetres that
 // is where its program knows one alone (Kalibr: metres). Nothing where the parts do not tell.

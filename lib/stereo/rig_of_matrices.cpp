@@ -90,9 +90,11 @@ void check_finite(const NamedMatrices& found, const fs::path& path) {
 
 std::optional<StereoRig> rig_of_parts(const NamedMatrices& document, const fs::path& path,
                                       const EyePictures& pictures) {
-  const auto left = lens_of_parts(document, Eye::left, pictures.width, pictures.height, path);
+  const auto left =
+      lens_of_parts(document, EndoscopeEye::left, pictures.width, pictures.height, path);
   if (!left) return std::nullopt;
-  const auto right = lens_of_parts(document, Eye::right, pictures.width, pictures.height, path);
+  const auto right =
+      lens_of_parts(document, EndoscopeEye::right, pictures.width, pictures.height, path);
   const auto pose = pose_of_parts(document, path);
   if (!right || !pose)
     throw BadDataError(path,

@@ -80,7 +80,7 @@ std::vector<std::byte> colmap_images_bytes(const CameraSet& set) {
 }
 
 TEST(ExportedCameras, ColmapsBinaryModelsAreReadAsItsTexts) {
-  constexpr std::int32_t kFullOpenCv = 6, kFisheye = 5;
+  constexpr std::int32_t kFullOpenCv = 6, kFov = 7;
   const TemporaryFolder folder;
   const CameraSet set = two_cameras();
   const fs::path sparse = folder.path() / "sparse" / "0";
@@ -93,9 +93,9 @@ TEST(ExportedCameras, ColmapsBinaryModelsAreReadAsItsTexts) {
   write_file_atomically(sparse / "images.bin", std::span(images).first(images.size() - 30));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_camera_file(sparse); }),
               testing::HasSubstr("ends early"));
-  write_file_atomically(sparse / "cameras.bin", colmap_cameras_bytes(set, kFisheye));
+  write_file_atomically(sparse / "cameras.bin", colmap_cameras_bytes(set, kFov));
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { read_camera_file(sparse); }),
-              testing::HasSubstr("model number 5; read are SIMPLE_PINHOLE, PINHOLE"));
+              testing::HasSubstr("model number 7; read are SIMPLE_PINHOLE, PINHOLE"));
 }
 
 TEST(ExportedCameras, ColmapsNamesOfImagesMayHoldSpaces) {

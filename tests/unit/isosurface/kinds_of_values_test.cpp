@@ -72,7 +72,7 @@ TEST(KindsOfValues, TheSameValuesGiveTheSameSurfaceInAnyUnit) {
     };
     expect_same(volume_of(sigmoid, 1, 0, kStep), level * kStep);
     expect_same(volume_of(sigmoid, 255, 40000, 1), level + 40000);
-    expect_same(volume_of(sigmoid, 127.5, 0.25, 0.5), level / 2 + 0.25);
+    expect_same(volume_of(sigmoid, 127.5, 0.5, 0.5), level / 2 + 0.5);
     expect_same(volume_of(sigmoid, 255e6, -1e6, 1e6), level * 1e6 - 1e6);
   }
 }
