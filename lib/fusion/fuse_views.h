@@ -61,6 +61,7 @@ struct ViewOverlap {
   double share = 0;     // of its points, those that another view sees, too
   double scale = 1;     // median of its depths over theirs, along their rays
   double agreeing = 1;  // share of those that lie where another view has the surface
+  double spread = 0;    // median deviation of ln of its depths over theirs
 };
 // Whether hardly any of its points is seen by another view.
 bool sees_nothing_in_common(const ViewOverlap& overlap);

@@ -45,9 +45,10 @@ std::vector<ViewOverlap> measure_overlap(const std::vector<SmoothView>& views) {
         shared += seen_too;
         agreeing += agrees;
       }
-    overlaps.push_back({points > 0 ? shared / points : 0,
-                        logs.empty() ? 1 : std::exp(median(std::move(logs))),
-                        shared > 0 ? agreeing / shared : 1});
+    const double usual = logs.empty() ? 0 : median(logs);
+    for (double& ratio : logs) ratio = std::abs(ratio - usual);
+    overlaps.push_back({points > 0 ? shared / points : 0, std::exp(usual),
+                        shared > 0 ? agreeing / shared : 1, median(std::move(logs))});
   }
   return overlaps;
 }
@@ -58,10 +59,11 @@ bool sees_nothing_in_common(const ViewOverlap& overlap) {
 }
 
 bool is_of_another_scale(const ViewOverlap& overlap) {
-  // What hides behind something is farther away, too; but then not everything is.
-  constexpr double kFewAgree = 0.15, kMostScale = 1.15;
-  return overlap.agreeing < kFewAgree &&
-         (overlap.scale > kMostScale || overlap.scale < 1 / kMostScale);
+  // What hides behind something is farther away, too; but then not everything is, nor by as much.
+  constexpr double kFewAgree = 0.15, kMostScale = 1.15, kMostSpread = 0.35;
+  const double apart = std::abs(std::log(overlap.scale));
+  return overlap.agreeing < kFewAgree && apart > std::log(kMostScale) &&
+         overlap.spread < kMostSpread * apart;
 }
 
 void check_overlap(const std::vector<ViewOverlap>& overlaps, const std::vector<DepthView>& views) {

@@ -48,7 +48,7 @@ expect 0 organbake fuse moved --poses moved/cameras.json --light camera -o fused
 
 refused 65 "stands still" organbake motion still/frames -o made
 refused 65 "motion" organbake motion turn/frames -o made
-refused 65 "has 5 frames" organbake motion still/frames/000000.png -o made
+refused 65 "too short" organbake motion still/frames/000000.png -o made
 refused 66 "none.mp4" organbake motion none.mp4 -o made
 refused 2 "intrinsics" organbake motion slide/frames --poses slide/cameras.json -o made
 
