@@ -41,6 +41,20 @@ void measure(ClipMotion& motion) {
   motion.mean_track = sightings / static_cast<double>(motion.points);
 }
 
+// Of the sightings of features that several views see, the share that agrees with a place.
+double explained_share(const Scene& scene) {
+  double all = 0, agreeing = 0;
+  for (const Landmark& landmark : scene.landmarks) {
+    if (landmark.seen.size() < kSureViews) continue;
+    all += static_cast<double>(landmark.seen.size());
+    if (!landmark.place) continue;
+    agreeing += static_cast<double>(
+        std::count_if(landmark.seen.begin(), landmark.seen.end(),
+                      [](const Sighting& sighting) { return sighting.agrees; }));
+  }
+  return all > 0 ? agreeing / all : 0;
+}
+
 class MotionSearch {
  public:
   MotionSearch(const MotionOptions& options, const ClipTracks& clip, const Intrinsics& lens,
@@ -50,13 +64,19 @@ class MotionSearch {
   // Tries the views of each shot, then what their first scene left over; the best is kept.
   ClipMotion best_of(std::deque<Frames> shots) {
     ClipMotion best;
-    best.failure =
-        "no shot of the clip has " + std::to_string(options_.fewest_views) + " frames that differ";
+    best.failure = std::string(clip_.frames < options_.fewest_views
+                                   ? "the clip is too short"
+                                   : "no shot of the clip has enough frames that differ") +
+                   " (" + std::to_string(options_.fewest_views) + " are needed)";
     while (!shots.empty()) {
       const Frames frames = std::move(shots.front());
       shots.pop_front();
       if (frames.size() < options_.fewest_views) {
-        leave_out(frames, "too short");
+        const std::string still = standing_still(frames);
+        leave_out(frames, still.empty() ? "too short" : still);
+        if (!still.empty() && clip_.frames >= options_.fewest_views &&
+            best.scene.posed_views() == 0)
+          best.failure = still;
         continue;
       }
       if (best.scene.posed_views() >= frames.size()) {
@@ -97,20 +117,26 @@ class MotionSearch {
     return runs;
   }
 
+  // Why frames tell nothing though they are sharp; empty where features move.
+  std::string standing_still(const Frames& frames) const {
+    double farthest_px = 0;
+    constexpr std::size_t kFewest = 20;
+    for (const std::size_t frame : frames)
+      for (const std::size_t other : {frames.front(), frames[frames.size() / 2]})
+        if (const TrackedMotion moved = motion_between(clip_, other, frame);
+            moved.features >= kFewest)
+          farthest_px = std::max(farthest_px, moved.median_px);
+    if (farthest_px >= options_.least_motion_px) return "";
+    return "the scope stands still: features move by " + to_text(farthest_px, 1) +
+           " pixels at most";
+  }
+
   ClipMotion solve(const Frames& frames) {
     ClipMotion motion;
     motion.view_frames = frames;
     motion.scene.lens = lens_;
-    double farthest_px = 0;
-    for (const std::size_t frame : frames)
-      for (const std::size_t other : {frames.front(), frames[frames.size() / 2]})
-        if (const TrackedMotion moved = motion_between(clip_, other, frame); moved.features >= 20)
-          farthest_px = std::max(farthest_px, moved.median_px);
-    if (farthest_px < options_.least_motion_px) {
-      motion.failure =
-          "the scope stands still: features move by " + to_text(farthest_px, 1) + " pixels at most";
-      return motion;
-    }
+    motion.failure = standing_still(frames);
+    if (!motion.failure.empty()) return motion;
     motion.scene.landmarks = landmarks_of(clip_, frames);
     motion.scene.camera_from_world.resize(frames.size());
     const ReconstructionSummary summary =
@@ -181,12 +207,11 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
   triangulate(options.reconstruction.triangulation, motion.scene);
   measure(motion);
   motion.camera_from_world = std::move(camera_from_world);
-  constexpr std::size_t kFewestPlaces = 100;
-  const auto places = std::count_if(motion.scene.landmarks.begin(), motion.scene.landmarks.end(),
-                                    [](const Landmark& landmark) { return landmark.place; });
-  if (static_cast<std::size_t>(places) < kFewestPlaces)
-    motion.failure = "the given poses explain only " + std::to_string(places) +
-                     " of the features that were followed: are they of this clip and lens?";
+  const double explained = explained_share(motion.scene);
+  constexpr double kFew = 0.3;  // poses found by other programs explain two thirds and more
+  if (explained < kFew)
+    motion.failure = "the given poses explain only " + to_text(100 * explained, 0) +
+                     " % of what was followed: are they of this clip and lens?";
   return motion;
 }
 
