@@ -33,12 +33,11 @@ double usual_gap(const ContourPlanes& planes) {
   return gaps[gaps.size() / 2];
 }
 
-// Pixels (mm) of a grid that takes no more memory than its contours' points are a reason for: a few
-// triangles over a torso do not ask for a gigabyte.
-double finest_for(std::size_t points, const Eigen::Vector2d& across_mm, double slices) {
+// Of a grid that takes no more memory than its contours' points are a reason for: a few triangles
+// over a torso do not ask for a gigabyte.
+double most_voxels_for(std::size_t points) {
   constexpr double kAlwaysVoxels = 1.5e7, kVoxelsPerPoint = 3000;
-  const double most = kAlwaysVoxels + kVoxelsPerPoint * static_cast<double>(points);
-  return std::sqrt(across_mm.prod() * (slices + 1) / most);
+  return kAlwaysVoxels + kVoxelsPerPoint * static_cast<double>(points);
 }
 
 struct ContourBox {
@@ -138,16 +137,21 @@ Volume grid_of_planes(const std::vector<ContourPlanes>& wanted, const Eigen::Mat
   if (whole > 0 && std::abs(gaps - whole) < kRoundedGaps)
     box.gap_mm = (box.high.z() - box.low.z()) / whole;
   const int parts = slices_per_gap(wanted, box);
-  const Eigen::Vector2d across = (box.high - box.low).head<2>();
-  const double fine = std::max(std::clamp(across.maxCoeff() / kAcross, kFinest_mm, kCoarsest_mm),
-                               finest_for(box.points, across, gaps * parts));
+  const double across = (box.high - box.low).head<2>().maxCoeff();
+  double fine = std::clamp(across / kAcross, kFinest_mm, kCoarsest_mm);
   Volume grid;
-  grid.spacing_mm = {fine, fine, box.gap_mm / parts};
   grid.direction = axes;
-  // The outermost planes stand for half a gap on either side, like all others.
-  const Eigen::Vector3d margin(2 * fine, 2 * fine, (box.gap_mm - grid.spacing_mm.z()) / 2);
-  Eigen::Vector3d count =
-      ((box.high - box.low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
+  Eigen::Vector3d margin, count;
+  while (true) {
+    grid.spacing_mm = {fine, fine, box.gap_mm / parts};
+    // The outermost planes stand for half a gap on either side, like all others.
+    margin = {2 * fine, 2 * fine, (box.gap_mm - grid.spacing_mm.z()) / 2};
+    count =
+        ((box.high - box.low + 2 * margin).cwiseQuotient(grid.spacing_mm).array() + 1.5).floor();
+    if (count.prod() <= most_voxels_for(box.points) || fine > across) break;
+    constexpr double kCoarser = 1.2;
+    fine *= kCoarser;
+  }
   checked_grid_size(count, name);
   for (int axis = 0; axis < 3; ++axis) grid.size[axis] = static_cast<int>(count[axis]);
   grid.origin_mm = axes * (box.low - margin);
