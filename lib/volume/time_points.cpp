@@ -19,7 +19,8 @@ std::vector<LabelName> channel_names(std::int64_t count, const VolumeReadOptions
     if (channel < 1 || channel > count) continue;
     names.push_back({channel, known.name, static_cast<int>(names.size())});
   }
-  for (std::int64_t layer = 0; names.empty() && layer < count; ++layer) {
+  if (!names.empty()) return names;
+  for (std::int64_t layer = 0; layer < count; ++layer) {
     const int number = static_cast<int>(layer) + 1;
     names.push_back({number, "channel " + std::to_string(number), static_cast<int>(layer)});
   }
