@@ -101,6 +101,7 @@ bool connect(Step& step, const StageInput& input, const Inputs& given,
   InputSource source{input.name, input.kind, {}, 0, {}};
   const auto path = given.find(input.name);
   if (path != given.end()) {
+    if (path->second.empty()) throw UsageError("the path of '" + input.name + "' is empty");
     source.given = path->second;
   } else if (const StageOutput* output = find_output(earlier, input.name, source.step)) {
     source.file = output->file;

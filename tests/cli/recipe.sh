@@ -29,7 +29,8 @@ expect_err "is not a recipe"
 head -c 2000 /dev/urandom >r.yaml
 expect 78 organbake bake r.yaml -o made
 expect 66 organbake bake missing.yaml -o made
-expect 66 organbake bake . -o made
+expect 2 organbake bake . -o made
+expect_err "is a folder, not a recipe; write: organbake bake"
 expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml"
 expect_err "-o is missing"
 expect 2 organbake bake "$SOURCE/pipelines/recipes/phantom.yaml" -o made --from nonsense

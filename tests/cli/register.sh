@@ -69,7 +69,7 @@ assert not d["cameras"] and d["left_out"][0]["registration"]["verdict"] == "fail
 
 # What is wrong is named.
 expect 65 organbake register p/truth.ply $photo --intrinsics small.json -o x.json
-expect_err "photo_00.png"
+expect_err "small.json: is of pictures of 64x64"
 expect 2 organbake register p/truth.ply --intrinsics K.json -o x.json
 expect_err "lacks its input 'photo'"
 expect 2 organbake register p/truth.ply $photo -o x.json

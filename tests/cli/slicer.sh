@@ -14,7 +14,7 @@ for stage in $stages; do
     fail "$stage: $(grep -v 'fails to validate' err | head -3)"
   # Every flag of its own help but those that only a terminal has a use for.
   for flag in $(organbake $stage --help | sed -n '/^Shared/q;s/^  \(-., \)\?\(--[a-z-]*\).*/\2/p'); do
-    [[ $flag =~ ^--(force|cache|xml)$ ]] && continue
+    [[ $flag =~ ^--(force|cache|xml|strict)$ ]] && continue
     grep -qE -- "<longflag>(--no-${flag#--}|$flag)</longflag>" $stage.xml ||
       fail "$stage: Slicer is not told of $flag"
   done
