@@ -53,6 +53,7 @@ refused 66 "there is no such" organbake verify missing
 refused 2 "verify takes a bundle's folder" organbake verify empty.ply
 : >a.png
 refused 2 "inspect takes a bundle" organbake inspect a.png
+refused 2 "the path of 'surface' is empty" organbake decimate "" -o made
 refused 66 "has no manifest.json" organbake verify p
 
 # Outputs. Nobody loses a file to a mistyped -o.
