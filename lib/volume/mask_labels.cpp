@@ -247,7 +247,11 @@ Volume read_separate_masks(const VolumeReadOptions& options, const std::string& 
                            const std::vector<LabelName>& names, const std::string& advice,
                            const std::function<Volume(std::int64_t)>& read_one) {
   const bool by_number = !options.label.empty() && holds_numbers_only(options.label);
-  if (by_number && names.size() > 1) throw BadDataError(file + ": " + advice);
+  // Channels without names are asked for as such; another name may mean labels over time.
+  const bool by_other_name = !options.label.empty() && options.label_names.empty() &&
+                             names.front().name.starts_with("channel ") &&
+                             options.label.find("channel") == std::string::npos;
+  if ((by_number || by_other_name) && names.size() > 1) throw BadDataError(file + ": " + advice);
   VolumeReadOptions asked = options;
   if (by_number) asked.label = names.front().name;
   const auto layers = static_cast<std::int64_t>(names.size());
