@@ -31,7 +31,8 @@ void check_isosurface(const Json& stage, const std::vector<std::string>& said,
     warnings.push_back("the mask does not seem to lie on the organ of its CT");
 }
 
-// A proxy that lies off by much of the thickness is of another shape there, and a vessel may be gone.
+// A proxy that lies off by much of the thickness is of another shape there, and a vessel may be
+// gone.
 void check_shape(const Json& stage, std::vector<std::string>& warnings) {
   constexpr double kServesNot = 0.5;
   const auto share = figure(stage, "worst_share_of_thickness"), mm = figure(stage, "worst_mm"),

@@ -42,16 +42,16 @@ struct Recipe {
   std::vector<std::string> said_of_inputs;              // "unit", "space"
   std::map<std::string, StageOptions> options;          // of every stage there is
   std::set<std::string> sections;                       // stages that the recipe mentions
-  std::map<std::string, std::string> declined;  // stages that made nothing of it, and why
+  std::map<std::string, std::string> declined;          // stages that made nothing of it, and why
   BundleOptions bundle;
 };
 
 // Reads a recipe (YAML) and applies "key=value" settings: an input ("ct=scan.nii.gz"; empty takes
-// it away), what it is in ("unit=cm", "space=RAS"), "quality=draft", or a section's option ("decimate.faces=100"). An option that neither
-// names is the quality's, else its default. Paths in the file are relative to its folder, those of
-// settings to the current one. Throws NoInputError, UsageError for an input in the place of a
-// recipe (forgotten_recipe.h), or RecipeError that names the line and key, and the nearest known
-// key.
+// it away), what it is in ("unit=cm", "space=RAS"), "quality=draft", or a section's option
+// ("decimate.faces=100"). An option that neither names is the quality's, else its default. Paths in
+// the file are relative to its folder, those of settings to the current one. Throws NoInputError,
+// UsageError for an input in the place of a recipe (forgotten_recipe.h), or RecipeError that names
+// the line and key, and the nearest known key.
 Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& settings);
 
 // Generated from the stages' option lists.

@@ -20,7 +20,8 @@ namespace {
 Intrinsics opencv_lens(const std::string& text, const fs::path& path, int width, int height) {
   NamedMatrices document;
   add_opencv_text(text, path, document);
-  if (const auto lens = lens_of_parts(document, EndoscopeEye::left, width, height, path)) return *lens;
+  if (const auto lens = lens_of_parts(document, EndoscopeEye::left, width, height, path))
+    return *lens;
   const NamedMatrices& found = matrices_of(document);
   const auto* k = found.find({"cameramatrix", "k", "m", "intrinsicmatrix"});
   if (!k) k = found.find(kLeftCameraMatrix);

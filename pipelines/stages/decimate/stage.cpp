@@ -8,13 +8,15 @@ namespace organbake {
 
 void bind(OptionList& list, DecimateStageOptions& options) {
   DecimateOptions& o = options.decimate;
-  list.add("faces", &options.faces,
-           {.help =
-                "the proxy has at most this many; auto: as many as a tip of tool_radius can dent, and "
-                "more until the proxy lies off by 5 % of the organ's thickness at most (vessels' of "
-                "their own), up to 6000",
-            .min = 4,
-            .max = 10000000})
+  list.add(
+          "faces", &options.faces,
+          {.help =
+               "the proxy has at most this many; auto: as many as a tip of tool_radius can dent, "
+               "and "
+               "more until the proxy lies off by 5 % of the organ's thickness at most (vessels' of "
+               "their own), up to 6000",
+           .min = 4,
+           .max = 10000000})
       .add("tool_radius", &options.tool_radius_mm,
            {.help = "radius of the tip that faces = auto makes the proxy for",
             .unit = "mm",

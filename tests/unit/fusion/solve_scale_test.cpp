@@ -13,10 +13,10 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kScale = 0.005;  // of the scale that is found
+constexpr double kScale = 0.005;    // of the scale that is found
 constexpr double kWorseEach = 1.5;  // a map's own scale is told by what it shares alone
-constexpr double kWorse = 1.2;    // than with poses and depths in one unit
-constexpr double kUnit_mm = 7.3;  // of poses as COLMAP has them
+constexpr double kWorse = 1.2;      // than with poses and depths in one unit
+constexpr double kUnit_mm = 7.3;    // of poses as COLMAP has them
 
 OrganViews organ() { return organ_views(10, 192, {.noise = 0.01}); }
 
