@@ -57,6 +57,8 @@ recipe=$SOURCE/pipelines/recipes/laparoscopy.yaml
 expect 0 organbake bake "$recipe" --quality draft --set frames=slide/frames \
   --set intrinsics=slide/cameras.json --set motion.key_frames=4 -o tissue
 grep -q '"stage": "motion"' tissue/report.json || fail "a moving clip was not taken by motion"
+# A surface that is open and hollow can be poked, too.
+expect 0 "$BIN/organplay" tissue --size 320x240 --sheet sheet.png
 expect 0 organbake bake "$recipe" --quality draft --set frames=still/frames \
   --set intrinsics=still/cameras.json -o flat
 expect_err "the scope stands still"
