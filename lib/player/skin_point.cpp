@@ -34,9 +34,12 @@ std::optional<double> distance_to_skin(const Bundle& bundle, const Eigen::Vector
   const std::vector<Eigen::Vector3d> normals = vertex_normals(shell);
   const BaseLayer& base = bundle.base;
   const std::uint32_t n = base.steps;
+  const double extent_mm = bounds(shell).diagonal();
   std::optional<double> farthest;
   const auto meet = [&](std::optional<double> distance) {
-    if (distance && (!farthest || *distance > *farthest)) farthest = distance;
+    // What lies farther behind is beside the organ, not in its hollow.
+    if (!distance || *distance < -extent_mm) return;
+    if (!farthest || *distance > *farthest) farthest = distance;
   };
   for (std::uint32_t f = 0; f < base.face_count; ++f) {
     const ShellMatrix m = shell_matrix(shell, normals, f);
