@@ -66,9 +66,6 @@ class Growth {
                         to_text(summary.parallax_px, 1) + " pixels)";
       return summary;
     }
-    summary.first_view = best->first;
-    summary.second_view = best->second;
-    summary.pair_angle_rad = best->relation.median_angle_rad;
     begin(*best);
     grow();
     finish();

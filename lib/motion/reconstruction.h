@@ -20,10 +20,8 @@ struct ReconstructionOptions {
 };
 
 struct ReconstructionSummary {
-  std::size_t first_view = 0, second_view = 0;  // of the pair that it began with
-  double parallax_px = 0;                       // the most that a pair has
-  double pair_angle_rad = 0;
-  std::string failure;  // why there is none; empty when there is one
+  double parallax_px = 0;  // the most that a pair of views has
+  std::string failure;     // why there is none; empty when there is one
 };
 
 // Poses, places and lens of a clip's views, one after another (Schönberger & Frahm 2016): a first

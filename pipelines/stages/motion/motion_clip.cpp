@@ -4,14 +4,12 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 
-#include <algorithm>
 #include <set>
 
 #include "core/error.h"
 #include "core/text.h"
 #include "motion/tracked_picture.h"
 #include "motion/usable_pixels.h"
-#include "pipelines/stages/shared/clip_outputs.h"
 #include "pipelines/stages/shared/clip_source.h"
 #include "shading/frame_preparation.h"
 

@@ -9,16 +9,9 @@
 namespace organbake {
 namespace {
 
-// The scene as it is, its landmarks placed from exact tracks.
+// The scene as it is, its landmarks placed from their tracks.
 Scene true_scene(const TrackedScene& tracked) {
-  Scene scene;
-  scene.lens = tracked.cameras[0].intrinsics;
-  std::vector<std::size_t> frames;
-  for (std::size_t i = 0; i < tracked.cameras.size(); ++i) {
-    frames.push_back(i);
-    scene.camera_from_world.emplace_back(tracked.cameras[i].camera_from_world);
-  }
-  scene.landmarks = landmarks_of(tracked.clip, frames);
+  Scene scene = posed_scene(tracked);
   triangulate({}, scene);
   return scene;
 }

@@ -6,6 +6,7 @@
 
 #include "core/random.h"
 #include "motion/clip_tracks.h"
+#include "motion/sightings.h"
 #include "unit/motion/bumpy_scene.h"
 
 namespace organbake {
@@ -66,6 +67,19 @@ inline std::vector<PosedCamera> swinging_scope(int frames, const Intrinsics& len
     cameras.push_back({std::to_string(i), lens, look_at(eye, {4 * t, 0, 60}, {0, -1, 0})});
   }
   return cameras;
+}
+
+// The scene as its cameras have it; its landmarks have no places yet.
+inline Scene posed_scene(const TrackedScene& tracked) {
+  Scene scene;
+  scene.lens = tracked.cameras[0].intrinsics;
+  std::vector<std::size_t> frames;
+  for (std::size_t i = 0; i < tracked.cameras.size(); ++i) {
+    frames.push_back(i);
+    scene.camera_from_world.emplace_back(tracked.cameras[i].camera_from_world);
+  }
+  scene.landmarks = landmarks_of(tracked.clip, frames);
+  return scene;
 }
 
 // Root mean square of the camera centres' errors after the similarity that fits them best

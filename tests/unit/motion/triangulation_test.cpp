@@ -8,18 +8,6 @@
 namespace organbake {
 namespace {
 
-Scene posed_scene(const TrackedScene& tracked) {
-  Scene scene;
-  scene.lens = tracked.cameras[0].intrinsics;
-  std::vector<std::size_t> frames;
-  for (std::size_t i = 0; i < tracked.cameras.size(); ++i) {
-    frames.push_back(i);
-    scene.camera_from_world.emplace_back(tracked.cameras[i].camera_from_world);
-  }
-  scene.landmarks = landmarks_of(tracked.clip, frames);
-  return scene;
-}
-
 TEST(Triangulation, PutsLandmarksOnTheTissue) {
   Scene scene = posed_scene(tracks_of(swinging_scope(10), 0.0, 0));
   triangulate({}, scene);
