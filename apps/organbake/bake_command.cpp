@@ -5,16 +5,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "organbake/commands.h"
-#include "organbake/web_page.h"
-#include "pipelines/bundle_page.h"
-#include "pipelines/output_lock.h"
-#include "pipelines/output_target.h"
-#include "pipelines/outputs.h"
-#include "pipelines/quality.h"
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/bundle_page.h"
+#include "organbake/pipelines/output_lock.h"
+#include "organbake/pipelines/output_target.h"
+#include "organbake/pipelines/outputs.h"
+#include "organbake/pipelines/quality.h"
+#include "web_page.h"
 
 namespace organbake {
 namespace {

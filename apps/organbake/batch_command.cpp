@@ -6,15 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "organbake/batch_flags.h"
-#include "organbake/commands.h"
-#include "pipelines/batch_run.h"
-#include "pipelines/machine_memory.h"
-#include "pipelines/output_lock.h"
-#include "pipelines/schemas.h"
+#include "batch_flags.h"
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/batch_run.h"
+#include "organbake/pipelines/machine_memory.h"
+#include "organbake/pipelines/output_lock.h"
+#include "organbake/pipelines/schemas.h"
 
 namespace organbake {
 namespace {

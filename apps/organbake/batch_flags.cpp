@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/batch_flags.h"
+#include "batch_flags.h"
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 

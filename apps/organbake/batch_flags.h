@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/run_context.h"
-#include "pipelines/batch_cases.h"
-#include "pipelines/case_estimate.h"
-#include "pipelines/options.h"
+#include "organbake/core/run_context.h"
+#include "organbake/pipelines/batch_cases.h"
+#include "organbake/pipelines/case_estimate.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

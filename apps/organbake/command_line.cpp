@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/command_line.h"
+#include "command_line.h"
 
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/nearest_name.h"
+#include "organbake/core/error.h"
+#include "organbake/core/nearest_name.h"
 
 namespace organbake {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "command_manual.h"
-#include "pipelines/options.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

@@ -3,8 +3,8 @@
 
 #include <span>
 
-#include "organbake/session.h"
-#include "pipelines/stage.h"
+#include "organbake/pipelines/stage.h"
+#include "session.h"
 
 namespace organbake {
 

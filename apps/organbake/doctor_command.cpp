@@ -6,11 +6,11 @@
 #include <sstream>
 #include <thread>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "organbake/commands.h"
-#include "organbake/libraries.h"
-#include "pipelines/stage_module.h"
+#include "commands.h"
+#include "libraries.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
 namespace {

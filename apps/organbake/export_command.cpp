@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "organbake/commands.h"
-#include "organbake/web_page.h"
-#include "pipelines/stages/export/options.h"
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/pipelines/export_options.h"
+#include "web_page.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

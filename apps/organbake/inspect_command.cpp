@@ -2,16 +2,16 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bundle/bundle.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "image/exr.h"
-#include "organbake/commands.h"
-#include "pipelines/options_json.h"
-#include "pipelines/recipe.h"
-#include "pipelines/schemas.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/inspect/options.h"
+#include "commands.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/image/exr.h"
+#include "organbake/pipelines/inspect_options.h"
+#include "organbake/pipelines/options_json.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/schemas.h"
+#include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
 namespace {

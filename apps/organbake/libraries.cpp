@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/libraries.h"
+#include "libraries.h"
 
 #include <CGAL/version.h>
 #include <OpenEXR/OpenEXRConfig.h>
@@ -14,8 +14,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "pipelines/stage.h"
-#include "pipelines/stage_module.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/pipelines/stage_module.h"
 
 // A macro's value as a text.
 #define ORGANBAKE_TEXT_OF(value) #value

@@ -4,11 +4,11 @@
 #include <exception>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/nearest_name.h"
-#include "organbake/commands.h"
-#include "organbake/libraries.h"
+#include "commands.h"
+#include "libraries.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/nearest_name.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/nearest_name.h"
-#include "organbake/commands.h"
-#include "organbake/manuals.h"
+#include "commands.h"
+#include "manuals.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/nearest_name.h"
 
 namespace organbake {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/manuals.h"
+#include "manuals.h"
 
-#include "organbake/commands.h"
+#include "commands.h"
 
 namespace organbake {
 namespace {

@@ -3,15 +3,15 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "organbake/batch_flags.h"
-#include "organbake/commands.h"
-#include "pipelines/case_table.h"
-#include "pipelines/job_script.h"
-#include "pipelines/machine_memory.h"
-#include "pipelines/recipe.h"
+#include "batch_flags.h"
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/case_table.h"
+#include "organbake/pipelines/job_script.h"
+#include "organbake/pipelines/machine_memory.h"
+#include "organbake/pipelines/recipe.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "organbake/commands.h"
-#include "pipelines/bundle_page.h"
-#include "pipelines/output_target.h"
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/bundle_page.h"
+#include "organbake/pipelines/output_target.h"
 
 namespace organbake {
 

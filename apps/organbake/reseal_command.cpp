@@ -2,10 +2,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "bundle/reseal.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "organbake/commands.h"
+#include "commands.h"
+#include "organbake/bundle/reseal.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {

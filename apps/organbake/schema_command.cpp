@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
-#include "core/files.h"
-#include "organbake/commands.h"
-#include "pipelines/schemas.h"
+#include "commands.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/schemas.h"
 
 namespace organbake {
 

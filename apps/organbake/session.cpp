@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/session.h"
+#include "session.h"
 
 #include <tbb/global_control.h>
 
 #include <atomic>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "pipelines/stage_module.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/stage_module.h"
 #include "stop_signal.h"
 
 namespace organbake {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "organbake/command_line.h"
-#include "organbake/terminal.h"
-#include "pipelines/runner.h"
+#include "command_line.h"
+#include "organbake/pipelines/runner.h"
+#include "terminal.h"
 
 namespace organbake {
 

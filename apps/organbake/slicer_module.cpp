@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/slicer_module.h"
+#include "slicer_module.h"
 
 #include <algorithm>
 #include <cctype>
 #include <limits>
 
-#include "core/files.h"
-#include "core/text.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "pipelines/stage.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
 

@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "organbake/commands.h"
-#include "organbake/slicer_module.h"
-#include "pipelines/output_lock.h"
-#include "pipelines/outputs.h"
+#include "commands.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/output_lock.h"
+#include "organbake/pipelines/outputs.h"
+#include "slicer_module.h"
 
 namespace organbake {
 namespace {

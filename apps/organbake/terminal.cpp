@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/terminal.h"
+#include "terminal.h"
 
 #include <unistd.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/run_context.h"
+#include "organbake/core/run_context.h"
 
 namespace organbake {
 

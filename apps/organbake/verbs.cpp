@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/commands.h"
+#include "commands.h"
 
 namespace organbake {
 

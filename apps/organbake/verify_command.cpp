@@ -2,16 +2,16 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bundle/bundle.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "dataset/dataset_spec.h"
-#include "organbake/commands.h"
-#include "pipelines/bake_report.h"
-#include "pipelines/bake_warnings.h"
-#include "pipelines/recipe.h"
-#include "pipelines/schemas.h"
-#include "truth/scope_lens.h"
+#include "commands.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/dataset/dataset_spec.h"
+#include "organbake/pipelines/bake_report.h"
+#include "organbake/pipelines/bake_warnings.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/schemas.h"
+#include "organbake/truth/scope_lens.h"
 
 namespace organbake {
 namespace {

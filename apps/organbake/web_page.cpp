@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/web_page.h"
+#include "web_page.h"
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "pipelines/options_json.h"
-#include "pipelines/output_target.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/export/options.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/export_options.h"
+#include "organbake/pipelines/options_json.h"
+#include "organbake/pipelines/output_target.h"
+#include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "organbake/session.h"
-#include "pipelines/options.h"
+#include "organbake/pipelines/options.h"
+#include "session.h"
 
 namespace organbake {
 

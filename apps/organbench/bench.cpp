@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/bench.h"
+#include "bench.h"
 
-#include "pipelines/html_page.h"
+#include "organbake/pipelines/html_page.h"
 
 namespace organbake {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/run_context.h"
-#include "image/channel_image.h"
-#include "organbench/measurement.h"
+#include "measurement.h"
+#include "organbake/core/run_context.h"
+#include "organbake/image/channel_image.h"
 
 namespace organbake {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/chart.h"
+#include "chart.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "core/text.h"
-#include "pipelines/html_page.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/html_page.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/child_process.h"
+#include "child_process.h"
 
 #include <signal.h>
 #include <sys/wait.h>
@@ -9,7 +9,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "pipelines/worker_process.h"
+#include "organbake/pipelines/worker_process.h"
 
 namespace organbake {
 namespace {

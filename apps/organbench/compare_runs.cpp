@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/compare_runs.h"
+#include "compare_runs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "organbench/run_report.h"
+#include "run_report.h"
 
 namespace organbake {
 

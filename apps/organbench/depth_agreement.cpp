@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/depth_agreement.h"
+#include "depth_agreement.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "geometry/camera.h"
-#include "shading/grid.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/shading/grid.h"
 
 namespace organbake {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/error_measures.h"
+#include "error_measures.h"
 
 #include <cmath>
 
-#include "capture/camera_rays.h"
+#include "organbake/capture/camera_rays.h"
 
 namespace organbake {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <Eigen/Core>
 
-#include "geometry/camera.h"
-#include "geometry/shell_map.h"
-#include "geometry/triangle_mesh.h"
-#include "raycast/ray_scene.h"
-#include "shading/grid.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/shading/grid.h"
 
 // What suites and trials hold results against.
 namespace organbake {

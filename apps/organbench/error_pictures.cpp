@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/error_pictures.h"
+#include "error_pictures.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
-#include "image/srgb.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 

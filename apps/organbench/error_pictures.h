@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "image/channel_image.h"
+#include "organbake/image/channel_image.h"
 
 // Errors as pictures, for people who would rather look.
 namespace organbake {

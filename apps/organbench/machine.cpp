@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/machine.h"
+#include "machine.h"
 
 #include <CGAL/version.h>
 #include <embree3/rtcore_config.h>

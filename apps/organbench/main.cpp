@@ -6,17 +6,17 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/nearest_name.h"
-#include "core/temporary_folder.h"
-#include "core/text.h"
-#include "organbench/compare_runs.h"
-#include "organbench/machine.h"
-#include "organbench/run_report.h"
-#include "organbench/run_suite.h"
-#include "organbench/stability/trial.h"
-#include "pipelines/schemas.h"
+#include "compare_runs.h"
+#include "machine.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/nearest_name.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/schemas.h"
+#include "run_report.h"
+#include "run_suite.h"
+#include "stability/trial.h"
 #include "stop_signal.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/measurement.h"
+#include "measurement.h"
 
 #include <malloc.h>
 #include <sys/resource.h>
@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "core/files.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/memory_bundle.h"
+#include "memory_bundle.h"
 
 #include <utility>
 
-#include "capture/skin_bake.h"
-#include "capture/surface_color.h"
-#include "mechanics/mechanics.h"
+#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/mechanics/mechanics.h"
 
 namespace organbake {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "bundle/bundle.h"
-#include "capture/capture.h"
-#include "geometry/triangle_mesh.h"
-#include "viewpoints/placement.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/capture/capture.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/path_alignment.h"
+#include "path_alignment.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bundle/cameras_json.h"
+#include "organbake/bundle/cameras_json.h"
 
 namespace organbake {
 

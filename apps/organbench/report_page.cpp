@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <array>
 
-#include "core/text.h"
-#include "organbench/chart.h"
-#include "organbench/run_report.h"
-#include "pipelines/html_page.h"
+#include "chart.h"
+#include "organbake/core/text.h"
+#include "organbake/pipelines/html_page.h"
+#include "run_report.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/result_json.h"
+#include "result_json.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "organbench/bench.h"
+#include "bench.h"
 
 namespace organbake {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/run_report.h"
+#include "run_report.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "organbench/result_json.h"
+#include "result_json.h"
 
 namespace organbake {
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "organbench/bench.h"
+#include "bench.h"
 
 namespace organbake {
 

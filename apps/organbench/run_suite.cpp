@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/run_suite.h"
+#include "run_suite.h"
 
 #include <signal.h>
 #include <sys/wait.h>
@@ -11,9 +11,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "core/temporary_folder.h"
-#include "organbench/child_process.h"
-#include "organbench/result_json.h"
+#include "child_process.h"
+#include "organbake/core/temporary_folder.h"
+#include "result_json.h"
 
 namespace organbake {
 namespace {

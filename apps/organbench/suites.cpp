@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites.h"
+#include "suites.h"
 
-#include "organbench/bench.h"
+#include "bench.h"
 
 namespace organbake {
 

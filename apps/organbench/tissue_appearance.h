@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "image/channel_image.h"
+#include "organbake/image/channel_image.h"
 
 namespace organbake {
 

@@ -4,20 +4,20 @@
 #include <cmath>
 #include <optional>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "image/png.h"
-#include "image/video_pipe.h"
-#include "player/comparison_table.h"
-#include "player/contact_sheet.h"
-#include "player/play.h"
-#include "player/player.h"
-#include "player/reference_frames.h"
-#include "player/script_camera.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/image/png.h"
+#include "organbake/image/video_pipe.h"
+#include "organbake/player/comparison_table.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/play.h"
+#include "organbake/player/player.h"
+#include "organbake/player/reference_frames.h"
+#include "organbake/player/script_camera.h"
+#include "organbake/truth/scope_lens.h"
+#include "organbake/truth/truth_recorder.h"
 #include "results.h"
-#include "truth/scope_lens.h"
-#include "truth/truth_recorder.h"
 #include "truth_files.h"
 
 namespace organbake {

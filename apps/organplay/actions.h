@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bundle/bundle.h"
 #include "command.h"
-#include "core/run_context.h"
-#include "player/player.h"
-#include "warp/view.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/run_context.h"
+#include "organbake/player/player.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 

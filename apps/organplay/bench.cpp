@@ -2,14 +2,14 @@
 #include <algorithm>
 
 #include "actions.h"
-#include "bundle/json_fields.h"
-#include "core/files.h"
-#include "core/median.h"
-#include "core/stopwatch.h"
-#include "core/text.h"
-#include "player/play.h"
-#include "player/skin_point.h"
-#include "truth/truth_tracker.h"
+#include "organbake/bundle/json_fields.h"
+#include "organbake/core/files.h"
+#include "organbake/core/median.h"
+#include "organbake/core/stopwatch.h"
+#include "organbake/core/text.h"
+#include "organbake/player/play.h"
+#include "organbake/player/skin_point.h"
+#include "organbake/truth/truth_tracker.h"
 
 namespace organbake {
 namespace {

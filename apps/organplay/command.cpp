@@ -6,10 +6,10 @@
 #include <iostream>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files.h"
 #include "manual.h"
-#include "player/comparison_table.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/player/comparison_table.h"
 
 namespace organbake {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "deform/deformer.h"
 #include "option_values.h"
-#include "player/orbit.h"
-#include "truth/layer_set.h"
-#include "warp/drawn_light.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/player/orbit.h"
+#include "organbake/truth/layer_set.h"
+#include "organbake/warp/drawn_light.h"
 
 namespace organbake {
 

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <string>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "dataset/dataset.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/dataset/dataset.h"
 #include "results.h"
 
 namespace organbake {

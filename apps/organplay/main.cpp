@@ -5,9 +5,9 @@
 
 #include "actions.h"
 #include "command.h"
-#include "core/error.h"
-#include "core/heap.h"
-#include "core/parallel.h"
+#include "organbake/core/error.h"
+#include "organbake/core/heap.h"
+#include "organbake/core/parallel.h"
 #include "stop_signal.h"
 
 namespace organbake {

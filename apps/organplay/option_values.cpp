@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <optional>
 
-#include "core/error.h"
-#include "warp/view.h"
+#include "organbake/core/error.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "player/orbit.h"
+#include "organbake/player/orbit.h"
 
 namespace organbake {
 

@@ -9,9 +9,9 @@
 #include <cstring>
 #include <vector>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "image/video_pipe.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/image/video_pipe.h"
 
 namespace organbake {
 namespace {

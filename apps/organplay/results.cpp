@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results.h"
 
-#include "core/files.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "bundle/json_fields.h"
+#include "organbake/bundle/json_fields.h"
 
 namespace organbake {
 

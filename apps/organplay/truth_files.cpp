@@ -5,14 +5,14 @@
 #include <string>
 #include <utility>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "geometry/pinhole.h"
-#include "image/png.h"
-#include "player/script_camera.h"
-#include "truth/layer_files.h"
-#include "truth/scope_lens.h"
-#include "truth/truth_tracker.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/geometry/pinhole.h"
+#include "organbake/image/png.h"
+#include "organbake/player/script_camera.h"
+#include "organbake/truth/layer_files.h"
+#include "organbake/truth/scope_lens.h"
+#include "organbake/truth/truth_tracker.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -4,11 +4,11 @@
 #include <memory>
 
 #include "command.h"
-#include "core/run_context.h"
-#include "player/player.h"
-#include "player/script.h"
-#include "truth/truth_recorder.h"
-#include "warp/view.h"
+#include "organbake/core/run_context.h"
+#include "organbake/player/player.h"
+#include "organbake/player/script.h"
+#include "organbake/truth/truth_recorder.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 

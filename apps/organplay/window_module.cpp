@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
 #include "window/run_window.h"
 
 namespace organbake {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "bundle/map_code.h"
-#include "core/error.h"
-#include "player/play.h"
+#include "organbake/bundle/map_code.h"
+#include "organbake/core/error.h"
+#include "organbake/player/play.h"
 
 namespace organbake {
 namespace {

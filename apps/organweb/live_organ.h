@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "player/live_session.h"
-#include "player/player.h"
+#include "organbake/player/live_session.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "bundle/bundle_pack.h"
-#include "core/error.h"
 #include "live_organ.h"
+#include "organbake/bundle/bundle_pack.h"
+#include "organbake/core/error.h"
 
 #define ORGAN_EXPORT(name) extern "C" __attribute__((export_name(#name)))
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "array_arguments.h"
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace py = pybind11;

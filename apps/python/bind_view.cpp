@@ -4,9 +4,9 @@
 #include <pybind11/numpy.h>
 
 #include "array_arguments.h"
-#include "core/error.h"
-#include "geometry/written_rotation.h"
-#include "warp/view.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/written_rotation.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 namespace py = pybind11;

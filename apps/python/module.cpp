@@ -9,7 +9,7 @@
 
 #include "array_arguments.h"
 #include "bind_view.h"
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "picture_arrays.h"
 #include "python_errors.h"
 #include "shared_player.h"

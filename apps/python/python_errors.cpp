@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 

@@ -3,10 +3,10 @@
 
 #include <cstring>
 
-#include "core/error.h"
-#include "player/instrument_motion.h"
-#include "player/orbit.h"
-#include "player/skin_point.h"
+#include "organbake/core/error.h"
+#include "organbake/player/instrument_motion.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/skin_point.h"
 
 namespace organbake {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "player/orbit.h"
-#include "player/player.h"
-#include "truth/flow.h"
-#include "truth/truth_tracker.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/truth/flow.h"
+#include "organbake/truth/truth_tracker.h"
 
 namespace organbake {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "array_arguments.h"
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "deform/deformer.h"
+#include "organbake/deform/deformer.h"
 
 namespace organbake {
 

@@ -107,21 +107,32 @@ function(organbake_compile_files_lightly)
     SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# organbake_module(<name> [RUNTIME] [ROOMS ...] SOURCES ... HEADERS ... [PUBLIC ...] [PRIVATE ...])
-# Declares organbake::<name>. RUNTIME modules are what organplay needs: they are installed and exported.
-# ROOMS are folders of the module, all of whose files belong to it; HEADERS are what others may see.
+# organbake_module(<name> [RUNTIME] [ROOMS ...] [SOURCES ...] [INSTALL ...] [PUBLIC ...] [PRIVATE ...])
+# Declares organbake::<name>, the folder that calls it:
+#   include/organbake/<name>/*.h  what others may include, as "organbake/<name>/...";
+#   src/**                        the rest, which no other target sees; SOURCES: these of it alone,
+#                                 as pages need them, which alone have what is in src/web.
+# RUNTIME modules are what organplay needs: they are exported, and the headers that INSTALL names
+# are installed. ROOMS are folders of src in the order in which they use each other, which
+# scripts/check_layers holds.
 function(organbake_module name)
-  cmake_parse_arguments(arg "RUNTIME" "" "ROOMS;SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "RUNTIME" "" "ROOMS;SOURCES;INSTALL;PUBLIC;PRIVATE" ${ARGN})
   set(target organbake_${name})
-  foreach(room IN LISTS arg_ROOMS)
-    file(GLOB files CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ${room}/*.cpp ${room}/*.h)
-    list(APPEND arg_SOURCES ${files})
-  endforeach()
-  add_library(${target} STATIC ${arg_SOURCES} ${arg_HEADERS})
+  set(include ${CMAKE_CURRENT_SOURCE_DIR}/include)
+  file(GLOB headers CONFIGURE_DEPENDS ${include}/organbake/${name}/*.h)
+  if(arg_SOURCES)
+    list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/src/)
+    set(sources ${arg_SOURCES})
+  else()
+    file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp
+         ${CMAKE_CURRENT_SOURCE_DIR}/src/*.h)
+    list(FILTER sources EXCLUDE REGEX /src/web/)
+  endif()
+  add_library(${target} STATIC ${sources} ${headers})
   add_library(organbake::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(${target} PUBLIC
-    $<BUILD_INTERFACE:${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../lib> $<INSTALL_INTERFACE:include/organbake>)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${include}>
+    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_link_libraries(${target}
     PUBLIC organbake_build_flags ${arg_PUBLIC}
@@ -129,17 +140,22 @@ function(organbake_module name)
   organbake_compile_together(${target})
   if(NOT arg_RUNTIME)
     organbake_precompile(${target} organbake_precompiled)
-  else()
-    organbake_precompile(${target} organbake_runtime_precompiled)
-    # Which of several products an addition is fused with is the compiler's choice, another one on
-    # another processor: pictures would differ by a level here and there. Files of plain loops over
-    # numbers, where the choice is the same, turn it on again (ORGANBAKE_FUSED).
-    target_compile_options(${target} PRIVATE ${ORGANBAKE_UNFUSED})
-    install(TARGETS ${target} EXPORT organplay
-            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT liborganplay-dev)
-    foreach(header IN LISTS arg_HEADERS)
-      cmake_path(GET header PARENT_PATH room)
-      install(FILES ${header} DESTINATION include/organbake/${name}/${room} COMPONENT liborganplay-dev)
-    endforeach()
+    return()
   endif()
+  organbake_precompile(${target} organbake_runtime_precompiled)
+  # Which of several products an addition is fused with is the compiler's choice, another one on
+  # another processor: pictures would differ by a level here and there. Files of plain loops over
+  # numbers, where the choice is the same, turn it on again (ORGANBAKE_FUSED).
+  target_compile_options(${target} PRIVATE ${ORGANBAKE_UNFUSED})
+  if(arg_INSTALL)
+    list(TRANSFORM arg_INSTALL PREPEND ${include}/organbake/${name}/)
+    target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS ${include} FILES ${arg_INSTALL})
+  endif()
+  set(header_set)
+  if(arg_INSTALL)
+    set(header_set FILE_SET HEADERS DESTINATION include COMPONENT liborganplay-dev)
+  endif()
+  install(TARGETS ${target} EXPORT organplay
+          ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}/organbake COMPONENT liborganplay-dev
+          ${header_set})
 endfunction()

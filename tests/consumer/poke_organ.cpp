@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A simulator's loop in forty lines: poke_organ BUNDLE PICTURE.ppm presses a probe into the organ
 // from the viewer's side and writes what the viewer then sees; the force is on stdout.
-#include <player/embedded_player.h>
+#include <organbake/player/embedded_player.h>
 #include <cmath>
 #include <cstdio>
 #include <exception>

@@ -5,17 +5,17 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/parallel.h"
-#include "core/random.h"
-#include "decimate/decimate.h"
-#include "deform/deformer.h"
 #include "fuzz/drawn.h"
 #include "fuzz/grown_mesh.h"
 #include "fuzz/readers.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/shell_map.h"
-#include "mechanics/mechanics.h"
-#include "viewpoints/placement.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/random.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 namespace {

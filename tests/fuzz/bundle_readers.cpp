@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "bundle/bundle.h"
+#include "organbake/bundle/bundle.h"
 
-#include "bundle/bundle_pack.h"
-#include "bundle/map_code.h"
-#include "bundle/reseal.h"
-#include "core/files.h"
 #include "fuzz/readers.h"
+#include "organbake/bundle/bundle_pack.h"
+#include "organbake/bundle/map_code.h"
+#include "organbake/bundle/reseal.h"
+#include "organbake/core/files.h"
 #include "support/meshes.h"
 #include "support/skins.h"
 #include "support/small_bundle.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cameras and calibrations.
-#include "bundle/packed_bytes.h"
-#include "formats/camera_files.h"
 #include "fuzz/readers.h"
-#include "stereo/stereo_rig.h"
+#include "organbake/bundle/packed_bytes.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/stereo/stereo_rig.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "dicom/dicom_codec.h"
 #include "fuzz/dicom_seeds.h"
 #include "fuzz/readers.h"
 #include "fuzz/volumes_as_asked.h"
-#include "volume/dicom_codec.h"
-#include "volume/dicom_folder.h"
-#include "volume/dicom_series.h"
-#include "volume/read_volume.h"
+#include "organbake/volume/dicom_folder.h"
+#include "organbake/volume/dicom_series.h"
+#include "organbake/volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <Eigen/Geometry>
 
-#include "core/files.h"
-#include "core/text.h"
 #include "fuzz/dicom_codings.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
 #include "support/dicom_bytes.h"
 #include "support/dicom_mask_bytes.h"
 

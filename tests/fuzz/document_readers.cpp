@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Documents in text: scripts, recipes, light, tissue, data sets, tables.
-#include "bundle/lighting.h"
-#include "bundle/mechanics_model.h"
-#include "core/files.h"
-#include "dataset/dataset_spec.h"
 #include "fuzz/readers.h"
-#include "pipelines/case_table.h"
-#include "pipelines/document.h"
-#include "pipelines/recipe.h"
-#include "pipelines/schemas.h"
-#include "player/script.h"
+#include "organbake/bundle/lighting.h"
+#include "organbake/bundle/mechanics_model.h"
+#include "organbake/core/files.h"
+#include "organbake/dataset/dataset_spec.h"
+#include "organbake/pipelines/case_table.h"
+#include "organbake/pipelines/document.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/schemas.h"
+#include "organbake/player/script.h"
+#include "organbake/truth/lens_picture.h"
+#include "organbake/volume/label_names_file.h"
 #include "support/small_bundle.h"
-#include "truth/lens_picture.h"
-#include "volume/label_names_file.h"
 
 namespace organbake {
 namespace {

@@ -9,9 +9,9 @@
 #include <optional>
 #include <string_view>
 
-#include "core/error.h"
-#include "core/files.h"
 #include "fuzz/readers.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {

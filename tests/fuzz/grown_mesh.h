@@ -2,7 +2,7 @@
 #pragma once
 
 #include "fuzz/drawn.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

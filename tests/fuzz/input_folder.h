@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "core/random.h"
 #include "fuzz/readers.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <turbojpeg.h>
 
-#include "core/files.h"
-#include "core/temporary_folder.h"
-#include "formats/photo.h"
 #include "fuzz/readers.h"
-#include "image/exr.h"
-#include "image/png.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/formats/photo.h"
+#include "organbake/image/exr.h"
+#include "organbake/image/png.h"
 
 namespace organbake {
 namespace {

@@ -3,10 +3,10 @@
 // stays finite, no depth lies behind the eye, and two threads draw what one does.
 #include <cmath>
 
-#include "core/parallel.h"
 #include "fuzz/readers.h"
-#include "player/play.h"
-#include "player/player.h"
+#include "organbake/core/parallel.h"
+#include "organbake/player/play.h"
+#include "organbake/player/player.h"
 #include "support/small_bundle.h"
 
 namespace organbake {

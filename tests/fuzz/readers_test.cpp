@@ -11,11 +11,11 @@
 #include <filesystem>
 #include <ostream>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
 #include "fuzz/heap_meter.h"
 #include "fuzz/mutations.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 

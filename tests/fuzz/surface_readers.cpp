@@ -12,10 +12,10 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
-#include "formats/mesh_files.h"
 #include "fuzz/readers.h"
 #include "fuzz/vtk_writings.h"
-#include "geometry/ply.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/ply.h"
 #include "support/mesh_texts.h"
 #include "support/meshes.h"
 

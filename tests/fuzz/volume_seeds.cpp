@@ -8,12 +8,12 @@
 #include <vtkSmartPointer.h>
 #include <vtkXMLImageDataWriter.h>
 
-#include "core/files.h"
-#include "core/text.h"
 #include "fuzz/vtk_writings.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/volume/write_volume.h"
 #include "support/nifti_bytes.h"
 #include "support/ramp_volume.h"
-#include "volume/write_volume.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "volume/read_volume.h"
+#include "organbake/volume/read_volume.h"
 
 namespace organbake {
 namespace {

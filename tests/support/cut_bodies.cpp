@@ -5,7 +5,7 @@
 #include <functional>
 #include <map>
 
-#include "cutting/skin_inside.h"
+#include "organbake/cutting/skin_inside.h"
 
 namespace organbake::test {
 namespace {

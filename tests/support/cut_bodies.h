@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bundle/tetrahedral_body.h"
-#include "cutting/cut_sheet.h"
-#include "cutting/cut_tetrahedra.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/bundle/tetrahedral_body.h"
+#include "organbake/cutting/cut_sheet.h"
+#include "organbake/cutting/cut_tetrahedra.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake::test {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "support/dicom_bytes.h"
 
-#include "core/text.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 

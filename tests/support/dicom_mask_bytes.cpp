@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "core/text.h"
+#include "organbake/core/text.h"
 #include "support/dicom_bytes.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <iterator>
 
-#include "core/text.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "geometry/icosphere.h"
+#include "organbake/geometry/icosphere.h"
 
 namespace organbake {
 

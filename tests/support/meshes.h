@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

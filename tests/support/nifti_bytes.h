@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "volume/volume.h"
+#include "organbake/volume/volume.h"
 
 namespace organbake {
 

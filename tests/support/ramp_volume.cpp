@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "volume/read_volume.h"
+#include "organbake/volume/read_volume.h"
 
 namespace organbake {
 

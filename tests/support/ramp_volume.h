@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <string>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
+#include "organbake/volume/volume.h"
 #include "support/error_message.h"
-#include "volume/volume.h"
 
 namespace organbake {
 

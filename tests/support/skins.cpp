@@ -3,8 +3,8 @@
 
 #include <map>
 
-#include "geometry/adjacency.h"
-#include "geometry/lattice.h"
+#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/lattice.h"
 
 namespace organbake {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "geometry/smooth_skin.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/smooth_skin.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

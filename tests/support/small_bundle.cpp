@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "core/files.h"
-#include "geometry/ply.h"
-#include "image/exr.h"
+#include "organbake/core/files.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/image/exr.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "bundle/bundle.h"
-#include "bundle/tetrahedral_body.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/tetrahedral_body.h"
 
 namespace organbake {
 

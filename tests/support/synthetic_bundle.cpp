@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/parallel.h"
-#include "geometry/mesh_edges.h"
-#include "geometry/shell_map.h"
+#include "organbake/core/parallel.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/shell_map.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 
-#include "bundle/bundle.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/colmap.h"
+#include "peers/colmap.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -9,11 +9,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "formats/camera_files.h"
-#include "pipelines/worker_process.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/pipelines/worker_process.h"
 
 namespace organbake {
 namespace {

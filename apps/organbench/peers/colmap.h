@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "bundle/cameras_json.h"
-#include "core/run_context.h"
-#include "geometry/camera.h"
-#include "organbench/measurement.h"
+#include "measurement.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/camera.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/contours.h"
+#include "peers/contours.h"
 
 #include <vtkFlyingEdges3D.h>
 #include <vtkImageData.h>
@@ -10,7 +10,7 @@
 #include <vtkShortArray.h>
 #include <vtkSmartPointer.h>
 
-#include "organbench/peers/vtk_mesh.h"
+#include "peers/vtk_mesh.h"
 
 namespace organbake {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "geometry/triangle_mesh.h"
-#include "volume/volume.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/volume/volume.h"
 
 namespace organbake {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/decimators.h"
+#include "peers/decimators.h"
 
 #include <meshoptimizer.h>
 #include <vtkNew.h>
 #include <vtkQuadricDecimation.h>
 
-#include "organbench/peers/vtk_mesh.h"
+#include "peers/vtk_mesh.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/embree_depth.h"
+#include "peers/embree_depth.h"
 
 #include <embree3/rtcore.h>
 #include <tbb/parallel_for.h>

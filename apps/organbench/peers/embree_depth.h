@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "geometry/camera.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/embree_frames.h"
+#include "peers/embree_frames.h"
 
 #include <embree3/rtcore.h>
 #include <tbb/parallel_for.h>
 
-#include "core/error.h"
-#include "image/srgb.h"
+#include "organbake/core/error.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

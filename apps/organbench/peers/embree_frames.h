@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "geometry/triangle_mesh.h"
-#include "image/channel_image.h"
-#include "warp/view.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 

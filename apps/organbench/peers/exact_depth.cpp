@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/exact_depth.h"
+#include "peers/exact_depth.h"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>

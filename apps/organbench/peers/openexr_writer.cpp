@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/openexr_writer.h"
+#include "peers/openexr_writer.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "image/channel_image.h"
+#include "organbake/image/channel_image.h"
 
 namespace organbake {
 

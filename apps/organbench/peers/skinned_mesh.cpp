@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/skinned_mesh.h"
+#include "peers/skinned_mesh.h"
 
 #include <tbb/parallel_for.h>
 
@@ -8,10 +8,10 @@
 #include <map>
 #include <numbers>
 
-#include "core/error.h"
-#include "geometry/icosphere.h"
-#include "image/srgb.h"
-#include "raycast/ray_scene.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/image/srgb.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "geometry/triangle_mesh.h"
-#include "image/channel_image.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/image/channel_image.h"
 
 namespace organbake {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "image/channel_image.h"
-#include "organbench/peers/skinned_mesh.h"
-#include "warp/view.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/warp/view.h"
+#include "peers/skinned_mesh.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/peers/vtk_mesh.h"
+#include "peers/vtk_mesh.h"
 
 #include <vtkCellArray.h>
 #include <vtkIdList.h>

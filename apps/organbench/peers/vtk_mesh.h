@@ -4,7 +4,7 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

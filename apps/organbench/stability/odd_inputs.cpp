@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/stability/odd_inputs.h"
+#include "stability/odd_inputs.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "phantom/phantom.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "core/random.h"
-#include "geometry/camera.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

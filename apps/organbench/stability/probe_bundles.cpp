@@ -4,19 +4,19 @@
 #include <stdexcept>
 #include <string>
 
-#include "capture/capture.h"
-#include "capture/skin_bake.h"
-#include "capture/surface_color.h"
-#include "decimate/decimate.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/shell_map.h"
-#include "mechanics/mechanics.h"
-#include "organbench/error_measures.h"
-#include "organbench/memory_bundle.h"
-#include "organbench/stability/odd_inputs.h"
-#include "organbench/stability/probes.h"
-#include "player/player.h"
-#include "viewpoints/placement.h"
+#include "error_measures.h"
+#include "memory_bundle.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/player/player.h"
+#include "organbake/viewpoints/placement.h"
+#include "stability/odd_inputs.h"
+#include "stability/probes.h"
 
 namespace organbake {
 namespace {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cstring>
 
-#include "bundle/bundle.h"
-#include "core/files.h"
-#include "formats/camera_files.h"
-#include "formats/mesh_files.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/ply.h"
-#include "image/exr.h"
-#include "image/png.h"
-#include "mechanics/mechanics.h"
-#include "organbench/stability/odd_inputs.h"
-#include "organbench/stability/probes.h"
-#include "volume/read_volume.h"
-#include "volume/write_volume.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/image/exr.h"
+#include "organbake/image/png.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/volume/read_volume.h"
+#include "organbake/volume/write_volume.h"
+#include "stability/odd_inputs.h"
+#include "stability/probes.h"
 
 namespace organbake {
 namespace {

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbench/stability/odd_inputs.h"
-#include "organbench/stability/probes.h"
-#include "registration/register_photo.h"
-#include "shading/frame_depth.h"
+#include "organbake/registration/register_photo.h"
+#include "organbake/shading/frame_depth.h"
+#include "stability/odd_inputs.h"
+#include "stability/probes.h"
 
 namespace organbake {
 namespace {

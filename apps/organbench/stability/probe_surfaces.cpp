@@ -2,11 +2,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "decimate/decimate.h"
-#include "geometry/mesh_checks.h"
-#include "isosurface/isosurface.h"
-#include "organbench/stability/odd_inputs.h"
-#include "organbench/stability/probes.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/isosurface/isosurface.h"
+#include "stability/odd_inputs.h"
+#include "stability/probes.h"
 
 namespace organbake {
 namespace {

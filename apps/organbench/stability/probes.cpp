@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/stability/probes.h"
+#include "stability/probes.h"
 
 #include <cmath>
 
-#include "organbench/stability/trial.h"
+#include "stability/trial.h"
 
 namespace organbake {
 

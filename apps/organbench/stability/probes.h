@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "core/random.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

@@ -12,9 +12,9 @@
 #include <deque>
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "organbench/child_process.h"
-#include "organbench/stability/trial.h"
+#include "child_process.h"
+#include "organbake/core/error.h"
+#include "stability/trial.h"
 
 namespace organbake {
 namespace {

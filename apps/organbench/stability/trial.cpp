@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/stability/trial.h"
+#include "stability/trial.h"
 
 #include <cmath>
 #include <ctime>
 
-#include "core/error.h"
-#include "core/text.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/random.h"
-#include "core/run_context.h"
+#include "organbake/core/random.h"
+#include "organbake/core/run_context.h"
 
 namespace organbake {
 

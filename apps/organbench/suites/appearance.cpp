@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "organbench/bench.h"
-#include "organbench/suites.h"
-#include "organbench/suites/baker.h"
-#include "organbench/tissue_appearance.h"
-#include "player/orbit.h"
-#include "player/player.h"
-#include "shading/video_reader.h"
+#include "bench.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/shading/video_reader.h"
+#include "suites.h"
+#include "suites/baker.h"
+#include "tissue_appearance.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
-#include "organbench/suites.h"
-#include "organbench/suites/baker.h"
-#include "organbench/suites/bundle_errors.h"
-#include "phantom/phantom.h"
-#include "pipelines/quality.h"
-#include "volume/read_volume.h"
-#include "volume/write_volume.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/pipelines/quality.h"
+#include "organbake/volume/read_volume.h"
+#include "organbake/volume/write_volume.h"
+#include "suites.h"
+#include "suites/baker.h"
+#include "suites/bundle_errors.h"
 
 namespace organbake {
 namespace {

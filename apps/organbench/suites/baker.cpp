@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/baker.h"
+#include "suites/baker.h"
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "pipelines/worker_process.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/worker_process.h"
 
 namespace organbake {
 namespace {

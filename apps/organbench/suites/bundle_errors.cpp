@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/bundle_errors.h"
+#include "suites/bundle_errors.h"
 
 #include <cmath>
 
-#include "bundle/bundle.h"
-#include "image/difference.h"
-#include "organbench/suites/material_picture.h"
-#include "player/orbit.h"
-#include "player/player.h"
-#include "player/projection_error.h"
-#include "raycast/ray_scene.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/image/difference.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/player/projection_error.h"
+#include "organbake/raycast/ray_scene.h"
+#include "suites/material_picture.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "organbench/measurement.h"
+#include "measurement.h"
 
 namespace organbake {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
 
-#include "bundle/map_files.h"
-#include "capture/capture.h"
-#include "decimate/decimate.h"
-#include "geometry/shell_map.h"
-#include "organbench/error_measures.h"
-#include "organbench/peers/embree_depth.h"
-#include "organbench/peers/openexr_writer.h"
-#include "organbench/suites.h"
-#include "organbench/suites/capture_parts.h"
-#include "phantom/phantom.h"
-#include "viewpoints/placement.h"
+#include "error_measures.h"
+#include "organbake/bundle/map_files.h"
+#include "organbake/capture/capture.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/viewpoints/placement.h"
+#include "peers/embree_depth.h"
+#include "peers/openexr_writer.h"
+#include "suites.h"
+#include "suites/capture_parts.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

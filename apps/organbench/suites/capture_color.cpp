@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/camera_rays.h"
-#include "capture/capture.h"
-#include "capture/photo_view.h"
-#include "core/random.h"
-#include "image/srgb.h"
-#include "organbench/suites/capture_parts.h"
-#include "phantom/phantom.h"
+#include "organbake/capture/camera_rays.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/photo_view.h"
+#include "organbake/core/random.h"
+#include "organbake/image/srgb.h"
+#include "organbake/phantom/phantom.h"
+#include "suites/capture_parts.h"
 
 namespace organbake {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <Eigen/Geometry>
 
-#include "decimate/decimate.h"
-#include "image/difference.h"
-#include "organbench/memory_bundle.h"
-#include "organbench/suites/capture_parts.h"
-#include "phantom/phantom.h"
-#include "player/carried_surface.h"
-#include "player/contact_sheet.h"
-#include "player/orbit.h"
+#include "memory_bundle.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/image/difference.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "suites/capture_parts.h"
 
 namespace organbake {
 namespace {

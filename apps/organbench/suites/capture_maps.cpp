@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cmath>
 
-#include "bundle/map_files.h"
-#include "capture/capture.h"
-#include "capture/smooth_normals.h"
-#include "core/files.h"
-#include "core/random.h"
-#include "geometry/shell_map.h"
-#include "organbench/error_measures.h"
-#include "organbench/peers/exact_depth.h"
-#include "organbench/suites/capture_parts.h"
-#include "phantom/phantom.h"
+#include "error_measures.h"
+#include "organbake/bundle/map_files.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/smooth_normals.h"
+#include "organbake/core/files.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/phantom/phantom.h"
+#include "peers/exact_depth.h"
+#include "suites/capture_parts.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

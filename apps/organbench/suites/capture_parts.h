@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "geometry/camera.h"
-#include "geometry/triangle_mesh.h"
-#include "organbench/bench.h"
+#include "bench.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 // The suite of capture, by what it measures.
 namespace organbake {

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/cliffs.h"
+#include "suites/cliffs.h"
 
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "capture/capture.h"
-#include "capture/surface_color.h"
-#include "core/error.h"
-#include "decimate/decimate.h"
-#include "deform/deformer.h"
-#include "isosurface/isosurface.h"
-#include "mechanics/mechanics.h"
-#include "organbench/error_measures.h"
-#include "phantom/ball_scan.h"
-#include "phantom/phantom.h"
-#include "phantom/shading_surfaces.h"
-#include "shading/laparoscope.h"
-#include "viewpoints/placement.h"
+#include "error_measures.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/core/error.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/isosurface/isosurface.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/phantom/ball_scan.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/shading/laparoscope.h"
+#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 namespace {

@@ -3,13 +3,13 @@
 #include <chrono>
 #include <thread>
 
-#include "core/stopwatch.h"
-#include "organbench/suites.h"
-#include "organbench/suites/cutting_parts.h"
-#include "organbench/suites/frame_timing.h"
-#include "organbench/suites/player_bundles.h"
-#include "player/player.h"
-#include "player/skin_point.h"
+#include "organbake/core/stopwatch.h"
+#include "organbake/player/player.h"
+#include "organbake/player/skin_point.h"
+#include "suites.h"
+#include "suites/cutting_parts.h"
+#include "suites/frame_timing.h"
+#include "suites/player_bundles.h"
 
 namespace organbake {
 namespace {

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <map>
 
-#include "core/text.h"
-#include "cutting/blade_sweeps.h"
-#include "deform/deformer.h"
-#include "mechanics/mechanics.h"
-#include "organbench/bench.h"
-#include "organbench/suites/cutting_parts.h"
+#include "bench.h"
+#include "organbake/core/text.h"
+#include "organbake/cutting/blade_sweeps.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/mechanics/mechanics.h"
+#include "suites/cutting_parts.h"
 
 namespace organbake {
 namespace {

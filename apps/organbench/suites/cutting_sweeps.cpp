@@ -6,17 +6,17 @@
 #include <numeric>
 #include <span>
 
-#include "core/random.h"
-#include "cutting/blade_sweeps.h"
-#include "decimate/decimate.h"
-#include "formats/mesh_files.h"
-#include "formats/photo.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/mesh_edges.h"
-#include "mechanics/mechanics.h"
-#include "organbench/bench.h"
-#include "organbench/suites/cutting_parts.h"
-#include "phantom/phantom.h"
+#include "bench.h"
+#include "organbake/core/random.h"
+#include "organbake/cutting/blade_sweeps.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/phantom/phantom.h"
+#include "suites/cutting_parts.h"
 
 namespace organbake {
 namespace {

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/decimate.h"
+#include "organbake/decimate/decimate.h"
 
 #include <algorithm>
 
-#include "core/text.h"
-#include "decimate/collapse.h"
-#include "decimate/mesh_distance.h"
-#include "formats/mesh_files.h"
-#include "geometry/icosphere.h"
-#include "geometry/mesh_checks.h"
-#include "organbench/bench.h"
-#include "organbench/peers/decimators.h"
-#include "organbench/suites.h"
-#include "organbench/suites/decimate_parts.h"
-#include "phantom/phantom.h"
+#include "bench.h"
+#include "organbake/core/text.h"
+#include "organbake/decimate/collapse.h"
+#include "organbake/decimate/mesh_distance.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/phantom/phantom.h"
+#include "peers/decimators.h"
+#include "suites.h"
+#include "suites/decimate_parts.h"
 
 namespace organbake {
 namespace {

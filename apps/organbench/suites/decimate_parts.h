@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/triangle_mesh.h"
-#include "organbench/bench.h"
+#include "bench.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

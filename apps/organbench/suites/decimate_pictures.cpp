@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "core/text.h"
-#include "organbench/error_pictures.h"
-#include "organbench/suites/decimate_parts.h"
-#include "player/carried_surface.h"
-#include "player/contact_sheet.h"
-#include "player/orbit.h"
-#include "raycast/ray_scene.h"
-#include "viewpoints/placement.h"
+#include "error_pictures.h"
+#include "organbake/core/text.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/viewpoints/placement.h"
+#include "suites/decimate_parts.h"
 
 namespace organbake {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/frame_timing.h"
+#include "suites/frame_timing.h"
 
-#include "player/orbit.h"
+#include "organbake/player/orbit.h"
 
 #include <cmath>
 

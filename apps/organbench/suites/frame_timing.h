@@ -5,9 +5,9 @@
 
 #include <string>
 
-#include "bundle/bundle.h"
-#include "organbench/measurement.h"
-#include "warp/view.h"
+#include "measurement.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/warp/view.h"
 
 // How the player's frames are timed.
 namespace organbake {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/isosurface.h"
+#include "organbake/isosurface/isosurface.h"
 
 #include <cmath>
 
-#include "core/text.h"
-#include "decimate/largest_diameter.h"
-#include "organbench/bench.h"
-#include "organbench/error_measures.h"
-#include "organbench/peers/contours.h"
-#include "organbench/suites.h"
-#include "phantom/ball_scan.h"
-#include "phantom/phantom.h"
-#include "volume/read_volume.h"
+#include "bench.h"
+#include "error_measures.h"
+#include "organbake/core/text.h"
+#include "organbake/decimate/largest_diameter.h"
+#include "organbake/phantom/ball_scan.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/volume/read_volume.h"
+#include "peers/contours.h"
+#include "suites.h"
 
 namespace organbake {
 namespace {

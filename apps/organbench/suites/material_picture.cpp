@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/material_picture.h"
+#include "suites/material_picture.h"
 
 #include <tbb/parallel_for.h>
 
-#include "capture/camera_rays.h"
-#include "image/srgb.h"
+#include "organbake/capture/camera_rays.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

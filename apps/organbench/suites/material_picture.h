@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "capture/smooth_normals.h"
-#include "capture/surface_color.h"
-#include "raycast/ray_scene.h"
+#include "organbake/capture/smooth_normals.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "image/exr.h"
-#include "organbench/path_alignment.h"
-#include "organbench/suites.h"
-#include "organbench/suites/motion_parts.h"
-#include "pipelines/stage.h"
-#include "pipelines/worker_process.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/image/exr.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/pipelines/worker_process.h"
+#include "path_alignment.h"
+#include "suites.h"
+#include "suites/motion_parts.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "organbench/bench.h"
-#include "organbench/depth_agreement.h"
+#include "bench.h"
+#include "depth_agreement.h"
 
 // The suite of moving scopes, by what it measures.
 namespace organbake {

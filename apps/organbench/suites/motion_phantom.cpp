@@ -2,14 +2,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bundle/cameras_json.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "geometry/ply.h"
-#include "image/exr.h"
-#include "organbench/path_alignment.h"
-#include "organbench/suites/motion_parts.h"
-#include "pipelines/worker_process.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/image/exr.h"
+#include "organbake/pipelines/worker_process.h"
+#include "path_alignment.h"
+#include "suites/motion_parts.h"
 
 namespace organbake {
 namespace {

@@ -3,15 +3,15 @@
 #include <cmath>
 #include <set>
 
-#include "core/files.h"
-#include "formats/camera_files.h"
-#include "image/png.h"
-#include "organbench/path_alignment.h"
-#include "organbench/peers/colmap.h"
-#include "organbench/suites/motion_parts.h"
-#include "shading/frame.h"
-#include "shading/masks.h"
-#include "shading/video_reader.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/image/png.h"
+#include "organbake/shading/frame.h"
+#include "organbake/shading/masks.h"
+#include "organbake/shading/video_reader.h"
+#include "path_alignment.h"
+#include "peers/colmap.h"
+#include "suites/motion_parts.h"
 
 namespace organbake {
 namespace {

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "formats/mesh_files.h"
-#include "organbench/bench.h"
-#include "organbench/suites.h"
-#include "phantom/phantom.h"
-#include "viewpoints/coverage.h"
+#include "bench.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/viewpoints/coverage.h"
+#include "suites.h"
 
 namespace organbake {
 namespace {

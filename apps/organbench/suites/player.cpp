@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites.h"
-#include "organbench/suites/player_parts.h"
+#include "suites.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <numbers>
 
-#include "organbench/suites/player_parts.h"
-#include "player/comparison_table.h"
-#include "player/orbit.h"
+#include "organbake/player/comparison_table.h"
+#include "organbake/player/orbit.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

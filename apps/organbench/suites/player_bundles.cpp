@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/player_bundles.h"
+#include "suites/player_bundles.h"
 
 #include <nlohmann/json.hpp>
 
-#include "bundle/bundle.h"
-#include "core/files.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {

@@ -5,9 +5,9 @@
 #include <map>
 #include <string>
 
-#include "organbench/bench.h"
-#include "organbench/peers/skinned_mesh.h"
-#include "organbench/suites/baker.h"
+#include "bench.h"
+#include "peers/skinned_mesh.h"
+#include "suites/baker.h"
 
 namespace organbake {
 

@@ -5,12 +5,12 @@
 #include <numbers>
 #include <vector>
 
-#include "decimate/decimate.h"
-#include "deform/deformer.h"
-#include "mechanics/mechanics.h"
-#include "organbench/suites/frame_timing.h"
-#include "organbench/suites/player_parts.h"
-#include "phantom/phantom.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/phantom/phantom.h"
+#include "suites/frame_timing.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

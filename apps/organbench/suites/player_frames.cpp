@@ -6,15 +6,15 @@
 #include <cmath>
 #include <thread>
 
-#include "core/text.h"
-#include "image/difference.h"
-#include "organbench/peers/embree_frames.h"
-#include "organbench/suites/frame_timing.h"
-#include "organbench/suites/player_parts.h"
-#include "player/carried_surface.h"
-#include "player/player.h"
+#include "organbake/core/text.h"
+#include "organbake/image/difference.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/player.h"
+#include "peers/embree_frames.h"
+#include "suites/frame_timing.h"
+#include "suites/player_parts.h"
 #ifdef ORGANBAKE_HAS_EGL
-#include "organbench/peers/software_gl.h"
+#include "peers/software_gl.h"
 #endif
 
 namespace organbake {

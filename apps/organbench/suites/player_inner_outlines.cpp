@@ -5,15 +5,15 @@
 #include <utility>
 #include <vector>
 
-#include "decimate/decimate.h"
-#include "geometry/icosphere.h"
-#include "image/difference.h"
-#include "organbench/memory_bundle.h"
-#include "organbench/suites/player_parts.h"
-#include "phantom/phantom.h"
-#include "player/carried_surface.h"
-#include "player/orbit.h"
-#include "player/player.h"
+#include "memory_bundle.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/image/difference.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

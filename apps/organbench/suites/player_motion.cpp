@@ -3,11 +3,11 @@
 #include <array>
 #include <numeric>
 
-#include "capture/surface_color.h"
-#include "core/text.h"
-#include "organbench/suites/frame_timing.h"
-#include "organbench/suites/player_parts.h"
-#include "warp/warper.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/core/text.h"
+#include "organbake/warp/warper.h"
+#include "suites/frame_timing.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

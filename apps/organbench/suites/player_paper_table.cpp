@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include "core/text.h"
-#include "organbench/suites/player_parts.h"
-#include "player/comparison_table.h"
+#include "organbake/core/text.h"
+#include "organbake/player/comparison_table.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

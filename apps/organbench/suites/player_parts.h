@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "geometry/triangle_mesh.h"
-#include "organbench/bench.h"
-#include "organbench/suites/player_bundles.h"
-#include "player/comparison_table.h"
+#include "bench.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/player/comparison_table.h"
+#include "suites/player_bundles.h"
 
 // The player's suite, by what it measures.
 namespace organbake {

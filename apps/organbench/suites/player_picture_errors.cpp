@@ -5,17 +5,17 @@
 #include <utility>
 #include <vector>
 
-#include "core/text.h"
-#include "image/difference.h"
-#include "organbench/suites/player_parts.h"
-#include "player/carried_surface.h"
-#include "player/contact_sheet.h"
-#include "player/orbit.h"
-#include "player/skin_point.h"
-#include "viewpoints/surface_samples.h"
-#include "warp/warper.h"
+#include "organbake/core/text.h"
+#include "organbake/image/difference.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/skin_point.h"
+#include "organbake/viewpoints/surface_samples.h"
+#include "organbake/warp/warper.h"
+#include "suites/player_parts.h"
 #ifdef ORGANBAKE_HAS_EGL
-#include "organbench/peers/software_gl.h"
+#include "peers/software_gl.h"
 #endif
 
 namespace organbake {

@@ -2,13 +2,13 @@
 #include <cmath>
 #include <optional>
 
-#include "core/text.h"
-#include "image/difference.h"
-#include "organbench/error_pictures.h"
-#include "organbench/suites/player_parts.h"
-#include "player/comparison_table.h"
-#include "player/contact_sheet.h"
-#include "player/orbit.h"
+#include "error_pictures.h"
+#include "organbake/core/text.h"
+#include "organbake/image/difference.h"
+#include "organbake/player/comparison_table.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/player_parts.h"
+#include "suites/player_parts.h"
 
 #include <nlohmann/json.hpp>
 
-#include "core/files.h"
-#include "pipelines/worker_process.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/worker_process.h"
 
 namespace organbake {
 namespace {

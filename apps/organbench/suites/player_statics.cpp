@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "core/median.h"
-#include "core/text.h"
-#include "decimate/decimate.h"
-#include "deform/deformer.h"
-#include "mechanics/dead_loads.h"
-#include "mechanics/linear_statics.h"
-#include "mechanics/mechanics.h"
-#include "mechanics/spring_fit.h"
-#include "organbench/suites/player_parts.h"
-#include "phantom/phantom.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/mechanics/dead_loads.h"
+#include "organbake/mechanics/linear_statics.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/mechanics/spring_fit.h"
+#include "organbake/phantom/phantom.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/frame_timing.h"
-#include "organbench/suites/player_parts.h"
-#include "player/player.h"
-#include "truth/truth_tracker.h"
+#include "organbake/player/player.h"
+#include "organbake/truth/truth_tracker.h"
+#include "suites/frame_timing.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 

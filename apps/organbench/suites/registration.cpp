@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/register_photo.h"
+#include "organbake/registration/register_photo.h"
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 
-#include "core/text.h"
-#include "formats/mesh_files.h"
-#include "formats/photo.h"
-#include "organbench/bench.h"
-#include "organbench/error_pictures.h"
-#include "organbench/suites.h"
-#include "organbench/suites/registration_parts.h"
-#include "organbench/suites/registration_scenes.h"
-#include "registration/overlay.h"
+#include "bench.h"
+#include "error_pictures.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/registration/overlay.h"
+#include "suites.h"
+#include "suites/registration_parts.h"
+#include "suites/registration_scenes.h"
 
 namespace organbake {
 namespace {

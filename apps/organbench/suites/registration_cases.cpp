@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/suites/registration_cases.h"
+#include "suites/registration_cases.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "core/random.h"
-#include "formats/mesh_files.h"
-#include "geometry/mesh_checks.h"
-#include "organbench/suites/registration_scenes.h"
+#include "organbake/core/random.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "suites/registration_scenes.h"
 
 namespace organbake {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "phantom/lamp_photo.h"
-#include "registration/register_photo.h"
+#include "organbake/phantom/lamp_photo.h"
+#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 

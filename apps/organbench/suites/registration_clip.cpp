@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "organbench/bench.h"
-#include "organbench/suites/registration_parts.h"
-#include "organbench/suites/registration_scenes.h"
-#include "registration/track.h"
+#include "bench.h"
+#include "organbake/registration/track.h"
+#include "suites/registration_parts.h"
+#include "suites/registration_scenes.h"
 
 namespace organbake {
 namespace {

@@ -3,13 +3,13 @@
 #include <chrono>
 #include <cmath>
 
-#include "core/text.h"
-#include "organbench/bench.h"
-#include "organbench/error_pictures.h"
-#include "organbench/suites/registration_cases.h"
-#include "organbench/suites/registration_parts.h"
-#include "organbench/suites/registration_scenes.h"
-#include "registration/overlay.h"
+#include "bench.h"
+#include "error_pictures.h"
+#include "organbake/core/text.h"
+#include "organbake/registration/overlay.h"
+#include "suites/registration_cases.h"
+#include "suites/registration_parts.h"
+#include "suites/registration_scenes.h"
 
 namespace organbake {
 namespace {

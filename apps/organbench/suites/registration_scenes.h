@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
-#include "phantom/lamp_photo.h"
-#include "registration/object_pose.h"
-#include "registration/register_photo.h"
+#include "organbake/phantom/lamp_photo.h"
+#include "organbake/registration/object_pose.h"
+#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 

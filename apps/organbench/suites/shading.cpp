@@ -3,17 +3,17 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/text.h"
-#include "organbench/bench.h"
-#include "organbench/error_measures.h"
-#include "organbench/suites.h"
-#include "organbench/suites/shading_parts.h"
-#include "phantom/shading_surfaces.h"
-#include "shading/distant.h"
-#include "shading/fast_sweeping.h"
-#include "shading/laparoscope.h"
-#include "shading/light_estimate.h"
-#include "shading/tsai_shah.h"
+#include "bench.h"
+#include "error_measures.h"
+#include "organbake/core/text.h"
+#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/shading/distant.h"
+#include "organbake/shading/fast_sweeping.h"
+#include "organbake/shading/laparoscope.h"
+#include "organbake/shading/light_estimate.h"
+#include "organbake/shading/tsai_shah.h"
+#include "suites.h"
+#include "suites/shading_parts.h"
 
 namespace organbake {
 namespace {

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbench/suites/shading_parts.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame_depth.h"
-#include "shading/video_reader.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame_depth.h"
+#include "organbake/shading/video_reader.h"
+#include "suites/shading_parts.h"
 
 namespace organbake {
 namespace {

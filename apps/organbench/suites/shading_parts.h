@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbench/bench.h"
-#include "phantom/shading_surfaces.h"
+#include "bench.h"
+#include "organbake/phantom/shading_surfaces.h"
 
 // The shading suite, by what it measures.
 namespace organbake {

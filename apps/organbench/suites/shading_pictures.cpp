@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/text.h"
-#include "image/srgb.h"
-#include "organbench/error_pictures.h"
-#include "organbench/suites/shading_parts.h"
-#include "player/contact_sheet.h"
+#include "error_pictures.h"
+#include "organbake/core/text.h"
+#include "organbake/image/srgb.h"
+#include "organbake/player/contact_sheet.h"
+#include "suites/shading_parts.h"
 
 namespace organbake {
 

@@ -4,14 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "decimate/decimate.h"
-#include "image/difference.h"
-#include "organbench/memory_bundle.h"
-#include "organbench/suites/shading_parts.h"
-#include "phantom/laparoscopy.h"
-#include "player/player.h"
-#include "shading/depth_mesh.h"
-#include "shading/frame_albedo.h"
+#include "memory_bundle.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/image/difference.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/player/player.h"
+#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/frame_albedo.h"
+#include "suites/shading_parts.h"
 
 namespace organbake {
 namespace {

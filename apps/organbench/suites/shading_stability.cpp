@@ -6,13 +6,13 @@
 #include <cmath>
 #include <functional>
 
-#include "core/random.h"
-#include "image/png.h"
-#include "image/srgb.h"
-#include "organbench/suites/shading_parts.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame_depth.h"
-#include "shading/video_reader.h"
+#include "organbake/core/random.h"
+#include "organbake/image/png.h"
+#include "organbake/image/srgb.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame_depth.h"
+#include "organbake/shading/video_reader.h"
+#include "suites/shading_parts.h"
 
 namespace organbake {
 namespace {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbench/suites/shading_parts.h"
-#include "phantom/laparoscopy.h"
-#include "stereo/stereo_depth.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/stereo/stereo_depth.h"
+#include "suites/shading_parts.h"
 
 namespace organbake {
 namespace {

@@ -5,16 +5,16 @@
 #include <numbers>
 #include <utility>
 
-#include "capture/skin_bake.h"
-#include "core/random.h"
-#include "core/text.h"
-#include "decimate/decimate.h"
-#include "geometry/mesh_edges.h"
-#include "geometry/shell_map.h"
-#include "geometry/shell_surface.h"
-#include "organbench/suites/player_parts.h"
-#include "phantom/phantom.h"
-#include "viewpoints/surface_samples.h"
+#include "organbake/capture/skin_bake.h"
+#include "organbake/core/random.h"
+#include "organbake/core/text.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell_surface.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/viewpoints/surface_samples.h"
+#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {

@@ -4,14 +4,14 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "bundle/bundle.h"
-#include "core/files.h"
-#include "core/random.h"
-#include "core/text.h"
-#include "organbench/suites.h"
-#include "organbench/suites/skip_parts.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame_depth.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/files.h"
+#include "organbake/core/random.h"
+#include "organbake/core/text.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame_depth.h"
+#include "suites.h"
+#include "suites/skip_parts.h"
 
 namespace organbake {
 namespace {

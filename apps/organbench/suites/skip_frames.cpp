@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/error_measures.h"
-#include "organbench/suites/skip_parts.h"
-#include "player/orbit.h"
-#include "player/player.h"
+#include "error_measures.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "suites/skip_parts.h"
 
 namespace organbake {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbench/bench.h"
-#include "organbench/suites/baker.h"
+#include "bench.h"
+#include "suites/baker.h"
 
 namespace organbake {
 

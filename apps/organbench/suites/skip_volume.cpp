@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "core/files.h"
-#include "core/random.h"
-#include "core/text.h"
-#include "organbench/error_measures.h"
-#include "organbench/suites/skip_parts.h"
-#include "volume/read_volume.h"
+#include "error_measures.h"
+#include "organbake/core/files.h"
+#include "organbake/core/random.h"
+#include "organbake/core/text.h"
+#include "organbake/volume/read_volume.h"
+#include "suites/skip_parts.h"
 
 namespace organbake {
 namespace {

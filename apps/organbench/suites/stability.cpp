@@ -4,10 +4,10 @@
 #include <numeric>
 #include <thread>
 
-#include "organbench/bench.h"
-#include "organbench/stability/trial.h"
-#include "organbench/suites.h"
-#include "organbench/suites/cliffs.h"
+#include "bench.h"
+#include "stability/trial.h"
+#include "suites.h"
+#include "suites/cliffs.h"
 
 namespace organbake {
 namespace {

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "image/channel_image.h"
+#include "organbake/image/channel_image.h"
 
 namespace organbake {
 

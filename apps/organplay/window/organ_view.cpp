@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/files.h"
-#include "core/text.h"
-#include "image/png.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/image/png.h"
 #include "window/overlays.h"
 
 namespace organbake {

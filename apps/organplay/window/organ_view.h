@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "player/live_session.h"
+#include "organbake/player/live_session.h"
 #include "window/display.h"
 #include "window/truth_pictures.h"
 

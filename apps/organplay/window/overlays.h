@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "bundle/bundle.h"
-#include "geometry/view_manifold.h"
-#include "warp/view.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/geometry/view_manifold.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 

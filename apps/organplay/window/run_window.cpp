@@ -6,7 +6,7 @@
 #include <string>
 #include <thread>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "window/display.h"
 #include "window/organ_view.h"
 #include "window/start_page.h"

@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/run_context.h"
-#include "deform/deformer.h"
-#include "warp/drawn_light.h"
+#include "organbake/core/run_context.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/warp/drawn_light.h"
 
 namespace organbake {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "bundle/bundle.h"
+#include "organbake/bundle/bundle.h"
 
 namespace organbake {
 

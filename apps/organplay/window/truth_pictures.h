@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "player/carried_surface.h"
-#include "player/player.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 

@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "pipelines/document.h"
+#include "organbake/pipelines/document.h"
 
 // A module of its own, loaded when a data set's spec is YAML: the player needs no YAML otherwise.
 // Throws what Document::parse_yaml() throws.

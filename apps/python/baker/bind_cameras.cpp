@@ -6,9 +6,9 @@
 
 #include "array_arguments.h"
 #include "bindings.h"
-#include "capture/capture.h"
 #include "exchange.h"
-#include "viewpoints/placement.h"
+#include "organbake/capture/capture.h"
+#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 namespace py = pybind11;

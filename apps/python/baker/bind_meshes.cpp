@@ -8,10 +8,10 @@
 
 #include "array_arguments.h"
 #include "bindings.h"
-#include "core/text.h"
-#include "decimate/decimate.h"
 #include "exchange.h"
-#include "isosurface/isosurface.h"
+#include "organbake/core/text.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/isosurface/isosurface.h"
 
 namespace organbake {
 namespace py = pybind11;

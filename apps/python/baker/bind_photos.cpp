@@ -10,8 +10,8 @@
 #include "array_arguments.h"
 #include "bindings.h"
 #include "exchange.h"
-#include "registration/register_photo.h"
-#include "shading/frame_depth.h"
+#include "organbake/registration/register_photo.h"
+#include "organbake/shading/frame_depth.h"
 
 namespace organbake {
 namespace py = pybind11;

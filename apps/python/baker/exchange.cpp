@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "array_arguments.h"
-#include "geometry/written_rotation.h"
-#include "raycast/winding.h"
+#include "organbake/geometry/written_rotation.h"
+#include "organbake/raycast/winding.h"
 
 namespace organbake {
 namespace py = pybind11;

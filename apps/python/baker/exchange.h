@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/run_context.h"
-#include "geometry/camera.h"
-#include "geometry/triangle_mesh.h"
-#include "image/channel_image.h"
+#include "organbake/core/error.h"
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/image/channel_image.h"
 
 namespace organbake {
 

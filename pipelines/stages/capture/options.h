@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "bundle/map_files.h"
-#include "capture/capture.h"
-#include "capture/filtered_detail.h"
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
+#include "organbake/bundle/map_files.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/filtered_detail.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

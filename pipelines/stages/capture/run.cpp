@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/capture.h"
+#include "organbake/capture/capture.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "bundle/cameras_json.h"
-#include "bundle/map_files.h"
-#include "bundle/skin_image.h"
-#include "capture/colored_surface.h"
-#include "capture/skin_bake.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "formats/mesh_files.h"
-#include "formats/photo.h"
-#include "geometry/ply.h"
-#include "pipelines/machine_memory.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/capture/options.h"
-#include "pipelines/stages/capture/surface_coloring.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/bundle/map_files.h"
+#include "organbake/bundle/skin_image.h"
+#include "organbake/capture/colored_surface.h"
+#include "organbake/capture/skin_bake.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/machine_memory.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "stages/capture/options.h"
+#include "stages/capture/surface_coloring.h"
 
 namespace organbake {
 namespace {

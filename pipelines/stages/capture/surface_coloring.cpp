@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/capture/surface_coloring.h"
+#include "stages/capture/surface_coloring.h"
 
 namespace organbake {
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "capture/surface_color.h"
-#include "geometry/triangle_mesh.h"
-#include "pipelines/stage.h"
-#include "raycast/ray_scene.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 

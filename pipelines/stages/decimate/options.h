@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "decimate/decimate.h"
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

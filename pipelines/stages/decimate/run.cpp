@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/decimate.h"
+#include "organbake/decimate/decimate.h"
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/text.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
 
-#include "formats/mesh_files.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/decimate/options.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "stages/decimate/options.h"
 
 namespace organbake {
 namespace {

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "bundle/bundle.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "exchange/base_surface.h"
-#include "exchange/cut_out.h"
-#include "exchange/map_sampler.h"
-#include "exchange/surface_points.h"
-#include "exchange/textured_surface.h"
-#include "exchange/web_page.h"
-#include "formats/camera_files.h"
-#include "formats/gltf.h"
-#include "formats/simulation_asset.h"
-#include "image/png.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/export/options.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/exchange/base_surface.h"
+#include "organbake/exchange/cut_out.h"
+#include "organbake/exchange/map_sampler.h"
+#include "organbake/exchange/surface_points.h"
+#include "organbake/exchange/textured_surface.h"
+#include "organbake/exchange/web_page.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/gltf.h"
+#include "organbake/formats/simulation_asset.h"
+#include "organbake/image/png.h"
+#include "organbake/pipelines/export_options.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
 namespace {

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/fuse/fuse_source.h"
+#include "stages/fuse/fuse_source.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "formats/camera_files.h"
-#include "formats/photo.h"
-#include "geometry/pinhole.h"
-#include "geometry/written_rotation.h"
-#include "image/depth_notes.h"
-#include "image/exr.h"
-#include "pipelines/stages/shared/matched_poses.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/written_rotation.h"
+#include "organbake/image/depth_notes.h"
+#include "organbake/image/exr.h"
+#include "stages/shared/matched_poses.h"
 
 namespace organbake {
 namespace {

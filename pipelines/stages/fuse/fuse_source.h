@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "core/run_context.h"
-#include "fusion/depth_view.h"
-#include "pipelines/stage.h"
+#include "organbake/core/run_context.h"
+#include "organbake/fusion/depth_view.h"
+#include "organbake/pipelines/stage.h"
 
 namespace organbake {
 

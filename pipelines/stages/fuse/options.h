@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_frame.h"
-#include "fusion/fuse_views.h"
-#include "pipelines/options.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/fusion/fuse_views.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

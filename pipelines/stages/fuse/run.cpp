@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fusion/fuse_views.h"
+#include "organbake/fusion/fuse_views.h"
 
 #include <algorithm>
 #include <filesystem>
 
-#include "bundle/cameras_json.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "formats/mesh_files.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/fuse/fuse_source.h"
-#include "pipelines/stages/fuse/options.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "stages/fuse/fuse_source.h"
+#include "stages/fuse/options.h"
 
 namespace organbake {
 namespace {

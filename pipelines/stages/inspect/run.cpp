@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "core/error.h"
-#include "decimate/largest_diameter.h"
-#include "decimate/mesh_defects.h"
-#include "formats/mesh_files.h"
-#include "geometry/mesh_checks.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/inspect/options.h"
-#include "volume/describe.h"
-#include "volume/dicom_series.h"
-#include "volume/label_figures.h"
-#include "volume/read_volume.h"
+#include "organbake/core/error.h"
+#include "organbake/decimate/largest_diameter.h"
+#include "organbake/decimate/mesh_defects.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/pipelines/inspect_options.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/volume/describe.h"
+#include "organbake/volume/dicom_series.h"
+#include "organbake/volume/label_figures.h"
+#include "organbake/volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "isosurface/isosurface.h"
-#include "pipelines/options.h"
-#include "pipelines/stages/shared/reading_options.h"
+#include "organbake/isosurface/isosurface.h"
+#include "organbake/pipelines/options.h"
+#include "stages/shared/reading_options.h"
 
 namespace organbake {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/isosurface.h"
+#include "organbake/isosurface/isosurface.h"
 
 #include <algorithm>
 #include <optional>
 
-#include "core/error.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/isosurface/options.h"
-#include "volume/label_names_file.h"
-#include "volume/mask_check.h"
-#include "volume/read_volume.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/volume/label_names_file.h"
+#include "organbake/volume/mask_check.h"
+#include "organbake/volume/read_volume.h"
+#include "stages/isosurface/options.h"
 
 namespace organbake {
 namespace {

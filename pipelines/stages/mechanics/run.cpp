@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/mechanics.h"
+#include "organbake/mechanics/mechanics.h"
 
 #include <numeric>
 
-#include "core/files.h"
-#include "formats/mesh_files.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/mechanics/options.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "stages/mechanics/options.h"
 
 namespace organbake {
 namespace {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/motion/motion_clip.h"
+#include "stages/motion/motion_clip.h"
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 
 #include <set>
 
-#include "core/error.h"
-#include "core/text.h"
-#include "motion/tracked_picture.h"
-#include "motion/usable_pixels.h"
-#include "pipelines/stages/shared/clip_source.h"
-#include "shading/frame_preparation.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/motion/tracked_picture.h"
+#include "organbake/motion/usable_pixels.h"
+#include "organbake/shading/frame_preparation.h"
+#include "stages/shared/clip_source.h"
 
 namespace organbake {
 namespace {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "image/picture.h"
-#include "motion/clip_motion.h"
-#include "pipelines/stage.h"
-#include "pipelines/stages/motion/options.h"
+#include "organbake/image/picture.h"
+#include "organbake/motion/clip_motion.h"
+#include "organbake/pipelines/stage.h"
+#include "stages/motion/options.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/motion/motion_depth.h"
+#include "stages/motion/motion_depth.h"
 
 #include <tbb/parallel_for.h>
 
@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "motion/agreement.h"
-#include "motion/borrow_depth.h"
-#include "motion/held_shading.h"
-#include "motion/neighbours.h"
-#include "motion/plane_sweep.h"
+#include "organbake/core/error.h"
+#include "organbake/motion/agreement.h"
+#include "organbake/motion/borrow_depth.h"
+#include "organbake/motion/held_shading.h"
+#include "organbake/motion/neighbours.h"
+#include "organbake/motion/plane_sweep.h"
 
 namespace organbake {
 namespace {

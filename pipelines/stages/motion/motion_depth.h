@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "pipelines/stages/motion/motion_clip.h"
-#include "shading/frame_depth.h"
+#include "organbake/shading/frame_depth.h"
+#include "stages/motion/motion_clip.h"
 
 namespace organbake {
 

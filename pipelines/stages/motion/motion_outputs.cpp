@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/motion/motion_outputs.h"
+#include "stages/motion/motion_outputs.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "bundle/cameras_json.h"
-#include "core/files.h"
-#include "formats/camera_files.h"
-#include "image/png.h"
-#include "shading/pictures.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/image/png.h"
+#include "organbake/shading/pictures.h"
 
 namespace organbake {
 namespace {

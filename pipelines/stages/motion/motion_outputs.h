@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "fusion/depth_view.h"
-#include "pipelines/stages/motion/motion_depth.h"
+#include "organbake/fusion/depth_view.h"
+#include "stages/motion/motion_depth.h"
 
 namespace organbake {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "motion/clip_motion.h"
-#include "motion/feature_tracker.h"
-#include "pipelines/options.h"
+#include "organbake/motion/clip_motion.h"
+#include "organbake/motion/feature_tracker.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/phantom/clip_files.h"
+#include "stages/phantom/clip_files.h"
 
 #include <utility>
 #include <vector>
 
-#include "core/text.h"
-#include "image/exr.h"
+#include "organbake/core/text.h"
+#include "organbake/image/exr.h"
 
 namespace organbake {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "phantom/laparoscopy.h"
+#include "organbake/phantom/laparoscopy.h"
 
 namespace organbake {
 

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "phantom/laparoscopy.h"
-#include "phantom/moving_clip.h"
-#include "phantom/phantom.h"
-#include "pipelines/options.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/phantom/moving_clip.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/pipelines/options.h"
 
 namespace organbake {
 

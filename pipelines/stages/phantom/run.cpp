@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/phantom.h"
+#include "organbake/phantom/phantom.h"
 
 #include <filesystem>
 
-#include "bundle/cameras_json.h"
-#include "bundle/lighting.h"
-#include "core/files.h"
-#include "geometry/ply.h"
-#include "image/png.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/phantom/clip_files.h"
-#include "pipelines/stages/phantom/options.h"
-#include "pipelines/stages/phantom/run_laparoscopy.h"
-#include "pipelines/stages/phantom/run_moving_clip.h"
-#include "volume/write_volume.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/bundle/lighting.h"
+#include "organbake/core/files.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/image/png.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/volume/write_volume.h"
+#include "stages/phantom/clip_files.h"
+#include "stages/phantom/options.h"
+#include "stages/phantom/run_laparoscopy.h"
+#include "stages/phantom/run_moving_clip.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/phantom/run_laparoscopy.h"
+#include "stages/phantom/run_laparoscopy.h"
 
 #include <filesystem>
 
-#include "bundle/cameras_json.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "image/png.h"
-#include "pipelines/stages/phantom/clip_files.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/image/png.h"
+#include "stages/phantom/clip_files.h"
 
 namespace organbake {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/phantom/options.h"
+#include "organbake/pipelines/stage_module.h"
+#include "stages/phantom/options.h"
 
 namespace organbake {
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/phantom/run_moving_clip.h"
+#include "stages/phantom/run_moving_clip.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <vector>
 
-#include "bundle/cameras_json.h"
-#include "core/files.h"
-#include "core/parallel.h"
-#include "core/text.h"
-#include "geometry/ply.h"
-#include "image/png.h"
-#include "image/video_pipe.h"
-#include "pipelines/stages/phantom/clip_files.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/files.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/image/png.h"
+#include "organbake/image/video_pipe.h"
+#include "stages/phantom/clip_files.h"
 
 namespace organbake {
 namespace {

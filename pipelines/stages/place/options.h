@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
-#include "viewpoints/placement.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/viewpoints/placement.h"
 
 namespace organbake {
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <cmath>
 
-#include "bundle/cameras_json.h"
-#include "core/files.h"
-#include "formats/mesh_files.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/place/options.h"
-#include "viewpoints/coverage.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/viewpoints/coverage.h"
+#include "stages/place/options.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
-#include "registration/register_photo.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/register/pose_document.h"
+#include "stages/register/pose_document.h"
 
 #include <nlohmann/json.hpp>
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "bundle/cameras_json.h"
-#include "registration/register_photo.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/register/register_clip.h"
+#include "stages/register/register_clip.h"
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "image/png.h"
-#include "pipelines/stages/register/straight_photo.h"
-#include "registration/overlay.h"
-#include "registration/track.h"
-#include "shading/video_reader.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/image/png.h"
+#include "organbake/registration/overlay.h"
+#include "organbake/registration/track.h"
+#include "organbake/shading/video_reader.h"
+#include "stages/register/straight_photo.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "pipelines/stages/register/pose_document.h"
-#include "registration/registered_surface.h"
+#include "organbake/registration/registered_surface.h"
+#include "stages/register/pose_document.h"
 
 namespace organbake {
 

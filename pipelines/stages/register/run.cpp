@@ -6,20 +6,20 @@
 #include <optional>
 #include <sstream>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "formats/camera_files.h"
-#include "formats/lens_check.h"
-#include "formats/mesh_files.h"
-#include "formats/photo.h"
-#include "image/png.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/register/options.h"
-#include "pipelines/stages/register/pose_document.h"
-#include "pipelines/stages/register/register_clip.h"
-#include "pipelines/stages/register/straight_photo.h"
-#include "registration/overlay.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/lens_check.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/image/png.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/registration/overlay.h"
+#include "stages/register/options.h"
+#include "stages/register/pose_document.h"
+#include "stages/register/register_clip.h"
+#include "stages/register/straight_photo.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/register/straight_photo.h"
+#include "stages/register/straight_photo.h"
 
 #include <algorithm>
 
-#include "formats/camera_files.h"
-#include "formats/lens_check.h"
-#include "geometry/pinhole.h"
-#include "shading/undistort.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/lens_check.h"
+#include "organbake/geometry/pinhole.h"
+#include "organbake/shading/undistort.h"
 
 namespace organbake {
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "core/run_context.h"
-#include "registration/register_photo.h"
+#include "organbake/core/run_context.h"
+#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 

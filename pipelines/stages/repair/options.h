@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
-#include "repair/repair.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/repair/repair.h"
 
 namespace organbake {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "repair/repair.h"
+#include "organbake/repair/repair.h"
 
-#include "formats/mesh_files.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/repair/options.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "stages/repair/options.h"
 
 namespace organbake {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "pipelines/options.h"
-#include "shading/depth_mesh.h"
-#include "shading/frame_depth.h"
-#include "shading/frame_source.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/frame_depth.h"
+#include "organbake/shading/frame_source.h"
 
 namespace organbake {
 

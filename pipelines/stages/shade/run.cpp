@@ -2,18 +2,18 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "formats/photo.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/shade/options.h"
-#include "pipelines/stages/shade/shade_clip.h"
-#include "pipelines/stages/shared/albedo_output.h"
-#include "pipelines/stages/shared/clip_source.h"
-#include "shading/frame_albedo.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/photo.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/shading/frame_albedo.h"
+#include "stages/shade/options.h"
+#include "stages/shade/shade_clip.h"
+#include "stages/shared/albedo_output.h"
+#include "stages/shared/clip_source.h"
 
 namespace organbake {
 namespace {

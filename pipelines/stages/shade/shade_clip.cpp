@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shade/shade_clip.h"
+#include "stages/shade/shade_clip.h"
 
 #include <tbb/parallel_pipeline.h>
 
 #include <filesystem>
 
-#include "shading/pictures.h"
+#include "organbake/shading/pictures.h"
 
 namespace organbake {
 namespace {

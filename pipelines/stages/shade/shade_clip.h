@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "pipelines/stages/shade/options.h"
-#include "pipelines/stages/shared/clip_outputs.h"
-#include "shading/frame_source.h"
+#include "organbake/shading/frame_source.h"
+#include "stages/shade/options.h"
+#include "stages/shared/clip_outputs.h"
 
 namespace organbake {
 

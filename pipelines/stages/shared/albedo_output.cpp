@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/albedo_output.h"
+#include "stages/shared/albedo_output.h"
 
 #include <utility>
 
-#include "core/files.h"
-#include "image/png.h"
-#include "shading/frame_albedo.h"
+#include "organbake/core/files.h"
+#include "organbake/image/png.h"
+#include "organbake/shading/frame_albedo.h"
 
 namespace organbake {
 

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "pipelines/stage.h"
-#include "shading/frame_depth.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/shading/frame_depth.h"
 
 namespace organbake {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/clip_options.h"
+#include "stages/shared/clip_options.h"
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "pipelines/options.h"
-#include "shading/depth_mesh.h"
-#include "shading/frame_source.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/frame_source.h"
 
 namespace organbake {
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/clip_outputs.h"
+#include "stages/shared/clip_outputs.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-#include "core/files.h"
-#include "core/median.h"
-#include "core/text.h"
-#include "image/depth_notes.h"
-#include "image/exr.h"
-#include "image/png.h"
-#include "shading/pictures.h"
+#include "organbake/core/files.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+#include "organbake/image/depth_notes.h"
+#include "organbake/image/exr.h"
+#include "organbake/image/png.h"
+#include "organbake/shading/pictures.h"
 
 namespace organbake {
 namespace {

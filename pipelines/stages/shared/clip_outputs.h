@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/run_context.h"
-#include "image/channel_image.h"
-#include "pipelines/stage.h"
-#include "shading/frame_depth.h"
+#include "organbake/core/run_context.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/pipelines/stage.h"
+#include "organbake/shading/frame_depth.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/clip_source.h"
+#include "stages/shared/clip_source.h"
 
 #include <cmath>
 #include <memory>
@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "formats/camera_files.h"
-#include "formats/lens_check.h"
-#include "formats/photo.h"
-#include "shading/frame_preparation.h"
-#include "shading/undistort.h"
-#include "shading/video_reader.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/lens_check.h"
+#include "organbake/formats/photo.h"
+#include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/undistort.h"
+#include "organbake/shading/video_reader.h"
 
 namespace organbake {
 namespace {

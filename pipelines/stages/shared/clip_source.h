@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/run_context.h"
-#include "geometry/camera.h"
-#include "shading/frame_source.h"
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/shading/frame_source.h"
 
 namespace organbake {
 

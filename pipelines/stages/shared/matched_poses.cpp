@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/matched_poses.h"
+#include "stages/shared/matched_poses.h"
 
 #include <algorithm>
 #include <cctype>
 #include <map>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/shared/reading_options.h"
+#include "stages/shared/reading_options.h"
 
 namespace organbake {
 

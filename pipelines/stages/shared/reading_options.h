@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
-#include "volume/read_options.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/volume/read_options.h"
 
 namespace organbake {
 

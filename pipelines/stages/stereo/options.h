@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "formats/mesh_frame.h"
-#include "pipelines/options.h"
-#include "shading/depth_mesh.h"
-#include "shading/frame.h"
-#include "stereo/stereo_depth.h"
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
+#include "organbake/shading/depth_mesh.h"
+#include "organbake/shading/frame.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 

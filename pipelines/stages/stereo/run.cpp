@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <filesystem>
 
-#include "bundle/cameras_json.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "core/text.h"
-#include "formats/mesh_files.h"
-#include "geometry/ply.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stage_module.h"
-#include "pipelines/stages/shared/albedo_output.h"
-#include "pipelines/stages/shared/clip_options.h"
-#include "pipelines/stages/stereo/stereo_clip.h"
-#include "pipelines/stages/stereo/stereo_source.h"
-#include "shading/depth_maps.h"
-#include "shading/pictures.h"
-#include "shading/ray_grid.h"
-#include "shading/undistort.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/pipelines/stage_module.h"
+#include "organbake/shading/depth_maps.h"
+#include "organbake/shading/pictures.h"
+#include "organbake/shading/ray_grid.h"
+#include "organbake/shading/undistort.h"
+#include "stages/shared/albedo_output.h"
+#include "stages/shared/clip_options.h"
+#include "stages/stereo/stereo_clip.h"
+#include "stages/stereo/stereo_source.h"
 
 namespace organbake {
 namespace {

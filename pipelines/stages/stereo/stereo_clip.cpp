@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/stereo/stereo_clip.h"
+#include "stages/stereo/stereo_clip.h"
 
 #include <tbb/parallel_invoke.h>
 #include <tbb/parallel_pipeline.h>
 
-#include "core/error.h"
-#include "core/text.h"
-#include "pipelines/stages/stereo/stereo_source.h"
-#include "shading/pictures.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/pictures.h"
+#include "stages/stereo/stereo_source.h"
 
 namespace organbake {
 namespace {

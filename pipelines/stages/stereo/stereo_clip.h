@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "pipelines/stages/shared/clip_outputs.h"
-#include "pipelines/stages/stereo/options.h"
-#include "shading/beam_estimate.h"
-#include "shading/frame_source.h"
-#include "stereo/rectifier.h"
+#include "organbake/shading/beam_estimate.h"
+#include "organbake/shading/frame_source.h"
+#include "organbake/stereo/rectifier.h"
+#include "stages/shared/clip_outputs.h"
+#include "stages/stereo/options.h"
 
 namespace organbake {
 

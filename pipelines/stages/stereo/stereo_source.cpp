@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/stages/stereo/stereo_source.h"
+#include "stages/stereo/stereo_source.h"
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
-#include "core/error.h"
-#include "core/text.h"
-#include "pipelines/stages/shared/clip_source.h"
-#include "shading/frame.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/frame.h"
+#include "stages/shared/clip_source.h"
 
 namespace organbake {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include "core/run_context.h"
-#include "pipelines/stages/stereo/options.h"
-#include "shading/frame_preparation.h"
-#include "shading/frame_source.h"
+#include "organbake/core/run_context.h"
+#include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/frame_source.h"
+#include "stages/stereo/options.h"
 
 namespace organbake {
 

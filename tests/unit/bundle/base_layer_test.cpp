@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/base_layer.h"
+#include "organbake/bundle/base_layer.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

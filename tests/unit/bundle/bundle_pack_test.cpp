@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/bundle_pack.h"
+#include "organbake/bundle/bundle_pack.h"
 
 #include <gmock/gmock.h>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "support/error_message.h"
 #include "support/small_bundle.h"
 

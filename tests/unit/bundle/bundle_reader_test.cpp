@@ -4,10 +4,10 @@
 #include <fstream>
 #include <limits>
 
-#include "bundle/bundle.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 #include "support/small_bundle.h"
 
 namespace organbake {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/cameras_json.h"
+#include "organbake/bundle/cameras_json.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "support/small_bundle.h"
 
 namespace organbake {

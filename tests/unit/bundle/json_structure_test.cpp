@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/json_structure.h"
+#include "organbake/bundle/json_structure.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "bundle/json_fields.h"
-#include "core/error.h"
+#include "organbake/bundle/json_fields.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

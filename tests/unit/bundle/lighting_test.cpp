@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/lighting.h"
+#include "organbake/bundle/lighting.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

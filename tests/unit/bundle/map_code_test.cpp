@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/map_code.h"
+#include "organbake/bundle/map_code.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <limits>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "support/error_message.h"
 
 namespace organbake {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/map_files.h"
+#include "organbake/bundle/map_files.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/reseal.h"
+#include "organbake/bundle/reseal.h"
 
 #include <gmock/gmock.h>
 
 #include <fstream>
 
-#include "core/files.h"
-#include "core/temporary_folder.h"
-#include "image/exr.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/image/exr.h"
 #include "support/error_message.h"
 #include "support/small_bundle.h"
 

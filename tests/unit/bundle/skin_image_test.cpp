@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/skin_image.h"
+#include "organbake/bundle/skin_image.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <limits>
 
-#include "bundle/bundle.h"
-#include "core/error.h"
-#include "core/files.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
 #include "support/meshes.h"
 #include "support/skins.h"
 #include "support/small_bundle.h"

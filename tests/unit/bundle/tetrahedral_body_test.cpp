@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bundle/tetrahedral_body.h"
+#include "organbake/bundle/tetrahedral_body.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "bundle/mechanics_model.h"
-#include "core/error.h"
+#include "organbake/bundle/mechanics_model.h"
+#include "organbake/core/error.h"
 #include "support/small_bundle.h"
 
 namespace organbake {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "geometry/lattice.h"
-#include "geometry/shell_map.h"
+#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/shell_map.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

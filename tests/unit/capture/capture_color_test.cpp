@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "capture/camera_rays.h"
-#include "core/error.h"
+#include "organbake/capture/camera_rays.h"
+#include "organbake/core/error.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

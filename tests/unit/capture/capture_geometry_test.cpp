@@ -5,9 +5,9 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "capture/camera_rays.h"
-#include "geometry/shell_map.h"
-#include "raycast/face_queries.h"
+#include "organbake/capture/camera_rays.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/raycast/face_queries.h"
 #include "support/error_message.h"
 #include "unit/capture/scenes.h"
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

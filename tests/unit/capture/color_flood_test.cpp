@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/color_flood.h"
+#include "color_flood.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "capture/camera_rays.h"
+#include "organbake/capture/camera_rays.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

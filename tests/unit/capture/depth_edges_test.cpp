@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/depth_edges.h"
+#include "depth_edges.h"
 
 #include <gtest/gtest.h>
 

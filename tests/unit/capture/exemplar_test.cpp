@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/exemplar.h"
+#include "organbake/capture/exemplar.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/solid_noise.h"
-#include "capture/surface_color.h"
-#include "core/error.h"
-#include "image/srgb.h"
+#include "organbake/capture/solid_noise.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/core/error.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

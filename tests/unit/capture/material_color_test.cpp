@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/smooth_normals.h"
-#include "core/error.h"
-#include "image/srgb.h"
+#include "organbake/capture/smooth_normals.h"
+#include "organbake/core/error.h"
+#include "organbake/image/srgb.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

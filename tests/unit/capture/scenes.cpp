@@ -3,9 +3,9 @@
 
 #include <Eigen/Geometry>
 
-#include "capture/camera_rays.h"
-#include "capture/smooth_normals.h"
-#include "image/srgb.h"
+#include "organbake/capture/camera_rays.h"
+#include "organbake/capture/smooth_normals.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "capture/capture.h"
+#include "organbake/capture/capture.h"
 #include "support/meshes.h"
 
 namespace organbake {

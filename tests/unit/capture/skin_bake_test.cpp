@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/skin_bake.h"
+#include "organbake/capture/skin_bake.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -8,10 +8,10 @@
 #include <cmath>
 #include <functional>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "geometry/shell_map.h"
-#include "geometry/shell_surface.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell_surface.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture/tissue.h"
+#include "organbake/capture/tissue.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "capture/tissue_color.h"
-#include "core/error.h"
+#include "organbake/core/error.h"
+#include "tissue_color.h"
 #include "unit/capture/scenes.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <new>
 
-#include "core/run_context.h"
+#include "organbake/core/run_context.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/heap.h"
+#include "organbake/core/heap.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

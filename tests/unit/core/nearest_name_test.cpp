@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/nearest_name.h"
+#include "organbake/core/nearest_name.h"
 
 #include <gtest/gtest.h>
 

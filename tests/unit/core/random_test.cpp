@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/scalar_type.h"
+#include "organbake/core/scalar_type.h"
 
 #include <gtest/gtest.h>
 

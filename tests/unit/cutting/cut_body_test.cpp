@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cutting/cut_body.h"
+#include "organbake/cutting/cut_body.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <numeric>
 
-#include "cutting/edge_bisection.h"
+#include "edge_bisection.h"
 #include "support/cut_bodies.h"
 
 namespace organbake {

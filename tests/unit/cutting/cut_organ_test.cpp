@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cutting/cut_organ.h"
+#include "organbake/cutting/cut_organ.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 
 #include <numeric>
 
-#include "core/error.h"
-#include "cutting/blade_sweeps.h"
-#include "cutting/scissors.h"
+#include "organbake/core/error.h"
+#include "organbake/cutting/blade_sweeps.h"
+#include "organbake/cutting/scissors.h"
 #include "support/cut_bodies.h"
 #include "support/meshes.h"
 

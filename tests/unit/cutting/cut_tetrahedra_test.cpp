@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cutting/cut_tetrahedra.h"
+#include "organbake/cutting/cut_tetrahedra.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "cutting/exact_orientation.h"
+#include "organbake/cutting/exact_orientation.h"
 
 namespace organbake {
 namespace {

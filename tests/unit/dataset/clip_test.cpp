@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dataset/clip.h"
+#include "clip.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "image/srgb.h"
-#include "player/script_camera.h"
+#include "organbake/image/srgb.h"
+#include "organbake/player/script_camera.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {

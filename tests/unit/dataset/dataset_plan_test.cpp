@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dataset/dataset_plan.h"
+#include "dataset_plan.h"
 
 #include <gtest/gtest.h>
 

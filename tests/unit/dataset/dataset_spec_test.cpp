@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dataset/dataset_spec.h"
+#include "organbake/dataset/dataset_spec.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/decimate.h"
+#include "organbake/decimate/decimate.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "core/error.h"
-#include "formats/mesh_files.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/error.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/decimate.h"
+#include "organbake/decimate/decimate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "core/error.h"
-#include "decimate/decimate.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/error.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 #include "unit/decimate/seeded_meshes.h"
 

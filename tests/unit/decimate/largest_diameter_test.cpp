@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/largest_diameter.h"
+#include "organbake/decimate/largest_diameter.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_defects.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "geometry/adjacency.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/adjacency.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/mesh_distance.h"
+#include "organbake/decimate/mesh_distance.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "core/error.h"
-#include "raycast/ray_scene.h"
+#include "organbake/core/error.h"
+#include "organbake/raycast/ray_scene.h"
 #include "support/meshes.h"
 
 namespace organbake {

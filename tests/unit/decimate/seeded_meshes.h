@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/serving_proxy.h"
+#include "serving_proxy.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "decimate/mesh_distance.h"
-#include "geometry/mesh_checks.h"
-#include "raycast/ray_scene.h"
+#include "organbake/decimate/mesh_distance.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/raycast/ray_scene.h"
 #include "support/meshes.h"
 
 namespace organbake {

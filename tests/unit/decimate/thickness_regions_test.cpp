@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/thickness_regions.h"
+#include "thickness_regions.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/mesh_defects.h"
+#include "organbake/decimate/mesh_defects.h"
 
 #include <gtest/gtest.h>
 
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

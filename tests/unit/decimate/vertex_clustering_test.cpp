@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "decimate/collapse.h"
+#include "organbake/decimate/collapse.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

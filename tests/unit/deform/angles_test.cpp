@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/angles.h"
+#include "contact/angles.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake::deform {
 namespace {

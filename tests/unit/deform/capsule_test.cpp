@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "deform/deformer.h"
+#include "organbake/core/error.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "deform/deformer.h"
-#include "geometry/shell_map.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/geometry/shell_map.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "deform/deformer.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "deform/deformer.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/enclosed_volume.h"
+#include "body/enclosed_volume.h"
 
 #include <gtest/gtest.h>
 
-#include "deform/spring_network.h"
+#include "solver/spring_network.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bundle/mechanics_model.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/bundle/mechanics_model.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake::test {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/fem_body.h"
+#include "body/fem_body.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <functional>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "deform/deformer.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 

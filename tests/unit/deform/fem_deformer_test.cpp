@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "deform/deformer.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "deform/deformer.h"
-#include "geometry/shell_map.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/geometry/shell_map.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <string>
 
-#include "core/random.h"
-#include "deform/deformer.h"
+#include "organbake/core/random.h"
+#include "organbake/deform/deformer.h"
 #include "support/skins.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"

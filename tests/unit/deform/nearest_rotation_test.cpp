@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/nearest_rotation.h"
+#include "solver/nearest_rotation.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <limits>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake::deform {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "deform/deformer.h"
+#include "organbake/core/error.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "deform/deformer.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/skin.h"
+#include "body/skin.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
-#include "deform/deformer.h"
-#include "deform/spring_network.h"
-#include "geometry/shell_map.h"
+#include "organbake/core/random.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/geometry/shell_map.h"
+#include "solver/spring_network.h"
 #include "support/skins.h"
 #include "unit/deform/test_bodies.h"
 

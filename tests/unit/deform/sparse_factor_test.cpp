@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/sparse_factor.h"
+#include "solver/sparse_factor.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
 
 namespace organbake::deform {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "core/random.h"
-#include "deform/deformer.h"
+#include "organbake/core/random.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake {

@@ -8,9 +8,9 @@
 #include <set>
 #include <utility>
 
-#include "core/random.h"
-#include "geometry/mesh_edges.h"
-#include "geometry/shell_map.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/shell_map.h"
 
 namespace organbake::test {
 namespace {

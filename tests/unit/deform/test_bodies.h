@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "bundle/base_layer.h"
-#include "bundle/mechanics_model.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/bundle/base_layer.h"
+#include "organbake/bundle/mechanics_model.h"
+#include "organbake/geometry/triangle_mesh.h"
 #include "support/meshes.h"
 
 namespace organbake::test {

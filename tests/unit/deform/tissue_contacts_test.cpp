@@ -3,8 +3,8 @@
 
 #include <Eigen/Geometry>
 
-#include "core/random.h"
-#include "deform/deformer.h"
+#include "organbake/core/random.h"
+#include "organbake/deform/deformer.h"
 #include "unit/deform/bent_tube.h"
 #include "unit/deform/fem_bodies.h"
 #include "unit/deform/test_bodies.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "deform/tool_contacts.h"
+#include "contact/tool_contacts.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "unit/deform/test_bodies.h"
 
 namespace organbake::deform {

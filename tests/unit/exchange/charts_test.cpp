@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/atlas.h"
+#include "atlas.h"
 
 #include <gtest/gtest.h>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/cut_out.h"
+#include "organbake/exchange/cut_out.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/temporary_folder.h"
-#include "exchange/base_surface.h"
-#include "geometry/mesh_checks.h"
-#include "image/png.h"
-#include "image/srgb.h"
 #include "organ_to_export.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/exchange/base_surface.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/image/png.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/surface_points.h"
+#include "organbake/exchange/surface_points.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "image/srgb.h"
 #include "organ_to_export.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/textured_surface.h"
+#include "organbake/exchange/textured_surface.h"
 
 #include <gmock/gmock.h>
 #include <tbb/global_control.h>
@@ -7,13 +7,13 @@
 
 #include <cmath>
 
-#include "geometry/mesh_checks.h"
-#include "image/difference.h"
-#include "image/srgb.h"
 #include "organ_to_export.h"
-#include "player/orbit.h"
-#include "player/player.h"
-#include "raycast/ray_scene.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/raycast/ray_scene.h"
 #include "support/error_message.h"
 
 namespace organbake {

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "exchange/web_page.h"
+#include "organbake/exchange/web_page.h"
 
 #include <gmock/gmock.h>
 #include <libdeflate.h>
 
 #include <cmath>
 
-#include "bundle/bundle_pack.h"
-#include "bundle/map_code.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
 #include "organ_to_export.h"
-#include "player/orbit.h"
-#include "player/player.h"
+#include "organbake/bundle/bundle_pack.h"
+#include "organbake/bundle/map_code.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
 #include "support/error_message.h"
 
 namespace organbake {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Posed cameras as other programs keep them: written, and read back.
-#include "formats/camera_files.h"
+#include "organbake/formats/camera_files.h"
 
 #include <gmock/gmock.h>
 
@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "bundle/packed_bytes.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/bundle/packed_bytes.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 #include "posed_cameras.h"
 #include "support/error_message.h"
 

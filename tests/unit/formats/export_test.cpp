@@ -8,14 +8,14 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
-#include "formats/camera_files.h"
-#include "formats/gltf.h"
-#include "formats/mesh_files.h"
-#include "formats/textured_mesh.h"
-#include "image/png.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/gltf.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/textured_mesh.h"
+#include "organbake/image/png.h"
 #include "posed_cameras.h"
 #include "support/meshes.h"
 

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <string>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "support/error_message.h"
 
 namespace organbake {

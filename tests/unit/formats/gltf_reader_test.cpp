@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/mesh_readers.h"
+#include "meshes/mesh_readers.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <cstdint>
 
-#include "core/temporary_folder.h"
 #include "file_bytes.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "core/files.h"
-#include "core/temporary_folder.h"
-#include "formats/camera_files.h"
-#include "formats/lens_check.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/formats/camera_files.h"
+#include "organbake/formats/lens_check.h"
 #include "support/error_message.h"
 
 namespace organbake {

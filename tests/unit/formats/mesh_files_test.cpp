@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/mesh_files.h"
+#include "organbake/formats/mesh_files.h"
 
 #include <gmock/gmock.h>
 
@@ -8,11 +8,11 @@
 #include <iterator>
 #include <limits>
 
-#include "core/temporary_folder.h"
-#include "core/text.h"
 #include "file_bytes.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/ply.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
 #include "support/mesh_texts.h"
 #include "support/meshes.h"
 

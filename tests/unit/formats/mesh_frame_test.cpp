@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/mesh_frame.h"
+#include "organbake/formats/mesh_frame.h"
 
 #include <gmock/gmock.h>
 #include <vtkCellArray.h>
@@ -12,13 +12,13 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "core/temporary_folder.h"
-#include "core/text.h"
 #include "file_bytes.h"
-#include "formats/gltf.h"
-#include "formats/mesh_files.h"
-#include "formats/textured_mesh.h"
-#include "geometry/ply.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/gltf.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/textured_mesh.h"
+#include "organbake/geometry/ply.h"
 #include "support/mesh_texts.h"
 #include "support/meshes.h"
 

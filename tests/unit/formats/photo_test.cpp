@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "formats/photo.h"
+#include "organbake/formats/photo.h"
 
 #include <gmock/gmock.h>
 #include <turbojpeg.h>
 
 #include <cstdlib>
 
-#include "core/temporary_folder.h"
 #include "file_bytes.h"
-#include "formats/picture_decoders.h"
-#include "image/png.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/image/png.h"
+#include "pictures/picture_decoders.h"
 
 namespace organbake {
 namespace {

@@ -6,11 +6,11 @@
 
 #include <cmath>
 
-#include "core/temporary_folder.h"
 #include "file_bytes.h"
-#include "formats/photo.h"
-#include "image/exr.h"
-#include "image/srgb.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/formats/photo.h"
+#include "organbake/image/exr.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "bundle/cameras_json.h"
+#include "organbake/bundle/cameras_json.h"
 
 namespace organbake {
 

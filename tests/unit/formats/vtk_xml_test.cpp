@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // VTK's own writers, in every form that they have, against the reader.
-#include "formats/vtk_xml.h"
+#include "organbake/formats/vtk_xml.h"
 
 #include <gmock/gmock.h>
 #include <vtkCellArray.h>
@@ -15,9 +15,9 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
-#include "core/temporary_folder.h"
 #include "file_bytes.h"
-#include "formats/mesh_files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/formats/mesh_files.h"
 #include "support/mesh_texts.h"
 #include "support/meshes.h"
 

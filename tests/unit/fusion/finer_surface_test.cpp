@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fusion/finer_surface.h"
+#include "finer_surface.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "geometry/icosphere.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fusion/fuse_views.h"
+#include "organbake/fusion/fuse_views.h"
 
 #include <gmock/gmock.h>
 
 #include <limits>
 
-#include "core/error.h"
-#include "geometry/mesh_checks.h"
 #include "organ_views.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/error_message.h"
 
 namespace organbake {

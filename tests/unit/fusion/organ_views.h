@@ -7,11 +7,11 @@
 #include <cmath>
 #include <limits>
 
-#include "core/random.h"
-#include "fusion/fuse_views.h"
-#include "image/srgb.h"
-#include "phantom/phantom.h"
-#include "raycast/ray_scene.h"
+#include "organbake/core/random.h"
+#include "organbake/fusion/fuse_views.h"
+#include "organbake/image/srgb.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fusion/refine_poses.h"
+#include "organbake/fusion/refine_poses.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Depths and poses of unlike units: the organ must come out where and as large as it is.
-#include "fusion/solve_scale.h"
+#include "organbake/fusion/solve_scale.h"
 
 #include <gmock/gmock.h>
 
-#include "core/error.h"
 #include "organ_views.h"
+#include "organbake/core/error.h"
 #include "support/error_message.h"
 
 namespace organbake {

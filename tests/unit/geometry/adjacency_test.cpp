@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/adjacency.h"
+#include "organbake/geometry/adjacency.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/camera.h"
+#include "organbake/geometry/camera.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <limits>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

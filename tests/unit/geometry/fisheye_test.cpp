@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "core/random.h"
-#include "geometry/pinhole.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/pinhole.h"
 
 namespace organbake {
 namespace {

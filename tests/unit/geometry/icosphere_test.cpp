@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/icosphere.h"
+#include "organbake/geometry/icosphere.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {
 namespace {

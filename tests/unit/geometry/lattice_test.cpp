@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/lattice.h"
+#include "organbake/geometry/lattice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/mesh_edges.h"
+#include "organbake/geometry/mesh_edges.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/nearest_on_triangle.h"
+#include "organbake/geometry/nearest_on_triangle.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/ply.h"
+#include "organbake/geometry/ply.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <string>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
 #include "support/meshes.h"
 
 namespace organbake {

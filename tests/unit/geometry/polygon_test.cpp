@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/polygon.h"
+#include "organbake/geometry/polygon.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <functional>
 #include <numeric>
 
-#include "core/random.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {
 namespace {

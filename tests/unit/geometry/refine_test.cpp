@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/refine.h"
+#include "organbake/geometry/refine.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "core/error.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/shell_map.h"
+#include "organbake/geometry/shell_map.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/smooth_skin.h"
+#include "organbake/geometry/smooth_skin.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "core/error.h"
-#include "geometry/lattice.h"
-#include "geometry/shell_surface.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/lattice.h"
+#include "organbake/geometry/shell_surface.h"
 #include "support/meshes.h"
 #include "support/skins.h"
 

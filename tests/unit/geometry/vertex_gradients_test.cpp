@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/vertex_gradients.h"
+#include "organbake/geometry/vertex_gradients.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "support/meshes.h"
 
 namespace organbake {

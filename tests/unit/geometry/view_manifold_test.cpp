@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/view_manifold.h"
+#include "organbake/geometry/view_manifold.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "geometry/weld.h"
+#include "organbake/geometry/weld.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

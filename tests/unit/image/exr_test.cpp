@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/exr.h"
+#include "organbake/image/exr.h"
 
 #include <gtest/gtest.h>
 
@@ -17,10 +17,10 @@
 #include <span>
 #include <string>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/random.h"
-#include "core/temporary_folder.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/random.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

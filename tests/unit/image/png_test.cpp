@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/png.h"
+#include "organbake/image/png.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/random.h"
-#include "core/temporary_folder.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/random.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

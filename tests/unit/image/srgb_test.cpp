@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/srgb.h"
+#include "organbake/image/srgb.h"
 
 #include <gtest/gtest.h>
 

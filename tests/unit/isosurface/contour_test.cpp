@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/contour.h"
+#include "organbake/isosurface/contour.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "isosurface/capped_field.h"
+#include "capped_field.h"
 #include "shape_volumes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/cut_sides.h"
+#include "cut_sides.h"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/smoothing.h"
+#include "smoothing.h"
 
 #include <gtest/gtest.h>
 

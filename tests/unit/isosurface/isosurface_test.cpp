@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/isosurface.h"
+#include "organbake/isosurface/isosurface.h"
 
 #include <gmock/gmock.h>
 #include <tbb/global_control.h>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/random.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/ply.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
 #include "shape_volumes.h"
 
 namespace organbake {

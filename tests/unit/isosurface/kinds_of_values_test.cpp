@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "isosurface/isosurface.h"
+#include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "geometry/mesh_checks.h"
-#include "geometry/ply.h"
-#include "isosurface/isosurface.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

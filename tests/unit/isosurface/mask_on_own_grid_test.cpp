@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "isosurface/isosurface.h"
+#include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

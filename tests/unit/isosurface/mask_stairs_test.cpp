@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/mask_stairs.h"
+#include "mask_stairs.h"
 
 #include <gtest/gtest.h>
 

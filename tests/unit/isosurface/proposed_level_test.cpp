@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/proposed_level.h"
+#include "proposed_level.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 
-#include "core/random.h"
-#include "isosurface/isosurface.h"
+#include "organbake/core/random.h"
+#include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/contour.h"
+#include "organbake/isosurface/contour.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "isosurface/isosurface.h"
-#include "phantom/ball_scan.h"
+#include "organbake/isosurface/isosurface.h"
+#include "organbake/phantom/ball_scan.h"
 #include "shape_volumes.h"
 
 namespace organbake {

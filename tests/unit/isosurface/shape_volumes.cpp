@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 
 namespace organbake {
 

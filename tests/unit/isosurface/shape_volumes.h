@@ -7,10 +7,10 @@
 #include <functional>
 #include <string>
 
-#include "core/error.h"
-#include "geometry/triangle_mesh.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/volume/volume.h"
 #include "support/error_message.h"
-#include "volume/volume.h"
 
 namespace organbake {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/slab_contour.h"
+#include "slab_contour.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
-#include "geometry/mesh_checks.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "shape_volumes.h"
 
 namespace organbake {

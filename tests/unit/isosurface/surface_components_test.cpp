@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/surface_components.h"
+#include "surface_components.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "isosurface/isosurface.h"
+#include "organbake/isosurface/isosurface.h"
+#include "organbake/volume/read_volume.h"
 #include "shape_volumes.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "isosurface/smoothing.h"
+#include "smoothing.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/random.h"
-#include "geometry/mesh_checks.h"
-#include "isosurface/isosurface.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/isosurface/isosurface.h"
 #include "shape_volumes.h"
 #include "support/meshes.h"
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/elimination_order.h"
+#include "elimination_order.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 
-#include "deform/deformer.h"
-#include "mechanics/mechanics.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "deform/deformer.h"
-#include "mechanics/mechanics.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/lattice_body.h"
+#include "lattice_body.h"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <cmath>
 #include <map>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "mechanics/lattice_cell.h"
-#include "mechanics/mechanics.h"
-#include "mechanics/tissue_layer.h"
+#include "lattice_cell.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
+#include "tissue_layer.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/mechanics.h"
+#include "organbake/mechanics/mechanics.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <map>
 #include <numeric>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/spring_fit.h"
+#include "organbake/mechanics/spring_fit.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "deform/deformer.h"
-#include "mechanics/dead_loads.h"
-#include "mechanics/linear_statics.h"
-#include "mechanics/mechanics.h"
+#include "organbake/core/error.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/mechanics/dead_loads.h"
+#include "organbake/mechanics/linear_statics.h"
+#include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
 
 namespace organbake {

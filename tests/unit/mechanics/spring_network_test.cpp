@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mechanics/spring_network.h"
+#include "spring_network.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "mechanics/mechanics.h"
+#include "organbake/mechanics/mechanics.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/agreement.h"
+#include "organbake/motion/agreement.h"
 
 #include <gtest/gtest.h>
 

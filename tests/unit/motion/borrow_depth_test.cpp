@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/borrow_depth.h"
+#include "organbake/motion/borrow_depth.h"
 
 #include <gtest/gtest.h>
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "core/random.h"
-#include "motion/plane_sweep.h"
-#include "motion/posed_frame.h"
-#include "shading/frame.h"
+#include "organbake/core/random.h"
+#include "organbake/motion/plane_sweep.h"
+#include "organbake/motion/posed_frame.h"
+#include "organbake/shading/frame.h"
 
 namespace organbake {
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/bundle_adjustment.h"
+#include "organbake/motion/bundle_adjustment.h"
 
 #include <gtest/gtest.h>
 
-#include "motion/triangulation.h"
+#include "organbake/motion/triangulation.h"
 #include "unit/motion/tracked_scene.h"
 
 namespace organbake {

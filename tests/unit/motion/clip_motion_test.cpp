@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/clip_motion.h"
+#include "organbake/motion/clip_motion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/feature_tracker.h"
+#include "organbake/motion/feature_tracker.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "unit/motion/bumpy_scene.h"
 
 namespace organbake {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/held_shading.h"
+#include "organbake/motion/held_shading.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
 #include "unit/motion/bumpy_scene.h"
 
 namespace organbake {

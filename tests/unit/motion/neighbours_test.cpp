@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/neighbours.h"
+#include "organbake/motion/neighbours.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/plane_sweep.h"
+#include "organbake/motion/plane_sweep.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/parallel.h"
+#include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "unit/motion/bumpy_scene.h"
 
 namespace organbake {

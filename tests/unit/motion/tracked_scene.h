@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "core/random.h"
-#include "motion/clip_tracks.h"
-#include "motion/sightings.h"
+#include "organbake/core/random.h"
+#include "organbake/motion/clip_tracks.h"
+#include "organbake/motion/sightings.h"
 #include "unit/motion/bumpy_scene.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/triangulation.h"
+#include "organbake/motion/triangulation.h"
 
 #include <gtest/gtest.h>
 

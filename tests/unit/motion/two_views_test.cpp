@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/two_views.h"
+#include "two_views.h"
 
 #include <gtest/gtest.h>
 

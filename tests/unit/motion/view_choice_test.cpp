@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "motion/view_choice.h"
+#include "organbake/motion/view_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/depth_agreement.h"
+#include "depth_agreement.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

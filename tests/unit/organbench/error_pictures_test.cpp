@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/error_pictures.h"
+#include "error_pictures.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "organbench/run_report.h"
+#include "run_report.h"
 
 namespace organbake {
 namespace {

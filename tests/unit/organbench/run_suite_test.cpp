@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbench/run_suite.h"
+#include "run_suite.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 #include <stdexcept>
 
-#include "core/files.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {

@@ -4,9 +4,9 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include "core/error.h"
-#include "core/temporary_folder.h"
-#include "organbench/stability/trial.h"
+#include "organbake/core/error.h"
+#include "organbake/core/temporary_folder.h"
+#include "stability/trial.h"
 
 namespace organbake {
 namespace {

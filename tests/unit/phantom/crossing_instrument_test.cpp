@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/crossing_instrument.h"
+#include "crossing_instrument.h"
 
 #include <gtest/gtest.h>
 

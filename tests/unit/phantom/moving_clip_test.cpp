@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/moving_clip.h"
+#include "organbake/phantom/moving_clip.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <cmath>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "tissue_of_tests.h"
 
 namespace organbake {

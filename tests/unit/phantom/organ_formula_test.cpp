@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "geometry/icosphere.h"
-#include "phantom/organ.h"
+#include "organ.h"
+#include "organbake/geometry/icosphere.h"
 
 namespace organbake {
 namespace {

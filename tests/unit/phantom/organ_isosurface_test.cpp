@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "geometry/mesh_checks.h"
-#include "isosurface/isosurface.h"
-#include "phantom/phantom.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/isosurface/isosurface.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

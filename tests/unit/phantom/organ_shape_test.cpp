@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/organ_shape.h"
+#include "organ_shape.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -8,8 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "geometry/icosphere.h"
-#include "phantom/phantom.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "geometry/mesh_checks.h"
-#include "phantom/phantom.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <limits>
 
-#include "core/error.h"
-#include "phantom/phantom.h"
+#include "organbake/core/error.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

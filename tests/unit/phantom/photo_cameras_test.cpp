@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "phantom/phantom.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "image/srgb.h"
-#include "phantom/phantom.h"
-#include "raycast/ray_scene.h"
+#include "organbake/image/srgb.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 namespace {

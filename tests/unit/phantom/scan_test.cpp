@@ -5,8 +5,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/error.h"
-#include "phantom/phantom.h"
+#include "organbake/core/error.h"
+#include "organbake/phantom/phantom.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/scope_exposure.h"
+#include "scope_exposure.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "image/srgb.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

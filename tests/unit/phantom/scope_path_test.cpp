@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/scope_path.h"
+#include "organbake/phantom/scope_path.h"
 
 #include <gtest/gtest.h>
 

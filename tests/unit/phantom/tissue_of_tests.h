@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "phantom/tissue_relief.h"
+#include "tissue_relief.h"
 
 namespace organbake {
 

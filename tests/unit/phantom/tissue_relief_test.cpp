@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/tissue_relief.h"
+#include "tissue_relief.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "phantom/tissue_skin.h"
+#include "tissue_skin.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <vector>
 
-#include "phantom/vessel_tree.h"
 #include "tissue_of_tests.h"
+#include "vessel_tree.h"
 
 namespace organbake {
 namespace {

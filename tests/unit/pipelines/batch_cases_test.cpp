@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/batch_cases.h"
+#include "organbake/pipelines/batch_cases.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
-#include "pipelines/case_table.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/pipelines/case_table.h"
 
 namespace organbake {
 namespace {

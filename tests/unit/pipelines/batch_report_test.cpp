@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/batch_report.h"
+#include "organbake/pipelines/batch_report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "pipelines/batch_run.h"
-#include "pipelines/document.h"
-#include "pipelines/schemas.h"
+#include "organbake/pipelines/batch_run.h"
+#include "organbake/pipelines/document.h"
+#include "organbake/pipelines/schemas.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/bundle_page.h"
+#include "organbake/pipelines/bundle_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "pipelines/bake_warnings.h"
-#include "pipelines/bundle_pictures.h"
+#include "organbake/pipelines/bake_warnings.h"
+#include "organbake/pipelines/bundle_pictures.h"
 
 namespace organbake {
 namespace {

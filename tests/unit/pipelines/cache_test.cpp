@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/cache.h"
+#include "organbake/pipelines/cache.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <fstream>
 #include <thread>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
-#include "pipelines/content_hash.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/pipelines/content_hash.h"
 
 namespace organbake {
 namespace {

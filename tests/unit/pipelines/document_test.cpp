@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/document.h"
+#include "organbake/pipelines/document.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "pipelines/schema_check.h"
+#include "organbake/core/error.h"
+#include "organbake/pipelines/schema_check.h"
 
 namespace organbake {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fake_stages.h"
 
-#include "core/error.h"
-#include "core/files.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "pipelines/recipe.h"
-#include "pipelines/runner.h"
+#include "organbake/pipelines/recipe.h"
+#include "organbake/pipelines/runner.h"
 
 namespace organbake {
 

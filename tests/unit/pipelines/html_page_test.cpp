@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/html_page.h"
+#include "organbake/pipelines/html_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "image/png.h"
+#include "organbake/image/png.h"
 
 namespace organbake {
 namespace {

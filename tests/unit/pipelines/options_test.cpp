@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/options.h"
+#include "organbake/pipelines/options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "pipelines/options_json.h"
+#include "organbake/core/error.h"
+#include "organbake/pipelines/options_json.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/output_lock.h"
+#include "organbake/pipelines/output_lock.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,9 +8,9 @@
 #include <optional>
 #include <thread>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

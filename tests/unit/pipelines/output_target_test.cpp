@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/output_target.h"
+#include "organbake/pipelines/output_target.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

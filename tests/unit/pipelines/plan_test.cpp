@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/plan.h"
+#include "organbake/pipelines/plan.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/temporary_folder.h"
 #include "fake_stages.h"
+#include "organbake/core/error.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/recipe.h"
+#include "organbake/pipelines/recipe.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
 #include "fake_stages.h"
-#include "pipelines/quality.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/pipelines/quality.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/runner.h"
+#include "organbake/pipelines/runner.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,12 +7,12 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bundle/bundle.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
 #include "fake_stages.h"
-#include "pipelines/outputs.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/pipelines/outputs.h"
 
 namespace organbake {
 namespace {

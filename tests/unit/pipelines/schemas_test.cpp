@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "pipelines/schemas.h"
+#include "organbake/pipelines/schemas.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "bundle/cameras_json.h"
-#include "bundle/mechanics_model.h"
-#include "core/error.h"
-#include "core/files.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/bundle/mechanics_model.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
 
 namespace organbake {
 namespace {

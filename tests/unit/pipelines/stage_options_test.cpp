@@ -3,9 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/error.h"
-#include "pipelines/stage_binding.h"
-#include "pipelines/stages/place/options.h"
+#include "organbake/core/error.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "stages/place/options.h"
 
 namespace organbake {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/carried_surface.h"
+#include "organbake/player/carried_surface.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "core/error.h"
 #include "organ_to_play.h"
-#include "player/orbit.h"
+#include "organbake/core/error.h"
+#include "organbake/player/orbit.h"
 
 namespace organbake {
 namespace {

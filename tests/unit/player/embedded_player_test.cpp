@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/embedded_player.h"
+#include "organbake/player/embedded_player.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

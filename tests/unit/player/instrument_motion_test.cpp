@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/instrument_motion.h"
+#include "organbake/player/instrument_motion.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "core/error.h"
 #include "organ_to_play.h"
-#include "player/skin_point.h"
+#include "organbake/core/error.h"
+#include "organbake/player/skin_point.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/live_session.h"
+#include "organbake/player/live_session.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/orbit.h"
+#include "organbake/player/orbit.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
 #include "organ_to_play.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organ_to_cut.h"
 
-#include "player/play.h"
+#include "organbake/player/play.h"
 #include "support/cut_bodies.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "organ_to_play.h"
-#include "player/player.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bundle/bundle.h"
-#include "player/script.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/player/script.h"
 #include "support/synthetic_bundle.h"
 
 namespace organbake {

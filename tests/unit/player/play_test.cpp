@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/play.h"
+#include "organbake/player/play.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "bundle/json_fields.h"
-#include "core/error.h"
 #include "organ_to_play.h"
-#include "player/contact_sheet.h"
+#include "organbake/bundle/json_fields.h"
+#include "organbake/core/error.h"
+#include "organbake/player/contact_sheet.h"
 
 namespace organbake {
 namespace {

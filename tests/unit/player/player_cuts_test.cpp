@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "core/error.h"
 #include "organ_to_cut.h"
-#include "player/live_session.h"
-#include "player/player.h"
+#include "organbake/core/error.h"
+#include "organbake/player/live_session.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 namespace {

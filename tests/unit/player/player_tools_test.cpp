@@ -5,12 +5,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-#include "core/error.h"
-#include "core/temporary_folder.h"
 #include "organ_to_cut.h"
-#include "player/embedded_player.h"
-#include "player/live_session.h"
-#include "player/skin_point.h"
+#include "organbake/core/error.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/player/embedded_player.h"
+#include "organbake/player/live_session.h"
+#include "organbake/player/skin_point.h"
 #include "support/small_bundle.h"
 
 namespace organbake {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/projection_error.h"
+#include "organbake/player/projection_error.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
-#include "image/difference.h"
+#include "ideal_picture.h"
 #include "organ_to_play.h"
-#include "player/ideal_picture.h"
-#include "player/orbit.h"
-#include "warp/paper/paper_warp.h"
-#include "warp/warper.h"
+#include "organbake/image/difference.h"
+#include "organbake/player/orbit.h"
+#include "organbake/warp/paper_warp.h"
+#include "organbake/warp/warper.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/reference_frames.h"
+#include "organbake/player/reference_frames.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "core/temporary_folder.h"
-#include "image/png.h"
+#include "organbake/core/error.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/image/png.h"
 
 namespace organbake {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/script_camera.h"
+#include "organbake/player/script_camera.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
 #include "organ_to_play.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/script.h"
+#include "organbake/player/script.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

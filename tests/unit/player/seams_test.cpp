@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "player/seams.h"
+#include "organbake/player/seams.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "bundle/bundle.h"
+#include "organbake/bundle/bundle.h"
 
 namespace organbake {
 namespace {

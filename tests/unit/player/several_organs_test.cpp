@@ -2,10 +2,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "core/error.h"
 #include "organ_to_play.h"
-#include "player/orbit.h"
-#include "player/player.h"
+#include "organbake/core/error.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "core/random.h"
-#include "raycast/face_queries.h"
-#include "raycast/ray_scene.h"
+#include "organbake/core/random.h"
+#include "organbake/raycast/face_queries.h"
+#include "organbake/raycast/ray_scene.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "raycast/ray_scene.h"
+#include "organbake/raycast/ray_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "raycast/face_queries.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/raycast/face_queries.h"
 #include "support/meshes.h"
 
 namespace organbake {

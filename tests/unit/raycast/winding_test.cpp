@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "raycast/winding.h"
+#include "organbake/raycast/winding.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
-#include "formats/mesh_files.h"
-#include "formats/photo.h"
-#include "image/srgb.h"
+#include "color/color_silhouette.h"
 #include "lamp_studio.h"
-#include "registration/color_silhouette.h"
+#include "organbake/core/error.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/photo_pyramid.h"
+#include "appearance/photo_pyramid.h"
 
 #include <gtest/gtest.h>
 

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "core/random.h"
-#include "phantom/lamp_photo.h"
-#include "registration/object_pose.h"
-#include "registration/register_photo.h"
+#include "organbake/core/random.h"
+#include "organbake/phantom/lamp_photo.h"
+#include "organbake/registration/object_pose.h"
+#include "organbake/registration/register_photo.h"
 
 namespace organbake {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/ncc.h"
+#include "appearance/ncc.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

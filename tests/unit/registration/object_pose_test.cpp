@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/object_pose.h"
+#include "organbake/registration/object_pose.h"
 
 #include <ceres/ceres.h>
 #include <gtest/gtest.h>
 
-#include "registration/cost_functions/pose_manifold.h"
+#include "cost_functions/pose_manifold.h"
 
 namespace organbake {
 namespace {

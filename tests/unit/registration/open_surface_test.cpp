@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <numbers>
 
-#include "geometry/icosphere.h"
+#include "appearance/appearance.h"
 #include "lamp_studio.h"
-#include "registration/appearance.h"
-#include "registration/registered_surface.h"
+#include "organbake/geometry/icosphere.h"
+#include "organbake/registration/registered_surface.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/prediction.h"
+#include "appearance/prediction.h"
 
 #include <gtest/gtest.h>
 
-#include "geometry/icosphere.h"
+#include "appearance/appearance.h"
 #include "lamp_studio.h"
-#include "registration/appearance.h"
+#include "organbake/geometry/icosphere.h"
 
 namespace organbake {
 namespace {

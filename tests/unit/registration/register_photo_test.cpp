@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/register_photo.h"
+#include "organbake/registration/register_photo.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

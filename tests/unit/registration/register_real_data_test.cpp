@@ -6,9 +6,9 @@
 #include <numbers>
 #include <optional>
 
-#include "formats/mesh_files.h"
-#include "formats/photo.h"
 #include "lamp_studio.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/error.h"
 #include "lamp_studio.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

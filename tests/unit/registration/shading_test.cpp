@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/shading.h"
+#include "organbake/registration/shading.h"
 
 #include <gtest/gtest.h>
 

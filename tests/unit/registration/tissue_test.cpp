@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <numbers>
 
+#include "appearance/appearance.h"
+#include "color/tissue_colors.h"
+#include "color/tissue_light.h"
 #include "lamp_studio.h"
-#include "registration/appearance.h"
-#include "registration/tissue_colors.h"
-#include "registration/tissue_light.h"
 #include "support/meshes.h"
 
 namespace organbake {

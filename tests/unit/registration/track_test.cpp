@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "registration/track.h"
+#include "organbake/registration/track.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "core/error.h"
 #include "lamp_studio.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <iostream>
 
-#include "decimate/decimate.h"
-#include "decimate/mesh_distance.h"
-#include "geometry/mesh_checks.h"
-#include "geometry/weld.h"
-#include "raycast/ray_scene.h"
-#include "repair/repair.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/decimate/mesh_distance.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/weld.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/repair/repair.h"
 
 namespace organbake {
 namespace {

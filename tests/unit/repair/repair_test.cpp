@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "repair/repair.h"
+#include "organbake/repair/repair.h"
 
 #include <gmock/gmock.h>
 
@@ -7,7 +7,7 @@
 #include <functional>
 #include <map>
 
-#include "geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "support/error_message.h"
 #include "support/meshes.h"
 #include "voxel_mesh.h"

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "geometry/triangle_mesh.h"
+#include "organbake/geometry/triangle_mesh.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/depth_maps.h"
+#include "organbake/shading/depth_maps.h"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/random.h"
 #include "known_depth.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

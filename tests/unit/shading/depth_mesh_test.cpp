@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/depth_mesh.h"
+#include "organbake/shading/depth_mesh.h"
 
 #include <gmock/gmock.h>
 
 #include <limits>
 
-#include "core/error.h"
-#include "geometry/mesh_checks.h"
-#include "shading/frame.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/shading/frame.h"
 
 namespace organbake {
 namespace {

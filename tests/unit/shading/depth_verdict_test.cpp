@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A depth says whether its picture supports it, and is no worse than a flat plane when it does not.
-#include "shading/depth_verdict.h"
+#include "organbake/shading/depth_verdict.h"
 
 #include <gmock/gmock.h>
 
 #include <filesystem>
 
-#include "core/random.h"
-#include "image/srgb.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame_depth.h"
-#include "shading/video_reader.h"
+#include "organbake/core/random.h"
+#include "organbake/image/srgb.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame_depth.h"
+#include "organbake/shading/video_reader.h"
 
 namespace organbake {
 namespace {

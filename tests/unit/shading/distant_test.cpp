@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/distant.h"
+#include "organbake/shading/distant.h"
 
 #include <gmock/gmock.h>
 
 #include <numbers>
 
-#include "core/error.h"
 #include "known_depth.h"
-#include "shading/tsai_shah.h"
+#include "organbake/core/error.h"
+#include "organbake/shading/tsai_shah.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/fast_sweeping.h"
+#include "organbake/shading/fast_sweeping.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "phantom/shading_surfaces.h"
+#include "organbake/phantom/shading_surfaces.h"
 
 namespace organbake {
 namespace {

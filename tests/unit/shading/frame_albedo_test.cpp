@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The light divided out of a frame, against the phantom's own albedo.
-#include "shading/frame_albedo.h"
+#include "organbake/shading/frame_albedo.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/error.h"
-#include "image/srgb.h"
-#include "phantom/laparoscopy.h"
-#include "shading/grid_filters.h"
+#include "organbake/core/error.h"
+#include "organbake/image/srgb.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/grid_filters.h"
 
 namespace organbake {
 namespace {

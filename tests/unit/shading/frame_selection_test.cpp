@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/frame_source.h"
+#include "organbake/shading/frame_source.h"
 
 #include <gmock/gmock.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phantom/shading_surfaces.h"
-#include "shading/grid.h"
+#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/shading/grid.h"
 
 namespace organbake {
 

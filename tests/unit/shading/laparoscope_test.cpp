@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/laparoscope.h"
+#include "organbake/shading/laparoscope.h"
 
 #include <gmock/gmock.h>
 
-#include "core/error.h"
 #include "known_depth.h"
-#include "shading/ray_grid.h"
+#include "organbake/core/error.h"
+#include "organbake/shading/ray_grid.h"
 
 namespace organbake {
 namespace {

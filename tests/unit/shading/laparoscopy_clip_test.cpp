@@ -2,10 +2,10 @@
 // The phantom's frames, with texture, highlights, noise, vignette and an instrument, against truth.
 #include <gmock/gmock.h>
 
-#include "core/random.h"
 #include "known_depth.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame_depth.h"
+#include "organbake/core/random.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame_depth.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/light_estimate.h"
+#include "organbake/shading/light_estimate.h"
 
 #include <gmock/gmock.h>
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "shading/grid_filters.h"
-#include "shading/masks.h"
+#include "organbake/shading/grid_filters.h"
+#include "organbake/shading/masks.h"
 
 namespace organbake {
 namespace {

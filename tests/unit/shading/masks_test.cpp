@@ -3,11 +3,11 @@
 
 #include <limits>
 
-#include "core/error.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame.h"
-#include "shading/frame_preparation.h"
-#include "shading/masks.h"
+#include "organbake/core/error.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame.h"
+#include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/masks.h"
 
 namespace organbake {
 namespace {

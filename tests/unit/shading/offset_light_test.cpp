@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/laparoscope.h"
+#include "organbake/shading/laparoscope.h"
 
 #include <gmock/gmock.h>
 
-#include "core/error.h"
 #include "known_depth.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "known_depth.h"
-#include "shading/distant.h"
-#include "shading/laparoscope.h"
+#include "organbake/shading/distant.h"
+#include "organbake/shading/laparoscope.h"
 
 namespace organbake {
 namespace {

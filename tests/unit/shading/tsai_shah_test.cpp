@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/tsai_shah.h"
+#include "organbake/shading/tsai_shah.h"
 
 #include <gmock/gmock.h>
 
 #include <numbers>
 
-#include "core/error.h"
 #include "known_depth.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

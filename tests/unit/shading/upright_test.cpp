@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/frame_preparation.h"
+#include "organbake/shading/frame_preparation.h"
 
 #include <gmock/gmock.h>
 
-#include "core/error.h"
-#include "phantom/laparoscopy.h"
-#include "shading/frame.h"
+#include "organbake/core/error.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/shading/frame.h"
 
 namespace organbake {
 namespace {

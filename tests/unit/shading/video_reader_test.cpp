@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/video_reader.h"
+#include "organbake/shading/video_reader.h"
 
 #include <gmock/gmock.h>
 
 #include <fstream>
 
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 
 namespace organbake {
 namespace {

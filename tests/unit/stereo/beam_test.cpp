@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "shading/beam_estimate.h"
+#include "organbake/shading/beam_estimate.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "shading/frame_albedo.h"
+#include "organbake/shading/frame_albedo.h"
 #include "stereo_scene.h"
 
 namespace organbake {

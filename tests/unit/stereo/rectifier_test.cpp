@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stereo/rectifier.h"
+#include "organbake/stereo/rectifier.h"
 
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
 
-#include "geometry/pinhole.h"
-#include "phantom/laparoscopy.h"
+#include "organbake/geometry/pinhole.h"
+#include "organbake/phantom/laparoscopy.h"
 #include "stereo_scene.h"
 
 namespace organbake {

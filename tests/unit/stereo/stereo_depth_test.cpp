@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stereo/stereo_depth.h"
+#include "organbake/stereo/stereo_depth.h"
 
 #include <gmock/gmock.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "stereo/stereo_rig.h"
+#include "organbake/stereo/stereo_rig.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <limits>
 
-#include "bundle/cameras_json.h"
-#include "core/error.h"
-#include "core/files.h"
-#include "core/temporary_folder.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/temporary_folder.h"
 #include "support/error_message.h"
 
 namespace organbake {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "phantom/laparoscopy.h"
-#include "stereo/stereo_depth.h"
+#include "organbake/phantom/laparoscopy.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 

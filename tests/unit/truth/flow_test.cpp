@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "truth/flow.h"
+#include "organbake/truth/flow.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "image/srgb.h"
-#include "player/orbit.h"
+#include "organbake/image/srgb.h"
+#include "organbake/player/orbit.h"
 #include "traced_organ.h"
 
 namespace organbake {

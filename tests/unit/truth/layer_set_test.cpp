@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truth/layer_set.h"
+#include "organbake/truth/layer_set.h"
 
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 
 namespace organbake {
 namespace {

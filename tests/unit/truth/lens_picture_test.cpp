@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "truth/lens_picture.h"
+#include "organbake/truth/lens_picture.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "image/srgb.h"
-#include "player/orbit.h"
+#include "organbake/core/error.h"
+#include "organbake/image/srgb.h"
+#include "organbake/player/orbit.h"
 #include "traced_organ.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "truth/pixel_truth.h"
+#include "organbake/truth/pixel_truth.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "player/orbit.h"
+#include "organbake/core/error.h"
+#include "organbake/player/orbit.h"
 #include "traced_organ.h"
 
 namespace organbake {

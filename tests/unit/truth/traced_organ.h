@@ -5,11 +5,11 @@
 #include <limits>
 #include <vector>
 
-#include "player/carried_surface.h"
-#include "player/player.h"
-#include "raycast/ray_scene.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/player.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/truth/truth_tracker.h"
 #include "support/synthetic_bundle.h"
-#include "truth/truth_tracker.h"
 
 namespace organbake {
 

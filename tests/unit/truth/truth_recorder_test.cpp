@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "truth/truth_recorder.h"
+#include "organbake/truth/truth_recorder.h"
 
 #include <gtest/gtest.h>
 
@@ -7,13 +7,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "bundle/cameras_json.h"
-#include "core/error.h"
-#include "core/temporary_folder.h"
-#include "image/exr.h"
-#include "image/png.h"
-#include "player/orbit.h"
-#include "player/script_camera.h"
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/error.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/image/exr.h"
+#include "organbake/image/png.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/script_camera.h"
 #include "traced_organ.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/choose_cover.h"
+#include "choose_cover.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <functional>
 
-#include "core/random.h"
-#include "viewpoints/cover_bound.h"
+#include "cover_bound.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/coverage.h"
+#include "organbake/viewpoints/coverage.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -9,10 +9,10 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/error.h"
-#include "geometry/ply.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/viewpoints/surface_samples.h"
 #include "support/meshes.h"
-#include "viewpoints/surface_samples.h"
 
 namespace organbake {
 namespace {

@@ -7,9 +7,9 @@
 #include <functional>
 #include <limits>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
+#include "organbake/viewpoints/placement.h"
 #include "support/meshes.h"
-#include "viewpoints/placement.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/sample_counts.h"
+#include "sample_counts.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

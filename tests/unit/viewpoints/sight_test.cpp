@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/sight.h"
+#include "organbake/viewpoints/sight.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/spread_directions.h"
+#include "spread_directions.h"
 
 #include <gtest/gtest.h>
 

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/error.h"
-#include "core/random.h"
-#include "geometry/mesh_checks.h"
-#include "viewpoints/placement.h"
-#include "viewpoints/spread_directions.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/viewpoints/placement.h"
+#include "spread_directions.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "viewpoints/view_planes.h"
+#include "view_planes.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "geometry/mesh_checks.h"
-#include "viewpoints/spread_directions.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "spread_directions.h"
 
 namespace organbake {
 namespace {

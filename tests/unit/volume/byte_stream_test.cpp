@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/byte_stream.h"
+#include "files/byte_stream.h"
 
 #include <gmock/gmock.h>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

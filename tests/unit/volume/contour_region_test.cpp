@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/contour_region.h"
+#include "dicom/contour_region.h"
 
 #include <gtest/gtest.h>
 

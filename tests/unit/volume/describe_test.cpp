@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/describe.h"
+#include "organbake/volume/describe.h"
 
 #include <gmock/gmock.h>
 

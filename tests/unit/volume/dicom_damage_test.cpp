@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "core/random.h"
-#include "core/temporary_folder.h"
+#include "dicom/dicom_pixels.h"
+#include "organbake/core/random.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/volume/dicom_slice.h"
+#include "organbake/volume/read_volume.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"
-#include "volume/dicom_pixels.h"
-#include "volume/dicom_slice.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "core/temporary_folder.h"
-#include "core/text.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/core/text.h"
+#include "organbake/volume/read_volume.h"
 #include "support/dicom_bytes.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/dicom_masks.h"
+#include "dicom/dicom_masks.h"
 
 #include <gmock/gmock.h>
 
 #include "dicom_folder_fixture.h"
+#include "organbake/volume/label_figures.h"
 #include "support/dicom_mask_bytes.h"
-#include "volume/label_figures.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/dicom_reader.h"
+#include "dicom/dicom_reader.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 
 #include "dicom_folder_fixture.h"
+#include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/dicom_series.h"
+#include "organbake/volume/dicom_series.h"
 
 #include <gmock/gmock.h>
 
+#include "dicom/dicom_pixels.h"
 #include "dicom_folder_fixture.h"
-#include "volume/dicom_pixels.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/dicom_structure.h"
+#include "dicom/dicom_structure.h"
 
 #include <gmock/gmock.h>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
 #include "support/dicom_bytes.h"
 #include "support/dicom_mask_bytes.h"
 #include "support/ramp_volume.h"

@@ -5,9 +5,9 @@
 #include <cstdlib>
 #include <span>
 
+#include "dicom/dicom_pixels.h"
+#include "organbake/volume/dicom_slice.h"
 #include "support/ramp_volume.h"
-#include "volume/dicom_pixels.h"
-#include "volume/dicom_slice.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/mask_check.h"
+#include "organbake/volume/mask_check.h"
 
 #include <gmock/gmock.h>
 
 #include <limits>
 
+#include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/mask_labels.h"
+#include "labels/mask_labels.h"
 
 #include <gmock/gmock.h>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/volume/label_figures.h"
+#include "organbake/volume/label_names_file.h"
+#include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
-#include "volume/label_figures.h"
-#include "volume/label_names_file.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

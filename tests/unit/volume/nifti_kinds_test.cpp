@@ -3,10 +3,10 @@
 
 #include <Eigen/Geometry>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/volume/read_volume.h"
 #include "support/nifti_bytes.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

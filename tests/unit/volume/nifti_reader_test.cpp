@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/volume_formats.h"
+#include "files/volume_formats.h"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/volume/read_volume.h"
 #include "support/nifti_bytes.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/read_volume.h"
+#include "organbake/volume/read_volume.h"
 
 #include <gmock/gmock.h>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/volume/write_volume.h"
 #include "support/dicom_bytes.h"
 #include "support/nifti_bytes.h"
 #include "support/ramp_volume.h"
-#include "volume/write_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/region.h"
+#include "organbake/volume/region.h"
 
 #include <gmock/gmock.h>
 
-#include "core/files.h"
 #include "dicom_folder_fixture.h"
+#include "organbake/core/files.h"
+#include "organbake/volume/write_volume.h"
 #include "support/nifti_bytes.h"
-#include "volume/write_volume.h"
 
 namespace organbake {
 namespace {

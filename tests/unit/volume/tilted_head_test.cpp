@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/unzipped_folder.h"
+#include "files/unzipped_folder.h"
 
 #include <gmock/gmock.h>
 #include <minizip/zip.h>
 
-#include "core/files.h"
 #include "dicom_folder_fixture.h"
+#include "organbake/core/files.h"
 #include "support/error_message.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/volume.h"
+#include "organbake/volume/volume.h"
 
 #include <gmock/gmock.h>
 
 #include <limits>
 
+#include "grid/grid.h"
 #include "support/ramp_volume.h"
-#include "volume/grid.h"
 
 namespace organbake {
 namespace {

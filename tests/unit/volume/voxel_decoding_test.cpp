@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/voxel_decoding.h"
+#include "files/voxel_decoding.h"
 
 #include <gmock/gmock.h>
 
 #include <cstring>
 #include <limits>
 
-#include "core/temporary_folder.h"
+#include "organbake/core/temporary_folder.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "volume/volume_formats.h"
+#include "files/volume_formats.h"
 
 #include <gmock/gmock.h>
 
-#include "core/temporary_folder.h"
-#include "core/text.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/core/text.h"
+#include "organbake/volume/read_volume.h"
 #include "support/ramp_volume.h"
-#include "volume/read_volume.h"
 
 namespace organbake {
 namespace {

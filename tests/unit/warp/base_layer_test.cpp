@@ -6,12 +6,12 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "geometry/shell_map.h"
-#include "image/difference.h"
-#include "image/srgb.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
+#include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
 #include "views_round.h"
-#include "warp/warper.h"
 
 namespace organbake {
 namespace {

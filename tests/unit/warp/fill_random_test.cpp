@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
+#include "organbake/warp/cover_mask.h"
 #include "unit/warp/filled_frame.h"
-#include "warp/finishing/cover_mask.h"
 
 namespace organbake {
 namespace {

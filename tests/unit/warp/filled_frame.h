@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "warp/finishing/holes.h"
+#include "finishing/holes.h"
 
 namespace organbake {
 

@@ -6,10 +6,10 @@
 #include <mutex>
 #include <set>
 
-#include "core/error.h"
+#include "organbake/core/error.h"
+#include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
 #include "views_round.h"
-#include "warp/warper.h"
 
 namespace organbake {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/light/lattice_normals.h"
+#include "light/lattice_normals.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "warp/drawing/left_pack.h"
+#include "drawing/left_pack.h"
 
 #include <gtest/gtest.h>
 

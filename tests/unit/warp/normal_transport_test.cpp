@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/light/normal_transport.h"
+#include "light/normal_transport.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/drawing/open_pixels.h"
+#include "drawing/open_pixels.h"
 
 #include <gtest/gtest.h>
 
-#include "core/random.h"
-#include "warp/drawing/pixel_key.h"
+#include "drawing/pixel_key.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

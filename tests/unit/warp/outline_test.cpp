@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/finishing/outline.h"
+#include "organbake/warp/outline.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-#include "image/srgb.h"
+#include "organbake/image/srgb.h"
 
 namespace organbake {
 namespace {

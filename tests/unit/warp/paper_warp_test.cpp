@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/paper/paper_warp.h"
+#include "organbake/warp/paper_warp.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "core/error.h"
-#include "image/difference.h"
-#include "image/srgb.h"
+#include "organbake/core/error.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
 #include "support/synthetic_bundle.h"
 #include "views_round.h"
 

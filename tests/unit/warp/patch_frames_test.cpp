@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/placing/patch_frames.h"
+#include "placing/patch_frames.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
 #include <array>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

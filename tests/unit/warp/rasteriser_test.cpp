@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/drawing/rasteriser.h"
+#include "organbake/warp/rasteriser.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

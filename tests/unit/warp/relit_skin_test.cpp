@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/light/relit_skin.h"
+#include "light/relit_skin.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -8,12 +8,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "geometry/shell_map.h"
-#include "image/difference.h"
-#include "image/srgb.h"
+#include "organbake/core/error.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
+#include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
-#include "warp/warper.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/picture/row_spans.h"
+#include "picture/row_spans.h"
 
 #include <gtest/gtest.h>
 

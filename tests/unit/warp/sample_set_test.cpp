@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "warp/samples/sample_set.h"
+#include "samples/sample_set.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 #include <limits>
 #include <set>
 
+#include "drawing/pixel_key.h"
+#include "samples/texel_detail.h"
+#include "samples/texel_order.h"
 #include "support/synthetic_bundle.h"
-#include "warp/drawing/pixel_key.h"
-#include "warp/samples/texel_detail.h"
-#include "warp/samples/texel_order.h"
 
 namespace organbake {
 namespace {

@@ -8,13 +8,13 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/error.h"
-#include "image/difference.h"
-#include "image/srgb.h"
+#include "light/scope_shine.h"
+#include "organbake/core/error.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
+#include "organbake/warp/light_meter.h"
+#include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
-#include "warp/light/light_meter.h"
-#include "warp/light/scope_shine.h"
-#include "warp/warper.h"
 
 namespace organbake {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/finishing/holes.h"
+#include "finishing/holes.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
 
-#include "core/random.h"
-#include "warp/frame.h"
+#include "organbake/core/random.h"
+#include "organbake/warp/frame.h"
 
 namespace organbake {
 namespace {

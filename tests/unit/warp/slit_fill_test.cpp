@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/finishing/holes.h"
+#include "finishing/holes.h"
 
 #include <gtest/gtest.h>
 

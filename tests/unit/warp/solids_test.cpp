@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/finishing/solids.h"
+#include "organbake/warp/solids.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "core/random.h"
+#include "organbake/core/random.h"
 
 namespace organbake {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/light/sparse_shading.h"
+#include "light/sparse_shading.h"
 
 #include <gtest/gtest.h>
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random chunks over one face, near and far: however a tile cuts them, a pixel gets the same key.
-#include "warp/drawing/splat.h"
+#include "drawing/splat.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "core/random.h"
-#include "warp/drawing/landing.h"
-#include "warp/drawing/pixel_key.h"
-#include "warp/picture/tile_grid.h"
-#include "warp/placing/patch_frames.h"
-#include "warp/view.h"
+#include "drawing/landing.h"
+#include "drawing/pixel_key.h"
+#include "organbake/core/random.h"
+#include "organbake/warp/view.h"
+#include "picture/tile_grid.h"
+#include "placing/patch_frames.h"
 
 namespace organbake {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <Eigen/Geometry>
 
-#include "bundle/bundle.h"
-#include "warp/view.h"
+#include "organbake/bundle/bundle.h"
+#include "organbake/warp/view.h"
 
 namespace organbake {
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
-#include "core/random.h"
+#include "organbake/core/error.h"
+#include "organbake/core/random.h"
+#include "organbake/warp/camera_shares.h"
+#include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
 #include "unit/warp/views_round.h"
-#include "warp/camera_shares.h"
-#include "warp/warper.h"
 
 namespace organbake {
 namespace {

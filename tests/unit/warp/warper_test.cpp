@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "warp/warper.h"
+#include "organbake/warp/warper.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <limits>
 
-#include "core/error.h"
-#include "image/difference.h"
-#include "image/srgb.h"
+#include "organbake/core/error.h"
+#include "organbake/image/difference.h"
+#include "organbake/image/srgb.h"
 #include "support/synthetic_bundle.h"
 #include "views_round.h"
 

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/bundle_pack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "organbake/bundle/packed_bytes.h"
+#include "organbake/geometry/ply.h"
+#include "packed_image.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::string_view kMagic = "ORGANPK1";
+constexpr std::size_t kFixed = 8 + 4 + 4, kPerPart = 8;  // magic, count, checksum; sizes
+// The most that a stream of deflate makes of a byte.
+constexpr std::uint64_t kMostInflation = 1032;
+constexpr const char* kFrameName = "name";
+// What is kept of the base layer's heights: the rest is noise to who packs it.
+constexpr float kPerMm = 1024;
+
+// CRC-32 of ISO 3309, as gzip has it: of a few hundred bytes, so bit by bit.
+std::uint32_t checksum(std::span<const std::byte> bytes) {
+  std::uint32_t crc = ~0u;
+  for (const std::byte byte : bytes) {
+    crc ^= std::to_integer<std::uint32_t>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xEDB88320u : 0);
+  }
+  return ~crc;
+}
+
+std::span<const std::byte> bytes_of(std::string_view text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+void add_file(std::string_view name, std::span<const std::byte> bytes, PackedWriter& out) {
+  out.add(static_cast<std::uint8_t>(name.size()));
+  out.add(bytes_of(name));
+  out.add(static_cast<std::uint32_t>(bytes.size()));
+  out.add(bytes);
+}
+
+class PackedFiles : public BundleFiles {
+ public:
+  explicit PackedFiles(std::span<const std::byte> bytes) {
+    PackedReader in(bytes, "the pack's frame");
+    const auto count = in.next<std::uint32_t>();
+    constexpr std::uint32_t kMostFiles = 16;
+    if (count > kMostFiles) in.fail("claims " + std::to_string(count) + " files");
+    for (std::uint32_t f = 0; f < count; ++f) {
+      const auto letters = in.take(in.next<std::uint8_t>());
+      const std::string name(reinterpret_cast<const char*>(letters.data()), letters.size());
+      if (!files_.emplace(name, in.take(in.next<std::uint32_t>())).second)
+        in.fail("has '" + name + "' twice");
+    }
+    in.end();
+  }
+
+  bool has(const std::string& file) const override { return files_.contains(file); }
+  std::vector<std::byte> bytes(const std::string& file) const override {
+    const auto found = files_.find(file);
+    if (found == files_.end()) throw BadDataError(where(file) + ": is missing");
+    return {found->second.begin(), found->second.end()};
+  }
+  ChannelImage image(const std::string& file) const override {
+    return unpacked_image(bytes(file), where(file));
+  }
+  std::string where(const std::string& file) const override { return "the pack's " + file; }
+
+ private:
+  std::map<std::string, std::span<const std::byte>> files_;
+};
+
+}  // namespace
+
+std::size_t pack_contents_bytes(std::size_t parts) { return kFixed + kPerPart * parts; }
+
+std::vector<std::byte> pack_contents(const std::vector<PackPart>& parts) {
+  PackedWriter out;
+  out.add(bytes_of(kMagic));
+  out.add(static_cast<std::uint32_t>(parts.size()));
+  for (const PackPart& part : parts) out.add(part.packed_bytes), out.add(part.bytes);
+  out.add(checksum(out.bytes()));
+  return out.take();
+}
+
+std::vector<PackPart> contents_of_pack(std::span<const std::byte> beginning,
+                                       std::uint64_t total_bytes) {
+  PackedReader in(beginning, "the pack");
+  const auto magic = in.take(kMagic.size());
+  if (!std::equal(magic.begin(), magic.end(), bytes_of(kMagic).begin()))
+    in.fail("is no organ that was exported for a page, or one of another version");
+  const auto count = in.next<std::uint32_t>();
+  if (count < 2 || count > kMostPackParts) in.fail("claims " + std::to_string(count) + " parts");
+  std::vector<PackPart> parts(count);
+  std::uint64_t offset = pack_contents_bytes(count);
+  for (PackPart& part : parts) {
+    part = {offset, in.next<std::uint32_t>(), in.next<std::uint32_t>()};
+    offset += part.packed_bytes;
+  }
+  const std::size_t guarded = pack_contents_bytes(count) - sizeof(std::uint32_t);
+  if (in.next<std::uint32_t>() != checksum(beginning.first(guarded)))
+    in.fail("does not match its own checksum");
+  if (offset != total_bytes)
+    in.fail("is " + std::to_string(total_bytes) + " bytes, its parts make " +
+            std::to_string(offset));
+  for (const PackPart& part : parts) {
+    if (part.bytes > kMostInflation * part.packed_bytes)
+      in.fail("claims a part that no stream of its size inflates to");
+  }
+  return parts;
+}
+
+std::vector<std::byte> packed_frame(const Bundle& bundle) {
+  BaseLayer base = bundle.base;
+  for (float& height : base.height_mm) height = std::round(height * kPerMm) / kPerMm;
+  const std::string proxy = serialise_ply(bundle.proxy), cameras = cameras_to_json(bundle.cameras),
+                    mechanics = mechanics_to_json(bundle.mechanics);
+  PackedWriter out;
+  out.add(std::uint32_t{5} + (bundle.skin ? 1 : 0) + (bundle.lighting ? 1 : 0));
+  add_file(kFrameName, bytes_of(bundle.manifest.name), out);
+  add_file("proxy.ply", bytes_of(proxy), out);
+  add_file("cameras.json", bytes_of(cameras), out);
+  add_file("mechanics.json", bytes_of(mechanics), out);
+  add_file("base.exr", packed_image(base_layer_to_image(base)), out);
+  if (bundle.skin) add_file(kSkinFile, packed_image(skin_to_image(*bundle.skin)), out);
+  if (bundle.lighting) {
+    const std::string lighting = lighting_to_json(*bundle.lighting);
+    add_file(kLightingFile, bytes_of(lighting), out);
+  }
+  return out.take();
+}
+
+Bundle unpacked_frame(std::span<const std::byte> bytes) {
+  const PackedFiles files(bytes);
+  const std::vector<std::byte> name = files.bytes(kFrameName);
+  Manifest manifest;
+  manifest.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
+  return read_frame(files, std::move(manifest));
+}
+
+}  // namespace organbake

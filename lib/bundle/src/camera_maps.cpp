@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <string>
+
+#include "organbake/bundle/bundle.h"
+
+namespace organbake {
+
+std::string camera_folder(std::size_t camera) {
+  std::string number = std::to_string(camera);
+  if (number.size() < 3) number.insert(0, 3 - number.size(), '0');
+  return "cam_" + number;
+}
+
+ChannelImage depth_image(const CameraMaps& maps) {
+  // The same plane twice: OpenCV 4.6 reads a file with Z alone as zeros, three.js refuses it.
+  return {maps.width, maps.height, {{"Y", maps.depth_mm, false}, {"Z", maps.depth_mm, false}}};
+}
+
+ChannelImage color_image(const CameraMaps& maps) {
+  std::array<std::vector<float>, 4> rgba;
+  for (auto& plane : rgba) plane.resize(maps.color.size());
+  for (std::size_t i = 0; i < maps.color.size(); ++i) {
+    for (int k = 0; k < 3; ++k) rgba[k][i] = maps.color[i][k];
+    rgba[3][i] = maps.face[i] == kNoFace ? 0.0f : 1.0f;
+  }
+  return {maps.width,
+          maps.height,
+          {{"R", std::move(rgba[0]), true},
+           {"G", std::move(rgba[1]), true},
+           {"B", std::move(rgba[2]), true},
+           {"A", std::move(rgba[3]), true}}};
+}
+
+ChannelImage micro_image(const CameraMaps& maps) {
+  return {maps.width,
+          maps.height,
+          {{"Y", maps.height_mm, false},
+           {"face", maps.face, false},
+           {"confidence", maps.confidence, true}}};
+}
+
+}  // namespace organbake

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/json_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "organbake/bundle/json_structure.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+
+namespace organbake {
+
+Json parse_json(const std::string& text, const std::string& name) {
+  check_json_structure(text, name);
+  try {
+    return Json::parse(text);
+  } catch (const Json::exception& error) {
+    // "[json.exception.parse_error.101] parse error at line 3, column 7: …": keep what a user
+    // needs.
+    std::string what = error.what();
+    if (const auto end = what.find("] "); end != std::string::npos) what = what.substr(end + 2);
+    throw BadDataError(name + ": is not valid JSON: " + what);
+  }
+}
+
+std::string json_text(const Json& json) {
+  // File names need not be UTF-8; JSON must be.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json to_json(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
+
+Json intrinsics_to_json(const Intrinsics& k) {
+  Json json = {{"width", k.width}, {"height", k.height}, {"fx", k.fx},
+               {"fy", k.fy},       {"cx", k.cx},         {"cy", k.cy}};
+  if (k.model == LensModel::fisheye) {
+    json["fisheye_k1_k2_k3_k4"] = {k.k1, k.k2, k.k3, k.k4};
+  } else if (k.has_distortion()) {
+    json["distortion_k1_k2_p1_p2_k3"] = {k.k1, k.k2, k.p1, k.p2, k.k3};
+  }
+  return json;
+}
+
+Intrinsics intrinsics_from_json(const JsonField& lens, int largest_side_px) {
+  constexpr double kLeastFocal_px = 1e-6, kMost_px = 1e9;
+  Intrinsics k;
+  k.width = static_cast<int>(lens["width"].integer(1, largest_side_px));
+  k.height = static_cast<int>(lens["height"].integer(1, largest_side_px));
+  k.fx = lens["fx"].number(kLeastFocal_px, kMost_px);
+  k.fy = lens["fy"].number(kLeastFocal_px, kMost_px);
+  k.cx = lens["cx"].number(-kMost_px, kMost_px);
+  k.cy = lens["cy"].number(-kMost_px, kMost_px);
+  const auto distortion = lens.find("distortion_k1_k2_p1_p2_k3");
+  if (const auto fisheye = lens.find("fisheye_k1_k2_k3_k4")) {
+    if (distortion)
+      fisheye->fail("stands beside distortion_k1_k2_p1_p2_k3; a lens has one of them");
+    if (fisheye->size() != 4) fisheye->fail("must hold four numbers: k1, k2, k3, k4");
+    k.model = LensModel::fisheye;
+    double* const angles[] = {&k.k1, &k.k2, &k.k3, &k.k4};
+    for (std::size_t i = 0; i < 4; ++i) *angles[i] = fisheye->at(i).number();
+    return k;
+  }
+  if (!distortion) return k;
+  if (distortion->size() != 5) distortion->fail("must hold five numbers: k1, k2, p1, p2, k3");
+  double* const into[] = {&k.k1, &k.k2, &k.p1, &k.p2, &k.k3};
+  for (std::size_t i = 0; i < 5; ++i) *into[i] = distortion->at(i).number();
+  return k;
+}
+
+void JsonField::fail(const std::string& message) const {
+  throw BadDataError(document_ + ": " + (pointer_.empty() ? "/" : pointer_) + ": " + message);
+}
+
+std::optional<JsonField> JsonField::find(const std::string& key) const {
+  if (!value_->is_object()) fail("must be an object");
+  const auto found = value_->find(key);
+  if (found == value_->end()) return std::nullopt;
+  return JsonField(*found, document_, pointer_ + "/" + key);
+}
+
+JsonField JsonField::operator[](const std::string& key) const {
+  const auto found = find(key);
+  if (!found) fail("has no key '" + key + "'");
+  return *found;
+}
+
+void JsonField::allow_only(std::initializer_list<std::string_view> keys) const {
+  if (!value_->is_object()) fail("must be an object");
+  for (const auto& [key, ignored] : value_->items()) {
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+    std::string known;
+    for (const std::string_view each : keys) known.append(known.empty() ? "" : ", ").append(each);
+    fail("has the key '" + key + "', which means nothing here; known are " + known);
+  }
+}
+
+std::size_t JsonField::size() const {
+  if (!value_->is_array()) fail("must be an array");
+  return value_->size();
+}
+
+JsonField JsonField::at(std::size_t index) const {
+  if (index >= size()) fail("has only " + std::to_string(size()) + " entries");
+  return {(*value_)[index], document_, pointer_ + "/" + std::to_string(index)};
+}
+
+double JsonField::number(double min, double max) const {
+  if (!value_->is_number()) fail("must be a number");
+  const double value = value_->get<double>();
+  if (!std::isfinite(value) || value < min || value > max) {
+    fail("is " + to_text(value) + ", must lie in " + to_text(min) + "…" + to_text(max));
+  }
+  return value;
+}
+
+std::int64_t JsonField::integer(std::int64_t min, std::int64_t max) const {
+  if (!value_->is_number_integer()) fail("must be a whole number");
+  // An unsigned number beyond int64 would wrap round to a negative one.
+  const bool too_large =
+      value_->is_number_unsigned() &&
+      value_->get<std::uint64_t>() > std::uint64_t(std::numeric_limits<std::int64_t>::max());
+  const std::int64_t value = value_->get<std::int64_t>();
+  if (too_large || value < min || value > max) {
+    fail("is " + value_->dump() + ", must lie in " + std::to_string(min) + "…" +
+         std::to_string(max));
+  }
+  return value;
+}
+
+std::string JsonField::text() const {
+  if (!value_->is_string()) fail("must be a text");
+  return value_->get<std::string>();
+}
+
+Eigen::Vector3d JsonField::vector3() const {
+  if (size() != 3) fail("must hold three numbers");
+  return {at(0).number(), at(1).number(), at(2).number()};
+}
+
+void JsonField::require_schema(std::initializer_list<std::string_view> any_of) const {
+  const JsonField field = (*this)["schema"];
+  if (std::find(any_of.begin(), any_of.end(), field.text()) != any_of.end()) return;
+  std::string known;
+  for (const std::string_view schema : any_of)
+    known += (known.empty() ? "'" : " and '") + std::string(schema) + "'";
+  field.fail("is '" + field.text() + "'; this program reads " + known);
+}
+
+}  // namespace organbake

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/reseal.h"
+
+#include <algorithm>
+#include <initializer_list>
+
+#include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/sha256.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/image/exr.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+// Depth and height may name places this far apart, in widths of the texel: what shows least.
+constexpr double kTexelsApart = 1;
+
+bool named(const std::string& path, std::initializer_list<const char*> names) {
+  return std::any_of(names.begin(), names.end(), [&](const char* name) {
+    return path.starts_with("cam_") && path.ends_with(std::string("/") + name);
+  });
+}
+bool may_change(const std::string& path) {
+  return path == "base.exr" || named(path, {"color.exr", "depth.exr", "micro.exr", "detail.exr"});
+}
+
+// The files that differ from the manifest, which is brought up to them.
+std::vector<std::string> take_changes(const BundleReader& reader, Manifest& manifest) {
+  std::vector<std::string> changed;
+  for (BundleFile& file : manifest.files) {
+    const std::vector<std::byte> bytes = reader.read_unchecked(file.path);
+    const std::string sha256 = sha256_hex(bytes);
+    if (sha256 == file.sha256) continue;
+    if (!may_change(file.path)) {
+      throw BadDataError(reader.folder() / file.path,
+                         "was changed, and the maps were baked for it as it was: put it back or "
+                         "bake the bundle anew (reseal takes changed cam_…/*.exr and base.exr)");
+    }
+    file = {file.path, bytes.size(), sha256};
+    changed.push_back(file.path);
+  }
+  return changed;
+}
+
+// Depth is stored twice, for readers that know only one of the two names.
+void check_depth_planes(const BundleReader& reader, const std::string& path) {
+  const std::string name = (reader.folder() / path).string();
+  const ChannelImage image = parse_exr(reader.read(path), name);
+  if (!image.find("Z") || image.floats("Z", name) == image.floats("Y", name)) return;
+  throw BadDataError(name +
+                     ": its channels Y and Z hold the same depth, and now differ: edit both "
+                     "alike, or leave Z out");
+}
+
+// No reader of bundles opens this one.
+void check_detail(const BundleReader& reader, const std::string& path, const Bundle& bundle) {
+  const std::string name = (reader.folder() / path).string();
+  const ChannelImage image = parse_exr(reader.read(path), name);
+  for (std::size_t c = 0; c < bundle.cameras.cameras.size(); ++c) {
+    const Intrinsics& lens = bundle.cameras.cameras[c].intrinsics;
+    if (!path.starts_with(camera_folder(c) + "/")) continue;
+    if (image.width == lens.width && image.height == lens.height) return;
+    throw BadDataError(name + ": is " + std::to_string(image.width) + " × " +
+                       std::to_string(image.height) + ", its camera " + std::to_string(lens.width) +
+                       " × " + std::to_string(lens.height) + " pixels");
+  }
+}
+
+// That a camera's depth and heights tell the same places.
+void check_places(const std::string& name, const CameraMaps& maps, const PosedCamera& camera,
+                  const std::vector<ShellMatrix>& shells) {
+  const RigidTransform world_from_camera = camera.camera_from_world.inverse();
+  for (std::size_t i = 0; i < maps.face.size(); ++i) {
+    if (maps.face[i] == kNoFace) continue;
+    const std::size_t x = i % maps.width, y = i / maps.width;
+    const double depth_mm = maps.depth_mm[i];
+    const Eigen::Vector3d ray = unproject(camera.intrinsics, {x + 0.5, y + 0.5});
+    const Eigen::Vector3d place = world_from_camera * (depth_mm * ray);
+    const double apart_mm =
+        (rejoined_point(shells[maps.face[i]], maps.height_mm[i], place) - place).norm();
+    if (apart_mm <= kTexelsApart * depth_mm / camera.intrinsics.fx) continue;
+    throw BadDataError(name + ": at texel (" + std::to_string(x) + ", " + std::to_string(y) +
+                       ") depth.exr and micro.exr tell places " + to_text(apart_mm, 3) +
+                       " mm apart; depths are edited by baking another surface");
+  }
+}
+
+}  // namespace
+
+ResealedBundle reseal(const fs::path& folder) {
+  const BundleReader sealed(folder);
+  ResealedBundle resealed{sealed.manifest(), {}};
+  resealed.changed = take_changes(sealed, resealed.manifest);
+  std::vector<std::string>& edited = resealed.manifest.edited;
+  edited.insert(edited.end(), resealed.changed.begin(), resealed.changed.end());
+  std::sort(edited.begin(), edited.end());
+  edited.erase(std::unique(edited.begin(), edited.end()), edited.end());
+
+  const BundleReader reader(folder, resealed.manifest);
+  reader.verify();
+  const Bundle bundle = reader.read_all();
+  const std::vector<ShellMatrix> shells = shell_matrices(bundle.shell().at_rest());
+  std::vector<char> moved(bundle.maps.size(), 0);
+  for (const std::string& path : resealed.changed) {
+    if (named(path, {"depth.exr"})) check_depth_planes(reader, path);
+    if (named(path, {"detail.exr"})) check_detail(reader, path, bundle);
+    for (std::size_t c = 0; c < moved.size(); ++c)
+      if (path.starts_with(camera_folder(c) + "/") && named(path, {"depth.exr", "micro.exr"}))
+        moved[c] = 1;
+  }
+  parallel_for(std::size_t{0}, moved.size(), [&](std::size_t c) {
+    if (moved[c])
+      check_places((folder / camera_folder(c)).string(), bundle.maps[c], bundle.cameras.cameras[c],
+                   shells);
+  });
+  return resealed;
+}
+
+}  // namespace organbake

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/capture/colored_surface.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "organbake/capture/smooth_normals.h"
+#include "organbake/geometry/refine.h"
+
+namespace organbake {
+
+TriangleMesh colored_surface(const TriangleMesh& surface, const SurfaceColor& color,
+                             double finest_mm) {
+  RefinedMesh fine =
+      refine_edges(surface, finest_mm > 0 ? finest_mm : std::numeric_limits<double>::infinity());
+  const SmoothNormals normals(surface);
+  fine.mesh.colors.resize(fine.mesh.vertices.size());
+  constexpr std::size_t kPiece = 2048;  // enough work for a thread, few enough to stay in cache
+  const tbb::blocked_range<std::size_t> all(0, fine.mesh.vertices.size(), kPiece);
+  tbb::parallel_for(all, [&](const tbb::blocked_range<std::size_t>& range) {
+    std::vector<Eigen::Vector3d> points, at;
+    std::vector<RayHit> hits;
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const SurfacePlace& place = fine.places[i];
+      hits.push_back({place.face, 0, place.u, place.v});
+      points.push_back(fine.mesh.vertices[i]);
+      at.push_back(normals.at(hits.back()));
+    }
+    std::vector<Eigen::Vector3f> shaded;
+    color.shade(points, at, hits, shaded);
+    std::copy(shaded.begin(), shaded.end(),
+              fine.mesh.colors.begin() + static_cast<std::ptrdiff_t>(range.begin()));
+  });
+  return std::move(fine.mesh);
+}
+
+}  // namespace organbake

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/capture/smooth_normals.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/raycast/face_queries.h"
+
+namespace organbake {
+
+namespace {
+
+// A CT's slices and noise tilt single vertices by tens of degrees; weights that followed them would
+// paint the stairs onto the skin. Slices are up to this thick.
+constexpr double kStairsMm = 3;
+
+// Each round averages over a vertex's neighbours; n rounds reach about √n edges far. A mesh whose
+// edges are longer than the stairs shows none and is left alone.
+int averaging_rounds(const TriangleMesh& mesh) {
+  constexpr double kMostRounds = 32;
+  const double edge = mean_edge_length(mesh);
+  return edge > 0 ? static_cast<int>(std::min(kMostRounds, std::pow(kStairsMm / edge, 2))) : 0;
+}
+
+void average_over_neighbours(const TriangleMesh& mesh, std::vector<Eigen::Vector3d>& normals) {
+  std::vector<Eigen::Vector3d> sums = normals;
+  for (const Face& f : mesh.faces) {
+    const Eigen::Vector3d sum = normals[f[0]] + normals[f[1]] + normals[f[2]];
+    for (const std::uint32_t v : f) sums[v] += sum;
+  }
+  for (std::size_t v = 0; v < normals.size(); ++v) {
+    const double length = sums[v].norm();
+    if (length > 0) normals[v] = sums[v] / length;
+  }
+}
+
+}  // namespace
+
+SmoothNormals::SmoothNormals(const TriangleMesh& mesh)
+    : mesh_(mesh), vertex_normals_(vertex_normals(mesh)), face_normals_(mesh.faces.size()) {
+  for (int round = averaging_rounds(mesh); round > 0; --round) {
+    average_over_neighbours(mesh, vertex_normals_);
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) face_normals_[f] = face_normal(mesh, f);
+}
+
+Eigen::Vector3d SmoothNormals::at(const RayHit& hit) const {
+  const Face& face = mesh_.faces[hit.face];
+  const double u = hit.u, v = hit.v;
+  const Eigen::Vector3d sum = (1 - u - v) * vertex_normals_[face[0]] +
+                              u * vertex_normals_[face[1]] + v * vertex_normals_[face[2]];
+  // Opposite vertex normals can cancel on a sliver or a thin sheet.
+  constexpr double kCancelled = 1e-6;
+  const double length = sum.norm();
+  return length > kCancelled ? Eigen::Vector3d(sum / length) : face_normals_[hit.face];
+}
+
+Eigen::Vector3d SmoothNormals::point(const RayHit& hit) const {
+  const Face& face = mesh_.faces[hit.face];
+  const double u = hit.u, v = hit.v;
+  return (1 - u - v) * mesh_.vertices[face[0]] + u * mesh_.vertices[face[1]] +
+         v * mesh_.vertices[face[2]];
+}
+
+bool SmoothNormals::crosses(std::uint32_t face, const Ray& ray, RayHit& hit) const {
+  const auto& [a, b, c] = mesh_.faces[face];
+  const PlaneCrossing crossing = cross_plane(
+      {mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]}, ray.origin, ray.direction);
+  if (!crossing.inside_by(0) || !(crossing.t > 0)) return false;
+  hit = {face, crossing.t, static_cast<float>(crossing.u), static_cast<float>(crossing.v)};
+  return true;
+}
+
+RayHit SmoothNormals::hit_at(std::uint32_t face, const Eigen::Vector3d& point) const {
+  const auto& [a, b, c] = mesh_.faces[face];
+  const Eigen::Vector3d& origin = mesh_.vertices[a];
+  const Eigen::Vector3d e1 = mesh_.vertices[b] - origin, e2 = mesh_.vertices[c] - origin;
+  const Eigen::Vector3d to_point = point - origin, normal = e1.cross(e2);
+  RayHit hit;
+  hit.face = face;
+  const double area2 = normal.squaredNorm();
+  if (!(area2 > 0)) return hit;
+  hit.u = static_cast<float>(std::clamp(to_point.cross(e2).dot(normal) / area2, 0.0, 1.0));
+  hit.v = static_cast<float>(std::clamp(e1.cross(to_point).dot(normal) / area2, 0.0, 1.0));
+  return hit;
+}
+
+}  // namespace organbake

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/core/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "organbake/core/error.h"
+#include "organbake/core/temporary_files.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+  // Some file systems report a full disk only here.
+  bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
+
+ private:
+  int fd_;
+};
+
+std::string reason() { return std::strerror(errno); }
+
+std::size_t openable_size(const fs::path& path, int fd) {
+  if (fd < 0) throw NoInputError(path, "cannot be opened: " + reason());
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) throw IoError::reading(path, reason());
+  if (S_ISDIR(status.st_mode)) throw NoInputError(path, "is a folder, a file is needed");
+  return static_cast<std::size_t>(status.st_size);
+}
+
+// As many as there are, up to the span's size; returns how many.
+std::size_t read_some(int fd, std::span<std::byte> bytes, const fs::path& path) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) throw IoError::reading(path, reason());
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
+void write_all(int fd, std::span<const std::byte> bytes, const fs::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) throw IoError::writing(path, "cannot be written: " + reason());
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> read_file(const fs::path& path, std::uint64_t max_bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const std::size_t size = openable_size(path, file.get());
+  if (size > max_bytes) {
+    throw BadDataError(path, "is " + std::to_string(size) + " bytes; at most " +
+                                 std::to_string(max_bytes) + " are accepted here");
+  }
+  std::vector<std::byte> bytes(size);
+  if (read_some(file.get(), bytes, path) < size)
+    throw IoError::reading(path, "became shorter while it was read");
+  return bytes;
+}
+
+std::string read_beginning(const fs::path& path, std::size_t bytes) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  openable_size(path, file.get());
+  std::string first(bytes, '\0');
+  first.resize(read_some(file.get(), std::as_writable_bytes(std::span(first)), path));
+  return first;
+}
+
+std::string read_text_file(const fs::path& path, std::size_t max_bytes) {
+  const std::vector<std::byte> bytes = read_file(path, max_bytes);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+fs::path file_to_write(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) throw IoError::writing(path, "is a folder; name a file");
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    throw IoError::writing(path, "is a device or a pipe; name a file");
+  if (!fs::is_symlink(fs::symlink_status(path, ignored))) return path;
+  if (fs::exists(status)) return fs::canonical(path);
+  return path.parent_path() / fs::read_symlink(path);  // of a file that is still to come
+}
+
+void write_file_atomically(const fs::path& named, std::span<const std::byte> bytes) {
+  const fs::path path = file_to_write(named);
+  const fs::path temporary = temporary_file(path);
+  try {
+    Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    if (file.get() < 0) throw IoError::writing(path, "cannot be created: " + reason());
+    write_all(file.get(), bytes, path);
+    if (!file.close()) throw IoError::writing(path, "cannot be written: " + reason());
+    if (::rename(temporary.c_str(), path.c_str()) != 0) {
+      throw IoError::writing(path, "cannot be replaced: " + reason());
+    }
+  } catch (...) {
+    ::unlink(temporary.c_str());
+    throw;
+  }
+}
+
+void write_file_atomically(const fs::path& path, std::string_view text) {
+  write_file_atomically(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw IoError::writing(folder, "cannot be made: " + error.message());
+}
+
+fs::path program_folder() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw IoError::reading("/proc/self/exe", error.message());
+  return program.parent_path();
+}
+
+std::vector<fs::path> list_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    if (it->is_regular_file()) files.push_back(it->path().lexically_relative(folder));
+  }
+  if (error) throw NoInputError(folder, "cannot be listed: " + error.message());
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return a.generic_string() < b.generic_string();
+  });
+  return files;
+}
+
+std::optional<double> number_behind(const std::string& word, const std::filesystem::path& file) {
+  std::ifstream text(file);
+  std::string read;
+  double number = 0;
+  while (text >> read) {
+    if (read == word && text >> number) return number;
+  }
+  return std::nullopt;
+}
+
+void write_to_stdout(std::string_view text) {
+  const bool taken = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!taken || std::fflush(stdout) != 0)
+    throw IoError::writing("stdout", "cannot be written: " + std::string(std::strerror(errno)));
+}
+
+std::string lower_ending(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), ::tolower);
+  return ending;
+}
+
+bool is_picture_name(const std::filesystem::path& file) {
+  const std::string ending = lower_ending(file);
+  return ending == ".png" || ending == ".jpg" || ending == ".jpeg";
+}
+
+bool is_frame_name(const std::filesystem::path& file) {
+  return is_picture_name(file) || lower_ending(file) == ".exr";
+}
+
+bool is_mesh_name(const std::filesystem::path& file) {
+  constexpr std::string_view kEndings[] = {".ply", ".obj", ".stl", ".off", ".vtk",
+                                           ".vtp", ".vtu", ".glb", ".gltf"};
+  return std::find(std::begin(kEndings), std::end(kEndings), lower_ending(file)) !=
+         std::end(kEndings);
+}
+
+}  // namespace organbake

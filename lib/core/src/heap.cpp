@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/core/heap.h"
+
+#include <cstdint>
+#include <cstdlib>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
+
+namespace organbake {
+
+void keep_heap_in_large_pages() {
+#ifdef __GLIBC__
+  constexpr std::uintptr_t kPage = std::uintptr_t{2} << 20;
+  constexpr int kReserved = 512 << 20;  // of addresses; pages come when they are written
+  constexpr int kLargest = 32 << 20;    // what is larger glibc maps on its own, whatever is asked
+  constexpr int kLater = 16 << 20;      // the steps in which the heap grows beyond
+  mallopt(M_ARENA_MAX, 1);              // or no thread would take what another freed
+  mallopt(M_MMAP_THRESHOLD, kLargest);
+  mallopt(M_TRIM_THRESHOLD, 2 * kReserved);
+  mallopt(M_TOP_PAD, kReserved);
+  const auto heap_end = [] { return reinterpret_cast<std::uintptr_t>(sbrk(0)); };
+  const std::uintptr_t begin = (heap_end() + kPage - 1) / kPage * kPage;
+  void* volatile grown = std::malloc(kPage);  // volatile: or the compiler leaves the pair out
+  std::free(grown);
+  const std::uintptr_t end = heap_end() / kPage * kPage;
+  mallopt(M_TOP_PAD, kLater);
+  if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
+}
+
+}  // namespace organbake

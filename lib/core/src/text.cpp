@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/core/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
+
+namespace organbake {
+namespace {
+
+constexpr std::size_t kLongest = 400;  // of any double in either form we ask for
+
+#ifdef __cpp_lib_to_chars  // locale-free
+
+template <typename... Format>
+std::string written(double value, Format... format) {
+  std::array<char, kLongest> buffer;
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format...);
+  return {buffer.data(), result.ptr};
+}
+
+std::string shortest(double value) { return written(value); }
+std::string fixed(double value, int digits) {
+  return written(value, std::chars_format::fixed, digits);
+}
+std::size_t number_at(std::string_view text, double& value) {
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  return result.ec == std::errc() ? static_cast<std::size_t>(result.ptr - text.data()) : 0;
+}
+
+#else  // a standard library that has not got so far, on a system without locales
+
+std::string shortest(double value) {
+  std::array<char, kLongest> buffer{};
+  constexpr int kEnough = 17;  // digits that tell any two doubles apart
+  for (int digits = 1; digits <= kEnough; ++digits) {
+    std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
+    if (std::strtod(buffer.data(), nullptr) == value) break;
+  }
+  return buffer.data();
+}
+std::string fixed(double value, int digits) {
+  std::array<char, kLongest> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.*f", digits, value);
+  return buffer.data();
+}
+std::size_t number_at(std::string_view text, double& value) {
+  const std::string copy(text.substr(0, kLongest));  // ends with a zero
+  char* end = nullptr;
+  value = std::strtod(copy.c_str(), &end);
+  return static_cast<std::size_t>(end - copy.c_str());
+}
+
+#endif
+
+}  // namespace
+
+std::string to_text(double value) { return shortest(value); }
+std::string to_text(double value, int digits_after_point) {
+  return fixed(value, digits_after_point);
+}
+std::size_t read_number(std::string_view text, double& value) { return number_at(text, value); }
+
+std::string padded(std::size_t number, std::size_t digits) {
+  const std::string text = std::to_string(number);
+  return std::string(digits - std::min(digits, text.size()), '0') + text;
+}
+
+std::string escape_html(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '\'':
+        result += "&#39;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+}  // namespace organbake

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/cutting/cut_body.h"
+#include "organbake/cutting/cut_skin.h"
+#include "organbake/cutting/fine_skin.h"
+#include "organbake/cutting/skin_inside.h"
+
+namespace organbake {
+
+struct CutWalls;
+
+// A baked organ that blades cut. From the organ at rest and what blades have swept through it it
+// makes the organ as it is now, another bundle: its proxy is the skin, cut, and the walls of the
+// cuts, every vertex carried by its own side's tetrahedra. It knows of no maps: the samples of the
+// uncut organ stay, and are told by face_parts() to which of a cut face's parts they belong.
+class CutOrgan {
+ public:
+  // Throws UsageError for an organ that was baked without tetrahedra. Keeps nothing by reference.
+  explicit CutOrgan(const Bundle& bundle);
+
+  // A sheet for blades, with nothing on it.
+  CutSheet clean_sheet() const;
+  // Comes apart where a sheet, that of the last time with more on it, has passed since. Returns
+  // whether the organ hangs together otherwise now, or shows it.
+  bool part(const CutSheet& sheet);
+  bool cut() const { return cut_; }
+  // How many of the sheet's triangles it has come apart by.
+  std::size_t taken() const { return taken_; }
+
+  // The organ as it is now; valid once something is cut.
+  const Bundle& now() const { return now_; }
+  // The parts of those faces of the uncut skin that are cut, or were halved beside a cut, by their
+  // numbers among the faces of now().
+  struct FacePart {
+    std::uint32_t face;
+    std::array<Eigen::Vector2d, 3> at;  // its corners in the uncut face: b1, b2
+    std::array<bool, 3> lip = {};       // whether the edge across from a corner is one
+  };
+  // Visits a part's lattice nodes, visit(node, mix), by those of the uncut face.
+  template <class Visit>
+  static void each_mixed_node(std::uint32_t steps, const FacePart& part, Visit&& visit) {
+    each_node(steps, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      visit(node, lattice_mix(steps, within(part.at, {double(i) / steps, double(j) / steps})));
+    });
+  }
+  using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
+  const FaceParts& face_parts() const { return face_parts_; }
+
+  const CutBody& body() const { return body_; }
+  const SkinInside& inside() const { return inside_; }
+  const TriangleMesh& uncut_skin() const { return skin_; }
+
+ private:
+  void remake(const CutSheet& sheet);
+  void remake_face_parts(const CutSkin& skin);
+  void remake_body(const std::vector<TissuePlace>& places);
+  void remake_base(const CutSkin& skin, const CutWalls& walls);
+  void flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const;
+  Eigen::Vector3f inner_color(const CutWalls& walls, std::size_t face, double b1, double b2) const;
+
+  BaseLayer base_;  // of the uncut organ
+  std::optional<Lighting> lighting_;
+  TriangleMesh skin_;
+  Eigen::Vector3f mean_albedo_ = Eigen::Vector3f::Constant(0.3f);
+  CutBody body_;
+  FineSkin fine_skin_;
+  SkinInside inside_;
+  std::size_t taken_ = 0;  // triangles of the sheet
+  Bundle now_;
+  FaceParts face_parts_;
+  bool cut_ = false;
+};
+
+}  // namespace organbake

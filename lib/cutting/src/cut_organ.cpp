@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/cutting/cut_organ.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "cut_walls.h"
+#include "organbake/core/error.h"
+#include "tissue_look.h"
+
+namespace organbake {
+namespace {
+
+const TetrahedralBody& tetrahedra_of(const Bundle& bundle) {
+  if (!bundle.mechanics.body) {
+    throw UsageError("the organ '" + bundle.manifest.name +
+                     "' was baked without tetrahedra and cannot be cut; bake it with --set "
+                     "mechanics.fem=true, and play it with the solver fem");
+  }
+  return *bundle.mechanics.body;
+}
+
+SmoothSkin skin_of_itself(std::size_t vertices) {
+  SmoothSkin skin;
+  skin.steps = 1;
+  skin.first.resize(vertices + 1);
+  std::iota(skin.first.begin(), skin.first.end(), 0u);
+  skin.carrier.resize(vertices);
+  std::iota(skin.carrier.begin(), skin.carrier.end(), 0u);
+  skin.weight.assign(vertices, 1.0);
+  return skin;
+}
+
+}  // namespace
+
+CutOrgan::CutOrgan(const Bundle& bundle)
+    : base_(bundle.base),
+      lighting_(bundle.lighting),
+      skin_(bundle.shell().at_rest()),
+      body_(tetrahedra_of(bundle)),
+      fine_skin_(skin_, body_.grid(), body_.first_free_rank()),
+      inside_(skin_, body_.grid(),
+              body_.first_free_rank() + static_cast<std::uint32_t>(skin_.vertices.size())) {
+  now_.manifest = bundle.manifest;
+  now_.cameras = bundle.cameras;
+  now_.lighting = bundle.lighting;
+  now_.mechanics = bundle.mechanics;
+  now_.mechanics.springs.clear();
+  now_.mechanics.elimination_order.clear();
+  if (base_.color.empty()) return;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const std::uint32_t nodes = base_.nodes_per_face();
+  for (std::size_t i = 0; i < base_.color.size(); ++i) {
+    Eigen::Vector3d color = base_.color[i].cast<double>();
+    if (lighting_) {
+      const Eigen::Vector3d light = lighting_->diffuse(face_normal(skin_, i / nodes));
+      color = color.cwiseQuotient(light.cwiseMax(0.05));
+    }
+    sum += color;
+  }
+  mean_albedo_ = (sum / double(base_.color.size())).cast<float>().cwiseMin(1).cwiseMax(0);
+}
+
+// Its points' ranks follow those of the skin, and of what is asked about it.
+CutSheet CutOrgan::clean_sheet() const {
+  return {body_.grid(),
+          body_.first_free_rank() + 2 * static_cast<std::uint32_t>(skin_.vertices.size()) + 2};
+}
+
+bool CutOrgan::part(const CutSheet& sheet) {
+  const std::span all(sheet.triangles());
+  const std::size_t first_new = std::exchange(taken_, all.size());
+  const bool skin_cut = fine_skin_.add(all, first_new);
+  const bool body_cut = body_.add(all, first_new);
+  if (!skin_cut && !body_cut) return false;
+  cut_ = true;
+  remake(sheet);
+  return true;
+}
+
+void CutOrgan::remake(const CutSheet& sheet) {
+  const CutSkin skin(fine_skin_.mesh(), fine_skin_.edges(), sheet);
+  const CutWalls walls = cut_walls(skin, sheet);
+  now_.proxy = {};
+  std::vector<TissuePlace> places;
+  const auto add = [&](const Eigen::Vector3d& at, const Eigen::Vector3d& side,
+                       const TissuePlace* beside) {
+    now_.proxy.vertices.push_back(at);
+    places.push_back(body_.place(at, side, beside));
+  };
+  places.reserve(skin.vertices().size() + walls.vertices.size());
+  for (const CutSkin::Vertex& v : skin.vertices())
+    add(v.at_mm, v.side_mm, v.on_border ? &places[v.corner] : nullptr);
+  for (const CutWalls::Vertex& v : walls.vertices) add(v.at_mm, v.side_mm, &places[v.lip]);
+  for (const SkinPart& part : skin.parts()) now_.proxy.faces.push_back(part.corners);
+  const auto first = static_cast<std::uint32_t>(skin.vertices().size());
+  for (const auto& [a, b, c] : walls.faces)
+    now_.proxy.faces.push_back({first + a, first + b, first + c});
+  now_.skin = skin_of_itself(now_.proxy.vertices.size());
+  now_.skin->creased.assign(now_.proxy.vertices.size(), 1);
+  for (std::size_t v = 0; v < skin.vertices().size(); ++v)
+    now_.skin->creased[v] = skin.vertices()[v].on_border;
+  remake_face_parts(skin);
+  remake_body(places);
+  remake_base(skin, walls);
+}
+
+// A face that was neither halved nor cut is itself, and is not told.
+void CutOrgan::remake_face_parts(const CutSkin& skin) {
+  face_parts_.clear();
+  std::set<std::array<std::uint32_t, 2>> lips;  // as the faces beside them run along them
+  for (const SkinBorder& border : skin.borders()) {
+    lips.insert({border.left[0], border.left[1]});
+    lips.insert({border.right[1], border.right[0]});
+  }
+  for (std::uint32_t number = 0; number < skin.parts().size(); ++number) {
+    const SkinPart& part = skin.parts()[number];
+    const FineSkin::Part& fine = fine_skin_.parts()[part.face];
+    FacePart whole{number, {}};
+    for (int k = 0; k < 3; ++k) {
+      whole.at[k] = within(fine.at, part.at[k]);
+      whole.lip[k] = lips.contains({part.corners[(k + 1) % 3], part.corners[(k + 2) % 3]});
+    }
+    if (whole.at != kCornersInFace) face_parts_[fine.face].push_back(whole);
+  }
+}
+
+void CutOrgan::remake_body(const std::vector<TissuePlace>& places) {
+  const CutTetrahedra& cut = body_.cut();
+  const TetrahedralBody& uncut = body_.uncut();
+  TetrahedralBody& body = *now_.mechanics.body;
+  std::vector<std::uint8_t> anchored(uncut.nodes_mm.size(), 0);
+  for (const std::uint32_t n : uncut.anchors) anchored[n] = 1;
+  body.nodes_mm.clear(), body.anchors.clear(), body.tetrahedra.clear(), body.vertices.clear();
+  for (std::uint32_t n = 0; n < cut.node_count(); ++n) {
+    body.nodes_mm.push_back(uncut.nodes_mm[cut.original(n)]);
+    // What is cut off an anchor is free.
+    if (n < uncut.nodes_mm.size() && anchored[n]) body.anchors.push_back(n);
+  }
+  constexpr double kLeastShare = 0.02;  // less would be flung about
+  for (const CutTetrahedra::Copy& copy : cut.copies()) {
+    const double fill = uncut.tetrahedra[copy.tetrahedron].fill;
+    body.tetrahedra.push_back({copy.nodes, fill * std::clamp(copy.share, kLeastShare, 1.0)});
+  }
+  for (const TissuePlace& place : places) body.vertices.push_back({place.copy, place.weights});
+}
+
+Eigen::Vector3f CutOrgan::inner_color(const CutWalls& walls, std::size_t face, double b1,
+                                      double b2) const {
+  const std::array<double, 3> weights = {1 - b1 - b2, b1, b2};
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+  double depth_mm = 0, share = 0;
+  for (int k = 0; k < 3; ++k) {
+    const CutWalls::Vertex& corner = walls.vertices[walls.faces[face][k]];
+    at_mm += weights[k] * corner.at_mm, depth_mm += weights[k] * corner.depth_mm;
+    share += weights[k] * corner.light;
+  }
+  const Eigen::Vector3f albedo = float(share) * inner_albedo(at_mm, depth_mm, mean_albedo_);
+  if (!lighting_) return albedo;
+  const Eigen::Vector3d light = lighting_->diffuse(
+      face_normal(now_.proxy, now_.proxy.faces.size() - walls.faces.size() + face));
+  return albedo.cwiseProduct(light.cwiseMax(0.05).cast<float>());
+}
+
+// The lips lie on the skin itself, whatever the relief over it, as the walls below them do: however
+// they are bent, nothing opens between the two.
+void CutOrgan::flatten_lips(const CutSkin& skin, const Face& face, float* heights_mm) const {
+  const std::uint32_t n = base_.steps;
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const auto on_border = [&](int c) { return skin.vertices()[face[c]].on_border; };
+    const std::uint32_t last = on_border(k) && on_border(next) ? n : 0;
+    for (std::uint32_t s = 0; on_border(k) && s <= last; ++s) {
+      std::array<std::uint32_t, 3> b{};
+      b[k] = n - s, b[next] += s;
+      heights_mm[base_node_index(n, b[1], b[2])] = 0;
+    }
+  }
+}
+
+void CutOrgan::remake_base(const CutSkin& skin, const CutWalls& walls) {
+  if (base_.face_count == 0) return;
+  BaseLayer& base = now_.base;
+  const std::uint32_t n = base.steps = base_.steps;
+  const std::uint32_t nodes = base_.nodes_per_face();
+  base.face_count = static_cast<std::uint32_t>(now_.proxy.faces.size());
+  base.height_mm = base_.height_mm, base.color = base_.color, base.seen_by = base_.seen_by;
+  const std::size_t all = std::size_t(base.face_count) * nodes;
+  base.height_mm.resize(all, 0.0f), base.color.resize(all), base.seen_by.resize(all, 0);
+  for (const auto& [face, parts] : face_parts_) {
+    for (const FacePart& part : parts) {
+      const std::size_t first = std::size_t(face) * nodes;
+      each_mixed_node(n, part, [&](std::uint32_t node, const LatticeMix& mix) {
+        const std::size_t to = std::size_t(part.face) * nodes + node;
+        base.height_mm[to] = 0, base.color[to].setZero(), base.seen_by[to] = ~0u;
+        for (int k = 0; k < 3; ++k) {
+          const std::size_t from = first + mix.nodes[k];
+          base.height_mm[to] += mix.weights[k] * base_.height_mm[from];
+          base.color[to] += mix.weights[k] * base_.color[from];
+          if (mix.weights[k] > 0) base.seen_by[to] &= base_.seen_by[from];
+        }
+      });
+      flatten_lips(skin, now_.proxy.faces[part.face],
+                   &base.height_mm[std::size_t(part.face) * nodes]);
+    }
+  }
+  for (std::size_t w = 0; w < walls.faces.size(); ++w) {
+    const std::size_t first = (skin.parts().size() + w) * nodes;
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      base.color[first + node] = inner_color(walls, w, double(i) / n, double(j) / n);
+    });
+  }
+}
+
+}  // namespace organbake

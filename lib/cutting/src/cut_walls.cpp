@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cut_walls.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kDown = 4;            // quadrangles from the lips to the bottom
+constexpr double kAside_mm = 0.05;  // from the cut into the tissue
+constexpr double kFarAside_mm = 0.5;
+constexpr double kFarthestEnd_mm = 12;  // of a cut's end from where its lips come together
+constexpr double kBelowSkin_mm = 1.5;
+constexpr double kAlongEdge = 1e-3;    // sine of the angle between the blade's edge and the skin
+constexpr double kFarthestBeside = 2;  // lines or rows: a blade that left farther off tells nothing
+constexpr std::size_t kMostLinesOfHole = 3;
+constexpr double kDimHole = 0.5;  // of a hole's rim
+constexpr double kFlat = 2;       // times as much a blade moved into the skin as it stood in it
+
+// How walls run down a stroke: along the blade's edge to its tip; or, of a blade that came down
+// flat on the skin, on from line to line as it went deeper. `height` falls on the way down.
+struct WayDown {
+  bool by_lines = false;
+  double lowest = 1;
+
+  double height(const SheetPlace& p) const { return by_lines ? -p.line : p.row; }
+  double beside(const SheetPlace& p) const { return by_lines ? p.row : p.line; }
+  void set_height(double h, SheetPlace& p) const {
+    (by_lines ? p.line : p.row) = by_lines ? -h : h;
+  }
+  void set_beside(double b, SheetPlace& p) const { (by_lines ? p.row : p.line) = b; }
+};
+
+class WallMaker {
+ public:
+  WallMaker(const CutSkin& skin, const CutSheet& sheet) : skin_(skin), sheet_(sheet) {}
+
+  CutWalls make() {
+    find_ways_down();
+    for (const SkinBorder& border : skin_.borders()) {
+      if (entry(border) < -kAlongEdge)
+        leaving_.push_back({vertex(border.left[0]).place, vertex(border.left[1]).place});
+    }
+    for (const SkinBorder& border : skin_.borders()) {
+      if (!(entry(border) > kAlongEdge)) continue;
+      const Vector3d outward = outward_from_left(border);
+      const Column *const from = &column(border.left[0], outward), *const to = &column(
+                                                                       border.left[1], outward);
+      const Column *const back_from = &column(border.right[1], -outward), *const back_to = &column(
+                                                                              border.right[0],
+                                                                              -outward);
+      add_wall(*from, *to);
+      add_wall(*back_from, *back_to);
+      add_floor(border, {*from, *to}, {*back_to, *back_from});
+      if (border.left[0] == border.right[0]) add_end(border, 0, outward, *from, *back_to);
+      if (border.left[1] == border.right[1]) add_end(border, 1, outward, *to, *back_from);
+    }
+    return std::move(walls_);
+  }
+
+ private:
+  using Column = std::array<std::uint32_t, kDown + 1>;
+
+  const CutSkin::Vertex& vertex(std::uint32_t v) const { return skin_.vertices()[v]; }
+
+  // Of a place on a stroke, per unit of the way's height.
+  Vector3d upward(const SheetPlace& place) const {
+    return ways_[place.stroke].by_lines ? Vector3d(-sheet_.onward(place)) : sheet_.upward(place);
+  }
+
+  // By what most of a stroke's borders say.
+  void find_ways_down() {
+    ways_.resize(sheet_.strokes().size());
+    std::vector<double> stands(ways_.size(), 0), moves(ways_.size(), 0);
+    for (const SkinBorder& border : skin_.borders()) {
+      const SheetPlace& place = vertex(border.left[0]).place;
+      const Vector3d normal = skin_.normal_beside(border);
+      stands[place.stroke] += std::abs(sheet_.upward(place).stableNormalized().dot(normal));
+      moves[place.stroke] += std::abs(sheet_.onward(place).stableNormalized().dot(normal));
+    }
+    for (std::size_t s = 0; s < ways_.size(); ++s) {
+      if (moves[s] > kFlat * stands[s])
+        ways_[s] = {true, 1 - static_cast<double>(sheet_.strokes()[s].size())};
+    }
+  }
+
+  // How the way down stands on the skin: 1 where the blade came in square, −1 where it left; next
+  // to nothing where the border runs along the way.
+  double entry(const SkinBorder& border) const {
+    const Vector3d up = upward(vertex(border.left[0]).place);
+    return up.normalized().dot(skin_.normal_beside(border));
+  }
+
+  // Across the sheet, away from the tissue on the border's left.
+  Vector3d outward_from_left(const SkinBorder& border) const {
+    const Vector3d across = sheet_.across(vertex(border.left[0]).place);
+    // The left part lies on the left of its border, seen from outside.
+    const Vector3d along = vertex(border.left[1]).on_cut_mm() - vertex(border.left[0]).on_cut_mm();
+    const Vector3d to_left = skin_.normal_beside(border).cross(along);
+    return to_left.dot(across) < 0 ? across : Vector3d(-across);
+  }
+
+  // Little light falls into a hole as long as it is wide, which nothing pulls open as a cut.
+  float light_in_hole(std::uint32_t stroke, double depth_mm) const {
+    const double width_mm = sheet_.width_mm(stroke);
+    const std::vector<BladeLine>& lines = sheet_.strokes()[stroke];
+    constexpr int kMiddle = BladeLine::kRows / 2;
+    const Vector3d way = lines.back().points_mm[kMiddle] - lines.front().points_mm[kMiddle];
+    if (lines.size() > kMostLinesOfHole || way.norm() > 2 * width_mm) return 1;
+    const double deep = depth_mm / width_mm;
+    return static_cast<float>(kDimHole / (1 + deep * deep));
+  }
+
+  // The height at which the blade ends, or leaves the tissue, below a place.
+  double bottom(const SheetPlace& place) const {
+    const WayDown& way = ways_[place.stroke];
+    double lowest = way.lowest, nearest = kFarthestBeside;
+    for (const auto& [a, b] : leaving_) {
+      if (a.stroke != place.stroke || b.stroke != place.stroke) continue;
+      const double from = way.beside(a), to = way.beside(b), here = way.beside(place);
+      const double low = std::min(from, to), high = std::max(from, to);
+      const double away = std::max({low - here, here - high, 0.0});
+      const double share = high > low ? std::clamp((here - from) / (to - from), 0.0, 1.0) : 0.5;
+      const double there = way.height(a) + share * (way.height(b) - way.height(a));
+      if (there >= way.height(place) || away > nearest || (away == nearest && there <= lowest))
+        continue;
+      nearest = away, lowest = there;
+    }
+    return std::min(lowest, way.height(place));
+  }
+
+  const Column& column(std::uint32_t lip, const Vector3d& outward) {
+    const auto [at, made] = columns_.try_emplace(lip);
+    if (!made) return at->second;
+    const SheetPlace& place = vertex(lip).place;
+    const WayDown& way = ways_[place.stroke];
+    const double top = way.height(place), fall = bottom(place) - top;
+    for (int k = 0; k <= kDown; ++k) {
+      // Where cuts cross, the lip tells better than the wall where its tissue lies.
+      const Vector3d of_lip = vertex(lip).side_mm - vertex(lip).at_mm;
+      const Vector3d aside = k == 0 || of_lip.norm() > kFarAside_mm ? of_lip : -kAside_mm * outward;
+      SheetPlace here = place;
+      way.set_height(top + fall * k / kDown, here);
+      CutWalls::Vertex made_here;
+      made_here.lip = lip;
+      made_here.at_mm = k == 0 ? vertex(lip).at_mm : sheet_.at(here) + vertex(lip).drawn_back_mm;
+      made_here.side_mm = made_here.at_mm + aside;
+      made_here.depth_mm = (made_here.at_mm - vertex(lip).at_mm).norm();
+      made_here.light = light_in_hole(place.stroke, made_here.depth_mm);
+      at->second[k] = static_cast<std::uint32_t>(walls_.vertices.size());
+      walls_.vertices.push_back(made_here);
+    }
+    return at->second;
+  }
+
+  // Between two columns, below a border that runs with its tissue to the left.
+  void add_wall(const Column& a, const Column& b) {
+    for (int k = 0; k < kDown; ++k) {
+      walls_.faces.push_back({a[k + 1], b[k + 1], b[k]});
+      walls_.faces.push_back({a[k + 1], b[k], a[k]});
+    }
+  }
+
+  // Where the blade took tissue away its walls stand apart, and its tip leaves a floor between.
+  void add_floor(const SkinBorder& border, const std::array<Column, 2>& left,
+                 const std::array<Column, 2>& right) {
+    const std::uint32_t stroke = vertex(border.left[0]).place.stroke;
+    if (sheet_.width_mm(stroke) == 0) return;
+    for (const std::uint32_t lip : border.left) {
+      const SheetPlace& place = vertex(lip).place;
+      if (place.stroke != stroke || bottom(place) > ways_[stroke].lowest) return;
+    }
+    const std::uint32_t a = left[0][kDown], b = left[1][kDown];
+    const std::uint32_t c = right[0][kDown], d = right[1][kDown];
+    walls_.faces.push_back({a, d, b});
+    walls_.faces.push_back({a, c, d});
+  }
+
+  // Below the skin that holds together at a border's end the cut goes on.
+  void add_end(const SkinBorder& border, int end, const Vector3d& outward, const Column& left,
+               const Column& right) {
+    const SheetPlace& place = vertex(border.left[end]).place;
+    const SheetPlace& other = vertex(border.left[1 - end]).place;
+    const WayDown& way = ways_[place.stroke];
+    if (other.stroke != place.stroke || way.beside(other) == way.beside(place)) return;
+    const Vector3d here = sheet_.at(place);
+    const double first = way.by_lines ? 1 : 0;
+    const double last = way.by_lines
+                            ? BladeLine::kPoints
+                            : static_cast<double>(sheet_.strokes()[place.stroke].size() - 1);
+    const double step = way.beside(place) > way.beside(other) ? 1 : -1;
+    SheetPlace beyond = place;
+    while (way.beside(beyond) + step >= first && way.beside(beyond) + step <= last &&
+           (sheet_.at(beyond) - here).norm() < kFarthestEnd_mm)
+      way.set_beside(way.beside(beyond) + step, beyond);
+    const double per_unit = upward(beyond).norm();
+    if (per_unit > 0) way.set_height(way.height(beyond) - kBelowSkin_mm / per_unit, beyond);
+    const double top = way.height(beyond), fall = std::min(bottom(place), top) - top;
+    std::array<Column, 2> ends;
+    for (int side = 0; side < 2; ++side) {
+      for (int k = 0; k <= kDown; ++k) {
+        SheetPlace at = beyond;
+        way.set_height(top + fall * k / kDown, at);
+        ends[side][k] = static_cast<std::uint32_t>(walls_.vertices.size());
+        const Vector3d point = sheet_.at(at);
+        walls_.vertices.push_back({point, point + (side == 0 ? -kAside_mm : kAside_mm) * outward,
+                                   side == 0 ? border.left[end] : border.right[end],
+                                   kBelowSkin_mm + (point - sheet_.at(beyond)).norm()});
+      }
+    }
+    if (end == 1) {
+      add_wall(left, ends[0]), add_wall(ends[1], right);
+    } else {
+      add_wall(ends[0], left), add_wall(right, ends[1]);
+    }
+  }
+
+  const CutSkin& skin_;
+  const CutSheet& sheet_;
+  std::vector<WayDown> ways_;                       // by stroke
+  std::vector<std::array<SheetPlace, 2>> leaving_;  // borders along which blades left the tissue
+  std::map<std::uint32_t, Column> columns_;
+  CutWalls walls_;
+};
+
+}  // namespace
+
+CutWalls cut_walls(const CutSkin& skin, const CutSheet& sheet) {
+  return WallMaker(skin, sheet).make();
+}
+
+}  // namespace organbake

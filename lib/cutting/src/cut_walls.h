@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "organbake/cutting/cut_sheet.h"
+#include "organbake/cutting/cut_skin.h"
+
+namespace organbake {
+
+// The walls of cuts at rest: both sides of each, from the skin's border down to where the blade's
+// edge ended or left the tissue.
+struct CutWalls {
+  struct Vertex {
+    Eigen::Vector3d at_mm;
+    Eigen::Vector3d side_mm;  // beside the cut, in the tissue whose wall it is
+    std::uint32_t lip;        // the skin's vertex at the wall's lip above
+    double depth_mm;          // below the skin
+    float light = 1;          // of what falls on the skin, the share that comes down there
+  };
+  std::vector<Vertex> vertices;
+  std::vector<Face> faces;  // outward: away from that tissue
+};
+
+CutWalls cut_walls(const CutSkin& skin, const CutSheet& sheet);
+
+}  // namespace organbake

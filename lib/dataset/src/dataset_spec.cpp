@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/dataset/dataset_spec.h"
+
+#include <limits>
+#include <numbers>
+
+#include "organbake/bundle/json_fields.h"
+#include "organbake/core/error.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/warp/view.h"
+
+namespace organbake {
+namespace {
+
+constexpr const char* kDatasetSchema = "organbake/dataset/1";
+constexpr int kMostFramesOfSet = 10'000'000;
+constexpr double kHalfTurn = std::numbers::pi;
+
+// Reads optional keys of an object.
+class Keys {
+ public:
+  explicit Keys(const JsonField& object) : object_(object) {}
+
+  void number(const char* key, double low, double high, double& value) const {
+    if (const auto field = object_.find(key)) value = field->number(low, high);
+  }
+  void whole(const char* key, int low, int high, int& value) const {
+    if (const auto field = object_.find(key)) value = static_cast<int>(field->integer(low, high));
+  }
+  // [low, high], or one number for both.
+  void range(const char* key, double low, double high, SampledRange& value) const {
+    const auto field = object_.find(key);
+    if (!field) return;
+    if (field->json().is_number()) {
+      value.low = value.high = field->number(low, high);
+      return;
+    }
+    const auto refuse = [&](const std::string& rule) {
+      field->fail("is " + field->json().dump() + ", " + rule);
+    };
+    if (!field->json().is_array() || field->size() != 2)
+      refuse("must hold two numbers, the lowest and the highest, or be one for both");
+    value = {field->at(0).number(low, high), field->at(1).number(low, high)};
+    if (value.high < value.low) refuse("must not end below its beginning");
+  }
+
+ private:
+  const JsonField& object_;
+};
+
+void read_views(const JsonField& views, DatasetSpec& spec) {
+  views.allow_only({"cone_rad", "distance", "roll_rad", "motion_rad"});
+  const Keys keys(views);
+  keys.number("cone_rad", 0, kHalfTurn, spec.cone_rad);
+  keys.range("distance", 0.05, 100, spec.distance);
+  keys.number("roll_rad", 0, kHalfTurn, spec.roll_rad);
+  keys.number("motion_rad", 0, kHalfTurn, spec.motion_rad);
+}
+
+void read_pokes(const JsonField& pokes, DatasetSpec& spec) {
+  pokes.allow_only({"count", "depth_mm", "radius_mm", "cone_rad"});
+  const Keys keys(pokes);
+  constexpr double kMostPokes = 16, kDeepest_mm = 1000;
+  SampledRange count{double(spec.fewest_pokes), double(spec.most_pokes)};
+  keys.range("count", 0, kMostPokes, count);
+  spec.fewest_pokes = static_cast<int>(count.low), spec.most_pokes = static_cast<int>(count.high);
+  if (spec.fewest_pokes != count.low || spec.most_pokes != count.high)
+    pokes["count"].fail("is " + pokes["count"].json().dump() + ", must be whole numbers");
+  keys.range("depth_mm", -kDeepest_mm, kDeepest_mm, spec.depth_mm);
+  keys.range("radius_mm", kThinnestTip_mm, kDeepest_mm, spec.radius_mm);
+  keys.number("cone_rad", 0, kHalfTurn, spec.poke_cone_rad);
+}
+
+void read_layers(const JsonField& layers, DatasetSpec& spec) {
+  std::string names;
+  for (std::size_t i = 0; i < layers.size(); ++i) names += (i > 0 ? "," : "") + layers.at(i).text();
+  if (names.empty()) return;
+  try {
+    spec.layers = layers_from(names);
+  } catch (const UsageError& error) {
+    layers.fail(error.what());
+  }
+}
+
+void read_lights(const JsonField& lights, DatasetSpec& spec) {
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const auto light = drawn_light(lights.at(i).text());
+    if (!light)
+      lights.at(i).fail("'" + lights.at(i).text() + "' is no light: take baked, world or scope");
+    spec.lights.push_back(*light);
+  }
+}
+
+// The pictures have the lens's size, unless another is asked for.
+void read_lens(const JsonField& lens, const std::string& name, bool size_asked, DatasetSpec& spec) {
+  spec.lens = scope_lens_from_json(lens.json().dump(), name + ": /lens");
+  const Intrinsics& given = spec.lens->intrinsics;
+  if (!size_asked) spec.width = given.width, spec.height = given.height;
+  spec.lens = spec.lens->in_size(spec.width, spec.height);
+}
+
+Json range_json(const SampledRange& range) { return Json::array({range.low, range.high}); }
+
+}  // namespace
+
+DatasetSpec dataset_spec_from_json(const std::string& text, const std::string& name) {
+  const Json json = parse_json(text, name);
+  const JsonField document(json, name);
+  document.require_schema(kDatasetSchema);
+  document.allow_only({"schema", "name", "seed", "frames", "clip_frames", "shard_frames", "size",
+                       "layers", "stereo_mm", "lens", "test_share", "time_step_s", "views", "pokes",
+                       "lights", "gain", "noise"});
+  DatasetSpec spec;
+  const Keys keys(document);
+  if (const auto named = document.find("name")) spec.name = named->text();
+  if (const auto seed = document.find("seed"))
+    spec.seed =
+        static_cast<std::uint64_t>(seed->integer(0, std::numeric_limits<std::int64_t>::max()));
+  spec.frames = static_cast<int>(document["frames"].integer(1, kMostFramesOfSet));
+  keys.whole("clip_frames", 1, 100000, spec.clip_frames);
+  keys.whole("shard_frames", 1, 100000, spec.shard_frames);
+  if (spec.shard_frames < spec.clip_frames)
+    (document.find("shard_frames") ? document["shard_frames"] : document["clip_frames"])
+        .fail("shard_frames " + std::to_string(spec.shard_frames) + " is less than clip_frames " +
+              std::to_string(spec.clip_frames) + "; a shard holds whole clips");
+  if (const auto size = document.find("size")) {
+    if (size->size() != 2) size->fail("must hold two numbers, width and height");
+    spec.width = static_cast<int>(size->at(0).integer(1, kLargestSide_px));
+    spec.height = static_cast<int>(size->at(1).integer(1, kLargestSide_px));
+  }
+  if (const auto lens = document.find("lens"))
+    read_lens(*lens, name, document.find("size").has_value(), spec);
+  if (const auto layers = document.find("layers")) read_layers(*layers, spec);
+  if (const auto stereo = document.find("stereo_mm")) spec.baseline_mm = stereo->number(1e-3, 1000);
+  keys.number("test_share", 0, 1, spec.test_share);
+  keys.number("time_step_s", 1e-5, 0.1, spec.time_step_s);
+  if (const auto views = document.find("views")) read_views(*views, spec);
+  if (const auto pokes = document.find("pokes")) read_pokes(*pokes, spec);
+  if (const auto lights = document.find("lights")) read_lights(*lights, spec);
+  keys.range("gain", 0.01, 100, spec.gain);
+  keys.range("noise", 0, 255, spec.noise);
+  return spec;
+}
+
+std::string dataset_spec_to_json(const DatasetSpec& s) {
+  Json layers = Json::array(), lights = Json::array();
+  const bool in[] = {s.layers.depth, s.layers.flow, s.layers.normals,
+                     s.layers.mask,  s.layers.id,   s.layers.weight};
+  for (std::size_t i = 0; i < layer_names().size(); ++i)
+    if (in[i]) layers.push_back(layer_names()[i]);
+  for (const DrawnLight light : s.lights) lights.push_back(to_string(light));
+  Json json = {{"schema", kDatasetSchema},
+               {"name", s.name},
+               {"seed", s.seed},
+               {"frames", s.frames},
+               {"clip_frames", s.clip_frames},
+               {"shard_frames", s.shard_frames},
+               {"size", {s.width, s.height}},
+               {"layers", layers},
+               {"test_share", s.test_share},
+               {"time_step_s", s.time_step_s},
+               {"views",
+                {{"cone_rad", s.cone_rad},
+                 {"distance", range_json(s.distance)},
+                 {"roll_rad", s.roll_rad},
+                 {"motion_rad", s.motion_rad}}},
+               {"pokes",
+                {{"count", {s.fewest_pokes, s.most_pokes}},
+                 {"depth_mm", range_json(s.depth_mm)},
+                 {"radius_mm", range_json(s.radius_mm)},
+                 {"cone_rad", s.poke_cone_rad}}},
+               {"lights", lights},
+               {"gain", range_json(s.gain)},
+               {"noise", range_json(s.noise)}};
+  if (s.baseline_mm) json["stereo_mm"] = *s.baseline_mm;
+  if (s.lens) json["lens"] = parse_json(scope_lens_to_json(*s.lens), "lens");
+  return json_text(json);
+}
+
+}  // namespace organbake

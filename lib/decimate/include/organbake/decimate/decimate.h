@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/triangle_mesh.h"
+
+namespace organbake {
+
+// fitted: a fast pre-pass, Lindstrom–Turk, then vertices and edges fitted to the surface.
+// lindstrom_turk (1998, CGAL), quadric (Garland & Heckbert 1997, OpenMesh) and cluster (the paper's
+// "naive sub-sampling", which need not stay manifold) are kept for comparison.
+enum class DecimateMethod { fitted, lindstrom_turk, quadric, cluster };
+enum class DecimateObjective { rms, max };
+
+struct DecimateOptions {
+  DecimateMethod method = DecimateMethod::fitted;
+  std::size_t faces = 80;   // at most this many; not asked when max_error_mm is given
+  double max_error_mm = 0;  // the fewest faces found within this distance both ways; 0 = by faces
+  // As many more faces than `faces`, up to most_faces, as keep the largest distance both ways
+  // within this share of the thickness (thickness_regions.h), vessels by their own; 0 = not asked.
+  // What could not be reached shows in the result.
+  double max_share = 0;
+  std::size_t most_faces = 6000;
+  DecimateObjective objective = DecimateObjective::rms;  // of fitted: what gets small
+  bool flips = true;  // of fitted, up to 500 faces: edges flipped where that lowers the distance
+
+  void check() const;
+};
+
+struct DecimateResult {
+  TriangleMesh proxy;
+  // surface → proxy: RMS at area-uniform samples; the largest of all points, up to 0.05 % more
+  double rms_mm = 0, max_mm = 0;
+  double reverse_rms_mm = 0, reverse_max_mm = 0;  // proxy → surface
+  // Where the larger of both is the largest share of the thickness of the surface; zeros where that
+  // has a border.
+  double worst_share = 0, worst_mm = 0, worst_thickness_mm = 0;
+  double volume_change = 0;  // (proxy − surface) / surface; means little for an open surface
+  bool closed_manifold = false;
+  std::size_t components = 0, boundary_loops = 0;
+  long genus = 0;                           // of all components together; −1: not a manifold
+  std::size_t self_intersecting_faces = 0;  // of the proxy
+};
+
+// Reduces a surface to a proxy. All methods but cluster keep genus, components and manifoldness.
+// Throws BadDataError when the surface can't be used or the budget can't be reached.
+DecimateResult decimate(const TriangleMesh& surface, const DecimateOptions& options,
+                        const RunContext& context = {});
+
+// How many faces a proxy needs for a tool's tip to dent it: edges of about three times the tip's
+// radius. Under a smooth skin a dent as wide as an edge is followed to some 5 % of its depth, one
+// of half an edge to 22 %; a tip makes dents of twice to three times its radius. At least 80, the
+// paper's, and at most 1,500, whose springs are still solved in a fraction of a frame.
+// Throws UsageError unless the radius is positive.
+std::size_t faces_for_tool(const TriangleMesh& surface, double tool_radius_mm);
+
+}  // namespace organbake

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fitted_proxy.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+
+namespace organbake {
+namespace {
+
+using Edge = std::pair<std::uint32_t, std::uint32_t>;  // lower vertex first
+
+Edge edge_of(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::max(a, b)}; }
+
+std::set<Edge> all_edges(const RefinedProxy& proxy) {
+  std::set<Edge> edges;
+  for (const Face& f : proxy.faces()) {
+    if (f[0] == RefinedProxy::kDead) continue;
+    for (int c = 0; c < 3; ++c) edges.insert(edge_of(f[c], f[(c + 1) % 3]));
+  }
+  return edges;
+}
+
+// Edges of the faces round the vertices that a move has fitted.
+std::set<Edge> edges_near(const RefinedProxy& proxy, const std::vector<std::uint32_t>& vertices) {
+  std::set<Edge> edges;
+  for (const std::uint32_t v : vertices) {
+    for (const std::uint32_t f : proxy.faces_round(v)) {
+      const Face& face = proxy.faces()[f];
+      for (int c = 0; c < 3; ++c) edges.insert(edge_of(face[c], face[(c + 1) % 3]));
+    }
+  }
+  return edges;
+}
+
+using Propose = std::optional<ProxyMove> (RefinedProxy::*)(std::uint32_t, std::uint32_t) const;
+
+// The gain of one kind of move at every edge, kept up to date as the proxy changes.
+class RankedMoves {
+ public:
+  RankedMoves(const RefinedProxy& proxy, Propose propose) : proxy_(&proxy), propose_(propose) {
+    for (const Edge& edge : all_edges(proxy)) rank(edge);
+  }
+
+  // Best first.
+  const std::set<std::pair<double, Edge>>& queue() const { return queue_; }
+
+  std::optional<ProxyTrial> trial(const Edge& edge) const {
+    const auto move = (proxy_->*propose_)(edge.first, edge.second);
+    if (!move) return std::nullopt;
+    auto trial = proxy_->attempt(*move, -std::numeric_limits<double>::infinity());
+    if (!trial || !std::isfinite(trial->gain)) return std::nullopt;
+    return trial;
+  }
+
+  void drop(const Edge& edge) {
+    const auto known = gain_.find(edge);
+    if (known == gain_.end()) return;
+    queue_.erase({-known->second, edge});
+    gain_.erase(known);
+  }
+
+  // After a move that fitted these vertices.
+  void update(const std::vector<std::uint32_t>& moved) {
+    std::vector<Edge> gone;
+    for (const auto& [edge, gain] : gain_) {
+      if (!proxy_->has_edge(edge.first, edge.second)) gone.push_back(edge);
+    }
+    for (const Edge& edge : gone) drop(edge);
+    for (const Edge& edge : edges_near(*proxy_, moved)) rank(edge);
+  }
+
+ private:
+  void rank(const Edge& edge) {
+    drop(edge);
+    const auto found = trial(edge);
+    if (!found) return;
+    gain_[edge] = found->gain;
+    queue_.insert({-found->gain, edge});
+  }
+
+  const RefinedProxy* proxy_;
+  Propose propose_;
+  std::map<Edge, double> gain_;
+  std::set<std::pair<double, Edge>> queue_;
+};
+
+}  // namespace
+
+std::size_t flip_edges(RefinedProxy& proxy, int max_sweeps, const RunContext& context) {
+  constexpr double kLeastGain = 3e-4;  // of the whole energy: flips that hardly matter cost time
+  const double least_gain = kLeastGain * proxy.energy();
+  std::size_t flips = 0;
+  std::set<Edge> waiting = all_edges(proxy);
+  for (int sweep = 0; sweep < max_sweeps && !waiting.empty(); ++sweep) {
+    std::set<Edge> next;
+    while (!waiting.empty()) {
+      context.throw_if_cancelled();
+      const Edge edge = *waiting.begin();
+      waiting.erase(waiting.begin());
+      const auto move = proxy.flip(edge.first, edge.second);
+      if (!move) continue;
+      const auto trial = proxy.attempt(*move, least_gain);
+      if (!trial || !proxy.make(*trial)) continue;
+      ++flips;
+      next.merge(edges_near(proxy, move->free));
+    }
+    waiting = std::move(next);
+  }
+  return flips;
+}
+
+std::size_t relocate_vertices(RefinedProxy& proxy, int most, const RunContext& context) {
+  constexpr double kLeastGain = 2e-3;  // of the whole energy
+  RankedMoves splits(proxy, &RefinedProxy::split), collapses(proxy, &RefinedProxy::collapse);
+  int made = 0, failed = 0;
+  while (made < most && failed < 8) {
+    context.throw_if_cancelled();
+    if (splits.queue().empty() || collapses.queue().empty()) break;
+    const auto [loss, split] = *splits.queue().begin();
+    const auto [cost, collapse] = *collapses.queue().begin();
+    if (loss + cost > -kLeastGain * proxy.energy()) break;
+    const RefinedProxy before = proxy;
+    const double energy = proxy.energy();
+    const auto add = splits.trial(split);
+    if (!add || !proxy.make(*add)) {
+      splits.drop(split);
+      ++failed;
+      continue;
+    }
+    const auto take = collapses.trial(collapse);
+    if (!take || !proxy.make(*take) || proxy.energy() > (1 - kLeastGain) * energy) {
+      proxy = before;
+      splits.drop(split);
+      ++failed;
+      continue;
+    }
+    std::vector<std::uint32_t> moved = add->move.free;
+    moved.insert(moved.end(), take->move.free.begin(), take->move.free.end());
+    splits.update(moved);
+    collapses.update(moved);
+    ++made;
+  }
+  return made;
+}
+
+}  // namespace organbake

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "serving_proxy.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <string>
+
+#include "error_search.h"
+#include "fit_reference.h"
+#include "refined_proxy.h"
+#include "unit_frame.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kClose = 0.95;  // of the limit: where vertices are added
+constexpr double kPower = 4;     // of the distances that a new vertex's patch is fitted to
+constexpr std::size_t kFewestFitSamples = 5'500, kFitSamplesPerFace = 16;
+
+// The weights of a point on a triangle's plane.
+Eigen::Vector3d weights_of(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                           const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  Eigen::Matrix<double, 3, 2> sides;
+  sides << b - a, c - a;
+  const Eigen::Vector2d w =
+      (sides.transpose() * sides + 1e-12 * sides.squaredNorm() * Eigen::Matrix2d::Identity())
+          .ldlt()
+          .solve(sides.transpose() * (p - a));
+  return {1 - w[0] - w[1], w[0], w[1]};
+}
+
+// Adds one vertex to the face, at its far point: within it, or on the edge that is near. False when
+// no good faces come of it.
+bool add_vertex(RefinedProxy& refined, std::uint32_t face, const TriangleMesh& proxy,
+                const FarPoint& far, std::vector<char>& touched) {
+  constexpr double kNearEdge = 0.25;
+  const Face& f = proxy.faces[face];
+  const Eigen::Vector3d w =
+      weights_of(far.on_proxy, proxy.vertices[f[0]], proxy.vertices[f[1]], proxy.vertices[f[2]]);
+  int corner = 0;
+  const double least = w.minCoeff(&corner);
+  std::vector<ProxyMove> moves;
+  const auto split = [&](int c, bool at_point) {
+    auto move = refined.split(f[(c + 1) % 3], f[(c + 2) % 3]);
+    if (!move) return;
+    if (at_point) move->fresh = {far.on_surface};
+    moves.push_back(std::move(*move));
+  };
+  if (least >= kNearEdge) moves.push_back(refined.insert(face, far.on_surface));
+  split(corner, true);
+  for (int c = 0; c < 3; ++c) split((corner + c) % 3, false);
+  for (const ProxyMove& move : moves) {
+    const auto trial = refined.attempt(move, std::numeric_limits<double>::lowest());
+    if (!trial || std::any_of(trial->old_faces.begin(), trial->old_faces.end(),
+                              [&](auto old) { return old < touched.size() && touched[old]; }))
+      continue;
+    if (!refined.make(*trial)) continue;
+    for (const std::uint32_t old : trial->old_faces)
+      if (old < touched.size()) touched[old] = 1;
+    return true;
+  }
+  return false;
+}
+
+// One round: a vertex for each face that lies too far off, the farthest first, as long as they do
+// not stand in each other's way. Returns how many.
+std::size_t add_vertices(TriangleMesh& proxy, const FitReference& reference, const UnitFrame& frame,
+                         std::vector<FarPoint> far, double share, std::size_t most_faces,
+                         const RunContext& context) {
+  for (FarPoint& point : far) {
+    point.on_surface = frame.into(point.on_surface);
+    point.on_proxy = frame.into(point.on_proxy);
+  }
+  std::vector<std::uint32_t> order(far.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return far[a].share > far[b].share; });
+  TriangleMesh local = frame.into(proxy);
+  double largest = 0;
+  for (const FarPoint& point : far)
+    largest = std::max(largest, (point.on_surface - point.on_proxy).norm());
+  RefinedProxy refined(local, reference, {.power = kPower, .scale = std::max(largest, 1e-9)}, true);
+  std::vector<char> touched(far.size(), 0);
+  std::size_t added = 0;
+  for (const std::uint32_t face : order) {
+    context.throw_if_cancelled();
+    if (far[face].share <= share || refined.face_count() + 2 > most_faces) break;
+    if (!touched[face] && add_vertex(refined, face, local, far[face], touched)) ++added;
+  }
+  proxy = frame.back(refined.mesh());
+  return added;
+}
+
+}  // namespace
+
+namespace {
+
+struct Measured {
+  TriangleMesh proxy;
+  double share = 0;  // of the thickness that it lies off by
+};
+
+// A few rounds of added vertices, as long as they help.
+void refine(Measured& found, const TriangleMesh& surface, const RegionMeter& meter,
+            const DecimateOptions& options, const RunContext& context) {
+  constexpr int kMostRounds = 3;
+  const UnitFrame frame(surface);
+  const TriangleMesh local = frame.into(surface);
+  for (int round = 0; round < kMostRounds && found.share > options.max_share; ++round) {
+    Measured next = found;
+    const FitReference reference(
+        local, local, std::max(kFewestFitSamples, kFitSamplesPerFace * next.proxy.faces.size()));
+    const std::size_t added =
+        add_vertices(next.proxy, reference, frame, meter.far_points(next.proxy, context),
+                     kClose * options.max_share, options.most_faces, context);
+    if (added == 0) return;
+    next.share = meter.measure(next.proxy, context).worst_share;
+    context.debug("serving: " + std::to_string(added) + " vertices more, off by " +
+                  std::to_string(next.share) + " of the thickness");
+    if (next.share >= found.share) return;
+    found = std::move(next);
+  }
+}
+
+}  // namespace
+
+TriangleMesh serving_proxy(const TriangleMesh& surface, const RegionMeter& meter,
+                           const DecimateOptions& options, const RunContext& context) {
+  // Where more is missing, all of the proxy is too coarse, not a few places.
+  constexpr double kFewPlaces = 2;
+  // The error of a smooth surface goes with 1 / faces; that of a tube may fall at once.
+  constexpr double kLeastMore = 1.25, kMostMore = 3;
+  const std::size_t most = std::min(options.most_faces, surface.faces.size());
+  std::size_t faces = std::min(options.faces, most);
+  DecimateOptions method = options;
+  method.max_share = 0;  // as if nothing were searched
+  std::optional<Measured> best;
+  while (true) {
+    Measured tried{proxy_with_faces(surface, method, faces, context)};
+    const double share = tried.share = meter.measure(tried.proxy, context).worst_share;
+    context.debug("serving: " + std::to_string(tried.proxy.faces.size()) + " faces, off by " +
+                  std::to_string(share) + " of the thickness");
+    if (share <= kFewPlaces * options.max_share) refine(tried, surface, meter, options, context);
+    if (!best || tried.share < best->share) best = std::move(tried);
+    if (best->share <= options.max_share || faces >= most) return std::move(best->proxy);
+    const double more = std::clamp(share / options.max_share, kLeastMore, kMostMore);
+    faces = std::min(most, static_cast<std::size_t>(more * double(faces)) & ~std::size_t{1});
+    method = options;
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "organbake/deform/deform_body.h"
+
+namespace organbake {
+
+// A cutting tip is a blade's edge, from its position along its axis; a snipping one a pair of
+// scissors, whose axis leads from where its blades meet when closed to their pivot. Neither pushes
+// anything. A piercing one is a needle from its point along its axis: it pushes the skin in until
+// that gives way and lets it through. From then on the skin slides along the needle and is held by
+// its friction, until the point comes out again.
+enum class InstrumentMode { poke, grab, cut, snip, pierce };
+
+const char* to_string(InstrumentMode mode);
+inline bool has_blade(InstrumentMode mode) {
+  return mode == InstrumentMode::cut || mode == InstrumentMode::snip;
+}
+inline bool is_blunt(InstrumentMode mode) {
+  return mode == InstrumentMode::poke || mode == InstrumentMode::grab;
+}
+std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
+// The one mode that is told by a flag of its own, poke by none. Throws UsageError naming the tip
+// where more than one is set.
+struct InstrumentFlags {
+  bool grabs = false, cuts = false, snips = false, pierces = false;
+};
+InstrumentMode instrument_mode(const InstrumentFlags& flags, std::size_t tip);
+
+// A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
+// at the position. A grabbing tip carries the tissue that its sphere touched when it closed.
+// A thinner tip would slip between what contacts are exact to.
+inline constexpr double kThinnestTip_mm = 0.05;
+inline constexpr std::size_t kMostTips = 1024;  // of one step: each holds off every other
+inline constexpr double kShortestBlade_mm = 0.1;
+inline constexpr double kWidestCut_mm = 10;
+
+struct InstrumentTip {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 5;  // from kThinnestTip_mm on
+  InstrumentMode mode = InstrumentMode::poke;
+  bool active = false;
+  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
+  // How much tissue a blade takes away across its way: nothing of a scalpel or scissors, a
+  // millimetre or two of a hook with current.
+  double cut_width_mm = 0;
+  // From the tip of the one of a pair of scissors' blades to that of the other, half of it on
+  // either side of the position. What lies between the blades is cut as it becomes less.
+  Eigen::Vector3d opening_mm = Eigen::Vector3d::Zero();
+};
+
+// What stands for the tissue: the springs that every bundle has, or linear corotational finite
+// elements on the tetrahedra of a bundle that was baked with them.
+enum class TissueSolver { springs, fem };
+const char* to_string(TissueSolver solver);
+std::optional<TissueSolver> tissue_solver(std::string_view name);  // nothing for another name
+
+struct DeformOptions {
+  TissueSolver solver = TissueSolver::springs;
+  double time_step_s = 1.0 / 60;
+  int iterations = 4;     // local/global iterations a step
+  double friction = 0.3;  // of instruments on tissue; wet tissue slides on tissue
+  // Tissue holds off tissue: organs each other, and folds of an organ themselves.
+  bool tissue_contacts = true;
+
+  void check() const;
+};
+
+// A point of the skin that an instrument holds off, or carries.
+struct ContactPoint {
+  std::size_t instrument = 0, organ = 0;
+  Eigen::Vector3d position_mm;  // of the skin, world
+  // Unit, from the tissue to the instrument; of a carried point along the force.
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d force_n = Eigen::Vector3d::Zero();  // on the instrument
+  // How far the skin lies from its place at rest, against the normal; of a carried point all round.
+  double depth_mm = 0;
+  bool carried = false;
+};
+
+struct StepReport {
+  std::size_t contacts = 0;                  // of instruments
+  std::size_t tissue_contacts = 0;           // of tissue with tissue
+  std::size_t tool_contacts = 0;             // pairs of tools that hold each other off
+  std::vector<Eigen::Vector3d> tip_force_n;  // on each instrument, from the tissue
+  std::vector<ContactPoint> contact_points;  // `contacts` of them; a tip's force is their sum
+  std::vector<ContactPoint> punctures;       // where needles went through the skin
+  // Where each tip was held, world: tools that run into each other stop there.
+  std::vector<Eigen::Vector3d> tip_position_mm;
+  // A tip moved farther than can be followed, and may have passed through skin.
+  bool tip_too_fast = false;
+  // Graspers that lost what they held: they carry nothing until they close again.
+  std::size_t slipped = 0;
+  bool recovered = false;            // a non-finite state was reset to rest, and said
+  double penetration_mm = 0;         // deepest skin point left inside a tip
+  double tissue_penetration_mm = 0;  // or below other skin, deeper than at rest
+  double collision_ms = 0;           // of the step's time: the search for contacts
+};
+
+// Mass-spring tissue by projective dynamics (Bouaziz et al. 2014; Liu et al. 2013), or finite
+// elements in its place, with a Cholesky factor made once; contacts enter as constraints through
+// the factor, so none refactorises.
+class Deformer {
+ public:
+  // Throws UsageError for tetrahedra that are asked for and not there, BadDataError for data that
+  // cannot be used. base (may be empty) gives the heights at which an instrument meets the true
+  // skin.
+  Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics, const BaseLayer& base,
+           const DeformOptions& options = {});
+  ~Deformer();
+  Deformer(Deformer&&) noexcept;
+  Deformer& operator=(Deformer&&) noexcept;
+
+  // Several organs that meet each other. What overlaps at rest may stay as it is, no deeper.
+  explicit Deformer(const DeformBodies& bodies, const DeformOptions& options = {});
+
+  // Throws UsageError for tips that make no sense, as step() does.
+  static void check(const std::vector<InstrumentTip>& tips);
+  StepReport step(const std::vector<InstrumentTip>& tips);
+  // Of the proxies' vertices, one organ after the other, mm.
+  const std::vector<Eigen::Vector3d>& positions() const;
+  // Of an organ's tetrahedra, mm; none of springs.
+  std::vector<Eigen::Vector3d> node_positions(std::size_t organ) const;
+  // Goes on where another stands, of the same organs before blades have cut some of them: as they
+  // lie and move there, with what instruments hold. sources: by organ, where each node of its
+  // tetrahedra lay in those of `before`. Loads are dropped.
+  void take_over(Deformer& before, const std::vector<std::vector<NodeSource>>& sources);
+  bool moved() const;  // whether any vertex changed in the last step
+  void reset();
+  // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.
+  // They outlast reset(). Throws UsageError for another count and for what is no force.
+  void set_load(const std::vector<Eigen::Vector3d>& force_n);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

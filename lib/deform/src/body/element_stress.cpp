@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "body/element_stress.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+
+namespace organbake::deform {
+namespace {
+
+// The nearest values of sum 3 and at least `least` to descending ones: a projection onto a simplex.
+Eigen::Vector3d nearest_of_sum_3(const Eigen::Vector3d& s, double least) {
+  Eigen::Vector3d result = Eigen::Vector3d::Constant(least);
+  double taken = 3;
+  for (int kept = 3; kept >= 1; --kept) {
+    // All but the `kept` largest lie at the bound; those share what is left.
+    const double shift = (taken - s.head(kept).sum()) / kept;
+    if (kept == 1 || s[kept - 1] + shift >= least) {
+      for (int i = 0; i < kept; ++i) result[i] = s[i] + shift;
+      break;
+    }
+    taken -= least;
+  }
+  return result;
+}
+
+}  // namespace
+
+ElementStress::ElementStress(const Matrices& f) : f_(f) {
+  nearest_rotations(f, rotation_);
+  keep_volume();
+}
+
+void ElementStress::keep_volume() {
+  Lanes trace = Lanes{} - 3;
+  for (int e = 0; e < 9; ++e) trace += rotation_[e] * f_[e];
+  for (int e = 0; e < 9; ++e) from_kept_[e] = trace * rotation_[e];
+  // The bound bites where S − (tr/3 − 1 + least) 1 is not positive, S = RᵀF: by its leading minors.
+  const Lanes shift = trace / 3 + kLeastStretch;
+  Lanes s[6];  // xx, yy, zz, xy, xz, yz
+  constexpr int kRow[6] = {0, 1, 2, 0, 0, 1}, kColumn[6] = {0, 1, 2, 1, 2, 2};
+  for (int i = 0; i < 6; ++i) {
+    s[i] = rotation_[kRow[i]] * f_[kColumn[i]] + rotation_[3 + kRow[i]] * f_[3 + kColumn[i]] +
+           rotation_[6 + kRow[i]] * f_[6 + kColumn[i]];
+    if (i < 3) s[i] -= shift;
+  }
+  const Lanes second = s[0] * s[1] - s[3] * s[3];
+  const Lanes third =
+      s[2] * second - s[0] * s[5] * s[5] - s[1] * s[4] * s[4] + 2 * s[3] * s[4] * s[5];
+  for (int lane = 0; lane < 4; ++lane) {
+    if (!(s[0][lane] > 0 && second[lane] > 0 && third[lane] > 0)) keep_volume_of_lane(lane);
+  }
+}
+
+void ElementStress::keep_volume_of_lane(int lane) {
+  Eigen::Matrix3d f;
+  for (int e = 0; e < 9; ++e) f(e / 3, e % 3) = f_[e][lane];
+  if (!f.allFinite()) return;  // the state is lost, and noticed
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d u = svd.matrixU();
+  Eigen::Vector3d s = svd.singularValues();
+  if ((u * svd.matrixV().transpose()).determinant() < 0) {
+    u.col(2) = -u.col(2);
+    s[2] = -s[2];
+  }
+  const Eigen::Vector3d away = 3 * (s - nearest_of_sum_3(s, kLeastStretch));
+  const Eigen::Matrix3d from_kept = u * away.asDiagonal() * svd.matrixV().transpose();
+  for (int e = 0; e < 9; ++e) from_kept_[e][lane] = from_kept(e / 3, e % 3);
+}
+
+void ElementStress::stress(const Lanes& shear, const Lanes& bulk, Matrices& stress) const {
+  for (int e = 0; e < 9; ++e) {
+    stress[e] = shear * (f_[e] - rotation_[e]) + bulk * from_kept_[e];
+  }
+}
+
+void ElementStress::add_viscous(const Lanes& viscosity, const Matrices& f_start,
+                                Matrices& stress) const {
+  Matrices change, turned;
+  for (int e = 0; e < 9; ++e) change[e] = f_[e] - f_start[e];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      turned[3 * i + j] = rotation_[i] * change[j] + rotation_[3 + i] * change[3 + j] +
+                          rotation_[6 + i] * change[6 + j];
+  const Lanes half = viscosity / 2;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k)
+        stress[3 * i + j] += half * rotation_[3 * i + k] * (turned[3 * k + j] + turned[3 * j + k]);
+}
+
+Lanes ElementStress::energy(const Lanes& shear, const Lanes& bulk) const {
+  Lanes turned{}, swollen{};
+  for (int e = 0; e < 9; ++e) {
+    turned += (f_[e] - rotation_[e]) * (f_[e] - rotation_[e]);
+    swollen += from_kept_[e] * from_kept_[e];
+  }
+  return (shear * turned + bulk * swollen / 3) / 2;
+}
+
+}  // namespace organbake::deform

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "body/smooth_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/geometry/smooth_skin.h"
+
+namespace organbake::deform {
+
+void SmoothNodes::add(const DeformBody& body, const std::uint32_t* slot_of_vertex) {
+  const auto before = static_cast<std::uint32_t>(count());
+  const SmoothSkin& skin = *body.skin;
+  for (std::size_t n = 0; n < skin.node_count(); ++n) {
+    for (std::uint32_t k = skin.first[n]; k < skin.first[n + 1]; ++k)
+      carriers_.push_back({slot_of_vertex[skin.carrier[k]], skin.weight[k]});
+    first_.push_back(static_cast<std::uint32_t>(carriers_.size()));
+  }
+  for (const Face& f : smooth_skin_faces(body.proxy, skin.steps))
+    faces_.push_back({before + f[0], before + f[1], before + f[2]});
+  faces_of_ = VertexFaces(faces_, count());
+  points_.resize(count());
+  normals_.resize(count());
+  posed_points_.assign(count(), 0);
+  posed_normals_.assign(count(), 0);
+}
+
+void SmoothNodes::pose(const Rows& x) {
+  x_ = &x;
+  if (++pose_ == 0) {  // the counter came round: no old stamp may look current
+    std::fill(posed_points_.begin(), posed_points_.end(), 0u);
+    std::fill(posed_normals_.begin(), posed_normals_.end(), 0u);
+    pose_ = 1;
+  }
+}
+
+const Row& SmoothNodes::point(std::uint32_t node) {
+  if (posed_points_[node] != pose_) {
+    const Lanes* x = as_lanes(x_->data());
+    Lanes sum{};
+    for (const auto& [slot, weight] : carriers(node)) sum += weight * x[slot];
+    *as_lanes(&points_[node]) = sum;
+    posed_points_[node] = pose_;
+  }
+  return points_[node];
+}
+
+// By area: the faces of a skin are all of a size.
+const Row& SmoothNodes::normal(std::uint32_t node) {
+  if (posed_normals_[node] != pose_) {
+    Lanes sum{};
+    for (const std::uint32_t face : faces_of_.of(node)) {
+      const Face& f = faces_[face];
+      const Lanes a = *as_lanes(&point(f[0])), b = *as_lanes(&point(f[1])),
+                  c = *as_lanes(&point(f[2]));
+      sum += cross(b - a, c - a);
+    }
+    const double length = std::sqrt(dot(sum, sum));
+    normals_[node] = Row(0, 0, 1, 0);
+    if (length > 0) *as_lanes(&normals_[node]) = sum / length;
+    posed_normals_[node] = pose_;
+  }
+  return normals_[node];
+}
+
+}  // namespace organbake::deform

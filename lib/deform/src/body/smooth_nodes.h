@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact/rows.h"
+#include "organbake/deform/deform_body.h"
+#include "organbake/geometry/adjacency.h"
+
+namespace organbake::deform {
+
+// A vertex that a point of the skin follows, by a share of its motion.
+struct Carrier {
+  std::uint32_t slot;
+  double weight;
+};
+
+// The nodes of smooth skins (geometry/smooth_skin.h) as they lie now. A tip sees a handful of them:
+// they are carried, and their normals made, when first asked for in a pose.
+class SmoothNodes {
+ public:
+  // The nodes of one organ's skin, the vertices of its proxy in the given slots.
+  void add(const DeformBody& body, const std::uint32_t* slot_of_vertex);
+  std::size_t count() const { return first_.size() - 1; }
+  std::span<const Carrier> carriers(std::uint32_t node) const {
+    return std::span(carriers_).subspan(first_[node], first_[node + 1] - first_[node]);
+  }
+
+  // Takes x (mm, by slot; kept by reference until the next pose) as the current shape.
+  void pose(const Rows& x);
+  const Row& point(std::uint32_t node);   // mm
+  const Row& normal(std::uint32_t node);  // unit, outward
+
+ private:
+  std::vector<std::uint32_t> first_ = {0};  // of each node's carriers, and the end
+  std::vector<Carrier> carriers_;
+  std::vector<Face> faces_;  // of nodes
+  VertexFaces faces_of_;
+  const Rows* x_ = nullptr;
+  Rows points_, normals_;
+  std::vector<std::uint32_t> posed_points_, posed_normals_;  // in which pose
+  std::uint32_t pose_ = 0;
+};
+
+}  // namespace organbake::deform

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "body/embedding.h"
+#include "contact/rows.h"
+#include "organbake/geometry/triangle_mesh.h"
+#include "solver/sparse_factor.h"
+
+namespace organbake::deform {
+
+// Units inside the solver are kg, mm, s, so forces are kg·mm/s² = mN: 1 N/mm = 1000 kg/s².
+inline constexpr double kMilliNewtonPerNewton = 1000;
+
+// What is deformed, as the solver sees it: points with inertia and forces between them. An implicit
+// Euler step minimises ½|x − y|²_M/dt² + W(x); A u = force, A constant and the same along x, y and
+// z, leads from any shape towards the minimiser (projective dynamics: Bouaziz et al. 2014; as a
+// quasi-Newton method: Liu et al. 2017).
+//
+// Points are numbered by slots: free ones first, in the factor's elimination order, then those that
+// others carry (a proxy embedded in tetrahedra), then the anchors, which never move.
+class Tissue {
+ public:
+  virtual ~Tissue() = default;
+
+  std::size_t size() const { return rest_.size(); }
+  std::size_t free_count() const { return factor_.size(); }
+  std::size_t moving_count() const { return free_count() + embedding_.count(); }  // free, carried
+  const std::vector<std::uint32_t>& slot_of_vertex() const { return slot_of_vertex_; }
+  // Of the tetrahedra's nodes, one organ's after the other's; springs have none.
+  const std::vector<std::uint32_t>& slot_of_node() const { return slot_of_node_; }
+  const Rows& rest() const { return rest_; }                 // mm, by slot
+  const std::vector<Face>& faces() const { return faces_; }  // of slots
+  const SparseFactor& factor() const { return factor_; }
+  const Embedding& embedding() const { return embedding_; }
+  // How much of a point gives way: 1 when free, 0 for an anchor, between where anchors help to
+  // carry.
+  double free_share(std::uint32_t slot) const {
+    if (slot < free_count()) return 1;
+    return slot < moving_count() ? embedding_.free_share(slot) : 0;
+  }
+  // Which of the bodies that the tissue was made from.
+  const std::vector<std::uint32_t>& organ_of_slot() const { return organ_of_slot_; }
+  std::uint32_t organ_of_face(std::uint32_t face) const { return organ_of_slot_[faces_[face][0]]; }
+  // Connected parts, through springs or faces, numbered by their first vertex; of tissue whose
+  // volume a pressure keeps.
+  const std::vector<std::uint32_t>& part_of_slot() const { return part_of_slot_; }
+  std::uint32_t part_count() const { return part_count_; }
+  // The stiffness (mN·mm) of each part against a change of volume strain.
+  const std::vector<double>& bulk_energy() const { return bulk_energy_; }
+  // False when rest is no equilibrium.
+  bool relaxed_at_rest() const { return relaxed_at_rest_; }
+
+  // The local step at x (mm) of a step from x_start that inertia alone would end at x_coasted: the
+  // forces (mN) that are left there, free points only, the other rows 0. A solves them for the way
+  // towards the minimiser, so that a factor that is slightly off costs no accuracy where the steps
+  // converge.
+  virtual void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
+                          Rows& force) const = 0;
+  // Kinetic energy of the step from x_start to x, and what the tissue holds at x (mN·mm = µJ).
+  virtual double energy(const Rows& x, const Rows& x_start) const = 0;
+
+ protected:
+  Tissue() : factor_(0, {}) {}
+
+  // What every local step begins with: the forces of inertia on free points, 0 in the other rows.
+  void put_inertia(const Rows& x, const Rows& x_coasted, Rows& force) const;
+  double twice_kinetic_energy(const Rows& x, const Rows& x_start) const;  // mN·mm
+
+  SparseFactor factor_;
+  Embedding embedding_;
+  std::vector<std::uint32_t> slot_of_vertex_, slot_of_node_, organ_of_slot_, part_of_slot_;
+  std::uint32_t part_count_ = 0;
+  std::vector<double> bulk_energy_;
+  std::vector<double> inertia_;  // m/dt² by slot, kg/s²; of free points at least
+  Rows rest_;
+  std::vector<Face> faces_;
+  bool relaxed_at_rest_ = true;
+};
+
+}  // namespace organbake::deform

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contact/contact_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace organbake::deform {
+namespace {
+
+// Share of the radius: how far the skin may move between two broad phases.
+constexpr double kReachMargin = 0.5;
+// Share of the radius: nearer points count as one contact that has moved.
+constexpr double kMergeWithin = 0.1;
+// Below this cosine between the push and the skin's normal a point slides past the tip's flank.
+constexpr double kFlankCosine = 0.3;
+// A face is judged to lie behind the tip only when the tip stands squarely behind it.
+constexpr double kSquareCosine = 0.5;
+// Of a capsule's deepest point on a face: how often and how closely, in radii, it is sought.
+constexpr int kMostAlternations = 8;
+constexpr double kAlternationWithin = 1e-3;
+// Of a needle's shaft on what it went through, per mm of it below the skin.
+constexpr double kGrip_mn_per_mm = 20;
+
+// The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
+// wrong side of the skin pushes it back along the skin's normal: it came through, not round.
+struct Push {
+  Row normal;
+  double clearance_mm;
+  double cosine;  // 1: the tip stands squarely on its side of the skin, < 0: on the wrong side
+};
+
+Push push_of(const SkinHit& hit, const Row& center, double radius_mm, bool from_front) {
+  const Row away = hit.point - center;
+  const double side = from_front ? 1 : -1;
+  const double before = -side * away.dot(hit.normal);
+  const Row normal = before > 0 ? Row(away / hit.distance_mm) : Row(-side * hit.normal);
+  return {normal, normal.dot(away) - radius_mm,
+          hit.distance_mm > 0 ? before / hit.distance_mm : -1};
+}
+
+}  // namespace
+
+ContactSearch::ContactSearch(Skin& skin, const Tissue& tissue)
+    : skin_(skin), tissue_(tissue), front_mark_(tissue.size(), 0) {}
+
+void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
+  near_.resize(sweeps.size());
+  if (sweeps.empty()) return;
+  beyond_.resize(x.size());
+  if (skin_.smooth()) keep_boxes(x);
+  const auto& faces = skin_.faces();
+  for (std::size_t s = 0; s < sweeps.size(); ++s) {
+    near_[s].clear();
+    const double reach = (sweeps[s].grabs ? 2 : 1 + kReachMargin) * sweeps[s].radius_mm;
+    const Row from_end = sweeps[s].from + sweeps[s].axis_from;
+    const Row to_end = sweeps[s].to + sweeps[s].axis_to;
+    const Row low =
+        sweeps[s].from.cwiseMin(sweeps[s].to).cwiseMin(from_end).cwiseMin(to_end).array() - reach;
+    const Row high =
+        sweeps[s].from.cwiseMax(sweeps[s].to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
+    mark_beyond(x, low.array() - skin_.tallest_mm(), high.array() + skin_.tallest_mm());
+    for (std::uint32_t f = 0; f < faces.size(); ++f) {
+      if (skin_.smooth(f)) {
+        const bool beyond = (boxes_[f].low.array() > high.array()).any() ||
+                            (boxes_[f].high.array() < low.array()).any();
+        if (!beyond) near_[s].push_back(f);
+        continue;
+      }
+      // Most faces lie on one side of the box with all corners, even under the tallest skin.
+      if (beyond_[faces[f][0]] & beyond_[faces[f][1]] & beyond_[faces[f][2]]) continue;
+      const Row& a = x[faces[f][0]];
+      const Row& b = x[faces[f][1]];
+      const Row& c = x[faces[f][2]];
+      const double tall = skin_.tallest_mm(f);
+      const bool beyond = ((a.cwiseMin(b).cwiseMin(c).array() - tall) > high.array()).any() ||
+                          ((a.cwiseMax(b).cwiseMax(c).array() + tall) < low.array()).any();
+      if (!beyond) near_[s].push_back(f);
+    }
+  }
+}
+
+// Carrying all of a skin takes as long as a solve: a face's box has some slack, and holds until
+// what carries the face has used it up.
+void ContactSearch::keep_boxes(const Rows& x) {
+  constexpr double kSlack_mm = 1;
+  if (boxes_.empty()) {
+    boxes_.resize(skin_.faces().size());
+    slack_left_mm_.assign(boxes_.size(), -1);
+    x_of_boxes_ = x;
+  }
+  moved_mm_.resize(x.size());
+  for (std::size_t v = 0; v < x.size(); ++v) moved_mm_[v] = (x[v] - x_of_boxes_[v]).norm();
+  x_of_boxes_ = x;
+  skin_.pose(x);
+  for (std::uint32_t f = 0; f < boxes_.size(); ++f) {
+    double farthest_mm = 0;
+    for (const std::uint32_t slot : skin_.carriers(f))
+      farthest_mm = std::max(farthest_mm, moved_mm_[slot]);
+    slack_left_mm_[f] -= skin_.leverage(f) * farthest_mm;
+    if (!skin_.smooth(f) || slack_left_mm_[f] >= 0) continue;
+    boxes_[f] = skin_.node_box(f);
+    boxes_[f].low.array() -= kSlack_mm;
+    boxes_[f].high.array() += kSlack_mm;
+    slack_left_mm_[f] = kSlack_mm;
+  }
+}
+
+// One bit for each side of the box that a vertex lies beyond.
+void ContactSearch::mark_beyond(const Rows& x, const Row& low, const Row& high) {
+  const Lanes* at = as_lanes(x.data());
+  const Lanes lowest = *as_lanes(&low), highest = *as_lanes(&high);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const auto under = at[i]<lowest, over = at[i]> highest;
+    beyond_[i] = static_cast<std::uint8_t>((under[0] & 1) | (under[1] & 2) | (under[2] & 4) |
+                                           (over[0] & 8) | (over[1] & 16) | (over[2] & 32));
+  }
+}
+
+// Half of the margin; the other half is for the motion that the next solve makes.
+double ContactSearch::slack_mm(const std::vector<TipSweep>& sweeps) {
+  double least_radius = std::numeric_limits<double>::infinity();
+  for (const TipSweep& sweep : sweeps) least_radius = std::min(least_radius, sweep.radius_mm);
+  return kReachMargin / 2 * least_radius;
+}
+
+bool ContactSearch::found_any() const {
+  return std::any_of(near_.begin(), near_.end(), [](const auto& faces) { return !faces.empty(); });
+}
+
+double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fraction,
+                              std::vector<Contact>& contacts) {
+  double deepest = 0;
+  for (std::size_t s = 0; s < sweeps.size(); ++s) {
+    const TipSweep& sweep = sweeps[s];
+    const TipPose tip = sweep.at(fraction);
+    ++mark_;
+    std::erase_if(contacts, [&](Contact& c) {
+      c.fresh = false;
+      return c.tip == sweep.tip && !update(tip, c);
+    });
+    touches_.clear();
+    const bool threaded = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return c.threaded && c.tip == sweep.tip;
+    });
+    if (!sweep.grabs && !threaded) {
+      for (const std::uint32_t face : near_[s]) touch(sweep, tip, face);
+    }
+    std::sort(touches_.begin(), touches_.end(), [](const Touch& p, const Touch& q) {
+      return std::pair(q.depth_mm, p.hit.at.face) < std::pair(p.depth_mm, q.hit.at.face);
+    });
+    for (const Touch& t : touches_) admit(sweep, fraction, t, contacts);
+    for (Contact& c : contacts) {
+      if (c.tip != sweep.tip) continue;
+      if (c.fresh) update(tip, c);
+      c.tip_motion = (fraction - c.touched_at) * sweep.motion(tip.along(c.point));
+      deepest = std::max(deepest, violation(c));
+    }
+    for (const Touch& t : touches_) {
+      if (t.free_share == 1) deepest = std::max(deepest, t.depth_mm);
+    }
+  }
+  return deepest;
+}
+
+Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
+  const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
+  Row anchored = point;
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t slot = skin_.faces()[at.face][k];
+    anchored -= b[k] * (skin_.shape()[slot] - tissue_.rest()[slot]);
+  }
+  return anchored;
+}
+
+SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
+  const SkinHit hit = skin_.hit(contact.at, center);
+  contact.point = hit.point;
+  if (contact.carried) {
+    if (contact.grip.fixed_at_rest) return hit;
+    contact.anchored_at = hit.point;
+    for (const auto& [slot, weight] : contact.grip.carriers)
+      contact.anchored_at -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
+  } else {
+    contact.lever = lever(contact.at);
+    contact.anchored_at = anchored(contact.at, hit.point);
+  }
+  return hit;
+}
+
+// False for a point that has slid to the tip's flank: pushing it sideways would only stretch the
+// skin, and if it still matters the search finds its neighbours.
+bool ContactSearch::update(const TipPose& tip, Contact& contact) {
+  SkinHit hit = place(contact, tip.center);
+  if (contact.carried) {
+    contact.target = tip.center + contact.grab_offset;
+    return true;
+  }
+  if (contact.threaded) {
+    contact.normal = tip.axis.normalized();
+    contact.target = tip.center;
+    contact.grip_mn = kGrip_mn_per_mm * std::max(0.0, up_needle(contact, contact.point));
+    return true;
+  }
+  const Row center = tip.center_near(hit.point);
+  hit.distance_mm = (hit.point - center).norm();
+  const Push push = push_of(hit, center, tip.radius_mm, contact.from_front);
+  contact.normal = push.normal;
+  contact.target = center + tip.radius_mm * push.normal;
+  if (contact.from_front) {
+    for (const std::uint32_t slot : skin_.faces()[contact.at.face]) front_mark_[slot] = mark_;
+  }
+  return std::abs(push.cosine) > kFlankCosine;
+}
+
+bool ContactSearch::borders_front(std::uint32_t face) const {
+  const Face& f = skin_.faces()[face];
+  return std::any_of(f.begin(), f.end(),
+                     [this](std::uint32_t slot) { return front_mark_[slot] == mark_; });
+}
+
+Lever ContactSearch::lever(const SkinPoint& at) const {
+  Lever lever;
+  std::copy_n(skin_.faces()[at.face].begin(), 3, lever.slots.begin());
+  const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
+  bool whole = true;
+  for (int k = 0; k < 3; ++k) {
+    const double share = tissue_.free_share(lever.slots[k]);
+    lever.free_share += share * b[k];
+    whole = whole && share == 1;
+  }
+  if (whole) lever.free_share = 1;
+  if (lever.free_share < kMinFreeShare) {
+    lever.free_share = 0;
+    return lever;
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (tissue_.free_share(lever.slots[k]) == 0) continue;
+    lever.weights[k] = b[k] / (lever.free_share * lever.free_share);
+  }
+  return lever;
+}
+
+double ContactSearch::violation(const Contact& contact) const {
+  if (contact.carried) {  // how far its carriers have moved it, the skin tells
+    const Row moved = contact.point - contact.anchored_at;
+    return (contact.anchored_at + contact.grip.scale * moved - contact.target).norm();
+  }
+  const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
+  if (contact.threaded) return (miss - contact.normal.dot(miss) * contact.normal).norm();
+  return -contact.normal.dot(miss);
+}
+
+// The face's skin point that is nearest to the tip, and the tip's sphere there: nearest points of
+// skin and axis in turn, which closes in on a common pair.
+SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, Row& center) {
+  const auto [i, j, k] = skin_.faces()[face];
+  center = tip.center_near((skin_.shape()[i] + skin_.shape()[j] + skin_.shape()[k]) / 3);
+  SkinHit hit = skin_.nearest(face, center);
+  for (int round = 0; round < kMostAlternations && !tip.axis.isZero(0); ++round) {
+    const Row next = tip.center_near(hit.point);
+    if ((next - center).norm() < kAlternationWithin * tip.radius_mm) break;
+    center = next;
+    hit = skin_.nearest(face, center);
+  }
+  return hit;
+}
+
+void ContactSearch::touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face) {
+  Row center = tip.center;
+  const double reach = tip.radius_mm + skin_.tallest_mm(face);
+  // About the middle of a capsule: its own half length is added to what it can reach.
+  const Row middle = center + 0.5 * tip.axis;
+  if (skin_.least_distance(face, middle) > reach + 0.5 * tip.axis.norm()) return;
+  const SkinHit hit = deepest(tip, face, center);
+  if (hit.distance_mm >= tip.radius_mm) return;
+  const double free_share = lever(hit.at).free_share;
+  if (free_share == 0) return;
+  const double before = (center - hit.point).dot(hit.normal);
+  bool from_front = true;
+  if (before < 0) {
+    const bool square = -before > kSquareCosine * hit.distance_mm;
+    const bool entered = sweep.just_placed || borders_front(face);
+    if (entered && !square) return;  // round a corner of skin that is held already
+    from_front = entered;
+  }
+  const Push push = push_of(hit, center, tip.radius_mm, from_front);
+  if (push.clearance_mm < 0) touches_.push_back({hit, from_front, -push.clearance_mm, free_share});
+}
+
+void ContactSearch::admit(const TipSweep& sweep, double fraction, const Touch& touch,
+                          std::vector<Contact>& contacts) {
+  std::size_t of_tip = 0;
+  Contact* unloaded = nullptr;
+  for (Contact& c : contacts) {
+    if (c.tip != sweep.tip) continue;
+    ++of_tip;
+    const bool same = (c.point - touch.hit.point).norm() < kMergeWithin * sweep.radius_mm;
+    if (same && c.from_front == touch.from_front) {
+      // A contact slides with the deepest point and keeps its force; one a round is enough.
+      if (!c.fresh) c.at = touch.hit.at, c.point = touch.hit.point, c.fresh = true;
+      return;
+    }
+    if (c.force.isZero(0) && !c.fresh) unloaded = &c;
+  }
+  Contact made;
+  made.tip = sweep.tip;
+  made.at = touch.hit.at;
+  made.point = touch.hit.point;
+  made.from_front = touch.from_front;
+  made.touched_at = fraction;
+  made.fresh = true;
+  if (of_tip < kMaxContactsPerTip) {
+    contacts.push_back(made);
+  } else if (unloaded) {
+    *unloaded = made;
+  }
+}
+
+}  // namespace organbake::deform

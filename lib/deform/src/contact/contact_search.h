@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "body/skin.h"
+#include "contact/contact.h"
+
+namespace organbake::deform {
+
+// Finds where the tips press into the skin. Per touched face it is the deepest point; sets of
+// points build up over the rounds of a step (cutting planes), so that a few rounds hold off the
+// whole patch under a tip.
+class ContactSearch {
+ public:
+  static constexpr std::size_t kMaxContactsPerTip = 24;
+
+  ContactSearch(Skin& skin, const Tissue& tissue);
+
+  // Broad phase: the faces whose shell may come within a tip's reach on its sweep, x in mm.
+  void find_faces(const Rows& x, const std::vector<TipSweep>& sweeps);
+  // How far the skin may move till the faces have to be sought anew.
+  static double slack_mm(const std::vector<TipSweep>& sweeps);
+  bool found_any() const;
+  const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }
+
+  // Brings every contact's geometry up to date with the skin's pose and the tips at `fraction` of
+  // their sweeps, and adds the points that are inside a tip. Returns the deepest penetration (mm)
+  // of skin that is free to give way.
+  double refresh(const std::vector<TipSweep>& sweeps, double fraction,
+                 std::vector<Contact>& contacts);
+  // Where a skin point that lies at `point` would lie with its face's vertices at rest.
+  Row anchored(const SkinPoint& at, const Row& point) const;
+  // The lever of a skin point; its free share is 0 where nothing can give way.
+  Lever lever(const SkinPoint& at) const;
+  const Tissue& tissue() const { return tissue_; }
+  // Sets where a contact's skin point is and how it answers, in the skin's pose.
+  SkinHit place(Contact& contact, const Row& center) const;
+
+ private:
+  struct Touch {
+    SkinHit hit;
+    bool from_front;
+    double depth_mm;
+    double free_share;
+  };
+  void keep_boxes(const Rows& x);
+  void mark_beyond(const Rows& x, const Row& low, const Row& high);
+  bool update(const TipPose& tip, Contact& contact);
+  double violation(const Contact& contact) const;
+  void touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face);
+  SkinHit deepest(const TipPose& tip, std::uint32_t face, Row& center);
+  void admit(const TipSweep& sweep, double fraction, const Touch& touch,
+             std::vector<Contact>& contacts);
+  bool borders_front(std::uint32_t face) const;
+
+  Skin& skin_;
+  const Tissue& tissue_;
+  std::vector<std::vector<std::uint32_t>> near_;
+  std::vector<Skin::Box> boxes_;                  // of the smooth faces, with some slack for motion
+  Rows x_of_boxes_;                               // mm: the shape that they were last looked at in
+  std::vector<double> slack_left_mm_, moved_mm_;  // by face; by slot
+  std::vector<std::uint8_t> beyond_;              // by slot: sides of the box that it lies beyond
+  std::vector<Touch> touches_;
+  std::vector<std::uint32_t> front_mark_;  // by slot: on a face that the tip holds from the front
+  std::uint32_t mark_ = 0;
+};
+
+}  // namespace organbake::deform

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contact/grasp.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace organbake::deform {
+namespace {
+
+constexpr double kFarthestRadii = 2;
+constexpr double kGraspRadii = 1.05;  // skin that a poke holds lies at one radius, give or take
+constexpr double kSpreadRadii = 0.4;  // closer points would carry the same tissue twice
+constexpr std::size_t kMostPoints = 8;
+
+// What is free of a point's weights, and how far it gives way by its own face.
+struct Shares {
+  double free, gives_way;
+};
+
+Shares shares_of(const Contact& c, const ContactSearch& search, const Skin& skin) {
+  const double of_face = search.lever(c.at).free_share;
+  if (!skin.smooth(c.at.face)) return {of_face, of_face};
+  double free = 0;
+  for (const auto& [slot, weight] : c.grip.carriers)
+    free += weight * search.tissue().free_share(slot);
+  return {free, of_face};
+}
+
+}  // namespace
+
+void grip(const Row& center, const ContactSearch& search, const Skin& skin,
+          std::vector<Contact>& contacts, std::size_t first) {
+  double together = 0;  // Φ
+  const auto cannot_hold = [&](Contact& c) {
+    c.grip = {skin.carriers(c.at)};
+    std::erase_if(c.grip.carriers, [&](const Carrier& carrier) {
+      return carrier.weight == 0 || search.tissue().free_share(carrier.slot) == 0;
+    });
+    const auto [free, gives_way] = shares_of(c, search, skin);
+    if (free < kMinFreeShare || gives_way == 0) return true;
+    c.grip.scale = 1 / free;
+    together = std::max(together, gives_way == free ? free : gives_way * gives_way / free);
+    return false;
+  };
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  contacts.erase(std::remove_if(begin, contacts.end(), cannot_hold), contacts.end());
+  for (std::size_t i = first; i < contacts.size(); ++i) {
+    Contact& c = contacts[i];
+    c.grip.scale /= together;
+    c.lever.free_share = together;
+    search.place(c, center);
+    c.grip.fixed_at_rest = skin.smooth(c.at.face);
+    c.grab_offset = constrained_point(c, skin.shape(), search.tissue().rest()) - center;
+  }
+}
+
+void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& faces,
+                   const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts) {
+  const double radius = sweep.radius_mm;
+  std::vector<SkinHit> candidates;
+  for (const std::uint32_t face : faces) {
+    const double farthest = kFarthestRadii * radius + skin.tallest_mm(face);
+    if (skin.least_distance(face, sweep.to) > farthest) continue;
+    const SkinHit nearest = skin.nearest(face, sweep.to);
+    if (nearest.distance_mm <= kFarthestRadii * radius) candidates.push_back(nearest);
+    skin.nodes_within(face, sweep.to, kGraspRadii * radius, candidates);
+  }
+  const auto rank = [](const SkinHit& hit) {
+    return std::tuple(hit.distance_mm, hit.at.face, hit.at.b1, hit.at.b2);
+  };
+  std::sort(candidates.begin(), candidates.end(),
+            [&](const SkinHit& a, const SkinHit& b) { return rank(a) < rank(b); });
+  const std::size_t first = contacts.size();
+  for (const SkinHit& hit : candidates) {
+    const std::size_t taken = contacts.size() - first;
+    if (taken == kMostPoints || (taken > 0 && hit.distance_mm > kGraspRadii * radius)) break;
+    const auto near_hit = [&](const Contact& c) {
+      return (c.point - hit.point).norm() < kSpreadRadii * radius;
+    };
+    if (search.lever(hit.at).free_share == 0 ||
+        std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+                    near_hit)) {
+      continue;
+    }
+    Contact c;
+    c.tip = sweep.tip;
+    c.at = hit.at;
+    c.carried = true;
+    c.point = hit.point;
+    contacts.push_back(c);
+  }
+  grip(sweep.to, search, skin, contacts, first);
+}
+
+}  // namespace organbake::deform

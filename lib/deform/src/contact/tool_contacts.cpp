@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contact/tool_contacts.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+namespace organbake::deform {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kRounds = 32;
+constexpr double kTouching = 1e-9;  // of both radii
+// Of both radii: a piece this long brings no centre past the other's.
+constexpr double kPieceOfRadii = 0.5;
+constexpr int kMostContactPieces = 256;
+// Pairs looked at in a step, by all rounds of all pieces: so many tips that not even one piece
+// keeps to it are followed in one.
+constexpr double kMostPairs = 2e6;
+constexpr double kTouchWithin = 1e-6;  // of both radii: pushed apart, tools touch by rounding
+
+double share_of(double part, double whole) {
+  return whole > 0 ? std::clamp(part / whole, 0.0, 1.0) : 0;
+}
+
+// From the one's axis to the other's, the shortest way.
+Vector3d way_between(const InstrumentTip& a, const InstrumentTip& b) {
+  const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
+  return (b.position_mm + t * b.axis_mm) - (a.position_mm + s * a.axis_mm);
+}
+
+// Moves two tips apart until they touch; false when they lie apart already.
+bool part(InstrumentTip& a, InstrumentTip& b) {
+  const Vector3d way = way_between(a, b);
+  const double distance = way.norm(), together = a.radius_mm + b.radius_mm;
+  const double overlap = together - distance;
+  if (!(overlap > kTouching * together)) return false;
+  // Axes that cross tell no way out; any across both will do.
+  Vector3d out = way;
+  if (!(distance > kTouching * together)) {
+    out = a.axis_mm.cross(b.axis_mm);
+    if (out.isZero(0)) out = a.axis_mm.isZero(0) ? Vector3d::UnitX() : a.axis_mm.unitOrthogonal();
+  }
+  out.normalize();
+  a.position_mm -= overlap / 2 * out;
+  b.position_mm += overlap / 2 * out;
+  return true;
+}
+
+double gap_mm(const InstrumentTip& a, const InstrumentTip& b) {
+  return way_between(a, b).norm() - (a.radius_mm + b.radius_mm);
+}
+
+// How far at most a point of the tip moves, mm.
+double way_mm(const InstrumentTip& from, const InstrumentTip& to) {
+  const Vector3d at_base = to.position_mm - from.position_mm;
+  return std::max(at_base.norm(), (at_base + to.axis_mm - from.axis_mm).norm());
+}
+
+// Blades and needles are thin, and pass beside other tools.
+bool both_there(const InstrumentTip& a, const InstrumentTip& b) {
+  return a.active && b.active && is_blunt(a.mode) && is_blunt(b.mode);
+}
+
+// In how many pieces tips have to be moved so that none passes another; 0: they don't meet.
+int pieces_between(const std::vector<InstrumentTip>& from, const std::vector<InstrumentTip>& to) {
+  double most = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    for (std::size_t j = i + 1; j < to.size(); ++j) {
+      if (!both_there(to[i], to[j])) continue;
+      const double way = way_mm(from[i], to[i]) + way_mm(from[j], to[j]);
+      if (gap_mm(from[i], from[j]) > way) continue;
+      const double piece = kPieceOfRadii * (to[i].radius_mm + to[j].radius_mm);
+      most = std::max(most, 1 + way / piece);
+    }
+  }
+  const auto tips = static_cast<double>(to.size());
+  const double affordable = std::max(1.0, kMostPairs / (kRounds * tips * tips / 2));
+  return static_cast<int>(std::min({most, affordable, double(kMostContactPieces)}));
+}
+
+}  // namespace
+
+// Ericson, Real-Time Collision Detection (2005), 5.1.9.
+NearestOnSegments nearest_on_segments(const Vector3d& first_at, const Vector3d& first_way,
+                                      const Vector3d& second_at, const Vector3d& second_way) {
+  const Vector3d between = first_at - second_at;
+  const double a = first_way.squaredNorm(), b = first_way.dot(second_way),
+               e = second_way.squaredNorm(), c = first_way.dot(between),
+               f = second_way.dot(between);
+  double s = share_of(b * f - c * e, a * e - b * b);
+  double t = share_of(b * s + f, e);
+  s = share_of(b * t - c, a);
+  return {s, t};
+}
+
+std::vector<InstrumentTip> held_apart(std::vector<InstrumentTip> tips) {
+  for (int round = 0; round < kRounds; ++round) {
+    bool any = false;
+    for (std::size_t i = 0; i < tips.size(); ++i) {
+      for (std::size_t j = i + 1; j < tips.size(); ++j) {
+        if (both_there(tips[i], tips[j]) && part(tips[i], tips[j])) any = true;
+      }
+    }
+    if (!any) break;
+  }
+  return tips;
+}
+
+std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
+                                       const std::vector<InstrumentTip>& asked) {
+  std::vector<InstrumentTip> from = asked;
+  for (std::size_t i = 0; i < std::min(held.size(), asked.size()); ++i) {
+    if (!both_there(held[i], asked[i])) continue;
+    from[i].position_mm = held[i].position_mm;
+    from[i].axis_mm = held[i].axis_mm;
+  }
+  const int pieces = pieces_between(from, asked);
+  if (pieces == 0) return asked;
+  std::vector<InstrumentTip> tips = from;
+  std::vector<Vector3d> pushed(asked.size(), Vector3d::Zero());
+  for (int piece = 1; piece <= pieces; ++piece) {
+    const double share = double(piece) / pieces;
+    for (std::size_t i = 0; i < tips.size(); ++i) {
+      const Vector3d way = asked[i].position_mm - from[i].position_mm;
+      tips[i].position_mm = from[i].position_mm + share * way + pushed[i];
+      tips[i].axis_mm = from[i].axis_mm + share * (asked[i].axis_mm - from[i].axis_mm);
+    }
+    const std::vector<InstrumentTip> apart = held_apart(tips);
+    for (std::size_t i = 0; i < tips.size(); ++i)
+      pushed[i] += apart[i].position_mm - tips[i].position_mm;
+    tips = apart;
+  }
+  for (std::size_t i = 0; i < tips.size(); ++i)
+    if (pushed[i].isZero(0)) tips[i] = asked[i];
+  return tips;
+}
+
+std::size_t count_touching(const std::vector<InstrumentTip>& tips) {
+  std::size_t touching = 0;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    for (std::size_t j = i + 1; j < tips.size(); ++j) {
+      const double radii = tips[i].radius_mm + tips[j].radius_mm;
+      touching += both_there(tips[i], tips[j]) && gap_mm(tips[i], tips[j]) < kTouchWithin * radii;
+    }
+  }
+  return touching;
+}
+
+}  // namespace organbake::deform

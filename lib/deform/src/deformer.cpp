@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/deform/deformer.h"
+
+#include <algorithm>
+#include <string>
+
+#include "contact/instruments.h"
+#include "contact/tool_contacts.h"
+#include "organbake/core/error.h"
+#include "solver/shape_solver.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kSnap_mm = 1e-4;       // nearer to rest and slower per step: at rest
+constexpr double kStill_mm = 1e-6;      // a step that moves no vertex by more is still,
+constexpr double kStillHeld_mm = 1e-4;  // or by so much under tips that don't move
+constexpr double kLargestLoad_n = 1e9;
+constexpr int kStillSteps = 16;  // so many in a row: asleep where it is
+
+const DeformOptions& checked(const DeformOptions& options) {
+  options.check();
+  return options;
+}
+
+}  // namespace
+
+struct Deformer::Impl {
+  Impl(const DeformBodies& bodies, const DeformOptions& options)
+      : solver(bodies, checked(options)) {
+    for (const DeformBody& body : bodies) {
+      positions.insert(positions.end(), body.proxy.vertices.begin(), body.proxy.vertices.end());
+      faces_up_to.push_back((faces_up_to.empty() ? 0 : faces_up_to.back()) +
+                            body.proxy.faces.size());
+    }
+    to_rest();
+  }
+
+  void take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
+  const StepReport& step(const std::vector<InstrumentTip>& asked);
+  void set_load(const std::vector<Eigen::Vector3d>& force_n);
+  void to_rest();
+  void finish_step(bool tips_unchanged);
+  void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
+  void report_positions(const std::vector<InstrumentTip>& tips);
+  void report_forces();
+  ContactPoint contact_point(const deform::Contact& c) const;
+  bool publish();
+
+  deform::ShapeSolver solver;
+  deform::Instruments instruments;
+  std::vector<Eigen::Vector3d> positions;  // of the proxy's vertices, mm
+  std::vector<std::size_t> faces_up_to;    // with each organ
+  StepReport report;                       // of the last step that was computed
+  int still_steps = 0;
+  bool asleep = false;
+  bool moved = false;
+};
+
+void Deformer::Impl::to_rest() {
+  solver.to_rest();
+  still_steps = 0;
+  asleep = solver.relaxed_at_rest();
+}
+
+void Deformer::Impl::take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources) {
+  std::vector<NodeSource> all;
+  std::vector<std::uint32_t> first(sources.size() + 1, 0);
+  for (const std::uint32_t slot : before.solver.tissue().slot_of_node())
+    ++first[before.solver.tissue().organ_of_slot()[slot] + 1];
+  for (std::size_t organ = 0; organ < sources.size(); ++organ) {
+    first[organ + 1] += first[organ];
+    for (NodeSource source : sources[organ]) {
+      for (std::uint32_t& node : source.nodes) node += first[organ];
+      all.push_back(source);
+    }
+  }
+  instruments = before.instruments;
+  solver.take_over(before.solver, all, instruments.tips());
+  report = before.report;
+  asleep = false;
+  publish();
+}
+
+const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) {
+  deform::check_tips(asked);
+  const std::vector<InstrumentTip> tips = deform::moved_apart(instruments.tips(), asked);
+  moved = false;
+  const bool unchanged = instruments.unchanged(tips);
+  if (asleep && unchanged) {
+    report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
+    report_positions(tips);
+    report.recovered = false;
+    report.slipped = 0;
+    report.punctures.clear();
+    report.collision_ms = 0;
+    return report;
+  }
+  const bool was_held = solver.held();
+  std::vector<std::size_t> closing;
+  const auto sweeps = instruments.advance(tips, solver.contacts(), closing);
+  report = {};
+  report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
+  report_positions(tips);
+  if (!solver.near_skin(sweeps) && asleep && !was_held) {
+    report.collision_ms = solver.take_collision_ms();
+    return report;
+  }
+
+  asleep = false;
+  const deform::Penetration deepest = solver.step(sweeps, closing);
+  report.penetration_mm = deepest.in_tips;
+  report.tissue_penetration_mm = deepest.in_tissue;
+  report.tip_too_fast = solver.tip_too_fast();
+  report.slipped = solver.slipped();
+  finish_step(unchanged);
+  report.collision_ms = solver.take_collision_ms();
+  return report;
+}
+
+void Deformer::Impl::set_load(const std::vector<Eigen::Vector3d>& force_n) {
+  if (!force_n.empty() && force_n.size() != positions.size()) {
+    throw UsageError("a load of " + std::to_string(force_n.size()) + " forces for " +
+                     std::to_string(positions.size()) + " proxy vertices");
+  }
+  for (std::size_t v = 0; v < force_n.size(); ++v) {
+    if (!(force_n[v].norm() <= kLargestLoad_n)) {  // NaN fails it, too
+      throw UsageError("the load on vertex " + std::to_string(v) + " is not a force up to 1e9 N");
+    }
+  }
+  solver.set_load(force_n);
+  still_steps = 0;
+  asleep = false;
+}
+
+void Deformer::Impl::finish_step(bool tips_unchanged) {
+  if (solver.lost()) {
+    to_rest();
+    instruments = {};
+    report.recovered = true;
+    report.penetration_mm = report.tissue_penetration_mm = 0;
+  } else {
+    report_forces();
+    rest_or_sleep(solver.settle_motion(), tips_unchanged);
+  }
+  moved = publish();
+}
+
+void Deformer::Impl::report_positions(const std::vector<InstrumentTip>& tips) {
+  report.tool_contacts = deform::count_touching(tips);
+  report.tip_position_mm.clear();
+  for (const InstrumentTip& tip : tips) report.tip_position_mm.push_back(tip.position_mm);
+}
+
+void Deformer::Impl::report_forces() {
+  for (const deform::Contact& c : solver.punctures()) report.punctures.push_back(contact_point(c));
+  for (const deform::Contact& c : solver.contacts()) {
+    if (c.force.isZero(0)) continue;
+    ++(c.of_tissue() ? report.tissue_contacts : report.contacts);
+    if (c.of_tissue()) continue;
+    report.contact_points.push_back(contact_point(c));
+    report.tip_force_n[c.tip] += report.contact_points.back().force_n;
+  }
+}
+
+ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
+  ContactPoint point;
+  point.instrument = c.tip;
+  point.organ = static_cast<std::size_t>(
+      std::upper_bound(faces_up_to.begin(), faces_up_to.end(), c.at.face) - faces_up_to.begin());
+  point.position_mm = c.point.head<3>();
+  point.carried = c.carried;
+  // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
+  const double on_points = 1 / c.lever.free_share;
+  point.force_n = -on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
+  const deform::Row pushed = c.point - c.anchored_at;
+  if (c.carried || c.threaded) {
+    point.normal = point.force_n.normalized();
+    point.depth_mm = pushed.norm();
+  } else {
+    point.normal = -c.normal.head<3>();
+    point.depth_mm = pushed.dot(c.normal);
+  }
+  return point;
+}
+
+void Deformer::Impl::rest_or_sleep(double largest_move_mm, bool tips_unchanged) {
+  const bool held = solver.held();
+  if (!held && solver.relaxed_at_rest() && largest_move_mm < kSnap_mm &&
+      solver.farthest_from_rest() < kSnap_mm) {
+    return to_rest();
+  }
+  const bool still =
+      held ? tips_unchanged && largest_move_mm < kStillHeld_mm : largest_move_mm < kStill_mm;
+  still_steps = still ? still_steps + 1 : 0;
+  if (still_steps < kStillSteps) return;
+  // Nothing holds tissue away from its rest but a fold that caught on itself.
+  if (solver.tangled()) {
+    solver.untangle();
+    still_steps = 0;
+  } else {
+    asleep = true;
+  }
+}
+
+bool Deformer::Impl::publish() {
+  bool changed = false;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const Eigen::Vector3d now = solver.shape()[solver.tissue().slot_of_vertex()[v]].head<3>();
+    changed = changed || now != positions[v];
+    positions[v] = now;
+  }
+  return changed;
+}
+
+Deformer::Deformer(const TriangleMesh& proxy, const MechanicsModel& mechanics,
+                   const BaseLayer& base, const DeformOptions& options)
+    : Deformer({{proxy, mechanics, base}}, options) {}
+Deformer::Deformer(const DeformBodies& bodies, const DeformOptions& options)
+    : impl_(std::make_unique<Impl>(bodies, options)) {}
+Deformer::~Deformer() = default;
+Deformer::Deformer(Deformer&&) noexcept = default;
+Deformer& Deformer::operator=(Deformer&&) noexcept = default;
+
+void Deformer::check(const std::vector<InstrumentTip>& tips) { deform::check_tips(tips); }
+StepReport Deformer::step(const std::vector<InstrumentTip>& tips) { return impl_->step(tips); }
+void Deformer::set_load(const std::vector<Eigen::Vector3d>& force_n) { impl_->set_load(force_n); }
+const std::vector<Eigen::Vector3d>& Deformer::positions() const { return impl_->positions; }
+std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
+  std::vector<Eigen::Vector3d> positions;
+  for (const std::uint32_t slot : impl_->solver.tissue().slot_of_node()) {
+    if (impl_->solver.tissue().organ_of_slot()[slot] == organ)
+      positions.push_back(impl_->solver.shape()[slot].head<3>());
+  }
+  return positions;
+}
+void Deformer::take_over(Deformer& before, const std::vector<std::vector<NodeSource>>& sources) {
+  impl_->take_over(*before.impl_, sources);
+}
+bool Deformer::moved() const { return impl_->moved; }
+void Deformer::reset() {
+  impl_->to_rest();
+  impl_->instruments = {};
+  impl_->report = {};
+  impl_->moved = impl_->publish();
+}
+
+}  // namespace organbake

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "body/enclosed_volume.h"
+#include "body/tissue.h"
+#include "contact/contact.h"
+#include "solver/compliance_columns.h"
+
+namespace organbake::deform {
+
+// Finds the contact forces f and the pressures p that bring the unconstrained shape onto its
+// constraints through the factor that exists: x = x_free + A⁻¹(Jᵀf + ∇V p). Because A acts alike on
+// x, y and z, two contacts couple by one scalar w_ij = b_iᵀ A⁻¹ b_j, and the small dense system is
+// solved by projected Gauss–Seidel over 3-vectors (Coulomb's cone by projection) with the pressures
+// among its unknowns, so that keeping the volume and holding off the tip cannot fight.
+class ConstraintSolver {
+ public:
+  ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume, double friction);
+
+  // Takes ∇V at the shape a step starts from.
+  void begin_step(const Rows& x_start);
+  // Replaces three right sides by A⁻¹ times them. The step's first one solves the A⁻¹∇V that its
+  // pressures act along, too, in little more time; it has to come before the first solve().
+  void solve_along(Row* rows);
+  // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
+  void solve(const Rows& x_start, const Rows& x_free, std::vector<Contact>& contacts, Rows& x);
+  // Largest |V + compliance · p − V(rest)| / V(rest) over the bodies.
+  double volume_error(const Rows& x);
+  // What soft pressures hold (µJ): ½ compliance p².
+  double energy() const;
+  void reset();
+
+ private:
+  struct Side {  // the vertices of one face
+    std::uint32_t body;
+    Row volume_move;  // of the constrained point, mm per unit of the body's pressure
+  };
+  struct Part {  // a vertex of a lever, or a carrier of a grip
+    std::uint32_t slot;
+    std::uint32_t local;  // into slots_, when it moves
+    double weight;
+  };
+  struct Unknown {             // one contact in the dense system
+    std::uint32_t first, end;  // of its parts
+    const double* column;      // of a grip, or none
+    Row free_point;            // mm, without any force
+    Row aim;                   // where it would come to lie if all forces were allowed, mm
+    Side sides[2];
+    int side_count;  // of those whose body has a pressure
+    double own;      // w_ii, mm/mN: how far a force moves its own point
+    double per_own;  // its reciprocal; 0 for a point that nothing moves
+    double kept;     // of a force: the rest is give
+  };
+  void measure_softness();
+  void complete_grips(std::vector<Contact>& contacts);
+  void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
+  Row aim_of(const Contact& contact, const Rows& x_start) const;
+  void add_parts(const Contact& contact, Unknown& u);
+  void add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const;
+  void couple();
+  void add_coupling(std::size_t contact, double force, const double* column);
+  void measure_volume_gap(const Rows& x_free, const Rows& x);
+  void iterate(std::vector<Contact>& contacts);
+  double sweep_contacts(const std::vector<Contact>& contacts);
+  double sweep_pressures();
+  void apply(const Rows& x_free, Rows& x) const;
+
+  const Tissue& tissue_;
+  const EnclosedVolume& volume_;
+  double friction_;
+  ComplianceColumns columns_;
+  std::vector<Unknown> unknowns_;
+  std::vector<Part> parts_;           // of all contacts
+  Rows force_;                        // one per contact, mN
+  std::vector<std::uint32_t> slots_;  // of all levers, increasing
+  std::vector<double> coupling_;      // w_ij, mm/mN, row-major
+  Rows gradient_, response_;          // ∇V (mm²) and A⁻¹∇V
+  bool response_due_ = false;         // response_ holds ∇V still
+  std::vector<double> pressure_;      // mN/mm², one per body
+  std::vector<double> softness_;      // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
+  std::vector<double> most_pressure_;  // that the linearised volume can be asked about
+  std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
+  std::vector<double> volumes_;
+};
+
+}  // namespace organbake::deform

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/shape_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "body/fem_body.h"
+#include "body/mechanics_checks.h"
+#include "contact/grasp.h"
+#include "contact/instruments.h"
+#include "contact/needles.h"
+#include "organbake/core/stopwatch.h"
+#include "solver/spring_network.h"
+
+namespace organbake::deform {
+namespace {
+
+constexpr int kFinalRounds = 10;  // of contact search and solve
+constexpr double kContactWithin_mm = 0.02;
+constexpr double kVolumeWithin = 1e-4;  // of the rest volume
+constexpr double kConverged_mm = 1e-4;  // local/global iterations stop below this change
+
+// The inertial guess may cross this share of the object in one step, no more: faster tissue is a
+// numerical accident, and would fold the mesh before the springs can answer.
+constexpr double kFastestPerStep = 0.25;
+constexpr double kForesight = 0.8;  // of the last motion; 1 would leave the slow modes ringing
+constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther ahead are guesses
+// Of a sweep: in a longer one a tip that lost what it touched on the way may have left it behind.
+constexpr int kFewPieces = 8;
+constexpr double kRunaway = 10;  // diagonals away from rest: the state is lost
+constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
+
+const DeformBodies& checked(const DeformBodies& bodies) {
+  for (const DeformBody& body : bodies) {
+    if (body.skin) {
+      check_smooth_skin(*body.skin, body.proxy, "smooth skin");
+    } else {
+      check_base_fits(body.proxy, body.base);
+    }
+  }
+  return bodies;
+}
+
+double largest_diagonal(const DeformBodies& bodies) {
+  double largest = 0;
+  for (const DeformBody& body : bodies) largest = std::max(largest, bounds(body.proxy).diagonal());
+  return largest;
+}
+
+std::unique_ptr<const Tissue> make_tissue(const DeformBodies& bodies,
+                                          const DeformOptions& options) {
+  if (options.solver == TissueSolver::fem) {
+    return std::make_unique<FemBody>(bodies, options.time_step_s);
+  }
+  return std::make_unique<SpringNetwork>(bodies, options.time_step_s);
+}
+
+// Springs don't know of volume; elements resist its change by Poisson's ratio.
+std::vector<double> kept_volumes(const DeformBodies& bodies, const DeformOptions& options) {
+  std::vector<double> kept;
+  for (const DeformBody& body : bodies) {
+    kept.push_back(options.solver == TissueSolver::fem ? 0 : body.mechanics.volume_stiffness);
+  }
+  return kept;
+}
+
+double largest_distance(const Rows& a, const Rows& b) {
+  const Lanes* p = as_lanes(a.data());
+  const Lanes* q = as_lanes(b.data());
+  double squared = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const Lanes d = p[i] - q[i];
+    squared = std::max(squared, dot(d, d));
+  }
+  return std::sqrt(squared);
+}
+
+}  // namespace
+
+ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& options)
+    : options_(options),
+      diagonal_mm_(largest_diagonal(bodies)),
+      tissue_(make_tissue(bodies, options)),
+      volume_(*tissue_, kept_volumes(bodies, options)),
+      skin_(*tissue_, checked(bodies)),
+      search_(skin_, *tissue_),
+      constraints_(*tissue_, volume_, options.friction) {
+  if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
+  force_.assign(tissue_->size(), Row::Zero());
+  x_coasted_ = tissue_->rest();
+  to_rest();
+}
+
+void ShapeSolver::to_rest() {
+  x_ = x_start_ = x_free_ = x_before_ = tissue_->rest();
+  velocity_.assign(tissue_->size(), Row::Zero());
+  contacts_.clear(), punctures_.clear();
+  constraints_.reset();
+  if (tissue_search_) tissue_search_->reset();
+  last_energy_ = kUnknownEnergy;
+}
+
+bool ShapeSolver::held() const {
+  return std::any_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
+    return c.carried || c.threaded || !c.force.isZero(0);
+  });
+}
+
+bool ShapeSolver::tangled() const {
+  return load_.empty() && tissue_->relaxed_at_rest() && held() &&
+         std::all_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
+           return c.of_tissue() || (!c.carried && !c.threaded && c.force.isZero(0));
+         });
+}
+
+bool ShapeSolver::near_skin(const std::vector<TipSweep>& sweeps) {
+  find_faces(sweeps);
+  return search_.found_any();
+}
+
+void ShapeSolver::find_faces(const std::vector<TipSweep>& sweeps) {
+  Stopwatch watch;
+  search_.find_faces(x_, sweeps);
+  moved_since_found_mm_ = 0;
+  collision_ms_ += watch.lap();
+}
+
+// Where skin meets tips and other skin, in the shape of now.
+Penetration ShapeSolver::refresh(const std::vector<TipSweep>& sweeps, double fraction) {
+  Stopwatch watch;
+  skin_.pose(x_);
+  Penetration deepest;
+  deepest.in_tips = search_.refresh(sweeps, fraction, contacts_);
+  if (tissue_search_) deepest.in_tissue = tissue_search_->refresh(contacts_);
+  collision_ms_ += watch.lap();
+  return deepest;
+}
+
+Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
+                              const std::vector<std::size_t>& closing) {
+  skin_.pose(x_);
+  for (const std::size_t s : closing) {
+    close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
+  }
+  for (Contact& c : contacts_) c.touched_at = 0;
+  tip_too_fast_ = touched_on_the_way_ = false;
+  x_start_ = x_;
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
+    x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
+  }
+  slipped_ = 0;
+  return carries() ? pull(sweeps) : move(sweeps);
+}
+
+Penetration ShapeSolver::move(const std::vector<TipSweep>& sweeps) {
+  constraints_.begin_step(x_start_);
+  advance(sweeps);
+  const Penetration deepest = close_gaps(sweeps);
+  tip_too_fast_ = tip_too_fast_ || (touched_on_the_way_ && !tools_touch());
+  punctures_ = let_needles_through(sweeps, contacts_);
+  return deepest;
+}
+
+// Foresight may climb out of a valley that it ran through. Nothing feeds a body that no tip
+// touches, so a step that ends with more energy is taken again without it.
+void ShapeSolver::advance(const std::vector<TipSweep>& sweeps) {
+  const bool touched = held();
+  solve(sweeps, true);
+  if (touched || held()) {
+    last_energy_ = kUnknownEnergy;
+    return;
+  }
+  double now = energy();
+  if (now > last_energy_) {
+    x_ = x_start_;
+    solve(sweeps, false);
+    now = energy();
+  }
+  last_energy_ = now;
+}
+
+// Of the step's motion, the tissue, its volume and the load (µJ).
+double ShapeSolver::energy() const {
+  double sum = tissue_->energy(x_, x_start_) + constraints_.energy();
+  for (std::size_t i = 0; i < load_.size(); ++i) sum -= load_[i].dot(x_[i] - tissue_->rest()[i]);
+  return sum;
+}
+
+void ShapeSolver::set_load(const std::vector<Eigen::Vector3d>& force_n) {
+  load_.clear();
+  last_energy_ = kUnknownEnergy;
+  if (force_n.empty()) return;
+  load_.assign(tissue_->size(), Row::Zero());
+  for (std::size_t v = 0; v < force_n.size(); ++v) {
+    load_[tissue_->slot_of_vertex()[v]] = to_row(kMilliNewtonPerNewton * force_n[v]);
+  }
+  tissue_->embedding().spread(load_);
+  load_.resize(tissue_->free_count());  // what anchors bear moves nothing
+}
+
+void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight) {
+  for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+    const bool first = iteration == 0;
+    x_before_ = x_;
+    move_freely(first && with_foresight ? foreseen() : x_);
+    if (first) {
+      follow_sweeps(sweeps);
+    } else if (moved_since_found_mm_ > ContactSearch::slack_mm(sweeps)) {
+      find_faces(sweeps);
+    }
+    constrain(sweeps, 1);
+    const double moved_mm = largest_distance(x_, x_before_);
+    if (moved_mm < kConverged_mm) break;
+    moved_since_found_mm_ += moved_mm;
+  }
+}
+
+// One local and global step without contacts and volume, from the shape given to x_free_ (which may
+// be the same).
+void ShapeSolver::move_freely(const Rows& from) {
+  tissue_->local_step(from, x_start_, x_coasted_, force_);
+  for (std::size_t i = 0; i < load_.size(); ++i) force_[i] += load_[i];
+  constraints_.solve_along(force_.data());
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) x_free_[i] = from[i] + force_[i];
+  tissue_->embedding().carry_positions(tissue_->rest(), x_free_);
+}
+
+// Where the first local step takes its directions from: on along the last step's motion. Far from
+// converged (stiff springs, few iterations) the steps then act as a heavy-ball iteration (Polyak
+// 1964), whose slow modes die out several times faster; converged steps don't depend on it.
+const Rows& ShapeSolver::foreseen() {
+  const double limit = kForesightLimit * diagonal_mm_;
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
+    const Row move = kForesight * options_.time_step_s * velocity_[i];
+    const double length = move.norm();
+    x_free_[i] = x_start_[i] + (length > limit ? limit / length : 1) * move;
+  }
+  return x_free_;
+}
+
+// A fast tip pushes the skin ahead of it piece by piece, so that it cannot end up behind.
+void ShapeSolver::follow_sweeps(const std::vector<TipSweep>& sweeps) {
+  if (!search_.found_any()) return;
+  const auto [pieces, enough] = sweep_pieces(sweeps);
+  if (!enough) tip_too_fast_ = true;
+  for (int piece = 1; piece < pieces; ++piece) {
+    constrain(sweeps, double(piece) / pieces);
+    touched_on_the_way_ = touched_on_the_way_ || (pieces > kFewPieces && tools_touch());
+  }
+}
+
+bool ShapeSolver::tools_touch() const {
+  return std::any_of(contacts_.begin(), contacts_.end(),
+                     [](const Contact& c) { return !c.of_tissue(); });
+}
+
+// One pass of the constraints at a place of the tips; x becomes the shape that keeps them there.
+void ShapeSolver::constrain(const std::vector<TipSweep>& sweeps, double fraction) {
+  refresh(sweeps, fraction);
+  constraints_.solve(x_start_, x_free_, contacts_, x_);
+}
+
+// The shape is done; what its normals' turning has left between skin and tips is closed here.
+Penetration ShapeSolver::close_gaps(const std::vector<TipSweep>& sweeps) {
+  find_faces(sweeps);
+  Penetration deepest;
+  for (int round = 0; round < kFinalRounds; ++round) {
+    deepest = refresh(sweeps, 1);
+    const bool closed = std::max(deepest.in_tips, deepest.in_tissue) < kContactWithin_mm;
+    if (closed && constraints_.volume_error(x_) < kVolumeWithin) break;
+    constraints_.solve(x_start_, x_free_, contacts_, x_);
+  }
+  return deepest;
+}
+
+double ShapeSolver::settle_motion() {
+  const double fastest = kFastestPerStep * diagonal_mm_;
+  for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
+    const Row move = x_[i] - x_start_[i];
+    const double length = move.norm();
+    velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
+  }
+  std::erase_if(contacts_,
+                [](const Contact& c) { return !c.carried && !c.threaded && c.force.isZero(0); });
+  return largest_distance(x_, x_start_);
+}
+
+bool ShapeSolver::lost() const {
+  const double limit = kRunaway * diagonal_mm_;
+  return !std::all_of(x_.begin(), x_.end(), [&](const Row& row) {
+    // Written so that NaN is lost too.
+    return (row - tissue_->rest()[static_cast<std::size_t>(&row - x_.data())]).norm() <= limit;
+  });
+}
+
+double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, tissue_->rest()); }
+
+}  // namespace organbake::deform

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "body/enclosed_volume.h"
+#include "body/skin.h"
+#include "body/tissue.h"
+#include "contact/contact_search.h"
+#include "contact/tissue_contacts.h"
+#include "organbake/deform/deformer.h"
+#include "solver/constraint_solver.h"
+
+namespace organbake::deform {
+
+// What a step left below skin that should hold it off, mm.
+struct Penetration {
+  double in_tips = 0, in_tissue = 0;
+};
+
+// The bodies' state and their time step: local and global iterations, each followed by the contacts
+// and the volume, until skin lies on the instruments and on other skin.
+class ShapeSolver {
+ public:
+  // Throws BadDataError for a proxy, mechanics or base layer that it cannot use.
+  ShapeSolver(const DeformBodies& bodies, const DeformOptions& options);
+
+  const Tissue& tissue() const { return *tissue_; }
+  const Rows& shape() const { return x_; }  // mm, by slot
+  std::vector<Contact>& contacts() { return contacts_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  // Forces (N) on the proxy's vertices from now on; empty: none.
+  void set_load(const std::vector<Eigen::Vector3d>& force_n);
+  // Whether the tissue has no reason to leave its rest shape.
+  bool relaxed_at_rest() const { return load_.empty() && tissue_->relaxed_at_rest(); }
+  // Whether an instrument loads or carries the tissue, or tissue presses on tissue.
+  bool held() const;
+
+  // Whether nothing but tissue that presses on tissue keeps the shape.
+  bool tangled() const;
+  void untangle() { tissue_search_->untangle(contacts_); }
+
+  // Whether a tip may come near the skin on its sweep. Has to precede the step.
+  bool near_skin(const std::vector<TipSweep>& sweeps);
+  // One time step; `closing` are the sweeps of graspers that close in it.
+  Penetration step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
+  // Whether in the last step a tip moved so far that it may have left skin behind.
+  bool tip_too_fast() const { return tip_too_fast_; }
+  // How many graspers the tissue slipped from in the last step.
+  std::size_t slipped() const { return slipped_; }
+  // Where needles went through in the last step.
+  const std::vector<Contact>& punctures() const { return punctures_; }
+  // Takes the step's motion for the velocity and returns its largest (mm).
+  double settle_motion();
+
+  // Takes over how the bodies lie and move, and what instruments carry, from before they were cut.
+  // sources: where each node of the tetrahedra lay in those of `before`.
+  void take_over(ShapeSolver& before, const std::vector<NodeSource>& sources,
+                 const std::vector<InstrumentTip>& tips);
+
+  bool lost() const;  // not finite, or far beyond anything that tissue does
+  double farthest_from_rest() const;
+  void to_rest();
+  // Time that the search for contacts took since this was last asked.
+  double take_collision_ms() { return std::exchange(collision_ms_, 0.0); }
+
+ private:
+  Penetration move(const std::vector<TipSweep>& sweeps);
+  Penetration pull(const std::vector<TipSweep>& sweeps);
+  bool carries() const;
+  bool pulled_too_far() const;
+  void advance(const std::vector<TipSweep>& sweeps);
+  void solve(const std::vector<TipSweep>& sweeps, bool with_foresight);
+  void move_freely(const Rows& from);
+  const Rows& foreseen();
+  void follow_sweeps(const std::vector<TipSweep>& sweeps);
+  bool tools_touch() const;
+  void constrain(const std::vector<TipSweep>& sweeps, double fraction);
+  double energy() const;
+  bool find_anew(Contact& contact, const Row& at_rest);
+  Penetration close_gaps(const std::vector<TipSweep>& sweeps);
+  void find_faces(const std::vector<TipSweep>& sweeps);
+  Penetration refresh(const std::vector<TipSweep>& sweeps, double fraction);
+
+  DeformOptions options_;
+  double diagonal_mm_;
+  std::unique_ptr<const Tissue> tissue_;
+  EnclosedVolume volume_;
+  Skin skin_;
+  ContactSearch search_;
+  std::optional<TissueContacts> tissue_search_;
+  ConstraintSolver constraints_;
+
+  Rows x_, x_start_, x_free_, x_before_;  // mm, by slot
+  Rows velocity_;                         // mm/s
+  Rows x_coasted_;                        // where inertia alone would end the step
+  Rows force_;                            // left at a shape, mN; then the way from there, mm
+  Rows load_;                             // dead, on the free slots, mN; or empty
+  std::vector<Contact> contacts_, punctures_;
+  double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
+  bool tip_too_fast_ = false, touched_on_the_way_ = false;
+  std::size_t slipped_ = 0;
+  double collision_ms_ = 0;
+  double last_energy_ = std::numeric_limits<double>::infinity();  // while nothing touches
+};
+
+}  // namespace organbake::deform

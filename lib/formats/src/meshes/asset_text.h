@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "organbake/core/text.h"
+
+namespace organbake {
+
+inline constexpr int kAssetMetreDigits = 9;  // a millionth of a millimetre
+
+inline std::string metres_text(const Eigen::Vector3d& v, const char* between) {
+  return to_text(v.x(), kAssetMetreDigits) + between + to_text(v.y(), kAssetMetreDigits) + between +
+         to_text(v.z(), kAssetMetreDigits);
+}
+
+// The items of a list with something between them.
+template <class Items, class TextOf>
+std::string joined(const Items& items, const char* between, TextOf&& text_of) {
+  std::string text;
+  bool first = true;
+  for (const auto& item : items) {
+    if (!first) text += between;
+    first = false;
+    text += text_of(item);
+  }
+  return text;
+}
+
+}  // namespace organbake

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/formats/mesh_files.h"
+
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "meshes/mesh_readers.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/geometry/weld.h"
+#include "organbake/raycast/winding.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_readable(const fs::path& path) {
+  if (!fs::exists(path)) throw NoInputError(path, "does not exist");
+  if (!fs::is_regular_file(path)) throw NoInputError(path, "is not a file");
+  if (!std::ifstream(path)) throw NoInputError(path, "cannot be opened");
+  if (fs::file_size(path) == 0) throw BadDataError(path, "is empty");
+}
+
+template <typename Parse>
+TriangleMesh parsed(const fs::path& path, const Parse& parse) {
+  return parse(read_text_file(path), path.string());
+}
+
+bool is_gltf(const std::string& ending) { return ending == ".glb" || ending == ".gltf"; }
+
+// As much of a file as any header takes.
+std::string head_of(const fs::path& path) {
+  constexpr std::size_t kBytes = 16384;
+  std::string head(kBytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+WrittenMesh read_by_ending(const fs::path& path) {
+  const std::string ending = lower_ending(path);
+  if (ending == ".vtp") return read_vtp(path);
+  if (ending == ".vtu") return read_vtu(path);
+  const MeshFrame frame = frame_in_header(head_of(path), path.string());
+  if (ending == ".ply") return {read_ply(path), frame};
+  if (ending == ".stl") return {parsed(path, parse_stl), frame};
+  if (ending == ".obj") return {parsed(path, parse_obj), frame};
+  if (ending == ".off") return {parsed(path, parse_off), frame};
+  if (ending == ".vtk") return {read_legacy_vtk(path), frame};
+  if (is_gltf(ending)) return {read_gltf(path), frame};
+  throw UsageError(path.string() + ": unknown mesh ending \"" + ending +
+                   "\"; use .ply, .obj, .stl, .off, .vtk, .vtp, .vtu, .glb or .gltf");
+}
+
+// What a file says of one thing outranks what its reader was told.
+template <class Value>
+Value chosen(const std::optional<Value>& written, const std::optional<Value>& told, Value usual,
+             const fs::path& path, const RunContext& context) {
+  if (written && told && *written != *told)
+    context.info(path.string() + ": says itself that it is in " + name_of(*written) + "; " +
+                 name_of(*told) + " is for files that don't say");
+  return written ? *written : told.value_or(usual);
+}
+
+MeshFrame chosen_frame(const MeshFrame& written, const MeshFrame& told, const fs::path& path,
+                       const RunContext& context) {
+  const bool gltf = is_gltf(lower_ending(path));
+  return {
+      chosen(written.unit, told.unit, gltf ? MeshUnit::m : MeshUnit::mm, path, context),
+      chosen(written.space, told.space, gltf ? MeshSpace::y_up : MeshSpace::lps, path, context)};
+}
+
+void bring_into_world(TriangleMesh& mesh, const MeshFrame& frame) {
+  if (frame.unit == MeshUnit::mm && frame.space == MeshSpace::lps) return;
+  const Eigen::Matrix3d world_from_file = mm_per(*frame.unit) * world_from_axes(*frame.space);
+  for (Eigen::Vector3d& v : mesh.vertices) v = world_from_file * v;
+}
+
+std::string in_words(double mm) {
+  return mm >= 1000 ? to_text(mm / 1000, 3) + " m" : to_text(mm, 3) + " mm";
+}
+
+void question_size(const TriangleMesh& mesh, MeshUnit unit, bool said_by_file, const fs::path& path,
+                   const RunContext& context) {
+  const double across_mm = (bounds(mesh).max - bounds(mesh).min).maxCoeff();
+  if (organ_sized(across_mm)) return;
+  std::string text = path.string() + ": is " + in_words(across_mm) + " across, which no organ is; ";
+  if (said_by_file) {
+    text += "it says itself that it is in " + std::string(name_of(unit)) +
+            ": scale it, or take that line out of its header";
+  } else if (const auto best = unit_of_organ(across_mm / mm_per(unit))) {
+    const double factor = mm_per(*best) / mm_per(unit);
+    text += "in " + std::string(name_of(*best)) + " (--unit " + name_of(*best) +
+            "; of a table or recipe unit=" + name_of(*best) + "; " + to_text(factor, 3) +
+            " times as large) it would be " + in_words(across_mm * factor);
+  } else {
+    const double factor = std::pow(10, std::round(std::log10(kTypicalOrgan_mm / across_mm)));
+    text += "no unit makes sense of it: scale it by about " + to_text(factor, 3);
+  }
+  context.warn(text);
+}
+
+void tell_welds(const WeldSummary& weld, const fs::path& path, const RunContext& context) {
+  if (weld.exact + weld.near == 0) return;
+  std::string text = path.string() + ": " + std::to_string(weld.exact) +
+                     " vertices that coincide with others were welded";
+  if (weld.near > 0) {
+    text +=
+        ", and " + std::to_string(weld.near) + " within " + to_text(weld.tolerance_mm, 3) + " mm";
+  }
+  context.info(text);
+}
+
+}  // namespace
+
+TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunContext& context) {
+  MeshFrame taken;
+  return read_mesh(path, told, context, taken);
+}
+
+TriangleMesh read_mesh(const fs::path& path, const MeshFrame& told, const RunContext& context,
+                       MeshFrame& taken) {
+  check_readable(path);
+  auto [mesh, written] = read_by_ending(path);
+  check_mesh(mesh, path.string());
+  if (mesh.empty()) throw BadDataError(path, "holds no triangles");
+  taken = chosen_frame(written, told, path, context);
+  bring_into_world(mesh, taken);
+  tell_welds(weld(mesh), path, context);
+  if (mesh.empty()) throw BadDataError(path, "holds no triangles with an area");
+  for (const std::string& turned : turn_outward(mesh).sentences())
+    context.warn(path.string() + ": " + turned);
+  question_size(mesh, *taken.unit, written.unit.has_value(), path, context);
+  return std::move(mesh);
+}
+
+}  // namespace organbake

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/formats/mesh_frame.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "organbake/core/error.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kSmallest_mm = 5, kLargest_mm = 2000;
+
+// As write_ply(), gltf_binary() and obj_text() put them.
+constexpr std::string_view kOurPly = "comment millimetres, LPS",
+                           kOurScene = "x left, y superior, z anterior";
+
+bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; }
+
+bool same_letter(char a, char b) {
+  return std::toupper(static_cast<unsigned char>(a)) == std::toupper(static_cast<unsigned char>(b));
+}
+
+bool same_word(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_letter);
+}
+
+// Calls take(value) for every KEY=value, in any letters.
+template <class Take>
+void each_value(std::string_view text, std::string_view key, const Take& take) {
+  auto at = text.begin();
+  while ((at = std::search(at, text.end(), key.begin(), key.end(), same_letter)) != text.end()) {
+    const bool begins = at == text.begin() || !is_letter(*(at - 1));
+    at += static_cast<std::ptrdiff_t>(key.size());
+    if (!begins || at == text.end() || *at != '=') continue;
+    const auto end = std::find_if_not(++at, text.end(), is_letter);
+    take(std::string_view(at, end));
+  }
+}
+
+bool is_axes(std::string_view word) {
+  return word.size() == 3 && word.find_first_not_of("LRPASIlrpasi") == word.npos;
+}
+
+template <class Rows, class Value, class Member>
+const auto& row_of(const Rows& rows, Value value, Member member) {
+  return *std::find_if(std::begin(rows), std::end(rows),
+                       [&](const auto& row) { return row.*member == value; });
+}
+
+}  // namespace
+
+double mm_per(MeshUnit unit) { return row_of(kMeshUnits, unit, &UnitName::unit).size_mm; }
+
+const char* name_of(MeshUnit unit) { return row_of(kMeshUnits, unit, &UnitName::unit).name; }
+
+const char* name_of(MeshSpace space) { return row_of(kMeshSpaces, space, &SpaceName::space).name; }
+
+Eigen::Matrix3d world_from_axes(MeshSpace space) {
+  if (space == MeshSpace::ras) return Eigen::Vector3d(-1, -1, 1).asDiagonal();
+  Eigen::Matrix3d world = Eigen::Matrix3d::Identity();
+  if (space == MeshSpace::y_up) world << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  return world;
+}
+
+MeshFrame frame_in_header(std::string_view header, const std::string& name) {
+  MeshFrame frame;
+  if (header.find(kOurPly) != header.npos) frame = {MeshUnit::mm, MeshSpace::lps};
+  if (header.find(kOurScene) != header.npos) frame = {MeshUnit::m, MeshSpace::y_up};
+  each_value(header, "SPACE", [&](std::string_view value) {
+    for (const SpaceName& known : kMeshSpaces)
+      if (same_word(value, known.letters)) frame.space = known.space;
+    if (!frame.space && is_axes(value))
+      throw BadDataError(name + ": its header says SPACE=" + std::string(value) +
+                         "; LPS, RAS and LSA are read; save it in one of those");
+  });
+  for (const char* key : {"UNIT", "UNITS"})
+    each_value(header, key, [&](std::string_view value) {
+      for (const UnitName& known : kMeshUnits)
+        if (same_word(value, known.name)) frame.unit = known.unit;
+    });
+  return frame;
+}
+
+bool organ_sized(double across_mm) { return across_mm >= kSmallest_mm && across_mm <= kLargest_mm; }
+
+std::optional<MeshUnit> unit_of_organ(double across_units) {
+  const auto off = [&](const UnitName& unit) {
+    return std::abs(std::log(across_units * unit.size_mm / kTypicalOrgan_mm));
+  };
+  const UnitName* best = nullptr;
+  for (const UnitName& unit : kMeshUnits)
+    if (organ_sized(across_units * unit.size_mm) && (!best || off(unit) < off(*best))) best = &unit;
+  return best ? std::optional(best->unit) : std::nullopt;
+}
+
+}  // namespace organbake

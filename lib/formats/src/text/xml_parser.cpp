@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "text/xml_parser.h"
+
+#include <new>
+#include <utility>
+
+#include "organbake/core/error.h"
+
+namespace organbake {
+
+XmlParser::XmlParser(const std::filesystem::path& path)
+    : path_(path), parser_(XML_ParserCreate(nullptr)) {
+  if (!parser_) throw std::bad_alloc();
+  XML_SetUserData(parser_.get(), this);
+  XML_SetElementHandler(
+      parser_.get(),
+      [](void* self, const XML_Char* name, const XML_Char** attributes) {
+        XmlAttributes all;
+        for (; *attributes; attributes += 2) all[attributes[0]] = attributes[1];
+        static_cast<XmlParser*>(self)->open(name, std::move(all));
+      },
+      [](void* self, const XML_Char*) { static_cast<XmlParser*>(self)->close(); });
+  XML_SetCharacterDataHandler(parser_.get(), [](void* self, const XML_Char* characters, int count) {
+    static_cast<XmlParser*>(self)->add({characters, static_cast<std::size_t>(count)});
+  });
+}
+
+void XmlParser::parse(std::string_view xml, bool whole) {
+  constexpr std::size_t kLargest = std::size_t{1} << 30;  // expat counts in ints
+  if (xml.size() > kLargest)
+    throw BadDataError(path_, "its XML is larger than 1 GB; save it with appended data");
+  if (XML_Parse(parser_.get(), xml.data(), static_cast<int>(xml.size()), whole) == XML_STATUS_OK)
+    return;
+  throw BadDataError(path_, "is no sound XML: line " +
+                                std::to_string(XML_GetCurrentLineNumber(parser_.get())) + ": " +
+                                XML_ErrorString(XML_GetErrorCode(parser_.get())));
+}
+
+}  // namespace organbake

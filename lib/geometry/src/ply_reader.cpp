@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/core/scalar_type.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/ply.h"
+#include "organbake/geometry/polygon.h"
+#include "organbake/geometry/written_color.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::string_view kPlyComment = " millimetres, LPS";  // write_ply's
+
+const std::map<std::string_view, ScalarType> kTypes = {
+    {"char", ScalarType::int8},      {"int8", ScalarType::int8},
+    {"uchar", ScalarType::uint8},    {"uint8", ScalarType::uint8},
+    {"short", ScalarType::int16},    {"int16", ScalarType::int16},
+    {"ushort", ScalarType::uint16},  {"uint16", ScalarType::uint16},
+    {"int", ScalarType::int32},      {"int32", ScalarType::int32},
+    {"uint", ScalarType::uint32},    {"uint32", ScalarType::uint32},
+    {"float", ScalarType::float32},  {"float32", ScalarType::float32},
+    {"double", ScalarType::float64}, {"float64", ScalarType::float64}};
+
+struct Property {
+  std::string name;
+  ScalarType type = ScalarType::float32;
+  std::optional<ScalarType> list_count;  // the count's type, for a list
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+};
+
+class PlyParser {
+ public:
+  PlyParser(std::span<const std::byte> bytes, const std::string& name)
+      : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()), name_(name) {}
+
+  TriangleMesh parse() {
+    parse_header();
+    for (const Element& element : elements_) {
+      if (element.name == "vertex") {
+        read_vertices(element);
+      } else if (element.name == "face" || element.name == "tristrips") {
+        read_faces(element, element.name == "tristrips");
+      } else {
+        for (std::size_t i = 0; i < element.count; ++i) skip_row(element);
+      }
+    }
+    cut_polygons();
+    check_mesh(mesh_, name_);
+    if (mesh_.colors.empty() && !polygon_colors_.empty()) take_face_colors();
+    return std::move(mesh_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const {
+    throw BadDataError(name_ + ": " + message);
+  }
+
+  std::string_view line() {
+    const std::size_t end = text_.find('\n', position_);
+    if (end == std::string_view::npos) fail("the PLY header does not end");
+    std::string_view result = text_.substr(position_, end - position_);
+    position_ = end + 1;
+    if (result.ends_with('\r')) result.remove_suffix(1);
+    return result;
+  }
+
+  static std::string_view word(std::string_view& rest) {
+    const std::size_t begin = rest.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) return rest = {};
+    const std::size_t end = std::min(rest.find_first_of(" \t", begin), rest.size());
+    const std::string_view result = rest.substr(begin, end - begin);
+    rest.remove_prefix(end);
+    return result;
+  }
+
+  ScalarType scalar_type(std::string_view type) const {
+    const auto found = kTypes.find(type);
+    if (found == kTypes.end()) fail("unknown PLY type '" + std::string(type) + "'");
+    return found->second;
+  }
+
+  void parse_header() {
+    if (line() != "ply") fail("is not a PLY file");
+    for (;;) {
+      std::string_view rest = line();
+      const std::string_view key = word(rest);
+      if (key == "end_header") break;
+      if (key == "format") {
+        const std::string_view format = word(rest);
+        ascii_ = format == "ascii";
+        swaps_ = format == "binary_big_endian";
+        if (!ascii_ && !swaps_ && format != "binary_little_endian") {
+          fail("PLY format '" + std::string(format) + "' is not known");
+        }
+      } else if (key == "comment") {
+        is_ours_ = is_ours_ || rest == kPlyComment;
+      } else if (key == "element") {
+        add_element(rest);
+      } else if (key == "property") {
+        add_property(rest);
+      }
+    }
+  }
+
+  void add_element(std::string_view rest) {
+    Element element;
+    element.name = word(rest);
+    const std::string_view count = word(rest);
+    const auto result = std::from_chars(count.data(), count.data() + count.size(), element.count);
+    if (result.ec != std::errc()) fail("element " + element.name + " has no count");
+    // Every row takes at least a byte, so a count beyond the file's size is a lie.
+    if (element.count > text_.size() || element.count > std::numeric_limits<std::uint32_t>::max()) {
+      fail("claims " + std::to_string(element.count) + " of " + element.name + " in " +
+           std::to_string(text_.size()) + " bytes");
+    }
+    elements_.push_back(std::move(element));
+  }
+
+  void add_property(std::string_view rest) {
+    if (elements_.empty()) fail("a property stands before any element");
+    Property property;
+    std::string_view type = word(rest);
+    if (type == "list") {
+      property.list_count = scalar_type(word(rest));
+      type = word(rest);
+    }
+    property.type = scalar_type(type);
+    property.name = word(rest);
+    elements_.back().properties.push_back(std::move(property));
+  }
+
+  template <typename T>
+  double binary() {
+    if (text_.size() - position_ < sizeof(T))
+      fail("ends early, at byte " + std::to_string(text_.size()));
+    T value;
+    std::array<char, sizeof(T)> raw;
+    std::memcpy(raw.data(), text_.data() + position_, sizeof(T));
+    if (swaps_) std::reverse(raw.begin(), raw.end());
+    std::memcpy(&value, raw.data(), sizeof(T));
+    position_ += sizeof(T);
+    return static_cast<double>(value);
+  }
+
+  double ascii_number() {
+    position_ = std::min(text_.find_first_not_of(" \t\r\n", position_), text_.size());
+    double value = 0;
+    const std::size_t length = read_number(text_.substr(position_), value);
+    if (length == 0) fail("has no number at byte " + std::to_string(position_));
+    position_ += length;
+    return value;
+  }
+
+  double number(ScalarType type) {
+    if (ascii_) return ascii_number();
+    return with_scalar_type(type, [&](auto zero) { return binary<decltype(zero)>(); });
+  }
+
+  std::size_t list_length(const Property& property) {
+    const double count = number(*property.list_count);
+    if (!(count >= 0 && count <= static_cast<double>(text_.size() - position_))) {
+      fail("claims a list of " + std::to_string(count) + " entries");
+    }
+    return static_cast<std::size_t>(count);
+  }
+
+  void skip_row(const Element& element) {
+    for (const Property& property : element.properties) {
+      const std::size_t count = property.list_count ? list_length(property) : 1;
+      for (std::size_t i = 0; i < count; ++i) number(property.type);
+    }
+  }
+
+  // Which of x, y, z, red, green, blue each property is, −1 for none; and how colours are scaled.
+  struct Slots {
+    std::vector<int> of_property;
+    std::array<bool, 6> there{};
+    ColorScale scale = ColorScale::number;
+    bool has_color() const { return there[3] && there[4] && there[5]; }
+  };
+
+  static int slot_of(std::string_view name) {
+    constexpr std::array<std::string_view, 6> kWanted = {"x", "y", "z", "red", "green", "blue"};
+    constexpr std::array<std::string_view, 3> kShort = {"r", "g", "b"};
+    for (const std::string_view prefix : {"diffuse_", "vertex_"}) {
+      if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
+    }
+    const auto full = std::find(kWanted.begin(), kWanted.end(), name);
+    if (full != kWanted.end()) return static_cast<int>(full - kWanted.begin());
+    const auto letter = std::find(kShort.begin(), kShort.end(), name);
+    return letter == kShort.end() ? -1 : 3 + static_cast<int>(letter - kShort.begin());
+  }
+
+  Slots slots(const Element& element) const {
+    Slots slots;
+    for (const Property& property : element.properties) {
+      int slot = property.list_count ? -1 : slot_of(property.name);
+      if (slot >= 0 && slots.there[slot]) slot = -1;  // the first of several colours is taken
+      slots.of_property.push_back(slot);
+      if (slot < 0) continue;
+      slots.there[slot] = true;
+      if (slot < 3) continue;
+      slots.scale = property.type == ScalarType::uint8             ? ColorScale::byte
+                    : property.type == ScalarType::uint16          ? ColorScale::two_bytes
+                    : is_ours_ && is_floating_point(property.type) ? ColorScale::linear
+                                                                   : ColorScale::number;
+    }
+    return slots;
+  }
+
+  void read_vertices(const Element& element) {
+    const Slots slots = this->slots(element);
+    if (!slots.there[0] || !slots.there[1] || !slots.there[2])
+      fail("has vertices without x, y and z");
+    std::vector<Eigen::Vector3d> colors;
+    mesh_.vertices.reserve(element.count);
+    if (slots.has_color()) colors.reserve(element.count);
+    for (std::size_t v = 0; v < element.count; ++v) {
+      std::array<double, 6> row{};
+      for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        const Property& property = element.properties[p];
+        const std::size_t count = property.list_count ? list_length(property) : 1;
+        for (std::size_t i = 0; i < count; ++i) {
+          const double value = number(property.type);
+          if (slots.of_property[p] >= 0) row[slots.of_property[p]] = value;
+        }
+      }
+      mesh_.vertices.emplace_back(row[0], row[1], row[2]);
+      if (slots.has_color()) colors.emplace_back(row[3], row[4], row[5]);
+    }
+    mesh_.colors = linear_colors(colors, slots.scale);
+  }
+
+  // Faces may stand before the vertices, so that polygons are cut when all is read.
+  void read_faces(const Element& element, bool are_strips) {
+    const Slots slots = this->slots(element);
+    std::vector<Eigen::Vector3d> colors;
+    for (std::size_t f = 0; f < element.count; ++f) {
+      Eigen::Vector3d color = Eigen::Vector3d::Zero();
+      for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        const Property& property = element.properties[p];
+        const bool corners = property.list_count && property.name.starts_with("vertex_ind");
+        const std::size_t count = property.list_count ? list_length(property) : 1;
+        for (std::size_t i = 0; i < count; ++i) {
+          const double value = number(property.type);
+          if (corners && are_strips && value == -1) {
+            end_polygon(true);  // −1 ends a strip, another follows in the same list
+          } else if (corners) {
+            corners_.push_back(vertex_index(value, f));
+          } else if (slots.of_property[p] >= 3) {
+            color[slots.of_property[p] - 3] = value;
+          }
+        }
+      }
+      end_polygon(are_strips);
+      if (slots.has_color() && !are_strips) colors.push_back(color);
+    }
+    if (!are_strips) polygon_colors_ = linear_colors(colors, slots.scale);
+  }
+
+  void end_polygon(bool is_strip) { polygons_.push_back({corners_.size(), is_strip}); }
+
+  void cut_polygons() {
+    std::size_t begin = 0;
+    mesh_.faces.reserve(polygons_.size());
+    for (std::size_t p = 0; p < polygons_.size(); ++p) {
+      const auto [end, is_strip] = polygons_[p];
+      const std::span<const std::uint32_t> corners(corners_.data() + begin, end - begin);
+      if (is_strip) {
+        cut_strip(corners, mesh_.faces);
+      } else {
+        cut_polygon(mesh_.vertices, corners, mesh_.faces);
+      }
+      polygon_of_face_.resize(mesh_.faces.size(), static_cast<std::uint32_t>(p));
+      begin = end;
+    }
+  }
+
+  void take_face_colors() {
+    std::vector<Eigen::Vector3f> colors;
+    colors.reserve(mesh_.faces.size());
+    for (const std::uint32_t polygon : polygon_of_face_) {
+      if (polygon >= polygon_colors_.size()) return;  // strips besides: no colour for all
+      colors.push_back(polygon_colors_[polygon]);
+    }
+    mesh_.colors = vertex_from_face_colors(mesh_.faces, colors, mesh_.vertices.size());
+  }
+
+  std::uint32_t vertex_index(double value, std::size_t face) const {
+    if (!(value >= 0 && value <= 4294967295.0)) {
+      fail("face " + std::to_string(face) + " uses vertex " + std::to_string(value));
+    }
+    return static_cast<std::uint32_t>(value);
+  }
+
+  std::string_view text_;
+  std::string name_;
+  std::size_t position_ = 0;
+  bool ascii_ = false;
+  std::vector<Element> elements_;
+  bool swaps_ = false;    // bytes are in the other order than the machine's
+  bool is_ours_ = false;  // as write_ply writes it
+  struct Polygon {
+    std::size_t end;  // in corners_; it begins where the one before ends
+    bool is_strip;
+  };
+  std::vector<std::uint32_t> corners_;
+  std::vector<Polygon> polygons_;
+  std::vector<std::uint32_t> polygon_of_face_;
+  std::vector<Eigen::Vector3f> polygon_colors_;
+  TriangleMesh mesh_;
+};
+
+}  // namespace
+
+TriangleMesh parse_ply(std::span<const std::byte> bytes, const std::string& name) {
+  return PlyParser(bytes, name).parse();
+}
+
+TriangleMesh read_ply(const std::filesystem::path& path) {
+  return parse_ply(read_file(path), path.string());
+}
+
+}  // namespace organbake

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/geometry/polygon.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+namespace organbake {
+namespace {
+
+// Corners by the cell of a square grid that they lie in.
+class CornerGrid {
+ public:
+  CornerGrid(const std::vector<Eigen::Vector2d>& points,
+             const std::vector<std::uint32_t>& corners) {
+    for (const std::uint32_t c : corners) box_.extend(points[c]);
+    side_ = 1 + static_cast<int>(std::sqrt(static_cast<double>(corners.size())));
+    cells_.resize(std::size_t(side_) * side_);
+    for (const std::uint32_t c : corners) {
+      const Eigen::Array2i at = cell_of(points[c]);
+      cells_[std::size_t(at.y()) * side_ + at.x()].push_back(c);
+    }
+  }
+
+  // Whether test(corner) holds for any in the cells that a box touches, which are counted.
+  template <class Test>
+  bool any_in(const Eigen::AlignedBox2d& box, std::size_t& cells, Test&& test) const {
+    const Eigen::AlignedBox2d common = box.intersection(box_);
+    if (common.isEmpty()) return false;
+    const Eigen::Array2i first = cell_of(common.min()), last = cell_of(common.max());
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x) {
+        const auto& cell = cells_[std::size_t(y) * side_ + x];
+        cells += 1 + cell.size();
+        if (std::any_of(cell.begin(), cell.end(), test)) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  Eigen::Array2i cell_of(const Eigen::Vector2d& point) const {
+    const Eigen::Array2d size = box_.sizes().array().max(1e-300);
+    const Eigen::Array2d at = side_ * ((point - box_.min()).array() / size);
+    const auto in_grid = [this](double c) { return c > 0 ? std::min(c, side_ - 1.0) : 0.0; };
+    return {static_cast<int>(in_grid(at.x())), static_cast<int>(in_grid(at.y()))};
+  }
+
+  Eigen::AlignedBox2d box_;
+  int side_ = 1;
+  std::vector<std::vector<std::uint32_t>> cells_;
+};
+
+// Cuts a polygon, seen along the axis that its normal is closest to, ear by ear (Meisters 1975).
+// Only a corner that turns the other way can lie in an ear, and of those only such near it are
+// looked at: for a hundred thousand corners it takes a fraction of a second instead of minutes.
+class EarCutter {
+ public:
+  EarCutter(const std::vector<Eigen::Vector3d>& vertices, std::span<const std::uint32_t> polygon)
+      : polygon_(polygon) {
+    // Newell: twice the polygon's area as a vector, about its first corner to keep the digits.
+    const Eigen::Vector3d& origin = vertices[polygon[0]];
+    const auto n = static_cast<std::uint32_t>(polygon.size());
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+    for (std::uint32_t i = 0; i < n; ++i) {
+      normal += (vertices[polygon[i]] - origin).cross(vertices[polygon[(i + 1) % n]] - origin);
+    }
+    Eigen::Index axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    Eigen::Index across = (axis + 1) % 3, up = (axis + 2) % 3;
+    if (normal[axis] < 0) std::swap(across, up);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d from_origin = vertices[polygon[i]] - origin;
+      flat_.emplace_back(from_origin[across], from_origin[up]);
+      next_.push_back((i + 1) % n);
+      before_.push_back((i + n - 1) % n);
+    }
+    is_cut_.resize(n);
+    for (std::uint32_t i = 0; i < n; ++i)
+      if (!bulges(i)) reflex_.push_back(i);
+  }
+
+  bool convex() const {
+    return std::none_of(reflex_.begin(), reflex_.end(),
+                        [this](std::uint32_t i) { return turn(before_[i], i, next_[i]) < 0; });
+  }
+
+  void cut(std::vector<Face>& faces) {
+    const CornerGrid near(flat_, reflex_);
+    const auto n = static_cast<std::uint32_t>(polygon_.size());
+    // Each second corner first: ears side by side would become a fan of slivers.
+    std::deque<std::uint32_t> candidates;
+    for (const std::uint32_t first : {0u, 1u})
+      for (std::uint32_t i = first; i < n; i += 2) candidates.push_back(i);
+    std::uint32_t left = n, some = 0;
+    for (std::size_t work = 0; left > 3;) {
+      // A polygon that crosses itself may have no ear: then any corner is as good as another.
+      std::uint32_t ear = some;
+      if (!candidates.empty()) {
+        ear = candidates.front();
+        candidates.pop_front();
+        if (is_cut_[ear] || (work < kMostWork && !is_ear(ear, near, work))) continue;
+      }
+      some = next_[ear];
+      // To cut an ear changes only what its neighbours are.
+      candidates.insert(candidates.end(), {before_[ear], some});
+      cut(ear, faces);
+      --left;
+    }
+    cut(some, faces);
+  }
+
+ private:
+  // Positive where the polygon turns there as it does as a whole.
+  double turn(std::uint32_t p, std::uint32_t q, std::uint32_t r) const {
+    const Eigen::Vector2d a = flat_[q] - flat_[p], b = flat_[r] - flat_[q];
+    return a.x() * b.y() - a.y() * b.x();
+  }
+  bool bulges(std::uint32_t i) const { return turn(before_[i], i, next_[i]) > 0; }
+
+  bool is_ear(std::uint32_t i, const CornerGrid& near, std::size_t& work) const {
+    if (!bulges(i)) return false;
+    const std::uint32_t a = before_[i], c = next_[i];
+    Eigen::AlignedBox2d box(flat_[a]);
+    box.extend(flat_[i]).extend(flat_[c]);
+    // One that was cut off does no harm: its ear lay within the polygon.
+    return !near.any_in(box, work, [&](std::uint32_t other) {
+      const Eigen::Vector2d& p = flat_[other];
+      if (p == flat_[a] || p == flat_[i] || p == flat_[c]) return false;
+      return turn(a, i, other) >= 0 && turn(i, c, other) >= 0 && turn(c, a, other) >= 0;
+    });
+  }
+
+  void cut(std::uint32_t ear, std::vector<Face>& faces) {
+    faces.push_back({polygon_[before_[ear]], polygon_[ear], polygon_[next_[ear]]});
+    next_[before_[ear]] = next_[ear];
+    before_[next_[ear]] = before_[ear];
+    is_cut_[ear] = true;
+  }
+
+  // Where corners lie so that more of the grid had to be searched, the rest is cut as it comes.
+  static constexpr std::size_t kMostWork = 100'000'000;
+
+  std::span<const std::uint32_t> polygon_;
+  std::vector<Eigen::Vector2d> flat_;         // by corner
+  std::vector<std::uint32_t> next_, before_;  // of the corners that are left
+  std::vector<bool> is_cut_;
+  std::vector<std::uint32_t> reflex_;  // at first: an ear's cut only makes fewer of them
+};
+
+}  // namespace
+
+void cut_polygon(const std::vector<Eigen::Vector3d>& vertices,
+                 std::span<const std::uint32_t> polygon, std::vector<Face>& faces) {
+  const bool all_known = std::all_of(polygon.begin(), polygon.end(),
+                                     [&](std::uint32_t v) { return v < vertices.size(); });
+  if (polygon.size() > 3 && all_known) {
+    EarCutter cutter(vertices, polygon);
+    if (!cutter.convex()) return cutter.cut(faces);
+  }
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    faces.push_back({polygon[0], polygon[i - 1], polygon[i]});
+  }
+}
+
+void cut_strip(std::span<const std::uint32_t> strip, std::vector<Face>& faces) {
+  for (std::size_t i = 2; i < strip.size(); ++i) {
+    Face face{strip[i - 2], strip[i - 1], strip[i]};
+    if (i % 2 == 1) std::swap(face[0], face[1]);
+    if (face[0] != face[1] && face[1] != face[2] && face[2] != face[0]) faces.push_back(face);
+  }
+}
+
+}  // namespace organbake

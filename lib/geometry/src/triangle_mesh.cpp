@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/geometry/triangle_mesh.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+namespace {
+
+Eigen::Vector3d scaled_normal(const TriangleMesh& mesh, const Face& f) {
+  const Eigen::Vector3d& a = mesh.vertices[f[0]];
+  return (mesh.vertices[f[1]] - a).cross(mesh.vertices[f[2]] - a);
+}
+
+}  // namespace
+
+Bounds bounds(const TriangleMesh& mesh) {
+  Bounds box;
+  for (const auto& v : mesh.vertices) box.add(v);
+  return box;
+}
+
+Eigen::Vector3d face_normal(const TriangleMesh& mesh, std::size_t face) {
+  const Eigen::Vector3d n = scaled_normal(mesh, mesh.faces[face]);
+  const double length = n.norm();
+  return length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::Zero();
+}
+
+double corner_angle(const TriangleMesh& mesh, std::size_t face, int corner) {
+  const Face& f = mesh.faces[face];
+  const Eigen::Vector3d& at = mesh.vertices[f[corner]];
+  const Eigen::Vector3d to_next = mesh.vertices[f[(corner + 1) % 3]] - at;
+  const Eigen::Vector3d to_last = mesh.vertices[f[(corner + 2) % 3]] - at;
+  return std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
+}
+
+double face_area(const TriangleMesh& mesh, std::size_t face) {
+  return 0.5 * scaled_normal(mesh, mesh.faces[face]).norm();
+}
+
+double mean_edge_length(const TriangleMesh& mesh) {
+  if (mesh.faces.empty()) return 0;
+  double sum = 0;
+  for (const Face& f : mesh.faces) {
+    for (int k = 0; k < 3; ++k) sum += (mesh.vertices[f[k]] - mesh.vertices[f[(k + 1) % 3]]).norm();
+  }
+  return sum / (3 * static_cast<double>(mesh.faces.size()));
+}
+
+double signed_volume(const TriangleMesh& mesh) {
+  if (mesh.vertices.empty()) return 0;
+  // About the first vertex, so that a mesh far from the origin loses no digits.
+  const Eigen::Vector3d origin = mesh.vertices.front();
+  double six_volumes = 0;
+  for (const Face& f : mesh.faces) {
+    six_volumes += (mesh.vertices[f[0]] - origin)
+                       .dot((mesh.vertices[f[1]] - origin).cross(mesh.vertices[f[2]] - origin));
+  }
+  return six_volumes / 6;
+}
+
+double surface_area(const TriangleMesh& mesh) {
+  double area = 0;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) area += face_area(mesh, f);
+  return area;
+}
+
+std::vector<Eigen::Vector3d> vertex_normals(const TriangleMesh& mesh) {
+  std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const Eigen::Vector3d normal = face_normal(mesh, f);
+    for (int corner = 0; corner < 3; ++corner)
+      normals[mesh.faces[f][corner]] += corner_angle(mesh, f, corner) * normal;
+  }
+  for (auto& n : normals) {
+    const double length = n.norm();
+    n = length > 0 ? Eigen::Vector3d(n / length) : Eigen::Vector3d::UnitZ();
+  }
+  return normals;
+}
+
+}  // namespace organbake

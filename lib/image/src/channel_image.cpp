@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/image/channel_image.h"
+
+#include "organbake/core/error.h"
+
+namespace organbake {
+namespace {
+
+template <typename T>
+const std::vector<T>& values_of(const ChannelImage& image, std::string_view name,
+                                const std::string& source, const char* kind) {
+  const Channel* channel = image.find(name);
+  if (!channel) throw BadDataError(source + ": has no channel '" + std::string(name) + "'");
+  const auto* values = std::get_if<std::vector<T>>(&channel->values);
+  if (!values) throw BadDataError(source + ": channel '" + std::string(name) + "' must be " + kind);
+  return *values;
+}
+
+}  // namespace
+
+const Channel* ChannelImage::find(std::string_view name) const {
+  for (const Channel& channel : channels) {
+    if (channel.name == name) return &channel;
+  }
+  return nullptr;
+}
+
+const std::vector<float>& ChannelImage::floats(std::string_view name,
+                                               const std::string& source) const {
+  return values_of<float>(*this, name, source, "half or float");
+}
+
+const std::vector<std::uint32_t>& ChannelImage::uints(std::string_view name,
+                                                      const std::string& source) const {
+  return values_of<std::uint32_t>(*this, name, source, "unsigned integer");
+}
+
+}  // namespace organbake

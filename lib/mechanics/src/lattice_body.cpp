@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "lattice_body.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lattice_cell.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/core/union_find.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kCellsPerEdge = 0.75;
+constexpr double kMostInner = 1000;  // cells, when their size is automatic
+constexpr double kMostCells = 5e4;   // a quarter of a million tetrahedra: far from interactive
+constexpr int kSamples = 12;         // per cell and axis; about 290 in a corner tetrahedron
+constexpr double kLeastFill = 0.05;  // of cells that only a vertex or a sliver reaches into
+constexpr double kWhole = 1e-9;      // a box of whole cells gets no further layer from rounding
+constexpr double kNoWeight = 1e-9;   // a node that carries less of an anchor is no anchor
+constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
+
+double automatic_cell(const TriangleMesh& proxy) {
+  const double fewest = std::cbrt(std::abs(signed_volume(proxy)) / kMostInner);
+  return std::max(kCellsPerEdge * mean_edge_length(proxy), fewest);
+}
+
+// The cells about the proxy, x fastest.
+class Lattice {
+ public:
+  Lattice(const TriangleMesh& proxy, double cell_mm) : cell_mm_(cell_mm) {
+    const Bounds box = bounds(proxy);
+    const Eigen::Vector3d cells = ((box.max - box.min).array() / cell_mm - kWhole).ceil().max(1);
+    if (!(cells.prod() <= kMostCells)) {
+      throw UsageError("fem_cell_mm " + to_text(cell_mm) + " makes more than 50,000 cells of " +
+                       "this proxy; it is " + to_text(box.diagonal(), 0) + " mm across");
+    }
+    count_ = cells.cast<int>();
+    first_mm_ = box.center() - 0.5 * cell_mm * cells;
+  }
+
+  std::size_t cell_count() const { return std::size_t(count_.x()) * count_.y() * count_.z(); }
+  std::size_t node_count() const { return (count_.array() + 1).cast<std::size_t>().prod(); }
+  SampleGrid samples() const {
+    const double spacing = cell_mm_ / kSamples;
+    return {first_mm_.array() + 0.5 * spacing, spacing, kSamples * count_};
+  }
+  std::size_t cell(const Eigen::Vector3i& at) const {
+    return (std::size_t(at.z()) * count_.y() + at.y()) * count_.x() + at.x();
+  }
+  Eigen::Vector3i cell_at(std::size_t cell) const {
+    const auto index = static_cast<int>(cell);
+    return {index % count_.x(), index / count_.x() % count_.y(), index / count_.x() / count_.y()};
+  }
+  // Place of a point, the tetrahedron counted over all cells.
+  LatticeCell::Location locate(const Eigen::Vector3d& point) const {
+    const Eigen::Vector3d at = (point - first_mm_) / cell_mm_;
+    const Eigen::Vector3i cell_of = at.array().floor().cast<int>().max(0).min(count_.array() - 1);
+    const Eigen::Vector3d inside = (at - cell_of.cast<double>()).cwiseMax(0).cwiseMin(1);
+    LatticeCell::Location found = cut(cell_of).locate(inside);
+    found.tetrahedron += LatticeCell::kTetrahedra * static_cast<int>(cell(cell_of));
+    return found;
+  }
+  std::array<std::uint32_t, 4> nodes(std::size_t tetrahedron) const {
+    const Eigen::Vector3i at = cell_at(tetrahedron / LatticeCell::kTetrahedra);
+    const auto corners = cut(at).corners(static_cast<int>(tetrahedron % LatticeCell::kTetrahedra));
+    std::array<std::uint32_t, 4> result;
+    for (int k = 0; k < 4; ++k) {
+      const int c = corners[k];
+      const Eigen::Vector3i n = at + Eigen::Vector3i(c & 1, c >> 1 & 1, c >> 2 & 1);
+      result[k] =
+          static_cast<std::uint32_t>((n.z() * (count_.y() + 1) + n.y()) * (count_.x() + 1) + n.x());
+    }
+    return result;
+  }
+  Eigen::Vector3d node(std::size_t index) const {
+    const auto n = static_cast<int>(index);
+    const int wide = count_.x() + 1, high = count_.y() + 1;
+    return first_mm_ + cell_mm_ * Eigen::Vector3d(n % wide, n / wide % high, n / wide / high);
+  }
+
+ private:
+  static LatticeCell cut(const Eigen::Vector3i& at) { return {(at.sum() & 1) != 0}; }
+
+  double cell_mm_;
+  Eigen::Vector3i count_;
+  Eigen::Vector3d first_mm_;
+};
+
+// The share of every tetrahedron of the lattice that lies inside the proxy.
+std::vector<double> fill_shares(const TriangleMesh& proxy, const Lattice& lattice) {
+  const std::size_t count = LatticeCell::kTetrahedra * lattice.cell_count();
+  std::vector<std::uint32_t> all(count, 0), within(count, 0);
+  const SampleGrid grid = lattice.samples();
+  const std::vector<std::uint8_t> inside = inside_samples(proxy, grid);
+  for (int k = 0; k < grid.count.z(); ++k) {
+    for (int j = 0; j < grid.count.y(); ++j) {
+      for (int i = 0; i < grid.count.x(); ++i) {
+        const auto t = static_cast<std::size_t>(
+            lattice.locate(grid.first_mm + grid.spacing_mm * Eigen::Vector3d(i, j, k)).tetrahedron);
+        ++all[t];
+        within[t] += inside[grid.index(i, j, k)];
+      }
+    }
+  }
+  std::vector<double> shares(count, 0.0);
+  for (std::size_t t = 0; t < count; ++t) shares[t] = all[t] > 0 ? double(within[t]) / all[t] : 0;
+  return shares;
+}
+
+// Keeps the nodes that tetrahedra use, in the lattice's order.
+void number_nodes(const Lattice& lattice, TetrahedralBody& body) {
+  std::vector<std::uint32_t> number(lattice.node_count(), kUnused);
+  for (const Tetrahedron& t : body.tetrahedra) {
+    for (const std::uint32_t n : t.nodes) number[n] = 0;
+  }
+  for (std::size_t n = 0; n < number.size(); ++n) {
+    if (number[n] == kUnused) continue;
+    number[n] = static_cast<std::uint32_t>(body.nodes_mm.size());
+    body.nodes_mm.push_back(lattice.node(n));
+  }
+  for (Tetrahedron& t : body.tetrahedra) {
+    for (std::uint32_t& n : t.nodes) n = number[n];
+  }
+}
+
+void anchor_nodes(const std::vector<std::uint32_t>& anchors, TetrahedralBody& body) {
+  for (const std::uint32_t a : anchors) {
+    const EmbeddedVertex& vertex = body.vertices[a];
+    for (int k = 0; k < 4; ++k) {
+      if (vertex.weights[k] < kNoWeight) continue;
+      body.anchors.push_back(body.tetrahedra[vertex.tetrahedron].nodes[k]);
+    }
+  }
+  std::sort(body.anchors.begin(), body.anchors.end());
+  body.anchors.erase(std::unique(body.anchors.begin(), body.anchors.end()), body.anchors.end());
+}
+
+}  // namespace
+
+TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
+                                  const std::vector<std::uint32_t>& anchors, double cell_mm) {
+  const Lattice lattice(proxy, cell_mm > 0 ? cell_mm : automatic_cell(proxy));
+  std::vector<double> fill = fill_shares(proxy, lattice);
+  TetrahedralBody body;
+  for (const Eigen::Vector3d& v : proxy.vertices) {
+    const LatticeCell::Location at = lattice.locate(v);
+    body.vertices.push_back({static_cast<std::uint32_t>(at.tetrahedron), at.weights});
+    double& share = fill[at.tetrahedron];
+    share = std::max(share, kLeastFill);
+  }
+  std::vector<std::uint32_t> number(fill.size(), kUnused);
+  for (std::size_t t = 0; t < fill.size(); ++t) {
+    if (!(fill[t] > 0)) continue;
+    number[t] = static_cast<std::uint32_t>(body.tetrahedra.size());
+    body.tetrahedra.push_back({lattice.nodes(t), std::max(fill[t], kLeastFill)});
+  }
+  for (EmbeddedVertex& v : body.vertices) v.tetrahedron = number[v.tetrahedron];
+  number_nodes(lattice, body);
+  anchor_nodes(anchors, body);
+  return body;
+}
+
+std::size_t part_count(const TetrahedralBody& body) {
+  UnionFind joined(body.nodes_mm.size());
+  for (const Tetrahedron& t : body.tetrahedra)
+    for (int k = 1; k < 4; ++k) joined.join(t.nodes[0], t.nodes[k]);
+  std::size_t parts = 0;
+  for (std::uint32_t n = 0; n < body.nodes_mm.size(); ++n) parts += joined.root(n) == n;
+  return parts;
+}
+
+}  // namespace organbake

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "organbake/image/channel_image.h"
+#include "organbake/shading/grid.h"
+
+namespace organbake {
+
+// Where the frames of a clip show tissue that features can lie on: inside the field of view, away
+// from its rim, from highlights and from instruments. What moves slowly is looked for in some
+// frames only, and all of it at half size.
+class UsablePixels {
+ public:
+  // Of the next frame of the clip, in its size; non-zero = usable.
+  Mask next(const Rgb8Image& frame);
+  // Mean share of the frames so far that an instrument covers.
+  double instrument_share() const { return looked_ ? instruments_sum_ / looked_ : 0; }
+
+ private:
+  void look_for_what_is_slow(const Rgb8Image& half);
+
+  std::size_t count_ = 0, looked_ = 0;
+  double instruments_sum_ = 0;
+  Mask field_, slow_;  // at half size
+};
+
+}  // namespace organbake

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/motion/bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pixel_slopes.h"
+
+namespace organbake {
+namespace {
+
+// Angle and axis, then the translation.
+using PoseBlock = std::array<double, 6>;
+// Focal length, k1, centre.
+using LensBlock = std::array<double, 4>;
+
+PoseBlock block_of(const RigidTransform& pose) {
+  PoseBlock block;
+  const Eigen::Matrix3d& r = pose.rotation;
+  ceres::RotationMatrixToAngleAxis(r.data(), block.data());
+  std::copy_n(pose.translation.data(), 3, block.data() + 3);
+  return block;
+}
+
+RigidTransform pose_of(const PoseBlock& block) {
+  RigidTransform pose;
+  ceres::AngleAxisToRotationMatrix(block.data(), pose.rotation.data());
+  std::copy_n(block.data() + 3, 3, pose.translation.data());
+  return pose;
+}
+
+// exp(w), and how fast what it turns moves with w: d(exp(w)·a)/dw = −[exp(w)·a]× · left.
+struct Turned {
+  Eigen::Matrix3d rotation, left;
+  explicit Turned(const Eigen::Vector3d& w) {
+    const double angle = w.norm();
+    Eigen::Matrix3d cross;
+    cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+    constexpr double kTiny = 1e-8;
+    const double square = angle * angle;
+    const double a = angle < kTiny ? 1 : std::sin(angle) / angle;
+    const double b = angle < kTiny ? 0.5 : (1 - std::cos(angle)) / square;
+    const double c = angle < kTiny ? 1.0 / 6 : (1 - a) / square;
+    rotation = Eigen::Matrix3d::Identity() + a * cross + b * cross * cross;
+    left = Eigen::Matrix3d::Identity() + b * cross + c * cross * cross;
+  }
+};
+
+Intrinsics with_free(Intrinsics lens, const double* free) {
+  lens.fy *= free[0] / lens.fx;
+  lens.fx = free[0];
+  lens.k1 = free[1];
+  lens.cx = free[2];
+  lens.cy = free[3];
+  return lens;
+}
+
+// Pixels from a sighting to its landmark's place. By hand: differences of the whole by Ceres' jets
+// take ten times as long.
+class SightingCost : public ceres::SizedCostFunction<2, 6, 3, 4> {
+ public:
+  SightingCost(const Eigen::Vector2d& pixel, const Intrinsics& lens) : pixel_(pixel), lens_(lens) {}
+
+  bool Evaluate(const double* const* blocks, double* error, double** slopes) const override {
+    const Eigen::Map<const Eigen::Vector3d> w(blocks[0]), translation(blocks[0] + 3),
+        place(blocks[1]);
+    const Turned turned(w);
+    const Eigen::Vector3d arm = turned.rotation * place, point = arm + translation;
+    constexpr double kNearest = 1e-9;
+    if (!(point.z() > kNearest)) return false;
+    const Intrinsics lens = with_free(lens_, blocks[2]);
+    const Eigen::Vector2d seen = project(lens, point);
+    Eigen::Map<Eigen::Vector2d>{error} = seen - pixel_;
+    if (!slopes) return true;
+    const Eigen::Matrix<double, 2, 3> by_point = pixel_slopes(lens, point);
+    if (slopes[0]) {
+      Eigen::Matrix3d cross;
+      cross << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+      Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> by_pose(slopes[0]);
+      by_pose << -by_point * cross * turned.left, by_point;
+    }
+    if (slopes[1])
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{slopes[1]} =
+          by_point * turned.rotation;
+    if (slopes[2]) {
+      const double x = point.x() / point.z(), y = point.y() / point.z(), r2 = x * x + y * y;
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>>{slopes[2]}
+          << (seen.x() - lens.cx) / lens.fx,
+          lens.fx * x * r2, 1, 0, (seen.y() - lens.cy) / lens.fx, lens.fy * y * r2, 0, 1;
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector2d pixel_;
+  const Intrinsics& lens_;  // its focal length, k1 and centre aside
+};
+
+struct CenterPrior {
+  double x, y, sd_px;
+  template <class T>
+  bool operator()(const T* free, T* error) const {
+    error[0] = (free[2] - x) / sd_px;
+    error[1] = (free[3] - y) / sd_px;
+    return true;
+  }
+};
+
+ceres::Problem::Options caller_owns_loss() {
+  ceres::Problem::Options options;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
+class Adjustment {
+ public:
+  Adjustment(const AdjustmentOptions& options, Scene& scene)
+      : options_(options),
+        scene_(scene),
+        robust_(options.robust_px),
+        problem_(caller_owns_loss()),
+        lens_{scene.lens.fx, scene.lens.k1, scene.lens.cx, scene.lens.cy},
+        poses_(scene.camera_from_world.size()),
+        taken_(poses_.size(), 0) {
+    for (std::size_t view = 0; view < poses_.size(); ++view)
+      if (scene.is_posed(view)) poses_[view] = block_of(*scene.camera_from_world[view]);
+  }
+
+  AdjustmentSummary run() {
+    add_sightings();
+    AdjustmentSummary result;
+    result.sightings = static_cast<std::size_t>(problem_.NumResidualBlocks());
+    if (result.sightings == 0) return result;
+    hold_lens();
+    hold_poses();
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::SPARSE_SCHUR;
+    solver.max_num_iterations = options_.iterations;
+    solver.function_tolerance = options_.tolerance;
+    solver.num_threads = 1;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem_, &summary);
+    keep_result();
+    result.converged = summary.termination_type == ceres::CONVERGENCE;
+    result.iterations = static_cast<int>(summary.iterations.size());
+    result.rms_px = std::sqrt(2 * summary.final_cost / static_cast<double>(result.sightings));
+    return result;
+  }
+
+ private:
+  bool moves(std::size_t view) const { return options_.moving.empty() || options_.moving[view]; }
+
+  // The longest tracks first, until every view has its share.
+  void add_sightings() {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < scene_.landmarks.size(); ++i)
+      if (scene_.landmarks[i].place) order.push_back(i);
+    if (options_.sightings_per_view > 0)
+      std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return scene_.landmarks[a].seen.size() > scene_.landmarks[b].seen.size();
+      });
+    for (const std::size_t i : order)
+      if (is_wanted(scene_.landmarks[i])) add(scene_.landmarks[i]);
+  }
+
+  bool is_wanted(const Landmark& landmark) const {
+    bool moved = false, missing = options_.sightings_per_view == 0;
+    for (const Sighting& sighting : landmark.seen) {
+      if (!sighting.agrees || !scene_.is_posed(sighting.view)) continue;
+      moved = moved || moves(sighting.view);
+      missing = missing || taken_[sighting.view] < options_.sightings_per_view;
+    }
+    return moved && missing;
+  }
+
+  void add(Landmark& landmark) {
+    for (const Sighting& sighting : landmark.seen) {
+      if (!sighting.agrees || !scene_.is_posed(sighting.view)) continue;
+      ++taken_[sighting.view];
+      problem_.AddResidualBlock(new SightingCost(sighting.pixel, scene_.lens), &robust_,
+                                poses_[sighting.view].data(), landmark.place->data(), lens_.data());
+    }
+  }
+
+  void hold_lens() {
+    const FreeLens& free = options_.lens;
+    if (!free.any()) return problem_.SetParameterBlockConstant(lens_.data());
+    std::vector<int> held;
+    if (!free.focal) held.push_back(0);
+    if (!free.distortion) held.push_back(1);
+    if (!free.center) held.insert(held.end(), {2, 3});
+    if (!held.empty()) problem_.SetManifold(lens_.data(), new ceres::SubsetManifold(4, held));
+    if (free.center)
+      problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<CenterPrior, 2, 4>(
+                                    new CenterPrior{lens_[2], lens_[3], free.center_sd_px}),
+                                nullptr, lens_.data());
+  }
+
+  void hold_poses() {
+    bool held = false;
+    for (std::size_t view = 0; view < poses_.size(); ++view) {
+      if (!problem_.HasParameterBlock(poses_[view].data())) continue;
+      if (moves(view) && held) continue;
+      if (moves(view)) held = true;
+      problem_.SetParameterBlockConstant(poses_[view].data());
+    }
+  }
+
+  void keep_result() {
+    for (std::size_t view = 0; view < poses_.size(); ++view)
+      if (problem_.HasParameterBlock(poses_[view].data()))
+        scene_.camera_from_world[view] = pose_of(poses_[view]);
+    scene_.lens = with_free(scene_.lens, lens_.data());
+  }
+
+  const AdjustmentOptions& options_;
+  Scene& scene_;
+  ceres::CauchyLoss robust_;
+  ceres::Problem problem_;
+  LensBlock lens_;
+  std::vector<PoseBlock> poses_;
+  std::vector<std::size_t> taken_;  // sightings of each view
+};
+
+}  // namespace
+
+AdjustmentSummary adjust(const AdjustmentOptions& options, Scene& scene) {
+  return Adjustment(options, scene).run();
+}
+
+std::size_t adjust_pose(const Intrinsics& lens, const std::vector<Eigen::Vector3d>& places,
+                        const std::vector<Eigen::Vector2d>& pixels, double most_error_px,
+                        RigidTransform& camera_from_world) {
+  ceres::CauchyLoss robust(1);
+  ceres::Problem problem(caller_owns_loss());
+  PoseBlock pose = block_of(camera_from_world);
+  LensBlock free{lens.fx, lens.k1, lens.cx, lens.cy};
+  std::vector<Eigen::Vector3d> held = places;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    problem.AddResidualBlock(new SightingCost(pixels[i], lens), &robust, pose.data(),
+                             held[i].data(), free.data());
+    problem.SetParameterBlockConstant(held[i].data());
+  }
+  if (held.empty()) return 0;
+  problem.SetParameterBlockConstant(free.data());
+  ceres::Solver::Options solver;
+  solver.linear_solver_type = ceres::DENSE_QR;
+  solver.max_num_iterations = 15;
+  solver.num_threads = 1;
+  solver.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(solver, &problem, &summary);
+  camera_from_world = pose_of(pose);
+  std::size_t agreeing = 0;
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    const Eigen::Vector3d point = camera_from_world * held[i];
+    agreeing += point.z() > 0 && (project(lens, point) - pixels[i]).norm() <= most_error_px;
+  }
+  return agreeing;
+}
+
+}  // namespace organbake

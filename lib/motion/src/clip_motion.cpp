@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/motion/clip_motion.h"
+
+#include <algorithm>
+#include <deque>
+
+#include "frame_poses.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kSureAngle_rad = 0.0349;  // 2 degrees
+constexpr std::size_t kSureViews = 3;
+
+using Frames = std::vector<std::size_t>;
+
+void measure(ClipMotion& motion) {
+  std::vector<double> angles;
+  double errors = 0, sightings = 0;
+  for (const Landmark& landmark : motion.scene.landmarks) {
+    if (!landmark.place) continue;
+    const double angle = motion.scene.angle_rad(landmark);
+    angles.push_back(angle);
+    double own = 0;
+    std::size_t agreeing = 0;
+    for (const Sighting& sighting : landmark.seen) {
+      if (!sighting.agrees || !motion.scene.is_posed(sighting.view)) continue;
+      own += motion.scene.error_px(landmark, sighting);
+      ++agreeing;
+    }
+    if (agreeing < kSureViews || angle < kSureAngle_rad) continue;
+    ++motion.points;
+    errors += own;
+    sightings += static_cast<double>(agreeing);
+  }
+  motion.median_angle_rad = median(std::move(angles));
+  if (motion.points == 0) return;
+  motion.mean_error_px = errors / sightings;
+  motion.mean_track = sightings / static_cast<double>(motion.points);
+}
+
+// Of the sightings of features that several views see, the share that agrees with a place.
+double explained_share(const Scene& scene) {
+  double all = 0, agreeing = 0;
+  for (const Landmark& landmark : scene.landmarks) {
+    if (landmark.seen.size() < kSureViews) continue;
+    all += static_cast<double>(landmark.seen.size());
+    if (!landmark.place) continue;
+    agreeing += static_cast<double>(
+        std::count_if(landmark.seen.begin(), landmark.seen.end(),
+                      [](const Sighting& sighting) { return sighting.agrees; }));
+  }
+  return all > 0 ? agreeing / all : 0;
+}
+
+class MotionSearch {
+ public:
+  MotionSearch(const MotionOptions& options, const ClipTracks& clip, const Intrinsics& lens,
+               const ViewLoader& load, const RunContext& context)
+      : options_(options), clip_(clip), lens_(lens), load_(load), context_(context) {}
+
+  // Tries the views of each shot, then what their first scene left over; the best is kept.
+  ClipMotion best_of(std::deque<Frames> shots) {
+    ClipMotion best;
+    best.failure = std::string(clip_.frames < options_.fewest_views
+                                   ? "the clip is too short"
+                                   : "no shot of the clip has enough frames that differ") +
+                   " (" + std::to_string(options_.fewest_views) + " are needed)";
+    while (!shots.empty()) {
+      const Frames frames = std::move(shots.front());
+      shots.pop_front();
+      if (frames.size() < options_.fewest_views) {
+        const std::string still = standing_still(frames);
+        leave_out(frames, still.empty() ? "too short" : still);
+        if (!still.empty() && clip_.frames >= options_.fewest_views &&
+            best.scene.posed_views() == 0)
+          best.failure = still;
+        continue;
+      }
+      if (best.scene.posed_views() >= frames.size()) {
+        leave_out(frames, "another span is longer");
+        continue;
+      }
+      ClipMotion found = solve(frames);
+      if (!found.failure.empty()) {
+        leave_out(frames, found.failure);
+        if (best.scene.posed_views() == 0) best = std::move(found);
+        continue;
+      }
+      for (Frames& rest : unposed_runs(found)) shots.push_back(std::move(rest));
+      const bool better = found.scene.posed_views() > best.scene.posed_views();
+      if (better) std::swap(best, found);
+      if (found.scene.posed_views() > 0) leave_out(found.view_frames, "another span is longer");
+    }
+    return best;
+  }
+
+  std::vector<FrameSpan> take_left_out() { return std::move(left_out_); }
+
+ private:
+  void leave_out(const Frames& frames, std::string reason) {
+    if (!frames.empty()) left_out_.push_back({frames.front(), frames.back(), std::move(reason)});
+  }
+
+  // Runs of views that the scene does not explain.
+  static std::vector<Frames> unposed_runs(const ClipMotion& motion) {
+    std::vector<Frames> runs(1);
+    for (std::size_t view = 0; view < motion.view_frames.size(); ++view) {
+      if (!motion.scene.is_posed(view))
+        runs.back().push_back(motion.view_frames[view]);
+      else if (!runs.back().empty())
+        runs.emplace_back();
+    }
+    if (runs.back().empty()) runs.pop_back();
+    return runs;
+  }
+
+  // Why frames tell nothing though they are sharp; empty where features move.
+  std::string standing_still(const Frames& frames) const {
+    double farthest_px = 0;
+    constexpr std::size_t kFewest = 20;
+    for (const std::size_t frame : frames)
+      for (const std::size_t other : {frames.front(), frames[frames.size() / 2]})
+        if (const TrackedMotion moved = motion_between(clip_, other, frame);
+            moved.features >= kFewest)
+          farthest_px = std::max(farthest_px, moved.median_px);
+    if (farthest_px >= options_.least_motion_px) return "";
+    return "the scope stands still: features move by " + to_text(farthest_px, 1) +
+           " pixels at most";
+  }
+
+  ClipMotion solve(const Frames& frames) {
+    ClipMotion motion;
+    motion.view_frames = frames;
+    motion.scene.lens = lens_;
+    motion.failure = standing_still(frames);
+    if (!motion.failure.empty()) return motion;
+    motion.scene.landmarks = landmarks_of(clip_, frames);
+    motion.scene.camera_from_world.resize(frames.size());
+    const ReconstructionSummary summary =
+        reconstruct(options_.reconstruction, motion.scene, context_);
+    motion.parallax_px = summary.parallax_px;
+    motion.failure = summary.failure;
+    if (motion.failure.empty()) finish(motion);
+    return motion;
+  }
+
+  void finish(ClipMotion& motion) {
+    const FreeLens& free = options_.reconstruction.lens;
+    if (options_.rejoin && motion.scene.posed_views() > kSureViews) {
+      motion.rejoined = rejoin(load_(motion.view_frames), motion.scene);
+      drop_outliers(options_.reconstruction.triangulation, motion.scene);
+      adjust({.lens = free, .iterations = 15}, motion.scene);
+      drop_outliers(options_.reconstruction.triangulation, motion.scene);
+    }
+    measure(motion);
+    if (motion.scene.posed_views() < options_.fewest_views)
+      motion.failure = "only " + std::to_string(motion.scene.posed_views()) +
+                       " frames agree about one rigid scene";
+    else if (motion.median_angle_rad < options_.least_angle_rad)
+      motion.failure = "the scope hardly moves sideways: its rays to the tissue stand " +
+                       to_text(motion.median_angle_rad * 57.29577951308232, 1) + " degrees apart";
+    if (!motion.failure.empty()) return;
+    motion.lens_spread = lens_spread(free, motion.scene);
+    motion.camera_from_world = pose_frames(clip_, motion.view_frames, motion.scene);
+  }
+
+  const MotionOptions& options_;
+  const ClipTracks& clip_;
+  const Intrinsics& lens_;
+  const ViewLoader& load_;
+  const RunContext& context_;
+  std::vector<FrameSpan> left_out_;
+};
+
+}  // namespace
+
+ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
+                       const std::vector<double>& sharpness, const Intrinsics& lens,
+                       const ViewLoader& load, const RunContext& context) {
+  std::deque<Frames> shots;
+  for (std::size_t i = 0; i < clip.shots.size(); ++i) {
+    const std::size_t end = i + 1 < clip.shots.size() ? clip.shots[i + 1] : clip.frames;
+    shots.push_back(choose_views(options.views, clip, sharpness, clip.shots[i], end));
+  }
+  std::stable_sort(shots.begin(), shots.end(),
+                   [](const Frames& a, const Frames& b) { return a.size() > b.size(); });
+  MotionSearch search(options, clip, lens, load, context);
+  ClipMotion motion = search.best_of(std::move(shots));
+  motion.left_out = search.take_left_out();
+  return motion;
+}
+
+ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
+                           const Intrinsics& lens,
+                           std::vector<std::optional<RigidTransform>> camera_from_world) {
+  ClipMotion motion;
+  motion.scene.lens = lens;
+  for (std::size_t frame = 0; frame < camera_from_world.size(); ++frame)
+    if (camera_from_world[frame]) {
+      motion.view_frames.push_back(frame);
+      motion.scene.camera_from_world.push_back(camera_from_world[frame]);
+    }
+  motion.scene.landmarks = landmarks_of(clip, motion.view_frames);
+  triangulate(options.reconstruction.triangulation, motion.scene);
+  measure(motion);
+  motion.camera_from_world = std::move(camera_from_world);
+  const double explained = explained_share(motion.scene);
+  constexpr double kFew = 0.3;  // poses found by other programs explain two thirds and more
+  if (explained < kFew)
+    motion.failure = "the given poses explain only " + to_text(100 * explained, 0) +
+                     " % of what was followed: are they of this clip and lens?";
+  return motion;
+}
+
+}  // namespace organbake

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/motion/held_shading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "organbake/core/error.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/depth_maps.h"
+#include "organbake/shading/grid_filters.h"
+#include "organbake/shading/log_range_fit.h"
+#include "organbake/shading/masks.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kBaseSide = 48;       // of the coarsest level
+constexpr float kLeastSd = 0.006F;  // of ln r: poses and lens are no better
+constexpr float kAlikePixels = 10;  // neighbouring matches share one window's errors
+
+// One level of the pyramid: the picture, and what parallax holds.
+struct HeldLevel {
+  ShadedImage image;
+  HeldRange held;
+};
+
+HeldRange held_range(const SweptDepth& swept, const RayGrid& rays) {
+  HeldRange held{Plane(rays.width, rays.height), Plane(rays.width, rays.height)};
+  for (int y = 0; y < rays.height; ++y)
+    for (int x = 0; x < rays.width; ++x) {
+      const std::size_t k = held.weight.index(x, y);
+      const float confidence = swept.confidence.values[k];
+      if (!(confidence > 0) || !std::isfinite(swept.depth.values[k])) continue;
+      const double along = std::hypot(1.0, rays.x(x), rays.y(y));
+      held.log_range.values[k] = static_cast<float>(std::log(swept.depth.values[k] * along));
+      const float sd = std::hypot(kLeastSd, swept.relative_sd.values[k]);
+      // Half a doubt is much doubt: a chance match is off by far more than its spread.
+      const float certainty = confidence * confidence;
+      held.weight.values[k] = certainty * certainty / (sd * sd * kAlikePixels);
+    }
+  return held;
+}
+
+// Means of 2×2 by their weights, whose sum the coarse pixel has.
+HeldRange halved(const HeldRange& fine) {
+  HeldRange coarse{Plane((fine.weight.width + 1) / 2, (fine.weight.height + 1) / 2), {}};
+  coarse.weight = coarse.log_range;
+  for (int y = 0; y < fine.weight.height; ++y)
+    for (int x = 0; x < fine.weight.width; ++x) {
+      const float w = fine.weight.at(x, y);
+      coarse.weight.at(x / 2, y / 2) += w;
+      coarse.log_range.at(x / 2, y / 2) += w * fine.log_range.at(x, y);
+    }
+  for (std::size_t k = 0; k < coarse.weight.size(); ++k)
+    if (coarse.weight.values[k] > 0) coarse.log_range.values[k] /= coarse.weight.values[k];
+  return coarse;
+}
+
+// What a smooth surface cannot follow loses its weight (Cauchy).
+HeldRange let_go(const HeldRange& held, const Plane& v, float usual) {
+  HeldRange robust = held;
+  for (std::size_t k = 0; k < v.size(); ++k) {
+    const float off = (v.values[k] - held.log_range.values[k]) / usual;
+    robust.weight.values[k] /= 1 + off * off;
+  }
+  return robust;
+}
+
+// ln of what a surface r = e^v sends back of a lamp at the lens, albedo 1.
+Plane log_model(const Plane& v, const RayGrid& rays) {
+  const std::vector<Eigen::Vector3f> normals = normals_from_log_range(v, rays);
+  Plane model(v.width, v.height);
+  for (int y = 0; y < v.height; ++y)
+    for (int x = 0; x < v.width; ++x) {
+      const Eigen::Vector3f ray =
+          Eigen::Vector3f(static_cast<float>(rays.x(x)), static_cast<float>(rays.y(y)), 1)
+              .normalized();
+      constexpr float kGrazing = 0.05F;
+      const float cosine = std::max(kGrazing, -normals[v.index(x, y)].dot(ray));
+      model.at(x, y) = std::log(cosine) - 2 * v.at(x, y);
+    }
+  return model;
+}
+
+// Means over the inside of a window, thrice, so that its corners do not show; bridged outside.
+Plane slowly(Plane plane, const Mask& inside, int radius) {
+  fill_outside(plane, inside);
+  const Mask all(plane.width, plane.height, 1);
+  for (int i = 0; i < 3; ++i) plane = box_mean(plane, all, radius);
+  return plane;
+}
+
+class HeldFit {
+ public:
+  HeldFit(const PreparedFrame& frame, const SweptDepth& swept, const HeldShadingOptions& options)
+      : options_(options), rays_(ray_grid(frame.camera)) {
+    levels_.push_back({shaded(frame), held_range(swept, rays_)});
+    while (std::max(levels_.back().image.rays.width, levels_.back().image.rays.height) > kBaseSide)
+      levels_.push_back({halved(levels_.back().image), halved(levels_.back().held)});
+  }
+
+  Plane run() {
+    Plane v = from_parallax();
+    for (std::size_t i = levels_.size() - 1; i-- > 0;) {
+      v = doubled(v, levels_[i].image.rays.width, levels_[i].image.rays.height);
+      fit(levels_[i], true, {.outer_steps = 1, .inner_steps = i == 0 ? 25 : 60}, v);
+    }
+    return v;
+  }
+
+ private:
+  ShadedImage shaded(const PreparedFrame& frame) const {
+    ShadedImage image{frame.intensity, Plane(rays_.width, rays_.height, 1), frame.counts, rays_};
+    // Glow and sharpening reach round highlights.
+    const int rim = std::max(1, rays_.width / 320);
+    image.inside = without(image.inside, dilated(frame.highlights, rim));
+    std::vector<float> values;
+    for (std::size_t k = 0; k < image.inside.size(); ++k) {
+      const float value = frame.intensity.values[k];
+      if (!(std::isfinite(value) && value > 0)) image.inside.values[k] = 0;
+      if (image.inside.values[k]) values.push_back(value);
+    }
+    const float unit = values.empty() ? 1 : median(std::move(values));
+    for (float& value : image.intensity.values) value /= unit;
+    return image;
+  }
+
+  // The coarsest level: a smooth surface through what parallax holds, stray matches let go.
+  Plane from_parallax() {
+    const HeldLevel& level = levels_.back();
+    Mask known(level.held.weight.width, level.held.weight.height);
+    for (std::size_t k = 0; k < known.size(); ++k)
+      known.values[k] = level.held.weight.values[k] > 0;
+    Plane v = level.held.log_range;
+    fill_outside(v, known);
+    v = box_mean(v, Mask(v.width, v.height, 1), 2);
+    for (int i = 0; i < 4; ++i) fit(level, false, {.outer_steps = 1, .inner_steps = 300}, v);
+    fit(level, true, {.outer_steps = 1, .inner_steps = 300}, v);
+    fit(level, true, {.outer_steps = 1, .inner_steps = 300}, v);
+    return v;
+  }
+
+  void fit(const HeldLevel& level, bool shading, RangeFitOptions fit_options, Plane& v) const {
+    constexpr float kUsual = 0.1F;  // an edge of an organ is no stray match
+    constexpr double kRoughness = 1;
+    fit_options.model_error = options_.texture;
+    fit_options.roughness = kRoughness;
+    const HeldRange held = let_go(level.held, v, kUsual);
+    ShadedImage image = level.image;
+    if (shading) {
+      divide_albedo_out(v, image);
+    } else {
+      std::fill(image.inside.values.begin(), image.inside.values.end(), std::uint8_t{0});
+    }
+    fit_log_range(image, fit_options, v, &held);
+  }
+
+  // What of the brightness v does not explain is albedo where it changes slowly, and is doubted
+  // where it does not.
+  void divide_albedo_out(const Plane& v, ShadedImage& image) const {
+    const Plane model = log_model(v, image.rays);
+    Plane left(v.width, v.height);
+    for (std::size_t k = 0; k < v.size(); ++k)
+      if (image.inside.values[k])
+        left.values[k] = std::log(std::max(image.intensity.values[k], 1e-4F)) - model.values[k];
+    const int radius =
+        std::max(1, static_cast<int>(std::lround(options_.albedo_share * image.rays.width / 2)));
+    const Plane albedo = slowly(left, image.inside, radius);
+    for (std::size_t k = 0; k < v.size(); ++k) {
+      if (!image.inside.values[k]) continue;
+      const float gain = std::exp(-albedo.values[k]);
+      image.intensity.values[k] *= gain;
+      constexpr float kUsual = 0.25F;  // of ln brightness
+      const float off = (left.values[k] - albedo.values[k]) / kUsual;
+      const float model_here = std::exp(model.values[k]);
+      image.variance.values[k] = model_here * model_here * (1e-4F + 0.02F * off * off);
+    }
+  }
+
+  const HeldShadingOptions& options_;
+  RayGrid rays_;
+  std::vector<HeldLevel> levels_;
+};
+
+// The share of certain parallax in the surroundings that shading reaches.
+Plane support_of(const SweptDepth& swept, double reach_share) {
+  const Mask all(swept.confidence.width, swept.confidence.height, 1);
+  const int radius =
+      std::max(1, static_cast<int>(std::lround(reach_share * swept.confidence.width / 2)));
+  return box_mean(box_mean(swept.confidence, all, radius), all, radius);
+}
+
+void check_sizes(const PreparedFrame& frame, const SweptDepth& swept) {
+  const auto fits = [&](const Plane& plane) {
+    return plane.width == frame.camera.width && plane.height == frame.camera.height;
+  };
+  if (!fits(swept.depth) || !fits(swept.confidence) || !fits(swept.relative_sd))
+    throw BadDataError("held shading: the frame and its swept depth are of different sizes");
+  if (std::none_of(swept.confidence.values.begin(), swept.confidence.values.end(),
+                   [](float c) { return c > 0; }))
+    throw BadDataError("held shading: parallax tells no depth of this frame");
+}
+
+}  // namespace
+
+void HeldShadingOptions::check() const {
+  const auto share = [](const char* name, double value) {
+    if (!(value > 0 && value <= 1))
+      throw UsageError(std::string(name) + " is " + to_text(value) + "; it must be in 0…1");
+  };
+  share("texture", texture);
+  share("albedo_share", albedo_share);
+  share("reach_share", reach_share);
+}
+
+FrameDepth fill_by_shading(const PreparedFrame& frame, const SweptDepth& swept,
+                           const HeldShadingOptions& options) {
+  options.check();
+  check_sizes(frame, swept);
+  const RayGrid rays = ray_grid(frame.camera);
+  FrameDepth result;
+  result.range.log_range = HeldFit(frame, swept, options).run();
+  const Plane& v = result.range.log_range;
+  const Plane support = support_of(swept, options.reach_share);
+  Mask reached = frame.tissue;
+  constexpr float kLeastSupport = 0.02F, kFilled = 0.5F;
+  result.confidence = Plane(rays.width, rays.height);
+  for (std::size_t k = 0; k < reached.size(); ++k) {
+    if (!reached.values[k]) continue;
+    reached.values[k] = support.values[k] >= kLeastSupport;
+    if (reached.values[k])
+      result.confidence.values[k] =
+          std::max(swept.confidence.values[k], kFilled * std::min(1.F, support.values[k]));
+  }
+  result.depth = depth_from_log_range(v, rays, reached);
+  result.normals = normals_from_log_range(v, rays);
+  return result;
+}
+
+}  // namespace organbake

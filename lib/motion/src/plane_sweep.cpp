@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/motion/plane_sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+#include <string>
+
+#include "organbake/core/error.h"
+#include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/grid_filters.h"
+#include "organbake/shading/local_pattern.h"
+#include "semi_global.h"
+#include "sweep_costs.h"
+
+namespace organbake {
+namespace {
+
+struct Level {
+  SweepView reference;
+  Plane grey;
+  std::vector<SweepView> neighbours;
+};
+
+struct Halving {
+  PosedCamera camera;
+  Plane grey;
+  Mask counts;
+};
+
+SweepView view_of(const Halving& frame) {
+  return {frame.camera, local_pattern(frame.grey, frame.counts), frame.counts};
+}
+
+void halve(Halving& frame) {
+  halve_counted(frame.grey, frame.counts);
+  frame.camera.intrinsics = half_size(frame.camera.intrinsics);
+}
+
+// The finest level first.
+std::vector<Level> pyramid(const PosedFrame& reference,
+                           const std::vector<const PosedFrame*>& neighbours, int coarsest_px) {
+  std::vector<Halving> frames = {{reference.camera, reference.intensity, reference.counts}};
+  for (const PosedFrame* frame : neighbours)
+    frames.push_back({frame->camera, frame->intensity, frame->counts});
+  std::vector<Level> levels;
+  while (true) {
+    std::vector<SweepView> views(frames.size());
+    parallel_for(std::size_t{0}, frames.size(),
+                 [&](std::size_t i) { views[i] = view_of(frames[i]); });
+    levels.push_back({views[0], frames[0].grey, {views.begin() + 1, views.end()}});
+    if (std::max(frames[0].grey.width, frames[0].grey.height) <= coarsest_px) return levels;
+    for (Halving& frame : frames) halve(frame);
+  }
+}
+
+// How far a pixel wanders in the neighbours with inverse depth: pixels per unit, the upper quartile
+// of the neighbours, at the middle of the range.
+double parallax_px(const Level& level, double inverse_depth) {
+  constexpr int kGrid = 5;
+  constexpr double kShare = 0.01;
+  const Intrinsics& lens = level.reference.camera.intrinsics;
+  const RigidTransform world = level.reference.camera.camera_from_world.inverse();
+  std::vector<double> of_neighbours;
+  for (const SweepView& view : level.neighbours) {
+    double sum = 0;
+    for (int i = 0; i < kGrid * kGrid; ++i) {
+      const Eigen::Vector2d pixel((i % kGrid + 0.5) / kGrid * lens.width,
+                                  (i / kGrid + 0.5) / kGrid * lens.height);
+      const Eigen::Vector3d ray = unproject(lens, pixel);
+      const auto at = [&](double w) {
+        return project(view.camera, world * Eigen::Vector3d(ray / w));
+      };
+      const double change = kShare * inverse_depth;
+      sum += (at(inverse_depth + change) - at(inverse_depth)).norm() / change;
+    }
+    of_neighbours.push_back(sum / (kGrid * kGrid));
+  }
+  std::sort(of_neighbours.begin(), of_neighbours.end());
+  return of_neighbours[3 * (of_neighbours.size() - 1) / 4];
+}
+
+// What one level finds.
+struct Found {
+  Plane inverse_depth;
+  Plane correlation;  // 0 where nothing was to be compared
+  Plane margin;       // 0…1: by how much other depths are worse
+  Plane sd;           // of the inverse depth
+};
+
+class LevelSweep {
+ public:
+  LevelSweep(const Level& level, const InverseDepthLabels& labels, const SweepOptions& options)
+      : level_(level), labels_(labels), options_(options) {}
+
+  Found run() {
+    const CostVolume volume =
+        neighbour_costs(level_.reference, level_.neighbours, labels_,
+                        {.window_radius_px = options_.window_radius_px, .best = options_.best});
+    const std::vector<std::uint16_t> sums = aggregated(
+        volume, level_.grey, {.step = options_.smooth_step, .jump = options_.smooth_jump});
+    const int width = volume.width, height = volume.height;
+    Found found{Plane(width, height), Plane(width, height), Plane(width, height),
+                Plane(width, height)};
+    parallel_for(0, height, [&](int y) {
+      for (int x = 0; x < width; ++x) {
+        const std::size_t k = found.sd.index(x, y);
+        choose(volume.at(x, y), &sums[k * static_cast<std::size_t>(labels_.count)], k, found);
+      }
+    });
+    return found;
+  }
+
+ private:
+  // The label of least sum, between its neighbours by a parabola through the costs: the sums, in
+  // which steps cost, are drawn to whole labels.
+  void choose(const std::uint8_t* costs, const std::uint16_t* sums, std::size_t k,
+              Found& found) const {
+    const int n = labels_.count;
+    const int best = static_cast<int>(std::min_element(sums, sums + n) - sums);
+    double label = best;
+    if (best > 0 && best + 1 < n) {
+      const double before = costs[best - 1], here = costs[best], after = costs[best + 1];
+      const double bend = before - 2 * here + after;
+      if (bend > 0) label += std::clamp(0.5 * (before - after) / bend, -0.5, 0.5);
+    }
+    found.inverse_depth.values[k] =
+        labels_.base.values[k] + labels_.step * static_cast<float>(label);
+    found.correlation.values[k] = 1 - static_cast<float>(costs[best]) / CostVolume::kWorst;
+    found.margin.values[k] = margin(sums, best);
+    found.sd.values[k] = labels_.step * sd_labels(costs, best);
+  }
+
+  float margin(const std::uint16_t* sums, int best) const {
+    constexpr int kBeside = 2;
+    int other = std::numeric_limits<std::uint16_t>::max();
+    for (int i = 0; i < labels_.count; ++i)
+      if (std::abs(i - best) > kBeside) other = std::min<int>(other, sums[i]);
+    return std::min(1.F, static_cast<float>(other - sums[best]) / kPlain);
+  }
+
+  // Of a shift by correlation: (1 − NCC) / (pixels · curvature), pixels that tell anew.
+  float sd_labels(const std::uint8_t* costs, int best) const {
+    constexpr float kLeastBend = 0.002F;
+    const int before = std::max(0, best - 2), after = std::min(labels_.count - 1, best + 2);
+    const float scale = 1.F / CostVolume::kWorst;
+    const float bend =
+        scale * static_cast<float>(costs[before] + costs[after] - 2 * costs[best]) / 4;
+    const float rest = std::max(0.02F, scale * static_cast<float>(costs[best]));
+    const float side = static_cast<float>(2 * options_.window_radius_px + 1);
+    constexpr float kAlikePixels = 9;  // that share one noise
+    return std::sqrt(rest / (std::max(bend, kLeastBend) * side * side / kAlikePixels));
+  }
+
+  static constexpr float kPlain = 150;  // of eight paths' costs: no doubt
+  const Level& level_;
+  const InverseDepthLabels& labels_;
+  const SweepOptions& options_;
+};
+
+InverseDepthLabels whole_range(const Level& level, const DepthRange& range,
+                               const SweepOptions& options) {
+  const double near = 1 / range.nearest, far = 1 / range.farthest;
+  const double wanted = options.label_px / std::max(1e-12, parallax_px(level, 0.5 * (near + far)));
+  const int count = std::clamp(static_cast<int>(std::ceil((near - far) / wanted)) + 1, 8,
+                               std::max(8, options.most_labels));
+  InverseDepthLabels labels;
+  labels.base = Plane(level.grey.width, level.grey.height, static_cast<float>(far));
+  labels.step = static_cast<float>((near - far) / (count - 1));
+  labels.count = count;
+  return labels;
+}
+
+// Round the coarser level's surface, which is bridged where it is not sure.
+InverseDepthLabels round_surface(const Found& coarse, const Level& level, float coarse_step,
+                                 const DepthRange& range, const SweepOptions& options) {
+  Mask sure(coarse.sd.width, coarse.sd.height);
+  for (std::size_t k = 0; k < sure.size(); ++k)
+    sure.values[k] = coarse.correlation.values[k] >= options.least_correlation;
+  Plane surface = box_mean(coarse.inverse_depth, sure, 1);
+  fill_outside(surface, sure);
+  InverseDepthLabels labels;
+  labels.step = 0.5F * coarse_step;
+  labels.count = options.refining_labels;
+  labels.base = doubled(surface, level.grey.width, level.grey.height);
+  const float half = labels.step * static_cast<float>(labels.count / 2);
+  const float least = static_cast<float>(0.5 / range.farthest);
+  for (float& value : labels.base.values) value = std::max(value - half, least);
+  return labels;
+}
+
+float smooth_step(float x) {
+  x = std::clamp(x, 0.F, 1.F);
+  return x * x * (3 - 2 * x);
+}
+
+// Small pieces of depth that hang together with nothing are chance matches: correlation 0.
+void drop_speckles(float label_step, const SweepOptions& options, Found& found) {
+  constexpr double kSmallest = 8e-4;  // share of the picture
+  constexpr int kPerLabel = 8, kApart = 12;
+  constexpr std::int16_t kNone = -1;
+  const int width = found.sd.width, height = found.sd.height;
+  cv::Mat steps(height, width, CV_16S);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const std::size_t k = found.sd.index(x, y);
+      const float step = found.inverse_depth.values[k] / label_step * kPerLabel;
+      const bool match = found.correlation.values[k] >= options.least_correlation && step > 0;
+      steps.at<std::int16_t>(y, x) =
+          match ? static_cast<std::int16_t>(std::min(step, 32000.F)) : kNone;
+    }
+  cv::filterSpeckles(steps, kNone, static_cast<int>(kSmallest * width * height), kApart);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (steps.at<std::int16_t>(y, x) == kNone) found.correlation.at(x, y) = 0;
+}
+
+SweptDepth result_of(const Found& found, const Level& level, const SweepOptions& options) {
+  const int width = found.sd.width, height = found.sd.height;
+  constexpr float kUnknown = std::numeric_limits<float>::infinity();
+  constexpr float kGoodCorrelation = 0.75F;
+  SweptDepth result{Plane(width, height, kUnknown), Plane(width, height, kUnknown),
+                    Plane(width, height)};
+  const float least = static_cast<float>(options.least_correlation);
+  for (std::size_t k = 0; k < found.sd.size(); ++k) {
+    if (!level.reference.counts.values[k]) continue;
+    const float correlation = found.correlation.values[k], w = found.inverse_depth.values[k];
+    if (correlation < least || !(w > 0)) continue;
+    result.depth.values[k] = 1 / w;
+    result.relative_sd.values[k] = found.sd.values[k] / w;
+    result.confidence.values[k] =
+        smooth_step((correlation - least) / (kGoodCorrelation - least)) * found.margin.values[k];
+  }
+  return result;
+}
+
+void check_sizes(const PosedFrame& frame) {
+  const Intrinsics& lens = frame.camera.intrinsics;
+  lens.check();
+  const auto fits = [&](int width, int height) {
+    return width == lens.width && height == lens.height;
+  };
+  if (!fits(frame.intensity.width, frame.intensity.height) ||
+      !fits(frame.counts.width, frame.counts.height))
+    throw BadDataError("plane sweep: picture, mask and camera " + frame.camera.name +
+                       " are of different sizes");
+  if (lens.has_distortion())
+    throw BadDataError("plane sweep: camera " + frame.camera.name +
+                       " has distortion; undistort its frame first");
+}
+
+}  // namespace
+
+void DepthRange::check() const {
+  if (!(nearest > 0 && farthest > nearest && std::isfinite(farthest)))
+    throw UsageError("the range of depths is " + to_text(nearest) + "…" + to_text(farthest) +
+                     "; the nearest must be positive and less than the farthest");
+}
+
+void SweepOptions::check() const {
+  const auto within = [](const char* name, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      throw UsageError(std::string(name) + " is " + to_text(value) + "; it must be in " +
+                       to_text(least) + "…" + to_text(most));
+  };
+  within("label_px", label_px, 0.05, 4);
+  within("most_labels", most_labels, 8, 512);
+  within("refining_labels", refining_labels, 5, 65);
+  within("coarsest_px", coarsest_px, 64, 4096);
+  within("window_radius_px", window_radius_px, 1, 16);
+  within("best", best, 1, 8);
+  within("smooth_step", smooth_step, 0, 250);
+  within("smooth_jump", smooth_jump, 1, 1000);
+  within("least_correlation", least_correlation, 0, 0.7);
+}
+
+SweptDepth sweep_depth(const PosedFrame& reference,
+                       const std::vector<const PosedFrame*>& neighbours, const DepthRange& range,
+                       const SweepOptions& options, const RunContext& context) {
+  options.check();
+  range.check();
+  if (neighbours.empty()) throw BadDataError("plane sweep: a frame needs at least one neighbour");
+  check_sizes(reference);
+  for (const PosedFrame* frame : neighbours) check_sizes(*frame);
+  const std::vector<Level> levels = pyramid(reference, neighbours, options.coarsest_px);
+  InverseDepthLabels labels = whole_range(levels.back(), range, options);
+  for (std::size_t i = levels.size();;) {
+    context.throw_if_cancelled();
+    const Level& level = levels[--i];
+    Found found = LevelSweep(level, labels, options).run();
+    drop_speckles(labels.step, options, found);
+    if (i == 0) return result_of(found, level, options);
+    labels = round_surface(found, levels[i - 1], labels.step, range, options);
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "organbake/core/run_context.h"
+#include "organbake/player/player.h"
+#include "organbake/player/projection_error.h"
+#include "organbake/player/seams.h"
+
+namespace organbake {
+
+struct CompareOptions {
+  // The paper's Table 1: rotations about the organ's vertical axis from camera 0.
+  std::vector<double> angles_rad = {0.705723, 0.867709, 1.91832, 2.44696, 2.44881};
+  static constexpr int kSmallestSide_px = 16, kLargestSide_px = 4096;
+  int size_px = 512;
+  double poke_share = 0.3;  // of the organ's thickness
+
+  void check() const;  // throws UsageError
+};
+
+// A picture against the 16-ray truth, over the union of both silhouettes.
+struct PictureErrors {
+  double psnr_db = 0, ssim = 0;
+  std::size_t holes = 0;  // of the truth's inner pixels, uncovered
+};
+
+// One viewing angle in one state.
+struct ComparisonRow {
+  double angle_rad = 0;
+  bool poked = false;
+  ProjectionErrors projection;
+  // Of what the pixels show (ProjectionComparison::displayed); a sample's whole-pixel place alone
+  // costs 0.38 px.
+  ProjectionComparison::Displayed displayed;
+  PixelErrors displayed_paper, displayed_polygons;
+  PictureErrors picture;
+  PictureErrors paper;  // of the paper's own warp, its outline smoothed as the player's is
+  // Of the best picture that the maps allow, one sample a pixel (ideal_picture.h); and with a
+  // smooth outline.
+  PictureErrors ideal, smooth_ideal;
+  // Pixels that the truth covers with all their neighbours, and those of them that nothing covers
+  // before the fill.
+  std::size_t inner_pixels = 0, holes_before_fill = 0;
+  SeamSteps seams;
+};
+
+struct ComparisonTable {
+  std::vector<ComparisonRow> rows;  // every angle at rest, then every angle poked
+  SeamSteps camera_switch;          // the worst over the triangles' edges that the orbit crosses
+  std::size_t switches = 0;
+};
+
+// Compares what the player draws with the truth that its bundle carries (surface.ply): the paper's
+// 3.2. The player must have been loaded with its maps kept. Throws BadDataError without a surface.
+ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
+                                   const CompareOptions& options, const RunContext& context = {});
+
+std::string comparison_json(const ComparisonTable& table);
+std::string comparison_text(const ComparisonTable& table);
+
+}  // namespace organbake

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/player/script.h"
+#include "organbake/warp/solids.h"
+
+namespace organbake {
+
+// A script's instruments with every waypoint brought to world millimetres.
+class InstrumentMotion {
+ public:
+  // Throws BadDataError, naming the script and the key, where a direction meets no skin.
+  InstrumentMotion(const Script& script, const Bundle& bundle);
+
+  // The tips at a time: linear between waypoints, inactive before the first and after the last.
+  std::vector<InstrumentTip> tips_at(double time_s) const;
+  // What a viewer sees of the active ones, each part with its instrument's number.
+  std::vector<Solid> solids(const std::vector<InstrumentTip>& tips) const;
+
+ private:
+  struct Path {
+    InstrumentTip tip;  // all that stays
+    std::optional<Eigen::Vector3d> shaft;
+    Eigen::Vector3d opens_along;  // unit, or zero
+    std::vector<double> times, openings_mm;
+    std::vector<Eigen::Vector3d> positions;
+  };
+  const Bundle* bundle_;
+  std::vector<Path> paths_;
+};
+
+// A tip as a viewer sees it: a ball, a capsule or the blades of scissors, and a thin shaft; without
+// a direction it leads away from the organ, that of scissors on from their pivot.
+std::vector<Solid> tool_solids(const InstrumentTip& tip,
+                               const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle);
+
+}  // namespace organbake

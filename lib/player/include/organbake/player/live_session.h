@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "organbake/player/play.h"
+#include "organbake/player/player.h"
+#include "organbake/player/script.h"
+
+namespace organbake {
+
+// A person in front of the organ, without the window: an eye on its orbit, a tool under the
+// pointer, time in steps, and a record that plays back bit for bit. The pointer is told in pixels
+// of the last picture, (0, 0) its upper left corner.
+class LiveSession {
+ public:
+  // The player must have been made with the same time step, and starts from rest.
+  LiveSession(Player& player, double time_step_s);
+
+  void turn(const Eigen::Vector2d& by_px);   // the organ follows the pointer round its centre
+  void shift(const Eigen::Vector2d& by_px);  // the organ follows the pointer across the picture
+  void zoom(double steps);                   // > 0 comes nearer
+  void face_front();                         // the view the session began with
+
+  // Puts the tool onto the tissue at the pointer; false when there is none. A poking tool presses
+  // along the line of sight, as deep as the pointer is then dragged away; a grabbing one carries
+  // the tissue across the view; a cutting one is drawn across it, 8 mm below the place touched; a
+  // needle goes in along the line of sight, like a poking one. Scissors are put in along it, and
+  // open as the pointer is dragged away, to 20 mm; dragged back, they close and cut.
+  bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
+  void drag(const Eigen::Vector2d& to_px);
+  void push(double mm);  // a held tool along the line of sight, away from the eye when > 0
+  void let_go();
+  bool holds() const { return holding_; }
+  double tool_radius_mm() const { return tool_radius_mm_; }
+  void set_tool_radius_mm(double radius_mm) { tool_radius_mm_ = radius_mm; }  // of the next touch
+  // How wide a strip of tissue the next one that cuts takes away.
+  double cut_width_mm() const { return cut_width_mm_; }
+  void set_cut_width_mm(double width_mm) { cut_width_mm_ = width_mm; }
+
+  // One time step, and what it looks like: frame(), with its depth. Without `step` time stands
+  // still and only the picture is made.
+  PlayedFrame advance(bool step, int width, int height, DrawOptions options);
+  const Frame& frame() const { return frame_; }
+
+  void reset();  // the organ at rest, a new record
+  // All steps since the start or the last reset, as a script that play() repeats to the last bit.
+  // At most kMostRecorded steps; later ones are not kept.
+  Script record(const std::string& name) const;
+  std::size_t recorded_steps() const { return steps_; }
+  static constexpr std::size_t kMostRecorded = 100'000;
+
+  const View& view() const { return view_; }
+  double depth_mm() const { return depth_mm_; }  // of the held tool below the place it touched
+
+ private:
+  Eigen::Vector3d dragged_mm() const;
+  Eigen::Vector3d tip_position_mm() const;
+  void open_scissors();
+  void record_step();
+
+  Player* player_;
+  double time_step_s_;
+  double tool_radius_mm_, cut_width_mm_ = 0;
+  OrbitPose pose_;
+  View view_;  // of the last picture
+  Frame frame_;
+  std::vector<InstrumentTip> tips_;  // one for each touch so far; the last may be active
+  bool holding_ = false;
+  InstrumentMode mode_ = InstrumentMode::poke;
+  Eigen::Vector2d touched_px_ = Eigen::Vector2d::Zero(), pointer_px_ = Eigen::Vector2d::Zero();
+  Eigen::Vector3d touched_mm_ = Eigen::Vector3d::Zero();  // the skin there, world
+  Eigen::Vector3d sight_ = Eigen::Vector3d::UnitZ();      // unit, from the eye to it
+  View touch_view_;
+  double pushed_mm_ = 0, depth_mm_ = 0, opening_mm_ = 0;
+  std::size_t steps_ = 0;
+  std::vector<CameraKeyframe> camera_record_;
+  std::vector<InstrumentPath> tool_record_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/core/run_context.h"
+#include "organbake/player/player.h"
+#include "organbake/player/script.h"
+
+namespace organbake {
+
+// One moment of a script, stepped and drawn.
+struct PlayedScene {
+  int frame;
+  double time_s;
+  const View& view;
+  const std::vector<InstrumentTip>& tips;  // where they were held
+  const std::vector<Solid>& solids;        // the tools that are in the picture
+  const StepReport& step;
+  Frame& picture;  // may be taken, or drawn over
+};
+
+struct PlayOptions {
+  int width = 1280, height = 720;  // pixels; the script's own size goes first
+  bool instruments = true;         // draw the tools
+  // A lens in the place of the script's own, with the size of its pictures; without distortion.
+  std::optional<Intrinsics> lens = {};
+  DrawOptions draw;
+  std::function<void(const PlayedScene&)> watch;  // may be empty; called after `show`
+
+  void check() const;  // throws UsageError
+};
+
+struct PlayedFrame {
+  double deform_ms = 0, draw_ms = 0;
+  DrawReport draw;
+  StepReport step;
+};
+
+// Plays a script from rest and hands every finished frame to `show` (which may be empty). Throws
+// what `show` throws, CancelledError, and UsageError or BadDataError for a script that the organ
+// cannot follow.
+std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOptions& options,
+                              const std::function<void(int frame, const Frame&)>& show,
+                              const RunContext& context = {});
+
+// The JSON report (play-report.schema.json): the solver, per frame and in summary the times by
+// phase, what was skipped and why, holes, contacts and forces. Times are the one thing in it that
+// differs from run to run.
+std::string play_report(const Script& script, const Player& player,
+                        const std::vector<PlayedFrame>& frames);
+
+}  // namespace organbake

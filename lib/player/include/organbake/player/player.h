@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/cutting/blade_sweeps.h"
+#include "organbake/cutting/cut_organ.h"
+#include "organbake/cutting/scissors.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/warp/paper_warp.h"
+#include "organbake/warp/warper.h"
+
+namespace organbake {
+
+// The interactive phase of the paper (2.2) in one object: load a baked organ, push it about, draw
+// it.
+//
+//   organbake::Player player("out/liver");
+//   organbake::Frame frame;
+//   player.step({{tip_mm, 5.0, organbake::InstrumentMode::poke, true}});
+//   player.draw(view, {}, frame);
+//
+// One thread calls; drawing uses TBB's threads inside and gives the same bytes for any number.
+class Player {
+ public:
+  Player(Player&&) noexcept = default;
+  Player& operator=(Player&&) = delete;
+
+  // Binds a bundle's samples; keep_maps holds on to the camera maps for comparisons.
+  explicit Player(Bundle bundle, const DeformOptions& options = {}, bool keep_maps = false);
+  // Reads the bundle but for its maps: a camera's are read, checked and bound when a view first
+  // needs them, and draw() throws what is wrong with them. keep_maps reads all at once. Throws
+  // NoInputError or BadDataError naming the file.
+  explicit Player(const std::filesystem::path& bundle_folder, const DeformOptions& options = {},
+                  bool keep_maps = false);
+  // The same from wherever the maps come: `read` may be called from any thread.
+  Player(Bundle frame, Warper::ReadMaps read, const DeformOptions& options = {});
+  // Several organs in one world, at least one, that push each other: a liver and its gallbladder.
+  // Each keeps its own virtual cameras; scripts and orbits go round the first.
+  explicit Player(std::vector<Bundle> bundles, const DeformOptions& options = {},
+                  bool keep_maps = false);
+  explicit Player(const std::vector<std::filesystem::path>& bundle_folders,
+                  const DeformOptions& options = {}, bool keep_maps = false);
+  // Reads all cameras now, or from a thread of its own while frames are drawn, so that turning the
+  // view never waits. Frames are the same either way.
+  void load_all();
+  void load_ahead();
+  // Reads one camera more, for who has no thread to spare; false when all are there.
+  bool load_next();
+
+  // Cutting tips need the solver fem and organs baked with tetrahedra: else UsageError. What blades
+  // sweep parts kPartingSteps later: all that hangs on it is worked out meanwhile on a thread of
+  // its own, and the step in which a cut grows takes no longer than others.
+  StepReport step(const std::vector<InstrumentTip>& tips);
+  static constexpr int kPartingSteps = 6;
+  // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
+  // otherwise.
+  DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
+  bool can_relight() const;  // DrawOptions::light, any organ
+  // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
+  DrawnLight usual_light() const;
+  // Back to rest, and whole.
+  void reset();
+  // The same, and from now on played by another solver. Throws UsageError, and changes nothing, for
+  // finite elements where an organ was baked without tetrahedra.
+  void play_by(TissueSolver solver);
+
+  std::size_t organ_count() const { return organs_.size(); }
+  const Bundle& bundle(std::size_t organ = 0) const { return organs_[organ].bundle; }
+  // The same as blades have cut it, without maps: its proxy is then the skin and the cuts' walls.
+  const Bundle& bundle_now(std::size_t organ = 0) const { return organs_[organ].now(); }
+  bool is_cut(std::size_t organ = 0) const { return organs_[organ].cut_warper.has_value(); }
+  // Whether blades can cut the organs: all are played with tetrahedra.
+  bool can_cut() const;
+  // In how many pieces blades have cut an organ.
+  std::size_t piece_count(std::size_t organ = 0) const;
+  // Of the proxy of bundle_now(), mm.
+  const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
+    return organs_[organ].positions;
+  }
+  // Of one organ's shell, as it was last drawn, world mm, by face.
+  const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
+    return organs_[organ].shown().shell_matrices();
+  }
+  TissueSolver solver() const { return options_.solver; }
+
+ private:
+  struct Organ {
+    Bundle bundle;
+    Warper warper;
+    std::vector<Eigen::Vector3d> positions;    // of the proxy, mm
+    Frame picture = {};                        // of this organ alone; only where there are others
+    std::unique_ptr<CutOrgan> cutting = {};    // once a blade was near
+    std::unique_ptr<BladeSweeps> sweeps = {};  // through it
+    std::optional<Warper> cut_warper = {};     // once it has cut
+
+    Warper& shown() { return cut_warper ? *cut_warper : warper; }
+    const Warper& shown() const { return cut_warper ? *cut_warper : warper; }
+    const Bundle& now() const { return cut_warper ? cutting->now() : bundle; }
+  };
+  Player(std::vector<Organ> organs, const DeformOptions& options);
+  static std::vector<Organ> one_of(Organ organ);
+  static Organ bound(Bundle bundle, bool keep_maps);
+  static std::vector<Organ> bound(std::vector<Bundle> bundles, bool keep_maps);
+  static Organ framed(Bundle frame, Warper::ReadMaps read);
+  static Organ opened(const std::filesystem::path& bundle_folder, bool keep_maps);
+  static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
+                                   bool keep_maps);
+  bool make_whole();  // false when nothing was cut
+  void take_positions();
+  static DeformBody deform_body(const Bundle& organ);
+  static DeformBodies deform_bodies(const std::vector<Organ>& organs);
+  void cut(const std::vector<InstrumentTip>& tips);
+  std::vector<BladeNow> blades_now(const std::vector<InstrumentTip>& tips);
+  void sweep(const std::vector<InstrumentTip>& tips);
+  void begin_cutting(Organ& organ);
+  void leave_holes(const std::vector<InstrumentTip>& tips,
+                   const std::vector<ContactPoint>& punctures);
+  void begin_parting();
+  void end_parting();
+  double metered_mm(const View& view, const DrawOptions& options) const;
+  DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
+
+  std::vector<Organ> organs_;
+  DeformOptions options_;
+  Deformer deformer_;
+  std::unique_ptr<PaperWarp> paper_;          // made when first asked for
+  std::uint64_t joined_ = 0;                  // serial of the last picture of several organs
+  std::map<std::size_t, Scissors> scissors_;  // by instrument
+  // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
+  // the rest.
+  struct Parting;
+  std::shared_ptr<Parting> parting_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/deform/deformer.h"
+#include "organbake/player/orbit.h"
+#include "organbake/warp/drawn_light.h"
+
+namespace organbake {
+
+inline constexpr int kMostScriptFrames = 100000;
+
+// On the orbit, or a pose of the world's. All of a script are of one kind.
+struct CameraKeyframe {
+  int frame = 0;
+  OrbitPose pose;
+  std::optional<RigidTransform> camera_from_world = {};
+};
+
+// Where a tip is at a time: at a place of the world, or pressed depth_mm below the skin (above it
+// when negative) where the line from the organ's centre along `direction` leaves it at rest.
+struct Waypoint {
+  double time_s = 0;
+  std::optional<Eigen::Vector3d> position_mm;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
+  double depth_mm = 0;
+  double opening_mm = 0;  // between the tips of scissors' blades
+};
+
+struct InstrumentPath {
+  std::string name;
+  double radius_mm = 0;  // 0 = the bundle's default tool
+  InstrumentMode mode = InstrumentMode::poke;
+  // Strictly later each; the tip is away before the first and after the last.
+  std::vector<Waypoint> path;
+  // Where the shaft leads from the tip, any length; nothing = away from the organ's centre.
+  std::optional<Eigen::Vector3d> shaft = {};
+  // From the tip to a capsule's other end, mm; zero: a sphere.
+  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();
+  double cut_width_mm = 0;                                // of what has a blade
+  Eigen::Vector3d opens_along = Eigen::Vector3d::Zero();  // of scissors, any length
+};
+
+// What happens in front of the player's eye, frame by frame. Schema: interaction.schema.json.
+struct Script {
+  std::string name;
+  double time_step_s = 1.0 / 60;
+  int frames = 1;
+  int width = 0, height = 0;  // 0 = the player's choice
+  // What stood for the tissue when it was recorded, and has to again to repeat it.
+  std::optional<TissueSolver> solver = {};
+  std::optional<DrawnLight> light = {};  // to be seen in; else what the organ is meant for
+  std::vector<CameraKeyframe> camera;
+  std::optional<Intrinsics> lens = {};  // of the script's size; else virtual camera 0's angle
+  // In the keyframes' place: a camera a frame, all of one size, and the file they were read from.
+  std::vector<PosedCamera> recorded = {};
+  std::string recorded_file = {};
+  std::vector<InstrumentPath> instruments;
+};
+
+// Throws BadDataError naming `name` and the key; NoInputError.
+Script script_from_json(const std::string& text, const std::string& name);
+Script read_script(const std::filesystem::path& path);
+// The document that script_from_json() reads back to the last bit.
+std::string script_to_json(const Script& script);
+
+// The keyframes before and behind a frame, and theirs; before the first and after the last a and b
+// are the same.
+struct KeyframeStretch {
+  int before, a, b, after;
+  double share;  // of the way from a to b
+};
+KeyframeStretch keyframes_at(const Script& script, int frame);
+double catmull_rom(double before, double a, double b, double after, double t);
+
+// The camera on the orbit at a frame: Catmull–Rom between keyframes, so that it never jerks; held
+// at the ends.
+OrbitPose camera_at(const Script& script, int frame);
+
+}  // namespace organbake

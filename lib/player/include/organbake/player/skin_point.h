@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "organbake/bundle/bundle.h"
+
+namespace organbake {
+
+// Where to poke an organ that nobody has seen: the first direction of its cameras in which a line
+// from its centre meets skin; an organ bent round its centre has none on its open side. Throws
+// BadDataError when there is none at all.
+Eigen::Vector3d poke_direction(const Bundle& bundle);
+
+// The organ's thickness along a line through its centre. A sheet of tissue, as a laparoscope sees
+// it, has no far side: a quarter of its extent stands for how deep it may be pressed. Throws
+// BadDataError when there is no skin in the direction.
+double thickness_mm(const Bundle& bundle, const Eigen::Vector3d& direction);
+
+// The place where a line from the organ's centre along a direction leaves the skin at rest (the
+// base layer's lattice over the proxy). Throws BadDataError when it meets none.
+Eigen::Vector3d skin_point(const Bundle& bundle, const Eigen::Vector3d& direction);
+
+}  // namespace organbake

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/comparison_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "ideal_picture.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/geometry/view_manifold.h"
+#include "organbake/image/difference.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/skin_point.h"
+#include "organbake/warp/outline.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::array<std::uint8_t, 3> kBlack = {0, 0, 0};
+
+// The pixels that the truth covers with all their neighbours, so that no silhouette is mistaken for
+// a hole.
+std::vector<std::size_t> inner_pixels(const TruthFrame& truth) {
+  const int w = truth.color.width, h = truth.color.height;
+  std::vector<std::size_t> inner;
+  for (int y = 1; y + 1 < h; ++y) {
+    for (int x = 1; x + 1 < w; ++x) {
+      bool inside = true;
+      for (int dy = -1; dy <= 1 && inside; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx)
+          inside &= truth.covered[std::size_t(y + dy) * w + x + dx] != 0;
+      }
+      if (inside) inner.push_back(std::size_t(y) * w + x);
+    }
+  }
+  return inner;
+}
+
+std::size_t count_holes(const Frame& frame, const std::vector<std::size_t>& inner) {
+  return static_cast<std::size_t>(std::count_if(inner.begin(), inner.end(), [&](std::size_t i) {
+    return frame.cover[i] == Cover::background;
+  }));
+}
+
+bool shows_any(const Rgb8Image& on_black, std::size_t pixel) {
+  return !std::equal(kBlack.begin(), kBlack.end(), &on_black.pixels[3 * pixel]);
+}
+
+// With an outline as smooth as the player's, so that what is compared is what lies inside.
+Rgb8Image smoothed(Rgb8Image on_black) {
+  Frame frame;
+  frame.cover.assign(on_black.pixels.size() / 3, Cover::background);
+  for (std::size_t i = 0; i < frame.cover.size(); ++i) {
+    if (shows_any(on_black, i)) frame.cover[i] = Cover::samples;
+  }
+  const PixelBox all{0, 0, on_black.width, on_black.height};
+  frame.color = std::move(on_black);
+  CoverMask skin;
+  skin.read_with_border(all, frame);
+  FrontEdges edges;
+  edges.find(skin);
+  Outline().soften(edges, frame);
+  return std::move(frame.color);
+}
+
+class Comparer {
+ public:
+  Comparer(Player& player, const TriangleMesh& surface, const CompareOptions& options)
+      : player_(player),
+        truth_(surface, player.bundle().shell()),
+        projection_(player.bundle(), truth_),
+        size_(options.size_px) {
+    draw_options_.background = kBlack;
+  }
+
+  ComparisonRow row(double angle, bool poked) {
+    const View view = view_at(angle);
+    ComparisonRow row;
+    row.angle_rad = angle;
+    row.poked = poked;
+    row.projection = projection_.measure(player_.proxy_positions(), view);
+    const TruthFrame truth = true_frame(view);
+    const std::vector<std::size_t> inner = inner_pixels(truth);
+    row.inner_pixels = inner.size();
+    DrawOptions unfilled = draw_options_;
+    unfilled.fill_holes = false;
+    player_.draw(view, unfilled, frame_);
+    row.holes_before_fill = count_holes(frame_, inner);
+    DrawOptions as_the_paper = draw_options_;
+    as_the_paper.method = WarpMethod::paper;
+    as_the_paper.keep_shown = true;
+    row.paper = picture_errors(view, as_the_paper, truth, inner);
+    const auto& positions = player_.proxy_positions();
+    row.displayed_paper = projection_.displayed(frame_, positions, view).point;
+    row.displayed_polygons = projection_.displayed_polygons(positions, view);
+    DrawOptions telling = draw_options_;
+    telling.keep_shown = true;
+    row.picture = picture_errors(view, telling, truth, inner);
+    row.displayed = projection_.displayed(frame_, positions, view);
+    const Rgb8Image ideal =
+        ideal_picture(player_.bundle(), truth_, player_.proxy_positions(), view, kBlack);
+    row.ideal = errors_of(ideal, truth);
+    row.smooth_ideal = errors_of(smoothed(ideal), truth);
+    row.seams = edge_steps(frame_.color, truth);
+    return row;
+  }
+
+  // Just before and just after the angle at which the view's set of cameras changes.
+  SeamSteps switch_at(double angle, double half_step) {
+    const View before = view_at(angle - half_step), after = view_at(angle + half_step);
+    player_.draw(before, draw_options_, frame_);
+    const Rgb8Image first = frame_.color;
+    player_.draw(after, draw_options_, frame_);
+    return switch_steps(first, frame_.color, true_frame(before), true_frame(after));
+  }
+
+  // Angles of one turn at which another triangle of the VPM takes over.
+  std::vector<double> switch_angles() const {
+    constexpr int kSteps = 3600;
+    std::vector<double> angles;
+    std::set<std::uint32_t> last = cameras_at(0);
+    for (int step = 1; step <= kSteps; ++step) {
+      double low = 2 * std::numbers::pi * (step - 1) / kSteps,
+             high = 2 * std::numbers::pi * step / kSteps;
+      const std::set<std::uint32_t> now = cameras_at(high);
+      if (now == last) continue;
+      for (int i = 0; i < 40; ++i) {  // bisection down to rounding
+        const double middle = 0.5 * (low + high);
+        (cameras_at(middle) == last ? low : high) = middle;
+      }
+      angles.push_back(high);
+      last = now;
+    }
+    return angles;
+  }
+
+ private:
+  PictureErrors errors_of(const Rgb8Image& picture, const TruthFrame& truth) const {
+    return {compare_images(picture, truth.color, truth.covered).psnr_db,
+            structural_similarity(picture, truth.color, truth.covered), 0};
+  }
+  PictureErrors picture_errors(const View& view, const DrawOptions& options,
+                               const TruthFrame& truth, const std::vector<std::size_t>& inner) {
+    player_.draw(view, options, frame_);
+    if (options.method == WarpMethod::paper) frame_.color = smoothed(frame_.color);
+    // The outline's pixels show skin, too, where it covers a part of them only.
+    std::vector<std::uint8_t> either = truth.covered;
+    for (std::size_t i = 0; i < either.size(); ++i) either[i] |= shows_any(frame_.color, i);
+    return {compare_images(frame_.color, truth.color, either).psnr_db,
+            structural_similarity(frame_.color, truth.color, either), count_holes(frame_, inner)};
+  }
+  View view_at(double angle) const {
+    return orbit_view(player_.bundle().cameras, {angle}, size_, size_);
+  }
+  TruthFrame true_frame(const View& view) const {
+    return truth_.draw(truth_.carry(player_.proxy_positions()), view, kBlack);
+  }
+  std::set<std::uint32_t> cameras_at(double angle) const {
+    const ViewManifold& manifold = player_.bundle().cameras.manifold;
+    const ViewWeights w =
+        view_weights(manifold, view_at(angle).camera.center_world_mm() - manifold.center_world_mm);
+    return {w.cameras.begin(), w.cameras.end()};
+  }
+
+  Player& player_;
+  CarriedSurface truth_;
+  ProjectionComparison projection_;
+  int size_;
+  DrawOptions draw_options_;
+  Frame frame_;
+};
+
+}  // namespace
+
+void CompareOptions::check() const {
+  if (angles_rad.empty()) throw UsageError("a comparison needs a viewing angle");
+  for (const double angle : angles_rad) {
+    if (!std::isfinite(angle)) throw UsageError("viewing angles must be finite numbers of radians");
+  }
+  if (size_px < kSmallestSide_px || size_px > kLargestSide_px) {
+    throw UsageError("the comparison's size is " + std::to_string(size_px) +
+                     ", needs 16…4096 pixels");
+  }
+  if (!(poke_share >= 0 && poke_share <= 0.5)) {
+    throw UsageError("the poke is " + to_text(poke_share) + " of the organ, needs 0…0.5");
+  }
+}
+
+ComparisonTable compare_with_truth(Player& player, const TriangleMesh& surface,
+                                   const CompareOptions& options, const RunContext& context) {
+  options.check();
+  Comparer comparer(player, surface, options);
+  ComparisonTable table;
+  const Bundle& bundle = player.bundle();
+  for (const bool poked : {false, true}) {
+    player.reset();
+    // Half-way between the viewing angles' extremes would be out of some views: poke the front.
+    if (poked) {
+      hold_poke(player, poke_direction(bundle), options.poke_share,
+                bundle.mechanics.instrument_radius_mm);
+    }
+    for (const double angle : options.angles_rad) {
+      context.throw_if_cancelled();
+      table.rows.push_back(comparer.row(angle, poked));
+    }
+  }
+  player.reset();
+  constexpr double kHalfStep = 1e-5;  // rad: moves the picture by 0.01 pixel
+  for (const double angle : comparer.switch_angles()) {
+    context.throw_if_cancelled();
+    const SeamSteps steps = comparer.switch_at(angle, kHalfStep);
+    ++table.switches;
+    if (steps.excess >= table.camera_switch.excess) table.camera_switch = steps;
+  }
+  return table;
+}
+
+}  // namespace organbake

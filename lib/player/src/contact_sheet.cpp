@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/contact_sheet.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/core/error.h"
+#include "organbake/player/instrument_motion.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/skin_point.h"
+
+namespace organbake {
+namespace {
+
+Rgb8Image picture(Player& player, const OrbitPose& pose, int width, int height,
+                  const DrawOptions& options) {
+  Frame frame;
+  player.draw(orbit_view(player.bundle().cameras, pose, width, height), options, frame);
+  return frame.color;
+}
+
+}  // namespace
+
+Rgb8Image tile_pictures(const std::vector<Rgb8Image>& pictures, int columns, int gap_px) {
+  if (pictures.empty() || columns < 1) throw UsageError("a contact sheet needs pictures");
+  const int w = pictures[0].width, h = pictures[0].height;
+  const int rows = (static_cast<int>(pictures.size()) + columns - 1) / columns;
+  Rgb8Image sheet(columns * w + (columns + 1) * gap_px, rows * h + (rows + 1) * gap_px);
+  std::fill(sheet.pixels.begin(), sheet.pixels.end(), std::uint8_t{48});
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const int x0 = gap_px + static_cast<int>(i % columns) * (w + gap_px);
+    const int y0 = gap_px + static_cast<int>(i / columns) * (h + gap_px);
+    for (int y = 0; y < h; ++y) {
+      std::copy_n(pictures[i].at(0, y), 3 * w, sheet.at(x0, y0 + y));
+    }
+  }
+  return sheet;
+}
+
+InstrumentTip hold_poke(Player& player, const Eigen::Vector3d& direction, double share,
+                        double radius_mm) {
+  const Eigen::Vector3d outward = direction.normalized();
+  const Eigen::Vector3d skin = skin_point(player.bundle(), outward);
+  const double depth = share * thickness_mm(player.bundle(), outward);
+  InstrumentTip tip{skin, radius_mm, InstrumentMode::poke, true};
+  constexpr int kPressSteps = 60, kRestSteps = 240;  // a second in, four to come to rest
+  for (int step = 0; step <= kPressSteps + kRestSteps; ++step) {
+    const double way = std::min(1.0, double(step) / kPressSteps);
+    tip.position_mm = skin + (radius_mm - way * depth) * outward;
+    player.step({tip});
+  }
+  return tip;
+}
+
+Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const DrawOptions& drawing,
+                        const RunContext& context) {
+  const Bundle& bundle = player.bundle();
+  const Eigen::Vector3d front = poke_direction(bundle);
+  std::vector<Rgb8Image> pictures;
+  const auto add = [&](const OrbitPose& pose, const std::vector<Solid>& solids) {
+    context.throw_if_cancelled();
+    DrawOptions options = drawing;
+    options.solids = solids;
+    pictures.push_back(picture(player, pose, tile_width, tile_height, options));
+  };
+  constexpr double kAside = 0.7;  // rad: sees the dent's profile and the tool's shaft
+  player.reset();
+  add({}, {});
+  const double radius = bundle.mechanics.instrument_radius_mm;
+  for (const double share : {0.08, 0.16, 0.3}) {
+    player.reset();
+    const auto tip = hold_poke(player, front, share, radius);
+    add({kAside, 0.25}, tool_solids(tip, {}, bundle));
+  }
+  player.reset();
+  for (const double azimuth : {-1.3, 1.3, 3.1416}) add({azimuth, 0.1}, {});
+  const auto tip = hold_poke(player, front, 0.3, radius);
+  add({0, 0.35}, tool_solids(tip, {}, bundle));
+  player.reset();
+  return tile_pictures(pictures, 4, 6);
+}
+
+}  // namespace organbake

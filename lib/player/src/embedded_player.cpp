@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/embedded_player.h"
+
+#include <cstring>
+#include <filesystem>
+#include <string>
+
+#include "organbake/core/error.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+
+namespace organbake {
+namespace {
+
+using Matrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+
+DeformOptions options_for(const EmbeddedPlayer::Options& given) {
+  DeformOptions options;
+  options.time_step_s = given.time_step_s;
+  if (given.finite_elements) options.solver = TissueSolver::fem;
+  options.check();  // before a bundle is read
+  return options;
+}
+
+View view_of(const EmbeddedPlayer::Camera& camera) {
+  View view;
+  view.camera.intrinsics = {camera.width, camera.height, camera.fx,
+                            camera.fy,    camera.cx,     camera.cy};
+  const Eigen::Map<const Matrix34> pose(camera.camera_from_world.data());
+  view.camera.camera_from_world = {pose.leftCols<3>(), pose.col(3)};
+  return view;
+}
+
+const std::vector<Eigen::Vector3d>& positions_of(const Player& player, std::size_t organ) {
+  if (organ >= player.organ_count()) {
+    throw UsageError("there is no organ " + std::to_string(organ) + " of " +
+                     std::to_string(player.organ_count()));
+  }
+  return player.proxy_positions(organ);
+}
+
+std::optional<DrawnLight> light_for(EmbeddedPlayer::Options::Light light) {
+  using Light = EmbeddedPlayer::Options::Light;
+  if (light == Light::baked) return DrawnLight::baked;
+  if (light == Light::world) return DrawnLight::world;
+  if (light == Light::scope) return DrawnLight::scope;
+  return std::nullopt;
+}
+
+}  // namespace
+
+struct EmbeddedPlayer::Impl {
+  Player player;
+  std::optional<DrawnLight> light;
+  Frame frame;
+};
+
+EmbeddedPlayer::EmbeddedPlayer(const std::string& bundle_folder, double time_step_s)
+    : EmbeddedPlayer(bundle_folder, Options{.time_step_s = time_step_s}) {}
+EmbeddedPlayer::EmbeddedPlayer(const std::string& bundle_folder, const Options& options)
+    : EmbeddedPlayer(std::vector{bundle_folder}, options) {}
+EmbeddedPlayer::EmbeddedPlayer(const std::vector<std::string>& bundle_folders,
+                               const Options& options)
+    : impl_(new Impl{
+          Player(std::vector<std::filesystem::path>(bundle_folders.begin(), bundle_folders.end()),
+                 options_for(options)),
+          light_for(options.light),
+          {}}) {}
+EmbeddedPlayer::~EmbeddedPlayer() = default;
+EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
+EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
+
+EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
+  std::vector<InstrumentTip> instruments;
+  for (const Tip& tip : tips) {
+    InstrumentTip instrument;
+    instrument.position_mm = Eigen::Vector3d(tip.position_mm.data());
+    instrument.radius_mm = tip.radius_mm;
+    instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
+    instrument.opening_mm = Eigen::Vector3d(tip.opening_mm.data());
+    instrument.cut_width_mm = tip.cut_width_mm;
+    instrument.mode =
+        instrument_mode({tip.grabs, tip.cuts, tip.snips, tip.pierces}, instruments.size());
+    instrument.active = tip.active;
+    instruments.push_back(instrument);
+  }
+  const StepReport report = impl_->player.step(instruments);
+  StepResult result{{}, report.penetration_mm, report.recovered};
+  for (const Eigen::Vector3d& f : report.tip_force_n)
+    result.force_n.push_back({f.x(), f.y(), f.z()});
+  return result;
+}
+
+void EmbeddedPlayer::reset() { impl_->player.reset(); }
+
+EmbeddedPlayer::Camera EmbeddedPlayer::camera_on_orbit(double azimuth_rad, double elevation_rad,
+                                                       int width, int height) const {
+  const View view =
+      orbit_view(impl_->player.bundle().cameras, {azimuth_rad, elevation_rad}, width, height);
+  const Intrinsics& lens = view.camera.intrinsics;
+  Camera camera{width, height, lens.fx, lens.fy, lens.cx, lens.cy, {}};
+  const RigidTransform& pose = view.camera.camera_from_world;
+  Eigen::Map<Matrix34>(camera.camera_from_world.data()) << pose.rotation, pose.translation;
+  return camera;
+}
+
+void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes) {
+  if (pixels == nullptr) throw UsageError("a frame needs memory to be drawn into");
+  const View view = view_of(camera);
+  view.check();
+  const std::size_t width_bytes = std::size_t{3} * camera.width;
+  if (row_bytes < width_bytes) {
+    throw UsageError("rows of " + std::to_string(camera.width) + " pixels take " +
+                     std::to_string(width_bytes) + " bytes, the caller's are " +
+                     std::to_string(row_bytes) + " apart");
+  }
+  DrawOptions options;
+  options.light = impl_->light.value_or(impl_->player.usual_light());
+  impl_->player.draw(view, options, impl_->frame);
+  impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
+  for (int y = 0; y < camera.height; ++y)
+    std::memcpy(pixels + y * row_bytes, impl_->frame.color.at(0, y), width_bytes);
+}
+
+std::size_t EmbeddedPlayer::vertex_count(std::size_t organ) const {
+  return positions_of(impl_->player, organ).size();
+}
+
+std::array<double, 3> EmbeddedPlayer::vertex_mm(std::size_t vertex, std::size_t organ) const {
+  const std::vector<Eigen::Vector3d>& positions = positions_of(impl_->player, organ);
+  if (vertex >= positions.size()) {
+    throw UsageError("there is no vertex " + std::to_string(vertex) + " of " +
+                     std::to_string(positions.size()));
+  }
+  const Eigen::Vector3d& v = positions[vertex];
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace organbake

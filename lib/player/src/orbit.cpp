@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/orbit.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+
+namespace organbake {
+namespace {
+
+void check(const OrbitPose& pose, int width, int height) {
+  if (width < 1 || height < 1) {
+    throw UsageError("a picture of " + std::to_string(width) + "×" + std::to_string(height) +
+                     " has no pixels");
+  }
+  for (const double value :
+       {pose.azimuth_rad, pose.elevation_rad, pose.roll_rad, pose.right, pose.up}) {
+    if (!std::isfinite(value)) throw UsageError("a view's angles and shifts must be finite");
+  }
+  if (!(pose.distance > 0 && pose.distance < kFarthestDistance)) {
+    throw UsageError(
+        "a view's distance is " + to_text(pose.distance) +
+        "; it must lie above 0 and below a million times the virtual cameras' distance");
+  }
+}
+
+}  // namespace
+
+View orbit_view(const CameraSet& cameras, const OrbitPose& pose, int width, int height) {
+  check(pose, width, height);
+  const PosedCamera& first = cameras.cameras.front();
+  const Eigen::Vector3d center = cameras.manifold.center_world_mm;
+  const Eigen::Vector3d world_to_eye = first.center_world_mm() - center;
+  // Axes in which z is up; the world's own, or a scope's, whose first camera looks along z.
+  const Eigen::Vector3d up = up_from(world_to_eye);
+  Eigen::Matrix3d upright_from_world = Eigen::Matrix3d::Identity();
+  if (up.z() != 1) upright_from_world << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const Eigen::Vector3d to_eye = upright_from_world * world_to_eye;
+  // Elevation from the horizon; just short of the poles, where the azimuth would lose its meaning.
+  const double pole = 0.5 * std::numbers::pi - 1e-3;
+  const double azimuth = std::atan2(to_eye.y(), to_eye.x()) + pose.azimuth_rad;
+  const double elevation =
+      std::clamp(std::asin(std::clamp(to_eye.z() / to_eye.norm(), -1.0, 1.0)) + pose.elevation_rad,
+                 -pole, pole);
+  const Eigen::Vector3d direction =
+      upright_from_world.transpose() * Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
+                                                       std::cos(elevation) * std::sin(azimuth),
+                                                       std::sin(elevation));
+  View view;
+  view.camera.name = "viewer";
+  const double focal = first.intrinsics.fx * std::min(width, height) /
+                       std::min(first.intrinsics.width, first.intrinsics.height);
+  view.camera.intrinsics = {width, height, focal, focal, 0.5 * width, 0.5 * height};
+  view.camera.camera_from_world =
+      look_at(center + pose.distance * to_eye.norm() * direction, center, up);
+  const RigidTransform roll = {
+      Eigen::AngleAxisd(pose.roll_rad, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+      Eigen::Vector3d::Zero()};
+  view.camera.camera_from_world = roll * view.camera.camera_from_world;
+  view.camera.camera_from_world.translation +=
+      to_eye.norm() * Eigen::Vector3d(-pose.right, pose.up, 0);
+  return view;
+}
+
+}  // namespace organbake

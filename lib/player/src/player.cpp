@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/player.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "organ_layers.h"
+#include "organbake/core/error.h"
+#include "organbake/warp/front_edges.h"
+#include "organbake/warp/light_meter.h"
+
+namespace organbake {
+
+DeformBody Player::deform_body(const Bundle& organ) {
+  return {organ.proxy, organ.mechanics, organ.base, organ.skin ? &*organ.skin : nullptr};
+}
+
+DeformBodies Player::deform_bodies(const std::vector<Organ>& organs) {
+  DeformBodies bodies;
+  for (const Organ& organ : organs) bodies.push_back(deform_body(organ.now()));
+  return bodies;
+}
+
+Player::Organ Player::bound(Bundle bundle, bool keep_maps) {
+  Warper warper(bundle);
+  if (!keep_maps) bundle.maps.clear();  // the bound samples say all that drawing needs
+  std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
+  return {std::move(bundle), std::move(warper), std::move(positions)};
+}
+
+Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool keep_maps) {
+  const BundleReader reader(bundle_folder);
+  if (keep_maps) return bound(reader.read_all(), true);
+  Bundle bundle = reader.read_frame();
+  const auto read = [reader, cameras = bundle.cameras.cameras,
+                     faces = shell_face_count(bundle)](std::size_t c) {
+    return reader.read_maps(c, cameras[c].intrinsics, faces);
+  };
+  return framed(std::move(bundle), read);
+}
+
+Player::Organ Player::framed(Bundle frame, Warper::ReadMaps read) {
+  Warper warper(frame, std::move(read));
+  frame.maps.clear();
+  std::vector<Eigen::Vector3d> positions = frame.proxy.vertices;
+  return {std::move(frame), std::move(warper), std::move(positions)};
+}
+
+std::vector<Player::Organ> Player::one_of(Organ organ) {
+  std::vector<Organ> organs;
+  organs.push_back(std::move(organ));
+  return organs;
+}
+
+std::vector<Player::Organ> Player::opened(const std::vector<std::filesystem::path>& folders,
+                                          bool keep_maps) {
+  std::vector<Organ> organs;
+  organs.reserve(folders.size());
+  for (const auto& folder : folders) organs.push_back(opened(folder, keep_maps));
+  return organs;
+}
+
+std::vector<Player::Organ> Player::bound(std::vector<Bundle> bundles, bool keep_maps) {
+  std::vector<Organ> organs;
+  organs.reserve(bundles.size());
+  for (Bundle& bundle : bundles) organs.push_back(bound(std::move(bundle), keep_maps));
+  return organs;
+}
+
+Player::Player(std::vector<Organ> organs, const DeformOptions& options)
+    : organs_(std::move(organs)), options_(options), deformer_(deform_bodies(organs_), options) {
+  if (organs_.empty()) throw UsageError("a player needs a bundle");
+}
+
+Player::Player(std::vector<Bundle> bundles, const DeformOptions& options, bool keep_maps)
+    : Player(bound(std::move(bundles), keep_maps), options) {}
+
+Player::Player(Bundle bundle, const DeformOptions& options, bool keep_maps)
+    : Player(std::vector<Bundle>{std::move(bundle)}, options, keep_maps) {}
+
+Player::Player(Bundle frame, Warper::ReadMaps read, const DeformOptions& options)
+    : Player(one_of(framed(std::move(frame), std::move(read))), options) {}
+
+Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
+               bool keep_maps)
+    : Player(std::vector<std::filesystem::path>{bundle_folder}, options, keep_maps) {}
+
+Player::Player(const std::vector<std::filesystem::path>& bundle_folders,
+               const DeformOptions& options, bool keep_maps)
+    : Player(opened(bundle_folders, keep_maps), options) {}
+
+void Player::load_all() {
+  for (Organ& organ : organs_) organ.shown().bind_all();
+}
+
+void Player::load_ahead() {
+  for (Organ& organ : organs_) organ.warper.bind_ahead();
+}
+
+bool Player::load_next() {
+  return std::any_of(organs_.begin(), organs_.end(),
+                     [](Organ& organ) { return organ.warper.bind_next(); });
+}
+
+bool Player::can_relight() const {
+  return std::any_of(organs_.begin(), organs_.end(),
+                     [](const Organ& organ) { return organ.warper.can_relight(); });
+}
+
+bool Player::can_cut() const { return options_.solver == TissueSolver::fem; }
+
+DrawnLight Player::usual_light() const {
+  DrawnLight usual = DrawnLight::baked;
+  for (const Organ& organ : organs_) usual = std::max(usual, organ.warper.usual_light());
+  return usual;
+}
+
+StepReport Player::step(const std::vector<InstrumentTip>& tips) {
+  cut(tips);
+  StepReport report = deformer_.step(tips);
+  if (deformer_.moved()) take_positions();
+  leave_holes(tips, report.punctures);
+  return report;
+}
+
+void Player::reset() {
+  if (make_whole()) deformer_ = Deformer(deform_bodies(organs_), options_);
+  deformer_.reset();
+  take_positions();
+}
+
+void Player::play_by(TissueSolver solver) {
+  DeformOptions options = options_;
+  options.solver = solver;
+  make_whole();  // of springs it changes nothing: they cannot be cut
+  deformer_ = Deformer(deform_bodies(organs_), options);
+  options_ = options;
+  take_positions();
+}
+
+bool Player::make_whole() {
+  parting_.reset();
+  scissors_.clear();
+  bool was_cut = false;
+  for (Organ& organ : organs_) {
+    was_cut = was_cut || organ.cut_warper;
+    organ.cut_warper.reset();
+    organ.cutting.reset();
+    organ.sweeps.reset();
+    organ.positions.resize(organ.bundle.proxy.vertices.size());
+  }
+  return was_cut;
+}
+
+void Player::take_positions() {
+  auto next = deformer_.positions().begin();
+  for (Organ& organ : organs_) {
+    const auto end = next + static_cast<std::ptrdiff_t>(organ.positions.size());
+    std::copy(next, end, organ.positions.begin());
+    next = end;
+  }
+}
+
+DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
+  if (organs_.size() > 1) return draw_organs(view, options, frame);
+  Organ& organ = organs_.front();
+  if (options.method == WarpMethod::bound) {
+    return organ.shown().draw(organ.positions, view, options, frame);
+  }
+  if (organ.cut_warper) throw UsageError("the paper's own warp draws no cuts");
+  if (!paper_) paper_ = std::make_unique<PaperWarp>(organ.bundle);
+  return paper_->draw(organ.bundle, organ.positions, view, options, frame);
+}
+
+// The organs are lit by one light: by that of the first that has one, metered over all.
+double Player::metered_mm(const View& view, const DrawOptions& options) const {
+  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
+    return options.scope_reference_mm;
+  ScopeLight scope;
+  for (auto organ = organs_.rbegin(); organ != organs_.rend(); ++organ)
+    if (const auto& lighting = organ->bundle.lighting; lighting && lighting->scope)
+      scope = *lighting->scope;
+  LightMeter meter(scope, view);
+  for (const Organ& organ : organs_) meter.add(organ.bundle.proxy);
+  return meter.reference_mm();
+}
+
+DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
+  if (options.method != WarpMethod::bound) {
+    throw UsageError("the paper's own warp draws one organ alone");
+  }
+  const double reference_mm = metered_mm(view, options);
+  std::vector<DrawReport> reports;
+  std::vector<const Frame*> layers;
+  bool unchanged = joined_ != 0 && frame.serial == joined_;
+  for (Organ& organ : organs_) {
+    DrawOptions own = options;
+    own.keep_depth = true;
+    own.smooth_outline = false;  // theirs together is
+    if (!organ.warper.can_relight()) own.light = DrawnLight::baked;
+    own.scope_reference_mm = reference_mm;
+    reports.push_back(organ.shown().draw(organ.positions, view, own, organ.picture));
+    layers.push_back(&organ.picture);
+    unchanged = unchanged && reports.back().unchanged;
+  }
+  // Of a frame asked for with less, what it lacks now would be missing.
+  unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
+              frame.shown.empty() == !options.keep_shown &&
+              frame.bound.empty() == !options.keep_bound;
+  const DrawReport joined = joined_report(reports, unchanged);
+  if (!unchanged) {
+    frame.serial = 0;
+    join_layers(layers, options, kStepTexels * joined.texel_mm, frame);
+    for (const Frame* layer : layers) joined_ = std::max(joined_, layer->serial);
+    frame.serial = joined_;
+  }
+  return joined;
+}
+
+}  // namespace organbake

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <exception>
+#include <span>
+#include <utility>
+
+#include "organbake/core/background_thread.h"
+#include "organbake/core/error.h"
+#include "organbake/player/player.h"
+
+namespace organbake {
+
+// The organs as they are once what blades have swept has parted, in the making.
+struct Player::Parting {
+  struct Organ {
+    std::optional<CutSheet> sheet;  // none: no blade was near
+    std::unique_ptr<CutOrgan> cutting;
+    bool changed = false;
+    // Of what has changed, which is drawn by it, and whose nodes lay there in what is shown.
+    std::optional<Warper> warper;
+    std::vector<NodeSource> node_sources;
+  };
+  std::vector<Organ> organs;
+  std::optional<Deformer> deformer;  // when any has
+  int steps_left = kPartingSteps;
+  // What was shown before ends on the next thread: to take it down takes as long as a frame.
+  std::shared_ptr<Parting> retired;
+  std::exception_ptr failed;
+  bool done = false;
+  std::optional<BackgroundThread> thread;  // last: it works on the rest
+
+  bool under_way() const { return thread.has_value(); }
+  // What is shown stays as it is until finish().
+  void begin(std::span<const Player::Organ> shown, const DeformOptions& options);
+  void finish(std::span<const Player::Organ> shown, const DeformOptions& options);
+
+ private:
+  void run(std::span<const Player::Organ> shown, const DeformOptions& options);
+  void part(std::span<const Player::Organ> shown, const DeformOptions& options);
+};
+
+void Player::Parting::begin(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  thread.emplace();
+  thread->start([this, shown, options](const std::atomic<bool>&) { run(shown, options); });
+}
+
+// A build without threads does it all now.
+void Player::Parting::finish(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  thread.reset();
+  if (!done) run(shown, options);
+  if (failed) std::rethrow_exception(failed);
+}
+
+void Player::Parting::run(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  try {
+    part(shown, options);
+  } catch (...) {
+    failed = std::current_exception();
+  }
+  done = true;
+}
+
+void Player::Parting::part(std::span<const Player::Organ> shown, const DeformOptions& options) {
+  retired.reset();
+  DeformBodies bodies;
+  for (std::size_t o = 0; o < shown.size(); ++o) {
+    Organ& next = organs[o];
+    if (next.sheet) {
+      next.cutting = std::make_unique<CutOrgan>(*shown[o].cutting);
+      next.changed = next.cutting->part(*next.sheet);
+    }
+    if (next.changed) {
+      next.warper.emplace(shown[o].warper.cut(next.cutting->now(), next.cutting->face_parts()));
+      next.node_sources = next.cutting->body().sources(shown[o].cutting->body());
+    }
+    bodies.push_back(deform_body(next.changed ? next.cutting->now() : shown[o].now()));
+  }
+  if (std::any_of(organs.begin(), organs.end(), [](const Organ& o) { return o.changed; }))
+    deformer.emplace(bodies, options);
+}
+
+void Player::cut(const std::vector<InstrumentTip>& tips) {
+  if (parting_ && parting_->under_way() && --parting_->steps_left == 0) end_parting();
+  sweep(tips);
+  if (!parting_ || !parting_->under_way()) begin_parting();
+}
+
+// Where the tips' blades cut in this step.
+std::vector<BladeNow> Player::blades_now(const std::vector<InstrumentTip>& tips) {
+  std::vector<BladeNow> blades;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    const InstrumentTip& tip = tips[i];
+    const Eigen::Vector3d end_mm = tip.position_mm + tip.axis_mm;
+    if (!tip.active || tip.mode != InstrumentMode::snip) {
+      scissors_.erase(i);
+    } else if (const auto snip = scissors_[i].advance(tip.position_mm, end_mm, tip.opening_mm)) {
+      blades.push_back({i, snip->blade, tip.cut_width_mm, snip->put_down});
+    }
+    if (tip.active && tip.mode == InstrumentMode::cut)
+      blades.push_back({i, {tip.position_mm, end_mm}, tip.cut_width_mm});
+  }
+  return blades;
+}
+
+void Player::sweep(const std::vector<InstrumentTip>& tips) {
+  const auto with_blade = [](const InstrumentTip& t) { return t.active && has_blade(t.mode); };
+  if (std::any_of(tips.begin(), tips.end(), with_blade)) {
+    Deformer::check(tips);
+    if (options_.solver != TissueSolver::fem)
+      throw UsageError(
+          "an instrument cuts, which springs cannot follow: play with the solver fem, from bundles "
+          "baked with --set mechanics.fem=true");
+  }
+  const std::vector<BladeNow> blades = blades_now(tips);
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    Organ& organ = organs_[o];
+    if (!organ.cutting && blades.empty()) continue;
+    begin_cutting(organ);
+    organ.sweeps->advance(
+        blades, *organ.cutting,
+        blades.empty() ? std::vector<Eigen::Vector3d>() : deformer_.node_positions(o));
+  }
+}
+
+// Of the organs that have tetrahedra the skin keeps a hole where a needle went through.
+void Player::leave_holes(const std::vector<InstrumentTip>& tips,
+                         const std::vector<ContactPoint>& punctures) {
+  if (options_.solver != TissueSolver::fem) return;
+  for (const ContactPoint& puncture : punctures) {
+    Organ& organ = organs_[puncture.organ];
+    begin_cutting(organ);
+    const InstrumentTip& needle = tips[puncture.instrument];
+    organ.sweeps->pierce(puncture.position_mm, needle.axis_mm.normalized(), needle.radius_mm,
+                         *organ.cutting, deformer_.node_positions(puncture.organ));
+  }
+}
+
+void Player::begin_cutting(Organ& organ) {
+  if (organ.cutting) return;
+  organ.cutting = std::make_unique<CutOrgan>(organ.bundle);
+  organ.sweeps = std::make_unique<BladeSweeps>(*organ.cutting);
+}
+
+// When blades have swept more than was taken.
+void Player::begin_parting() {
+  const auto has_more = [](const Organ& organ) {
+    return organ.sweeps && organ.sweeps->sheet().triangles().size() > organ.cutting->taken();
+  };
+  if (std::none_of(organs_.begin(), organs_.end(), has_more)) return;
+  auto next = std::make_shared<Parting>();
+  next->retired = std::move(parting_);
+  next->organs.resize(organs_.size());
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    if (has_more(organs_[o])) next->organs[o].sheet = organs_[o].sweeps->sheet();
+  }
+  next->begin(organs_, options_);
+  parting_ = std::move(next);
+}
+
+void Player::end_parting() {
+  parting_->finish(organs_, options_);
+  std::vector<std::vector<NodeSource>> sources;
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    Organ& organ = organs_[o];
+    Parting::Organ& next = parting_->organs[o];
+    if (next.cutting) std::swap(organ.cutting, next.cutting);
+    if (next.changed) {
+      std::swap(organ.cut_warper, next.warper);
+      organ.positions = organ.cutting->now().proxy.vertices;
+      sources.push_back(std::move(next.node_sources));
+      continue;
+    }
+    sources.emplace_back();
+    for (std::uint32_t n = 0; n < organ.now().mechanics.body->nodes_mm.size(); ++n)
+      sources.back().push_back({{n, n, n, n}});
+  }
+  if (!parting_->deformer) return;
+  parting_->deformer->take_over(deformer_, sources);
+  std::swap(deformer_, *parting_->deformer);
+  take_positions();
+}
+
+std::size_t Player::piece_count(std::size_t organ) const {
+  const Organ& asked = organs_[organ];
+  return asked.cut_warper ? asked.cutting->body().cut().fragment_count() : 1;
+}
+
+}  // namespace organbake

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/projection_error.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "organbake/core/parallel.h"
+#include "organbake/geometry/nearest_on_triangle.h"
+#include "organbake/geometry/view_manifold.h"
+#include "organbake/warp/draw_options.h"
+
+namespace organbake {
+namespace {
+
+Eigen::Vector3d on_face(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& positions,
+                        std::uint32_t face, const Eigen::Vector3d& weights) {
+  const auto [a, b, c] = mesh.faces[face];
+  return weights[0] * positions[a] + weights[1] * positions[b] + weights[2] * positions[c];
+}
+
+PixelErrors summarise(std::vector<double> errors) {
+  PixelErrors result;
+  result.vertices = errors.size();
+  if (errors.empty()) return result;
+  std::sort(errors.begin(), errors.end());
+  result.mean_px = std::accumulate(errors.begin(), errors.end(), 0.0) / errors.size();
+  result.p99_px = errors[static_cast<std::size_t>(0.99 * (errors.size() - 1))];
+  result.max_px = errors.back();
+  return result;
+}
+
+}  // namespace
+
+ProjectionComparison::ProjectionComparison(const Bundle& bundle, const CarriedSurface& truth)
+    : bundle_(bundle),
+      truth_(truth),
+      shell_(bundle.shell()),
+      binder_(shell_.at_rest(), shell_.reach_mm()),
+      closest_(truth.at_rest().vertices.size()) {
+  parallel_for(std::size_t{0}, closest_.size(),
+               [&](std::size_t v) { closest_[v] = closest_to(truth.at_rest().vertices[v]); });
+}
+
+// Of all faces; of a skin's many, on the one that the point is bound to.
+ProjectionComparison::OnFace ProjectionComparison::closest_to(const Eigen::Vector3d& p) const {
+  const TriangleMesh& mesh = shell_.at_rest();
+  const auto on = [&](std::uint32_t f) {
+    const auto [a, b, c] = mesh.faces[f];
+    return OnFace{f, nearest_on_triangle(p, mesh.vertices[a], mesh.vertices[b], mesh.vertices[c])};
+  };
+  if (shell_.skin()) return on(binder_.bind(p).face);
+  OnFace closest;
+  double best = std::numeric_limits<double>::infinity();
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const OnFace found = on(f);
+    const double d2 = (on_face(mesh, mesh.vertices, f, found.weights) - p).squaredNorm();
+    if (d2 < best) best = d2, closest = found;
+  }
+  return closest;
+}
+
+bool ProjectionComparison::look_up(std::size_t vertex, std::size_t camera, Found& found) const {
+  const PosedCamera& c = bundle_.cameras.cameras[camera];
+  const CameraMaps& maps = bundle_.maps[camera];
+  const Eigen::Vector3d in_camera = c.camera_from_world * truth_.at_rest().vertices[vertex];
+  if (in_camera.z() <= 0) return false;
+  const Eigen::Vector2d pixel = project(c.intrinsics, in_camera);
+  const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
+  if (!(u >= 0 && v >= 0 && u < maps.width - 1 && v < maps.height - 1)) return false;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
+  // 1/z is linear over a plane's picture, so planes are found exactly.
+  double inverse = 0, nearest = std::numeric_limits<double>::infinity(), farthest = 0;
+  found.confidence = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const int dx = corner & 1, dy = corner >> 1;
+    const std::size_t i = std::size_t(y + dy) * maps.width + (x + dx);
+    // What the player does not draw from this camera, it does not see.
+    if (maps.face[i] == kNoFace || maps.confidence[i] < kLeastConfidence) return false;
+    const double z = maps.depth_mm[i];
+    const double share = (dx ? u - x : 1 - (u - x)) * (dy ? v - y : 1 - (v - y));
+    inverse += share / z;
+    found.confidence += share * maps.confidence[i];
+    nearest = std::min(nearest, z), farthest = std::max(farthest, z);
+  }
+  // Texels on both sides of an occluding edge show two places: a slope of 6 (80°) between
+  // neighbours is the limit. A vertex that lies behind all four texels is over the camera's
+  // horizon, however little.
+  const double texel_mm = nearest / c.intrinsics.fx;
+  if (farthest - nearest > 6 * texel_mm) return false;
+  if (in_camera.z() < nearest - texel_mm || in_camera.z() > farthest + texel_mm) return false;
+  found.world_mm =
+      c.camera_from_world.inverse() * Eigen::Vector3d(unproject(c.intrinsics, pixel) / inverse);
+  return true;
+}
+
+bool ProjectionComparison::look_up(std::size_t vertex, const ViewWeights& shares,
+                                   Eigen::Vector3d& world_mm) const {
+  double heaviest = 0;
+  for (int i = 0; i < 3; ++i) {
+    Found found;
+    if (shares.weights[i] <= 0 || !look_up(vertex, shares.cameras[i], found)) continue;
+    const double weight = shares.weights[i] * found.confidence;
+    if (weight > heaviest) heaviest = weight, world_mm = found.world_mm;
+  }
+  return heaviest > 0;
+}
+
+ProjectionErrors ProjectionComparison::measure(const std::vector<Eigen::Vector3d>& proxy_positions,
+                                               const View& view) const {
+  const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
+  const std::vector<bool> visible = truth_.visible(carried, view);
+  const TriangleMesh deformed = shell_.posed(proxy_positions);
+  const std::vector<ShellMatrix> shells = shell_.posed_matrices(proxy_positions);
+  const ViewManifold& manifold = bundle_.cameras.manifold;
+  const ViewWeights shares =
+      view_weights(manifold, view.camera.center_world_mm() - manifold.center_world_mm);
+
+  constexpr double kNotMeasured = -1;
+  const std::size_t count = carried.size();
+  std::vector<double> image_based(count, kNotMeasured), polygons(count, kNotMeasured);
+  parallel_for(std::size_t{0}, count, [&](std::size_t v) {
+    if (!visible[v]) return;
+    const Eigen::Vector2d expected = project(view.camera, carried[v]);
+    const auto error = [&](const Eigen::Vector3d& p) {
+      return (project(view.camera, p) - expected).norm();
+    };
+    polygons[v] =
+        error(on_face(deformed, deformed.vertices, closest_[v].face, closest_[v].weights));
+    Eigen::Vector3d at_rest;
+    if (!look_up(v, shares, at_rest)) return;
+    const ShellBinding b = binder_.bind(at_rest);
+    image_based[v] = error(shell_point(shells[b.face], b.b1, b.b2, b.height_mm));
+  });
+
+  ProjectionErrors result;
+  result.visible = std::count(visible.begin(), visible.end(), true);
+  const auto measured = [&](std::vector<double> all) {
+    std::erase(all, kNotMeasured);
+    return summarise(std::move(all));
+  };
+  result.image_based = measured(std::move(image_based));
+  result.polygons = measured(std::move(polygons));
+  result.without_map = result.visible - result.image_based.vertices;
+  return result;
+}
+
+namespace {
+
+constexpr double kNotShown = -1;
+
+PixelErrors measured(std::vector<double> errors) {
+  std::erase(errors, kNotShown);
+  return summarise(std::move(errors));
+}
+
+Eigen::Vector2d center_of(std::size_t pixel, int width) {
+  return {static_cast<double>(pixel % width) + 0.5, static_cast<double>(pixel / width) + 0.5};
+}
+
+}  // namespace
+
+ProjectionComparison::Displayed ProjectionComparison::displayed(
+    const Frame& frame, const std::vector<Eigen::Vector3d>& proxy_positions,
+    const View& view) const {
+  const std::vector<ShellMatrix> shells = shell_.posed_matrices(proxy_positions);
+  std::vector<double> points(frame.shown.size(), kNotShown), samples = points;
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    if (frame.cover[i] != Cover::samples || frame.shown[i].point_mm.hasNaN()) return;
+    const auto error = [&](const Eigen::Vector3f& at_rest) {
+      const ShellBinding b = binder_.bind(at_rest.cast<double>());
+      const Eigen::Vector3d p = shell_point(shells[b.face], b.b1, b.b2, b.height_mm);
+      return (project(view.camera, p) - center_of(i, frame.color.width)).norm();
+    };
+    points[i] = error(frame.shown[i].point_mm);
+    samples[i] = error(frame.shown[i].sample_mm);
+  });
+  return {measured(std::move(points)), measured(std::move(samples))};
+}
+
+PixelErrors ProjectionComparison::displayed_polygons(
+    const std::vector<Eigen::Vector3d>& proxy_positions, const View& view) const {
+  const std::vector<Eigen::Vector3d> carried = truth_.carry(proxy_positions);
+  const TriangleMesh deformed = shell_.posed(proxy_positions);
+  std::vector<Eigen::Vector3d> flattened;
+  for (const OnFace& on : closest_)
+    flattened.push_back(on_face(deformed, deformed.vertices, on.face, on.weights));
+  const auto seen = truth_.seen_at_centers(flattened, view);
+  std::vector<double> errors(seen.size(), kNotShown);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (seen[i].face == kNoFace) continue;
+    errors[i] = (project(view.camera, truth_.point(seen[i], carried)) -
+                 center_of(i, view.camera.intrinsics.width))
+                    .norm();
+  }
+  return measured(std::move(errors));
+}
+
+}  // namespace organbake

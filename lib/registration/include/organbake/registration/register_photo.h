@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/core/run_context.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/registration/registered_surface.h"
+#include "organbake/registration/shading.h"
+#include "organbake/registration/similarity.h"
+
+namespace organbake {
+
+// How far from a start the pose is looked for.
+enum class Reach {
+  wide,       // tens of millimetres and degrees
+  one_frame,  // as far as a clip moves from one frame to the next; the lens is not doubted
+};
+
+struct RegistrationOptions {
+  LightModel light = LightModel::automatic;
+  Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
+  Similarity similarity = Similarity::radiance;
+  Form form = Form::patches;
+  bool free_focal = false;  // one scale for both focal lengths is sought with the pose
+  Reach reach = Reach::wide;
+  // Where a pose is not ok, follow the lights that were not chosen, and look for its colours: what
+  // comes of it is doubtful at best, and takes as long again.
+  bool last_resorts = true;
+  int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
+  int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
+  int solver_iterations = 8;  // within each; 1…100
+
+  // Throws UsageError.
+  void check() const;
+};
+
+// A point of the surface (world mm) and where the photograph shows it (pixels).
+struct PointPair {
+  Eigen::Vector3d point_world_mm;
+  Eigen::Vector2d pixel;
+};
+
+struct PhotoToRegister {
+  Rgb8Image image;
+  Rgb8Image mask;  // black: does not count; empty = all counts
+  Intrinsics intrinsics;
+  std::optional<RigidTransform> start;  // camera_from_world; none: searched for all round
+  std::vector<PointPair> pairs;         // at least 6 make a start
+};
+
+enum class Verdict { ok, doubtful, failed };
+const char* name_of(Verdict verdict);
+
+// What a pose is worth. Standard deviations are of the sandwich estimator over patches of the
+// photograph, so that what the model leaves unexplained counts with its real correlation.
+struct PoseQuality {
+  Verdict verdict = Verdict::failed;
+  std::string reason;        // why not ok; empty when ok
+  double correlation = 0;    // R over the overlap
+  double inlier_share = 0;   // of the organ's pixels, within 3 robust standard deviations
+  double visible_share = 0;  // of the surface that faces the camera: inside the picture and counted
+  double outline_asked_share = 0;  // of the outline: clear in the picture, so that it can confirm
+  double outline_share = 0;        // of that: the photograph confirms it within a pixel
+  double position_sd_mm = 0;       // of the organ's centre
+  double rotation_sd_deg = 0;
+  double surface_sd_mm = 0;  // RMS over the surface: the expected mTRE
+  // By what share the pose leaves less of the photograph unexplained than the best one of the
+  // search that is turned by more than 15°; 1 without one.
+  double runner_up_margin = 1;
+  double focal_scale = 1;  // found, or what a free focal length would want
+};
+
+struct RegisteredPhoto {
+  PosedCamera camera;  // intrinsics as found when the focal length was free
+  PoseQuality quality;
+  // As given, or as found by `automatic`, which stands for itself where colour alone told the pose.
+  LightModel light = LightModel::camera;
+};
+
+// Aligns the photograph with the surface by maximising the normalised cross-correlation of photo
+// and predicted shading (the paper, 2.1.1); where that fails near a start, or when
+// Similarity::silhouette asks for it, the surface's silhouette with what has its colours
+// (color_silhouette.h). Never throws for not finding the pose: that is what the verdict says.
+// Throws BadDataError when intrinsics, image and mask do not fit together, UsageError for too few
+// point pairs, and for a silhouette without a start or of an open surface. The same result for any
+// number of threads.
+RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                               const RegistrationOptions& options, const RunContext& context = {});
+
+}  // namespace organbake

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "organbake/geometry/triangle_mesh.h"
+#include "organbake/raycast/ray_scene.h"
+
+namespace organbake {
+
+// A point of the surface with its smooth unit normal (world, mm).
+struct SurfaceSample {
+  Eigen::Vector3d point, normal;
+};
+
+// What the borders of a mesh are.
+enum class MeshBorders {
+  unknown_beyond,  // the organ goes on there: a piece of it was segmented, or it was cut
+  outlines,        // the organ ends there
+};
+
+// All that poses are sought for: the surface, its ray scene and what is fixed in its own space.
+// Made once, then shared by all photographs and threads.
+class RegisteredSurface {
+ public:
+  // Throws BadDataError for a mesh without faces, with bad indices or non-finite coordinates.
+  explicit RegisteredSurface(TriangleMesh mesh, MeshBorders borders = MeshBorders::unknown_beyond);
+
+  const TriangleMesh& mesh() const { return mesh_; }
+  const RayScene& scene() const { return scene_; }
+  const Bounds& box() const { return box_; }
+  const Eigen::Vector3d& center() const { return center_; }  // of the bounds; rotations turn there
+  double radius_mm() const { return radius_; }               // farthest vertex from the centre
+  // The same places whatever the pose: about evenly spread over the area, seeded.
+  const std::vector<SurfaceSample>& samples() const { return samples_; }
+
+  // Whether the organ goes on beyond what the mesh shows of it.
+  bool open() const { return !border_distance_mm_.empty(); }
+  // How far along the surface a hit is from where it is cut; infinite where it is not open.
+  float border_distance_mm(const RayHit& hit) const;
+
+  struct Skin {
+    Eigen::Vector3d normal;  // smooth, unit, towards the side that `direction` comes from
+    float albedo = 1;        // luminance of the vertex colours; 1 without any
+  };
+  // What a ray along `direction` (world) sees at a hit.
+  Skin skin(const RayHit& hit, const Eigen::Vector3d& direction) const;
+
+ private:
+  void spread_samples();
+
+  TriangleMesh mesh_;
+  RayScene scene_;
+  std::vector<Eigen::Vector3d> normals_;       // of vertices
+  std::vector<Eigen::Vector3d> face_normals_;  // not normalised
+  std::vector<float> border_distance_mm_;      // of vertices; empty when not open
+  Bounds box_;
+  Eigen::Vector3d center_;
+  double radius_ = 0;
+  std::vector<SurfaceSample> samples_;
+};
+
+// How far each vertex is from the mesh's border along its edges, in mm; nothing when the mesh has
+// none. An edge is border when one face has it; corners at the very same place are one, so that
+// triangles that don't share their vertices (STL) have no border between them.
+std::vector<float> border_distance_mm(const TriangleMesh& mesh);
+
+}  // namespace organbake

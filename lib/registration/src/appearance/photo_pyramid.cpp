@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "appearance/photo_pyramid.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+#include "organbake/image/srgb.h"
+#include "organbake/registration/object_pose.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kBlown = 250;    // 8-bit: what a clipped highlight still has after compression
+constexpr int kLeastSide = 8;  // pixels: below, nothing can be told
+
+bool is_blown(const std::uint8_t* rgb) { return std::max({rgb[0], rgb[1], rgb[2]}) >= kBlown; }
+
+// Lens and compression spread a blown pixel over its neighbours.
+void drop_blown(const Rgb8Image& photo, std::vector<std::uint8_t>& valid) {
+  for (int y = 0; y < photo.height; ++y)
+    for (int x = 0; x < photo.width; ++x) {
+      if (!is_blown(photo.at(x, y))) continue;
+      for (int v = std::max(0, y - 1); v <= std::min(photo.height - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(photo.width - 1, x + 1); ++u)
+          valid[std::size_t(v) * photo.width + u] = 0;
+    }
+}
+
+PhotoLevel first_level(const Rgb8Image& photo, const Rgb8Image& mask) {
+  PhotoLevel level;
+  level.luminance.resize(photo.pixels.size() / 3);
+  const auto& linear = linear_from_srgb8();
+  for (std::size_t i = 0; i < level.luminance.size(); ++i) {
+    const std::uint8_t* rgb = &photo.pixels[3 * i];
+    level.luminance[i] = luminance(linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]);
+  }
+  level.valid = valid_pixels(photo, mask);
+  return level;
+}
+
+// A pixel counts when at least two of its four do; its value is their mean.
+PhotoLevel halved(const PhotoLevel& fine, const Intrinsics& intrinsics) {
+  PhotoLevel half;
+  half.factor = 2 * fine.factor;
+  half.intrinsics = reduced(intrinsics, half.factor);
+  const int width = half.intrinsics.width, height = half.intrinsics.height;
+  half.luminance.resize(std::size_t(width) * height);
+  half.valid.resize(half.luminance.size());
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const std::size_t top = fine.index(2 * x, 2 * y), bottom = fine.index(2 * x, 2 * y + 1);
+      float sum = 0;
+      int count = 0;
+      for (const std::size_t i : {top, top + 1, bottom, bottom + 1}) {
+        count += fine.valid[i];
+        sum += fine.valid[i] ? fine.luminance[i] : 0;
+      }
+      half.luminance[half.index(x, y)] = count > 0 ? sum / count : 0;
+      half.valid[half.index(x, y)] = count >= 2;
+    }
+  return half;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> pixels_in_field(const Rgb8Image& photo, const Rgb8Image& mask) {
+  std::vector<std::uint8_t> valid = inside_round_field(photo);
+  for (std::size_t i = 0; 3 * i < mask.pixels.size(); ++i) {
+    const std::uint8_t* rgb = &mask.pixels[3 * i];
+    if (rgb[0] + rgb[1] + rgb[2] < 3 * 128) valid[i] = 0;
+  }
+  return valid;
+}
+
+std::vector<std::uint8_t> valid_pixels(const Rgb8Image& photo, const Rgb8Image& mask) {
+  std::vector<std::uint8_t> valid = pixels_in_field(photo, mask);
+  drop_blown(photo, valid);
+  return valid;
+}
+
+std::vector<Eigen::Vector3f> pixel_rays(const Intrinsics& intrinsics) {
+  std::vector<Eigen::Vector3f> rays(std::size_t(intrinsics.width) * intrinsics.height);
+  tbb::parallel_for(0, intrinsics.height, [&](int y) {
+    for (int x = 0; x < intrinsics.width; ++x)
+      rays[std::size_t(y) * intrinsics.width + x] =
+          unproject(intrinsics, {x + 0.5, y + 0.5}).cast<float>();
+  });
+  return rays;
+}
+
+std::vector<PhotoLevel> photo_pyramid(const Rgb8Image& photo, const Rgb8Image& mask,
+                                      const Intrinsics& intrinsics, int finest_side,
+                                      int coarsest_side) {
+  std::vector<PhotoLevel> levels;
+  PhotoLevel level = first_level(photo, mask);
+  level.intrinsics = intrinsics;
+  while (std::min(level.intrinsics.width, level.intrinsics.height) >= kLeastSide) {
+    const int side = std::max(level.intrinsics.width, level.intrinsics.height);
+    if (side <= finest_side) levels.push_back(level);
+    if (side <= coarsest_side) break;
+    level = halved(level, intrinsics);
+  }
+  for (PhotoLevel& kept : levels) kept.rays = pixel_rays(kept.intrinsics);
+  return levels;
+}
+
+}  // namespace organbake

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/registration/registered_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "organbake/core/random.h"
+#include "organbake/geometry/mesh_checks.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr std::size_t kSamples = 4000;
+constexpr std::uint64_t kSampleSeed = 20040901;
+
+TriangleMesh checked(TriangleMesh mesh) {
+  check_mesh(mesh, "surface");
+  return mesh;
+}
+
+}  // namespace
+
+RegisteredSurface::RegisteredSurface(TriangleMesh mesh, MeshBorders borders)
+    : mesh_(checked(std::move(mesh))),
+      scene_(mesh_),
+      normals_(vertex_normals(mesh_)),
+      box_(bounds(mesh_)),
+      center_(box_.center()) {
+  face_normals_.reserve(mesh_.faces.size());
+  for (const auto& [a, b, c] : mesh_.faces) {
+    const Vector3d& corner = mesh_.vertices[a];
+    face_normals_.push_back((mesh_.vertices[b] - corner).cross(mesh_.vertices[c] - corner));
+  }
+  for (const Face& face : mesh_.faces)
+    for (const std::uint32_t v : face)
+      radius_ = std::max(radius_, (mesh_.vertices[v] - center_).norm());
+  if (borders == MeshBorders::unknown_beyond)
+    border_distance_mm_ = organbake::border_distance_mm(mesh_);
+  spread_samples();
+}
+
+float RegisteredSurface::border_distance_mm(const RayHit& hit) const {
+  if (!open()) return std::numeric_limits<float>::infinity();
+  const auto& [a, b, c] = mesh_.faces[hit.face];
+  const auto& d = border_distance_mm_;
+  return (1 - hit.u - hit.v) * d[a] + hit.u * d[b] + hit.v * d[c];
+}
+
+// One sample in each of equal shares of the area, so that they lie evenly.
+void RegisteredSurface::spread_samples() {
+  std::vector<double> area_up_to(mesh_.faces.size());
+  std::transform(face_normals_.begin(), face_normals_.end(), area_up_to.begin(),
+                 [](const Vector3d& n) { return 0.5 * n.norm(); });
+  std::partial_sum(area_up_to.begin(), area_up_to.end(), area_up_to.begin());
+  const double total = area_up_to.back();
+  if (!(total > 0)) return;
+  RandomStream random(kSampleSeed);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    const double at = (i + random.uniform()) / kSamples * total;
+    const auto face = static_cast<std::uint32_t>(std::min<std::size_t>(
+        std::lower_bound(area_up_to.begin(), area_up_to.end(), at) - area_up_to.begin(),
+        mesh_.faces.size() - 1));
+    const double root = std::sqrt(random.uniform()), share = random.uniform();
+    const double u = root * (1 - share), v = root * share;
+    const auto& [a, b, c] = mesh_.faces[face];
+    RayHit hit;
+    hit.face = face;
+    hit.u = static_cast<float>(u);
+    hit.v = static_cast<float>(v);
+    samples_.push_back(
+        {(1 - u - v) * mesh_.vertices[a] + u * mesh_.vertices[b] + v * mesh_.vertices[c],
+         skin(hit, -face_normals_[face]).normal});
+  }
+}
+
+RegisteredSurface::Skin RegisteredSurface::skin(const RayHit& hit,
+                                                const Vector3d& direction) const {
+  const auto& [a, b, c] = mesh_.faces[hit.face];
+  const double u = hit.u, v = hit.v, w = 1 - u - v;
+  Skin skin{w * normals_[a] + u * normals_[b] + v * normals_[c]};
+  const double length = skin.normal.norm();
+  skin.normal = length > 0 ? Vector3d(skin.normal / length) : Vector3d(-direction.normalized());
+  // Pieces that are inside out, and open sheets from behind, are lit on the side that is seen.
+  if (face_normals_[hit.face].dot(direction) > 0) skin.normal = -skin.normal;
+  if (!mesh_.colors.empty()) {
+    const Eigen::Vector3f luma(0.2126f, 0.7152f, 0.0722f);
+    skin.albedo = luma.dot(static_cast<float>(w) * mesh_.colors[a] + hit.u * mesh_.colors[b] +
+                           hit.v * mesh_.colors[c]);
+  }
+  return skin;
+}
+
+}  // namespace organbake

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "color/color_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace organbake {
+namespace {
+
+struct Piece {
+  int left = 0, top = 0, width = 0, height = 0;  // pixels of the photograph
+};
+
+// The organ's circle at its start, with as much round it as a start may be off.
+Piece piece_around(const Intrinsics& lens, const ObjectPose& start, double radius_px, int factor) {
+  constexpr double kHalf = 2.5;  // radii
+  const Eigen::Vector2d center = project(lens, start.center_camera_mm);
+  const auto bound = [&](double at, int size) {
+    return std::clamp(static_cast<int>(std::clamp(at, 0.0, double(size))), 0, size);
+  };
+  const int left = bound(center.x() - kHalf * radius_px, lens.width);
+  const int right = bound(center.x() + kHalf * radius_px, lens.width);
+  const int top = bound(center.y() - kHalf * radius_px, lens.height);
+  const int bottom = bound(center.y() + kHalf * radius_px, lens.height);
+  return {left, top, (right - left) / factor * factor, (bottom - top) / factor * factor};
+}
+
+Rgb8Image cut(const Rgb8Image& photo, const Piece& piece) {
+  Rgb8Image image(piece.width, piece.height);
+  for (int y = 0; y < piece.height; ++y)
+    std::copy_n(photo.at(piece.left, piece.top + y), 3 * piece.width, image.at(0, y));
+  return image;
+}
+
+// Blown pixels count: what they show has a colour, too, and seldom the organ's.
+std::vector<std::uint8_t> counted(const PhotoToRegister& photo, const Piece& piece, int factor) {
+  const std::vector<std::uint8_t> field = pixels_in_field(photo.image, photo.mask);
+  std::vector<std::uint8_t> valid;
+  for (int y = piece.top; y < piece.top + piece.height; y += factor)
+    for (int x = piece.left; x < piece.left + piece.width; x += factor) {
+      bool counts = true;
+      for (int v = y; v < y + factor; ++v)
+        for (int u = x; u < x + factor; ++u)
+          counts = counts && field[std::size_t(v) * photo.image.width + u];
+      valid.push_back(counts);
+    }
+  return valid;
+}
+
+}  // namespace
+
+ColorScene ColorScene::around(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                              const ObjectPose& start) {
+  constexpr double kFineEnough_px = 50;  // radius: more pixels make the outline no clearer
+  ColorScene scene;
+  const double radius_px =
+      photo.intrinsics.fx * surface.radius_mm() / std::max(1e-9, start.center_camera_mm.z());
+  int factor = 1;
+  while (radius_px / factor > kFineEnough_px && factor < 64) factor *= 2;
+  scene.radius_px = radius_px / factor;
+  const Piece piece = piece_around(photo.intrinsics, start, radius_px, factor);
+  PhotoLevel& level = scene.level;
+  level.factor = factor;
+  level.intrinsics = reduced(photo.intrinsics, factor);
+  level.intrinsics.width = piece.width / factor;
+  level.intrinsics.height = piece.height / factor;
+  level.intrinsics.cx -= double(piece.left) / factor;
+  level.intrinsics.cy -= double(piece.top) / factor;
+  scene.kinds = color_kinds(cut(photo.image, piece), factor);
+  if (scene.empty()) return scene;
+  level.valid = counted(photo, piece, factor);
+  level.rays = pixel_rays(level.intrinsics);
+  return scene;
+}
+
+std::vector<float> covered(const RegisteredSurface& surface, const PhotoLevel& level,
+                           const ObjectPose& pose, double blur_px) {
+  constexpr double kLeastBlur_px = 0.3;
+  const ShadingBasis basis({}, pose.center_camera_mm.norm());
+  Prediction p;
+  predict(surface, level, pose, 1, basis, basis.first_weights(), {}, p);
+  std::vector<float> cover(level.valid.size(), 0);
+  for (int y = p.top; y < p.top + p.height; ++y)
+    for (int x = p.left; x < p.left + p.width; ++x)
+      cover[level.index(x, y)] = p.coverage[p.index(x, y)];
+  if (blur_px < kLeastBlur_px) return cover;
+  cv::Mat image(level.intrinsics.height, level.intrinsics.width, CV_32F, cover.data());
+  cv::GaussianBlur(image, image, {}, blur_px);
+  return cover;
+}
+
+std::vector<float> likely_organ(const ColorScene& scene, const std::vector<float>& cover) {
+  constexpr double kUnseen = 1e-3;  // share of a kind that neither side has
+  std::array<double, kColorKinds> inside{}, outside{}, organ{};
+  double all_inside = 0, all_outside = 0;
+  for (std::size_t i = 0; i < cover.size(); ++i) {
+    if (!scene.level.valid[i]) continue;
+    all_inside += cover[i];
+    all_outside += 1 - cover[i];
+    for (int k = 0; k < kColorKinds; ++k) {
+      inside[k] += cover[i] * scene.kinds[i][k];
+      outside[k] += (1 - cover[i]) * scene.kinds[i][k];
+    }
+  }
+  for (int k = 0; k < kColorKinds; ++k) {
+    const double in = inside[k] / std::max(1e-9, all_inside) + kUnseen;
+    const double out = outside[k] / std::max(1e-9, all_outside) + kUnseen;
+    organ[k] = in / (in + out);
+  }
+  std::vector<float> likely(cover.size(), 0.5f);
+  for (std::size_t i = 0; i < cover.size(); ++i) {
+    double sum = 0;
+    for (int k = 0; k < kColorKinds; ++k) sum += organ[k] * scene.kinds[i][k];
+    likely[i] = static_cast<float>(sum);
+  }
+  return likely;
+}
+
+}  // namespace organbake

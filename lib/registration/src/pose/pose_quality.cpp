@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pose/pose_quality.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "organbake/core/text.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+// Bounds of the verdict. They were set on photographs of the phantom with known poses, right and
+// wrong ones, so that no wrong one passes (organbench, suite registration).
+constexpr double kLeastVisible = 0.6;
+constexpr double kLeastVisibleOpen = 0.25;  // of a piece: it was cut anyway
+constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
+constexpr double kLeastOutline = 0.25, kSureOutline = 0.6;
+constexpr double kLeastAsked = 0.2;  // right poses: 0.43 and more
+constexpr double kLeastInliers = 0.6;
+constexpr double kLargestSurfaceSdMm = 1.0;
+constexpr double kLeastMargin = 0.1;
+constexpr double kLargestFocalError = 0.07;  // exact lenses: 0.02 at most, 10 % off: 0.09
+
+// Motion of a surface point by the pose: (ω, τ) ↦ ω × (x − c) + τ.
+Eigen::Matrix<double, 3, 6> point_motion(const Vector3d& d) {
+  Eigen::Matrix<double, 3, 6> j;
+  j << 0, d.z(), -d.y(), 1, 0, 0, -d.z(), 0, d.x(), 0, 1, 0, d.y(), -d.x(), 0, 0, 0, 1;
+  return j;
+}
+
+// What a free focal length would want; 1 unless that is well outside what texture and noise do to
+// it.
+double wanted_focal_scale(const FocalCheck& check) {
+  constexpr double kSignificant = 4;  // standard deviations
+  return std::abs(check.log_scale) > kSignificant * check.log_sd ? std::exp(check.log_scale) : 1;
+}
+
+// Of a smaller picture a pixel is a larger part of the organ, so that more of another organ's
+// outline lies within one: up to 0.54 of it at a diameter of about 370 pixels, 0.73 at 250.
+double sure_outline(double organ_px) {
+  constexpr double kLargeEnough = 310, kPerPixel = 0.0022, kMost = 0.95;
+  return std::min(kMost, kSureOutline + kPerPixel * std::max(0.0, kLargeEnough - organ_px));
+}
+
+std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
+
+void judge(PoseQuality& q, double organ_px, bool open) {
+  const double least_visible = open ? kLeastVisibleOpen : kLeastVisible;
+  // A piece without outlines in the picture has none elsewhere; that nothing then confirms its pose
+  // is another matter.
+  const bool has_outline = !open || q.outline_asked_share >= kLeastAsked;
+  struct Rule {
+    bool broken;
+    Verdict verdict;
+    std::string reason;
+  };
+  const Rule rules[] = {
+      {!(q.visible_share >= least_visible), Verdict::failed,
+       "only " + percent(q.visible_share) + " of the facing surface is in the picture, " +
+           percent(least_visible) + " are needed"},
+      {!(q.correlation >= kLeastCorrelation), Verdict::failed,
+       "the photograph does not look like the surface: R = " + to_text(q.correlation, 3)},
+      {!has_outline, Verdict::doubtful,
+       "the surface is open and hardly any of the organ's outline is in the picture: nothing "
+       "confirms the pose"},
+      {!(q.outline_share >= kLeastOutline), Verdict::failed,
+       "the photograph has the outline elsewhere: " + percent(q.outline_share) + " of it fits"},
+      {!(q.outline_share >= sure_outline(organ_px)), Verdict::doubtful,
+       "only " + percent(q.outline_share) + " of the outline fits; " +
+           percent(sure_outline(organ_px)) + " should, of an organ as large in its picture"},
+      {!(q.outline_asked_share >= kLeastAsked), Verdict::doubtful,
+       "only " + percent(q.outline_asked_share) + " of the outline could be looked at, " +
+           percent(kLeastAsked) + " are needed: it must lie well inside the picture, unmasked"},
+      {!(q.correlation >= kSureCorrelation), Verdict::doubtful,
+       "the photograph looks little like the surface: R = " + to_text(q.correlation, 3)},
+      {!(q.inlier_share >= kLeastInliers), Verdict::doubtful,
+       "only " + percent(q.inlier_share) + " of the organ's pixels fit"},
+      {!(q.surface_sd_mm <= kLargestSurfaceSdMm), Verdict::doubtful,
+       "the pose is uncertain by " + to_text(q.surface_sd_mm, 2) + " mm on the surface"},
+      {!(q.runner_up_margin >= kLeastMargin), Verdict::doubtful,
+       "another pose fits almost as well: it leaves only " + percent(q.runner_up_margin) +
+           " more unexplained"},
+      {std::abs(std::log(q.focal_scale)) > kLargestFocalError, Verdict::doubtful,
+       "the focal length seems wrong: " + to_text(q.focal_scale, 2) + " times the given one fits"},
+  };
+  q.verdict = Verdict::ok;
+  q.reason.clear();
+  for (const Rule& rule : rules) {
+    if (!rule.broken) continue;
+    q.verdict = rule.verdict;
+    q.reason = rule.reason;
+    return;
+  }
+}
+
+// The share of the surface that faces the camera, and nothing of it hides, which lies inside the
+// picture on pixels that count; `lens` is the level's, with the focal length that was found.
+double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
+                     const Intrinsics& lens, const ObjectPose& pose) {
+  const RigidTransform camera_from_world = rigid_transform(pose, surface.center());
+  const Vector3d eye = camera_from_world.inverse().translation;
+  std::vector<const SurfaceSample*> facing;
+  std::vector<Ray> rays;
+  for (const SurfaceSample& sample : surface.samples()) {
+    const Vector3d way = eye - sample.point;
+    if (!(sample.normal.dot(way) > 0)) continue;
+    facing.push_back(&sample);
+    Ray ray;
+    ray.origin = sample.point;
+    ray.direction = way;
+    ray.t_min = 1e-3 * surface.radius_mm() / way.norm();
+    ray.t_max = 1;
+    rays.push_back(ray);
+  }
+  std::vector<std::uint8_t> hidden(rays.size());
+  surface.scene().occluded(rays, hidden);
+  int open = 0, seen = 0;
+  for (std::size_t i = 0; i < facing.size(); ++i) {
+    if (hidden[i]) continue;
+    ++open;
+    const Vector3d x = camera_from_world * facing[i]->point;
+    if (!(x.z() > 0)) continue;
+    const Eigen::Vector2d pixel = project(lens, x);
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < lens.width && pixel.y() < lens.height))
+      continue;
+    seen += level.valid[level.index(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()))];
+  }
+  return open > 0 ? static_cast<double>(seen) / open : 0;
+}
+
+}  // namespace
+
+void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
+                    const ObjectPose& pose, PoseQuality& quality) {
+  quality.surface_sd_mm = quality.position_sd_mm = quality.rotation_sd_deg = 1e9;
+  if (curvature.pixels == 0) return;
+  const Eigen::MatrixXd all = sandwich_covariance(curvature);
+  if (!all.allFinite()) return;
+  const Eigen::Matrix<double, 6, 6> cov = all.topLeftCorner<6, 6>();
+  quality.rotation_sd_deg =
+      std::sqrt(std::max(0.0, cov.topLeftCorner<3, 3>().trace())) * 180 / std::numbers::pi;
+  quality.position_sd_mm = std::sqrt(std::max(0.0, cov.bottomRightCorner<3, 3>().trace()));
+  const Eigen::Matrix3d turn = pose.camera_from_world.toRotationMatrix();
+  double sum = 0;
+  for (const SurfaceSample& sample : surface.samples()) {
+    const auto j = point_motion(turn * (sample.point - surface.center()));
+    sum += (j * cov * j.transpose()).trace();
+  }
+  quality.surface_sd_mm = std::sqrt(std::max(0.0, sum / surface.samples().size()));
+}
+
+PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                   const RefineOptions& options, const RefineState& state, double runner_up_margin,
+                   const RunContext& context) {
+  PoseQuality quality;
+  if (!state.usable || !std::isfinite(state.correlation)) {
+    quality.reason = "the organ is out of the picture, or the photograph is constant there";
+    return quality;
+  }
+  // Where an outline that is wrong by a hundredth of the organ shows, and noise is averaged.
+  constexpr int kEnough = 640;
+  int level = 0;
+  while (level + 1 < static_cast<int>(pyramid.size()) && pyramid[level].intrinsics.width > kEnough)
+    ++level;
+  quality.correlation = state.correlation;
+  quality.inlier_share = state.appearance.inlier_share;
+  quality.runner_up_margin = runner_up_margin;
+  const double found = std::exp(state.solver.log_focal);
+  Intrinsics lens = pyramid[level].intrinsics;
+  lens.fx *= found;
+  lens.fy *= found;
+  quality.visible_share = visible_share(surface, pyramid[level], lens, state.solver.object_pose());
+  const ShadingBasis basis = basis_for(options, state.solver.object_pose());
+  Prediction prediction;
+  predict(surface, pyramid[level], state.solver.object_pose(), found, basis, state.solver.light, {},
+          prediction);
+  const OutlineCheck outline =
+      check_outline(pyramid[level], prediction, state.solver.light[basis.size() - 1]);
+  quality.outline_share = outline.share;
+  if (outline.places > 0)
+    quality.outline_asked_share = static_cast<double>(outline.asked) / outline.places;
+  measure_spread(surface, curvature(surface, pyramid[level], options, state),
+                 state.solver.object_pose(), quality);
+  quality.focal_scale =
+      options.free_focal || !options.check_focal
+          ? 1
+          : wanted_focal_scale(check_focal(surface, pyramid, options, state, context));
+  judge(quality,
+        2 * surface.radius_mm() * lens.fx / state.solver.object_pose().center_camera_mm.z(),
+        surface.open());
+  if (options.free_focal) quality.focal_scale = found;
+  return quality;
+}
+
+Eigen::MatrixXd sandwich_covariance(const Curvature& curvature) {
+  const Eigen::Index n = curvature.information.rows();
+  Eigen::MatrixXd information = curvature.information;
+  information.diagonal() *= 1 + 1e-12;
+  const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
+  for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
+  return inverse * meat * inverse;
+}
+
+}  // namespace organbake

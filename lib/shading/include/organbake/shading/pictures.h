@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "organbake/shading/frame_depth.h"
+
+namespace organbake {
+
+// Field of view grey, highlights white, instruments blue, the border black.
+Rgb8Image mask_picture(const PreparedFrame& frame);
+// 0 black … 1 white.
+Rgb8Image grey_picture(const Plane& share);
+// Near is bright and warm, far is dark and cold, nothing is black; from the 2nd to the 98th
+// percent.
+Rgb8Image depth_picture(const Plane& depth);
+// Frame, mask, depth and relief (lit from above left) beside each other, each at most
+// `side` wide.
+Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side);
+// One below the other.
+Rgb8Image stacked(const std::vector<Rgb8Image>& rows);
+
+struct Curve {
+  std::string name;
+  std::vector<double> values;
+};
+// Curves over their index, each in a lane of its own, as SVG.
+std::string plot_svg(const std::string& title, const std::vector<Curve>& curves);
+
+}  // namespace organbake

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/shading/frame_depth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "organbake/core/error.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/depth_maps.h"
+#include "organbake/shading/grid_filters.h"
+#include "organbake/shading/light_estimate.h"
+
+namespace organbake {
+namespace {
+
+double median_where(const Plane& plane, const Mask& inside) {
+  std::vector<float> values;
+  for (std::size_t k = 0; k < plane.size(); ++k)
+    if (inside.values[k] && std::isfinite(plane.values[k])) values.push_back(plane.values[k]);
+  return median(std::move(values));
+}
+
+void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
+                const FrameDepth* previous, FrameDepth& result) {
+  RangeEstimate estimate =
+      shade_laparoscope(frame.intensity, frame.counts, frame.camera, options.laparoscope,
+                        previous ? &previous->range : nullptr, options.range_mm);
+  const RayGrid rays = ray_grid(frame.camera);
+  result.warm = estimate.warm;
+  result.sweeps = estimate.sweeps;
+  result.refinements = estimate.refinements;
+  result.residual = estimate.misfit;
+  result.noise = estimate.noise;
+  result.quality = judge_depth(frame, estimate);
+  const double support = options.full_relief ? 1 : result.quality.support;
+  result.confidence =
+      confidence_map(frame, estimate.log_range, normals_from_log_range(estimate.log_range, rays),
+                     rays, estimate.intensity_unit, estimate.noise);
+  // Of a shape that the picture does not support a little is left: which frame is the best one is
+  // still to be told.
+  constexpr float kLeft = 0.1F;
+  for (float& value : result.confidence.values)
+    value *= kLeft + (1 - kLeft) * static_cast<float>(result.quality.support);
+  Plane scaled = estimate.log_range;
+  keep_supported_relief(rays, frame.tissue, support, scaled);
+  result.normals = normals_from_log_range(scaled, rays);
+  double shift = -median_where(scaled, frame.tissue);
+  result.metric = true;
+  if (options.range_mm > 0) {
+    shift += std::log(options.range_mm);
+  } else if (options.albedo > 0) {
+    shift = 0.5 * std::log(options.albedo / estimate.intensity_unit);
+  } else {
+    result.metric = false;
+  }
+  for (float& value : scaled.values) value += static_cast<float>(shift);
+  result.depth = depth_from_log_range(scaled, rays, frame.tissue);
+  result.range = std::move(estimate);
+}
+
+// 0…1, with gaps filled: what the paper's method, which knows no masks, is given.
+Plane unit_intensity(const PreparedFrame& frame, double albedo) {
+  Plane intensity = frame.intensity;
+  for (float& value : intensity.values)
+    value = std::clamp(value / static_cast<float>(albedo), 0.F, 1.F);
+  fill_outside(intensity, frame.counts);
+  return intensity;
+}
+
+// Pixels of depth about a mean of 0, seen from afar, as planar depth about the frame's own range.
+void place_relief(const PreparedFrame& frame, const ShadingOptions& options, const Plane& relief_px,
+                  FrameDepth& result) {
+  const double range = options.range_mm > 0 ? options.range_mm : 1;
+  const double per_pixel = range / frame.camera.fx;
+  const double middle = median_where(relief_px, frame.tissue);
+  const int width = relief_px.width, height = relief_px.height;
+  result.metric = options.range_mm > 0;
+  result.depth = Plane(width, height, std::numeric_limits<float>::infinity());
+  result.confidence = Plane(width, height);
+  Plane log_range(width, height);
+  const RayGrid rays = ray_grid(frame.camera);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const double z =
+          std::max(0.05 * range, range + per_pixel * (double(relief_px.at(x, y)) - middle));
+      const double along = std::hypot(1.0, rays.x(x), rays.y(y));
+      log_range.at(x, y) = static_cast<float>(std::log(z * along));
+      if (!frame.tissue.at(x, y)) continue;
+      result.depth.at(x, y) = static_cast<float>(z);
+      // A distant light in front of a near camera is a poor model: never more than half.
+      result.confidence.at(x, y) = frame.counts.at(x, y) ? 0.5F : 0.125F;
+    }
+  result.normals = normals_from_log_range(log_range, rays);
+}
+
+void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
+               const FrameDepth* previous, FrameDepth& result) {
+  const LightEstimate estimated = estimate_light(frame.intensity, frame.counts);
+  result.light = options.light ? *options.light : previous ? previous->light : estimated.light;
+  const Plane intensity = unit_intensity(frame, std::max(estimated.albedo, 1e-9));
+  if (options.model == ShadingModel::tsai_shah) {
+    TsaiShahOptions tsai_shah{result.light, options.iterations};
+    TsaiShahEstimate estimate =
+        shade_tsai_shah(intensity, tsai_shah, previous ? &previous->tsai_shah_depth : nullptr);
+    result.refinements = options.iterations;
+    result.residual = estimate.residual;
+    Plane relief(intensity.width, intensity.height);
+    for (std::size_t k = 0; k < relief.size(); ++k)
+      relief.values[k] = static_cast<float>(estimate.depth.values[k]);
+    result.tsai_shah_depth = std::move(estimate.depth);
+    place_relief(frame, options, relief, result);
+  } else {
+    DistantOptions distant;
+    distant.light = result.light;
+    DistantEstimate estimate = shade_distant(intensity, frame.counts, distant,
+                                             previous ? &previous->distant_depth : nullptr);
+    result.refinements = estimate.refinements;
+    result.residual = estimate.misfit;
+    result.branch = estimate.branch;
+    result.ambiguous = estimate.ambiguous;
+    place_relief(frame, options, estimate.depth, result);
+    result.distant_depth = std::move(estimate.depth);
+  }
+  result.warm = previous != nullptr;
+  result.quality = {DepthVerdict::doubtful, "a light from afar is no model of an endoscope's lamp",
+                    1, 0};
+}
+
+}  // namespace
+
+void ShadingOptions::check() const {
+  laparoscope.check();
+  if (range_mm != 0 && !(range_mm >= 1e-3 && range_mm < 1e5))
+    throw UsageError("range is " + to_text(range_mm) +
+                     " mm; it must be in 0.001…100000, or 0 where it is not known");
+  if (!(albedo >= 0 && albedo < 1e12))
+    throw UsageError("albedo is " + to_text(albedo) + "; it must not be negative");
+  if (iterations < 1)
+    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be at least 1");
+}
+
+FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options,
+                       const FrameDepth* previous) {
+  options.check();
+  FrameDepth result;
+  if (options.model == ShadingModel::laparoscope) {
+    shade_near(frame, options, previous, result);
+  } else {
+    shade_far(frame, options, previous, result);
+  }
+  return result;
+}
+
+}  // namespace organbake

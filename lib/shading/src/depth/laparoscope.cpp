@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/shading/laparoscope.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "organbake/core/error.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/fast_sweeping.h"
+#include "organbake/shading/grid_filters.h"
+
+namespace organbake {
+namespace {
+
+// The coarsest level: fine enough for the shape of an organ, coarse enough to be solved almost
+// exactly. Noise makes one source pixel of the upwind solution pull all that lies behind it, so a
+// noisy image starts from larger pixels.
+constexpr int kBaseSide = 64, kNoisyBaseSide = 32;
+constexpr double kNoisy = 0.004;  // noise / mean brightness
+
+// Only what counts, on a scale on which it is about 1.
+ShadedImage prepared(const Plane& intensity, const Mask& inside, const RayGrid& rays,
+                     RangeEstimate& estimate) {
+  ShadedImage image{intensity, Plane(rays.width, rays.height, 1), inside, rays};
+  double sum = 0, count = 0;
+  for (std::size_t k = 0; k < intensity.size(); ++k) {
+    const float value = intensity.values[k];
+    if (!(std::isfinite(value) && value >= 0)) image.inside.values[k] = 0;
+    if (!image.inside.values[k]) continue;
+    sum += value;
+    ++count;
+  }
+  estimate.usable = sum > 0 && count > 0;
+  estimate.intensity_unit = estimate.usable ? sum / count : 1;
+  const float unit = static_cast<float>(1 / estimate.intensity_unit);
+  for (std::size_t k = 0; k < intensity.size(); ++k)
+    image.intensity.values[k] = image.inside.values[k] ? intensity.values[k] * unit : 0;
+  estimate.noise = noise_level(image.intensity, image.inside);
+  // The smallest noise that counts stands for rounding in single precision.
+  const double variance = estimate.noise * estimate.noise + 1e-8;
+  std::fill(image.variance.values.begin(), image.variance.values.end(),
+            static_cast<float>(variance));
+  return image;
+}
+
+std::vector<ShadedImage> pyramid_of(ShadedImage finest, int base_side) {
+  std::vector<ShadedImage> levels = {std::move(finest)};
+  while (std::max(levels.back().rays.width, levels.back().rays.height) > base_side)
+    levels.push_back(halved(levels.back()));
+  for (std::size_t i = 1; i < levels.size(); ++i)
+    levels[i].intensity = centre_values(levels[i].intensity, levels[i].inside, static_cast<int>(i));
+  return levels;
+}
+
+// Far below what noise can tell from black, the logarithm would make depth of nothing.
+Plane log_image(const ShadedImage& image) {
+  Plane logs = image.intensity;
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const float floor = std::max(0.5F * std::sqrt(image.variance.values[k]), 2e-3F);
+    logs.values[k] = std::log(std::max(logs.values[k], floor));
+  }
+  return logs;
+}
+
+Plane swept(const ShadedImage& image, const Plane* start, RangeEstimate& estimate,
+            double tolerance) {
+  const Plane logs = log_image(image);
+  Plane v = start ? *start : farthest_log_range(logs);
+  constexpr int kMostSweeps = 32;
+  estimate.sweeps += sweep_log_range(logs, image.inside, image.rays, v, kMostSweeps, tolerance);
+  fill_outside(v, image.inside);
+  return v;
+}
+
+// Upwind differences err by O(h); with the next finer level's solution the leading term goes
+// (Richardson).
+Plane coarse_solution(const std::vector<ShadedImage>& levels, RangeEstimate& estimate) {
+  constexpr double kTolerance = 1e-4;
+  Plane v = swept(levels.back(), nullptr, estimate, kTolerance);
+  if (levels.size() < 2) return v;
+  const ShadedImage& finer = levels[levels.size() - 2];
+  const Plane start = doubled(v, finer.rays.width, finer.rays.height);
+  const Plane second = halved(swept(finer, &start, estimate, kTolerance));
+  for (std::size_t k = 0; k < v.size(); ++k) v.values[k] = 2 * second.values[k] - v.values[k];
+  return v;
+}
+
+void fit_level(const ShadedImage& image, const RangeFitOptions& options, Plane& v,
+               RangeEstimate& estimate) {
+  const FitSummary summary = fit_log_range(image, options, v);
+  estimate.refinements += summary.inner_steps;
+  estimate.misfit = summary.misfit;
+}
+
+Plane solve_cold(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
+                 RangeEstimate& estimate) {
+  if (!options.refine) return swept(levels.front(), nullptr, estimate, 1e-5);
+  Plane v = coarse_solution(levels, estimate);
+  RangeFitOptions fit{.outer_steps = 4, .inner_steps = 300, .model_error = options.texture};
+  fit_level(levels.back(), fit, v, estimate);
+  fit.roughness = roughness_of(v, levels.back());
+  fit_level(levels.back(), fit, v, estimate);
+  fit.roughness = roughness_of(v, levels.back());
+  fit.outer_steps = 2;
+  fit.inner_steps = 15;
+  for (std::size_t i = levels.size() - 1; i-- > 0;) {
+    v = doubled(v, levels[i].rays.width, levels[i].rays.height);
+    if (i == 0) fit.outer_steps = 1;
+    fit_level(levels[i], fit, v, estimate);
+  }
+  return v;
+}
+
+// What changed since the previous frame is found on the coarse levels and added to its detail.
+Plane solve_warm(const std::vector<ShadedImage>& levels, const LaparoscopeOptions& options,
+                 const Plane& previous, std::optional<double> roughness, RangeEstimate& estimate) {
+  std::vector<Plane> before = {previous};
+  for (std::size_t i = 1; i < levels.size(); ++i) before.push_back(halved(before.back()));
+  RangeFitOptions fit{.outer_steps = 2, .inner_steps = 60, .model_error = options.texture};
+  Plane v = before.back();
+  fit.roughness = roughness ? *roughness : roughness_of(v, levels.back());
+  fit_level(levels.back(), fit, v, estimate);
+  fit.outer_steps = 1;
+  fit.inner_steps = 10;
+  for (std::size_t i = levels.size() - 1; i-- > 0;) {
+    Plane change = v;
+    for (std::size_t k = 0; k < v.size(); ++k) change.values[k] -= before[i + 1].values[k];
+    v = doubled(change, levels[i].rays.width, levels[i].rays.height);
+    for (std::size_t k = 0; k < v.size(); ++k) v.values[k] += before[i].values[k];
+    if (i == 0) fit.inner_steps = 5;
+    fit_level(levels[i], fit, v, estimate);
+  }
+  estimate.warm = true;
+  return v;
+}
+
+bool beside_or_beamed(const LaparoscopeOptions& o) {
+  return o.light_offset_x_mm != 0 || o.light_offset_y_mm != 0 || o.beam_exponent != 0;
+}
+
+double median_inside(const Plane& plane, const Mask& inside) {
+  std::vector<float> values;
+  for (std::size_t k = 0; k < plane.size(); ++k)
+    if (inside.values[k]) values.push_back(plane.values[k]);
+  return median(std::move(values));
+}
+
+// The misfit that is left where noise and fine texture have averaged out.
+double misfit_at_organ_scale(const std::vector<ShadedImage>& levels, const Plane& log_range) {
+  ShadedImage image = levels.back();
+  Plane v = log_range;
+  for (std::size_t i = 1; i < levels.size(); ++i) v = halved(v);
+  while (std::max(image.rays.width, image.rays.height) > kNoisyBaseSide) {
+    image = halved(image);
+    v = halved(v);
+  }
+  return fit_log_range(image, {.outer_steps = 0}, v).misfit;
+}
+
+// The image as a light at the optical centre would have made it, given a range.
+void relight(const ShadedImage& seen, const LaparoscopeOptions& options, double range_mm,
+             const Plane& log_range, ShadedImage& central) {
+  Plane metric = log_range;
+  const float shift = static_cast<float>(std::log(range_mm) - median_inside(metric, seen.inside));
+  for (float& value : metric.values) value += shift;
+  const Plane ratio = light_ratio(metric, seen.rays, options);
+  for (std::size_t k = 0; k < ratio.size(); ++k) {
+    central.intensity.values[k] = seen.intensity.values[k] / ratio.values[k];
+    central.variance.values[k] = seen.variance.values[k] / (ratio.values[k] * ratio.values[k]);
+  }
+}
+
+double mean_difference(const Plane& a, const Plane& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) sum += std::abs(a.values[k] - b.values[k]);
+  return sum / std::max<double>(1, static_cast<double>(a.size()));
+}
+
+// A fixed point: each range gives the image of a central light, and that image a better range. The
+// light's ratio hangs on slopes, whose errors feed back: a smooth surface is asked for (granted a
+// rough one, 10 mm beside the lens, the steps grew from the sixth on), and steps that grow again
+// end it.
+void relight_until_settled(const ShadedImage& seen, int base_side,
+                           const LaparoscopeOptions& options, double range_mm,
+                           RangeEstimate& estimate) {
+  constexpr int kRelightings = 6;
+  constexpr double kRoughness = 0.1, kGrowth = 1.5;
+  double last_step = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRelightings; ++i) {
+    ShadedImage central = seen;
+    relight(seen, options, std::max(range_mm, 1.0), estimate.log_range, central);
+    const std::vector<ShadedImage> levels = pyramid_of(std::move(central), base_side);
+    Plane better = i == 0 ? solve_cold(levels, options, estimate)
+                          : solve_warm(levels, options, estimate.log_range, kRoughness, estimate);
+    const double step = mean_difference(better, estimate.log_range);
+    if (i > 1 && step > kGrowth * last_step) return;
+    last_step = step;
+    estimate.log_range = std::move(better);
+    estimate.unshaped = misfit_at_organ_scale(levels, estimate.log_range);
+  }
+}
+
+// Nothing but noise is new. The depth stays, and what it was found from: else a scene that moves
+// slowly enough would never be seen to move.
+RangeEstimate taken_over(const RangeEstimate& previous, const RangeEstimate& now) {
+  RangeEstimate estimate = previous;
+  estimate.intensity_unit = now.intensity_unit;
+  estimate.noise = now.noise;
+  estimate.warm = true;
+  estimate.sweeps = estimate.refinements = 0;
+  return estimate;
+}
+
+}  // namespace
+
+void LaparoscopeOptions::check() const {
+  const double offset = std::hypot(light_offset_x_mm, light_offset_y_mm);
+  if (!(offset <= 50))
+    throw UsageError("light_offset is " + to_text(offset) +
+                     " mm; a laparoscope's light lies within 50 mm of its camera");
+  if (!(beam_exponent >= 0 && beam_exponent <= 20))
+    throw UsageError("beam is " + to_text(beam_exponent) + "; it must be in 0…20");
+  if (!(texture >= 1e-4 && texture <= 1))
+    throw UsageError("texture is " + to_text(texture) + "; it must be in 0.0001…1");
+}
+
+RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
+                                const Intrinsics& camera, const LaparoscopeOptions& options,
+                                const RangeEstimate* previous, double range_mm) {
+  options.check();
+  camera.check();
+  if (intensity.width != camera.width || intensity.height != camera.height ||
+      inside.width != camera.width || inside.height != camera.height)
+    throw BadDataError("shading: image, mask and camera are of different sizes");
+  RangeEstimate estimate;
+  ShadedImage image = prepared(intensity, inside, ray_grid(camera), estimate);
+  if (!estimate.usable) {
+    estimate.log_range = Plane(camera.width, camera.height);
+    return estimate;
+  }
+  const int base = estimate.noise > kNoisy ? kNoisyBaseSide : kBaseSide;
+  const std::vector<ShadedImage> levels = pyramid_of(std::move(image), base);
+  const bool warm = previous && previous->log_range.width == camera.width &&
+                    previous->log_range.height == camera.height && options.refine;
+  estimate.seen = coarse_image(levels);
+  if (warm && shows_the_same(previous->seen, estimate.seen)) return taken_over(*previous, estimate);
+  estimate.log_range = warm ? solve_warm(levels, options, previous->log_range, {}, estimate)
+                            : solve_cold(levels, options, estimate);
+  estimate.unshaped = misfit_at_organ_scale(levels, estimate.log_range);
+  if (!beside_or_beamed(options)) return estimate;
+  if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))
+    throw UsageError("a light beside the camera needs a range in mm: give --range-mm");
+  relight_until_settled(levels.front(), base, options, range_mm, estimate);
+  estimate.warm = warm;
+  return estimate;
+}
+
+}  // namespace organbake

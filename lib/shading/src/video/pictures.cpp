@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/shading/pictures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/core/text.h"
+
+namespace organbake {
+namespace {
+
+std::uint8_t byte_of(double share) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
+}
+
+Rgb8Image relief_picture(const FrameDepth& result) {
+  Rgb8Image picture(result.depth.width, result.depth.height);
+  const Eigen::Vector3f light = Eigen::Vector3f(-0.5F, -0.6F, -0.7F).normalized();
+  for (std::size_t k = 0; k < result.depth.size(); ++k) {
+    if (!std::isfinite(result.depth.values[k])) continue;
+    const std::uint8_t value = byte_of(0.08 + 0.9 * std::max(0.F, result.normals[k].dot(light)));
+    std::fill_n(&picture.pixels[3 * k], 3, value);
+  }
+  return picture;
+}
+
+// Nearest pixel, whole steps.
+Rgb8Image reduced(const Rgb8Image& image, int side) {
+  const int step = std::max(1, (image.width + side - 1) / side);
+  Rgb8Image small(std::max(1, image.width / step), std::max(1, image.height / step));
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x)
+      std::copy_n(image.at(x * step, y * step), 3, small.at(x, y));
+  return small;
+}
+
+void paste(const Rgb8Image& from, int left, int top, Rgb8Image& to) {
+  for (int y = 0; y < from.height; ++y)
+    std::copy_n(from.at(0, y), 3 * std::size_t(from.width), to.at(left, top + y));
+}
+
+}  // namespace
+
+Rgb8Image mask_picture(const PreparedFrame& frame) {
+  Rgb8Image picture(frame.color.width, frame.color.height);
+  for (std::size_t k = 0; k < frame.field.size(); ++k) {
+    std::uint8_t* p = &picture.pixels[3 * k];
+    if (!frame.field.values[k]) continue;
+    std::fill_n(p, 3, std::uint8_t{96});
+    if (frame.highlights.values[k]) std::fill_n(p, 3, std::uint8_t{255});
+    if (frame.instruments.values[k]) {
+      p[0] = 32;
+      p[1] = 96;
+      p[2] = 255;
+    }
+  }
+  return picture;
+}
+
+Rgb8Image grey_picture(const Plane& share) {
+  Rgb8Image picture(share.width, share.height);
+  for (std::size_t k = 0; k < share.size(); ++k)
+    std::fill_n(&picture.pixels[3 * k], 3, byte_of(share.values[k]));
+  return picture;
+}
+
+Rgb8Image depth_picture(const Plane& depth) {
+  Rgb8Image picture(depth.width, depth.height);
+  std::vector<float> finite;
+  // Two percentiles: a sample is enough.
+  const std::size_t stride = 1 + depth.size() / 20000;
+  for (std::size_t k = 0; k < depth.size(); k += stride)
+    if (std::isfinite(depth.values[k])) finite.push_back(depth.values[k]);
+  if (finite.empty()) return picture;
+  std::sort(finite.begin(), finite.end());
+  const double low = finite[finite.size() / 50],
+               high = finite[finite.size() - 1 - finite.size() / 50];
+  for (std::size_t k = 0; k < depth.size(); ++k) {
+    if (!std::isfinite(depth.values[k])) continue;
+    const double far = std::clamp((depth.values[k] - low) / std::max(high - low, 1e-9), 0.0, 1.0);
+    std::uint8_t* p = &picture.pixels[3 * k];
+    p[0] = byte_of(1.05 - far);
+    p[1] = byte_of(0.9 - 0.8 * far);
+    p[2] = byte_of(0.25 + 0.35 * std::sin(3.14159 * far));
+  }
+  return picture;
+}
+
+Rgb8Image frame_strip(const PreparedFrame& frame, const FrameDepth& result, int side) {
+  const Rgb8Image parts[4] = {reduced(frame.color, side), reduced(mask_picture(frame), side),
+                              reduced(depth_picture(result.depth), side),
+                              reduced(relief_picture(result), side)};
+  Rgb8Image strip(4 * parts[0].width, parts[0].height);
+  for (int i = 0; i < 4; ++i) paste(parts[i], i * parts[0].width, 0, strip);
+  return strip;
+}
+
+Rgb8Image stacked(const std::vector<Rgb8Image>& rows) {
+  int width = 0, height = 0;
+  for (const Rgb8Image& row : rows) {
+    width = std::max(width, row.width);
+    height += row.height;
+  }
+  Rgb8Image all(width, height);
+  int top = 0;
+  for (const Rgb8Image& row : rows) {
+    paste(row, 0, top, all);
+    top += row.height;
+  }
+  return all;
+}
+
+std::string plot_svg(const std::string& title, const std::vector<Curve>& curves) {
+  constexpr int kWidth = 800, kLane = 90, kLeft = 150;
+  const int height = 40 + kLane * static_cast<int>(curves.size());
+  std::string svg = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + std::to_string(kWidth) +
+                    "\" height=\"" + std::to_string(height) +
+                    "\" font-family=\"sans-serif\" font-size=\"12\">\n<text x=\"10\" y=\"20\">" +
+                    title + "</text>\n";
+  int top = 40;
+  for (const Curve& curve : curves) {
+    if (curve.values.empty()) continue;
+    const auto [low, high] = std::minmax_element(curve.values.begin(), curve.values.end());
+    const double span = std::max(*high - *low, 1e-12);
+    std::string points;
+    for (std::size_t i = 0; i < curve.values.size(); ++i) {
+      const double x =
+          kLeft + (kWidth - kLeft - 10.0) * i / std::max<std::size_t>(1, curve.values.size() - 1);
+      const double y = top + kLane - 20 - (kLane - 30) * (curve.values[i] - *low) / span;
+      points += to_text(x, 1) + "," + to_text(y, 1) + " ";
+    }
+    svg += "<text x=\"10\" y=\"" + std::to_string(top + 20) + "\">" + curve.name +
+           "</text>\n<text x=\"10\" y=\"" + std::to_string(top + 38) + "\">" + to_text(*low, 3) +
+           " … " + to_text(*high, 3) +
+           "</text>\n<polyline fill=\"none\" stroke=\"#246\" points=\"" + points + "\"/>\n";
+    top += kLane;
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace organbake

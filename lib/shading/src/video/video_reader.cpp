@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// libav itself and not a wrapper: only it tells a damaged packet and a cut file from the end, and
+// it says the frame's colour matrix and range.
+#include "organbake/shading/video_reader.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libavutil/log.h>
+#include <libavutil/pixdesc.h>
+#include <libswscale/swscale.h>
+}
+
+#include <string>
+
+#include "organbake/core/error.h"
+
+namespace organbake {
+namespace {
+
+template <class T, void (*Free)(T**)>
+struct Freed {
+  void operator()(T* pointer) const { Free(&pointer); }
+};
+using Format = std::unique_ptr<AVFormatContext, Freed<AVFormatContext, avformat_close_input>>;
+using Codec = std::unique_ptr<AVCodecContext, Freed<AVCodecContext, avcodec_free_context>>;
+using Decoded = std::unique_ptr<AVFrame, Freed<AVFrame, av_frame_free>>;
+using Packet = std::unique_ptr<AVPacket, Freed<AVPacket, av_packet_free>>;
+
+std::string reason(int error) {
+  char text[AV_ERROR_MAX_STRING_SIZE] = {};
+  av_strerror(error, text, sizeof text);
+  return text;
+}
+
+// Curves that 8-bit sRGB stands for well enough; others would give a wrong radiance in silence.
+bool is_screen_light(const AVFrame& picture) {
+  const AVPixFmtDescriptor* format =
+      av_pix_fmt_desc_get(static_cast<AVPixelFormat>(picture.format));
+  if (format && (format->flags & AV_PIX_FMT_FLAG_FLOAT)) return false;
+  switch (picture.color_trc) {
+    case AVCOL_TRC_LINEAR:
+    case AVCOL_TRC_LOG:
+    case AVCOL_TRC_LOG_SQRT:
+    case AVCOL_TRC_SMPTE2084:
+    case AVCOL_TRC_SMPTE428:
+    case AVCOL_TRC_ARIB_STD_B67:
+      return false;
+    default:
+      return true;
+  }
+}
+
+// Of a display matrix, in quarter turns; other angles are no camera's.
+Turn turn_of(const std::int32_t* m) {
+  const auto sign = [](std::int32_t value) { return (value > 0) - (value < 0); };
+  const int a = sign(m[0]), b = sign(m[1]), c = sign(m[3]), d = sign(m[4]);
+  if (b == 0 && c == 0) {
+    if (a < 0) return d < 0 ? Turn::half : Turn::mirror;
+    return d < 0 ? Turn::flip : Turn::none;
+  }
+  if (a != 0 || d != 0) return Turn::none;
+  if (b > 0) return c > 0 ? Turn::transpose : Turn::clockwise;
+  return c > 0 ? Turn::counterclockwise : Turn::transverse;
+}
+
+}  // namespace
+
+struct VideoReader::Impl {
+  std::filesystem::path path;
+  Format format;
+  Codec codec;
+  Decoded picture{av_frame_alloc()};
+  Packet packet{av_packet_alloc()};
+  SwsContext* scaler = nullptr;
+  int stream = -1;
+  bool drained = false;
+  std::string damage;  // found in the data; told when the frames before it are out
+  std::size_t count = 0;
+  int width = 0, height = 0;
+
+  ~Impl() { sws_freeContext(scaler); }
+
+  [[noreturn]] void fail(const std::string& why) const {
+    throw BadDataError(
+        path, "frame " + std::to_string(count) + ": " + why + "; the frames before it are good");
+  }
+
+  void open() {
+    std::error_code unknown;
+    if (std::filesystem::file_size(path, unknown) == 0) {
+      throw BadDataError(path, "is empty (0 bytes); copy the video again");
+    }
+    AVFormatContext* raw = nullptr;
+    int error = avformat_open_input(&raw, path.c_str(), nullptr, nullptr);
+    if (error < 0)
+      throw BadDataError(path, "is no video that can be read: " + reason(error) +
+                                   "; see whether it plays, or copy it again");
+    format.reset(raw);
+    error = avformat_find_stream_info(format.get(), nullptr);
+    const AVCodec* decoder = nullptr;
+    if (error >= 0)
+      stream = av_find_best_stream(format.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
+    if (error < 0 || stream < 0 || !decoder)
+      throw BadDataError(path, "holds no video that can be decoded");
+    codec.reset(avcodec_alloc_context3(decoder));
+    avcodec_parameters_to_context(codec.get(), format->streams[stream]->codecpar);
+    codec->thread_count = 2;
+    error = avcodec_open2(codec.get(), decoder, nullptr);
+    if (error < 0) throw BadDataError(path, "cannot be decoded: " + reason(error));
+  }
+
+  // Hands the decoder one more packet, or tells it that there are none.
+  void feed() {
+    while (true) {
+      const int error = damage.empty() ? av_read_frame(format.get(), packet.get()) : AVERROR_EOF;
+      if (error < 0) {
+        if (error != AVERROR_EOF) damage = "the file is damaged or cut off (" + reason(error) + ")";
+        if (damage.empty() && format->pb && format->pb->error < 0)
+          damage = "the file cannot be read on (" + reason(format->pb->error) + ")";
+        drained = true;
+        avcodec_send_packet(codec.get(), nullptr);
+        return;
+      }
+      const bool ours = packet->stream_index == stream;
+      if (ours && (packet->flags & AV_PKT_FLAG_CORRUPT)) damage = "its data are cut off";
+      if (ours && damage.empty()) {
+        const int sent = avcodec_send_packet(codec.get(), packet.get());
+        if (sent < 0) damage = "it cannot be decoded (" + reason(sent) + ")";
+      }
+      av_packet_unref(packet.get());
+      if (ours && damage.empty()) return;
+    }
+  }
+
+  bool receive() {
+    while (true) {
+      const int error = avcodec_receive_frame(codec.get(), picture.get());
+      if (error >= 0) return true;
+      if (error == AVERROR_EOF || (error == AVERROR(EAGAIN) && drained)) return false;
+      if (error != AVERROR(EAGAIN)) fail("it cannot be decoded (" + reason(error) + ")");
+      feed();
+    }
+  }
+
+  Turn turn() const {
+    const std::uint8_t* side =
+        av_stream_get_side_data(format->streams[stream], AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+    return side ? turn_of(reinterpret_cast<const std::int32_t*>(side)) : Turn::none;
+  }
+
+  double pixel_aspect() const {
+    const AVRational aspect =
+        av_guess_sample_aspect_ratio(format.get(), format->streams[stream], picture.get());
+    return aspect.num > 0 && aspect.den > 0 ? av_q2d(aspect) : 1;
+  }
+
+  void convert(Rgb8Image& frame) {
+    if (!is_screen_light(*picture))
+      fail(
+          "its light is linear, logarithmic, PQ or HLG; convert the video to BT.709 first, or "
+          "give EXR frames");
+    const auto source = static_cast<AVPixelFormat>(picture->format);
+    scaler = sws_getCachedContext(scaler, width, height, source, width, height, AV_PIX_FMT_RGB24,
+                                  SWS_BILINEAR | SWS_ACCURATE_RND, nullptr, nullptr, nullptr);
+    if (!scaler) fail("its pixel format is unknown");
+    const bool high_definition = picture->colorspace == AVCOL_SPC_BT709 ||
+                                 (picture->colorspace == AVCOL_SPC_UNSPECIFIED && height >= 720);
+    const int* matrix = sws_getCoefficients(high_definition ? SWS_CS_ITU709 : SWS_CS_ITU601);
+    sws_setColorspaceDetails(scaler, matrix, picture->color_range == AVCOL_RANGE_JPEG, matrix, 1, 0,
+                             1 << 16, 1 << 16);
+    frame = Rgb8Image(width, height);
+    std::uint8_t* target[1] = {frame.pixels.data()};
+    const int stride[1] = {3 * width};
+    sws_scale(scaler, picture->data, picture->linesize, 0, height, target, stride);
+  }
+};
+
+VideoReader::VideoReader(const std::filesystem::path& path) : impl_(new Impl) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    throw NoInputError(path, "there is no such file");
+  av_log_set_level(AV_LOG_QUIET);
+  impl_->path = path;
+  impl_->open();
+}
+VideoReader::~VideoReader() = default;
+VideoReader::VideoReader(VideoReader&&) noexcept = default;
+
+std::size_t VideoReader::frames_read() const { return impl_->count; }
+
+bool VideoReader::next(StoredPicture& frame) {
+  Impl& r = *impl_;
+  if (!r.receive()) {
+    if (!r.damage.empty()) r.fail(r.damage);
+    if (r.count == 0) throw BadDataError(r.path, "frame 0: the video holds no frame");
+    return false;
+  }
+  const AVFrame& picture = *r.picture;
+  if (picture.decode_error_flags || (picture.flags & AV_FRAME_FLAG_CORRUPT))
+    r.fail("its data are damaged");
+  if (r.count == 0) {
+    r.width = picture.width;
+    r.height = picture.height;
+  } else if (picture.width != r.width || picture.height != r.height) {
+    r.fail("it is " + std::to_string(picture.width) + "x" + std::to_string(picture.height) +
+           ", the frames before are " + std::to_string(r.width) + "x" + std::to_string(r.height));
+  }
+  frame = StoredPicture();
+  r.convert(frame.color);
+  frame.turn = r.turn();
+  frame.pixel_aspect = r.pixel_aspect();
+  if (picture.best_effort_timestamp != AV_NOPTS_VALUE)
+    frame.time_s = static_cast<double>(picture.best_effort_timestamp) *
+                   av_q2d(r.format->streams[r.stream]->time_base);
+  ++r.count;
+  return true;
+}
+
+}  // namespace organbake

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/stereo/stereo_depth.h"
+
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "disparity.h"
+#include "organbake/core/error.h"
+#include "organbake/core/median.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/depth_maps.h"
+#include "organbake/shading/masks.h"
+#include "refine_disparity.h"
+
+namespace organbake {
+namespace {
+
+constexpr int kCoarse_px = 640;  // the longest side at which whole pixels are matched
+constexpr MatchWindow kRefine;
+
+DisparityRange range_at(const RectifiedEyes& eyes, const StereoOptions& options, double scale) {
+  const double reach = eyes.camera.fx * eyes.baseline_mm;
+  return {(eyes.disparity_at_infinity + reach / options.farthest_mm) * scale,
+          (eyes.disparity_at_infinity + reach / options.nearest_mm) * scale};
+}
+
+struct EyePyramids {
+  std::vector<EyeImage> left, right;
+};
+
+EyePyramids pyramids(const PreparedFrame& left, const PreparedFrame& right) {
+  EyePyramids both;
+  tbb::parallel_invoke([&] { both.left = eye_pyramid(left.color, left.counts, kCoarse_px); },
+                       [&] { both.right = eye_pyramid(right.color, right.counts, kCoarse_px); });
+  return both;
+}
+
+// From whole pixels of the coarsest level to fractions of the finest.
+Disparity coarse_to_fine(const EyePyramids& eyes, const DisparityRange& coarse_range) {
+  Disparity disparity = match_eyes(eyes.left.back(), eyes.right.back(), coarse_range);
+  guess_unknown(Mask(disparity.px.width, disparity.px.height, 1), disparity);
+  for (std::size_t level = eyes.left.size(); level-- > 0;) {
+    const EyeImage &left = eyes.left[level], &right = eyes.right[level];
+    if (level + 1 < eyes.left.size())
+      disparity = doubled(disparity, left.pattern.width, left.pattern.height);
+    refine_disparity(left, right, kRefine, disparity);
+  }
+  return disparity;
+}
+
+// Where the eyes agree that there is a surface in reach.
+Mask agreed(const Disparity& disparity, const Agreement& agreement, const Mask& tissue,
+            const DisparityRange& range, double at_infinity) {
+  constexpr float kAlike = 0.5F, kAlikeGuess = 0.85F, kMostRelativeSd = 0.05F;
+  Mask found(tissue.width, tissue.height);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    const float d = disparity.px.values[k];
+    const float alike = disparity.known.values[k] ? kAlike : kAlikeGuess;
+    found.values[k] = tissue.values[k] && agreement.correlation.values[k] >= alike &&
+                      d >= range.least_px && d <= range.most_px &&
+                      agreement.sd_px.values[k] <= kMostRelativeSd * (d - at_infinity);
+  }
+  return found;
+}
+
+void set_depth(const Plane& disparity, const Mask& inside, const PreparedFrame& left,
+               const RectifiedEyes& eyes, FrameDepth& result) {
+  const RayGrid rays = ray_grid(left.camera);
+  const double reach = eyes.camera.fx * eyes.baseline_mm;
+  constexpr double kLeast_px = 0.1;
+  Plane log_range(disparity.width, disparity.height);
+  for (int y = 0; y < disparity.height; ++y)
+    for (int x = 0; x < disparity.width; ++x) {
+      const double d = std::max(kLeast_px, double(disparity.at(x, y)) - eyes.disparity_at_infinity);
+      const double u = rays.x(x), v = rays.y(y);
+      log_range.at(x, y) =
+          static_cast<float>(std::log(reach / d) + 0.5 * std::log1p(u * u + v * v));
+    }
+  result.depth = depth_from_log_range(log_range, rays, inside);
+  result.normals = normals_from_log_range(log_range, rays);
+  result.metric = true;
+}
+
+double share_of(const Mask& part, const Mask& whole) {
+  double inside = 0, all = 0;
+  for (std::size_t k = 0; k < whole.size(); ++k) {
+    all += whole.values[k] != 0;
+    inside += whole.values[k] && part.values[k];
+  }
+  return all > 0 ? inside / all : 0;
+}
+
+void check_pictures(const PreparedFrame& left, const PreparedFrame& right,
+                    const RectifiedEyes& eyes) {
+  const auto size = [](int width, int height) {
+    return std::to_string(width) + "x" + std::to_string(height);
+  };
+  const Rgb8Image &a = left.color, &b = right.color;
+  if (a.width != b.width || a.height != b.height)
+    throw BadDataError("the left picture is " + size(a.width, a.height) + ", the right one " +
+                       size(b.width, b.height) + "; they must be of one size");
+  if (a.width != eyes.camera.width || a.height != eyes.camera.height)
+    throw BadDataError("the pictures are " + size(a.width, a.height) + ", their cameras " +
+                       size(eyes.camera.width, eyes.camera.height));
+}
+
+}  // namespace
+
+void StereoOptions::check() const {
+  if (!(nearest_mm >= 1 && nearest_mm < farthest_mm && farthest_mm <= 1e5))
+    throw UsageError("tissue from " + to_text(nearest_mm) + " to " + to_text(farthest_mm) +
+                     " mm away: the nearest must be at least 1 and less than the farthest");
+  if (!(reach >= 0 && reach <= 0.2))
+    throw UsageError("reach is " + to_text(reach) + "; it must be in 0…0.2");
+}
+
+StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
+                         const RectifiedEyes& eyes, const StereoOptions& options) {
+  options.check();
+  check_pictures(left, right, eyes);
+  const EyePyramids both = pyramids(left, right);
+  const double scale = std::ldexp(1.0, 1 - static_cast<int>(both.left.size()));
+  const DisparityRange range = range_at(eyes, options, 1);
+  Disparity disparity = coarse_to_fine(both, range_at(eyes, options, scale));
+  const Agreement agreement =
+      judge_disparity(both.left.front(), both.right.front(), kRefine, disparity);
+  StereoDepth result;
+  disparity.known = agreed(disparity, agreement, left.tissue, range, eyes.disparity_at_infinity);
+  drop_strangers(disparity);
+  result.matched_share = share_of(disparity.known, left.tissue);
+  if (swapped(both.left.back(), both.right.back(), range_at(eyes, options, scale),
+              result.matched_share))
+    throw BadDataError(
+        "the eyes look swapped: the left picture shows what the right eye sees; give them the "
+        "other way round, or --swap-eyes");
+  const Mask filled = smooth_and_fill(agreement.sd_px, left.tissue, options.reach, disparity);
+  result.filled_share = share_of(filled, left.tissue);
+  result.rows_apart_px = agreement.rows_apart_px;
+  Mask inside = disparity.known;
+  for (std::size_t k = 0; k < inside.size(); ++k) inside.values[k] |= filled.values[k];
+  set_depth(disparity.px, inside, left, eyes, result.depth);
+
+  FrameDepth& depth = result.depth;
+  depth.confidence = Plane(left.color.width, left.color.height);
+  std::vector<float> relative;
+  constexpr float kUsual = 0.01F, kFilled = 0.25F;
+  for (std::size_t k = 0; k < inside.size(); ++k) {
+    if (!inside.values[k]) continue;
+    const double d = disparity.px.values[k] - eyes.disparity_at_infinity;
+    const float sd = static_cast<float>(agreement.sd_px.values[k] / d);
+    if (disparity.known.values[k]) relative.push_back(sd);
+    const float alike = std::clamp(agreement.correlation.values[k], 0.F, 1.F);
+    depth.confidence.values[k] =
+        disparity.known.values[k] ? alike / (1 + sd * sd / (kUsual * kUsual)) : kFilled;
+  }
+  result.relative_sd = median(std::move(relative));
+  depth.noise = result.relative_sd;
+  depth.quality = judge_stereo(result, left);
+  return result;
+}
+
+}  // namespace organbake

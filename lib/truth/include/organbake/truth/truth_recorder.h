@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/player/play.h"
+#include "organbake/player/player.h"
+#include "organbake/truth/layer_files.h"
+#include "organbake/truth/layer_set.h"
+#include "organbake/truth/lens_picture.h"
+
+namespace organbake {
+
+struct TruthOptions {
+  LayerSet layers;
+  std::optional<double> baseline_mm;     // draw a right eye, too, so far along the view's x axis
+  std::vector<std::string> instruments;  // their names
+  // Pictures as a scope shows them; those that are added are its pinhole's. Empty: as they are.
+  std::shared_ptr<const LensPicture> lens = {};
+  // Runs the writing of files, now or later; empty: now.
+  std::function<void(WriteJob)> run = {};
+
+  // Throws UsageError for a baseline that is none, and for more organs or tools than labels.
+  void check(std::size_t organs) const;
+};
+
+// A part of what is recorded that has nothing to do with the part before.
+struct TruthClip {
+  int first_frame = 0;                   // its frames are numbered on from here
+  std::vector<std::string> instruments;  // their names
+  DrawnLight light = DrawnLight::baked;
+  // Exposes the right eye's picture of a frame, from any thread; may be empty.
+  std::function<void(int frame, Rgb8Image& picture)> expose_right = {};
+};
+
+// The same view from further to the right, as the other of two eyes with parallel axes.
+View right_eye(const View& view, double baseline_mm);
+
+// Writes the truth of a script's frames into a folder that the caller makes and commits: by frame
+// the layers (layer_files.h) as depth_0000.exr and so on, for the sequence cameras.json and
+// scenes.jsonl (scene_record.h). The right eye's frames and layers, under the same names and with a
+// cameras.json of their own, lie in the folder "right".
+class TruthRecorder {
+ public:
+  TruthRecorder(std::filesystem::path folder, const TruthOptions& options, const DrawOptions& draw);
+  ~TruthRecorder();
+
+  // What comes now is another clip: flow begins anew.
+  void begin(const TruthClip& clip);
+  // Frames in order. Throws IoError, and what drawing the right eye throws.
+  void add(Player& player, const PlayedScene& scene);
+  // What is only known at the end.
+  void finish();
+
+ private:
+  struct Eye;
+  TruthOptions options_;
+  DrawOptions draw_;
+  std::filesystem::path folder_;
+  std::vector<std::unique_ptr<Eye>> eyes_;
+  std::string scenes_;
+  TruthClip clip_;
+};
+
+}  // namespace organbake

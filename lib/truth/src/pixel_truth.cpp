@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/truth/pixel_truth.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <optional>
+
+#include "organbake/core/parallel.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3f;
+
+// Along one axis of the picture: the difference across both neighbours where the skin goes on
+// evenly, else to the one that lies less far off in depth.
+class Tangents {
+ public:
+  explicit Tangents(const PixelTruth& truth) : truth_(truth) {}
+
+  Vector3f along(std::size_t at, int place, int size, std::size_t step) const {
+    const bool before = place > 0 && same(at, at - step),
+               after = place + 1 < size && same(at, at + step);
+    const Vector3f& here = truth_.point[at];
+    const Vector3f back = before ? Vector3f(here - truth_.point[at - step]) : Vector3f::Zero();
+    const Vector3f on = after ? Vector3f(truth_.point[at + step] - here) : Vector3f::Zero();
+    if (!before) return on;
+    if (!after) return back;
+    // A step in depth that is many times the other is where skin hides skin.
+    constexpr float kBreak = 4;
+    const float fall = std::abs(back.z()), rise = std::abs(on.z());
+    const float pixel = back.head<2>().norm() + on.head<2>().norm();
+    if (fall > kBreak * rise + pixel) return on;
+    if (rise > kBreak * fall + pixel) return back;
+    return back + on;
+  }
+
+ private:
+  bool same(std::size_t a, std::size_t b) const { return truth_.label[a] == truth_.label[b]; }
+
+  const PixelTruth& truth_;
+};
+
+// Normals of the skin's pixels, from the places of the points that their neighbours show: what
+// bends or breaks within a pixel has none of its own. Tools keep theirs.
+void put_skin_normals(PixelTruth& truth) {
+  const Tangents tangents(truth);
+  const std::size_t width = truth.width;
+  parallel_for(0, truth.height, [&](int y) {
+    for (int x = 0; x < truth.width; ++x) {
+      const std::size_t at = y * width + x;
+      if (truth.solid_at(at) != 0) continue;
+      truth.normal[at].setZero();
+      if (truth.label[at] == 0) continue;
+      const Vector3f right = tangents.along(at, x, truth.width, 1),
+                     down = tangents.along(at, y, truth.height, width);
+      Vector3f normal = down.cross(right);  // rows run down: towards the eye
+      const float length = normal.norm();
+      const Vector3f to_eye = -truth.point[at].normalized();
+      if (!(length > 0)) {
+        truth.normal[at] = to_eye;
+        continue;
+      }
+      normal /= length;
+      truth.normal[at] = normal.dot(to_eye) < 0 ? Vector3f(-normal) : normal;
+    }
+  });
+}
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr int kWidestFill_px = 5;  // holes are filled in four rounds, slits are four wide
+
+// The bound pixel nearest to one that was filled; of equal ones the first.
+std::optional<std::size_t> nearest_bound(const Frame& picture, const PixelTruth& truth, int x,
+                                         int y) {
+  std::optional<std::size_t> best;
+  int nearest = (kWidestFill_px + 1) * (kWidestFill_px + 1);
+  for (int v = std::max(0, y - kWidestFill_px); v <= std::min(truth.height - 1, y + kWidestFill_px);
+       ++v) {
+    for (int u = std::max(0, x - kWidestFill_px);
+         u <= std::min(truth.width - 1, x + kWidestFill_px); ++u) {
+      const std::size_t at = std::size_t(v) * truth.width + u;
+      const int far = (u - x) * (u - x) + (v - y) * (v - y);
+      if (far >= nearest || picture.cover[at] == Cover::filled ||
+          picture.cover[at] == Cover::background || !truth.bound[at].has_skin())
+        continue;
+      nearest = far, best = at;
+    }
+  }
+  return best;
+}
+
+// Pixels that the warp filled after their samples had been resolved.
+void follow_fills(const Frame& picture, PixelTruth& truth) {
+  struct Filled {
+    std::size_t at;
+    std::optional<std::size_t> from;
+  };
+  std::vector<Filled> filled;
+  const Cover* const first = picture.cover.data();
+  const Cover* const end = first + truth.pixels();
+  // They are rare: the library finds the next one.
+  for (const Cover* next = first; next < end; ++next) {
+    next = static_cast<const Cover*>(
+        std::memchr(next, static_cast<int>(Cover::filled), static_cast<std::size_t>(end - next)));
+    if (!next) break;
+    const auto at = static_cast<std::size_t>(next - first);
+    const int x = static_cast<int>(at % truth.width), y = static_cast<int>(at / truth.width);
+    filled.push_back({at, nearest_bound(picture, truth, x, y)});
+  }
+  for (const Filled& pixel : filled) {
+    truth.bound[pixel.at] = pixel.from ? truth.bound[*pixel.from] : BoundPixel();
+    truth.bound[pixel.at].weight = 0;
+    if (pixel.from && !truth.organ.empty()) truth.organ[pixel.at] = truth.organ[*pixel.from];
+  }
+}
+
+void put_skin(const Moment& moment, const Frame& picture, bool points, PixelTruth& truth) {
+  constexpr std::size_t kGrain = 1 << 13;
+  parallel_pieces(std::size_t{0}, truth.pixels(), kGrain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      BoundPixel& bound = truth.bound[i];
+      // What the warp opened and did not fill shows nothing.
+      if (picture.cover[i] == Cover::background) bound.face = BoundPixel::kNoSkin;
+      const bool skin = bound.has_skin();
+      truth.depth_mm[i] = skin ? bound.depth_mm : kInfinity;
+      truth.label[i] = skin ? static_cast<std::uint8_t>(kFirstOrganLabel + truth.organ_at(i)) : 0;
+      if (skin && points) truth.point[i] = moment.place(truth.organ_at(i), bound);
+    }
+  });
+}
+
+// Skin beside the background that is turned away already: samples reach a little over the outline.
+void trim_outline(const Moment& moment, PixelTruth& truth) {
+  constexpr int kRounds = 2;
+  const int width = truth.width, height = truth.height;
+  const auto open = [&](std::size_t at) { return truth.label[at] == 0; };
+  std::vector<std::vector<std::size_t>> over(height);
+  for (int round = 0; round < kRounds; ++round) {
+    parallel_for(0, height, [&](int y) {
+      over[y].clear();
+      for (int x = 0; x < width; ++x) {
+        const std::size_t at = std::size_t(y) * width + x;
+        if (open(at)) continue;
+        const bool border = (x > 0 && open(at - 1)) || (x + 1 < width && open(at + 1)) ||
+                            (y > 0 && open(at - width)) || (y + 1 < height && open(at + width));
+        if (border && !moment.faces_eye(truth.organ_at(at), truth.bound[at])) over[y].push_back(at);
+      }
+    });
+    for (const auto& row : over)
+      for (const std::size_t at : row)
+        truth.bound[at] = {}, truth.label[at] = 0, truth.depth_mm[at] = kInfinity;
+  }
+}
+
+void put_tools(const Moment& moment, const LayerSet& layers, PixelTruth& truth) {
+  truth.solid.assign(moment.solids.empty() ? 0 : truth.pixels(), 0);
+  if (moment.solids.empty()) return;
+  const Intrinsics& k = moment.view.camera.intrinsics;
+  trace_solids(moment.solids, moment.view, [&](int x, int y, const SolidSeen& seen) {
+    const std::size_t at = std::size_t(y) * truth.width + x;
+    if (!(seen.depth_mm < truth.depth_mm[at])) return;
+    truth.depth_mm[at] = seen.depth_mm;
+    truth.label[at] = static_cast<std::uint8_t>(
+        std::min<std::size_t>(255, kFirstToolLabel + moment.solids[seen.solid].instrument));
+    truth.solid[at] = static_cast<std::uint16_t>(seen.solid + 1);
+    if (!truth.point.empty())
+      truth.point[at] = (seen.depth_mm * unproject(k, {x + 0.5, y + 0.5})).cast<float>();
+    if (layers.normals) truth.normal[at] = seen.normal;
+  });
+}
+
+}  // namespace
+
+void take_pixels(const Moment& moment, const LayerSet& layers, Frame& picture, PixelTruth& truth) {
+  truth.width = picture.color.width, truth.height = picture.color.height;
+  truth.bound.swap(picture.bound);
+  truth.organ.swap(picture.organ);
+  if (truth.organ.size() != truth.bound.size()) truth.organ.clear();
+  follow_fills(picture, truth);
+  picture.serial = 0;
+  const std::size_t pixels = truth.pixels();
+  const bool points = layers.flow || layers.normals;
+  truth.depth_mm.resize(pixels);
+  truth.label.resize(pixels);
+  truth.point.resize(points ? pixels : 0);
+  truth.normal.resize(layers.normals ? pixels : 0);
+  put_skin(moment, picture, points, truth);
+  trim_outline(moment, truth);
+  put_tools(moment, layers, truth);
+  if (layers.normals) put_skin_normals(truth);
+}
+
+}  // namespace organbake

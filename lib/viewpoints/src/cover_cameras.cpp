@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cover_cameras.h"
+
+#include <tbb/task_group.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "choose_cover.h"
+#include "cover_bound.h"
+#include "cover_candidates.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/viewpoints/surface_samples.h"
+#include "sample_pool.h"
+
+namespace organbake {
+namespace {
+
+using Directions = CoverScene::Directions;
+
+constexpr std::uint64_t kChoosingSeed = 1, kCheckingSeed = 2;
+constexpr std::size_t kCheckingSamples = 16384, kFoldedCheckingSamples = 65536;
+// Of the bounds: steps, if all of the relaxation takes part in each; pivots.
+constexpr double kMostSteps = 500;
+constexpr int kMostPivots = 60'000;
+// So often each chosen camera is tried against each candidate, on average: for the first choice,
+// and for one that goes on from there, where it need not get so hot again.
+constexpr double kFirstTries = 10, kFurtherTries = 5;
+constexpr double kWarm = 0.1;
+constexpr int kPolishRounds = 2;
+
+// Work that the rest need not wait for until its end. What it throws comes out of wait().
+class Alongside {
+ public:
+  Alongside() = default;
+  ~Alongside() {
+    try {
+      wait();
+    } catch (...) {  // whoever did not wait has an error of its own
+    }
+  }
+  template <class Work>
+  void start(Work work) {
+    group_.run(std::move(work));
+  }
+  void wait() { group_.wait(); }
+
+ private:
+  tbb::task_group group_;
+};
+
+class CameraCover {
+ public:
+  CameraCover(const TriangleMesh& surface, const OrganFrame& organ, const PlacementOptions& options,
+              const RunContext& context)
+      : surface_(surface),
+        scene_(surface_, organ, options, context),
+        goal_(scene_.goal()),
+        context_(context) {}
+
+  Placement run() {
+    sample();
+    context_.progress(0.3);
+    choose();
+    if (pool_->folded()) refine();
+    context_.progress(0.7);
+    reach_on_checking_samples();
+    bounding_.wait();
+    context_.progress(0.9);
+    Placement placement = complete_views(scene_, chosen_);
+    summary_.for_coverage = chosen_.size();
+    summary_.for_views = placement.cameras.size() - chosen_.size();
+    tell();
+    placement.cover = summary_;
+    return placement;
+  }
+
+ private:
+  void sample() {
+    Directions even = scene_.stands(goal_.candidates);
+    pool_.emplace(scene_, even, static_cast<std::size_t>(goal_.samples), kChoosingSeed);
+    checking_ =
+        scene_.samples(pool_->folded() ? kFoldedCheckingSamples : kCheckingSamples, kCheckingSeed);
+    reachable_checking_ = scene_.reachable(checking_);
+    if (pool_->reachable() == 0 || reachable_checking_.count() == 0) throw nothing_reachable();
+    candidates_.emplace(scene_, *pool_, std::move(even));
+    candidates_->add_for_the_hidden();
+  }
+
+  BadDataError nothing_reachable() const {
+    return BadDataError(
+        "surface to place cameras round: no view of the region shows any of it at less than 60°" +
+        (goal_.texel_mm > 0 ? " with texels of " + to_text(goal_.texel_mm) +
+                                  " mm; allow larger texels or make larger maps"
+                            : std::string("; do its faces look outward?")));
+  }
+
+  // By the working samples; then, twice, with more candidates round each camera.
+  void choose() {
+    let_miss_what_the_goal_lets();
+    summary_.candidates = candidates_->size();
+    bounding_.start([this, seen = candidates_->seen(), goal = cover_goal_] {
+      summary_.lower_bound = pool_->folded()
+                                 ? simplex_cover_bound(seen, goal, kMostPivots, context_)
+                                 : gradient_cover_bound(seen, goal, kMostSteps);
+    });
+    const ChosenCover greedy =
+        greedy_cover(candidates_->seen(), {}, cover_goal_, kMostCoverCameras);
+    cover_ = annealed(greedy, kFirstTries, {});
+    double reach_rad = scene_.spacing_rad(static_cast<std::size_t>(goal_.candidates));
+    for (int round = 0; round < kPolishRounds; ++round) {
+      reach_rad /= 2;
+      candidates_->add_round(cover_, reach_rad);
+      cover_ = annealed(cover_, kFurtherTries, {.hot = kWarm});
+    }
+  }
+
+  // On more samples, and with candidates for what hides among them.
+  void refine() {
+    pool_->refine();
+    candidates_->look();
+    candidates_->add_for_the_hidden();
+    let_miss_what_the_goal_lets();
+    cover_ = repaired_cover();
+  }
+
+  void let_miss_what_the_goal_lets() {
+    may_miss_ =
+        static_cast<std::size_t>((1 - goal_.share) * static_cast<double>(pool_->reachable()));
+    set_cover_goal();
+  }
+  void set_cover_goal() {
+    const std::size_t working = pool_->working().size();
+    cover_goal_ = {
+        std::min(working - std::min(working, may_miss_), candidates_->seen_by(goal_.overlap)),
+        goal_.overlap};
+  }
+
+  ChosenCover annealed(const ChosenCover& start, double tries, Annealing annealing) const {
+    annealing.moves = static_cast<std::size_t>(tries * static_cast<double>(start.chosen.size()) *
+                                               static_cast<double>(candidates_->size()));
+    return annealed_cover(candidates_->seen(), start, cover_goal_, annealing, context_);
+  }
+
+  // As many cameras as do, found from below: so many more at a time as should give half of what is
+  // lacking, by what each of them gives of it.
+  ChosenCover repaired_cover() const {
+    ChosenCover cover = cover_;
+    for (;;) {
+      cover = annealed(cover, kFurtherTries, {.hot = kWarm});
+      const std::size_t count = cover.chosen.size();
+      if (cover.covered >= cover_goal_.samples || count >= kMostCoverCameras) return cover;
+      const double each =
+          std::max(1.0, static_cast<double>(may_miss_) / static_cast<double>(count));
+      const double half = 0.5 * static_cast<double>(cover_goal_.samples - cover.covered);
+      const std::size_t more = 1 + static_cast<std::size_t>(half / each);
+      cover = greedy_cover(candidates_->seen(), cover, cover_goal_,
+                           std::min(kMostCoverCameras, count + more));
+      if (cover.chosen.size() == count) return cover;
+    }
+  }
+
+  // The chosen were made for the working samples. Those that they miss of the pool join, until the
+  // goal is reached there, too; then fewer are let go until other samples say that it is enough.
+  void reach_on_checking_samples() {
+    for (;;) {
+      context_.throw_if_cancelled();
+      chosen_ = candidates_->directions_of(cover_);
+      const std::vector<std::uint32_t> missed = pool_->missed_by(chosen_);
+      context_.debug(std::to_string(chosen_.size()) + " cameras miss " +
+                     std::to_string(missed.size()) + " samples and may miss " +
+                     std::to_string(may_miss_) + " of " + std::to_string(pool_->reachable()));
+      const SurfaceSamples joined = pool_->join(missed);
+      const bool reached_of_pool = missed.size() <= may_miss_;
+      if (reached_of_pool || joined.size() == 0) {
+        summary_.coverage = coverage_of_checking();
+        summary_.reached = summary_.coverage >= goal_.share;
+        if (summary_.reached || !reached_of_pool || missed.empty()) return;  // or no more to be had
+        const double lacking =
+            (goal_.share - summary_.coverage) * static_cast<double>(pool_->reachable());
+        may_miss_ = missed.size() - std::min(missed.size(), static_cast<std::size_t>(lacking) + 1);
+      }
+      candidates_->look_at_joined(joined);
+      set_cover_goal();
+      cover_ = repaired_cover();
+    }
+  }
+
+  double coverage_of_checking() const {
+    const std::size_t of = reachable_checking_.count();
+    const std::size_t missed = scene_.missed(chosen_, checking_, reachable_checking_).size();
+    return static_cast<double>(of - missed) / static_cast<double>(of);
+  }
+
+  void tell() const {
+    if (summary_.reached) return;
+    context_.warn("cameras see only " + to_text(100 * summary_.coverage, 2) +
+                  " % of the reachable surface as often as asked for, " +
+                  std::to_string(goal_.overlap) + " times, not the " +
+                  to_text(100 * goal_.share, 2) +
+                  " %; more --candidates or less --overlap may help");
+  }
+
+  const TriangleMesh& surface_;
+  CoverScene scene_;
+  const CoverageGoal& goal_;
+  const RunContext& context_;
+  std::optional<SamplePool> pool_;
+  std::optional<CoverCandidates> candidates_;
+  SurfaceSamples checking_;
+  SampleBits reachable_checking_;
+  std::size_t may_miss_ = 0;  // of the pool
+  CoverGoal cover_goal_;      // of its working samples, for that
+  ChosenCover cover_;
+  Directions chosen_;
+  CoverSummary summary_;
+  Alongside bounding_;  // the last: it ends before what it works on
+};
+
+}  // namespace
+
+Placement cover_with_cameras(const TriangleMesh& surface, const OrganFrame& organ,
+                             const PlacementOptions& options, const RunContext& context) {
+  return CameraCover(surface, organ, options, context).run();
+}
+
+}  // namespace organbake

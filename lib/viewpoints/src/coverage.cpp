@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/viewpoints/coverage.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "organ_frame.h"
+#include "organbake/core/median.h"
+#include "organbake/viewpoints/surface_samples.h"
+#include "spread_directions.h"
+
+namespace organbake {
+namespace {
+
+constexpr std::uint64_t kCoverageSeed = 4, kCertificateSeed = 5;
+constexpr std::size_t kCoverageSamples = 16384, kCertificateSamples = 2048;
+constexpr int kBriefly = 4;  // a brief report samples so many times fewer
+constexpr int kCertificateViews = 600, kPokedViews = 128;
+using Eyes = std::vector<Eye>;
+
+// Views of the region at the cameras' distance, with the focal length that a camera there has.
+Eyes region_eyes(int count, const Placement& placement, const PlacementOptions& options) {
+  const ViewManifold& manifold = placement.manifold;
+  const ViewingCone region = options.region();
+  const PosedCamera& first = placement.cameras.front();
+  const double distance = (first.center_world_mm() - manifold.center_world_mm).norm();
+  Eyes eyes;
+  for (const Eigen::Vector3d& d :
+       lattice_directions(count, region.axis, region.half_angle_rad, LatticeKind::off_rim)) {
+    eyes.push_back({manifold.center_world_mm + distance * d, -d, first.intrinsics.fx});
+  }
+  return eyes;
+}
+
+Eyes camera_eyes(const Placement& placement) {
+  Eyes eyes;
+  for (const PosedCamera& camera : placement.cameras) {
+    eyes.push_back({camera.center_world_mm(), camera.view_direction_world(), camera.intrinsics.fx});
+  }
+  return eyes;
+}
+
+std::vector<Eigen::Vector3d> positions(const Eyes& eyes) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const Eye& eye : eyes) positions.push_back(eye.position_mm);
+  return positions;
+}
+
+double share(std::size_t part, std::size_t whole) {
+  return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+std::array<double, 3> seen_shares(const std::vector<SampleBits>& seen, const SampleBits& among) {
+  std::array<std::size_t, 3> counts = {};
+  for (std::size_t i = 0; i < among.size(); ++i) {
+    if (!among.test(i)) continue;
+    const int times = times_in(seen, i, 3);
+    for (int k = 0; k < times; ++k) ++counts[k];
+  }
+  std::array<double, 3> shares = {};
+  for (std::size_t k = 0; k < 3; ++k) shares[k] = share(counts[k], among.count());
+  return shares;
+}
+
+void measure_texels(const Eyes& cameras, const std::vector<SampleBits>& seen,
+                    const SurfaceSamples& samples, CoverageReport& report) {
+  std::vector<double> finest;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      if (!seen[c].test(i)) continue;
+      least = std::min(least, texel_mm(cameras[c], samples.points[i], samples.normals[i]));
+    }
+    if (std::isfinite(least)) finest.push_back(least);
+  }
+  if (finest.empty()) return;
+  const auto& edges = CoverageReport::kTexelEdges_mm;
+  for (const double texel : finest) {
+    const auto bin = std::upper_bound(edges.begin(), edges.end(), texel) - edges.begin();
+    report.texel_share[bin] += 1 / static_cast<double>(finest.size());
+  }
+  report.median_texel_mm = median(std::move(finest));
+}
+
+// The same places on the surface after its vertices moved.
+SurfaceSamples moved_samples(SurfaceSamples samples, const TriangleMesh& moved) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Face& face = moved.faces[samples.faces[i]];
+    const Eigen::Vector3d& weights = samples.weights[i];
+    samples.points[i] = weights[0] * moved.vertices[face[0]] +
+                        weights[1] * moved.vertices[face[1]] + weights[2] * moved.vertices[face[2]];
+    samples.normals[i] = face_normal(moved, samples.faces[i]);
+  }
+  return samples;
+}
+
+// Where a view's centre line comes nearest to a sample that it sees, pushed along that line.
+Poke poke_from(const Eye& eye, const SurfaceSamples& samples, const SampleBits& seen,
+               double depth_mm) {
+  constexpr double kSigma = 0.8;  // of the depth: steep, but without folds
+  Poke poke{eye.position_mm, depth_mm * eye.forward, kSigma * depth_mm};
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!seen.test(i)) continue;
+    const double off_line = (samples.points[i] - eye.position_mm).cross(eye.forward).norm();
+    if (off_line >= least) continue;
+    least = off_line;
+    poke.site_mm = samples.points[i];
+  }
+  return poke;
+}
+
+// What the views are held against: all samples of the certificate at rest.
+struct AtRest {
+  SurfaceSamples samples;
+  std::vector<SampleBits> kept, kept_well;  // by each camera: visible at all, and well
+};
+
+CoverageReport::Poked measure_poked(const TriangleMesh& surface, const Poke& poke,
+                                    const AtRest& rest, const Placement& placement,
+                                    const Eyes& views, const SightLimits& well) {
+  const TriangleMesh deformed = poked_surface(surface, poke);
+  const SurfaceSamples moved = moved_samples(rest.samples, deformed);
+  const Sight sight(deformed);
+  return {poke.displacement_mm.norm(),
+          certify_views(placement.manifold, rest.kept, positions(views),
+                        sight.seen_from_each(views, moved, {}), moved),
+          seen_shares(rest.kept_well, sight.seen_from_any(views, moved, well))};
+}
+
+void measure_views(const TriangleMesh& surface, const Sight& sight, const Placement& placement,
+                   const PlacementOptions& options, const SightLimits& well,
+                   const RunContext& context, CoverageReport& report) {
+  const Eyes cameras = camera_eyes(placement);
+  AtRest rest{sample_surface(surface, kCertificateSamples, kCertificateSeed), {}, {}};
+  rest.kept = sight.seen_from_each(cameras, rest.samples, {});
+  rest.kept_well = sight.seen_from_each(cameras, rest.samples, well);
+  const Eyes views = region_eyes(kCertificateViews, placement, options);
+  const std::vector<SampleBits> shown = sight.seen_from_each(views, rest.samples, {});
+  report.at_rest =
+      certify_views(placement.manifold, rest.kept, positions(views), shown, rest.samples);
+  const Eyes some = region_eyes(kPokedViews, placement, options);
+  const double size = bounds(surface).diagonal();
+  for (const std::size_t percent : {10, 20, 30}) {
+    context.throw_if_cancelled();
+    const std::size_t from = views.size() * percent / 40;  // three sides
+    const Poke poke = poke_from(views[from], rest.samples, shown[from],
+                                0.01 * static_cast<double>(percent) * size);
+    report.poked.push_back(measure_poked(surface, poke, rest, placement, some, well));
+  }
+}
+
+}  // namespace
+
+CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& placement,
+                                const PlacementOptions& options, CoverageDetail detail,
+                                const RunContext& context) {
+  const int fewer = detail == CoverageDetail::brief ? kBriefly : 1;
+  CoverageReport report;
+  const Sight sight(surface);
+  const SightLimits well{kLeastSeenCosine, options.coverage ? options.coverage->texel_mm : 0};
+  const Eyes region = region_eyes(kRegionViews / fewer, placement, options);
+  const Eyes cameras = camera_eyes(placement);
+
+  const SurfaceSamples samples = sample_surface(surface, kCoverageSamples / fewer, kCoverageSeed);
+  const SampleBits reachable = sight.seen_from_any(region, samples, well);
+  report.reachable_share = share(reachable.count(), samples.size());
+  report.hidden_share = 1 - share(sight.seen_from_any(region, samples, {}).count(), samples.size());
+  context.throw_if_cancelled();
+  const std::vector<SampleBits> seen = sight.seen_from_each(cameras, samples, well);
+  report.seen_share = seen_shares(seen, reachable);
+  measure_texels(cameras, seen, samples, report);
+  if (detail == CoverageDetail::brief) return report;
+  measure_views(surface, sight, placement, options, well, context, report);
+  report.painted = painted_by_cameras(surface, sight, cameras, region, well);
+  return report;
+}
+
+}  // namespace organbake

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "dicom/dicom_pixels.h"
+
+#include <tbb/parallel_for.h>
+#include <vtkDICOMReader.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkType.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <optional>
+
+#include "dicom/dicom_codec.h"
+#include "dicom/inflated_dicom.h"
+#include "files/byte_stream.h"
+#include "files/voxel_decoding.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/formats/vtk_error_log.h"
+
+namespace organbake {
+namespace {
+
+// The stored values of one slice, in the machine's byte order.
+struct StoredPixels {
+  ScalarType type = ScalarType::int16;
+  std::vector<std::byte> bytes;
+};
+
+DicomCoding checked_coding(const DicomSlice& slice) {
+  const DicomPixels& pixels = slice.pixels;
+  const DicomCoding coding = coding_of(pixels.transfer_syntax);
+  if (coding == DicomCoding::lossy_jpeg) {
+    throw BadDataError(slice.file, "is stored as lossy JPEG (" + pixels.transfer_syntax +
+                                       "), which cannot hold CT values; export it uncompressed or "
+                                       "as JPEG 2000");
+  }
+  if (coding == DicomCoding::unknown) {
+    throw BadDataError(slice.file, "is stored in transfer syntax \"" + pixels.transfer_syntax +
+                                       "\", which is not read; export it uncompressed");
+  }
+  if (pixels.photometric != "MONOCHROME2" || pixels.samples != 1) {
+    throw BadDataError(slice.file, "has photometric interpretation \"" + pixels.photometric +
+                                       "\"; a CT is MONOCHROME2");
+  }
+  const bool whole_bytes = pixels.bits_allocated == 8 || pixels.bits_allocated == 16;
+  if (!whole_bytes || pixels.bits_stored < 2 || pixels.bits_stored > pixels.bits_allocated) {
+    throw BadDataError(slice.file, "stores " + std::to_string(pixels.bits_stored) + " of " +
+                                       std::to_string(pixels.bits_allocated) +
+                                       " bits; 2…16 in 8 or 16 are needed");
+  }
+  return coding;
+}
+
+// Before memory is taken: a lying header must not cost gigabytes.
+void check_room(const DicomSlice& slice) {
+  constexpr double kStrongestCompression = 2000;  // an empty image as JPEG 2000, with its header
+  const double needed = static_cast<double>(slice.columns) * slice.rows *
+                        (slice.pixels.bits_allocated / 8) * std::max(1, slice.pixels.frames);
+  std::error_code error;
+  const double there = slice.pixels.bytes == DicomPixels::kEncapsulated
+                           ? kStrongestCompression *
+                                 static_cast<double>(std::filesystem::file_size(slice.file, error))
+                           : slice.pixels.bytes;
+  if (slice.columns < 1 || slice.rows < 1 || needed > there) {
+    throw BadDataError(slice.file, "truncated: it cannot hold " + std::to_string(slice.columns) +
+                                       "×" + std::to_string(slice.rows) + " pixels");
+  }
+}
+
+// Bits above the stored ones are no part of the value: overlays once lived there.
+template <typename Stored>
+void keep_stored_bits(std::vector<std::byte>& bytes, int bits_stored) {
+  const int spare = static_cast<int>(8 * sizeof(Stored)) - bits_stored;
+  for (std::size_t at = 0; at < bytes.size(); at += sizeof(Stored)) {
+    Stored value;
+    std::memcpy(&value, &bytes[at], sizeof(Stored));
+    value = static_cast<Stored>(static_cast<Stored>(value << spare) >> spare);
+    std::memcpy(&bytes[at], &value, sizeof(Stored));
+  }
+}
+
+StoredPixels with_stored_bits(std::vector<std::byte> bytes, const DicomPixels& pixels) {
+  StoredPixels stored = {ScalarType::int16, std::move(bytes)};
+  if (pixels.bits_allocated == 8) {
+    stored.type = pixels.is_signed ? ScalarType::int8 : ScalarType::uint8;
+    pixels.is_signed ? keep_stored_bits<std::int8_t>(stored.bytes, pixels.bits_stored)
+                     : keep_stored_bits<std::uint8_t>(stored.bytes, pixels.bits_stored);
+  } else {
+    stored.type = pixels.is_signed ? ScalarType::int16 : ScalarType::uint16;
+    pixels.is_signed ? keep_stored_bits<std::int16_t>(stored.bytes, pixels.bits_stored)
+                     : keep_stored_bits<std::uint16_t>(stored.bytes, pixels.bits_stored);
+  }
+  return stored;
+}
+
+// One frame of several: vtk-dicom would read them all.
+StoredPixels read_native_frame(const DicomSlice& slice) {
+  const ReadableDicom readable(slice.file);
+  std::vector<std::byte> bytes(slice.stored_bytes());
+  ByteStream stream(readable.path(), ByteStream::Coding::raw,
+                    slice.pixels.offset + bytes.size() * static_cast<std::uint64_t>(slice.frame));
+  if (stream.read(bytes) < bytes.size()) {
+    throw BadDataError(slice.file, "truncated: frame " + std::to_string(slice.frame + 1) + " of " +
+                                       std::to_string(slice.pixels.frames) + " is missing");
+  }
+  if (slice.pixels.big_endian && slice.pixels.bits_allocated == 16)
+    swap_bytes(bytes.data(), bytes.size() / 2, ScalarType::uint16);
+  return with_stored_bits(std::move(bytes), slice.pixels);
+}
+
+// Nothing for bits, strings and objects.
+std::optional<ScalarType> type_of_vtk(int vtk_type) {
+  constexpr bool kWideLong = sizeof(long) == 8;
+  switch (vtk_type) {
+    case VTK_CHAR:
+    case VTK_SIGNED_CHAR:
+      return ScalarType::int8;
+    case VTK_UNSIGNED_CHAR:
+      return ScalarType::uint8;
+    case VTK_SHORT:
+      return ScalarType::int16;
+    case VTK_UNSIGNED_SHORT:
+      return ScalarType::uint16;
+    case VTK_INT:
+      return ScalarType::int32;
+    case VTK_UNSIGNED_INT:
+      return ScalarType::uint32;
+    case VTK_LONG:
+      return kWideLong ? ScalarType::int64 : ScalarType::int32;
+    case VTK_UNSIGNED_LONG:
+      return kWideLong ? ScalarType::uint64 : ScalarType::uint32;
+    case VTK_LONG_LONG:
+    case VTK_ID_TYPE:
+      return ScalarType::int64;
+    case VTK_UNSIGNED_LONG_LONG:
+      return ScalarType::uint64;
+    case VTK_FLOAT:
+      return ScalarType::float32;
+    case VTK_DOUBLE:
+      return ScalarType::float64;
+    default:
+      return std::nullopt;
+  }
+}
+
+StoredPixels read_native(const DicomSlice& slice) {
+  if (slice.pixels.frames > 1) return read_native_frame(slice);
+  const ReadableDicom readable(slice.file);
+  vtkNew<vtkDICOMReader> reader;
+  VtkErrorLog errors;
+  errors.watch(reader);
+  reader->SetFileName(readable.path().c_str());
+  reader->SetMemoryRowOrderToFileNative();  // the first row stays the first
+  reader->AutoRescaleOff();                 // done below, in one pass with the move to the volume
+  reader->Update();
+  errors.throw_if_any(slice.file);
+  vtkImageData& image = *reader->GetOutput();
+  const int* size = image.GetDimensions();
+  const auto type = type_of_vtk(image.GetScalarType());
+  if (reader->GetErrorCode() != 0 || size[0] != slice.columns || size[1] != slice.rows ||
+      size[2] != 1 || image.GetNumberOfScalarComponents() != 1 || !type) {
+    throw BadDataError(slice.file, "its pixels cannot be decoded");
+  }
+  const auto* first = static_cast<const std::byte*>(image.GetScalarPointer());
+  return {*type, {first, first + static_cast<std::size_t>(size[0]) * size[1] * bytes_of(*type)}};
+}
+
+StoredPixels read_compressed(const DicomSlice& slice, DicomCoding coding) {
+  return with_stored_bits(decompress(slice, coding), slice.pixels);
+}
+
+double padding_hu(const DicomSlice& slice) {
+  return slice.slope * slice.pixels.padding->last + slice.intercept;
+}
+
+// Some scanners name a padding value that tissue has too (0 HU, say): those would become holes.
+bool is_padding_trusted(const DicomSlice& slice) {
+  constexpr double kDensestAir_hu = -900;
+  return slice.pixels.padding && padding_hu(slice) <= kDensestAir_hu;
+}
+
+// Whether the rescaling of a slice's stored values gives whole numbers.
+bool is_whole(const DicomSlice& slice) {
+  return slice.slope == std::nearbyint(slice.slope) &&
+         slice.intercept == std::nearbyint(slice.intercept);
+}
+
+// Moves the window of one slice to its place in the volume.
+class SliceConversion {
+ public:
+  SliceConversion(const DicomSlice& slice, StoredPixels stored)
+      : slice_(slice),
+        stored_(std::move(stored)),
+        width_(bytes_of(stored_.type)),
+        encoding_{stored_.type, false, slice.slope, slice.intercept},
+        padded_(is_padding_trusted(slice)) {}
+
+  // False when a value is no whole number of 16 bits, but the volume has none else.
+  bool run(const IndexBox& window, Volume& volume, std::size_t k) const {
+    std::size_t to = k * window.size[0] * window.size[1];
+    for (int row = window.first[1]; row < window.first[1] + window.size[1]; ++row) {
+      const std::size_t from = std::size_t(row) * slice_.columns + window.first[0];
+      const auto count = static_cast<std::size_t>(window.size[0]);
+      if (!(volume.is_real() ? convert_row(from, count, volume.reals.data() + to)
+                             : convert_row(from, count, volume.voxels.data() + to)))
+        return false;
+      to += count;
+    }
+    return true;
+  }
+
+ private:
+  int stored_at(std::size_t i) const {
+    const std::byte* at = &stored_.bytes[i * width_];
+    std::int16_t wide;
+    switch (stored_.type) {
+      case ScalarType::int8:
+        return static_cast<std::int8_t>(*at);
+      case ScalarType::uint8:
+        return std::to_integer<int>(*at);
+      default:
+        std::memcpy(&wide, at, sizeof wide);
+        return stored_.type == ScalarType::uint16 ? static_cast<std::uint16_t>(wide) : wide;
+    }
+  }
+  bool is_padding(std::size_t i) const {
+    if (!padded_) return false;
+    const int value = stored_at(i);
+    return value >= slice_.pixels.padding->first && value <= slice_.pixels.padding->last;
+  }
+  bool convert(std::size_t from, std::size_t count, std::int16_t* to) const {
+    return convert_whole(&stored_.bytes[from * width_], count, encoding_, to);
+  }
+  bool convert(std::size_t from, std::size_t count, float* to) const {
+    convert_real(&stored_.bytes[from * width_], count, encoding_, to);
+    return true;
+  }
+  // Runs of padding become air, the runs between them are converted.
+  template <typename Value>
+  bool convert_row(std::size_t from, std::size_t count, Value* to) const {
+    for (std::size_t at = 0; at < count;) {
+      const bool air = is_padding(from + at);
+      std::size_t end = padded_ ? at + 1 : count;
+      while (end < count && is_padding(from + end) == air) ++end;
+      if (air) {
+        std::fill_n(to + at, end - at, static_cast<Value>(kAir_hu));
+      } else if (!convert(from + at, end - at, to + at)) {
+        return false;
+      }
+      at = end;
+    }
+    return true;
+  }
+
+  const DicomSlice& slice_;
+  StoredPixels stored_;
+  std::size_t width_;
+  VoxelEncoding encoding_;
+  bool padded_;
+};
+
+// False when the volume has whole numbers of 16 bits and the slices others.
+bool decode_into(Volume& volume, std::span<const DicomSlice> slices, const IndexBox& window,
+                 const RunContext& context) {
+  std::atomic<bool> all_fit = true;
+  tbb::parallel_for(std::size_t{0}, slices.size(), [&](std::size_t k) {
+    context.throw_if_cancelled();
+    if (!all_fit) return;
+    const DicomCoding coding = coding_of(slices[k].pixels.transfer_syntax);
+    StoredPixels stored =
+        coding == DicomCoding::native ? read_native(slices[k]) : read_compressed(slices[k], coding);
+    if (!SliceConversion(slices[k], std::move(stored)).run(window, volume, k)) all_fit = false;
+  });
+  return all_fit;
+}
+
+}  // namespace
+
+void decode_slices(std::span<const DicomSlice> slices, const IndexBox& window, Volume& volume,
+                   const RunContext& context, bool real) {
+  for (const DicomSlice& slice : slices) {
+    checked_coding(slice);
+    check_room(slice);
+  }
+  volume.reals = {};
+  volume.voxels.resize(slices.size() * window.size[0] * window.size[1]);
+  if (real || !std::all_of(slices.begin(), slices.end(), is_whole)) make_real(volume);
+  if (!decode_into(volume, slices, window, context)) {
+    make_real(volume);
+    decode_into(volume, slices, window, context);
+  }
+  const DicomSlice& first = slices.front();
+  settle_values(volume, first.file.parent_path().string());
+  if (first.pixels.padding && !is_padding_trusted(first)) {
+    volume.warnings.push_back("the padding value would be " + to_text(padding_hu(first)) +
+                              " HU, which tissue has too; it was left as it is");
+  }
+}
+
+}  // namespace organbake

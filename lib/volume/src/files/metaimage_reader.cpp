@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "files/volume_formats.h"
+
+#include <algorithm>
+#include <map>
+
+#include "files/header_text.h"
+#include "files/joined_bytes.h"
+#include "files/time_points.h"
+#include "files/voxel_decoding.h"
+#include "grid/grid.h"
+#include "grid/sheared_grid.h"
+#include "organbake/core/error.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MetaHeader {
+ public:
+  explicit MetaHeader(const fs::path& path) : path_(path), text_(path) {
+    std::string line;
+    // ElementDataFile is the last key by definition: the voxels may follow it.
+    while (!has("elementdatafile") && text_.next_line(line)) {
+      const std::size_t equals = line.find('=');
+      if (equals == std::string::npos) continue;
+      keys_[lower_case(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
+    }
+    if (!has("elementdatafile")) fail("has no ElementDataFile: not a MetaImage");
+  }
+
+  bool has(const std::string& key) const { return keys_.count(key) > 0; }
+  std::string get(const std::string& key, const std::string& otherwise = {}) const {
+    const auto found = keys_.find(key);
+    return found == keys_.end() ? otherwise : found->second;
+  }
+  bool flag(const std::string& key) const { return lower_case(get(key)) == "true"; }
+  // The first of several spellings that is there, as `count` numbers.
+  std::vector<double> vector(std::initializer_list<const char*> spellings,
+                             std::size_t count) const {
+    for (const char* key : spellings) {
+      if (!has(key)) continue;
+      std::vector<double> values = numbers(get(key), path_.string() + ": " + key);
+      if (values.size() != count)
+        fail(std::string(key) + " needs " + std::to_string(count) + " numbers, not " +
+             std::to_string(values.size()));
+      return values;
+    }
+    return {};
+  }
+  // What follows ElementDataFile, line by line, when that is a list.
+  std::vector<std::string> lines_behind() const {
+    HeaderText text(path_);
+    std::vector<std::string> lines;
+    bool behind = false;
+    for (std::string line; text.next_line(line);) {
+      const std::string key = lower_case(trimmed(line.substr(0, line.find('='))));
+      if (behind && !trimmed(line).empty()) lines.push_back(trimmed(line));
+      behind |= key == "elementdatafile";
+    }
+    return lines;
+  }
+  std::uint64_t data_offset() const { return text_.offset(); }
+  const fs::path& path() const { return path_; }
+  [[noreturn]] void fail(const std::string& message) const { throw BadDataError(path_, message); }
+
+ private:
+  fs::path path_;
+  HeaderText text_;
+  std::map<std::string, std::string> keys_;
+};
+
+VoxelEncoding encoding_of(const MetaHeader& header) {
+  static const std::map<std::string, ScalarType> kTypes = {
+      {"met_char", ScalarType::int8},       {"met_uchar", ScalarType::uint8},
+      {"met_short", ScalarType::int16},     {"met_ushort", ScalarType::uint16},
+      {"met_int", ScalarType::int32},       {"met_uint", ScalarType::uint32},
+      {"met_long", ScalarType::int32},      {"met_ulong", ScalarType::uint32},
+      {"met_long_long", ScalarType::int64}, {"met_ulong_long", ScalarType::uint64},
+      {"met_float", ScalarType::float32},   {"met_double", ScalarType::float64}};
+  const auto type = kTypes.find(lower_case(header.get("elementtype")));
+  if (type == kTypes.end())
+    header.fail("ElementType \"" + header.get("elementtype") + "\" is not a plain number");
+  if (header.get("elementnumberofchannels", "1") != "1") header.fail("has several channels");
+  return {type->second, header.flag("binarydatabyteordermsb") || header.flag("elementbyteordermsb"),
+          1, 0};
+}
+
+// A fourth dimension is time: its sizes, spacings and directions lie behind those of space.
+struct MetaGrid {
+  std::size_t voxels = 0;
+  std::int64_t times = 1;
+  Shear shear;
+};
+
+MetaGrid place(const MetaHeader& header, Volume& volume) {
+  const auto size = integers(header.get("dimsize"), header.path().string() + ": DimSize");
+  const std::size_t dims = size.size();
+  if (header.get("ndims", "3") != std::to_string(dims) || (dims != 3 && dims != 4)) {
+    header.fail("has " + header.get("ndims", std::to_string(dims)) +
+                " dimensions; a 3-D volume is needed");
+  }
+  MetaGrid grid;
+  grid.voxels = checked_voxel_count({size[0], size[1], size[2]}, header.path().string());
+  grid.times = dims == 4 ? size[3] : 1;
+  for (std::size_t i = 0; i < 3; ++i) volume.size[i] = static_cast<int>(size[i]);
+
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  const auto matrix = header.vector({"transformmatrix", "rotation", "orientation"}, dims * dims);
+  for (std::size_t axis = 0; !matrix.empty() && axis < 3; ++axis) {
+    axes.col(static_cast<Eigen::Index>(axis)) =
+        Eigen::Map<const Eigen::Vector3d>(&matrix[axis * dims]);
+  }
+  const auto spacing = header.vector({"elementspacing", "elementsize"}, dims);
+  if (spacing.empty()) {
+    volume.warnings.push_back("the MetaImage header has no ElementSpacing; 1 mm was assumed");
+  } else {
+    axes = axes * Eigen::Map<const Eigen::Vector3d>(spacing.data()).asDiagonal();
+  }
+  const auto offset = header.vector({"offset", "position", "origin"}, dims);
+  const Eigen::Vector3d origin =
+      offset.empty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(offset[0], offset[1], offset[2]);
+  grid.shear = set_grid_or_shear(volume, axes, origin, header.path().string());
+  return grid;
+}
+
+// Where the voxels begin in a data file that may have a header of its own.
+std::uint64_t after_own_header(const MetaHeader& header, const fs::path& file,
+                               std::uint64_t voxel_bytes) {
+  if (!header.has("headersize")) return 0;
+  const auto skip = integers(header.get("headersize"), header.path().string() + ": HeaderSize");
+  if (skip.size() != 1) header.fail("HeaderSize needs one number");
+  if (skip[0] >= 0) return static_cast<std::uint64_t>(skip[0]);
+  // −1: whatever stands before the last voxels is a header.
+  const std::uint64_t all = ByteStream(file).most_possible_bytes();
+  return all - std::min(all, voxel_bytes);
+}
+
+// "LIST" with a file name a line below, or a pattern of names.
+std::vector<fs::path> listed_files(const MetaHeader& header, const std::string& name) {
+  if (name.rfind("LIST", 0) != 0) return files_of_pattern(name, header.path());
+  std::vector<fs::path> files;
+  for (const std::string& line : header.lines_behind()) {
+    files.push_back(header.path().parent_path() / line);
+  }
+  return files;
+}
+
+ByteStream open_parts(const MetaHeader& header, const std::string& name, ByteStream::Coding coding,
+                      std::uint64_t voxel_bytes) {
+  std::vector<VoxelPart> parts;
+  const std::vector<fs::path> files = listed_files(header, name);
+  if (files.empty() || voxel_bytes % files.size() != 0) {
+    header.fail("names " + std::to_string(files.size()) +
+                " files, over which its voxels cannot be spread evenly");
+  }
+  const std::uint64_t each = voxel_bytes / files.size();
+  for (const fs::path& file : files) {
+    parts.push_back({file, after_own_header(header, file, each)});
+  }
+  return joined_parts(std::move(parts), coding, each);
+}
+
+ByteStream open_data(const MetaHeader& header, std::uint64_t voxel_bytes) {
+  const std::string name = header.get("elementdatafile");
+  if (name.empty()) header.fail("ElementDataFile is empty");
+  const auto coding =
+      header.flag("compresseddata") ? ByteStream::Coding::deflate : ByteStream::Coding::raw;
+  if (name.rfind("LIST", 0) == 0 || name.find('%') != std::string::npos) {
+    return open_parts(header, name, coding, voxel_bytes);
+  }
+  if (lower_case(name) == "local") return ByteStream(header.path(), coding, header.data_offset());
+  const fs::path file = header.path().parent_path() / name;
+  return ByteStream(file, coding, after_own_header(header, file, voxel_bytes));
+}
+
+}  // namespace
+
+Volume read_metaimage(const fs::path& path, const VolumeReadOptions& options) {
+  const MetaHeader header(path);
+  Volume volume;
+  const MetaGrid grid = place(header, volume);
+  const VoxelEncoding encoding = encoding_of(header);
+  const bool is_text = lower_case(header.get("binarydata", "True")) == "false";
+  volume.time_points = grid.times;
+  const std::uint64_t bytes =
+      grid.voxels * static_cast<std::uint64_t>(grid.times) * bytes_of(encoding.type);
+  return read_one_of({grid.times, {}}, options, path.string(), [&](std::int64_t time) {
+    return decode_region(open_data(header, bytes), {encoding, is_text, time, grid.times}, options,
+                         grid.shear, path.string(), volume);
+  });
+}
+
+}  // namespace organbake

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/volume/label_names_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "files/header_text.h"
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+
+namespace organbake {
+namespace {
+
+bool is_number(const std::string& word) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size();
+}
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::vector<std::string> words;
+  for (std::size_t at = 0; (at = line.find_first_not_of(" \t,", at)) != std::string::npos;) {
+    const std::size_t end = std::min(line.find_first_of(" \t,", at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = end;
+  }
+  return words;
+}
+
+// What is left of a line without its numbers is the name, in quotes or not.
+std::optional<LabelName> label_of(const std::string& line) {
+  int label = 0;
+  const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), label);
+  if (error != std::errc()) return std::nullopt;
+  const std::string rest = line.substr(static_cast<std::size_t>(end - line.data()));
+  const std::size_t open = rest.find('"'), close = rest.rfind('"');
+  if (open != close) return LabelName{label, trimmed(rest.substr(open + 1, close - open - 1))};
+  std::string name;
+  for (const std::string& word : words_of(rest)) {
+    if (is_number(word) || word == "=" || word == ":") continue;
+    name += (name.empty() ? "" : " ") + word;
+  }
+  if (name.empty()) return std::nullopt;
+  return LabelName{label, name};
+}
+
+using Json = nlohmann::json;
+
+std::vector<int> numbers_of(const Json& json) {
+  std::vector<int> labels;
+  const auto add = [&](const Json& number) {
+    if (number.is_number_integer() && number >= 0 && number <= kMostLabel)
+      labels.push_back(number.get<int>());
+  };
+  add(json);
+  if (json.is_array()) std::for_each(json.begin(), json.end(), add);
+  if (json.is_array() && labels.size() != json.size()) labels.clear();
+  return labels;
+}
+
+// An entry of either version: name and number, or number and name.
+LabelName label_of_entry(const std::string& key, const Json& json,
+                         const std::filesystem::path& file) {
+  LabelName label{0, key};
+  std::vector<int> labels = numbers_of(json);
+  const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), label.label);
+  if (json.is_string() && error == std::errc() && end == key.data() + key.size()) {
+    return {label.label, json.get<std::string>()};
+  }
+  if (labels.empty()) {
+    throw BadDataError(file, "its label \"" + key + "\" is " + json.dump().substr(0, 80) +
+                                 "; a number, or a list of them, is needed");
+  }
+  label.label = labels.front();
+  label.with.assign(labels.begin() + 1, labels.end());
+  return label;
+}
+
+std::vector<LabelName> names_of_dataset(const std::filesystem::path& file) {
+  constexpr std::uintmax_t kMostBytes = 1 << 24;
+  const Json json = Json::parse(read_text_file(file, kMostBytes), nullptr, false);
+  if (json.is_discarded()) throw BadDataError(file, "is no sound JSON");
+  if (!json.is_object() || !json.contains("labels") || !json["labels"].is_object()) {
+    throw BadDataError(file, "has no \"labels\", as nnU-Net's dataset.json has them");
+  }
+  std::vector<LabelName> names;
+  for (const auto& [key, value] : json["labels"].items()) {
+    LabelName label = label_of_entry(key, value, file);
+    if (label.label > 0) names.push_back(std::move(label));
+  }
+  std::stable_sort(names.begin(), names.end(),
+                   [](const LabelName& a, const LabelName& b) { return a.label < b.label; });
+  return names;
+}
+
+}  // namespace
+
+std::vector<LabelName> read_label_names(const std::filesystem::path& file) {
+  HeaderText text(file);
+  std::vector<LabelName> names;
+  int number = 0;
+  for (std::string line; text.next_line(line);) {
+    ++number;
+    line = trimmed(line);
+    if (names.empty() && line.starts_with('{')) {
+      names = names_of_dataset(file);
+      break;
+    }
+    if (line.empty() || line[0] == '#') continue;
+    const auto label = label_of(line);
+    if (!label) {
+      throw BadDataError(file, "line " + std::to_string(number) + " \"" + line.substr(0, 80) +
+                                   "\" is no label; a number and a name are needed, as ITK-SNAP "
+                                   "and 3D Slicer write them");
+    }
+    if (label->label > 0) names.push_back(*label);
+  }
+  if (names.empty()) throw BadDataError(file, "names no label");
+  return names;
+}
+
+}  // namespace organbake

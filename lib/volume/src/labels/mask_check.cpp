@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/volume/mask_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "grid/index_map.h"
+#include "organbake/core/error.h"
+#include "organbake/core/text.h"
+#include "organbake/volume/describe.h"
+#include "organbake/volume/label_names_file.h"
+
+namespace organbake {
+namespace {
+
+using VoxelIndex = std::array<int, 3>;
+
+// A search needs the organ's shape, not every voxel of it.
+constexpr std::size_t kMostSamples = 40000;
+// A move that leaves this share of the label outside the CT proves nothing.
+constexpr double kLeastOverlap = 0.98;
+// A label that lies on soft tissue as it is moves only for the sake of a spread this much smaller.
+constexpr double kFarBetter = 0.6;
+
+constexpr double kNotMeasured_hu = -1000;
+
+struct Sum {
+  std::size_t count = 0, soft = 0;
+  double values = 0, squares = 0;
+
+  void add(double hu, const MaskCheckOptions& options) {
+    ++count;
+    if (std::isnan(hu)) hu = kNotMeasured_hu;
+    soft += hu >= options.soft_tissue_min_hu && hu <= options.soft_tissue_max_hu;
+    values += hu;
+    squares += hu * hu;
+  }
+  MaskFit fit() const {
+    if (count == 0) return {};
+    const double n = static_cast<double>(count), mean = values / n;
+    return {static_cast<double>(soft) / n, mean,
+            std::sqrt(std::max(0.0, squares / n - mean * mean))};
+  }
+};
+
+// CT voxels (possibly outside the CT) nearest to the label's voxels.
+std::vector<VoxelIndex> label_in_ct(const Volume& ct, const Volume& mask, int label) {
+  const IndexMap ct_from_mask(ct, mask);
+  std::vector<VoxelIndex> found;
+  for (int k = 0; k < mask.size[2]; ++k) {
+    for (int j = 0; j < mask.size[1]; ++j) {
+      for (int i = 0; i < mask.size[0]; ++i) {
+        if (mask.at(i, j, k) != label) continue;
+        const Eigen::Vector3d index = ct_from_mask(Eigen::Vector3d(i, j, k));
+        VoxelIndex nearest;
+        // Clamped far outside, where no shift brings it back: a wild affine must not overflow.
+        for (int axis = 0; axis < 3; ++axis) {
+          nearest[axis] = static_cast<int>(std::clamp(std::floor(index[axis] + 0.5), -1e6, 1e6));
+        }
+        found.push_back(nearest);
+      }
+    }
+  }
+  return found;
+}
+
+Sum sum_at(const Volume& ct, const std::vector<VoxelIndex>& label, int shift, std::size_t step,
+           const MaskCheckOptions& options) {
+  Sum sum;
+  for (std::size_t n = 0; n < label.size(); n += step) {
+    const auto [i, j, k0] = label[n];
+    const int k = k0 + shift;
+    if (i < 0 || j < 0 || k < 0 || i >= ct.size[0] || j >= ct.size[1] || k >= ct.size[2]) continue;
+    sum.add(ct.at(i, j, k), options);
+  }
+  return sum;
+}
+
+bool plausible(const MaskFit& fit, const MaskCheckOptions& options) {
+  return fit.soft_tissue_share >= options.min_soft_tissue_share &&
+         fit.deviation_hu <= options.max_deviation_hu;
+}
+
+std::optional<BetterPlace> search_better(const Volume& ct, const std::vector<VoxelIndex>& label,
+                                         const MaskFit& now, const MaskCheckOptions& options) {
+  const std::size_t step = (label.size() + kMostSamples - 1) / kMostSamples;
+  const std::size_t samples = (label.size() + step - 1) / step;
+  std::optional<BetterPlace> best;
+  for (int shift = 1 - ct.size[2]; shift < ct.size[2]; ++shift) {
+    const Sum sum = sum_at(ct, label, shift, step, options);
+    if (static_cast<double>(sum.count) < kLeastOverlap * static_cast<double>(samples)) continue;
+    const MaskFit fit = sum.fit();
+    // Air is more uniform than any organ: only places that are plausible compete.
+    if (!plausible(fit, options)) continue;
+    if (best && fit.deviation_hu >= best->fit.deviation_hu) continue;
+    best = BetterPlace{shift, ct.direction.col(2) * ct.spacing_mm[2] * shift, fit};
+  }
+  if (!best || best->slices == 0) return std::nullopt;
+  const bool on_tissue = now.soft_tissue_share >= options.min_soft_tissue_share;
+  if (on_tissue && best->fit.deviation_hu > kFarBetter * now.deviation_hu) return std::nullopt;
+  return best;
+}
+
+std::string percent(double share) { return to_text(100 * share, 0) + " %"; }
+
+std::string vector_text(const Eigen::Vector3d& vector) {
+  const Eigen::Vector3d v = vector + Eigen::Vector3d::Zero();  // −0 becomes 0
+  return "(" + to_text(v.x(), 1) + ", " + to_text(v.y(), 1) + ", " + to_text(v.z(), 1) + ")";
+}
+
+std::string verdict(const MaskCheck& check, const Volume& ct, const Volume& mask, int label) {
+  if (check.plausible) return {};
+  const std::string name = label == mask.chosen_label && !mask.chosen_name.empty()
+                               ? mask.chosen_name
+                               : "label " + std::to_string(label);
+  if (check.overlap_share == 0) {
+    return "no voxel of " + name + " lies inside the CT: the mask covers " +
+           world_range_text(mask) + ", the CT " + world_range_text(ct) +
+           " mm (LPS); they are not of one scan, or one header is wrong.";
+  }
+  std::string text = check.better ? "the mask looks misplaced on this CT: "
+                                  : "the mask may not belong to this CT: ";
+  if (check.overlap_share < kLeastOverlap) {
+    text += "only " + percent(check.overlap_share) + " of " + name + " lies inside the CT. ";
+  }
+  text += percent(check.fit.soft_tissue_share) + " of " + name + " lies on soft tissue (mean " +
+          to_text(check.fit.mean_hu, 0) + " HU, spread " + to_text(check.fit.deviation_hu, 0) +
+          " HU).";
+  if (!check.better) {
+    return text +
+           " That is right for bone, lung or gut; for a solid organ, check that mask, label "
+           "and CT belong together.";
+  }
+  const BetterPlace& better = *check.better;
+  text += " Moved by " + std::to_string(better.slices) +
+          " slices it fits: " + percent(better.fit.soft_tissue_share) + " soft tissue (mean " +
+          to_text(better.fit.mean_hu, 0) + " HU, spread " + to_text(better.fit.deviation_hu, 0) +
+          " HU).";
+  const bool shares_origin = (mask.origin_mm - ct.origin_mm).norm() < ct.spacing_mm.minCoeff();
+  if (shares_origin && mask.size[2] < ct.size[2]) {
+    text += " Its header repeats the CT's origin although it holds " +
+            std::to_string(mask.size[2]) + " of the CT's " + std::to_string(ct.size[2]) +
+            " slices.";
+  }
+  const Eigen::Vector3d origin = mask.origin_mm + better.shift_world_mm;
+  return text + " Correct the mask's origin to " + vector_text(origin) + " mm (LPS), " +
+         vector_text(better.shift_world_mm) + " mm from where it is.";
+}
+
+}  // namespace
+
+void MaskCheckOptions::check() const {
+  if (!(soft_tissue_min_hu < soft_tissue_max_hu)) {
+    throw UsageError("soft_tissue_min_hu must be below soft_tissue_max_hu");
+  }
+  if (!(min_soft_tissue_share >= 0 && min_soft_tissue_share <= 1)) {
+    throw UsageError("min_soft_tissue_share must be 0…1");
+  }
+  if (!(max_deviation_hu > 0)) throw UsageError("max_deviation_hu must be positive");
+}
+
+MaskCheck check_mask(const Volume& ct, const Volume& mask, const MaskCheckOptions& options) {
+  options.check();
+  const std::vector<VoxelIndex> label = label_in_ct(ct, mask, options.label);
+  if (label.empty()) throw_label_absent(mask, options.label);
+  const Sum here = sum_at(ct, label, 0, 1, options);
+  MaskCheck check;
+  check.grids_equal = same_grid(ct, mask);
+  check.overlap_share = static_cast<double>(here.count) / static_cast<double>(label.size());
+  check.fit = here.fit();
+  check.plausible = check.overlap_share >= kLeastOverlap && plausible(check.fit, options);
+  // On the CT's own grid the mask was made in place: bone, lung and gut would only be led astray.
+  if (!check.plausible && !check.grids_equal) {
+    check.better = search_better(ct, label, check.fit, options);
+  }
+  check.message = verdict(check, ct, mask, options.label);
+  return check;
+}
+
+}  // namespace organbake

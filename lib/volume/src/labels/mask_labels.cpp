@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "labels/mask_labels.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "files/header_text.h"
+#include "organbake/core/error.h"
+#include "organbake/core/nearest_name.h"
+#include "organbake/volume/label_names_file.h"
+
+namespace organbake {
+namespace {
+
+std::string plain(const std::string& name) {
+  std::string text;
+  for (const char c : lower_case(name)) {
+    if (c != '_' && c != '-' && c != ' ') text += c;
+  }
+  return text;
+}
+
+std::optional<int> as_number(const std::string& text) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size() || text.empty()) return std::nullopt;
+  if (error != std::errc() || value < 1 || value > kMostLabel) {
+    throw UsageError("the label is " + text + "; it must be 1…" + std::to_string(kMostLabel) +
+                     " (0 is the background)");
+  }
+  return value;
+}
+
+// A file may give its labels any numbers; voxels have but these.
+ChosenLabel chosen_of(const LabelName& known, const std::string& file) {
+  if (known.label < 1 || known.label > kMostLabel)
+    throw BadDataError(file + ": its label \"" + known.name + "\" has the number " +
+                       std::to_string(known.label) + "; 1…" + std::to_string(kMostLabel) +
+                       " are labels");
+  return {known.label, known.layer, known.name, known.with};
+}
+
+// Two of one name are a question, not the first of them.
+std::optional<ChosenLabel> only_one(const std::vector<LabelName>& names, const std::string& file,
+                                    const std::function<bool(const LabelName&)>& is_it) {
+  const auto first = std::find_if(names.begin(), names.end(), is_it);
+  if (first == names.end()) return std::nullopt;
+  const auto second = std::find_if(std::next(first), names.end(), [&](const LabelName& other) {
+    return is_it(other) && (other.label != first->label || other.layer != first->layer);
+  });
+  if (second == names.end()) return chosen_of(*first, file);
+  throw BadDataError(file + ": the labels " + std::to_string(first->label) + " and " +
+                     std::to_string(second->label) + " are both called \"" + second->name +
+                     "\"; choose one by its number");
+}
+
+std::optional<ChosenLabel> by_name(const std::string& text, const std::vector<LabelName>& names,
+                                   const std::string& file) {
+  const auto exactly = [&](const LabelName& known) { return known.name == text; };
+  if (auto found = only_one(names, file, exactly)) return found;
+  return only_one(names, file,
+                  [&](const LabelName& known) { return plain(known.name) == plain(text); });
+}
+
+ChosenLabel by_number(int label, const std::vector<LabelName>& names, const std::string& file) {
+  const LabelName* found = nullptr;
+  for (const LabelName& known : names) {
+    if (known.label != label) continue;
+    if (found && found->layer != known.layer) {
+      throw BadDataError(file + ": label " + std::to_string(label) +
+                         " is in several layers of the mask; choose by name: " + label_list(names));
+    }
+    found = &known;
+  }
+  return {label, found ? found->layer : 0, "label " + std::to_string(label)};
+}
+
+std::optional<ChosenLabel> one_label(const std::string& text, const std::vector<LabelName>& names,
+                                     const std::string& file) {
+  if (auto named = by_name(text, names, file)) return named;
+  if (const auto number = as_number(text)) return by_number(*number, names, file);
+  return std::nullopt;
+}
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    const std::string part = trimmed(text.substr(at, comma - at));
+    if (!part.empty()) parts.push_back(part);
+    at = comma + 1;
+  }
+  return parts;
+}
+
+// The label that the first of the parts names, or, as a name may hold commas, the first few of
+// them; and how many that took.
+std::pair<std::optional<ChosenLabel>, std::size_t> first_label(std::span<const std::string> parts,
+                                                               const std::vector<LabelName>& names,
+                                                               const std::string& file) {
+  constexpr std::size_t kMostCommas = 7;
+  for (std::size_t count = std::min(parts.size(), kMostCommas + 1); count > 1; --count) {
+    std::string joined = parts[0];
+    for (const std::string& part : parts.subspan(1, count - 1)) joined += "," + part;
+    if (auto named = by_name(joined, names, file)) return {std::move(named), count};
+  }
+  return {one_label(parts[0], names, file), 1};
+}
+
+std::vector<std::string> texts_of(const std::vector<LabelName>& names) {
+  std::vector<std::string> texts;
+  for (const LabelName& known : names) texts.push_back(known.name);
+  return texts;
+}
+
+void add(const ChosenLabel& one, std::vector<ChosenLabel>& chosen) {
+  chosen.push_back(one);
+  for (const int label : one.with) chosen.push_back({label, one.layer, {}});
+}
+
+std::string together(const std::vector<ChosenLabel>& chosen) {
+  std::string text;
+  for (const ChosenLabel& one : chosen) {
+    if (!one.name.empty()) text += (text.empty() ? "" : " and ") + one.name;
+  }
+  return text;
+}
+
+bool holds_numbers_only(const std::string& label) {
+  return label.find_first_not_of("0123456789, ") == std::string::npos;
+}
+
+// The voxels of a layer that are `wanted`, or all of them, in their place in the mask.
+void paint(const Volume& layer, const std::set<int>& wanted, const std::vector<ChosenLabel>& chosen,
+           Volume& mask) {
+  const int becomes = chosen.empty() ? 0 : chosen.front().label;
+  if (layer.is_real() || becomes > std::numeric_limits<std::int16_t>::max()) make_real(mask);
+  with_values(layer, [&](const auto values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const int label = static_cast<int>(values[i]);
+      if (label <= 0 || !(chosen.empty() || wanted.contains(label))) continue;
+      set_value(mask, i, chosen.empty() ? label : becomes);
+    }
+  });
+}
+
+Volume empty_like(const Volume& layer) {
+  Volume mask = layer;
+  mask.reals = {};
+  mask.voxels.assign(layer.voxel_count(), 0);
+  return mask;
+}
+
+}  // namespace
+
+std::vector<ChosenLabel> chosen_labels(const std::string& text, const std::vector<LabelName>& names,
+                                       const std::string& file) {
+  // A name may hold a comma.
+  std::vector<ChosenLabel> chosen;
+  if (const auto whole = one_label(trimmed(text), names, file)) {
+    add(*whole, chosen);
+    return chosen;
+  }
+  const std::vector<std::string> parts = parts_of(text);
+  for (std::size_t at = 0; at < parts.size();) {
+    const auto first = first_label(std::span(parts).subspan(at), names, file);
+    const std::optional<ChosenLabel>& one = first.first;
+    if (!one) {
+      throw BadDataError(file + ": the mask has no label \"" + parts[at] + "\"; " +
+                         (names.empty() ? "its labels have no names, give a number"
+                                        : "it holds " + label_list(names)) +
+                         suggestion(parts[at], texts_of(names)));
+    }
+    const auto same = [&](const ChosenLabel& c) {
+      return c.label == one->label && c.layer == one->layer;
+    };
+    if (std::none_of(chosen.begin(), chosen.end(), same)) add(*one, chosen);
+    at += first.second;
+  }
+  if (chosen.empty()) throw UsageError("the label is empty; give a number or a name");
+  return chosen;
+}
+
+void choose_label(Volume& mask, const VolumeReadOptions& options, const std::string& file) {
+  const std::vector<ChosenLabel> chosen = chosen_labels(options.label, mask.label_names, file);
+  mask.chosen_label = chosen.front().label;
+  mask.chosen_name = together(chosen);
+  if (chosen.size() == 1) return;
+  std::set<int> there;
+  for (const LabelCount& count : count_labels(mask)) there.insert(count.label);
+  for (const ChosenLabel& one : chosen) {
+    // Of a region's labels not every case has each.
+    if (!there.contains(one.label) && !one.name.empty()) throw_label_absent(mask, one.label);
+    with_values(mask, [&](auto values) {
+      using Value = typename decltype(values)::value_type;
+      std::replace(values.begin(), values.end(), static_cast<Value>(one.label),
+                   static_cast<Value>(mask.chosen_label));
+    });
+  }
+}
+
+Volume read_layers(std::int64_t layers, const VolumeReadOptions& options, const std::string& file,
+                   const std::vector<LabelName>& names,
+                   const std::function<Volume(std::int64_t)>& read_one) {
+  std::vector<ChosenLabel> chosen;
+  if (!options.label.empty()) chosen = chosen_labels(options.label, names, file);
+  for (const ChosenLabel& one : chosen) {
+    if (std::any_of(names.begin(), names.end(),
+                    [&](const LabelName& known) { return known.label == one.label; })) {
+      continue;
+    }
+    throw BadDataError(file + ": the mask has no " + one.name + "; it holds " + label_list(names));
+  }
+  std::optional<Volume> mask;
+  for (std::int64_t layer = 0; layer < layers; ++layer) {
+    std::set<int> wanted;
+    for (const ChosenLabel& one : chosen) {
+      if (one.layer == layer) wanted.insert(one.label);
+    }
+    if (wanted.empty() && !chosen.empty()) continue;
+    Volume read = read_one(layer);
+    make_labels(read);
+    if (!mask) mask = empty_like(read);
+    if (!same_grid(*mask, read)) {
+      throw BadDataError(file + ": its masks lie on different grids; choose one of them");
+    }
+    paint(read, wanted, chosen, *mask);
+  }
+  if (!mask) {
+    throw BadDataError(file +
+                       ": the segment lies in a layer that the file doesn't have; save it "
+                       "again");
+  }
+  if (!chosen.empty()) {
+    mask->chosen_label = chosen.front().label;
+    mask->chosen_name = together(chosen);
+  }
+  return std::move(*mask);
+}
+
+Volume read_separate_masks(const VolumeReadOptions& options, const std::string& file,
+                           const std::vector<LabelName>& names, const std::string& advice,
+                           const std::function<Volume(std::int64_t)>& read_one) {
+  const bool by_number = !options.label.empty() && holds_numbers_only(options.label);
+  // Channels without names are asked for as such; another name may mean labels over time.
+  const bool by_other_name = !options.label.empty() && options.label_names.empty() &&
+                             names.front().name.starts_with("channel ") &&
+                             options.label.find("channel") == std::string::npos;
+  if ((by_number || by_other_name) && names.size() > 1) throw BadDataError(file + ": " + advice);
+  VolumeReadOptions asked = options;
+  if (by_number) asked.label = names.front().name;
+  const auto layers = static_cast<std::int64_t>(names.size());
+  Volume mask = read_layers(layers, asked, file, names, [&](std::int64_t layer) {
+    Volume one = read_one(layer);
+    make_labels(one);
+    Volume painted = empty_like(one);
+    const int number = names[static_cast<std::size_t>(layer)].label;
+    for (std::size_t i = 0; i < painted.voxels.size(); ++i) {
+      const bool in = one.is_real() ? one.reals[i] > 0 : one.voxels[i] > 0;
+      if (in) painted.voxels[i] = static_cast<std::int16_t>(number);
+    }
+    return painted;
+  });
+  mask.label_names = names;
+  return mask;
+}
+
+}  // namespace organbake

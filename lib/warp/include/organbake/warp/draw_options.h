@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "organbake/geometry/view_manifold.h"
+#include "organbake/warp/drawn_light.h"
+#include "organbake/warp/solid.h"
+
+namespace organbake {
+
+enum class WarpMethod : std::uint8_t {
+  bound,  // forward splats of samples bound to the proxy's shell
+  paper,  // the paper's screen-space chain (paper_warp.h), the baseline
+};
+
+// Texels of less confidence are not drawn: of 255 it rounds to 0.
+inline constexpr float kLeastConfidence = 0.5f / 255;
+
+struct DrawOptions {
+  WarpMethod method = WarpMethod::bound;                  // Player::draw() chooses by it
+  std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
+  bool base_layer = true;  // draw the base layer where no active camera sees the skin
+  bool fill_holes = true;
+  // Blend skin with the background by the share of each pixel that it covers (outline.h); not by
+  // the paper's own warp.
+  bool smooth_outline = true;
+  // The paper's own warp always draws what was baked.
+  DrawnLight light = DrawnLight::baked;
+  // The range of full exposure of the light at the scope, mm; 0: as the bundle's ScopeLight says.
+  // For several organs, which are lit by one.
+  double scope_reference_mm = 0;
+  bool keep_depth = false;  // also fill Frame::depth_mm; implied by solids
+  bool keep_shown = false;  // also fill Frame::shown, for pixels of Cover::samples
+  bool keep_bound = false;  // also fill Frame::bound
+  bool measure = false;     // fill DrawReport's times
+  std::vector<Solid> solids;
+
+  bool needs_depth() const { return keep_depth || !solids.empty(); }
+  bool operator==(const DrawOptions& other) const = default;
+};
+
+// Milliseconds of work by phase, summed over threads; zero unless measured.
+struct DrawTimes {
+  double transform = 0;  // faces and chunks placed, culled and listed by tile
+  double splat = 0, base = 0, resolve = 0, fill = 0;
+  double tools = 0;  // instruments drawn into the picture
+
+  DrawTimes& operator+=(const DrawTimes& more) {
+    transform += more.transform, splat += more.splat, base += more.base;
+    resolve += more.resolve, fill += more.fill, tools += more.tools;
+    return *this;
+  }
+};
+
+struct DrawReport {
+  bool unchanged = false;  // same view, positions and options: the frame was left alone
+  // Tiles of which anything was drawn, and those that stayed since nothing moved there.
+  int tiles_drawn = 0, tiles_kept = 0;
+  ViewWeights weights;                  // the cameras in use
+  float texel_mm = 0;                   // mean size of their texels on the surface
+  std::size_t samples_drawn = 0;        // of chunks that were drawn
+  std::size_t samples_facing_away = 0;  // skipped in whole chunks
+  std::size_t samples_outside_view = 0;
+  // Per active camera and face: skipped in whole, by what skipped its last chunk.
+  std::size_t faces_drawn = 0, faces_facing_away = 0, faces_outside_view = 0;
+  std::size_t base_triangles = 0;  // drawn
+  std::size_t sample_pixels = 0, base_pixels = 0;
+  std::size_t holes_before = 0, holes_after = 0;
+  double largest_stretch_px = 0;  // widest splat, pixels per texel
+  DrawTimes times;
+};
+
+}  // namespace organbake

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "organbake/image/channel_image.h"
+
+namespace organbake {
+
+// What a pixel of a frame shows.
+enum class Cover : std::uint8_t { background = 0, samples, base, filled, solid };
+
+// What skin a pixel shows, at rest, world mm; not a number where it is not told.
+struct Shown {
+  Eigen::Vector3f point_mm;   // whose colour it is
+  Eigen::Vector3f sample_mm;  // of the sample that it was drawn from
+};
+
+inline const Shown kNothingShown = {Eigen::Vector3f::Constant(std::nanf("")),
+                                    Eigen::Vector3f::Constant(std::nanf(""))};
+
+// The skin that a pixel shows, as a point bound to the shell: any pose of the organ puts it
+// somewhere, shell_point().
+struct BoundPixel {
+  static constexpr std::uint32_t kNoSkin = 0xFFFFFFFFu;
+  std::uint32_t face = kNoSkin;  // of the shell's surface
+  float b1 = 0, b2 = 0, height_mm = 0;
+  float depth_mm = std::numeric_limits<float>::infinity();  // planar z at the pixel's centre
+  // Of all that its colour was blended from: shares of cameras × confidence, 1 at most; the base
+  // layer alone weighs next to nothing.
+  float weight = 0;
+
+  bool has_skin() const { return face != kNoSkin; }
+};
+
+// A drawn picture. The caller keeps it between frames: a Warper that finds its own last picture in
+// it, and nothing changed, leaves it alone.
+struct Frame {
+  Rgb8Image color;
+  std::vector<Cover> cover;     // one per pixel
+  std::vector<float> depth_mm;  // planar z, +inf at the background; empty unless asked for
+  std::vector<Shown> shown;     // one per pixel; empty unless asked for
+  // One per pixel; empty unless asked for. Tools hide no skin here, and what was filled has none.
+  std::vector<BoundPixel> bound;
+  std::vector<std::uint8_t> organ;  // whose skin is bound; empty: the one and only
+  std::uint64_t serial = 0;         // of the drawing it holds; set to 0 to force a redraw
+
+  bool covered(int x, int y) const {
+    return cover[std::size_t(y) * color.width + x] != Cover::background;
+  }
+};
+
+}  // namespace organbake

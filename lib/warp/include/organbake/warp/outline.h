@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "organbake/warp/frame.h"
+#include "organbake/warp/front_edges.h"
+#include "organbake/warp/outline_areas.h"
+
+namespace organbake {
+
+// Smooths the outlines of skin, which take one sample a pixel: from the steps of the border between
+// an outline's pixels and those behind it follows about where the outline runs between them, and
+// with it the share of each pixel that the skin in front covers (Reshetov 2009, "Morphological
+// antialiasing"). Both sides of the border are blended by that share, in linear light. Covers stay
+// as they are.
+//
+// Where skin meets a tool nothing is smoothed: tools take several samples a pixel.
+class Outline {
+ public:
+  // Forgets what it softened before.
+  void soften(const FrontEdges& edges, Frame& frame);
+  // The frame as it was before soften().
+  void undo(Frame& frame) const;
+
+ private:
+  using Color = std::array<std::uint8_t, 3>;  // sRGB
+  struct Pixel {
+    std::uint32_t at;
+    Color before, after;
+  };
+  struct Border;
+  void follow_rows();
+  void follow_columns();
+  void follow(const Border& border);
+  bool is_border(const Border& border, int i) const;
+  double rise_of(const Border& border, int length, BorderStep ends) const;
+  void change(PixelAt pixel, double share);
+  Color blended(const Pixel& pixel, const Frame& frame) const;
+
+  const FrontEdges* edges_ = nullptr;  // while softening
+  int width_ = 0;
+  // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
+  // of 1/254; 0 between calls.
+  std::vector<std::int8_t> change_;
+  std::vector<Pixel> softened_;
+};
+
+}  // namespace organbake

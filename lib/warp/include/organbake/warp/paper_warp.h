@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/geometry/shell_surface.h"
+#include "organbake/warp/draw_options.h"
+#include "organbake/warp/frame.h"
+#include "organbake/warp/view.h"
+
+namespace organbake {
+
+// The paper's own chain (2.2, Figure 2), kept as the baseline: the deformed proxy's depth is read
+// at each virtual camera, the microstructure image distorted to it and added along the view, the
+// result 3D-warped pixel by pixel, and the views combined over the viewing projection manifold.
+// What lies beyond the proxy's outline has no macrostructure, and is lost. The same bytes for any
+// number of threads.
+class PaperWarp {
+ public:
+  // Every map of the bundle must have been read. Throws UsageError without maps.
+  explicit PaperWarp(const Bundle& bundle);
+
+  // As Warper::draw(), of the bundle that this was made from. The base layer is no part of the
+  // paper's chain and is not drawn.
+  DrawReport draw(const Bundle& bundle, const std::vector<Eigen::Vector3d>& positions,
+                  const View& view, const DrawOptions& options, Frame& frame) const;
+
+ private:
+  struct Warped;
+  void warp(const Bundle& bundle, std::size_t camera, const TriangleMesh& deformed,
+            const View& view, Warped& out) const;
+  static float blend(std::span<const Warped> views, const std::array<float, 3>& shares,
+                     std::size_t pixel, double same_surface, const DrawOptions& options,
+                     Frame& frame);
+
+  ShellSurface shell_;
+  // Per camera and texel, mm: its depth at rest, and what the surface lies behind it; +inf
+  // where either is missing.
+  std::vector<std::vector<float>> proxy_depth_, micro_depth_;
+};
+
+}  // namespace organbake

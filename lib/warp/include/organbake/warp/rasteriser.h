@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
+#endif
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "organbake/warp/pixel_box.h"
+
+namespace organbake {
+
+// A triangle's corner in the picture: pixels, and 1/depth for perspective.
+struct RasterCorner {
+  double x = 0, y = 0, inverse_depth = 0;
+};
+
+// Corners farther out than this would overflow the fixed-point edge functions; their triangles are
+// not drawn.
+inline constexpr double kRasterReach = 1 << 20;
+
+// A corner on the grid of 1/256 pixel: corners that several triangles share are snapped once.
+struct SnappedCorner {
+  static constexpr std::int32_t kBeyond = std::numeric_limits<std::int32_t>::min();
+  std::int32_t x = kBeyond, y = 0;
+  double inverse_depth = 0;
+
+  SnappedCorner() = default;
+  explicit SnappedCorner(const RasterCorner& c) : inverse_depth(c.inverse_depth) {
+    if (!(std::abs(c.x) < kRasterReach && std::abs(c.y) < kRasterReach)) return;
+    x = snapped(c.x), y = snapped(c.y);
+  }
+  // The first pixel whose centre does not lie before a place, and the last not behind it.
+  static std::int32_t center_from(std::int32_t place) { return (place + 127) >> 8; }
+  static std::int32_t center_to(std::int32_t place) { return (place - 128) >> 8; }
+  // Pixels, within reach. (floor is an instruction, llround a call.)
+  template <class Number>
+  static std::int32_t snapped(Number pixels) {
+    return static_cast<std::int32_t>(std::floor(pixels * 256 + Number(0.5)));
+  }
+};
+
+// Twice the signed area in 1/256² pixel; negative for a face seen from its counter-clockwise side,
+// because rows run down.
+inline std::int64_t doubled_area(const SnappedCorner& a, const SnappedCorner& b,
+                                 const SnappedCorner& c) {
+  return (std::int64_t(b.x) - a.x) * (std::int64_t(c.y) - a.y) -
+         (std::int64_t(c.x) - a.x) * (std::int64_t(b.y) - a.y);
+}
+
+struct SnappedTriangle {
+  std::array<SnappedCorner, 3> corners;
+  std::int64_t doubled_area = 0;  // 0 also for a triangle beyond reach, whose box is empty
+  PixelBox box;                   // of the pixel centres that it may hold
+  bool small = false;             // its products fit 32 bits, which halves its cost
+
+  SnappedTriangle(const SnappedCorner& a, const SnappedCorner& b, const SnappedCorner& c)
+      : corners{a, b, c} {
+    const auto [x0, x1] = std::minmax({a.x, b.x, c.x});
+    const auto [y0, y1] = std::minmax({a.y, b.y, c.y});
+    if (x0 == SnappedCorner::kBeyond) return;
+    doubled_area = organbake::doubled_area(a, b, c);
+    box = {SnappedCorner::center_from(x0), SnappedCorner::center_from(y0),
+           SnappedCorner::center_to(x1) + 1, SnappedCorner::center_to(y1) + 1};
+    constexpr std::int32_t kSmall = 60 * 256;
+    small = x1 - x0 < kSmall && y1 - y0 < kSmall;
+  }
+  explicit SnappedTriangle(const std::array<RasterCorner, 3>& t)
+      : SnappedTriangle(SnappedCorner(t[0]), SnappedCorner(t[1]), SnappedCorner(t[2])) {}
+};
+
+// Edge functions of a triangle over the pixels of a box. Whole numbers, so that centres on an edge
+// go to one side by the top-left rule; Int holds products of the triangle's sides in 1/256 pixel.
+template <class Int>
+struct EdgeWalk {
+  std::array<Int, 3> edge, step_x, step_y;  // at the first pixel's centre, and per pixel
+
+  // Corners in 1/256 pixel from the box's corner, in the order that makes the area positive. Edge i
+  // lies opposite corner i, where its function is the doubled area.
+  EdgeWalk(const std::array<Int, 3>& x, const std::array<Int, 3>& y) {
+    for (int i = 0; i < 3; ++i) {
+      const int a = (i + 1) % 3, b = (i + 2) % 3;
+      const Int dx = x[b] - x[a], dy = y[b] - y[a];
+      edge[i] = dx * (128 - y[a]) - dy * (128 - x[a]);
+      step_x[i] = -dy * 256, step_y[i] = dx * 256;
+      if (!(dy < 0 || (dy == 0 && dx > 0))) edge[i] -= 1;
+    }
+  }
+
+  // inside(x, y, edges) for each pixel of the box whose centre the triangle holds. Boxes of slivers
+  // are mostly empty, so a row is looked at eight pixels at a time.
+  template <class Inside>
+  void each(int width, int height, Inside&& inside) const {
+    std::array<Int, 3> row = edge;
+    for (int y = 0; y < height; ++y) {
+      for (int x0 = 0; x0 < width; x0 += kLanes) {
+        const int wanted = width - x0 < kLanes ? (1 << (width - x0)) - 1 : (1 << kLanes) - 1;
+        for (unsigned held = unsigned(holds(row, x0) & wanted); held != 0; held &= held - 1) {
+          const int x = x0 + std::countr_zero(held);
+          std::array<Int, 3> e;
+          for (int i = 0; i < 3; ++i) e[i] = row[i] + x * step_x[i];
+          inside(x, y, e);
+        }
+      }
+      for (int i = 0; i < 3; ++i) row[i] += step_y[i];
+    }
+  }
+
+ private:
+  static constexpr int kLanes = 8;
+
+  // One bit for each of kLanes pixels from x0 on.
+  int holds(const std::array<Int, 3>& row, int x0) const {
+#if defined(__AVX2__)
+    if constexpr (sizeof(Int) == sizeof(std::int32_t)) {
+      const __m256i x =
+          _mm256_add_epi32(_mm256_set1_epi32(x0), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+      __m256i any = _mm256_setzero_si256();
+      for (int i = 0; i < 3; ++i) {
+        const __m256i e = _mm256_add_epi32(_mm256_set1_epi32(row[i]),
+                                           _mm256_mullo_epi32(x, _mm256_set1_epi32(step_x[i])));
+        any = _mm256_or_si256(any, e);
+      }
+      return ~_mm256_movemask_ps(_mm256_castsi256_ps(any));
+    }
+#elif defined(__wasm_simd128__)
+    if constexpr (sizeof(Int) == sizeof(std::int32_t)) {
+      int outside = 0;
+      for (int half = 0; half < 2; ++half) {
+        const v128_t x =
+            wasm_i32x4_add(wasm_i32x4_splat(x0 + 4 * half), wasm_i32x4_const(0, 1, 2, 3));
+        v128_t any = wasm_i32x4_const_splat(0);
+        for (int i = 0; i < 3; ++i) {
+          const v128_t e = wasm_i32x4_add(wasm_i32x4_splat(row[i]),
+                                          wasm_i32x4_mul(x, wasm_i32x4_splat(step_x[i])));
+          any = wasm_v128_or(any, e);
+        }
+        outside |= static_cast<int>(wasm_i32x4_bitmask(any)) << (4 * half);
+      }
+      return ~outside;
+    }
+#endif
+    int bits = 0;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      Int any = 0;
+      for (int i = 0; i < 3; ++i) any |= row[i] + (x0 + lane) * step_x[i];
+      bits |= int(any >= 0) << lane;
+    }
+    return bits;
+  }
+};
+
+// Visits each pixel of the window whose centre lies in the triangle, whichever way it winds:
+// pixel(x, y, depth, weights) with the corners' perspective-correct weights. Triangles that share
+// an edge draw each pixel along it exactly once, whatever kind of number Real is.
+template <class Real = double, class Pixel>
+void rasterise(const SnappedTriangle& triangle, const PixelBox& window, Pixel&& pixel) {
+  const PixelBox box = intersected(triangle.box, window);
+  if (box.empty() || triangle.doubled_area == 0) return;
+  const bool swapped = triangle.doubled_area < 0;
+  const std::array<int, 3> order = swapped ? std::array{0, 2, 1} : std::array{0, 1, 2};
+  const auto walk = [&]<class Int>(Int) {
+    std::array<Int, 3> x, y;
+    std::array<Real, 3> inverse_depth;
+    for (int i = 0; i < 3; ++i) {
+      inverse_depth[i] = static_cast<Real>(triangle.corners[order[i]].inverse_depth);
+      x[i] = Int(triangle.corners[order[i]].x) - Int(256) * box.x0;
+      y[i] = Int(triangle.corners[order[i]].y) - Int(256) * box.y0;
+    }
+    EdgeWalk<Int>(x, y).each(
+        box.width(), box.height(), [&](int px, int py, const std::array<Int, 3>& e) {
+          std::array<Real, 3> in_order;
+          for (int i = 0; i < 3; ++i) in_order[i] = static_cast<Real>(e[i]) * inverse_depth[i];
+          const Real inverse = 1 / (in_order[0] + in_order[1] + in_order[2]);
+          for (Real& w : in_order) w *= inverse;
+          // 1/z is the mean of the corners' by the edges.
+          const Real depth = static_cast<Real>(e[0] + e[1] + e[2]) * inverse;
+          const std::array<Real, 3> weights =
+              swapped ? std::array{in_order[0], in_order[2], in_order[1]} : in_order;
+          pixel(box.x0 + px, box.y0 + py, depth, weights);
+        });
+  };
+  if (triangle.small) {
+    walk(std::int32_t{});
+  } else {
+    walk(std::int64_t{});
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "organbake/warp/frame.h"
+#include "organbake/warp/pixel_box.h"
+#include "organbake/warp/solid.h"
+#include "organbake/warp/view.h"
+
+namespace organbake {
+
+// A block of the picture's pixels, and the solids that may be seen in it.
+struct SolidBlock {
+  PixelBox box;
+  std::vector<std::uint32_t> solids;
+};
+
+// All blocks that the solids may touch.
+std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view);
+
+// Draws solids lit from the eye into their blocks of a frame that keeps its depth, hidden where
+// tissue is nearer; edges are smoothed with 2 × 2 rays a pixel. Returns the pixels touched.
+std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                        const View& view, Frame& frame);
+
+// What the ray through a pixel's centre meets first of the solids.
+struct SolidSeen {
+  std::uint32_t solid = 0;  // its place in the list
+  float depth_mm = 0;       // planar z
+  Eigen::Vector3f normal;   // camera axes, unit, outward
+};
+
+// Calls visit(x, y, seen) for every pixel whose centre a solid lies at, from several threads at
+// once, each pixel one time. Whether something else lies before it is the caller's to ask.
+void trace_solids(const std::vector<Solid>& solids, const View& view,
+                  const std::function<void(int, int, const SolidSeen&)>& visit);
+
+}  // namespace organbake

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/cutting/cut_organ.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/warp/draw_options.h"
+#include "organbake/warp/drawn_light.h"
+#include "organbake/warp/frame.h"
+#include "organbake/warp/view.h"
+
+namespace organbake {
+
+// The way of a frame, room by room of this module (each includes from those before it only):
+//   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, stretches of a row.
+//   samples    once per bundle: a camera's maps become samples, bound to the shell's faces, in
+//              chunks of 64 that lie together. SampleStore makes a camera's when a view needs it.
+//   placing    the proxy's vertices pose the shell (PosedShell); each face and each chunk of the
+//              three active cameras is placed in the view, culled whole, and listed by the tiles
+//              that it touches. A view that stays, and faces that stay, are not placed again.
+//   light      when the skin is lit anew: gains and normals at the nodes of every face in view.
+//   drawing    per tile, one thread from first to last: samples bid for pixels with 64-bit keys of
+//              depth and slot, which stay in the second-level cache; the base layer goes where they
+//              leave gaps; resolve_tile() gathers the winners' colours, lights and blends them.
+//   finishing  over the whole picture: slits and holes filled, tools drawn, outlines smoothed.
+//   paper      the paper's own warp, a baseline beside all this.
+//
+// Draws a bundle's organ, deformed or not, from any view by forward-warping the samples of the
+// three cameras that the viewing projection manifold names (the paper, 2.2). The same bytes for
+// any number of threads. One draw() at a time.
+class Warper {
+ public:
+  // Binds every sample of the bundle's maps, which are not needed afterwards. Throws BadDataError
+  // when they or the base layer don't fit the cameras or the proxy.
+  explicit Warper(const Bundle& bundle);
+  // Takes everything but the maps from the bundle, and asks for a camera's maps when a view first
+  // needs them. `read` may be called from any thread, for several cameras at once.
+  using ReadMaps = std::function<CameraMaps(std::size_t camera)>;
+  Warper(const Bundle& bundle, ReadMaps read);
+  // One that draws the organ as blades have cut it, with the samples of this uncut one, which it
+  // shares. `now` needs no maps.
+  Warper cut(const Bundle& now, const CutOrgan::FaceParts& parts) const;
+  ~Warper();
+  Warper(Warper&&) noexcept;
+  Warper& operator=(Warper&&) noexcept;
+
+  // positions: the proxy's vertices, world mm. Throws UsageError for a bad view or options, such as
+  // a light other than the baked one for a bundle that does not know its own,
+  // BadDataError for a wrong number of positions or one that is not finite, and what reading and
+  // binding a camera's maps throws.
+  DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                  const DrawOptions& options, Frame& frame);
+
+  // Whether the bundle knows its light, and has the base layer that it falls on.
+  bool can_relight() const;
+  // The light that it is meant to be seen in: at the scope when its lighting has that, else the
+  // world's, else what was baked.
+  DrawnLight usual_light() const;
+
+  // The shell as it was last drawn, world mm, by face.
+  const std::vector<ShellMatrix>& shell_matrices() const;
+
+  // Binds all cameras now, or from a thread of its own while frames are drawn: turning the view
+  // then never waits. Frames are the same either way.
+  void bind_all();
+  void bind_ahead();
+  bool bind_next();  // one camera more; false when all are there
+
+ private:
+  struct Impl;
+  explicit Warper(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace organbake

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drawing/base_drawing.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/warp/rasteriser.h"
+#include "placing/patch_frames.h"
+
+namespace organbake {
+namespace {
+
+// Full weight where the cameras that see a node have no share in the view, none from kSeenEnough
+// on, linear between: a leaving camera's skin fades into the base layer instead of vanishing.
+// Indexed by which of the three active cameras see the node.
+std::array<float, 8> weight_table(const ViewWeights& weights) {
+  constexpr double kSeenEnough = 0.05;
+  std::array<float, 8> table{};
+  for (std::uint32_t bits = 0; bits < 8; ++bits) {
+    double share = 0;
+    for (int i = 0; i < 3; ++i) share += bits >> i & 1 ? weights.weights[i] : 0;
+    table[bits] = kBaseWeight * static_cast<float>(std::clamp(1 - share / kSeenEnough, 0.0, 1.0));
+  }
+  return table;
+}
+
+}  // namespace
+
+// A block's nodes in one frame.
+class BaseDrawing::PlacedBlock {
+ public:
+  PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
+      : base_(base) {
+    const std::uint32_t rows = base.block_end(block.i) - block.i;
+    for (std::uint32_t i = 0; i <= rows; ++i) read_row(block, i);
+    place(frame.pixel, near_mm);
+  }
+
+  static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
+    return i * (kCells + 1) + j;
+  }
+  float weight(std::uint32_t at) const { return weight_[at]; }
+  float b1(std::uint32_t at) const { return b1_[at]; }
+  float b2(std::uint32_t at) const { return b2_[at]; }
+  float height_mm(std::uint32_t at) const { return h_[at]; }
+  // Colour and weight.
+  const Eigen::Vector4f& shade(std::uint32_t at) const { return shade_[at]; }
+  // Beyond reach if it lies before the near plane.
+  SnappedCorner corner(std::uint32_t at) const {
+    SnappedCorner corner;
+    corner.x = x_[at], corner.y = y_[at], corner.inverse_depth = inverse_depth_[at];
+    return corner;
+  }
+
+ private:
+  void read_row(const Block& block, std::uint32_t i) {
+    const BaseLayer& layer = base_.layer_;
+    const std::uint32_t row = block.i + i;
+    const float step = 1 / static_cast<float>(layer.steps);
+    const std::size_t at_row = base_.node(block.patch.face, row, block.j);
+    const std::uint32_t last = std::min(base_.block_end(block.j), layer.steps - row);
+    for (std::uint32_t j = 0; block.j + j <= last; ++j) {
+      const std::uint32_t k = at(i, j);
+      b1_[k] = step * static_cast<float>(row);
+      b2_[k] = step * static_cast<float>(block.j + j);
+      h_[k] = layer.height_mm[at_row + j];
+      weight_[k] = base_.weight_of(layer.seen_by[at_row + j]);
+      shade_[k] << layer.color[at_row + j], weight_[k];
+    }
+  }
+
+  // All at once, those beyond the lattice's long edge, too: one by one, as triangles ask for them,
+  // takes longer.
+  void place(const ShellColumns& m, float near_mm) {
+    const float reach = static_cast<float>(kRasterReach);
+    for (std::uint32_t k = 0; k < kNodes; ++k) {
+      const float b1 = b1_[k], b2 = b2_[k], h = h_[k];
+      const auto row = [&](int r) {
+        return m(r, 0) + b1 * (m(r, 1) + b1 * m(r, 6) + b2 * m(r, 7)) +
+               b2 * (m(r, 2) + b2 * m(r, 8)) + h * (m(r, 3) + b1 * m(r, 4) + b2 * m(r, 5));
+      };
+      const float z = row(2), inverse = 1 / z, x = row(0) * inverse, y = row(1) * inverse;
+      const bool in_reach = (z > near_mm) & (std::abs(x) < reach) & (std::abs(y) < reach);
+      inverse_depth_[k] = inverse;
+      x_[k] = in_reach ? SnappedCorner::snapped(x) : SnappedCorner::kBeyond;
+      y_[k] = in_reach ? SnappedCorner::snapped(y) : 0;
+    }
+  }
+
+  // Whole vectors of them.
+  static constexpr std::uint32_t kNodes = 32;
+  static_assert((kCells + 1) * (kCells + 1) <= kNodes);
+  template <class Number>
+  using PerNode = std::array<Number, kNodes>;
+
+  const BaseDrawing& base_;
+  PerNode<Eigen::Vector4f> shade_;
+  alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, weight_{}, inverse_depth_;
+  alignas(32) PerNode<std::int32_t> x_, y_;
+};
+
+void BaseTile::clear(const PixelBox& tile, bool keep_bound) {
+  box = tile;
+  triangles = 0;
+  depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
+  spans.clear(tile);
+  shade.resize(depth.size());
+  bound.resize(keep_bound ? depth.size() : 0);
+}
+
+BaseDrawing::BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest)
+    : layer_(layer) {
+  std::vector<Patch> patches;
+  for (std::uint32_t f = 0; f < layer_.face_count; ++f) {
+    for (std::uint32_t i = 0; i < layer_.steps; i += kCells) {
+      for (std::uint32_t j = 0; i + j < layer_.steps; j += kCells) {
+        blocks_.push_back(make_block(f, i, j, rest[f]));
+        patches.push_back(blocks_.back().patch);
+      }
+    }
+  }
+  patches_ = PatchTable(patches);
+}
+
+// Bounds, mean slopes and normal cone of the block's cells, as a patch whose columns run along b2
+// and rows along b1: v × u then points out of the surface.
+BaseDrawing::Block BaseDrawing::make_block(std::uint32_t face, std::uint32_t i0, std::uint32_t j0,
+                                           const ShellMatrix& rest) const {
+  Block block;
+  block.i = i0, block.j = j0;
+  const std::uint32_t n = layer_.steps;
+  const float step = 1 / static_cast<float>(n);
+  Eigen::Array3f low = Eigen::Array3f::Constant(1e30f), high = -low;
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();
+  int cells = 0;
+  std::vector<Eigen::Vector3d> normals;
+  const auto height = [&](std::uint32_t i, std::uint32_t j) {
+    return layer_.height_mm[node(face, i, j)];
+  };
+  const auto point = [&](std::uint32_t i, std::uint32_t j) {
+    return shell_point(rest, step * static_cast<float>(i), step * static_cast<float>(j),
+                       height(i, j));
+  };
+  for (std::uint32_t i = i0; i <= block_end(i0); ++i) {
+    for (std::uint32_t j = j0; j <= block_end(j0) && i + j <= n; ++j) {
+      const Eigen::Array3f at(step * static_cast<float>(i), step * static_cast<float>(j),
+                              height(i, j));
+      low = low.min(at), high = high.max(at);
+      block.seen_by.push_back(layer_.seen_by[node(face, i, j)]);
+      if (i == block_end(i0) || j == block_end(j0) || i + j == n) continue;
+      slope += Eigen::Vector2f(height(i + 1, j), height(i, j + 1)) -
+               Eigen::Vector2f::Constant(height(i, j));
+      ++cells;
+      const Eigen::Vector3d p = point(i, j), down = point(i + 1, j), right = point(i, j + 1);
+      normals.push_back((down - p).cross(right - p));
+      if (i + j + 2 <= n) {
+        const Eigen::Vector3d across = point(i + 1, j + 1);
+        normals.push_back((right - across).cross(down - across));
+      }
+    }
+  }
+  std::sort(block.seen_by.begin(), block.seen_by.end());
+  block.seen_by.erase(std::unique(block.seen_by.begin(), block.seen_by.end()), block.seen_by.end());
+  slope /= static_cast<float>(cells);
+  Patch& patch = block.patch;
+  patch.face = face;
+  for (int k = 0; k < 3; ++k) {
+    patch.center[k] = 0.5f * (low[k] + high[k]);
+    patch.extent[k] = 0.5f * (high[k] - low[k]);
+  }
+  patch.along_v[0] = step, patch.along_v[2] = slope[0];
+  patch.along_u[1] = step, patch.along_u[2] = slope[1];
+  const Eigen::Vector3d mean = patch_normal(patch, rest);
+  double smallest_cosine = 1;
+  for (const Eigen::Vector3d& normal : normals) {
+    smallest_cosine =
+        std::min(smallest_cosine, normal.dot(mean) / std::max(1e-300, normal.norm() * mean.norm()));
+  }
+  patch.cone = NormalCone(static_cast<float>(std::acos(std::clamp(smallest_cosine, -1.0, 1.0))));
+  return block;
+}
+
+float BaseDrawing::weight_of(std::uint32_t seen_by) const {
+  const auto sees = [&](int i) { return std::uint64_t{seen_by} >> active_[i] & 1; };
+  return weight_by_active_[sees(0) | sees(1) << 1 | sees(2) << 2];
+}
+
+bool BaseDrawing::weighs(const Block& block) const {
+  return std::any_of(block.seen_by.begin(), block.seen_by.end(),
+                     [&](std::uint32_t seen_by) { return weight_of(seen_by) > 0; });
+}
+
+void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const {
+  if (!faces.continued()) return;
+  for (const Chosen& chosen : chosen_)
+    if (faces.moved(face_of(chosen))) cells.mark(chosen.box);
+}
+
+void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+                        const ViewWeights& weights, const View& view, const TileGrid& grid,
+                        DirtyCells& cells, VisibilitySummary& visibility) {
+  // The layer knows of the first 32 cameras; no other sees a node.
+  for (int i = 0; i < 3; ++i) active_[i] = std::min(weights.cameras[i], 32u);
+  weight_by_active_ = weight_table(weights);
+  mark_moved(faces, cells);
+  choose(faces, may_have_gaps, view);
+  mark_moved(faces, cells);
+  for (const Chosen& chosen : chosen_) {
+    visibility.box = united(visibility.box, chosen.box);
+    visibility.shown[face_of(chosen)] = 1;
+  }
+  tiles_.build(grid, static_cast<std::uint32_t>(chosen_.size()),
+               [this](std::uint32_t b) { return chosen_[b].box; });
+}
+
+void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+                         const View& view) {
+  chosen_.clear();
+  std::array<ChunkFrame, kPatchBatch> placed;
+  const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
+  for (std::size_t first = 0, end = 0; first < blocks_.size(); first = end) {
+    end = end_of_batch(first, blocks_.size(), face_of);
+    const std::uint32_t face = face_of(first);
+    const bool gaps = may_have_gaps[face] != 0;
+    bool is_placed = false;
+    for (std::size_t b = first; b < end; ++b) {
+      const bool weighing = weighs(blocks_[b]);
+      if (!weighing && !gaps) continue;
+      if (!is_placed) {
+        place_patches(patches_, first, static_cast<int>(end - first), faces[face], view,
+                      placed.data());
+        is_placed = true;
+      }
+      const ChunkFrame& frame = placed[b - first];
+      if (frame.fate == ChunkFate::drawn)
+        chosen_.push_back({static_cast<std::uint32_t>(b), frame.box, weighing, gaps});
+    }
+  }
+}
+
+void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const View& view,
+                       const OpenPixels& open, BaseTile& tile) const {
+  const Chosen& chosen = chosen_[number];
+  const bool fills = chosen.fills_gaps && open.any(chosen.box);
+  if (!chosen.weighs && !fills) return;
+  const Block& block = blocks_[chosen.block];
+  const FaceFrame& frame = faces[block.patch.face];
+  const PlacedBlock placed(*this, block, frame, static_cast<float>(view.near_mm));
+  PixelBox drawn;
+  const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
+    const bool weighs =
+        placed.weight(at_a) > 0 || placed.weight(at_b) > 0 || placed.weight(at_c) > 0;
+    if (!weighs && !fills) return;
+    const SnappedCorner a = placed.corner(at_a), b = placed.corner(at_b), c = placed.corner(at_c);
+    // Most triangles of the blocks round a silhouette face away.
+    if (!frame.two_sided && doubled_area(a, b, c) >= 0) return;
+    const SnappedTriangle triangle(a, b, c);
+    const PixelBox box = intersected(triangle.box, tile.box);
+    if (box.empty() || (!weighs && !open.any(box))) return;
+    ++tile.triangles;
+    drawn = united(drawn, box);
+    const Eigen::Vector4f of_a = placed.shade(at_a), of_b = placed.shade(at_b),
+                          of_c = placed.shade(at_c);
+    const auto draw_pixel = [&](int x, int y, float depth, const std::array<float, 3>& w) {
+      const std::size_t at = tile.at(x, y);
+      if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
+      tile.depth[at] = depth;
+      tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
+      if (!tile.keeps_bound()) return;
+      const auto mean = [&w](float a, float b, float c) { return w[0] * a + w[1] * b + w[2] * c; };
+      tile.bound[at] = {
+          block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
+          mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)),
+          mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};
+    };
+    rasterise<float>(triangle, tile.box, draw_pixel);
+  };
+  const std::uint32_t n = layer_.steps;
+  for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {
+    for (std::uint32_t j = 0; block.j + j < block_end(block.j); ++j) {
+      const std::uint32_t along = block.i + i + block.j + j;
+      const auto at = PlacedBlock::at;
+      if (along < n) add(at(i, j), at(i + 1, j), at(i, j + 1));
+      if (along + 1 < n) add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  }
+  tile.spans.add(drawn);
+}
+
+}  // namespace organbake

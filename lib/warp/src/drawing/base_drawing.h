@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "drawing/open_pixels.h"
+#include "organbake/bundle/base_layer.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/view_manifold.h"
+#include "picture/row_spans.h"
+#include "picture/tile_grid.h"
+#include "placing/active_cameras.h"
+#include "placing/dirty_cells.h"
+#include "placing/placed_faces.h"
+
+namespace organbake {
+
+// The base layer's weight where no active camera sees the skin; samples weigh camera × confidence.
+inline constexpr float kBaseWeight = 0.03f;
+
+// One tile's picture of the base layer; depth +inf where it is not drawn.
+struct BaseTile {
+  using Shade = Eigen::Vector4f;  // red, green, blue, linear; weight
+  struct BoundPoint {
+    std::uint32_t face;
+    float b1, b2, height_mm;
+  };
+
+  PixelBox box;
+  std::size_t triangles = 0;  // drawn
+  RowSpans spans;             // where they may lie
+  std::vector<float> depth;
+  // What lies side by side is written and read together: pixels are few, and strewn about.
+  std::vector<Shade> shade;
+  std::vector<BoundPoint> bound;  // over the proxy; only when they are kept
+
+  void clear(const PixelBox& tile, bool keep_bound);
+  bool keeps_bound() const { return !bound.empty(); }
+  bool drawn(std::size_t at) const { return depth[at] < std::numeric_limits<float>::infinity(); }
+  std::size_t at(int x, int y) const {
+    return std::size_t(y - box.y0) * box.width() + (x - box.x0);
+  }
+};
+
+// Draws the parts of the base layer that a view needs: where it weighs because the active cameras
+// hardly see the skin, and, on faces that ask for it, the pixels that no sample reached. Whole
+// blocks of a face's lattice are passed over before any of their nodes is placed.
+class BaseDrawing {
+ public:
+  // rest: the proxy's shell matrices, undeformed, world.
+  BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest);
+
+  // Chooses the blocks of one frame, and lists them by tile. may_have_gaps[f] ≠ 0 says that samples
+  // may leave face f open. Marks the pixels of moved faces' blocks, where they were and where they
+  // are, and adds all blocks to what is visible.
+  void place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+             const ViewWeights& weights, const View& view, const TileGrid& grid, DirtyCells& cells,
+             VisibilitySummary& visibility);
+  // A tile's chosen blocks by number, and whether one fills gaps.
+  std::span<const std::uint32_t> blocks_of(int tile) const { return tiles_[tile]; }
+  bool fills_gaps(std::uint32_t chosen) const { return chosen_[chosen].fills_gaps; }
+
+  // Draws a chosen block into a tile. `open` is looked at for blocks that fill gaps only.
+  // Thread-safe.
+  void draw(std::uint32_t chosen, const PlacedFaces& faces, const View& view,
+            const OpenPixels& open, BaseTile& tile) const;
+
+ private:
+  // Lattice cells (i, j) of a face, kCells a side: quads of two triangles.
+  static constexpr std::uint32_t kCells = 4;
+  struct Block {
+    Patch patch;
+    std::uint32_t i = 0, j = 0;          // first cell
+    std::vector<std::uint32_t> seen_by;  // of its nodes, each set of cameras once
+  };
+  struct Chosen {
+    std::uint32_t block;
+    PixelBox box;
+    bool weighs, fills_gaps;
+  };
+  class PlacedBlock;
+
+  Block make_block(std::uint32_t face, std::uint32_t i, std::uint32_t j,
+                   const ShellMatrix& rest) const;
+  std::size_t node(std::uint32_t face, std::uint32_t i, std::uint32_t j) const {
+    return std::size_t(face) * layer_.nodes_per_face() + base_node_index(layer_.steps, i, j);
+  }
+  std::uint32_t block_end(std::uint32_t first) const {  // last node row of a block
+    return std::min(first + kCells, layer_.steps);
+  }
+  float weight_of(std::uint32_t seen_by) const;
+  bool weighs(const Block& block) const;
+  void choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
+              const View& view);
+  std::uint32_t face_of(const Chosen& chosen) const { return blocks_[chosen.block].patch.face; }
+  void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
+
+  BaseLayer layer_;
+  std::vector<Block> blocks_;  // by face
+  PatchTable patches_;         // theirs, once more
+  std::vector<Chosen> chosen_;
+  TileLists tiles_;                           // of them
+  std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
+  std::array<float, 8> weight_by_active_ = {};
+};
+
+}  // namespace organbake

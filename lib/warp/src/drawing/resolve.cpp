@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drawing/resolve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "drawing/dominant_samples.h"
+#include "drawing/pixel_key.h"
+#include "light/sparse_shading.h"
+#include "organbake/warp/vector_loops.h"
+#include "picture/sum_stretch.h"
+#include "samples/sample_set.h"
+
+namespace organbake {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Whole vectors of a stretch.
+struct Part {
+  std::size_t first = 0;
+  int count = 0;
+
+  // That hold the pixels from `from` to `to`.
+  static Part holding(int from, int to) {
+    if (from >= to) return {};
+    const int first = from & ~(static_cast<int>(kLanes) - 1);
+    return {static_cast<std::size_t>(first), static_cast<int>(whole_vectors(to - first))};
+  }
+};
+
+// The stretch's keys into their places. Beyond a row's end lie its own guard and the next row's.
+// (That the count is one of whole vectors already is what the compiler has to see, here and below.)
+static_assert(2 * TileKeys::kGuard >= kLanes - 1);
+ORGANBAKE_MULTIVERSION void decode(const std::uint64_t* __restrict keys, const Part& part,
+                                   float tie_mm, LayerStretch& __restrict row) {
+  ORGANBAKE_LANES(4)
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
+    const std::uint32_t high = static_cast<std::uint32_t>(keys[i] >> 32);
+    const std::uint32_t low = static_cast<std::uint32_t>(keys[i]);
+    const float u = offset_share(u_bits_of(low));
+    const float v = offset_share(v_bits_of(high, low));
+    row.u[i] = kReach * u;
+    row.v[i] = kReach * v;
+    const float depth = depth_of(high) - tie_mm * (u * u + v * v);
+    row.depth[i] = depth > kLeastDepth_mm ? depth : kLeastDepth_mm;
+    row.slot[i] = static_cast<std::int32_t>(slot_of(low));
+  }
+}
+
+// 1 on the nearest surface, falling to 0 behind it.
+inline float surface_share(float depth, float nearest, float inverse_tolerance) {
+  const float behind = 2 - (depth - nearest) * inverse_tolerance;
+  const float low = behind > 0 ? behind : 0;  // also for inf − inf
+  return low < 1 ? low : 1;
+}
+
+inline float signed_byte(std::uint32_t word, int shift_left) {
+  return static_cast<float>(static_cast<std::int32_t>(word << shift_left) >> 24);
+}
+inline float unsigned_byte(std::uint32_t word, int shift) {
+  return static_cast<float>(static_cast<std::int32_t>((word >> shift) & 255u));
+}
+
+// Square-root light, squared into linear light.
+inline float linear_color(float value) {
+  const float clamped = value > 0 ? value : 0;
+  return clamped * clamped;
+}
+
+// Fetches the details of a stretch's samples. One copy each, taken apart in registers afterwards,
+// beats scattered loads of bytes.
+void fetch(const LayerStretch& row, const PackedDetail* __restrict detail, const Part& part,
+           PackedDetail* __restrict fetched) {
+  for (std::size_t i = part.first; i < part.first + part.count; ++i)
+    fetched[i] = detail[row.slot[i]];
+}
+
+ORGANBAKE_MULTIVERSION void find_nearest(const LayerStretch& __restrict row, const Part& part,
+                                         SumStretch& __restrict sum) {
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
+    sum.nearest[i] = row.depth[i] < sum.nearest[i] ? row.depth[i] : sum.nearest[i];
+  }
+}
+
+ORGANBAKE_MULTIVERSION void add_layer(const LayerStretch& __restrict row,
+                                      const PackedDetail* __restrict detail, const Part& part,
+                                      float weight, float inverse_tolerance,
+                                      SumStretch& __restrict sum) {
+  const float byte_weight = weight / 255;
+  ORGANBAKE_LANES(4)
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
+    const auto color = static_cast<std::uint32_t>(detail[i]);
+    const auto terms = static_cast<std::uint32_t>(detail[i] >> 32);
+    const float u = row.u[i], v = row.v[i];
+    // The brightness at the pixel's centre beyond the sample's.
+    const float more = u * (signed_byte(terms, 24) + u * signed_byte(terms, 8)) +
+                       v * (signed_byte(terms, 16) + v * signed_byte(terms, 0));
+    const float r = linear_color(unsigned_byte(color, 0) + more);
+    const float g = linear_color(unsigned_byte(color, 8) + more);
+    const float b = linear_color(unsigned_byte(color, 16) + more);
+    const float w = byte_weight * unsigned_byte(color, 24) *
+                    surface_share(row.depth[i], sum.nearest[i], inverse_tolerance);
+    sum.red[i] += w * r;
+    sum.green[i] += w * g;
+    sum.blue[i] += w * b;
+    sum.weight[i] += w;
+  }
+}
+
+// Tells what a stretch's pixels show: their leading samples, and the point beside each that the
+// pixel's centre looks at.
+void tell_shown(const TileLayers& tile, const LayerStretches& rows, int count,
+                const SumStretch& sum, Shown* shown) {
+  const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
+  for (int i = 0; i < count; ++i) {
+    const int layer = leading.layer[i];
+    shown[i] = kNothingShown;
+    if (tile.count == 0 || !(rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm))
+      continue;  // none, or hidden by the base layer
+    const SampleSet& set = *tile.layers[layer].set;
+    const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+    const Patch& patch = set.chunks[slot / kChunk].patch;
+    const ShellMatrix& shell = (*tile.rest)[patch.face];
+    const std::array<float, 3> bound = set.bound(slot);
+    const auto at = [&](float u, float v) -> Eigen::Vector3f {
+      return shell_point(shell, bound[0] + u * patch.along_u[0] + v * patch.along_v[0],
+                         bound[1] + u * patch.along_u[1] + v * patch.along_v[1],
+                         bound[2] + u * patch.along_u[2] + v * patch.along_v[2])
+          .cast<float>();
+    };
+    shown[i] = {at(rows[layer].u[i], rows[layer].v[i]), at(0, 0)};
+  }
+}
+
+// Where the skin of a stretch's pixels is bound: by their leading samples, and by the base layer
+// where it hides them or there are none.
+void tell_bound(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
+                const SumStretch& sum, BoundPixel* bound) {
+  const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
+  for (int i = 0; i < count; ++i) {
+    const int layer = leading.layer[i];
+    bound[i] = {};
+    if (!(sum.nearest[i] < kInfinity)) continue;
+    if (tile.count > 0 && rows[layer].depth[i] < sum.nearest[i] + 2 * tile.same_surface_mm) {
+      const SampleSet& set = *tile.layers[layer].set;
+      const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+      const Patch& patch = set.chunks[slot / kChunk].patch;
+      std::array<float, 3> at = set.bound(slot);
+      const float u = rows[layer].u[i], v = rows[layer].v[i];
+      for (int k = 0; k < 3; ++k) at[k] += u * patch.along_u[k] + v * patch.along_v[k];
+      bound[i] = {patch.face, at[0], at[1], at[2], rows[layer].depth[i], sum.weight[i]};
+    } else if (tile.base) {
+      const std::size_t at = tile.base->at(x0 + i, y);
+      const BaseTile::BoundPoint& base = tile.base->bound[at];
+      bound[i] = {base.face, base.b1, base.b2, base.height_mm, tile.base->depth[at], sum.weight[i]};
+    }
+  }
+}
+
+// Lights what the samples of a stretch summed to, by pixels' leading samples: the others that count
+// lie on the same skin.
+void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
+             SumStretch& sum) {
+  alignas(64) float depth[kStretch], white[kStretch];
+  for (int i = 0; i < count; ++i) {
+    depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
+    white[i] = sum.weight[i] * kFullScale;
+  }
+  const SparseShading lit(depth, count, tile.texel_mm);
+  const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
+  SkinPixels skin;
+  for (int k = 0; k < lit.post_count(); ++k) {
+    const int i = lit.post(k), layer = leading.layer[i];
+    const SampleSet& set = *tile.layers[layer].set;
+    const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
+    if (tile.relit->unchanged(set.face(slot))) continue;
+    std::array<float, 3> bound = set.bound(slot);
+    if (tile.relit->from_scope()) {
+      // The relief is finer than a texel: by what the pixel's own centre looks at.
+      const Patch& patch = set.chunks[slot / kChunk].patch;
+      const float u = rows[layer].u[i], v = rows[layer].v[i];
+      for (int k = 0; k < 2; ++k) bound[k] += u * patch.along_u[k] + v * patch.along_v[k];
+    }
+    skin.add(i, set.face(slot), bound[0], bound[1]);
+  }
+  tile.relit->light(skin, lit, {x0, y, count, {sum.red, sum.green, sum.blue}, white, depth});
+}
+
+void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
+              SumStretch& sum) {
+  const int row = y - base.box.y0, offset = x0 - base.box.x0;
+  const int last = std::min(base.spans.last(row), offset + count);
+  for (int column = std::max(base.spans.first(row), offset); column < last; ++column) {
+    const std::size_t at = base.at(base.box.x0 + column, y);
+    if (!base.drawn(at)) continue;
+    const int i = column - offset;
+    const BaseTile::Shade& shade = base.shade[at];
+    // Never quite zero, so that it fills what the samples leave open.
+    const float w = std::max(shade[3], 1e-6f) *
+                    surface_share(base.depth[at], sum.nearest[i], inverse_tolerance);
+    sum.red[i] += w * shade[0] * kFullScale;
+    sum.green[i] += w * shade[1] * kFullScale;
+    sum.blue[i] += w * shade[2] * kFullScale;
+    sum.weight[i] += w;
+  }
+}
+
+// Marks the pixels that only the base layer covers.
+void mark_base(const LayerStretches& rows, int layers, int count, Cover* __restrict cover) {
+  const NearestSamples nearest(rows, layers, count);
+  for (int i = 0; i < count; ++i) {
+    const bool base = (nearest.depth[i] == kInfinity) & (cover[i] == Cover::samples);
+    cover[i] = base ? Cover::base : cover[i];
+  }
+}
+
+// Fills a plane of a stretch. The library's fill takes longer to begin than this to end.
+void fill(float* plane, float value) {
+  Eigen::Map<Eigen::Array<float, kStretch, 1>, Eigen::Aligned64>(plane).setConstant(value);
+}
+
+// The stretch's layers, base included, as colour and weight sums.
+void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretches& rows,
+                 SumStretch& sum) {
+  const float inverse_tolerance = 1 / tile.same_surface_mm;
+  fill(sum.nearest, kInfinity);
+  if (tile.base) std::copy_n(tile.base->depth.data() + tile.base->at(x0, y), count, sum.nearest);
+  std::array<Part, 3> parts;  // each layer's own
+  for (int l = 0; l < tile.count; ++l) {
+    const TileKeys& keys = *tile.layers[l].keys;
+    const RowSpans& spans = *tile.layers[l].spans;
+    const int row = y - keys.box.y0, offset = x0 - keys.box.x0;
+    parts[l] = Part::holding(std::max(0, spans.first(row) - offset),
+                             std::min(count, spans.last(row) - offset));
+    if (tile.base || tile.relit || tile.rest || tile.keep_bound) fill(rows[l].depth, kInfinity);
+    decode(keys.row(y) + offset, parts[l], tile.tie_mm, rows[l]);
+    find_nearest(rows[l], parts[l], sum);
+  }
+  for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);
+  alignas(64) std::array<PackedDetail, kStretch> fetched;
+  for (int l = 0; l < tile.count; ++l) {
+    fetch(rows[l], tile.layers[l].set->detail.data(), parts[l], fetched.data());
+    add_layer(rows[l], fetched.data(), parts[l], tile.layers[l].weight, inverse_tolerance, sum);
+  }
+  if (tile.relit) relight(tile, rows, y, x0, count, sum);
+  if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);
+}
+
+}  // namespace
+
+void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
+                  const Background& background, SkinDepth& depth, Frame& frame) {
+  LayerStretches rows;
+  SumStretch sum;
+  const auto blend = [&](int x0, int count, int y) {
+    sum_stretch(tile, y, x0, count, rows, sum);
+    const std::size_t first = std::size_t(y) * frame.color.width + x0;
+    Cover* const cover = &frame.cover[first];
+    encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
+    if (tile.rest) tell_shown(tile, rows, count, sum, &frame.shown[first]);
+    if (tile.keep_bound) tell_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
+    if (tile.base) mark_base(rows, tile.count, count, cover);
+    depth.put(x0, y, count, sum.nearest);
+    if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
+  };
+  for (int y = box.y0; y < box.y1; ++y) {
+    // Boxes begin at such columns, too.
+    const int x0 = (spans.first(y - box.y0) + box.x0) & ~(SparseShading::kGroup - 1);
+    const int x1 = spans.last(y - box.y0) + box.x0;
+    if (x0 >= x1) {
+      background.fill({box.x0, y, box.x1, y + 1}, depth, frame);
+      continue;
+    }
+    background.fill({box.x0, y, x0, y + 1}, depth, frame);
+    background.fill({x1, y, box.x1, y + 1}, depth, frame);
+    for (int x = x0; x < x1; x += kStretch) blend(x, std::min(kStretch, x1 - x), y);
+  }
+}
+
+Background::Background(const std::array<std::uint8_t, 3>& color) : color_(color) {
+  for (std::size_t i = 0; i < row_.size(); ++i) row_[i] = color[i % 3];
+}
+
+void Background::fill(const PixelBox& box, SkinDepth& depth, Frame& frame) const {
+  if (box.empty()) return;
+  depth.clear(box);
+  for (int y = box.y0; y < box.y1; ++y) {
+    const std::size_t first = std::size_t(y) * frame.color.width + box.x0;
+    std::copy_n(row_.data(), 3 * box.width(), frame.color.pixels.data() + 3 * first);
+    std::fill_n(&frame.cover[first], box.width(), Cover::background);
+    if (!frame.shown.empty()) std::fill_n(&frame.shown[first], box.width(), kNothingShown);
+    if (!frame.bound.empty()) std::fill_n(&frame.bound[first], box.width(), BoundPixel());
+    if (!frame.depth_mm.empty()) std::fill_n(&frame.depth_mm[first], box.width(), kInfinity);
+  }
+}
+
+}  // namespace organbake

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drawing/tile_drawing.h"
+
+#include <algorithm>
+
+#include "drawing/pixel_key.h"
+#include "light/sparse_shading.h"
+#include "picture/phase_clock.h"
+
+namespace organbake {
+namespace {
+
+// Lights `count` pixels of a row of the base layer from column x0 on.
+void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float texel_mm,
+                        BaseTile& base) {
+  const std::size_t first = base.at(x0, y);
+  const SparseShading lit(&base.depth[first], count, texel_mm);
+  SkinPixels skin;
+  for (int k = 0; k < lit.post_count(); ++k) {
+    const BaseTile::BoundPoint& bound = base.bound[first + lit.post(k)];
+    if (!relit.unchanged(bound.face)) skin.add(lit.post(k), bound.face, bound.b1, bound.b2);
+  }
+  if (skin.count == 0) return;
+  alignas(64) float red[kStretch], green[kStretch], blue[kStretch], white[kStretch];
+  BaseTile::Shade* const shade = &base.shade[first];
+  for (int i = 0; i < count; ++i)
+    red[i] = shade[i][0], green[i] = shade[i][1], blue[i] = shade[i][2], white[i] = 1;
+  relit.light(skin, lit, {x0, y, count, {red, green, blue}, white, &base.depth[first]});
+  for (int i = 0; i < count; ++i) shade[i].head<3>() << red[i], green[i], blue[i];
+}
+
+void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
+  const PixelBox& box = base.box;
+  for (int y = box.y0; y < box.y1; ++y) {
+    const int first = base.spans.first(y - box.y0) & ~(SparseShading::kGroup - 1);
+    const int x0 = box.x0 + first, x1 = box.x0 + base.spans.last(y - box.y0);
+    for (int x = x0; x < x1; x += kStretch)
+      light_base_stretch(relit, x, std::min(kStretch, x1 - x), y, texel_mm, base);
+  }
+}
+
+}  // namespace
+
+void TileDrawing::begin(const PlacedFrame& placed) {
+  placed_.emplace(placed);
+  scratch_.each([](Scratch& one) { one.times = {}, one.base_triangles = 0; });
+}
+
+std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
+  return placed_->base ? placed_->base->blocks_of(tile) : std::span<const std::uint32_t>();
+}
+
+bool TileDrawing::is_empty(int tile) const {
+  return base_blocks(tile).empty() &&
+         std::all_of(placed_->cameras.begin(), placed_->cameras.end(),
+                     [&](const ActiveCamera& camera) { return camera.tiles[tile].empty(); });
+}
+
+void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_t> chunks,
+                        float tie_mm, const PixelBox& part, TileKeys& keys, RowSpans& spans) const {
+  constexpr std::size_t kAhead = 2, kFarAhead = 8;  // chunks that are sent for
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    if (i + kFarAhead < chunks.size()) {
+      __builtin_prefetch(&camera.chunks[chunks[i + kFarAhead]]);
+      __builtin_prefetch(&camera.set->chunks[chunks[i + kFarAhead]]);
+    }
+    const auto touches = [&](std::size_t at) {
+      return !intersected(camera.chunks[chunks[at]].box, part).empty();
+    };
+    if (i + kAhead < chunks.size() && touches(i + kAhead))
+      send_for_chunk(*camera.set, chunks[i + kAhead]);
+    if (!touches(i)) continue;
+    const std::uint32_t c = chunks[i];
+    spans.add(camera.chunks[c].box);
+    splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],
+                static_cast<float>(placed_->view.near_mm), tie_mm, keys);
+  }
+}
+
+const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, const PixelBox& part,
+                                       std::span<const TileKeys* const> layers,
+                                       Scratch& own) const {
+  if (blocks.empty()) return nullptr;
+  const BaseDrawing& base = *placed_->base;
+  own.base.clear(part, placed_->relit != nullptr || placed_->keep_bound);
+  if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
+    own.open.find(part, layers);
+  }
+  for (const std::uint32_t b : blocks) {
+    base.draw(b, placed_->faces, placed_->view, own.open, own.base);
+  }
+  own.spans.add(own.base.spans);
+  own.base_triangles += own.base.triangles;
+  if (own.base.triangles == 0) return nullptr;
+  if (placed_->relit) light_base(*placed_->relit, placed_->texel_mm, own.base);
+  return &own.base;
+}
+
+void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part, SkinDepth& depth,
+                       Frame& frame) {
+  if (is_empty(tile)) return placed_->background.fill(part, depth, frame);
+  Scratch& own = scratch_.local();
+  PhaseClock clock(placed_->measure);
+  own.spans.clear(part);
+  TileLayers layers;
+  layers.tie_mm = kTieTexels * placed_->texel_mm;
+  layers.same_surface_mm = 2 * placed_->texel_mm;
+  layers.texel_mm = placed_->texel_mm;
+  layers.relit = placed_->relit;
+  layers.rest = placed_->rest;
+  layers.keep_bound = placed_->keep_bound;
+  std::array<const TileKeys*, 3> drawn;
+  for (const ActiveCamera& camera : placed_->cameras) {
+    const auto chunks = camera.tiles[tile];
+    if (chunks.empty()) continue;
+    TileKeys& keys = own.keys[layers.count];
+    RowSpans& spans = own.layer_spans[layers.count];
+    keys.clear(tile_box, part);
+    spans.clear(part);
+    splat(camera, chunks, layers.tie_mm, part, keys, spans);
+    drawn[layers.count] = &keys;
+    own.spans.add(spans);
+    layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
+  }
+  clock.lap(own.times.splat);
+  layers.base = draw_base(base_blocks(tile), part, std::span(drawn).first(layers.count), own);
+  clock.lap(own.times.base);
+  resolve_tile(layers, own.spans, part, placed_->background, depth, frame);
+  clock.lap(own.times.resolve);
+}
+
+void TileDrawing::count(DrawReport& report) const {
+  scratch_.each([&](const Scratch& one) {
+    report.times += one.times;
+    report.base_triangles += one.base_triangles;
+  });
+}
+
+}  // namespace organbake

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/warp/outline.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/image/srgb.h"
+
+namespace organbake {
+namespace {
+
+using Linear = std::array<float, 3>;
+
+constexpr double kSteps = 254;  // of a pixel's share; half a pixel is the most that changes
+
+Linear linear_color(const std::uint8_t* rgb) {
+  const auto& table = linear_from_srgb8();
+  return {table[rgb[0]], table[rgb[1]], table[rgb[2]]};
+}
+
+}  // namespace
+
+// The skin in front beside what lies behind, from one pair of pixels on to the right or down.
+struct Outline::Border {
+  PixelAt first;            // of the pixels on the left or upper side
+  bool to_right;            // the border runs along a row; else down a column
+  FrontEdges::Front front;  // the side that is in front
+
+  FrontEdges::Along pair() const { return to_right ? FrontEdges::column : FrontEdges::row; }
+  bool skin_first() const { return front == FrontEdges::first; }
+
+  PixelAt near(int i) const {
+    return to_right ? PixelAt{first.x + i, first.y} : PixelAt{first.x, first.y + i};
+  }
+  PixelAt far(int i) const {
+    const PixelAt side = near(i);
+    return to_right ? PixelAt{side.x, side.y + 1} : PixelAt{side.x + 1, side.y};
+  }
+  PixelAt skin(int i) const { return skin_first() ? near(i) : far(i); }
+  PixelAt open(int i) const { return skin_first() ? far(i) : near(i); }
+};
+
+void Outline::change(PixelAt pixel, double share) {
+  const int steps = static_cast<int>(kSteps * share);
+  if (steps == 0) return;
+  const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
+  // Aslant, a border has stretches both ways: the longer ones tell more.
+  if (std::abs(steps) <= std::abs(int{change_[at]})) return;
+  if (change_[at] == 0) softened_.push_back({at, {}, {}});
+  change_[at] = static_cast<std::int8_t>(steps);
+}
+
+// How far the outline of a stretch rises whose ends both step to one side, by the stretches that
+// the border goes on with.
+double Outline::rise_of(const Border& border, int length, BorderStep ends) const {
+  Border next = border;
+  (border.to_right ? next.first.y : next.first.x) += border.skin_first() ? ends : -ends;
+  const auto count = [&](int first, int direction) {
+    int n = 0;
+    while (is_border(next, first + direction * n)) ++n;
+    return n;
+  };
+  double sum = 0;
+  int sides = 0;
+  for (const int n : {count(-1, -1), count(length, 1)}) {
+    if (n == 0) continue;
+    // Of the parabola through the ends of both.
+    sum += 0.25 * length * length / (double(n) * (n + length));
+    ++sides;
+  }
+  // A pixel's rise would reach the next pixels' centres; of bumps that follow on each other many
+  // would.
+  constexpr double kMost = 0.75, kUnknown = 0.5;
+  return sides > 0 ? std::min(sum / sides, kMost) : kUnknown;
+}
+
+bool Outline::is_border(const Border& border, int i) const {
+  return edges_->has(border.pair(), border.front, border.near(i));
+}
+
+// A stretch without a step, from its first pixel on.
+void Outline::follow(const Border& border) {
+  int length = 1;
+  while (is_border(border, length)) ++length;
+  // Beyond the stretch's last pair, i, lies the pair `next`.
+  const auto step = [&](int i, int next) {
+    return static_cast<BorderStep>(int{edges_->in_front(border.open(next), border.open(i))} -
+                                   int{edges_->in_front(border.skin(i), border.skin(next))});
+  };
+  const BorderStep before = step(0, -1), after = step(length - 1, length);
+  if (before == no_step && after == no_step) return;
+  const bool bow = before == after;
+  const double rise = bow ? rise_of(border, length, before) : 0;
+  for (int i = 0; i < length; ++i) {
+    const OutlineAreas areas =
+        bow ? areas_of_bow(length, before, rise, i) : areas_of_slope(length, before, after, i);
+    change(border.open(i), areas.of_open);
+    change(border.skin(i), -areas.of_skin);
+  }
+}
+
+void Outline::follow_rows() {
+  const CoverMask& bits = edges_->skin();
+  const PixelBox& box = bits.box();
+  for (int y = box.y0; y + 1 < box.y1; ++y) {
+    for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
+      const std::uint64_t* const borders = edges_->of_row(FrontEdges::column, front, y);
+      std::uint64_t last = 0;  // bit of the word before
+      for (int word = 0; word < bits.words(); ++word) {
+        const std::uint64_t border = borders[word];
+        bits.for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
+          follow({first, true, front});
+        });
+        last = border >> (CoverMask::kWord - 1);
+      }
+    }
+  }
+}
+
+void Outline::follow_columns() {
+  const CoverMask& bits = edges_->skin();
+  const PixelBox& box = bits.box();
+  std::vector<std::uint64_t> above;
+  for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
+    above.assign(bits.words(), 0);
+    for (int y = box.y0; y < box.y1; ++y) {
+      const std::uint64_t* const borders = edges_->of_row(FrontEdges::row, front, y);
+      for (int word = 0; word < bits.words(); ++word) {
+        bits.for_each(borders[word] & ~above[word], word, y, [&](PixelAt first) {
+          follow({first, false, front});
+        });
+        above[word] = borders[word];
+      }
+    }
+  }
+}
+
+// A pixel takes the colours beside it of what covers more of it than its centre says: of the skin
+// in front of it, or of what lies behind it.
+Outline::Color Outline::blended(const Pixel& pixel, const Frame& frame) const {
+  const PixelAt at{static_cast<int>(pixel.at) % width_, static_cast<int>(pixel.at) / width_};
+  const double share = change_[pixel.at] / kSteps;
+  Linear others{};
+  int count = 0;
+  for (const auto [dx, dy] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const PixelAt beside{at.x + dx, at.y + dy};
+    if (!(share > 0 ? edges_->in_front(beside, at) : edges_->in_front(at, beside))) continue;
+    const Linear color = linear_color(frame.color.at(beside.x, beside.y));
+    for (int c = 0; c < 3; ++c) others[c] += color[c];
+    ++count;
+  }
+  const Linear own = linear_color(frame.color.at(at.x, at.y));
+  const double weight = std::abs(share) / count;
+  Color mixed;
+  for (int c = 0; c < 3; ++c) {
+    const double light = weight * others[c] + (1 - std::abs(share)) * own[c];
+    mixed[c] = srgb8_from_linear(static_cast<float>(light));
+  }
+  return mixed;
+}
+
+void Outline::soften(const FrontEdges& edges, Frame& frame) {
+  softened_.clear();
+  if (edges.empty()) return;
+  width_ = frame.color.width;
+  change_.resize(frame.cover.size());
+  edges_ = &edges;
+  follow_rows();
+  follow_columns();
+  for (Pixel& pixel : softened_) {
+    std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.before.data());
+    pixel.after = blended(pixel, frame);
+  }
+  // Only now: each takes its neighbours' colours as they were.
+  for (const Pixel& pixel : softened_) {
+    std::copy(pixel.after.begin(), pixel.after.end(),
+              &frame.color.pixels[3 * std::size_t{pixel.at}]);
+    change_[pixel.at] = 0;
+  }
+  edges_ = nullptr;
+}
+
+void Outline::undo(Frame& frame) const {
+  for (const Pixel& pixel : softened_)
+    std::copy(pixel.before.begin(), pixel.before.end(),
+              &frame.color.pixels[3 * std::size_t{pixel.at}]);
+}
+
+}  // namespace organbake

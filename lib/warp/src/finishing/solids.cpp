@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/warp/solids.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "organbake/core/parallel.h"
+#include "organbake/image/srgb.h"
+#include "organbake/warp/pixel_box.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Hit {
+  double along = std::numeric_limits<double>::infinity();  // × ray; the ray has z = 1: depth
+  Vector3d normal = Vector3d::Zero();
+};
+
+// A solid in the camera's frame, and what all rays ask of it.
+struct PlacedSolid {
+  Vector3d from, to;
+  double radius;
+  Eigen::Vector3f color;
+  double length;
+  Vector3d axis;                                        // of length 1; zero for a sphere
+  Vector3d from_eye;                                    // of the eye, across the axis
+  double from_clearance, to_clearance, side_clearance;  // squared distance to the eye − radius²
+
+  PlacedSolid(const Solid& solid, const RigidTransform& camera_from_world)
+      : from(camera_from_world * solid.from),
+        to(camera_from_world * solid.to),
+        radius(solid.radius_mm),
+        color(solid.color),
+        length((to - from).norm()),
+        axis(Vector3d::Zero()) {
+    if (length > 0) axis = (to - from) / length;
+    from_eye = -from + axis * axis.dot(from);
+    from_clearance = from.squaredNorm() - radius * radius;
+    to_clearance = to.squaredNorm() - radius * radius;
+    side_clearance = from_eye.squaredNorm() - radius * radius;
+  }
+};
+
+// First hit of the ray t·d (from the eye) with a sphere.
+void hit_sphere(const Vector3d& d, const Vector3d& center, double clearance, double radius,
+                double near, Hit& hit) {
+  const double a = d.squaredNorm(), b = d.dot(center);
+  const double discriminant = b * b - a * clearance;
+  if (discriminant < 0) return;
+  const double t = (b - std::sqrt(discriminant)) / a;
+  if (t > near && t < hit.along) hit = {t, (t * d - center) / radius};
+}
+
+// The same with the side of a capsule.
+void hit_side(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+  const Vector3d& axis = solid.axis;
+  const Vector3d across = d - axis * axis.dot(d);
+  const double a = across.squaredNorm(), b = across.dot(solid.from_eye);
+  const double discriminant = b * b - a * solid.side_clearance;
+  if (!(a > 0) || discriminant < 0) return;
+  const double t = (-b - std::sqrt(discriminant)) / a;
+  const double height = axis.dot(t * d - solid.from);
+  if (t > near && t < hit.along && height >= 0 && height <= solid.length) {
+    hit = {t, (t * d - solid.from - axis * height) / solid.radius};
+  }
+}
+
+void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+  hit_sphere(d, solid.from, solid.from_clearance, solid.radius, near, hit);
+  if (!(solid.length > 0)) return;
+  hit_sphere(d, solid.to, solid.to_clearance, solid.radius, near, hit);
+  hit_side(d, solid, near, hit);
+}
+
+// Brushed metal under a lamp at the eye: diffuse, a highlight, a darker rim.
+Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d) {
+  const float facing = static_cast<float>(std::max(0.0, -hit.normal.dot(d.normalized())));
+  const float lamp = 0.12f + 0.88f * facing;
+  const float squared = facing * facing, eighth = squared * squared * squared * squared;
+  const float highlight = 0.5f * eighth * (eighth * eighth) * (eighth * eighth);  // facing^40
+  return (solid.color * lamp + Eigen::Vector3f::Constant(highlight)).cwiseMin(1.0f);
+}
+
+struct PixelHit {
+  Eigen::Vector3f color = Eigen::Vector3f::Zero();  // summed over the rays that hit
+  int rays = 0;
+  double depth = std::numeric_limits<double>::infinity();
+};
+
+constexpr int kSide = 2;
+
+PixelHit trace_pixel(const std::vector<const PlacedSolid*>& solids, const View& view, int x, int y,
+                     double tissue_depth) {
+  const Intrinsics& k = view.camera.intrinsics;
+  PixelHit pixel;
+  for (int ray = 0; ray < kSide * kSide; ++ray) {
+    const int column = ray % kSide, row = ray / kSide;
+    const double px = x + (column + 0.5) / kSide, py = y + (row + 0.5) / kSide;
+    const Vector3d d((px - k.cx) / k.fx, (py - k.cy) / k.fy, 1);
+    Hit nearest;
+    const PlacedSolid* shown = nullptr;
+    for (const PlacedSolid* solid : solids) {
+      const double before = nearest.along;
+      hit_solid(d, *solid, view.near_mm, nearest);
+      if (nearest.along < before) shown = solid;
+    }
+    if (!shown || !(nearest.along < tissue_depth)) continue;
+    pixel.color += shade(*shown, nearest, d);
+    pixel.depth = std::min(pixel.depth, nearest.along);
+    ++pixel.rays;
+  }
+  return pixel;
+}
+
+std::vector<PlacedSolid> placed_in(const View& view, const std::vector<Solid>& solids) {
+  const RigidTransform& pose = view.camera.camera_from_world;
+  std::vector<PlacedSolid> placed;
+  placed.reserve(solids.size());
+  for (const Solid& solid : solids) placed.emplace_back(solid, pose);
+  return placed;
+}
+
+constexpr int kBlock = 16;  // pixels a side
+
+// A solid's length is cut into as many pieces as a word has bits: where a long shaft leads across
+// the picture, the boxes of its pieces follow it.
+using Pieces = std::uint32_t;
+constexpr int kPieces = 32;
+
+using PieceEnds = std::array<Vector3d, kPieces + 1>;
+
+PieceEnds piece_ends(const PlacedSolid& solid) {
+  PieceEnds ends;
+  for (int i = 0; i <= kPieces; ++i)
+    ends[i] = solid.from + (double(i) / kPieces) * (solid.to - solid.from);
+  return ends;
+}
+
+// The pieces that lie wholly beyond a plane: height_of tells how far a place does.
+template <class HeightOf>
+Pieces pieces_beyond(const PieceEnds& ends, double radius, HeightOf&& height_of) {
+  Pieces pieces = 0;
+  bool last = height_of(ends[0]) > radius;
+  for (int i = 0; i < kPieces; ++i) {
+    const bool next = height_of(ends[i + 1]) > radius;
+    pieces |= Pieces{last && next} << i;
+    last = next;
+  }
+  return pieces;
+}
+
+// For each block along one axis of the picture, the solid's pieces that may be seen there: those
+// not wholly beyond one of the two planes through the eye and the block's sides.
+std::vector<Pieces> pieces_seen(const PieceEnds& ends, double radius, int axis, double focal,
+                                double center, int size) {
+  std::vector<Pieces> seen;
+  for (int first = 0; first < size; first += kBlock) {
+    const auto beyond = [&](double pixel, double sign) {
+      const double slope = (pixel - center) / focal, length = std::hypot(1, slope);
+      return pieces_beyond(ends, radius, [&](const Vector3d& p) {
+        return sign * (p[axis] - slope * p.z()) / length;
+      });
+    };
+    seen.push_back(~(beyond(first, -1) | beyond(first + kBlock, 1)));
+  }
+  return seen;
+}
+
+void draw_pixel(const PixelHit& hit, int x, int y, Frame& frame) {
+  const std::size_t at = std::size_t(y) * frame.color.width + x;
+  const float share = 1.0f / (kSide * kSide);
+  std::uint8_t* rgb = frame.color.at(x, y);
+  for (int k = 0; k < 3; ++k) {
+    const float below = linear_from_srgb8()[rgb[k]];
+    const float rest = 1 - share * static_cast<float>(hit.rays);
+    rgb[k] = srgb8_from_linear(share * hit.color[k] + rest * below);
+  }
+  frame.cover[at] = Cover::solid;
+  frame.depth_mm[at] = static_cast<float>(hit.depth);
+}
+
+}  // namespace
+
+std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const View& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  std::vector<std::vector<Pieces>> by_column, by_row;
+  for (const PlacedSolid& solid : placed) {
+    const PieceEnds ends = piece_ends(solid);
+    const Pieces near =
+        pieces_beyond(ends, solid.radius, [&](const Vector3d& p) { return view.near_mm - p.z(); });
+    by_column.push_back(pieces_seen(ends, solid.radius, 0, k.fx, k.cx, k.width));
+    for (Pieces& pieces : by_column.back()) pieces &= ~near;
+    by_row.push_back(pieces_seen(ends, solid.radius, 1, k.fy, k.cy, k.height));
+  }
+  std::vector<SolidBlock> blocks;
+  for (int y = 0; y < k.height; y += kBlock) {
+    for (int x = 0; x < k.width; x += kBlock) {
+      SolidBlock block{{x, y, std::min(x + kBlock, k.width), std::min(y + kBlock, k.height)}, {}};
+      for (std::uint32_t s = 0; s < placed.size(); ++s) {
+        if (by_column[s][x / kBlock] & by_row[s][y / kBlock]) block.solids.push_back(s);
+      }
+      if (!block.solids.empty()) blocks.push_back(std::move(block));
+    }
+  }
+  return blocks;
+}
+
+void trace_solids(const std::vector<Solid>& solids, const View& view,
+                  const std::function<void(int, int, const SolidSeen&)>& visit) {
+  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  const std::vector<SolidBlock> blocks = solid_blocks(solids, view);
+  const Intrinsics& k = view.camera.intrinsics;
+  const auto trace = [&](const SolidBlock& block, int x, int y) {
+    const Vector3d d((x + 0.5 - k.cx) / k.fx, (y + 0.5 - k.cy) / k.fy, 1);
+    Hit nearest;
+    SolidSeen seen;
+    for (const std::uint32_t s : block.solids) {
+      const double before = nearest.along;
+      hit_solid(d, placed[s], view.near_mm, nearest);
+      if (nearest.along < before) seen.solid = s;
+    }
+    if (!std::isfinite(nearest.along)) return;
+    seen.depth_mm = static_cast<float>(nearest.along);
+    seen.normal = nearest.normal.cast<float>();
+    visit(x, y, seen);
+  };
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    const PixelBox& box = blocks[b].box;
+    for (int y = box.y0; y < box.y1; ++y)
+      for (int x = box.x0; x < box.x1; ++x) trace(blocks[b], x, y);
+  });
+}
+
+std::size_t draw_solids(const std::vector<Solid>& solids, const std::vector<SolidBlock>& blocks,
+                        const View& view, Frame& frame) {
+  const std::vector<PlacedSolid> placed = placed_in(view, solids);
+  std::atomic<std::size_t> touched = 0;
+  parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+    std::vector<const PlacedSolid*> near;
+    for (const std::uint32_t s : blocks[b].solids) near.push_back(&placed[s]);
+    const PixelBox& box = blocks[b].box;
+    std::size_t in_block = 0;
+    for (int y = box.y0; y < box.y1; ++y) {
+      for (int x = box.x0; x < box.x1; ++x) {
+        const float tissue_mm = frame.depth_mm[std::size_t(y) * frame.color.width + x];
+        const PixelHit hit = trace_pixel(near, view, x, y, tissue_mm);
+        if (hit.rays == 0) continue;
+        draw_pixel(hit, x, y, frame);
+        ++in_block;
+      }
+    }
+    touched += in_block;
+  });
+  return touched;
+}
+
+}  // namespace organbake

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/warp/light_meter.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace organbake {
+
+LightMeter::LightMeter(const ScopeLight& scope, const View& view)
+    : scope_(scope), camera_from_world_(view.camera.camera_from_world) {
+  const Intrinsics& k = view.camera.intrinsics;
+  slopes_at_border_ = {0.5 * k.width / k.fx, 0.5 * k.height / k.fy};
+  const double tan_half = std::tan(scope.beam_half_angle_rad);
+  inverse_tan2_half_ = 1 / (tan_half * tan_half);
+}
+
+void LightMeter::add(const TriangleMesh& proxy_at_rest) {
+  constexpr double kNearest_mm = 1;
+  for (const Face& face : proxy_at_rest.faces) {
+    const auto corner = [&](int c) -> Eigen::Vector3d {
+      return camera_from_world_ * proxy_at_rest.vertices[face[c]];
+    };
+    const Eigen::Vector3d a = corner(0), b = corner(1), c = corner(2), middle = (a + b + c) / 3;
+    const Eigen::Vector3d area = (b - a).cross(c - a);  // doubled
+    const double range = std::max(middle.norm(), kNearest_mm);
+    const double seen = -area.dot(middle) / (range * range * range);  // doubled solid angle
+    if (!(seen > 0 && middle.z() > 0)) continue;
+    // 1 amid the picture, a half at its border, little beyond.
+    const Eigen::Vector2d place = (middle.head<2>() / middle.z()).cwiseQuotient(slopes_at_border_);
+    const double weight = seen / (1 + place.squaredNorm() * place.squaredNorm());
+    const Eigen::Vector3d toward = scope_.offset_mm - middle;
+    const double range2 = std::max(toward.squaredNorm(), kNearest_mm * kNearest_mm);
+    const double cosine =
+        std::max(0.0, area.dot(toward)) / std::max(1e-300, area.norm() * std::sqrt(range2));
+    const double ahead2 = toward.z() < 0 ? toward.z() * toward.z() / range2 : 0;
+    const double beam = ahead2 / (ahead2 + (1 - ahead2) * inverse_tan2_half_ + 1e-12);
+    weight_ += weight;
+    light_ += weight * cosine * beam / range2;
+  }
+}
+
+double LightMeter::reference_mm() const {
+  constexpr double kMeanLight = 0.65, kUnlit_mm = 100;  // of full exposure; where nothing is seen
+  if (scope_.reference_mm > 0) return scope_.reference_mm;
+  return light_ > 0 ? std::sqrt(kMeanLight * weight_ / light_) : kUnlit_mm;
+}
+
+}  // namespace organbake

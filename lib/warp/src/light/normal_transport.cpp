@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "light/normal_transport.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include "organbake/core/parallel.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kCorners = 3, kMostPlaces = 6;
+
+// b1, b2 of a face's places.
+Vector2d place_on_face(int place) {
+  static const std::array<Vector2d, kMostPlaces> places = {
+      {{0, 0}, {1, 0}, {0, 1}, {0.5, 0.5}, {0, 0.5}, {0.5, 0}}};
+  return places[place];
+}
+
+// (∂S/∂b1, ∂S/∂b2, ∂S/∂h) on the proxy.
+Matrix3d tangents(const ShellMatrix& m, int place) {
+  const Vector2d b = place_on_face(place);
+  return shell_jacobian(m, b.x(), b.y(), 0);
+}
+
+Matrix3d cofactor(const Matrix3d& m) {
+  Matrix3d columns;
+  columns << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
+  return columns;
+}
+
+}  // namespace
+
+NormalTransport::NormalTransport(const ShellSurface& shell)
+    : places_(shell.skin() ? kCorners : kMostPlaces),
+      rest_(shell_matrices(shell.at_rest())),
+      knots_of_face_(shell.at_rest().faces.size()) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;  // by its two vertices
+  for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
+    const Face& face = shell.at_rest().faces[f];
+    for (int place = 0; place < places_; ++place) {
+      const bool corner = place < kCorners;
+      const std::uint32_t a = face[corner ? place : (place + 1) % 3];
+      const std::uint32_t b = face[corner ? place : (place + 2) % 3];
+      const auto next = static_cast<std::uint32_t>(numbers.size());
+      knots_of_face_[f][place] = numbers.try_emplace(std::minmax(a, b), next).first->second;
+    }
+  }
+  knots_.resize(numbers.size());
+  add_shares();
+}
+
+void NormalTransport::add_shares() {
+  std::vector<double> areas(knots_.size(), 0);
+  for (std::uint32_t f = 0; f < knots_of_face_.size(); ++f) {
+    for (int place = 0; place < places_; ++place) {
+      const Matrix3d rest = tangents(rest_[f], place);
+      // Twice the area along the skin: a face folded over, or of no area, tells nothing.
+      const double area = rest.determinant();
+      if (!(area > 0)) continue;
+      areas[knots_of_face_[f][place]] += area;
+      knots_[knots_of_face_[f][place]].shares.push_back({f, place, rest.transpose()});
+    }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k)
+    for (Share& share : knots_[k].shares) share.of_rest /= areas[k];
+  borrow_shares();
+}
+
+// A knot between slivers alone goes with the other knots of its faces.
+void NormalTransport::borrow_shares() {
+  std::vector<std::vector<std::uint32_t>> lenders(knots_.size());
+  for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
+    const auto own = knots_of(f);
+    for (const std::uint32_t knot : own) {
+      if (!knots_[knot].shares.empty()) continue;
+      std::copy_if(own.begin(), own.end(), std::back_inserter(lenders[knot]),
+                   [&](std::uint32_t other) { return !knots_[other].shares.empty(); });
+    }
+  }
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    for (const std::uint32_t lender : lenders[k]) {
+      for (Share share : knots_[lender].shares) {
+        share.of_rest /= double(lenders[k].size());
+        knots_[k].shares.push_back(share);
+      }
+    }
+  }
+}
+
+void NormalTransport::place(const std::vector<ShellMatrix>& deformed,
+                            const std::vector<std::uint8_t>& changed,
+                            std::vector<std::uint8_t>& turned) {
+  std::vector<std::uint8_t> knot_turned(knots_.size());
+  parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
+    Knot& knot = knots_[k];
+    const auto has_changed = [&](const Share& s) { return changed[s.face] != 0; };
+    if (std::none_of(knot.shares.begin(), knot.shares.end(), has_changed)) return;
+    const Turn turn = mean_turn(knot, deformed);
+    knot_turned[k] = turn != knot.turn;
+    knot.turn = turn;
+  });
+  for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
+    const auto own = knots_of(f);
+    if (std::any_of(own.begin(), own.end(), [&](std::uint32_t k) { return knot_turned[k] != 0; }))
+      turned[f] = 1;
+  }
+}
+
+NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,
+                                                 const std::vector<ShellMatrix>& deformed) const {
+  // To the bit, so that skin which stays keeps its light.
+  const auto at_rest = [&](const Share& s) { return deformed[s.face] == rest_[s.face]; };
+  if (std::all_of(knot.shares.begin(), knot.shares.end(), at_rest)) return Turn::Identity();
+  Turn mean = Turn::Zero();
+  for (const Share& s : knot.shares)
+    mean.topRows<3>() += cofactor(tangents(deformed[s.face], s.place)) * s.of_rest;
+  return mean;
+}
+
+bool NormalTransport::at_rest(std::uint32_t face) const {
+  const auto own = knots_of(face);
+  return std::all_of(own.begin(), own.end(),
+                     [&](std::uint32_t k) { return knots_[k].turn == Turn::Identity(); });
+}
+
+NormalTransport::OnFace NormalTransport::on(std::uint32_t face) const {
+  OnFace on;
+  on.places_ = places_;
+  for (int place = 0; place < places_; ++place)
+    on.turns_[place] = knots_[knots_of_face_[face][place]].turn.cast<float>();
+  return on;
+}
+
+NormalTransport::FloatTurn NormalTransport::OnFace::at(float b1, float b2) const {
+  const std::array<float, kCorners> b = {1 - b1 - b2, b1, b2};
+  if (places_ == kCorners) return b[0] * turns_[0] + b[1] * turns_[1] + b[2] * turns_[2];
+  FloatTurn sum = FloatTurn::Zero();
+  for (int k = 0; k < kCorners; ++k) {
+    sum += b[k] * (2 * b[k] - 1) * turns_[k];
+    sum += 4 * b[(k + 1) % 3] * b[(k + 2) % 3] * turns_[kCorners + k];
+  }
+  return sum;
+}
+
+}  // namespace organbake

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// RelitSkin by the pixel; what it does by the node, in Eigen's words, is in relit_skin.cpp.
+#include <algorithm>
+#include <limits>
+
+#include "light/relit_skin.h"
+
+namespace organbake {
+
+using Eigen::Vector3f;
+
+// Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
+// the face. By its nodes, and the weights of the second and the third.
+struct RelitSkin::Triangles {
+  alignas(32) std::int32_t corner[kStretch], below[kStretch], beside[kStretch];
+  alignas(32) float along[kStretch], down[kStretch];
+};
+
+void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
+  const auto steps = static_cast<std::int32_t>(lattice_.steps);
+  const auto nodes_per_face = static_cast<std::int32_t>(lattice_.nodes_per_face());
+  const auto n = static_cast<float>(steps);
+  const auto in_unit = [](float v) { return v > 0 ? (v < 1 ? v : 1) : 0; };
+  const auto index = [&](std::int32_t i, std::int32_t j) {
+    return static_cast<std::int32_t>(
+        base_node_index(lattice_.steps, std::uint32_t(i), std::uint32_t(j)));
+  };
+  for (int k = 0; k < skin.count; ++k) {
+    const float u = in_unit(skin.b1[k]) * n, v = in_unit(skin.b2[k]) * n;
+    const auto cell_u = static_cast<std::int32_t>(u), cell_v = static_cast<std::int32_t>(v);
+    const std::int32_t i = cell_u < steps - 1 ? cell_u : steps - 1;
+    const std::int32_t j = cell_v < steps - 1 - i ? cell_v : steps - 1 - i;
+    const float along = in_unit(u - static_cast<float>(i));
+    const float down = in_unit(v - static_cast<float>(j));
+    // The quad's other triangle, from its far corner; on the face's long edge there is none.
+    const bool beyond = along + down > 1, other = beyond & (i + j + 2 <= steps);
+    const float scale = beyond ? 1 / (along + down) : 1;
+    out.along[k] = other ? 1 - down : scale * along;
+    out.down[k] = other ? 1 - along : scale * down;
+    const std::int32_t first = static_cast<std::int32_t>(skin.face[k]) * nodes_per_face;
+    out.corner[k] = first + (other ? index(i + 1, j + 1) : index(i, j));
+    out.below[k] = first + index(i + 1, j);
+    out.beside[k] = first + index(i, j + 1);
+  }
+}
+
+template <class AnyNode>
+void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& elsewhere,
+                          const Triangles& t, int count, ShadedPosts& mixed) {
+  for (int k = 0; k < count; ++k) {
+    const float along = t.along[k], down = t.down[k], rest = 1 - along - down;
+    const float* __restrict const corner = nodes[t.corner[k]].mixed.data();
+    const float* __restrict const below = nodes[t.below[k]].mixed.data();
+    const float* __restrict const beside = nodes[t.beside[k]].mixed.data();
+    float* __restrict const out = mixed.rows[k];
+    for (int c = 0; c < 8; ++c) out[c] = rest * corner[c] + along * below[c] + down * beside[c];
+  }
+  std::copy(elsewhere.mixed.begin(), elsewhere.mixed.end(), mixed.rows[count]);
+}
+
+void RelitSkin::light(const SkinPixels& skin, const SparseShading& stretch,
+                      const StretchColors& colors) const {
+  if (skin.count == 0) return;
+  Triangles triangles;
+  find_triangles(skin, triangles);
+  ShadedPosts mixed;
+  mix_nodes(nodes_, Node(), triangles, skin.count, mixed);
+  const ShadingInterpolation spread(stretch, skin.at, skin.count);
+  SkinPlanes<3> gains;
+  spread(mixed, 0, gains.planes());
+  for (int c = 0; c < 3; ++c) {
+    float* const plane = colors.planes[c];
+    for (int i = 0; i < colors.count; ++i) plane[i] *= gains.of[c][i];
+  }
+  if (from_scope_) {
+    ScopeSkin scope_skin;
+    spread(mixed, 3, scope_skin.normals.planes());
+    return light_scope(skin, triangles, spread, scope_skin, colors);
+  }
+  const auto shines = [&](std::uint32_t face) { return shines_[face] != 0; };
+  if (std::none_of(skin.face, skin.face + skin.count, shines)) return;
+  SkinDirections normals;
+  spread(mixed, 3, normals.planes());
+  add_gloss(normals, colors);
+}
+
+// Where skin lies at rest is asked for only where gloss may show: the relief is bound to it.
+void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
+                            const ShadingInterpolation& spread, ScopeSkin& scope_skin,
+                            const StretchColors& colors) const {
+  std::fill_n(scope_skin.depth_mm, kStretch, 1.0f);
+  for (int i = 0; i < colors.count; ++i) {
+    const float depth = colors.depth_mm[i];
+    scope_skin.depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
+  }
+  ScopeLit lit;
+  if (!shine_.light(scope_skin, colors, lit)) return;
+  ShadedPosts mixed;
+  mix_nodes(rest_nodes_, RestNode(), triangles, skin.count, mixed);
+  ScopeSkinAtRest at_rest;
+  spread(mixed, 0, at_rest.normals.planes());
+  spread(mixed, 3, at_rest.places_mm.planes());
+  shine_.add_gloss(lit, scope_skin, at_rest, colors);
+}
+
+// By the pixel: a highlight may be narrower than the distance of posts.
+void RelitSkin::add_gloss(const SkinDirections& normals, const StretchColors& colors) const {
+  SkinDirections toward_eye;
+  const Vector3f row = ray_origin_ + (static_cast<float>(colors.y) + 0.5f) * ray_down_;
+  for (int c = 0; c < 3; ++c) {
+    for (int i = 0; i < colors.count; ++i)
+      toward_eye.of[c][i] = -(row[c] + (static_cast<float>(colors.x0 + i) + 0.5f) * ray_right_[c]);
+  }
+  SkinPlanes<3> gloss;
+  gloss_.shine(normals, toward_eye, colors.count, gloss);
+  for (int c = 0; c < 3; ++c) {
+    float* const plane = colors.planes[c];
+    for (int i = 0; i < colors.count; ++i) plane[i] += colors.white[i] * gloss.of[c][i];
+  }
+}
+
+}  // namespace organbake

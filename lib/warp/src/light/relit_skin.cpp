@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "light/relit_skin.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "light/lattice_normals.h"
+#include "light/unit_vector.h"
+#include "organbake/core/parallel.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+// Skin that no lamp reached tells little of what it would show in full light.
+constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
+
+}  // namespace
+
+RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting,
+                     const std::vector<Vector3d>& rest_normals)
+    : lattice_{layer.steps, layer.face_count, layer.height_mm, {}, {}},
+      lighting_(lighting),
+      gloss_(lighting),
+      shine_(lighting),
+      turns_(shell),
+      shells_(shell_matrices(shell.at_rest())),
+      turned_(layer.face_count, 0),
+      shines_(layer.face_count, 0),
+      to_place_(layer.face_count, 1),
+      to_light_(layer.face_count, 1) {
+  for (const Vector3d& normal : rest_normals) {
+    rest_normals_.push_back(normal.cast<float>());
+    // Of the very number that light_face() asks for at rest: to the bit, nothing is lit anew there.
+    rest_light_.push_back(light_on(rest_normals_.back().cast<double>()));
+  }
+  places_.resize(rest_normals_.size());
+  nodes_.resize(rest_normals_.size());
+}
+
+std::vector<std::uint8_t> RelitSkin::turn(const std::vector<ShellMatrix>& deformed) {
+  std::vector<std::uint8_t> changed(shells_.size()), turned(shells_.size());
+  for (std::size_t f = 0; f < shells_.size(); ++f) changed[f] = deformed[f] != shells_[f];
+  turns_.place(deformed, changed, turned);
+  for (std::size_t f = 0; f < shells_.size(); ++f) {
+    to_place_[f] |= changed[f];
+    to_light_[f] |= turned[f];
+  }
+  shells_ = deformed;
+  return turned;
+}
+
+// Another light than the last time finds every face unlit.
+void RelitSkin::light_by(bool scope) {
+  if (scope == from_scope_) return;
+  from_scope_ = scope;
+  std::fill(to_light_.begin(), to_light_.end(), std::uint8_t{1});
+}
+
+// What the relief is bound to, worked out when the light at the scope is first asked for.
+void RelitSkin::place_rest_nodes() {
+  rest_nodes_.resize(nodes_.size());
+  const std::uint32_t n = lattice_.steps;
+  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+      const std::size_t at = first_node(f) + node;
+      const Vector3d place =
+          shell_point(turns_.rest()[f], double(i) / n, double(j) / n, lattice_.height_mm[at]);
+      auto& mixed = rest_nodes_[at].mixed;
+      Eigen::Map<Vector3f>(mixed.data()) = rest_normals_[at];
+      Eigen::Map<Vector3f>(mixed.data() + 3) = place.cast<float>();
+    });
+  });
+}
+
+void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
+                                       const std::vector<std::uint8_t>& shown) {
+  light_by(true);
+  shine_.look(view, reference_mm);
+  if (rest_nodes_.empty()) place_rest_nodes();
+  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
+  });
+}
+
+void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& shown) {
+  light_by(false);
+  const Eigen::Matrix3d world_from_view = view.camera.camera_from_world.rotation.transpose();
+  const Intrinsics& k = view.camera.intrinsics;
+  ray_right_ = (world_from_view.col(0) / k.fx).cast<float>();
+  ray_down_ = (world_from_view.col(1) / k.fy).cast<float>();
+  ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
+                static_cast<float>(k.cy) * ray_down_;
+  const Vector3f eye = view.camera.center_world_mm().cast<float>();
+  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+    if (!shown[f]) return;
+    if (std::exchange(to_light_[f], 0)) light_face(f);
+    if (gloss_.none()) return;
+    if (std::exchange(to_place_[f], 0)) place_face(f);
+    shines_[f] = may_shine(f, eye);
+  });
+}
+
+void RelitSkin::place_face(std::uint32_t face) {
+  const std::uint32_t n = lattice_.steps;
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    const std::size_t at = first_node(face) + node;
+    places_[at] = shell_point(shells_[face], double(i) / n, double(j) / n, lattice_.height_mm[at])
+                      .cast<float>();
+  });
+}
+
+Vector3f RelitSkin::light_on(const Vector3d& normal) const {
+  return lighting_.diffuse(normal).cast<float>().cwiseMax(kLeastLight);
+}
+
+void RelitSkin::light_face(std::uint32_t face) {
+  const std::uint32_t n = lattice_.steps;
+  const float step = 1 / static_cast<float>(n);
+  const bool at_rest = turns_.at_rest(face);
+  const NormalTransport::OnFace turns = turns_.on(face);
+  turned_[face] = from_scope_;
+  each_node(n, [&](std::uint32_t i, std::uint32_t j, std::uint32_t node) {
+    const std::size_t at = first_node(face) + node;
+    Vector3f normal = rest_normals_[at];
+    if (!at_rest) {
+      const NormalTransport::FloatTurn turn =
+          turns.at(step * static_cast<float>(i), step * static_cast<float>(j));
+      normal = unit_vector((turn * normal).eval().head<3>());
+    }
+    nodes_[at].normal() = normal;
+    if (from_scope_) {
+      nodes_[at].gain() = rest_light_[at].cwiseInverse().cwiseMin(kLargestGain);
+      return;
+    }
+    const Vector3f gain = light_on(normal.cast<double>()).cwiseQuotient(rest_light_[at]);
+    nodes_[at].gain() = gain.cwiseMin(kLargestGain);
+    turned_[face] |= nodes_[at].gain() != Vector3f::Ones();
+  });
+}
+
+// Where a view can see gloss: on faces with a node whose normal is near enough to half-way.
+bool RelitSkin::may_shine(std::uint32_t face, const Vector3f& eye) const {
+  const std::size_t first = first_node(face);
+  for (std::size_t at = first; at < first + lattice_.nodes_per_face(); ++at) {
+    if (gloss_.may_show(nodes_[at].normal(), unit_vector(eye - places_[at]))) return true;
+  }
+  return false;
+}
+
+}  // namespace organbake

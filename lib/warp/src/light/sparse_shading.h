@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "picture/sum_stretch.h"
+
+namespace organbake {
+
+// What light depends on changes slowly over skin that runs on: of each eight pixels of a row it is
+// worked out for three, and mixed between them; for every pixel where the skin breaks off or falls
+// away steeply. Groups lie at multiples of eight of the picture's columns, so that a pixel's light
+// does not depend on which part of the picture is drawn.
+class SparseShading {
+ public:
+  static constexpr int kGroup = 8;
+
+  // depth_mm: of the stretch's skin, +inf where none is to be lit; its first column is a multiple
+  // of kGroup. texel_mm: of the cameras, on the surface.
+  SparseShading(const float* depth_mm, int count, float texel_mm);
+
+  // The pixels that are asked for, by their place in the stretch, ascending.
+  int post_count() const { return post_count_; }
+  int post(int k) const { return posts_[k]; }
+
+  // Whether group g runs on: it has three posts, its first, middle and last pixel.
+  bool smooth(int g) const { return smooth_[g]; }
+  int count() const { return count_; }  // pixels
+
+ private:
+  int count_;
+  std::array<bool, kStretch / kGroup> smooth_{};
+  int post_count_ = 0;
+  std::array<std::int32_t, kStretch> posts_;
+};
+
+// What is known of some of a stretch's posts, eight numbers each; row `count` holds what stands
+// where nothing is known.
+struct ShadedPosts {
+  alignas(32) float rows[kStretch + 1][8];
+};
+
+// Spreads such tables over all pixels of their stretch, three numbers at a time.
+class ShadingInterpolation {
+ public:
+  // at[k]: the pixel that row k is known of, one of the stretch's posts.
+  ShadingInterpolation(const SparseShading& stretch, const std::int32_t* at, int count);
+
+  // Planes of the numbers first, first + 1 and first + 2, whole vectors of the stretch. Equal
+  // numbers stay what they are.
+  void operator()(const ShadedPosts& table, int first, const std::array<float*, 3>& planes) const;
+
+ private:
+  const SparseShading& stretch_;
+  std::array<std::int16_t, kStretch> row_;
+};
+
+}  // namespace organbake

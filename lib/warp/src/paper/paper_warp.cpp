@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/warp/paper_warp.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "finishing/post_process.h"
+#include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
+#include "organbake/image/srgb.h"
+#include "organbake/warp/rasteriser.h"
+#include "placing/active_cameras.h"
+#include "samples/bundle_fit.h"
+
+namespace organbake {
+namespace {
+
+constexpr float kFarAway = std::numeric_limits<float>::infinity();
+constexpr int kWidestSplat_px = 8;
+constexpr double kSpareSplat_px = 0.05;  // a texel of one pixel and a rounding is no two wide
+constexpr double kSameSurfaceTexels = 2;
+
+// A mesh's faces that turn to a camera: visit(x, y, depth, face, weights) for every pixel of each.
+template <class Visit>
+void each_pixel(const TriangleMesh& mesh, const PosedCamera& camera, Visit&& visit) {
+  constexpr double kNear_mm = 1;
+  std::vector<SnappedCorner> corners(mesh.vertices.size());
+  for (std::size_t v = 0; v < corners.size(); ++v) {
+    const Eigen::Vector3d p = camera.camera_from_world * mesh.vertices[v];
+    if (p.z() < kNear_mm) continue;
+    const Eigen::Vector2d pixel = project(camera.intrinsics, p);
+    corners[v] = SnappedCorner({pixel.x(), pixel.y(), 1 / p.z()});
+  }
+  const PixelBox window{0, 0, camera.intrinsics.width, camera.intrinsics.height};
+  for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
+    const auto [a, b, c] = mesh.faces[f];
+    const SnappedTriangle triangle(corners[a], corners[b], corners[c]);
+    if (triangle.doubled_area >= 0) continue;
+    rasterise(triangle, window, [&](int x, int y, double depth, const std::array<double, 3>& w) {
+      visit(x, y, depth, f, w);
+    });
+  }
+}
+
+Eigen::Vector3d on_face(const TriangleMesh& mesh, std::uint32_t face,
+                        const std::array<double, 3>& w) {
+  const auto [a, b, c] = mesh.faces[face];
+  return w[0] * mesh.vertices[a] + w[1] * mesh.vertices[b] + w[2] * mesh.vertices[c];
+}
+
+// Where a map is looked up: four texels and their shares.
+struct Lookup {
+  std::array<std::size_t, 4> texel;
+  std::array<float, 4> share;
+
+  template <class Value, class At>
+  Value mixed(const Value& zero, At&& at) const {
+    Value sum = zero;
+    for (int i = 0; i < 4; ++i) sum += share[i] * at(texel[i]);
+    return sum;
+  }
+};
+
+// False where any of the four texels lies off the map or has no microstructure.
+bool look_up(const CameraMaps& maps, const std::vector<float>& micro, const Eigen::Vector2d& pixel,
+             Lookup& out) {
+  const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
+  if (!(u >= 0 && v >= 0 && u < maps.width - 1 && v < maps.height - 1)) return false;
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
+  const auto along = static_cast<float>(u - x), down = static_cast<float>(v - y);
+  for (int i = 0; i < 4; ++i) {
+    const int dx = i & 1, dy = i >> 1;
+    out.texel[i] = std::size_t(y + dy) * maps.width + x + dx;
+    out.share[i] = (dx ? along : 1 - along) * (dy ? down : 1 - down);
+    if (!(micro[out.texel[i]] < kFarAway)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+// One camera's view of the deformed organ, warped into the picture.
+struct PaperWarp::Warped {
+  std::vector<float> depth_mm;  // +inf where nothing landed
+  std::vector<Eigen::Vector3f> color;
+  std::vector<Eigen::Vector3f> rest_mm;  // the skin that landed, at rest; empty unless asked for
+  // Of its texels, and the widest square.
+  std::size_t drawn = 0, outside_view = 0;
+  double widest_px = 0;
+
+  void clear(std::size_t pixels, bool keep_rest) {
+    depth_mm.assign(pixels, kFarAway);
+    color.resize(pixels);
+    rest_mm.resize(keep_rest ? pixels : 0);
+  }
+  // A square of whole pixels round the place, where it is the nearest.
+  void splat(const Eigen::Vector2d& place, double texel_px, float depth,
+             const Eigen::Vector3f& light, const Eigen::Vector3f& at_rest, const Intrinsics& k) {
+    const double side =
+        std::clamp(std::ceil(texel_px - kSpareSplat_px), 1.0, double(kWidestSplat_px));
+    if (!(place.x() > -side && place.y() > -side && place.x() < k.width + side &&
+          place.y() < k.height + side)) {
+      ++outside_view;
+      return;
+    }
+    ++drawn;
+    widest_px = std::max(widest_px, side);
+    const int x0 = static_cast<int>(std::floor(place.x() - side / 2 + 0.5));
+    const int y0 = static_cast<int>(std::floor(place.y() - side / 2 + 0.5));
+    const int n = static_cast<int>(side);
+    const PixelBox box = intersected({x0, y0, x0 + n, y0 + n}, {0, 0, k.width, k.height});
+    for (int y = box.y0; y < box.y1; ++y) {
+      for (int x = box.x0; x < box.x1; ++x) {
+        const std::size_t to = std::size_t(y) * k.width + x;
+        if (!(depth < depth_mm[to])) continue;
+        depth_mm[to] = depth;
+        color[to] = light;
+        if (!rest_mm.empty()) rest_mm[to] = at_rest;
+      }
+    }
+  }
+};
+
+// Combines the views of one pixel: those on the nearest surface, by their shares, in linear light.
+// Returns its depth.
+float PaperWarp::blend(std::span<const Warped> views, const std::array<float, 3>& shares,
+                       std::size_t pixel, double same_surface, const DrawOptions& options,
+                       Frame& frame) {
+  float nearest = kFarAway;
+  for (const Warped& view : views) nearest = std::min(nearest, view.depth_mm[pixel]);
+  std::uint8_t* const rgb = &frame.color.pixels[3 * pixel];
+  if (!(nearest < kFarAway)) {
+    std::copy(options.background.begin(), options.background.end(), rgb);
+    return nearest;
+  }
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  float weight = 0;
+  const auto behind = static_cast<float>((1 + same_surface) * nearest);
+  float heaviest = 0;
+  for (std::size_t c = 0; c < views.size(); ++c) {
+    if (views[c].depth_mm[pixel] > behind) continue;
+    sum += shares[c] * views[c].color[pixel];
+    weight += shares[c];
+    if (frame.shown.empty() || shares[c] <= heaviest) continue;
+    heaviest = shares[c];
+    frame.shown[pixel] = {views[c].rest_mm[pixel], views[c].rest_mm[pixel]};
+  }
+  for (int channel = 0; channel < 3; ++channel)
+    rgb[channel] = srgb8_from_linear(sum[channel] / weight);
+  frame.cover[pixel] = Cover::samples;
+  if (!frame.depth_mm.empty()) frame.depth_mm[pixel] = nearest;
+  return nearest;
+}
+
+PaperWarp::PaperWarp(const Bundle& bundle)
+    : shell_(bundle.shell()), proxy_depth_(bundle.maps.size()), micro_depth_(bundle.maps.size()) {
+  if (bundle.maps.empty() || bundle.maps.size() != bundle.cameras.cameras.size()) {
+    throw UsageError("the paper's warp needs the cameras' maps; load the player with them kept");
+  }
+  parallel_for(std::size_t{0}, bundle.maps.size(), [&](std::size_t c) {
+    const CameraMaps& maps = bundle.maps[c];
+    std::vector<float>&proxy = proxy_depth_[c], &micro = micro_depth_[c];
+    proxy.assign(maps.depth_mm.size(), kFarAway);
+    each_pixel(shell_.at_rest(), bundle.cameras.cameras[c],
+               [&](int x, int y, double depth, std::uint32_t, const auto&) {
+                 float& nearest = proxy[std::size_t(y) * maps.width + x];
+                 nearest = std::min(nearest, static_cast<float>(depth));
+               });
+    micro.resize(proxy.size());
+    for (std::size_t i = 0; i < micro.size(); ++i) {
+      const bool both = proxy[i] < kFarAway && maps.face[i] != kNoFace;
+      micro[i] = both ? maps.depth_mm[i] - proxy[i] : kFarAway;
+    }
+  });
+}
+
+void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMesh& deformed,
+                     const View& view, Warped& out) const {
+  const PosedCamera& camera = bundle.cameras.cameras[number];
+  const CameraMaps& maps = bundle.maps[number];
+  // The macrostructure: the deformed proxy's depth, and which skin each pixel shows.
+  std::vector<float> macro(maps.depth_mm.size(), kFarAway);
+  std::vector<Eigen::Vector2d> rest_pixel(macro.size());
+  std::vector<float> rest_depth(macro.size());
+  each_pixel(deformed, camera,
+             [&](int x, int y, double depth, std::uint32_t f, const std::array<double, 3>& w) {
+               const std::size_t i = std::size_t(y) * maps.width + x;
+               if (!(depth < macro[i])) return;
+               macro[i] = static_cast<float>(depth);
+               const Eigen::Vector3d rest =
+                   camera.camera_from_world * on_face(shell_.at_rest(), f, w);
+               rest_pixel[i] = project(camera.intrinsics, rest);
+               rest_depth[i] = static_cast<float>(rest.z());
+             });
+  const RigidTransform view_from_camera =
+      view.camera.camera_from_world * camera.camera_from_world.inverse();
+  const Intrinsics& k = view.camera.intrinsics;
+  for (std::size_t i = 0; i < macro.size(); ++i) {
+    Lookup at;
+    if (!(macro[i] < kFarAway) || !look_up(maps, micro_depth_[number], rest_pixel[i], at)) continue;
+    // Skin that another part of the proxy hid at rest was never seen from here.
+    const float texel_mm = rest_depth[i] / static_cast<float>(camera.intrinsics.fx);
+    if (rest_depth[i] > proxy_depth_[number][at.texel[0]] + 6 * texel_mm) continue;
+    const float z =
+        macro[i] + at.mixed(0.0f, [&](std::size_t t) { return micro_depth_[number][t]; });
+    const Eigen::Vector2d pixel(double(i % maps.width) + 0.5, double(i / maps.width) + 0.5);
+    const Eigen::Vector3d p =
+        view_from_camera * Eigen::Vector3d(double(z) * unproject(camera.intrinsics, pixel));
+    if (p.z() < view.near_mm) {
+      ++out.outside_view;
+      continue;
+    }
+    const Eigen::Vector2d landed = project(k, p);
+    const Eigen::Vector3f color = at.mixed(Eigen::Vector3f(Eigen::Vector3f::Zero()),
+                                           [&](std::size_t t) { return maps.color[t]; });
+    const double texel_px = k.fx / p.z() * z / camera.intrinsics.fx;
+    // The texel is one of the map's own: the surface seen there at rest.
+    Eigen::Vector3f at_rest = Eigen::Vector3f::Zero();
+    if (!out.rest_mm.empty()) {
+      const double depth = at.mixed(0.0f, [&](std::size_t t) { return maps.depth_mm[t]; });
+      const Eigen::Vector3d in_camera = depth * unproject(camera.intrinsics, rest_pixel[i]);
+      at_rest = (camera.camera_from_world.inverse() * in_camera).cast<float>();
+    }
+    out.splat(landed, texel_px, static_cast<float>(p.z()), color, at_rest, k);
+  }
+}
+
+DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector3d>& positions,
+                           const View& view, const DrawOptions& options, Frame& frame) const {
+  view.check();
+  check_positions(positions, shell_.proxy());
+  DrawReport report;
+  report.weights = drawn_shares(bundle.cameras.manifold, view);
+  const TriangleMesh deformed = shell_.posed(positions);
+  const std::vector<std::size_t> cameras = used_cameras(report.weights);
+  const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
+  const std::size_t pixels = std::size_t(width) * height;
+  std::array<Warped, 3> views;
+  std::array<float, 3> shares{};
+  parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t c) {
+    views[c].clear(pixels, options.keep_shown);
+    warp(bundle, cameras[c], deformed, view, views[c]);
+  });
+  std::size_t used = 0;
+  for (const double weight : report.weights.weights) {
+    if (weight > 0) shares[used++] = static_cast<float>(weight);
+  }
+  for (const Warped& warped : std::span(views).first(used)) {
+    report.samples_drawn += warped.drawn;
+    report.samples_outside_view += warped.outside_view;
+    report.largest_stretch_px = std::max(report.largest_stretch_px, warped.widest_px);
+  }
+
+  frame.serial = 0;
+  frame.color = Rgb8Image(width, height);
+  frame.cover.assign(pixels, Cover::background);
+  frame.shown.assign(options.keep_shown ? pixels : 0, kNothingShown);
+  frame.depth_mm.clear();
+  if (options.needs_depth()) frame.depth_mm.assign(pixels, kFarAway);
+  const double same_surface = kSameSurfaceTexels / bundle.cameras.cameras[cameras[0]].intrinsics.fx;
+  std::vector<float> depth_mm(pixels + kLanes, kFarAway);  // read in whole vectors
+  float farthest_mm = 1;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    depth_mm[i] = blend(std::span(views).first(used), shares, i, same_surface, options, frame);
+    if (!(depth_mm[i] < kFarAway)) continue;
+    ++report.sample_pixels;
+    farthest_mm = std::max(farthest_mm, depth_mm[i]);
+  }
+  SkinDepth depth;
+  depth.resize(width, height, farthest_mm);
+  for (int y = 0; y < height; ++y) depth.put(0, y, width, depth_mm.data() + std::size_t(y) * width);
+  const double distance_mm = (bundle.cameras.cameras[cameras[0]].center_world_mm() -
+                              bundle.cameras.manifold.center_world_mm)
+                                 .norm();
+  const auto deeper_mm =
+      static_cast<float>(kStepTexels / kSameSurfaceTexels * same_surface * distance_mm);
+  PostProcess().apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
+  return report;
+}
+
+}  // namespace organbake

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "placing/patch_frames.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "organbake/geometry/shell_map.h"
+#include "organbake/warp/vector_loops.h"
+
+namespace organbake {
+namespace {
+
+inline float larger(float a, float b) { return a > b ? a : b; }
+inline int clamped_int(float value, int low, int high) {
+  // Written so that NaN becomes `low`.
+  return value > low ? (value < high ? static_cast<int>(value) : high) : low;
+}
+
+// Three coordinates that stay in registers, lane by lane.
+struct Triple {
+  float x, y, z;
+
+  Triple operator+(const Triple& o) const { return {x + o.x, y + o.y, z + o.z}; }
+  Triple operator*(float s) const { return {x * s, y * s, z * s}; }
+  float dot(const Triple& o) const { return x * o.x + y * o.y + z * o.z; }
+  Triple cross(const Triple& o) const {
+    return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x};
+  }
+  Triple absolute() const { return {std::abs(x), std::abs(y), std::abs(z)}; }
+};
+
+// One patch's numbers, and what stands still while a face's patches are placed.
+struct PatchAt {
+  Triple center, extent, along_u, along_v;  // of b1, b2, h
+  float sine, cosine;
+};
+struct Placing {
+  Triple m[9];  // the face's columns
+  float fx, fy, cx, cy, near;
+  int width, height;
+
+  Placing(const FaceFrame& face, const View& view)
+      : fx(static_cast<float>(view.camera.intrinsics.fx)),
+        fy(static_cast<float>(view.camera.intrinsics.fy)),
+        cx(static_cast<float>(view.camera.intrinsics.cx)),
+        cy(static_cast<float>(view.camera.intrinsics.cy)),
+        near(static_cast<float>(view.near_mm)),
+        width(view.camera.intrinsics.width),
+        height(view.camera.intrinsics.height) {
+    for (int k = 0; k < 9; ++k) m[k] = {face.metric(0, k), face.metric(1, k), face.metric(2, k)};
+  }
+};
+
+inline float length(const Triple& t) { return std::sqrt(t.dot(t)); }
+
+// The patch's middle in the view's frame, its derivatives along b1, b2, h, and the half size of a
+// box that surely holds all of it.
+struct PlacedPatch {
+  Triple center, by_b1, by_b2, by_h, half;
+  float bend = 0;  // sine of the angle by which normals turn within it, at most
+
+  [[gnu::always_inline]] PlacedPatch(const PatchAt& p, const Placing& to) {
+    const float b1 = p.center.x, b2 = p.center.y, h = p.center.z;
+    by_b1 = to.m[1] + to.m[4] * h;
+    by_b2 = to.m[2] + to.m[5] * h;
+    by_h = to.m[3] + to.m[4] * b1 + to.m[5] * b2;
+    center = to.m[0] + to.m[1] * b1 + to.m[2] * b2 + by_h * h;
+    const float e1 = p.extent.x, e2 = p.extent.y, eh = p.extent.z;
+    // Exact for the shell map, which is linear but for the products h·b.
+    half = by_b1.absolute() * e1 + by_b2.absolute() * e2 + by_h.absolute() * eh +
+           (to.m[4].absolute() * e1 + to.m[5].absolute() * e2) * eh;
+  }
+  // On a bent face the map's squares come on top.
+  [[gnu::always_inline]] void bend_by(const PatchAt& p, const Placing& to) {
+    const float b1 = p.center.x, b2 = p.center.y, e1 = p.extent.x, e2 = p.extent.y;
+    const Triple bend1 = to.m[6] * b1 + to.m[7] * b2, bend2 = to.m[8] * b2;
+    center = center + bend1 * b1 + bend2 * b2;
+    const Triple more1 = bend1 + to.m[6] * b1, more2 = bend2 * 2 + to.m[7] * b1;
+    by_b1 = by_b1 + more1, by_b2 = by_b2 + more2;
+    const Triple turn1 = to.m[6].absolute() * (2 * e1) + to.m[7].absolute() * e2,
+                 turn2 = to.m[7].absolute() * e1 + to.m[8].absolute() * (2 * e2);
+    half = half + more1.absolute() * e1 + more2.absolute() * e2 + to.m[6].absolute() * (e1 * e1) +
+           to.m[7].absolute() * (e1 * e2) + to.m[8].absolute() * (e2 * e2);
+    bend = length(turn1) / larger(length(by_b1), 1e-30f) +
+           length(turn2) / larger(length(by_b2), 1e-30f);
+  }
+  [[gnu::always_inline]] Triple along(const Triple& t) const {
+    return by_b1 * t.x + by_b2 * t.y + by_h * t.z;
+  }
+};
+
+// Whether every normal within the cone about `normal` points away from the eye, wherever in its box
+// the sample lies: seen from the eye the box spans asin(radius / distance), which the cone is
+// widened by, and by the bend. (The sum of two angles is less than that of their sines.)
+[[gnu::always_inline]] inline bool faces_away(const PlacedPatch& p, const Triple& normal,
+                                              float sine, float cosine) {
+  const float along = normal.dot(p.center);
+  const float squared_distance = p.center.dot(p.center);
+  const float radius = length(p.half) + (p.bend > 0 ? p.bend * std::sqrt(squared_distance) : 0);
+  const float squared_tangent = squared_distance - radius * radius;
+  const float tangent = std::sqrt(larger(squared_tangent, 0));
+  const float wide_sine = sine * tangent + cosine * radius;
+  const float wide_cosine = cosine * tangent - sine * radius;
+  return (along > 0) & (squared_tangent > 0) & (wide_cosine > 0) &
+         (along > wide_sine * std::sqrt(normal.dot(normal)));
+}
+
+// Texels smaller than this many pixels are all alike; keeps offsets within an int's range.
+constexpr float kSmallestTexel = 0.02f;
+
+// The 2 × 2 map between pixels and texels at the patch's middle, and what follows from it.
+struct Footprint {
+  float u_x, u_y, v_x, v_y, z_u, z_v;
+  int columns, rows;
+
+  [[gnu::always_inline]] Footprint(const PlacedPatch& p, const Triple& s_u, const Triple& s_v,
+                                   const Placing& to) {
+    const float inverse_z = 1 / larger(p.center.z, to.near);
+    const float fx = to.fx * inverse_z, fy = to.fy * inverse_z;
+    const float px = p.center.x * inverse_z, py = p.center.y * inverse_z;
+    const float x_u = fx * (s_u.x - px * s_u.z), y_u = fy * (s_u.y - py * s_u.z);
+    const float x_v = fx * (s_v.x - px * s_v.z), y_v = fy * (s_v.y - py * s_v.z);
+    const float size =
+        larger(larger(larger(std::abs(x_u), std::abs(y_u)), larger(std::abs(x_v), std::abs(y_v))),
+               kSmallestTexel);
+    const float exact = x_u * y_v - x_v * y_u;
+    // Seen edge-on the map has no inverse; a thousandth of its size keeps offsets finite.
+    const float least = 1e-3f * size * size;
+    const float determinant = std::abs(exact) < least ? (exact < 0 ? -least : least) : exact;
+    const float inverse = 1 / (determinant * kReach);
+    u_x = y_v * inverse, u_y = -x_v * inverse;
+    v_x = -y_u * inverse, v_y = x_u * inverse;
+    z_u = kReach * s_u.z, z_v = kReach * s_v.z;
+    // The most pixel centres that a texel's own parallelogram can hold along each axis.
+    columns = clamped_int(std::ceil(std::abs(x_u) + std::abs(x_v)), 1, kMostSplat);
+    rows = clamped_int(std::ceil(std::abs(y_u) + std::abs(y_v)), 1, kMostSplat);
+  }
+};
+
+// Pixels along one axis that a box of camera space can reach, by interval arithmetic, grown by half
+// a splat; z0 and z1 are the box's depths, z0 not before the near plane.
+struct Interval {
+  float low, high;
+
+  [[gnu::always_inline]] Interval(float center, float half, float z0, float z1, float focal,
+                                  float middle, int pixels) {
+    const float grow = 0.5f * static_cast<float>(pixels) + 1;
+    const float from = center - half, to = center + half;
+    low = middle + focal * (from / (from < 0 ? z0 : z1)) - grow;
+    high = middle + focal * (to / (to > 0 ? z0 : z1)) + grow + 1;
+  }
+};
+
+struct PlacedChunk {
+  Footprint footprint;
+  int x0, y0, x1, y1;
+  int away, uncut;  // flags
+
+  [[gnu::always_inline]] PlacedChunk(const PlacedPatch& p, const PatchAt& patch, const Triple& s_u,
+                                     const Triple& s_v, const Placing& to)
+      : footprint(p, s_u, s_v, to) {
+    const float front = p.center.z - p.half.z, z1 = p.center.z + p.half.z;
+    const float z0 = larger(front, to.near);
+    const Interval x(p.center.x, p.half.x, z0, z1, to.fx, to.cx, footprint.columns);
+    const Interval y(p.center.y, p.half.y, z0, z1, to.fy, to.cy, footprint.rows);
+    x0 = clamped_int(x.low, 0, to.width), y0 = clamped_int(y.low, 0, to.height);
+    // Nothing, when all of it lies before the near plane.
+    x1 = clamped_int(z1 < to.near ? 0 : x.high, 0, to.width);
+    y1 = clamped_int(y.high, 0, to.height);
+    // (As a difference: the same comparison twice keeps the loop from becoming one over vectors.)
+    uncut = (front - to.near > 0) & (x.low >= 0) & (y.low >= 0) &
+            (x.high <= static_cast<float>(to.width)) & (y.high <= static_cast<float>(to.height));
+    // Columns run right, rows down, so v × u points out of the surface.
+    away = faces_away(p, s_v.cross(s_u), patch.sine, patch.cosine);
+  }
+};
+
+template <bool kBent>
+[[gnu::always_inline]] inline PlacedChunk placed_chunk(const PatchAt& patch, const Placing& to) {
+  PlacedPatch p(patch, to);
+  if constexpr (kBent) p.bend_by(patch, to);
+  return {p, patch, p.along(patch.along_u), p.along(patch.along_v), to};
+}
+
+// A batch's frames, number by number, as a loop over vectors leaves them.
+struct Batch {
+  template <class Number>
+  using Each = std::array<Number, kPatchBatch>;
+  static_assert(kPatchBatch % kLanes == 0);
+  alignas(64) Each<float> u_x, u_y, v_x, v_y, z_u, z_v;
+  alignas(64) Each<int> columns, rows, x0, y0, x1, y1, away, uncut;
+};
+
+using Numbers = std::array<const float*, PatchTable::kNumbers>;
+
+// By whole vectors: one by one, choosing and placing what a frame draws takes half as long again.
+template <bool kBent>
+[[gnu::always_inline]] inline void place(const Numbers& n, int count, const Placing& to,
+                                         Batch& __restrict out) {
+  const float *const b1 = n[0], *const b2 = n[1], *const h = n[2];
+  const float *const e1 = n[3], *const e2 = n[4], *const eh = n[5];
+  const float *const u1 = n[6], *const u2 = n[7], *const uh = n[8];
+  const float *const v1 = n[9], *const v2 = n[10], *const vh = n[11];
+  const float *const sine = n[12], *const cosine = n[13];
+  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+    const PatchAt patch{{b1[i], b2[i], h[i]},
+                        {e1[i], e2[i], eh[i]},
+                        {u1[i], u2[i], uh[i]},
+                        {v1[i], v2[i], vh[i]},
+                        sine[i],
+                        cosine[i]};
+    const PlacedChunk c = placed_chunk<kBent>(patch, to);
+    const Footprint& f = c.footprint;
+    out.u_x[i] = f.u_x, out.u_y[i] = f.u_y, out.v_x[i] = f.v_x, out.v_y[i] = f.v_y;
+    out.z_u[i] = f.z_u, out.z_v[i] = f.z_v;
+    out.columns[i] = f.columns, out.rows[i] = f.rows;
+    out.x0[i] = c.x0, out.y0[i] = c.y0, out.x1[i] = c.x1, out.y1[i] = c.y1;
+    out.away[i] = c.away, out.uncut[i] = c.uncut;
+  }
+}
+
+[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place_flat(const Numbers& n, int count, Placing to,
+                                                        Batch& __restrict out) {
+  place<false>(n, count, to, out);
+}
+
+[[gnu::flatten]] ORGANBAKE_MULTIVERSION void place_bent(const Numbers& n, int count, Placing to,
+                                                        Batch& __restrict out) {
+  place<true>(n, count, to, out);
+}
+
+ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
+  ChunkFrame out{};
+  if (b.away[i] && !two_sided) {
+    out.fate = ChunkFate::faces_away;
+    return out;
+  }
+  out.u_x = b.u_x[i], out.u_y = b.u_y[i], out.v_x = b.v_x[i], out.v_y = b.v_y[i];
+  out.z_u = b.z_u[i], out.z_v = b.z_v[i];
+  out.columns = b.columns[i], out.rows = b.rows[i];
+  out.box = {b.x0[i], b.y0[i], b.x1[i], b.y1[i]};
+  out.uncut = b.uncut[i] != 0;
+  out.fate = out.box.empty() ? ChunkFate::outside_view : ChunkFate::drawn;
+  return out;
+}
+
+}  // namespace
+
+void place_patches(const PatchTable& patches, std::size_t first, int count, const FaceFrame& face,
+                   const View& view, ChunkFrame* frames) {
+  Numbers numbers;
+  for (int k = 0; k < PatchTable::kNumbers; ++k) numbers[k] = patches.number(k) + first;
+  Batch batch;
+  (face.bent ? place_bent : place_flat)(numbers, count, Placing(face, view), batch);
+  for (int i = 0; i < count; ++i) frames[i] = frame_at(batch, i, face.two_sided);
+}
+
+Eigen::Vector3d patch_normal(const Patch& patch, const ShellMatrix& face) {
+  const Eigen::Matrix3d shell =
+      shell_jacobian(face, patch.center[0], patch.center[1], patch.center[2]);
+  const Eigen::Vector3d u = shell * Eigen::Map<const Eigen::Vector3f>(patch.along_u).cast<double>();
+  const Eigen::Vector3d v = shell * Eigen::Map<const Eigen::Vector3f>(patch.along_v).cast<double>();
+  return v.cross(u);
+}
+
+}  // namespace organbake

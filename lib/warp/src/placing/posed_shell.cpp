@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "placing/posed_shell.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+namespace organbake {
+namespace {
+
+// What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
+// normal farther from the mean of its corners' than 6°.
+constexpr double kPushedShare = 0.02, kBentCosine = 0.995;
+
+}  // namespace
+
+PosedShell::PosedShell(ShellSurface shell)
+    : shell_(std::move(shell)),
+      pushed_mm_(kPushedShare * bounds(at_rest()).diagonal()),
+      proxy_positions_(shell_.proxy().vertices),
+      posed_(at_rest()),
+      normals_(vertex_normals(posed_)),
+      matrices_(shell_matrices(posed_)),
+      two_sided_(posed_.faces.size(), 0),
+      faces_of_(posed_.faces, posed_.vertices.size()) {
+  if (!shell_.skin()) return;
+  gradients_.emplace(at_rest());
+  gradient_changes_.assign(normals_.size(), Eigen::Matrix3d::Zero());
+}
+
+void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
+  if (proxy_positions == proxy_positions_) return;
+  proxy_positions_ = proxy_positions;
+  shell_.pose(proxy_positions_, next_vertices_);
+  std::swap(posed_.vertices, next_vertices_);
+  const auto mark = [this](std::vector<std::uint8_t>& faces, std::uint32_t vertex) {
+    for (const std::uint32_t f : faces_of_.of(vertex)) faces[f] = 1;
+  };
+  // Moved vertices change their faces, those all their corners' normals, and these their faces.
+  face_changed_.assign(posed_.faces.size(), 0);
+  for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
+    if (posed_.vertices[v] != next_vertices_[v]) mark(face_changed_, v);
+  }
+  vertex_changed_.assign(posed_.vertices.size(), 0);
+  for (std::size_t f = 0; f < posed_.faces.size(); ++f) {
+    if (!face_changed_[f]) continue;
+    for (const std::uint32_t v : posed_.faces[f]) vertex_changed_[v] = 1;
+  }
+  for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
+    if (!vertex_changed_[v]) continue;
+    set_normal(v);
+    if (gradients_) {
+      gradient_changes_[v] = shell_.skin()->is_creased(v)
+                                 ? unknown_change()
+                                 : gradients_->change(v, posed_.vertices, normals_);
+    }
+    mark(face_changed_, v);
+  }
+  for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {
+    if (face_changed_[f]) set_face(f);
+  }
+}
+
+void PosedShell::set_face(std::uint32_t face) {
+  matrices_[face] = shell_matrix(posed_, normals_, face);
+  if (gradients_) bend_face(at_rest(), face, gradient_changes_, matrices_[face]);
+  two_sided_[face] = bent_over(face);
+}
+
+// As vertex_normals() has it.
+void PosedShell::set_normal(std::uint32_t vertex) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const std::uint32_t f : faces_of_.of(vertex)) {
+    const Face& face = posed_.faces[f];
+    const int corner = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
+    sum += corner_angle(posed_, f, corner) * face_normal(posed_, f);
+  }
+  const double length = sum.norm();
+  normals_[vertex] = length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d::UnitZ();
+}
+
+bool PosedShell::bent_over(std::uint32_t f) const {
+  const Face& face = posed_.faces[f];
+  const bool pushed = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) {
+    return (posed_.vertices[v] - at_rest().vertices[v]).norm() > pushed_mm_;
+  });
+  if (!pushed) return false;
+  const Eigen::Vector3d skin = normals_[face[0]] + normals_[face[1]] + normals_[face[2]];
+  return face_normal(posed_, f).dot(skin) < kBentCosine * skin.norm();
+}
+
+}  // namespace organbake

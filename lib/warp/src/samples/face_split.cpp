@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "samples/face_split.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace organbake {
+namespace {
+
+constexpr double kWidestMove = 0.5;  // of a part
+
+// From places in a face to places in a part of it.
+struct IntoPart {
+  std::uint32_t face;
+  Eigen::Vector2d origin;
+  Eigen::Matrix2d turn;
+  std::array<bool, 3> lip;
+
+  explicit IntoPart(const CutOrgan::FacePart& part)
+      : face(part.face), origin(part.at[0]), lip(part.lip) {
+    Eigen::Matrix2d sides;
+    sides << part.at[1] - part.at[0], part.at[2] - part.at[0];
+    turn = sides.inverse();
+  }
+  Eigen::Vector2d operator()(const Eigen::Vector2d& at) const { return turn * (at - origin); }
+  // The least of the three weights: not below 0 inside.
+  double depth(const Eigen::Vector2d& at) const {
+    const Eigen::Vector2d b = (*this)(at);
+    return std::min({b.x(), b.y(), 1 - b.sum()});
+  }
+};
+
+// The weights of a part's corners at a place, or how they change along a way.
+Eigen::Vector3d weights_at(const Eigen::Vector2d& b) { return {1 - b.sum(), b.x(), b.y()}; }
+Eigen::Vector3d weights_along(const Eigen::Vector2d& b) { return {-b.sum(), b.x(), b.y()}; }
+
+// A sample's place in a part, moved back from its lips by half a texel, so that no texel hangs over
+// them; where a part is too narrow for that it stays. along_u, along_v: of a texel, in the part.
+Eigen::Vector2d within_lips(const IntoPart& part, const Eigen::Vector2d& at,
+                            const Eigen::Vector2d& along_u, const Eigen::Vector2d& along_v) {
+  Eigen::Vector3d weights = weights_at(at);
+  const Eigen::Vector3d half =
+      0.5 * (weights_along(along_u).cwiseAbs() + weights_along(along_v).cwiseAbs());
+  for (int k = 0; k < 3; ++k) {
+    if (!part.lip[k] || weights[k] >= half[k] || half[k] > kWidestMove) continue;
+    // Toward the corner across from the lip.
+    weights *= (1 - half[k]) / (1 - weights[k]);
+    weights[k] = half[k];
+  }
+  return {weights[1], weights[2]};
+}
+
+// Samples of a chunk that lie in one part.
+struct Group {
+  std::vector<std::uint32_t> from_slots;
+  std::vector<Eigen::Array3f> bound;
+};
+
+class ChunkSplitter {
+ public:
+  ChunkSplitter(const SampleSet& from, SampleSet& to) : from_(from), to_(to) {}
+
+  void split(std::uint32_t chunk, const std::vector<IntoPart>& parts) {
+    std::vector<Group> groups(parts.size());
+    const Patch& patch = from_.chunks[chunk].patch;
+    const Eigen::Vector2d along_u(patch.along_u[0], patch.along_u[1]),
+        along_v(patch.along_v[0], patch.along_v[1]);
+    for (std::uint32_t i = 0; i < from_.chunks[chunk].count; ++i) {
+      const std::uint32_t slot = chunk * kChunk + i;
+      const std::array<float, 3> bound = from_.bound(slot);
+      const Eigen::Vector2d at(bound[0], bound[1]);
+      std::size_t best = 0;
+      double deepest = -std::numeric_limits<double>::infinity();
+      for (std::size_t p = 0; p < parts.size(); ++p) {
+        const double depth = parts[p].depth(at);
+        if (depth > deepest) deepest = depth, best = p;
+      }
+      const Eigen::Vector2d in_part = within_lips(
+          parts[best], parts[best](at), parts[best].turn * along_u, parts[best].turn * along_v);
+      groups[best].from_slots.push_back(slot);
+      groups[best].bound.emplace_back(static_cast<float>(in_part.x()),
+                                      static_cast<float>(in_part.y()), bound[2]);
+    }
+    bool own = true;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      if (groups[p].bound.empty()) continue;
+      const std::uint32_t at = std::exchange(own, false) ? chunk : add_chunk();
+      put(at, from_.chunks[chunk].patch, parts[p], groups[p]);
+    }
+  }
+
+ private:
+  std::uint32_t add_chunk() {
+    to_.chunks.emplace_back();
+    const std::size_t slots = to_.chunks.size() * kChunk;
+    to_.b1.resize(slots), to_.b2.resize(slots), to_.h.resize(slots), to_.detail.resize(slots);
+    return static_cast<std::uint32_t>(to_.chunks.size() - 1);
+  }
+
+  void put(std::uint32_t chunk, const Patch& was, const IntoPart& part, const Group& group) {
+    Chunk& made = to_.chunks[chunk];
+    made.count = static_cast<std::uint32_t>(group.bound.size());
+    Patch& patch = made.patch;
+    patch = was;
+    patch.face = part.face;
+    const auto turn = [&](const float(&along)[3], float(&out)[3]) {
+      const Eigen::Vector2d b = part.turn * Eigen::Vector2d(along[0], along[1]);
+      out[0] = static_cast<float>(b.x()), out[1] = static_cast<float>(b.y()), out[2] = along[2];
+    };
+    turn(was.along_u, patch.along_u);
+    turn(was.along_v, patch.along_v);
+    const std::size_t first = std::size_t{chunk} * kChunk;
+    for (std::vector<PatchCoordinate>* places : {&to_.b1, &to_.b2, &to_.h})
+      std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
+    to_.put(group.bound, first, patch);
+    for (std::size_t i = 0; i < group.from_slots.size(); ++i)
+      to_.detail[first + i] = from_.detail[group.from_slots[i]];
+  }
+
+  const SampleSet& from_;
+  SampleSet& to_;
+};
+
+}  // namespace
+
+SampleSet split_samples(const SampleSet& set, const CutOrgan::FaceParts& parts) {
+  SampleSet split = set;
+  ChunkSplitter splitter(set, split);
+  for (std::uint32_t c = 0; c < set.chunks.size(); ++c) {
+    const auto found = parts.find(set.chunks[c].patch.face);
+    if (found == parts.end()) continue;
+    const std::vector<IntoPart> into(found->second.begin(), found->second.end());
+    splitter.split(c, into);
+  }
+  split.copy_patches();
+  return split;
+}
+
+}  // namespace organbake

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "samples/sample_set.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
+#include "samples/texel_detail.h"
+#include "samples/texel_order.h"
+
+namespace organbake {
+namespace {
+
+// Everything that the pieces of one map share while it is bound.
+struct MapBinder {
+  const CameraMaps& maps;
+  const PosedCamera& camera;
+  const std::vector<ShellMatrix>& rest;
+  MapDetail detail;
+
+  Eigen::Vector3d ray(double u, double v) const {
+    const Intrinsics& k = camera.intrinsics;
+    if (k.has_distortion()) return unproject(k, {u, v});
+    return {(u - k.cx) / k.fx, (v - k.cy) / k.fy, 1.0};
+  }
+};
+
+// The texels of one run: centres, depths, and rays of planar depth 1.
+struct RunTexels {
+  std::uint32_t count;
+  std::array<double, kChunk> u, v, depth, ray_x, ray_y;
+
+  RunTexels(const MapBinder& map, const std::uint32_t* texels, std::uint32_t texel_count)
+      : count(texel_count) {
+    const auto width = static_cast<std::uint32_t>(map.maps.width);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t row = texels[i] / width;
+      u[i] = texels[i] - row * width + 0.5;
+      v[i] = row + 0.5;
+      depth[i] = map.maps.depth_mm[texels[i]];
+      const Eigen::Vector3d ray = map.ray(u[i], v[i]);
+      ray_x[i] = ray.x(), ray_y[i] = ray.y();
+    }
+  }
+  Eigen::Vector3d point(std::uint32_t i) const {
+    return depth[i] * Eigen::Vector3d(ray_x[i], ray_y[i], 1);
+  }
+};
+
+// Depth over one run as a plane in (u, v), by least squares drawn gently towards the proxy face's
+// own slope, which alone decides for a run of one texel.
+struct DepthPlane {
+  Eigen::Vector2d center;  // (u, v), texel centres
+  double depth = 0;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+};
+
+Eigen::Vector2d face_slope(const MapBinder& map, const ShellMatrix& m, const Eigen::Vector2d& at,
+                           double depth) {
+  const Eigen::Vector3d n = Eigen::Vector3d(m.col(1)).cross(Eigen::Vector3d(m.col(2)));
+  const Eigen::Vector3d r = map.ray(at.x(), at.y());
+  const double facing = n.dot(r), steepest = 4 * depth / map.camera.intrinsics.fx;
+  Eigen::Vector2d slope(-n.dot(map.ray(at.x() + 1, at.y()) - r),
+                        -n.dot(map.ray(at.x(), at.y() + 1) - r));
+  slope *= depth / (std::abs(facing) > 1e-12 ? facing : 1e-12);
+  return slope.cwiseMax(-steepest).cwiseMin(steepest);
+}
+
+// Skin that the camera sees at more than 72° gets a plane less steep than it is: a sample stands
+// for a piece of the plane, and longer ones leave the curved skin and stick out of a view's
+// outline, by pixels.
+Eigen::Vector2d at_most_steep(const Eigen::Vector2d& slope, double texel_mm) {
+  constexpr double kSteepest = 3;  // texels of depth to one across
+  const double steepest = kSteepest * texel_mm, steepness = slope.norm();
+  return steepness > steepest ? steepest / steepness * slope : slope;
+}
+
+DepthPlane fit_depth(const MapBinder& map, const RunTexels& run, const ShellMatrix& face) {
+  DepthPlane plane{.center = Eigen::Vector2d::Zero()};
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    plane.center += Eigen::Vector2d(run.u[i], run.v[i]);
+    plane.depth += run.depth[i];
+  }
+  plane.center /= run.count;
+  plane.depth /= run.count;
+  constexpr double kPriorWeight = 0.5;  // texels²: as much as one neighbour pair says
+  Eigen::Matrix2d normal = kPriorWeight * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d right = kPriorWeight * face_slope(map, face, plane.center, plane.depth);
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    const Eigen::Vector2d d = Eigen::Vector2d(run.u[i], run.v[i]) - plane.center;
+    normal += d * d.transpose();
+    right += d * (run.depth[i] - plane.depth);
+  }
+  plane.slope = at_most_steep(normal.inverse() * right, plane.depth / map.camera.intrinsics.fx);
+  return plane;
+}
+
+// How the surface moves per texel in shell coordinates: the camera's ray derivative along the
+// fitted plane, through the inverse of the shell map's Jacobian.
+void set_tangents(const MapBinder& map, const DepthPlane& plane, Patch& patch) {
+  const ShellMatrix& m = map.rest[patch.face];
+  const Eigen::Matrix3d shell =
+      shell_jacobian(m, patch.center[0], patch.center[1], patch.center[2]);
+  const Eigen::Vector3d r = map.ray(plane.center.x(), plane.center.y());
+  const Eigen::Vector3d r_u = map.ray(plane.center.x() + 1, plane.center.y()) - r;
+  const Eigen::Vector3d r_v = map.ray(plane.center.x(), plane.center.y() + 1) - r;
+  Eigen::Matrix<double, 3, 2> surface;
+  surface << plane.depth * r_u + plane.slope.x() * r, plane.depth * r_v + plane.slope.y() * r;
+  const Eigen::Matrix<double, 3, 2> tangents = shell.inverse() * surface;
+  if (!tangents.allFinite()) return;  // a collapsed prism: its samples can only be drawn as dots
+  for (int k = 0; k < 3; ++k) {
+    patch.along_u[k] = static_cast<float>(tangents(k, 0));
+    patch.along_v[k] = static_cast<float>(tangents(k, 1));
+  }
+}
+
+// The surface's normals over a map piece, whose rays change by r_u and r_v per texel: with z(u, v)
+// along r(u, v), n ∝ z (r_v × r_u) + z_u (r_v × r) + z_v (r × r_u).
+struct MapNormals {
+  Eigen::Vector3f r_u, r_v, both = r_v.cross(r_u);
+
+  Eigen::Vector3f at(const Eigen::Vector3f& r, float z, float z_u, float z_v) const {
+    return z * both + z_u * r_v.cross(r) + z_v * r.cross(r_u);
+  }
+};
+
+// Cosine of the widest angle between the run's normals and `middle`. A texel without slopes has no
+// normal; its NaN never is the smallest.
+float least_cosine(const MapDetail& detail, const std::uint32_t* texels, const RunTexels& run,
+                   const MapNormals& normals, const Eigen::Vector3f& middle) {
+  std::array<float, kChunk> cosine;
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    const Eigen::Vector3f r(static_cast<float>(run.ray_x[i]), static_cast<float>(run.ray_y[i]), 1);
+    const Eigen::Vector3f n = normals.at(r, static_cast<float>(run.depth[i]),
+                                         detail.slope_u[texels[i]], detail.slope_v[texels[i]]);
+    cosine[i] = n.dot(middle) / std::sqrt(n.squaredNorm());
+  }
+  float least = 1;
+  for (std::uint32_t i = 0; i < run.count; ++i) least = cosine[i] < least ? cosine[i] : least;
+  return least;
+}
+
+// One run becomes one chunk: slots filled, bounds, tangents and normal cone measured.
+Chunk bind_run(const MapBinder& map, const TexelOrder& order, const TexelRun& run,
+               std::size_t first_slot, SampleSet& set) {
+  const std::uint32_t* const texels = order.texels.data() + run.first;
+  const RunTexels at(map, texels, run.count);
+  const ShellMatrix& m = map.rest[run.face];
+  Chunk chunk;
+  chunk.count = run.count;
+  chunk.patch.face = run.face;
+  std::array<Eigen::Array3f, kChunk> bound;
+  for (std::uint32_t i = 0; i < run.count; ++i) {
+    const float h = map.maps.height_mm[texels[i]];
+    const Eigen::Vector2d b = barycentric_at_height(m, h, at.point(i));
+    bound[i] = {static_cast<float>(b.x()), static_cast<float>(b.y()), h};
+    set.detail[first_slot + i] = map.detail.texels[texels[i]];
+  }
+  set.put(std::span(bound).first(run.count), first_slot, chunk.patch);
+  const DepthPlane plane = fit_depth(map, at, m);
+  const double u = plane.center.x(), v = plane.center.y();
+  const Eigen::Vector3f r0 = map.ray(u, v).cast<float>();
+  const MapNormals normals{map.ray(u + 1, v).cast<float>() - r0,
+                           map.ray(u, v + 1).cast<float>() - r0};
+  const Eigen::Vector3f middle =
+      normals
+          .at(r0, static_cast<float>(plane.depth), static_cast<float>(plane.slope.x()),
+              static_cast<float>(plane.slope.y()))
+          .normalized();
+  chunk.patch.cone = NormalCone(
+      std::acos(std::clamp(least_cosine(map.detail, texels, at, normals, middle), -1.0f, 1.0f)));
+  set_tangents(map, plane, chunk.patch);
+  return chunk;
+}
+
+double mean_texel_mm(const CameraMaps& maps, const TexelOrder& order, double focal_px) {
+  double sum = 0;
+  for (const std::uint32_t texel : order.texels) sum += maps.depth_mm[texel];
+  return order.texels.empty() ? 0 : sum / (focal_px * static_cast<double>(order.texels.size()));
+}
+
+}  // namespace
+
+void SampleSet::put(std::span<const Eigen::Array3f> bound, std::size_t first_slot, Patch& patch) {
+  Eigen::Array3f low = bound.front(), high = low;
+  for (const Eigen::Array3f& at : bound) low = low.min(at), high = high.max(at);
+  const Eigen::Array3f center = 0.5f * (low + high), extent = 0.5f * (high - low);
+  const Eigen::Array3f scale = (extent > 0).select(kFullCoordinate / extent, 0);
+  for (std::size_t i = 0; i < bound.size(); ++i) {
+    const Eigen::Array3f place =
+        ((bound[i] - center) * scale).round().max(-kFullCoordinate).min(kFullCoordinate);
+    b1[first_slot + i] = static_cast<PatchCoordinate>(place[0]);
+    b2[first_slot + i] = static_cast<PatchCoordinate>(place[1]);
+    h[first_slot + i] = static_cast<PatchCoordinate>(place[2]);
+  }
+  for (int k = 0; k < 3; ++k) patch.center[k] = center[k], patch.extent[k] = extent[k];
+}
+
+void SampleSet::copy_patches() {
+  std::vector<Patch> copied;
+  copied.reserve(chunks.size());
+  for (const Chunk& chunk : chunks) copied.push_back(chunk.patch);
+  patches = PatchTable(copied);
+}
+
+SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
+                           const std::vector<ShellMatrix>& rest_in_camera) {
+  const TexelOrder order = order_texels(maps);
+  const double focal = std::sqrt(camera.intrinsics.fx * camera.intrinsics.fy);
+  const std::size_t slots = order.runs.size() * kChunk;
+  if (slots > kMostSlots) {
+    throw BadDataError("camera '" + camera.name +
+                       "': its maps hold more samples than can be drawn (" +
+                       std::to_string(order.texels.size()) + "); bake it at half the size");
+  }
+  SampleSet set;
+  set.b1.resize(slots), set.b2.resize(slots), set.h.resize(slots);
+  set.detail.resize(slots);
+  set.chunks.resize(order.runs.size());
+  set.sample_count = order.texels.size();
+  set.texel_mm = mean_texel_mm(maps, order, focal);
+  const MapBinder map{maps, camera, rest_in_camera, MapDetail(maps, focal)};
+  constexpr std::size_t kGrain = 64;  // chunks a task
+  parallel_pieces(std::size_t{0}, order.runs.size(), kGrain,
+                  [&](std::size_t first, std::size_t last) {
+                    for (std::size_t c = first; c < last; ++c)
+                      set.chunks[c] = bind_run(map, order, order.runs[c], c * kChunk, set);
+                  });
+  set.copy_patches();
+  return set;
+}
+
+}  // namespace organbake

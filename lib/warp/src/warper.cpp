@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/warp/warper.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "drawing/base_drawing.h"
+#include "drawing/resolve.h"
+#include "drawing/tile_drawing.h"
+#include "finishing/post_process.h"
+#include "last_drawing.h"
+#include "light/lattice_normals.h"
+#include "light/relit_skin.h"
+#include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
+#include "organbake/warp/cover_mask.h"
+#include "organbake/warp/light_meter.h"
+#include "picture/phase_clock.h"
+#include "picture/tile_grid.h"
+#include "placing/active_cameras.h"
+#include "placing/dirty_cells.h"
+#include "placing/placed_faces.h"
+#include "placing/posed_shell.h"
+#include "samples/bundle_fit.h"
+#include "samples/face_split.h"
+#include "samples/sample_store.h"
+
+namespace organbake {
+namespace {
+
+std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
+                                  const RigidTransform& frame_from_world) {
+  for (ShellMatrix& matrix : matrices) {
+    matrix = frame_from_world.rotation * matrix;
+    matrix.col(0) += frame_from_world.translation;
+  }
+  return matrices;
+}
+
+void begin(const View& view, const DrawOptions& options, Frame& frame) {
+  const int width = view.camera.intrinsics.width, height = view.camera.intrinsics.height;
+  const std::size_t pixels = std::size_t(width) * height;
+  frame.serial = 0;
+  frame.color.width = width;
+  frame.color.height = height;
+  frame.color.pixels.resize(3 * pixels);
+  frame.cover.resize(pixels);
+  frame.depth_mm.resize(options.needs_depth() ? pixels : 0);
+  frame.shown.resize(options.keep_shown ? pixels : 0);
+  frame.bound.resize(options.keep_bound ? pixels : 0);
+  frame.organ.clear();
+}
+
+}  // namespace
+
+struct Warper::Impl {
+  // The organ.
+  PosedShell shell;
+  Bounds organ;  // at rest
+  ViewManifold manifold;
+  std::vector<ShellMatrix> rest;
+  std::shared_ptr<SampleStore> store;
+  std::optional<RelitSkin> relit;   // when the bundle knows its light
+  std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
+  bool cut = false;                 // tissue beside cuts opens gaps between samples anywhere
+  LastDrawing last;
+  // What the passes of a frame make; the next frame goes on with it, or takes its memory.
+  ActiveCameras active;
+  PlacedFaces faces;
+  BaseDrawing base;
+  DirtyCells dirty_cells;
+  SkinDepth depth;
+  TileDrawing tiles;
+  PostProcess post_process;
+
+  // whole: of the organ before blades cut it into `parts`, where they have.
+  Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole = nullptr,
+       const CutOrgan::FaceParts& parts = {});
+  void check(const std::vector<Eigen::Vector3d>& positions, const View& view,
+             const DrawOptions& options) const;
+  DrawReport draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                  const DrawOptions& options, Frame& frame);
+
+ private:
+  ViewWeights choose_cameras(const View& view);
+  void place_faces(const View& view, const DrawOptions& options, bool continued);
+  VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
+  void place_base(const View& view, const TileGrid& grid, const ViewWeights& weights,
+                  VisibilitySummary& visibility);
+  void light_faces(const View& view, const DrawOptions& options,
+                   const VisibilitySummary& visibility);
+  void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
+                  const Background& background, Frame& frame, DrawReport& report);
+  float reach_mm(const View& view) const;
+};
+
+namespace {
+
+// What turns a camera's maps into its samples, without holding on to the bundle.
+SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
+  return [read = std::move(read), cameras = bundle.cameras.cameras,
+          rest = shell_matrices(bundle.shell().at_rest())](std::size_t c) {
+    const CameraMaps maps = read(c);
+    check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
+    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
+  };
+}
+
+}  // namespace
+
+Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, const Impl* whole,
+                   const CutOrgan::FaceParts& parts)
+    : shell(bundle.shell()),
+      manifold(bundle.cameras.manifold),
+      rest(shell.matrices()),
+      store(std::move(samples)),
+      cut(whole != nullptr),
+      base(bundle.base, rest) {
+  organ = bounds(shell.at_rest());
+  if (bundle.lighting && bundle.base.face_count > 0) {
+    std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest());
+    if (whole) keep_uncut_normals(whole->relit->rest_normals(), parts, bundle.base, normals);
+    relit.emplace(bundle.base, shell.shell(), *bundle.lighting, normals);
+    scope = bundle.lighting->scope;
+  }
+}
+
+void Warper::Impl::check(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                         const DrawOptions& options) const {
+  view.check();
+  check_positions(positions, shell.shell().proxy());
+  if (options.light != DrawnLight::baked && !relit)
+    throw UsageError(
+        "the bundle does not say in what light its colours were taken, or has no base layer: its "
+        "skin cannot be lit anew; bake it with a lighting.json, or draw it with the baked light");
+}
+
+// The passes of a frame, in the order of the module's rooms: what one returns the next ones need.
+DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                              const DrawOptions& options, Frame& frame) {
+  const bool continued = last.continues(view, options, frame);
+  begin(view, options, frame);
+  const TileGrid grid(frame.color.width, frame.color.height);
+  const Background background(options.background);
+  DrawReport report;
+  PhaseClock clock(options.measure);
+  shell.pose(positions);
+  report.weights = choose_cameras(view);
+  report.texel_mm = active.texel_mm();
+  if (continued) post_process.undo(background, frame);
+  place_faces(view, options, continued);
+  VisibilitySummary visibility = place_samples(view, grid, report);
+  clock.lap(report.times.transform);
+  place_base(view, grid, report.weights, visibility);
+  light_faces(view, options, visibility);
+  clock.lap(report.times.base);
+  draw_tiles(view, grid, options, background, frame, report);
+  report.sample_pixels = count_cover(frame, visibility.box, Cover::samples);
+  report.base_pixels = count_cover(frame, visibility.box, Cover::base);
+  post_process.apply(view, options, visibility.box, depth, kStepTexels * report.texel_mm, frame,
+                     report);
+  return report;
+}
+
+ViewWeights Warper::Impl::choose_cameras(const View& view) {
+  const ViewWeights weights = drawn_shares(manifold, view);
+  store->require(used_cameras(weights));
+  active.choose(*store, weights);
+  return weights;
+}
+
+void Warper::Impl::place_faces(const View& view, const DrawOptions& options, bool continued) {
+  faces.place(shell, view, continued);
+  if (options.light != DrawnLight::baked) faces.add_moved(relit->turn(shell.matrices()));
+  dirty_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
+}
+
+VisibilitySummary Warper::Impl::place_samples(const View& view, const TileGrid& grid,
+                                              DrawReport& report) {
+  active.place(faces, view, grid, dirty_cells);
+  return active.summarise(faces.size(), report);
+}
+
+void Warper::Impl::place_base(const View& view, const TileGrid& grid, const ViewWeights& weights,
+                              VisibilitySummary& visibility) {
+  std::vector<std::uint8_t> may_have_gaps = visibility.stretched;
+  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= faces[f].two_sided || cut;
+  base.place(faces, may_have_gaps, weights, view, grid, dirty_cells, visibility);
+}
+
+void Warper::Impl::light_faces(const View& view, const DrawOptions& options,
+                               const VisibilitySummary& visibility) {
+  if (options.light == DrawnLight::world) relit->light_faces(view, visibility.shown);
+  if (options.light != DrawnLight::scope) return;
+  double reference_mm = options.scope_reference_mm;
+  if (!(reference_mm > 0)) {
+    LightMeter meter(scope.value_or(ScopeLight()), view);
+    meter.add(shell.shell().proxy());
+    reference_mm = meter.reference_mm();
+  }
+  relit->light_faces_from_scope(view, reference_mm, visibility.shown);
+}
+
+// Those tiles, or parts of them, in which something moved.
+void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
+                              const Background& background, Frame& frame, DrawReport& report) {
+  depth.resize(frame.color.width, frame.color.height, reach_mm(view));
+  tiles.begin({.view = view,
+               .cameras = active.all(),
+               .texel_mm = report.texel_mm,
+               .base = options.base_layer ? &base : nullptr,
+               .faces = faces,
+               .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
+               .rest = options.keep_shown ? &rest : nullptr,
+               .keep_bound = options.keep_bound,
+               .background = background,
+               .measure = options.measure});
+  std::atomic<int> drawn = 0;
+  parallel_for(0, grid.count(), [&](int t) {
+    const PixelBox part = dirty_cells.within(grid.box(t));
+    if (part.empty()) return;
+    tiles.draw(t, grid.box(t), part, depth, frame);
+    ++drawn;
+  });
+  tiles.count(report);
+  report.tiles_drawn = drawn;
+  report.tiles_kept = grid.count() - drawn;
+}
+
+// Farther away lies no skin, poked skin within reason included.
+float Warper::Impl::reach_mm(const View& view) const {
+  const double away = (view.camera.center_world_mm() - organ.center()).norm();
+  return static_cast<float>(away + organ.diagonal());
+}
+
+Warper::Warper(const Bundle& bundle)
+    : Warper(bundle, [&bundle](std::size_t camera) { return bundle.maps.at(camera); }) {
+  bind_all();  // while the bundle is there
+}
+Warper::Warper(const Bundle& bundle, ReadMaps read) {
+  check_fit(bundle);
+  impl_ = std::make_unique<Impl>(bundle,
+                                 std::make_shared<SampleStore>(bundle.cameras.cameras.size(),
+                                                               binding(bundle, std::move(read))));
+}
+Warper::Warper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Warper::~Warper() = default;
+Warper::Warper(Warper&&) noexcept = default;
+Warper& Warper::operator=(Warper&&) noexcept = default;
+
+Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
+  const auto split = [uncut = impl_->store, parts](std::size_t camera) {
+    return split_samples(uncut->made(camera), parts);
+  };
+  auto store = std::make_shared<SampleStore>(now.cameras.cameras.size(), split);
+  return Warper(std::make_unique<Impl>(now, std::move(store), impl_.get(), parts));
+}
+
+DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
+                        const DrawOptions& options, Frame& frame) {
+  impl_->check(positions, view, options);
+  LastDrawing& last = impl_->last;
+  if (last.is_in(frame) && last.was(view, options) && positions == impl_->shell.proxy_positions())
+    return last.report_unchanged();
+  const DrawReport report = impl_->draw(positions, view, options, frame);
+  last.remember(view, options, report, frame);
+  return report;
+}
+
+bool Warper::can_relight() const { return impl_->relit.has_value(); }
+
+DrawnLight Warper::usual_light() const {
+  if (!impl_->relit) return DrawnLight::baked;
+  return impl_->scope ? DrawnLight::scope : DrawnLight::world;
+}
+const std::vector<ShellMatrix>& Warper::shell_matrices() const { return impl_->shell.matrices(); }
+void Warper::bind_all() { impl_->store->require_all(); }
+void Warper::bind_ahead() { impl_->store->make_ahead(); }
+bool Warper::bind_next() { return impl_->store->make_next(); }
+
+}  // namespace organbake

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "organbake/formats/mesh_frame.h"
+#include "organbake/pipelines/options.h"
+#include "stages/shared/reading_options.h"
+
+namespace organbake {
+
+struct InspectStageOptions {
+  ReadStageOptions reading;
+  MeshFrame frame;
+};
+
+void bind(OptionList& list, InspectStageOptions& options);
+
+}  // namespace organbake

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "organbake/pipelines/options.h"
+#include "organbake/pipelines/stage.h"
+
+namespace organbake {
+
+// What a user brings to a bake. Everything else is made by a stage.
+struct RecipeInput {
+  std::string name;
+  InputKind kind;
+  std::string help;
+};
+const std::vector<RecipeInput>& recipe_inputs();
+bool is_recipe_input(const std::string& name);
+
+// A recipe's section `bundle`.
+struct BundleOptions {
+  bool surface = false;
+};
+void bind(OptionList& list, BundleOptions& options);
+
+// A recipe, checked and with every option resolved.
+struct Recipe {
+  // An option of the quality that the recipe says otherwise.
+  struct Outranked {
+    std::string option, value;  // "place.size", and what the recipe says
+  };
+
+  std::string name;
+  std::string quality;               // one of quality_names(); empty: none is asked for
+  std::vector<Outranked> outranked;  // of the quality's options
+  std::map<std::string, std::filesystem::path> inputs;  // those that are given
+  std::vector<std::string> said_of_inputs;              // "unit", "space"
+  std::map<std::string, StageOptions> options;          // of every stage there is
+  std::set<std::string> sections;                       // stages that the recipe mentions
+  std::map<std::string, std::string> declined;          // stages that made nothing of it, and why
+  BundleOptions bundle;
+};
+
+// Reads a recipe (YAML) and applies "key=value" settings: an input ("ct=scan.nii.gz"; empty takes
+// it away), what it is in ("unit=cm", "space=RAS"), "quality=draft", or a section's option
+// ("decimate.faces=100"). An option that neither names is the quality's, else its default. Paths in
+// the file are relative to its folder, those of settings to the current one. Throws NoInputError,
+// UsageError for an input in the place of a recipe (forgotten_recipe.h), or RecipeError that names
+// the line and key, and the nearest known key.
+Recipe read_recipe(const std::filesystem::path& file, const std::vector<std::string>& settings);
+
+// Generated from the stages' option lists.
+nlohmann::json recipe_schema();
+
+}  // namespace organbake

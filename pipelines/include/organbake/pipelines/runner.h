@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "organbake/core/run_context.h"
+#include "organbake/pipelines/cache.h"
+#include "organbake/pipelines/plan.h"
+
+namespace organbake {
+
+struct RunOptions {
+  bool force = false;     // run every step, whatever the cache holds
+  std::string from = {};  // run this stage and all that come after it
+  // Find out what has changed since the nearest earlier run; it means reading the whole cache.
+  bool explain = false;
+};
+
+// What will happen to a step, and why.
+struct Forecast {
+  const Step* step = nullptr;
+  std::optional<StepIngredients> ingredients;  // unknown while an earlier step has yet to run
+  std::optional<CacheEntry> cached;
+  std::string why;
+};
+
+struct StepResult {
+  const Step* step = nullptr;
+  CacheEntry entry;
+  bool ran = false;
+  bool sound = false;                      // the files are known to be whole
+  std::vector<std::string> warnings = {};  // stage_warnings(), whether it ran or was cached
+
+  // Why the stage made nothing (StageReport::declined); empty when it did.
+  std::string declined() const;
+};
+
+// Hears of each step right before it runs or is taken from the cache, and after it.
+struct StepListener {
+  std::function<void(const Forecast&)> before;
+  std::function<void(const StepResult&)> after;
+};
+
+// Runs plans step by step against the cache. Each bake, and each single stage, goes through here.
+class Runner {
+ public:
+  using ContextOfStage = std::function<RunContext(const std::string& stage)>;
+
+  Runner(Cache cache, StageFunction run_stage, ContextOfStage context_of)
+      : cache_(std::move(cache)),
+        run_stage_(std::move(run_stage)),
+        context_of_(std::move(context_of)) {}
+
+  // What run() would do, without doing it.
+  std::vector<Forecast> forecast(const Plan& plan, const RunOptions& options);
+  // The steps up to the last, or to the first that declined.
+  std::vector<StepResult> run(const Plan& plan, const RunOptions& options,
+                              const StepListener& listener = {});
+  // Before an entry's files are used: hashes them again when this run did not make them, and makes
+  // the step anew when the cache was damaged.
+  void ensure_sound(std::vector<StepResult>& results, std::size_t step);
+
+  const Cache& cache() const { return cache_; }
+  // The content hash of a user's file or folder; each is read once.
+  const std::string& hash_of_given(InputKind kind, const std::filesystem::path& path);
+
+ private:
+  Forecast examine(const Step& step, const std::vector<const CacheEntry*>& earlier, bool forced,
+                   bool explain);
+  // Puts the result's warnings together, and says those that have not been said yet; but not that
+  // its input was damaged, which a single stage ends with as its error.
+  StepResult with_warnings(StepResult result);
+  StepResult execute(const Step& step, const StepIngredients& ingredients, bool replace,
+                     std::vector<StepResult>& earlier);
+
+  Cache cache_;
+  StageFunction run_stage_;
+  ContextOfStage context_of_;
+  std::map<std::filesystem::path, std::string> given_hashes_;
+};
+
+// The lines that --explain prints for a step: its key, all that went into it, and the verdict.
+std::vector<std::string> explanation(const Forecast& forecast);
+// The warnings of all steps, the stage's name first.
+std::vector<std::string> warnings_of(const std::vector<StepResult>& results);
+// A stage's report as a document (schema stage-report).
+std::string stage_report_json(const Stage& stage, const StageReport& report);
+
+}  // namespace organbake

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/pipelines/bake_warnings.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "organbake/core/text.h"
+#include "organbake/pipelines/html_page.h"
+
+namespace organbake {
+namespace {
+
+using Json = nlohmann::json;
+
+std::optional<double> figure(const Json& stage, const char* name) {
+  const auto found = stage.at("figures").find(name);
+  if (found == stage.at("figures").end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::string percent(double share) { return page_number(100 * share) + " %"; }
+
+// Of a mask that lies badly the stage itself says why, when it runs.
+void check_isosurface(const Json& stage, const std::vector<std::string>& said,
+                      std::vector<std::string>& warnings) {
+  const bool explained = std::any_of(
+      said.begin(), said.end(), [](const std::string& one) { return one.starts_with("mask: "); });
+  const auto plausible = stage.at("figures").find("mask_plausible");
+  if (plausible != stage.at("figures").end() && *plausible == false && !explained)
+    warnings.push_back("the mask does not seem to lie on the organ of its CT");
+}
+
+// A proxy that lies off by much of the thickness is of another shape there, and a vessel may be
+// gone.
+void check_shape(const Json& stage, std::vector<std::string>& warnings) {
+  constexpr double kServesNot = 0.5;
+  const auto share = figure(stage, "worst_share_of_thickness"), mm = figure(stage, "worst_mm"),
+             thickness = figure(stage, "worst_thickness_mm"),
+             asked = figure(stage, "share_of_thickness_asked");
+  if (!share || !mm || !thickness || *share <= asked.value_or(kServesNot)) return;
+  const std::string what = "the proxy lies up to " + page_number(*mm, 3) +
+                           " mm off where the organ is " + page_number(*thickness, 3) +
+                           " mm thick (2 · volume / area), " + page_number(100 * *share, 2) +
+                           " % of it; ";
+  warnings.push_back(
+      what + (asked ? page_number(100 * *asked) + " % is what serves, and even " +
+                          page_number(figure(stage, "faces").value_or(0), 6) +
+                          " faces do not reach it: leave thin vessels out of the surface, or look "
+                          "whether it will do"
+                    : "it does not serve there: take more faces, or faces = auto, which finds how "
+                      "many are needed"));
+}
+
+void check_decimate(const Json& stage, std::vector<std::string>& warnings) {
+  check_shape(stage, warnings);
+  constexpr double kVolumeChange = 0.02;
+  if (const auto change = figure(stage, "volume_change");
+      change && std::abs(*change) > kVolumeChange)
+    warnings.push_back("the proxy's volume is off by " + percent(*change) +
+                       "; it moves as another organ would");
+  if (const auto crossing = figure(stage, "self_intersecting_faces"); crossing && *crossing > 0)
+    warnings.push_back(page_number(*crossing) +
+                       " faces of the proxy cross others; allow another number of faces");
+}
+
+void check_place(const Json& stage, std::vector<std::string>& warnings) {
+  constexpr double kSeen = 0.99, kMissed = 0.01;
+  if (const auto reached = figure(stage, "coverage_reached"))
+    warnings.push_back("cameras see only " + to_text(100 * *reached, 2) +
+                       " % of the reachable surface as often as asked for");
+  if (const auto seen = figure(stage, "seen_by_1_share"); seen && *seen < kSeen)
+    warnings.push_back(percent(1 - *seen) +
+                       " of the area that a view can reach is seen by no camera; more cameras, or "
+                       "--coverage, show it");
+  if (const auto gap = figure(stage, "view_gap_mean"); gap && *gap > kMissed)
+    warnings.push_back("views miss " + percent(*gap) + " of their picture on average");
+}
+
+void check_capture(const Json& stage, std::vector<std::string>& warnings) {
+  constexpr double kOdd = 0.001;
+  if (!figure(stage, "bound_in_prism")) return;
+  const double in_prism = *figure(stage, "bound_in_prism");
+  const double fallback = figure(stage, "bound_by_fallback").value_or(0);
+  const double backs = figure(stage, "back_face_texels").value_or(0);
+  const double unbound = figure(stage, "unbound_texels").value_or(0);
+  const double all = in_prism + fallback + backs + unbound;
+  if (all == 0) warnings.push_back("no camera shows anything of the organ");
+  if (fallback > kOdd * all)
+    warnings.push_back(
+        percent(fallback / all) +
+        " of the texels lie outside the proxy's shell; they follow its nearest face");
+  if (unbound > kOdd * all)
+    warnings.push_back(percent(unbound / all) +
+                       " of the texels lie where no face of the proxy can carry them, and were "
+                       "left out; check that the proxy has the surface's shape");
+  if (backs > kOdd * all)
+    warnings.push_back(percent(backs / all) +
+                       " of the texels saw the surface from behind; it is open or inside out");
+}
+
+void check_register(const Json& stage, std::vector<std::string>& warnings) {
+  const auto photos = figure(stage, "photos"), good = figure(stage, "registered");
+  if (photos && good && *good < *photos)
+    warnings.push_back("" + page_number(*photos - *good) + " of " + page_number(*photos) +
+                       " photographs have no pose that can be trusted");
+}
+
+// What a stage said itself begins alike, and may tell more.
+bool said_already(const std::vector<std::string>& said, const std::string& warning) {
+  return std::any_of(said.begin(), said.end(),
+                     [&](const std::string& one) { return one.starts_with(warning); });
+}
+
+}  // namespace
+
+std::vector<std::string> stage_warnings(const Json& stage_report,
+                                        const std::vector<std::string>& said) {
+  std::vector<std::string> told;
+  for (const char* own : {"bad_data", "quality_gate"})
+    if (stage_report.contains(own)) told.push_back(stage_report.at(own));
+  const std::string name = stage_report.at("stage");
+  if (name == "isosurface") check_isosurface(stage_report, said, told);
+  if (name == "decimate") check_decimate(stage_report, told);
+  if (name == "place") check_place(stage_report, told);
+  if (name == "register") check_register(stage_report, told);
+  if (name == "capture") check_capture(stage_report, told);
+  std::vector<std::string> warnings;
+  for (const auto& list : {said, told})
+    for (const std::string& one : list)
+      if (!said_already(warnings, one)) warnings.push_back(one);
+  return warnings;
+}
+
+std::vector<std::string> bake_warnings(const Json& bake_report) {
+  std::vector<std::string> warnings;
+  for (const Json& stage : bake_report.at("stages"))
+    for (const std::string& warning : stage_warnings(stage))
+      warnings.push_back(stage.at("stage").get<std::string>() + ": " + warning);
+  return warnings;
+}
+
+}  // namespace organbake

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/pipelines/runner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "organbake/core/error.h"
+#include "organbake/core/files.h"
+#include "organbake/pipelines/bake_warnings.h"
+#include "organbake/pipelines/content_hash.h"
+#include "organbake/pipelines/options_json.h"
+#include "organbake/pipelines/schemas.h"
+
+namespace organbake {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::json;
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
+// From the stage that --from names on, every step runs.
+bool is_forced(const Step& step, const RunOptions& options, bool& reached) {
+  reached = reached || options.force || step.stage->name == options.from;
+  return reached;
+}
+
+void check_from(const Plan& plan, const RunOptions& options) {
+  if (options.from.empty()) return;
+  for (const Step& step : plan.steps) {
+    if (step.stage->name == options.from) return;
+  }
+  throw UsageError("--from " + options.from + ": this stage is not part of this bake");
+}
+
+StageCall make_call(const Step& step, const fs::path& folder, const RunContext& context,
+                    const std::vector<StepResult>& earlier) {
+  StageCall call{step.options_json, {}, folder, context};
+  for (const InputSource& input : step.inputs) {
+    if (!input.given.empty()) {
+      call.inputs[input.name] = input.given;
+      continue;
+    }
+    const StepResult& maker = earlier[input.step];
+    const fs::path made = maker.entry.folder / input.file;
+    const StageOutput* output = maker.step->stage->output(input.name);
+    if (output && output->may_be_missing && !fs::exists(made)) continue;
+    call.inputs[input.name] = made;
+  }
+  return call;
+}
+
+}  // namespace
+
+std::string StepResult::declined() const {
+  return Json::parse(entry.record.report_json).value("declined", "");
+}
+
+const std::string& Runner::hash_of_given(InputKind kind, const fs::path& path) {
+  const auto known = given_hashes_.find(path);
+  if (known != given_hashes_.end()) return known->second;
+  const std::vector<InputFile> files = files_of_input(kind, path);
+  if (kind == InputKind::cameras || kind == InputKind::photos) check_json_file(path, "cameras");
+  return given_hashes_[path] = content_hash(files, quick_hash_of_file);
+}
+
+Forecast Runner::examine(const Step& step, const std::vector<const CacheEntry*>& earlier,
+                         bool forced, bool explain) {
+  StepIngredients ingredients{step.stage->name, step.stage->version, step.options_json, {}};
+  for (const InputSource& input : step.inputs) {
+    if (!input.given.empty()) {
+      ingredients.inputs[input.name] = hash_of_given(input.kind, input.given);
+    } else if (const CacheEntry* entry = earlier[input.step]) {
+      ingredients.inputs[input.name] = entry->content_hash(input.file);
+    } else {
+      return {&step, {}, {}, "its " + input.name + " is made anew"};
+    }
+  }
+  if (forced) return {&step, ingredients, {}, "asked for"};
+  if (auto entry = cache_.find(ingredients)) {
+    return {&step, ingredients, std::move(entry), "nothing that it depends on has changed"};
+  }
+  if (!explain) return {&step, ingredients, {}, "it is not in the cache"};
+  const auto nearest = cache_.nearest(ingredients);
+  const std::string why = nearest ? joined(differences(*nearest, ingredients)) : "it never ran";
+  return {&step, ingredients, {}, why};
+}
+
+std::vector<Forecast> Runner::forecast(const Plan& plan, const RunOptions& options) {
+  check_from(plan, options);
+  std::vector<Forecast> forecasts;
+  forecasts.reserve(plan.steps.size());
+  std::vector<const CacheEntry*> entries;
+  bool reached = false;
+  for (const Step& step : plan.steps) {
+    forecasts.push_back(examine(step, entries, is_forced(step, options, reached), options.explain));
+    const auto& cached = forecasts.back().cached;
+    entries.push_back(cached ? &*cached : nullptr);
+  }
+  return forecasts;
+}
+
+std::vector<StepResult> Runner::run(const Plan& plan, const RunOptions& options,
+                                    const StepListener& listener) {
+  check_from(plan, options);
+  // An entry that somebody else has finished meanwhile is written by nobody any more, who would
+  // tidy up after those that were killed.
+  AtomicFolder::sweep_inside(cache_.folder());
+  std::vector<StepResult> results;
+  results.reserve(plan.steps.size());
+  bool reached = false;
+  for (const Step& step : plan.steps) {
+    std::vector<const CacheEntry*> entries;
+    for (const StepResult& result : results) entries.push_back(&result.entry);
+    const bool forced = is_forced(step, options, reached);
+    const Forecast forecast = examine(step, entries, forced, options.explain);
+    if (listener.before) listener.before(forecast);
+    results.push_back(forecast.cached ? with_warnings({&step, *forecast.cached})
+                                      : execute(step, *forecast.ingredients, forced, results));
+    if (listener.after) listener.after(results.back());
+    if (!results.back().declined().empty()) break;
+  }
+  return results;
+}
+
+StepResult Runner::execute(const Step& step, const StepIngredients& ingredients, bool replace,
+                           std::vector<StepResult>& earlier) {
+  for (const InputSource& input : step.inputs) {
+    if (input.given.empty()) ensure_sound(earlier, input.step);
+  }
+  StepRecord record;
+  std::mutex mutex;  // a stage may warn from any of its threads
+  const auto remember = [&](LogLevel level, std::string_view text) {
+    const std::lock_guard lock(mutex);
+    if (level == LogLevel::warning) record.warnings.emplace_back(text);
+  };
+  const RunContext context = context_of_(step.stage->name).heard_by(remember);
+  context.throw_if_cancelled();
+  const auto start = std::chrono::steady_clock::now();
+  CacheEntry entry = cache_.store(ingredients, replace, [&](const fs::path& folder) {
+    const StageReport report = run_stage_(*step.stage, make_call(step, folder, context, earlier));
+    record.report_json = stage_report_json(*step.stage, report);
+    record.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return record;
+  });
+  return with_warnings({&step, std::move(entry), true, true});
+}
+
+StepResult Runner::with_warnings(StepResult result) {
+  const StepRecord& record = result.entry.record;
+  const Json report = Json::parse(record.report_json);
+  result.warnings = stage_warnings(report, record.warnings);
+  std::vector<std::string> said = {report.value("bad_data", "")};
+  if (result.ran) said.insert(said.end(), record.warnings.begin(), record.warnings.end());
+  const RunContext context = context_of_(result.step->stage->name);
+  for (const std::string& warning : result.warnings) {
+    if (std::find(said.begin(), said.end(), warning) == said.end()) context.warn(warning);
+  }
+  return result;
+}
+
+void Runner::ensure_sound(std::vector<StepResult>& results, std::size_t step) {
+  StepResult& result = results[step];
+  result.sound = result.sound || result.entry.sound();
+  if (result.sound) return;
+  context_of_(result.step->stage->name).warn("its files in the cache are damaged; it runs again");
+  result = execute(*result.step, result.entry.ingredients, true, results);
+}
+
+std::vector<std::string> explanation(const Forecast& forecast) {
+  const Step& step = *forecast.step;
+  std::vector<std::string> lines = {step.stage->name + ": " +
+                                    (forecast.cached ? "cached" : "to run") + ", because " +
+                                    forecast.why};
+  if (forecast.ingredients) lines.push_back("  key      " + forecast.ingredients->key());
+  lines.push_back("  version  " + std::to_string(step.stage->version));
+  lines.push_back("  options  " + step.options_json);
+  for (const InputSource& input : step.inputs) {
+    const auto* known = forecast.ingredients ? &forecast.ingredients->inputs : nullptr;
+    lines.push_back("  input    " + input.name + " " +
+                    (known ? known->at(input.name) : "(not yet made)"));
+  }
+  return lines;
+}
+
+std::vector<std::string> warnings_of(const std::vector<StepResult>& results) {
+  std::vector<std::string> all;
+  for (const StepResult& result : results)
+    for (const std::string& warning : result.warnings)
+      all.push_back(result.step->stage->name + ": " + warning);
+  return all;
+}
+
+std::string stage_report_json(const Stage& stage, const StageReport& report) {
+  Json figures = Json::object(), skipped = Json::array();
+  for (const auto& [name, value] : report.figures) figures[name] = to_json(value);
+  for (const auto& item : report.skipped) {
+    skipped.push_back({{"what", item.what}, {"why", item.why}});
+  }
+  Json json = {{"schema", "organbake/stage-report/1"},
+               {"stage", stage.name},
+               {"version", stage.version},
+               {"figures", figures},
+               {"skipped", skipped}};
+  if (!report.bad_data.empty()) json["bad_data"] = report.bad_data;
+  if (!report.quality_gate.empty()) json["quality_gate"] = report.quality_gate;
+  if (!report.declined.empty()) json["declined"] = report.declined;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace organbake

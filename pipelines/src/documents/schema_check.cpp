@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/pipelines/schema_check.h"
+
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validation_results.hpp>
+#include <valijson/validator.hpp>
+
+#include "options/meant_number.h"
+#include "organbake/core/nearest_name.h"
+
+namespace organbake {
+namespace {
+
+using Json = nlohmann::json;
+using Pointer = Json::json_pointer;
+
+struct Finding {
+  Pointer pointer;
+  std::string message;  // valijson's
+};
+
+// valijson writes a place as "<root>", "[decimate]", "[faces]"; list items carry their index.
+Pointer pointer_from(const std::vector<std::string>& context) {
+  Pointer pointer;
+  for (const std::string& part : context) {
+    if (part.size() > 2 && part.front() == '[') pointer /= part.substr(1, part.size() - 2);
+  }
+  return pointer;
+}
+
+std::size_t depth(const Pointer& pointer) {
+  std::size_t parts = 0;
+  for (Pointer rest = pointer; !rest.empty(); rest.pop_back()) ++parts;
+  return parts;
+}
+
+constexpr std::string_view kUnknownKey = "Object contains a property";
+
+// The deepest finding is the cause; its parents are reported because of it. Of several at one
+// place, an unknown key explains the others best: a mistyped one is missing as well.
+bool better(const Finding& finding, const std::optional<Finding>& best) {
+  if (!best || depth(finding.pointer) != depth(best->pointer)) {
+    return !best || depth(finding.pointer) > depth(best->pointer);
+  }
+  return finding.message.starts_with(kUnknownKey) && !best->message.starts_with(kUnknownKey);
+}
+
+std::optional<Finding> validate(const Json& document, const Json& schema) {
+  valijson::Schema compiled;
+  valijson::SchemaParser().populateSchema(valijson::adapters::NlohmannJsonAdapter(schema),
+                                          compiled);
+  valijson::ValidationResults results;
+  valijson::Validator validator(valijson::Validator::kStrongTypes);
+  if (validator.validate(compiled, valijson::adapters::NlohmannJsonAdapter(document), &results)) {
+    return std::nullopt;
+  }
+  std::optional<Finding> deepest;
+  valijson::ValidationResults::Error error;
+  while (results.popError(error)) {
+    Finding finding{pointer_from(error.context), error.description};
+    if (better(finding, deepest)) deepest = finding;
+  }
+  return deepest;
+}
+
+// The part of a schema that speaks about a place of the document; null when it is not plain.
+Json schema_at(Json schema, const Pointer& pointer) {
+  std::vector<std::string> parts;
+  for (Pointer rest = pointer; !rest.empty(); rest.pop_back()) parts.push_back(rest.back());
+  for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+    if (schema.contains("properties") && schema["properties"].contains(*part)) {
+      schema = Json(schema["properties"][*part]);
+    } else if (schema.contains("items")) {
+      schema = Json(schema["items"]);
+    } else {
+      return nullptr;
+    }
+  }
+  return schema;
+}
+
+std::string expectation(const Json& schema) {
+  static const std::map<std::string, std::string> kTypes = {
+      {"integer", "a whole number"}, {"number", "a number"}, {"string", "a text"},
+      {"boolean", "true or false"},  {"array", "a list"},    {"object", "a group of keys"}};
+  if (!schema.is_object()) return {};
+  if (schema.contains("enum")) return "one of " + schema["enum"].dump();
+  if (schema.contains("const")) return schema["const"].get<std::string>();
+  if (schema.contains("anyOf")) {
+    std::string any;
+    for (const Json& part : schema["anyOf"])
+      any += (any.empty() ? "" : ", or ") + expectation(part);
+    return any;
+  }
+  const auto type = kTypes.find(schema.value("type", ""));
+  std::string text = type == kTypes.end() ? "" : type->second;
+  if (schema.contains("minimum")) text += ", at least " + schema["minimum"].dump();
+  if (schema.contains("exclusiveMinimum")) text += ", above " + schema["exclusiveMinimum"].dump();
+  if (schema.contains("maximum")) text += ", at most " + schema["maximum"].dump();
+  if (schema.contains("minItems")) text += " of at least " + schema["minItems"].dump();
+  if (schema.contains("maxItems")) text += ", at most " + schema["maxItems"].dump();
+  if (schema.contains("pattern")) text += " like " + schema["pattern"].get<std::string>();
+  return text;
+}
+
+std::string dotted(const Pointer& pointer) {
+  std::string text;
+  for (char c : pointer.to_string()) text += c == '/' ? '.' : c;
+  return text.empty() ? "the document" : text.substr(1);
+}
+
+// valijson puts the key in question last, in quotes.
+std::string quoted_name(const std::string& message) {
+  const std::size_t end = message.rfind('\'');
+  if (end == std::string::npos || end == 0) return {};
+  const std::size_t begin = message.rfind('\'', end - 1) + 1;
+  return message.substr(begin, end - begin);
+}
+
+std::string shortened(const Json& value) {
+  constexpr std::size_t kLongest = 60;
+  const std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
+}
+
+std::string unknown_key(const Document& document, Finding finding, const Json& schema) {
+  const std::string key = quoted_name(finding.message);
+  std::vector<std::string> known;
+  const Json place = schema_at(schema, finding.pointer);
+  if (place.is_object() && place.contains("properties")) {
+    for (const auto& [name, ignored] : place["properties"].items()) known.push_back(name);
+  }
+  finding.pointer /= key;
+  return document.location(finding.pointer.to_string()) + ": unknown key '" +
+         dotted(finding.pointer) + "'" + suggestion(key, known);
+}
+
+// Which numbers a schema of an option takes; the unit ends its description.
+NumberRange range_of(const Json& schema) {
+  NumberRange range;
+  const std::string text = schema.value("description", "");
+  const std::size_t bracket = text.rfind('[');
+  if (bracket != std::string::npos && text.back() == ']')
+    range.unit = text.substr(bracket + 1, text.size() - bracket - 2);
+  const Json& numbers = schema.contains("anyOf") ? schema["anyOf"].front() : schema;
+  if (numbers.contains("minimum")) range.min = numbers["minimum"].get<double>();
+  if (numbers.contains("maximum")) range.max = numbers["maximum"].get<double>();
+  return range;
+}
+
+// What may have been meant: a name like it, or the number in other units.
+std::string meant_value(const Json& schema, const Json& value) {
+  if (!schema.is_object()) return {};
+  if (value.is_string() && schema.contains("enum") && schema["enum"].front().is_string())
+    return suggestion(value.get<std::string>(), schema["enum"]);
+  const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+  return value.is_number() || value.is_string() ? meant_number(range_of(schema), text) : "";
+}
+
+std::string sentence(const Document& document, const Finding& finding, const Json& schema) {
+  const std::string where = document.location(finding.pointer.to_string()) + ": ";
+  const std::string what = dotted(finding.pointer);
+  if (finding.message.starts_with("Missing required property")) {
+    return where + what + " lacks the key '" + quoted_name(finding.message) + "'";
+  }
+  if (finding.message.starts_with(kUnknownKey)) {
+    return unknown_key(document, finding, schema);
+  }
+  const std::string value = shortened(document.json().at(finding.pointer));
+  const Json place = schema_at(schema, finding.pointer);
+  const std::string expected = expectation(place);
+  return where + what + " is " + value +
+         (expected.empty() ? ": " + finding.message : "; it must be " + expected) +
+         meant_value(place, document.json().at(finding.pointer));
+}
+
+}  // namespace
+
+std::optional<std::string> schema_error(const Document& document, const Json& schema) {
+  const std::optional<Finding> finding = validate(document.json(), schema);
+  if (!finding) return std::nullopt;
+  return sentence(document, *finding, schema);
+}
+
+}  // namespace organbake

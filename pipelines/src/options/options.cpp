@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/pipelines/options.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "options/meant_number.h"
+#include "organbake/core/error.h"
+#include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
+
+namespace organbake {
+namespace {
+
+bool same_name(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](char x, char y) {
+    return x == y || ((x == '-' || x == '_') && (y == '-' || y == '_'));
+  });
+}
+
+std::string joined(const std::vector<std::string>& parts, std::string_view separator) {
+  std::string all;
+  for (const std::string& part : parts) {
+    if (!all.empty()) all += separator;
+    all += part;
+  }
+  return all;
+}
+
+// Whole numbers in full: "10000000" where to_text() has "1e+07".
+std::string number_text(double value) {
+  constexpr double kExactIntegers = 9007199254740992.0;
+  const bool whole = value == std::floor(value) && std::abs(value) < kExactIntegers;
+  return whole ? std::to_string(static_cast<std::int64_t>(value)) : to_text(value);
+}
+
+std::string expected(const Option& option) {
+  static constexpr const char* kNames[] = {"true or false",
+                                           "a whole number",
+                                           "a number",
+                                           "auto or a number",
+                                           "a text",
+                                           "one word",
+                                           "a path",
+                                           "three numbers (x,y,z)",
+                                           "three whole numbers (x,y,z)",
+                                           "a list of texts"};
+  std::string text = kNames[static_cast<int>(option.kind)];
+  if (!option.traits.unit.empty()) text += " in " + option.traits.unit;
+  const std::string range = option.range();
+  return range.empty() ? text : text + ", " + range;
+}
+
+NumberRange range_of(const OptionTraits& traits) { return {traits.unit, traits.min, traits.max}; }
+
+std::string meant_by(const Option& option, std::string_view text) {
+  const bool one_number = option.kind == OptionKind::integer || option.kind == OptionKind::number ||
+                          option.kind == OptionKind::number_or_auto;
+  return one_number ? meant_number(range_of(option.traits), std::string(text)) : std::string();
+}
+
+[[noreturn]] void refuse(const Option& option, const std::string& where, std::string_view text) {
+  throw UsageError(where + ": '" + std::string(text) + "' is not possible; it takes " +
+                   expected(option) + suggestion(text, option.traits.choices) +
+                   meant_by(option, text));
+}
+
+// The whole text must be the number: "12abc" is an error, and so is "nan".
+template <class T>
+std::optional<T> whole_number(std::string_view text) {
+  T value{};
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (result.ec != std::errc() || result.ptr != text.data() + text.size()) return std::nullopt;
+  if constexpr (std::is_floating_point_v<T>) {
+    if (!std::isfinite(value)) return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<std::vector<double>> three_numbers(std::string_view text, bool whole) {
+  std::vector<double> values;
+  while (true) {
+    const std::size_t comma = text.find(',');
+    const auto value = whole_number<double>(text.substr(0, comma));
+    if (!value || (whole && *value != std::floor(*value))) return std::nullopt;
+    values.push_back(*value);
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+  }
+  if (values.size() != 3) return std::nullopt;
+  return values;
+}
+
+std::optional<bool> truth(std::string_view text) {
+  if (text == "true" || text == "yes" || text == "on" || text == "1") return true;
+  if (text == "false" || text == "no" || text == "off" || text == "0") return false;
+  return std::nullopt;
+}
+
+template <class T>
+std::optional<OptionValue> as_value(const std::optional<T>& parsed) {
+  if (!parsed) return std::nullopt;
+  return OptionValue(*parsed);
+}
+
+std::optional<OptionValue> parsed(OptionKind kind, std::string_view text) {
+  switch (kind) {
+    case OptionKind::boolean:
+      return as_value(truth(text));
+    case OptionKind::integer:
+      return as_value(whole_number<std::int64_t>(text));
+    case OptionKind::number:
+      return as_value(whole_number<double>(text));
+    case OptionKind::number_or_auto:
+      if (text == "auto") return std::string(text);
+      return as_value(whole_number<double>(text));
+    case OptionKind::vector:
+    case OptionKind::integers:
+      return as_value(three_numbers(text, kind == OptionKind::integers));
+    case OptionKind::texts:
+      return OptionValue(std::vector<std::string>{std::string(text)});
+    default:
+      return OptionValue(std::string(text));
+  }
+}
+
+bool allowed(const OptionTraits& traits, const OptionValue& value) {
+  const NumberRange range = range_of(traits);
+  if (const auto* number = std::get_if<double>(&value)) return range.holds(*number);
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    return range.holds(static_cast<double>(*integer));
+  }
+  if (const auto* vector = std::get_if<std::vector<double>>(&value)) {
+    return vector->size() == 3 &&
+           std::all_of(vector->begin(), vector->end(), [&](double v) { return range.holds(v); });
+  }
+  if (const auto* text = std::get_if<std::string>(&value); text && !traits.choices.empty()) {
+    return std::find(traits.choices.begin(), traits.choices.end(), *text) != traits.choices.end();
+  }
+  return true;
+}
+
+// The choice that differs in capitals alone, as RAS from ras; else the text.
+std::string_view known_choice(const Option& option, std::string_view text) {
+  for (const std::string& choice : option.traits.choices) {
+    const bool same = std::equal(
+        choice.begin(), choice.end(), text.begin(), text.end(),
+        [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+    if (same) return choice;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string Option::flag() const {
+  std::string flag = "--" + name;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
+std::string Option::range() const {
+  if (!traits.choices.empty()) return "one of " + joined(traits.choices, ", ");
+  if (traits.min && traits.max) return number_text(*traits.min) + "…" + number_text(*traits.max);
+  if (traits.min) return "at least " + number_text(*traits.min);
+  if (traits.max) return "at most " + number_text(*traits.max);
+  return {};
+}
+
+OptionList& OptionList::append(Option option) {
+  options_.push_back(std::move(option));
+  return *this;
+}
+
+OptionList& OptionList::append(const OptionList& other) {
+  options_.insert(options_.end(), other.options_.begin(), other.options_.end());
+  return *this;
+}
+
+const Option* OptionList::find(std::string_view name) const {
+  for (const Option& option : options_) {
+    if (same_name(option.name, name)) return &option;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> OptionList::names() const {
+  std::vector<std::string> names;
+  for (const Option& option : options_) names.push_back(option.name);
+  return names;
+}
+
+OptionValue parse_option(const Option& option, std::string_view text, const std::string& where) {
+  const std::optional<OptionValue> value =
+      parsed(option.kind, option.kind == OptionKind::choice ? known_choice(option, text) : text);
+  if (!value) refuse(option, where, text);
+  check_option(option, *value, where);
+  return *value;
+}
+
+void check_option(const Option& option, const OptionValue& value, const std::string& where) {
+  const auto* word = std::get_if<std::string>(&value);
+  const bool right_kind = option.kind == OptionKind::number_or_auto
+                              ? std::holds_alternative<double>(value) || (word && *word == "auto")
+                              : value.index() == option.default_value.index();
+  if (!right_kind || !allowed(option.traits, value)) {
+    refuse(option, where, option_text(value));
+  }
+}
+
+std::string option_text(const OptionValue& value) {
+  struct Writer {
+    std::string operator()(bool v) const { return v ? "true" : "false"; }
+    std::string operator()(std::int64_t v) const { return std::to_string(v); }
+    std::string operator()(double v) const { return number_text(v); }
+    std::string operator()(const std::string& v) const { return v; }
+    std::string operator()(const std::vector<std::string>& v) const { return joined(v, ","); }
+    std::string operator()(const std::vector<double>& v) const {
+      std::vector<std::string> parts;
+      for (double component : v) parts.push_back(number_text(component));
+      return joined(parts, ",");
+    }
+  };
+  return std::visit(Writer{}, value);
+}
+
+OptionValue OptionType<float>::to_value(float value) {
+  char text[32];
+  const auto written = std::to_chars(text, text + sizeof text, value);
+  double shortest = value;
+  std::from_chars(text, written.ptr, shortest);
+  return shortest;
+}
+
+}  // namespace organbake

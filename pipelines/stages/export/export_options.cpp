@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/pipelines/export_options.h"
+
+namespace organbake {
+
+void bind(OptionList& list, ExportOptions& o) {
+  list.add(
+      "format", &o.format,
+      {.help = "gltf, obj: the surface with colours and normals as textures, in metres, y up; "
+               "colmap, transforms: cameras with pictures, masks, depth and points, in "
+               "millimetres, LPS; usd, sofa: for physics engines, with masses, springs and "
+               "tetrahedra, in metres, y up; web: one page in which anyone can poke the organ"},
+      {{"gltf", ExportFormat::gltf},
+       {"colmap", ExportFormat::colmap},
+       {"transforms", ExportFormat::transforms},
+       {"obj", ExportFormat::obj},
+       {"usd", ExportFormat::usd},
+       {"sofa", ExportFormat::sofa},
+       {"web", ExportFormat::web}});
+  list.add("faces", &o.faces,
+           {.help = "for formats with a surface, its most faces; 0 = all of the base layer's",
+            .min = 0,
+            .max = 10'000'000});
+  list.add("texture", &o.texture,
+           {.help = "for formats with a surface, the side of its texture; auto: 2048 for gltf and "
+                    "usd, as fine as the maps for obj and sofa",
+            .unit = "texels",
+            .min = 64,
+            .max = 8192});
+  list.add(
+      "albedo", &o.albedo,
+      {.help = "for formats with a surface, colours without the light that they were baked in, for "
+               "viewers that light anew; else as organplay shows them with --light baked"});
+}
+
+}  // namespace organbake

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/mechanics/options.h"
+
+#include "organbake/pipelines/stage_binding.h"
+#include "stages/shared/reading_options.h"
+
+namespace organbake {
+
+void bind(OptionList& list, MechanicsStageOptions& options) {
+  MechanicsOptions& o = options.mechanics;
+  list.add("young_modulus", &o.young_modulus_kpa,
+           {.help = "Young's modulus of the tissue; liver: about 5…15",
+            .unit = "kPa",
+            .min = 1e-3,
+            .max = 1e6})
+      .add("density", &o.density_kg_per_m3,
+           {.help = "density of the tissue", .unit = "kg/m³", .min = 1, .max = 30000})
+      .add("thickness", &o.thickness_mm,
+           {.help = "thickness of the layer of tissue that a surface spring stands for, and of the "
+                    "tetrahedra under a surface that only one viewpoint has seen",
+            .unit = "mm",
+            .min = 0.01,
+            .max = 1000})
+      .add("damping_ratio", &o.damping_ratio,
+           {.help = "damping of each spring; 1 = critical", .min = 0, .max = 10})
+      .add("volume_stiffness", &o.volume_stiffness,
+           {.help = "how much of the volume is kept; 0 = free, 1 = kept", .min = 0, .max = 1})
+      .add("anchor_fraction", &o.anchor_fraction,
+           {.help = "share of the vertices that don't move", .min = 0, .max = 1})
+      .add("anchor_direction", &o.anchor_direction,
+           {.help = "the vertices farthest along it are held; +y of LPS is the patient's back"})
+      .add("instrument_radius", &o.instrument_radius_mm,
+           {.help = "radius of an instrument's tip, unless a script says another",
+            .unit = "mm",
+            .min = 0.01,
+            .max = 1000})
+      .add("fem", &o.fem, {.help = "tetrahedra too, for organplay --solver fem"})
+      .add(
+          "fem_cell", &o.fem_cell_mm,
+          {.help = "cell of the lattice that the tetrahedra are cut from; 0 = by the proxy's edges",
+           .unit = "mm",
+           .min = 0,
+           .max = 1000})
+      .add("poisson_ratio", &o.poisson_ratio,
+           {.help = "Poisson's ratio of the tetrahedra; 0.5 would be incompressible",
+            .min = 0,
+            .max = 0.49})
+      .add("fit_to_fem", &o.fit_to_fem,
+           {.help = "fit the springs' constants to the tetrahedra's response to dead loads; small "
+                    "proxies get springs between all their vertices"});
+  bind(list, options.frame);
+}
+
+Stage mechanics_stage() {
+  return {.name = "mechanics",
+          .version = 4,
+          .summary = "give a proxy its springs, masses and anchors",
+          .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
+          .outputs = {{"mechanics", "mechanics.json"}},
+          .make_options = make_options<MechanicsStageOptions>,
+          .single_file = true};
+}
+
+}  // namespace organbake

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/motion/options.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/shading/frame.h"
+
+namespace organbake {
+
+void bind(OptionList& list, MotionStageOptions& o) {
+  list.add("features", &o.tracking.features,
+           {.help = "features of the tissue that are followed in each frame",
+            .min = 50,
+            .max = 100000})
+      .add("key_frames", &o.key_frames,
+           {.help = "frames of which depth is made, evenly spread over the scope's way",
+            .min = 2,
+            .max = 200})
+      .add("halvings", &o.halvings,
+           {.help = "how often the key frames' size is halved before depth is made",
+            .min = 0,
+            .max = 4})
+      .add("field_of_view", &o.field_of_view_rad,
+           {.help = "across the frame's width, where the search for the lens starts when no "
+                    "intrinsics are given",
+            .unit = "rad",
+            .min = kNarrowestView_rad,
+            .max = kWidestView_rad})
+      .add("range_mm", &o.range_mm,
+           {.help = "median distance of the tissue, makes depth metric; 0 = unknown",
+            .unit = "mm",
+            .min = 0,
+            .max = 10000})
+      .add("shading", &o.shading,
+           {.help = "fill by the picture's brightness what parallax leaves open"})
+      .add("voxel", &o.voxel,
+           {.help = "side of the voxels in which the depth maps are fused; 0 = as fine as "
+                    "parallax tells depth, a share of the median distance",
+            .unit = "mm",
+            .min = 0,
+            .max = 50})
+      .add("keep_light", &o.keep_light,
+           {.help = "leave the scope's light in the surface's colours; else it is divided out, and "
+                    "the player lights the tissue anew"});
+}
+
+Stage motion_stage() {
+  return {.name = "motion",
+          .summary =
+              "find how a scope moved through a clip, and from that the tissue's shape: "
+              "poses, lens, points, depth, and one surface of all key frames",
+          .inputs = {{"frames", InputKind::frames, "a video, or a folder of frames, of one lens"},
+                     {"intrinsics", InputKind::lenses,
+                      "the lens: OpenCV calibration (YAML, JSON, XML), cameras.json, COLMAP folder "
+                      "or transforms.json; else it is found from the clip",
+                      false},
+                     {"poses", InputKind::posed,
+                      "the frames' cameras as another program found them: COLMAP folder, "
+                      "transforms.json or cameras.json, named as the frames; else they are found "
+                      "from the clip",
+                      false}},
+          .outputs = {{"surface", "surface.ply", true},
+                      {"lighting", "lighting.json", true},
+                      {"motion", "."}},
+          .make_options = make_options<MotionStageOptions>,
+          .on_request = true,
+          .by_section_only = true};
+}
+
+}  // namespace organbake

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/place/options.h"
+
+#include "organbake/pipelines/stage_binding.h"
+#include "stages/shared/reading_options.h"
+
+namespace organbake {
+
+PlacementOptions PlaceStageOptions::resolved() const {
+  PlacementOptions options = placement;
+  if (cone_angle_rad > 0) options.cone = ViewingCone{cone_axis, cone_angle_rad};
+  if (goal.share > 0) options.coverage = goal;
+  return options;
+}
+
+void bind(OptionList& list, PlaceStageOptions& o) {
+  list.add("count", &o.placement.count,
+           {.help = "virtual cameras, evenly spread", .min = 1, .max = 256})
+      .add("coverage", &o.goal.share,
+           {.help = "instead of a count: the fewest cameras that see this share of the reachable "
+                    "area, 0.5…1; 0 = go by count",
+            .min = 0,
+            .max = 1})
+      .add("overlap", &o.goal.overlap,
+           {.help = "cameras that must see it, of a coverage", .min = 1, .max = 4})
+      .add("texel", &o.goal.texel_mm,
+           {.help = "longest side of a texel on what counts as seen; 0 = any",
+            .unit = "mm",
+            .min = 0,
+            .max = 1000})
+      .add("view_gap", &o.goal.view_gap,
+           {.help = "for a coverage, cameras are added until views miss at most this share of what "
+                    "they show; 1 = never",
+            .min = 0,
+            .max = 1})
+      .add("candidates", &o.goal.candidates,
+           {.help = "directions that a coverage chooses from", .min = 16, .max = 8192})
+      .add("samples", &o.goal.samples,
+           {.help = "points of the surface that a coverage chooses by; where it is deeply folded "
+                    "the hardest "
+                    "to see of a hundred times as many",
+            .min = 64,
+            .max = 65536})
+      .add("size", &o.placement.map_size,
+           {.help = "side of the cameras' maps, which are square",
+            .unit = "px",
+            .min = 8,
+            .max = 16384})
+      .add("field_of_view", &o.placement.field_of_view_rad,
+           {.help = "angle of view of each camera", .unit = "rad", .min = 0.01, .max = 2.5})
+      .add("margin", &o.placement.margin,
+           {.help = "free border round the organ, share of the map", .min = 0, .max = 0.4})
+      .add("cone_axis", &o.cone_axis, {.help = "axis of the viewing cone, from the organ's centre"})
+      .add("cone_angle", &o.cone_angle_rad,
+           {.help = "half angle of the viewing cone, 1.571 = a hemisphere; 0 = cameras all round",
+            .unit = "rad",
+            .min = 0,
+            .max = 1.571})
+      .add("report", &o.report,
+           {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
+                    "well, at rest and poked, and the surface painted by what cameras see"},
+           {{"brief", CoverageDetail::brief}, {"full", CoverageDetail::full}});
+  bind(list, o.frame);
+}
+
+Stage place_stage() {
+  return {.name = "place",
+          .version = 7,
+          .summary = "place virtual cameras round a surface or inside a viewing cone",
+          .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
+          .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},
+          .make_options = make_options<PlaceStageOptions>};
+}
+
+}  // namespace organbake

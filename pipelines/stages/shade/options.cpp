@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/shade/options.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "organbake/core/error.h"
+#include "organbake/pipelines/stage_binding.h"
+#include "organbake/shading/frame.h"
+#include "stages/shared/clip_options.h"
+
+namespace organbake {
+
+void ShadeStageOptions::resolve() {
+  if (light_offset_mm.z() != 0)
+    throw UsageError("light_offset: its third component must be 0; the light lies beside the lens");
+  shading.laparoscope.light_offset_x_mm = light_offset_mm.x();
+  shading.laparoscope.light_offset_y_mm = light_offset_mm.y();
+  const SelectionOptions chosen = selection_of(selection.every, sharpest);
+  selection.every = chosen.every;
+  selection.sharpest = chosen.sharpest;
+  if (light == "auto") return;
+  DistantLight given;
+  char rest = 0;
+  if (std::sscanf(light.c_str(), "%lf,%lf%c", &given.tilt_rad, &given.slant_rad, &rest) != 2 ||
+      !(given.slant_rad >= 0 && given.slant_rad <= 1.5708) || !(std::abs(given.tilt_rad) < 1e6))
+    throw UsageError("light is '" + light +
+                     "'; it must be auto, or tilt,slant in rad (slant 0…1.5708), such as 0.5,0.7");
+  shading.light = given;
+}
+
+void bind(OptionList& list, ShadeStageOptions& o) {
+  list.add("model", &o.shading.model,
+           {.help = "perspective camera with its light beside the lens; or a distant light: the "
+                    "paper's method, or whole-image least squares"},
+           {{"laparoscope", ShadingModel::laparoscope},
+            {"tsai-shah", ShadingModel::tsai_shah},
+            {"distant", ShadingModel::distant}})
+      .add("light", &o.light,
+           {.help = "direction of a distant model's light: auto, or tilt,slant (0 = right, turning "
+                    "down)",
+            .unit = "rad"})
+      .add(
+          "light_offset", &o.light_offset_mm,
+          {.help = "offset of the laparoscope's light from its lens, right and down; needs a range",
+           .unit = "mm",
+           .min = -50,
+           .max = 50})
+      .add("beam", &o.shading.laparoscope.beam_exponent,
+           {.help = "the light falls off as cosⁿ of the angle to the axis; 0 = even",
+            .min = 0,
+            .max = 20})
+      .add("range_mm", &o.shading.range_mm,
+           {.help = "median distance of the tissue, makes depth metric; 0 = unknown",
+            .unit = "mm",
+            .min = 0,
+            .max = 10000})
+      .add("albedo", &o.shading.albedo,
+           {.help = "brightness (0…1, linear) = albedo · cos / r²; makes depth metric; 0 = unknown",
+            .unit = "mm²",
+            .min = 0,
+            .max = 1e9})
+      .add("field_of_view", &o.field_of_view_rad,
+           {.help = "across the frame's width when no intrinsics are given",
+            .unit = "rad",
+            .min = kNarrowestView_rad,
+            .max = kWidestView_rad})
+      .add("texture", &o.shading.laparoscope.texture,
+           {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
+      .add("iterations", &o.shading.iterations,
+           {.help = "iterations of Tsai–Shah", .min = 1, .max = 1000000});
+  bind_frames(list, o.selection.every, o.sharpest);
+  list.add(
+          "halvings", &o.frame.halvings,
+          {.help = "how often the frames' size is halved before anything else", .min = 0, .max = 4})
+      .add("masks", &o.frame.masks,
+           {.help = "look for the round field of view, highlights and instruments"})
+      .add("piecewise_albedo", &o.frame.piecewise_albedo,
+           {.help = "bring tissues of different colour to one albedo"})
+      .add("from_previous", &o.from_previous,
+           {.help = "a frame like the one before starts from its depth"})
+      .add("full_relief", &o.shading.full_relief,
+           {.help =
+                "keep all relief, also where the picture does not support it (verdict doubtful); "
+                "else depth there is near flat"});
+  bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
+}
+
+Stage shade_stage() {
+  return {
+      .name = "shade",
+      .version = 5,
+      .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
+      .inputs =
+          {{"frames", InputKind::frames,
+            "a frame (PNG, JPEG, EXR), a folder of frames, or a video"},
+           {"intrinsics", InputKind::lenses,
+            "the laparoscope: calibration of OpenCV (YAML, JSON, XML), Kalibr or MATLAB (JSON), "
+            "cameras.json, COLMAP folder or transforms.json; else --field-of-view",
+            false},
+           {"instruments", InputKind::file,
+            "mask of the frames' size (PNG), not black = instrument; else found by colour", false},
+           {"lamp", InputKind::file,
+            "lighting.json of the same endoscope, as stereo writes it: the place and beam of "
+            "its lamp, instead of --light-offset and --beam",
+            false}},
+      .outputs = {{"surface", "surface.ply"},
+                  {"lighting", "lighting.json", true},
+                  {"shading", "."}},
+      .make_options = make_options<ShadeStageOptions>,
+      .on_request = true};
+}
+
+}  // namespace organbake

@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: Apache-2.0
+// The first include is of what warp shows; the second, of what it keeps to itself, must not be found.
+#include "organbake/warp/warper.h"
+#include "drawing/splat.h"
+
+int main() {}
