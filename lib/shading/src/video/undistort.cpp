@@ -17,7 +17,7 @@ Eigen::Vector2d source_of(int x, int y, const Intrinsics& lens, const Intrinsics
 }
 
 // The four pixels round a place, and how far between them it lies.
-struct Between {
+struct CellPosition {
   int x, y;
   double u, v;
 
@@ -35,7 +35,7 @@ void from_inside(const Intrinsics& lens, const Intrinsics& pinhole, const Put& p
       if (!(at.x() >= 0 && at.y() >= 0 && at.x() < lens.width - 1 && at.y() < lens.height - 1))
         continue;
       const int x0 = static_cast<int>(at.x()), y0 = static_cast<int>(at.y());
-      put(x, y, Between{x0, y0, at.x() - x0, at.y() - y0});
+      put(x, y, CellPosition{x0, y0, at.x() - x0, at.y() - y0});
     }
 }
 
@@ -43,7 +43,7 @@ void from_inside(const Intrinsics& lens, const Intrinsics& pinhole, const Put& p
 
 Rgb8Image undistorted(const Rgb8Image& picture, const Intrinsics& lens, const Intrinsics& pinhole) {
   Rgb8Image straight(pinhole.width, pinhole.height);
-  from_inside(lens, pinhole, [&](int x, int y, const Between& b) {
+  from_inside(lens, pinhole, [&](int x, int y, const CellPosition& b) {
     for (int c = 0; c < 3; ++c)
       straight.at(x, y)[c] = static_cast<std::uint8_t>(
           b.of(picture.at(b.x, b.y)[c], picture.at(b.x + 1, b.y)[c], picture.at(b.x, b.y + 1)[c],
@@ -55,7 +55,7 @@ Rgb8Image undistorted(const Rgb8Image& picture, const Intrinsics& lens, const In
 
 Plane undistorted(const Plane& plane, const Intrinsics& lens, const Intrinsics& pinhole) {
   Plane straight(pinhole.width, pinhole.height);
-  from_inside(lens, pinhole, [&](int x, int y, const Between& b) {
+  from_inside(lens, pinhole, [&](int x, int y, const CellPosition& b) {
     straight.at(x, y) = static_cast<float>(
         b.of(double(plane.at(b.x, b.y)), double(plane.at(b.x + 1, b.y)),
              double(plane.at(b.x, b.y + 1)), double(plane.at(b.x + 1, b.y + 1))));
@@ -65,7 +65,7 @@ Plane undistorted(const Plane& plane, const Intrinsics& lens, const Intrinsics& 
 
 Mask undistorted(const Mask& mask, const Intrinsics& lens, const Intrinsics& pinhole) {
   Mask straight(pinhole.width, pinhole.height);
-  from_inside(lens, pinhole, [&](int x, int y, const Between& b) {
+  from_inside(lens, pinhole, [&](int x, int y, const CellPosition& b) {
     straight.at(x, y) = mask.at(b.x + (b.u < 0.5 ? 0 : 1), b.y + (b.v < 0.5 ? 0 : 1));
   });
   return straight;
