@@ -235,6 +235,7 @@ int run_bake(const Arguments& arguments, Session& session) {
   if (!flags.space.empty()) flags.settings.push_back("space=" + flags.space);
   if (!flags.quality.empty()) flags.settings.push_back("quality=" + flags.quality);
   Recipe recipe = read_recipe(words->front(), flags.settings);
+  for (const std::string& note : recipe.notes) session.terminal().log(LogLevel::info, note);
   Plan plan = plan_bake(recipe, flags.to);
   Runner runner = session.runner(flags.cache);
   const RunOptions options{flags.force, flags.from, flags.explain};

@@ -5,6 +5,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/nearest_name.h"
+#include "organbake/core/text.h"
 
 namespace organbake {
 namespace {
@@ -48,7 +49,8 @@ void set_option(const Option& option, const OptionValue& value) {
 }
 
 // Reads the flag at `position` and its value; returns the position behind them.
-std::size_t read_flag(const Arguments& arguments, std::size_t position, const OptionList& options) {
+std::size_t read_flag(const Arguments& arguments, std::size_t position, const OptionList& options,
+                      std::vector<std::string>& notes) {
   const std::size_t equals = arguments[position].find('=');
   const std::string flag = long_flag(arguments[position].substr(0, equals));
   if (!flag.starts_with("--")) unknown_flag(flag, options);
@@ -59,15 +61,19 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
     option->set(parse_option(*option, "false", flag));
     return position + 1;
   }
+  const bool former = !option;
+  if (former) option = options.find_former(flag.substr(2));
   if (!option) unknown_flag(flag, options);
+  const auto parse = former ? parse_former_option : parse_option;
+  if (former) notes.push_back(former_name_note(*option));
   if (equals != std::string::npos) {
-    set_option(*option, parse_option(*option, arguments[position].substr(equals + 1), flag));
+    set_option(*option, parse(*option, arguments[position].substr(equals + 1), flag));
   } else if (option->kind == OptionKind::boolean) {
     option->set(true);
   } else if (position + 1 == arguments.size()) {
     throw UsageError(flag + ": its value is missing");
   } else {
-    set_option(*option, parse_option(*option, arguments[++position], flag));
+    set_option(*option, parse(*option, arguments[++position], flag));
   }
   return position + 1;
 }
@@ -101,7 +107,9 @@ std::string facts_of(const Option& option) {
     if (!fact.empty()) facts += (facts.empty() ? "" : "; ") + fact;
   };
   add(option.range());
-  const std::string default_text = option_text(option.default_value);
+  const double* number = std::get_if<double>(&option.default_value);
+  const bool angle = number && option.traits.unit == "deg";  // 0.6 rad are no round number of them
+  const std::string default_text = angle ? to_text(*number, 1) : option_text(option.default_value);
   const bool plain_switch = option.kind == OptionKind::boolean && default_text == "false";
   if (!default_text.empty() && !plain_switch) add("default " + default_text);
   return facts;
@@ -129,7 +137,7 @@ std::string explanation(const ManualOption& option) {
 }  // namespace
 
 std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
-                                        bool only_leading) {
+                                        std::vector<std::string>& notes, bool only_leading) {
   std::vector<std::string> words;
   std::size_t position = 0;
   while (position < arguments.size()) {
@@ -140,7 +148,7 @@ std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& 
       break;
     }
     if (is_flag) {
-      position = read_flag(arguments, position, options);
+      position = read_flag(arguments, position, options, notes);
     } else if (only_leading) {
       break;
     } else {

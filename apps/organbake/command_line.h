@@ -16,8 +16,9 @@ using Arguments = std::vector<std::string>;
 // "-o FILE") and returns the other words in order. After "--" everything is a word. With
 // `only_leading`, it stops before the first word and drops what it read from `arguments`. Throws
 // UsageError: an unknown flag with the nearest known one, a missing or impossible value.
+// `notes` gets what flags under former names are called now.
 std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& options,
-                                        bool only_leading = false);
+                                        std::vector<std::string>& notes, bool only_leading = false);
 
 // Each option as manual pages and completions tell it.
 std::vector<ManualOption> manual_options(const OptionList& options);

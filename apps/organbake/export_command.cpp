@@ -3,7 +3,6 @@
 
 #include "commands.h"
 #include "organbake/core/error.h"
-#include "organbake/pipelines/export_options.h"
 #include "web_page.h"
 
 namespace organbake {
@@ -21,7 +20,7 @@ int run_export(const Arguments& arguments, Session& session) {
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake export' needs a bundle");
   if (output.empty()) throw UsageError("-o is missing: where shall the export go?");
-  write_export(words->front(), own, asked.format == ExportFormat::web, output, session);
+  write_export(words->front(), asked, output, session);
   session.print_result(output.string(), {{"output", output.string()}});
   return 0;
 }

@@ -23,11 +23,11 @@ bool one_of(const std::string& text, std::initializer_list<const char*> choices)
 }
 
 // Volumes and meshes need their readers' libraries, so a module looks at them.
-StageReport inspect_in_module(const fs::path& path, const char* kind, const OptionList& reading,
-                              Session& session) {
+StageReport inspect_in_module(const fs::path& path, const char* kind,
+                              const InspectStageOptions& reading, Session& session) {
   const RunContext context = session.context("inspect");
   const Stage stage{.name = "inspect"};
-  return run_in_module(stage, {to_json(reading).dump(), {{kind, path}}, {}, context});
+  return run_in_module(stage, {&reading, {}, {{kind, path}}, {}, context});
 }
 
 StageReport inspect_bundle(const fs::path& folder) {
@@ -98,7 +98,7 @@ StageReport inspect_document(const fs::path& file) {
   return report;
 }
 
-StageReport inspect(const fs::path& path, const OptionList& reading, Session& session) {
+StageReport inspect(const fs::path& path, const InspectStageOptions& reading, Session& session) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(path)) {
     return fs::exists(path / "manifest.json") ? inspect_bundle(path)
@@ -139,7 +139,7 @@ int run_inspect(const Arguments& arguments, Session& session) {
       options, 1);
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake inspect' needs a file or folder");
-  const StageReport report = inspect(words->front(), options, session);
+  const StageReport report = inspect(words->front(), reading, session);
   nlohmann::json json = nlohmann::json::object();
   for (const auto& [name, value] : report.figures) json[name] = to_json(value);
   session.print_result(table(report), json);

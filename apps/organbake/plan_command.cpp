@@ -67,7 +67,7 @@ void check_that_it_fits(const std::vector<BatchCase>& cases,
       throw UsageError(who + to_text(estimates[i].memory_mb, 0) + " MB, but there are " +
                        to_text(memory_mb, 0) +
                        " MB: give --memory MB of the machine it shall run on, or a smaller input "
-                       "(isosurface.roi, place.size)");
+                       "(isosurface.roi_mm, place.size_px)");
     }
     const double hours =
         wall_seconds(estimates[i].cpu_seconds, threads) / (kSecondsPerMinute * kMinutesPerHour);
@@ -75,7 +75,7 @@ void check_that_it_fits(const std::vector<BatchCase>& cases,
       throw UsageError(who + to_text(hours, 2) + " hours, but --hours allows " +
                        to_text(flags.most_hours) +
                        ": raise it, give more --threads, or set less "
-                       "to do (shade.every, place.size)");
+                       "to do (shade.every, place.size_px)");
     }
   }
 }

@@ -43,7 +43,8 @@ OptionList Session::shared_options() {
 std::string Session::shared_help() const { return options_help(shared_); }
 
 void Session::read_leading_flags(Arguments& arguments) {
-  read_arguments(arguments, shared_, true);
+  std::vector<std::string> notes;
+  read_arguments(arguments, shared_, notes, true);
   obey_shared_flags();
 }
 
@@ -67,7 +68,8 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
   }
   OptionList all = options;
   all.append(shared_);
-  const std::vector<std::string> words = read_arguments(arguments, all);
+  std::vector<std::string> notes;
+  const std::vector<std::string> words = read_arguments(arguments, all, notes);
   if (help_) {
     const std::string own = options_help(options);
     write_to_stdout("organbake " + usage + "\n\n" + summary + "\n" +
@@ -79,6 +81,7 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
     throw UsageError("'" + words[most_words] + "' is one word too many; usage: organbake " + usage);
   }
   obey_shared_flags();
+  for (const std::string& note : notes) terminal_.log(LogLevel::info, note);
   return words;
 }
 

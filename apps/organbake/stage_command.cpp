@@ -128,7 +128,7 @@ int run_stage_command(const Stage& described, const Arguments& arguments, Sessio
   }
   const Stage stage = as_asked(described, options.list);
   if (flags.output.empty()) throw UsageError("-o is missing: where shall the result go?");
-  const Plan plan = plan_stage(stage, options.list, inputs_from(stage, *words, flags));
+  const Plan plan = plan_stage(stage, options, inputs_from(stage, *words, flags));
   check_stage_target(stage, flags.output);
 
   Runner runner = session.runner(flags.cache);

@@ -1,26 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "web_page.h"
 
-#include <nlohmann/json.hpp>
-
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/pipelines/export_options.h"
-#include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/output_target.h"
 #include "organbake/pipelines/stage_module.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
 
-void write_export(const fs::path& bundle, const OptionList& told, bool is_page,
-                  const fs::path& output, Session& session) {
+void write_export(const fs::path& bundle, const ExportOptions& options, const fs::path& output,
+                  Session& session) {
+  const bool is_page = options.format == ExportFormat::web;
   is_page ? check_output_file(output, ".html") : check_output_folder(output);
   if (!fs::exists(bundle)) throw NoInputError(bundle, "there is no such file or folder");
   AtomicFolder folder(output);
   const Stage stage{.name = "export"};
   const RunContext context = session.context(stage.name);
-  run_in_module(stage, {to_json(told).dump(), {{"bundle", bundle}}, folder.path(), context});
+  run_in_module(stage, {&options, {}, {{"bundle", bundle}}, folder.path(), context});
   if (is_page) write_file_atomically(output, read_file(folder.path() / kWebPageFile));
   if (!is_page) folder.commit();
 }
@@ -28,9 +25,7 @@ void write_export(const fs::path& bundle, const OptionList& told, bool is_page,
 void write_player_page(const fs::path& bundle, const fs::path& page, Session& session) {
   ExportOptions options;
   options.format = ExportFormat::web;
-  OptionList told;
-  bind(told, options);
-  write_export(bundle, told, true, page, session);
+  write_export(bundle, options, page, session);
 }
 
 }  // namespace organbake

@@ -63,7 +63,8 @@ void check(const Command& c) {
 
 // What is more than one word or number, as it was written.
 struct Texts {
-  std::string size, angles, view = "0,0", warp = "bound", solver, light, layers, shell;
+  std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", solver, light,
+                                        layers, shell;
   bool man = false;
 };
 
@@ -82,10 +83,12 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
       "folder of the script's frames from another run: ends with 3 when one differs more");
   app.add_option("--threshold", c.threshold_db, "least PSNR to the reference, dB")
       ->capture_default_str();
-  app.add_option("--view", texts.view,
-                 "azimuth,elevation[,distance]: radians from camera 0, multiples of its distance")
+  app.add_option("--view-deg", texts.view,
+                 "azimuth,elevation[,distance]: degrees from camera 0, multiples of its distance")
       ->capture_default_str();
-  app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view, as PNG");
+  app.add_option("--view", texts.view_rad, "the same in radians, as it was written once")
+      ->excludes("--view-deg");
+  app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view-deg, as PNG");
   app.add_option("--cameras", c.cameras,
                  "cameras.json to look from: one camera for each of the script's frames, in the "
                  "place of its own; its first camera for -o");
@@ -128,10 +131,14 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
   app.add_flag_callback(
       "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
   app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
-  app.add_option("--angles", texts.angles, "viewing angles of --compare, rad, comma-separated");
-  app.add_option("--bench", c.bench_frames,
-                 "the first frame from --view, then N of an orbit with a poke; prints times, with "
-                 "--layers theirs, too")
+  app.add_option("--angles-deg", texts.angles,
+                 "viewing angles of --compare, degrees, comma-separated");
+  app.add_option("--angles", texts.angles_rad, "the same in radians, as they were written once")
+      ->excludes("--angles-deg");
+  app.add_option(
+         "--bench", c.bench_frames,
+         "the first frame from --view-deg, then N of an orbit with a poke; prints times, with "
+         "--layers theirs, too")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");
@@ -171,9 +178,11 @@ std::optional<Command> read_command(int argc, char** argv) {
     write_to_stdout(texts.man ? manual_page(app) : completions(app, texts.shell));
     return std::nullopt;
   }
-  c.view = pose_from(texts.view);
+  c.view = given("--view") ? pose_from({"--view", false}, texts.view_rad)
+                           : pose_from({"--view-deg"}, texts.view);
   if (given("--size")) c.size = size_from(texts.size);
-  if (given("--angles")) c.angles_rad = angles_from(texts.angles);
+  if (given("--angles-deg")) c.angles_rad = angles_from({"--angles-deg"}, texts.angles);
+  if (given("--angles")) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
   if (given("--layers")) c.layers = layers_from(texts.layers);
   c.paper_warp = texts.warp == "paper";
   c.solver = tissue_solver(texts.solver);

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <optional>
 
 #include "organbake/core/error.h"
@@ -33,6 +34,19 @@ std::optional<std::vector<double>> number_list(const std::string& text) {
   }
 }
 
+double radians_of(const AngleOption& option, double angle) {
+  return option.in_degrees ? angle * (std::numbers::pi / 180) : angle;
+}
+
+std::string limits_of(const AngleOption& option) {
+  return option.in_degrees ? "azimuths are at most 360 degrees, elevations 180" : kAnglesAreRadians;
+}
+
+[[noreturn]] void refuse(const AngleOption& option, const std::string& text,
+                         const std::string& why) {
+  throw UsageError(option.flag + " " + text + why);
+}
+
 }  // namespace
 
 PictureSize size_from(const std::string& text) {
@@ -50,30 +64,28 @@ PictureSize size_from(const std::string& text) {
   return {*width, *height};
 }
 
-OrbitPose pose_from(const std::string& text) {
+OrbitPose pose_from(const AngleOption& option, const std::string& text) {
   const auto values = number_list(text);
   if (!values || values->size() < 2 || values->size() > 3)
-    throw UsageError("--view " + text +
-                     " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
+    refuse(option, text, " is no view; write AZIMUTH,ELEVATION or AZIMUTH,ELEVATION,DISTANCE");
   OrbitPose pose;
-  pose.azimuth_rad = (*values)[0];
-  pose.elevation_rad = (*values)[1];
+  pose.azimuth_rad = radians_of(option, (*values)[0]);
+  pose.elevation_rad = radians_of(option, (*values)[1]);
   if (values->size() == 3) pose.distance = (*values)[2];
   if (!can_be_azimuth(pose.azimuth_rad) || !can_be_elevation(pose.elevation_rad))
-    throw UsageError("--view " + text + ": " + kAnglesAreRadians);
+    refuse(option, text, ": " + limits_of(option));
   if (!(pose.distance > 0 && pose.distance < kFarthestDistance))
-    throw UsageError("--view " + text +
-                     ": the distance must lie above 0 and below a million; 1 is the virtual "
-                     "cameras' own");
+    refuse(option, text,
+           ": the distance must lie above 0 and below a million; 1 is the virtual cameras' own");
   return pose;
 }
 
-std::vector<double> angles_from(const std::string& text) {
-  const auto angles = number_list(text);
-  if (!angles)
-    throw UsageError("--angles " + text + " are no angles; write A,B,C, for example 0,0.8,1.6");
-  for (const double angle : *angles) {
-    if (!can_be_azimuth(angle)) throw UsageError("--angles " + text + ": " + kAnglesAreRadians);
+std::vector<double> angles_from(const AngleOption& option, const std::string& text) {
+  auto angles = number_list(text);
+  if (!angles) refuse(option, text, " are no angles; write A,B,C, for example 0,45,90");
+  for (double& angle : *angles) {
+    angle = radians_of(option, angle);
+    if (!can_be_azimuth(angle)) refuse(option, text, ": " + limits_of(option));
   }
   return *angles;
 }

@@ -23,7 +23,8 @@ fs::path module_file() {
 void open_window(const Command& command, const RunContext& context) {
   const fs::path file = module_file();
   constexpr const char* kWithout =
-      "; without a window, give --script with --out, --view with -o, --sheet, --compare or --bench";
+      "; without a window, give --script with --out, --view-deg with -o, --sheet, --compare or "
+      "--bench";
   if (!fs::exists(file)) {
     throw UsageError("this organplay was built without its window (" + file.string() +
                      " is missing)" + kWithout);

@@ -53,7 +53,7 @@ refused() {  # CODE TEXT COMMAND…
 
 # A phantom that bakes in a fraction of a second, and a recipe for it.
 small_phantom() {
-  expect 0 organbake phantom -o "$1" --size 40,40,16 --photos 3 --photo-size 96 \
+  expect 0 organbake phantom -o "$1" --size-voxels 40,40,16 --photos 3 --photo-size-px 96 \
     --truth-subdivisions 3
 }
 milliseconds() { date +%s%3N; }

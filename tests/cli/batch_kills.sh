@@ -48,7 +48,7 @@ expect_equal $? 130
 [ -s killed/batch.csv ] || fail "no table of an interrupted batch"
 
 # So it does when a case has failed already and it only waits for the others.
-printf 'case,isosurface.iso,phantom.size\nbroken,3000,\nlong,,"200,200,200"\n' >mixed.csv
+printf 'case,isosurface.iso,phantom.size_voxels\nbroken,3000,\nlong,,"200,200,200"\n' >mixed.csv
 rm -rf killed cache
 "$BIN/organbake" batch mixed.csv --recipe r.yaml --jobs 2 --no-pictures --no-keep-going \
   --progress json --quiet -o killed --cache cache >/dev/null 2>err &

@@ -7,7 +7,7 @@ source "$(dirname "$0")/assert.sh"
 small_recipe >r.yaml
 expect 0 organbake bake r.yaml -o springs
 # A cut opens from one tetrahedron to the next, and from one face of the skin to the next.
-expect 0 organbake bake r.yaml -o b --set mechanics.fem=true --set mechanics.fem_cell=8 \
+expect 0 organbake bake r.yaml -o b --set mechanics.fem=true --set mechanics.fem_cell_mm=8 \
   --set decimate.faces=300
 
 script() {  # MODE AXIS

@@ -18,7 +18,7 @@ small_phantom p
 expect 0 organbake isosurface p/ct.mha -o surface.ply
 expect 0 organbake decimate surface.ply --faces 60 -o proxy.ply
 expect 0 organbake mechanics proxy.ply -o mechanics.json
-expect 0 organbake place surface.ply --count 4 --size 48 -o cams
+expect 0 organbake place surface.ply --count 4 --size-px 48 -o cams
 expect 0 organbake capture surface.ply proxy.ply cams/cameras.json --photos p/photos/cameras.json -o maps
 for file in proxy.ply mechanics.json; do expect_same $file one/$file; done
 expect_same cams/cameras.json one/cameras.json

@@ -67,10 +67,10 @@ refused 73 "not a folder" organbake decimate p/truth.ply -o thesis/chapter1.tex/
 refused 73 "" organbake decimate p/truth.ply -o /proc/organbake/x.ply
 refused 73 "" organbake decimate p/truth.ply -o x.ply --cache /proc/organbake
 # A folder of our own may be replaced, but not what somebody put into it.
-expect 0 organbake place p/truth.ply --count 4 --size 32 -o cams
-expect 0 organbake place p/truth.ply --count 5 --size 32 -o cams
+expect 0 organbake place p/truth.ply --count 4 --size-px 32 -o cams
+expect 0 organbake place p/truth.ply --count 5 --size-px 32 -o cams
 echo mine >cams/notes.txt
-refused 73 "notes.txt" organbake place p/truth.ply --count 4 --size 32 -o cams
+refused 73 "notes.txt" organbake place p/truth.ply --count 4 --size-px 32 -o cams
 expect_equal "$(cat cams/notes.txt)" mine
 
 expect_equal "$(leftovers "$WORK")" ""

@@ -16,11 +16,11 @@ python3 "$SOURCE/tests/cli/read_assets.py" organ usd sofa || fail "an asset with
 expect 0 organbake bake r.yaml -o solid --no-report --set mechanics.fem=true
 for format in usd sofa; do expect 0 organbake export solid --format $format -o solid_$format; done
 python3 "$SOURCE/tests/cli/read_assets.py" solid solid_usd solid_sofa || fail "an asset with tetrahedra"
-expect 0 organbake export organ --format gltf -o few --faces 100 --texture 512
+expect 0 organbake export organ --format gltf -o few --faces 100 --texture-px 512
 expect_err "a texture of 512 × 512 texels"
 expect 0 organbake export organ --format obj -o albedo --albedo
 if cmp -s albedo/organ.png obj/organ.png; then fail "--albedo changed nothing"; fi
-expect 2 organbake export organ --format gltf -o x --texture 10
+expect 2 organbake export organ --format gltf -o x --texture-px 10
 expect 2 organbake export organ --format gltf -o x --faces 3
 expect_err "at least 20"
 expect_gone x

@@ -8,7 +8,7 @@ refuse() { refused "$1" "$2" organbake fuse "${@:3}" -o made; }
 figure() { python3 -c 'import json, sys; print(json.load(open(sys.argv[2]))["report"]["figures"][sys.argv[1]])' "$1" "$2"; }
 
 # The phantom's laparoscopy as it truly is: depth maps and the cameras of the same clip.
-expect 0 organbake phantom --kind laparoscopy --frames 6 --frame-width 240 --frame-height 180 \
+expect 0 organbake phantom --kind laparoscopy --frames 6 --frame-width-px 240 --frame-height-px 180 \
   --no-instrument -o p
 expect 0 organbake fuse p/truth --poses p/cameras.json --pictures p/frames --light camera \
   -o made.ply --json
@@ -140,8 +140,8 @@ done
 refuse 65 "another unit" relative --poses p/cameras.json --scale given
 
 # Both eyes, rectified: stereo's maps are of its own camera, the poses of the left eye as it is.
-expect 0 organbake phantom --kind laparoscopy --frames 4 --baseline 4.5 --tilt 0.4 --texture 0.3 \
-  --frame-width 360 --frame-height 288 --no-instrument -o both
+expect 0 organbake phantom --kind laparoscopy --frames 4 --baseline-mm 4.5 --tilt 0.4 --texture 0.3 \
+  --frame-width-px 360 --frame-height-px 288 --no-instrument -o both
 python3 - <<'END'
 import json
 rig = json.load(open("both/stereo.json"))
@@ -172,7 +172,7 @@ else
 fi
 
 # What does not belong together.
-expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width 120 --frame-height 120 -o small
+expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width-px 120 --frame-height-px 120 -o small
 refuse 65 "120x120, its camera 240x180" small/truth/000000.exr p/truth/000001.exr p/truth/000002.exr \
   p/truth/000003.exr p/truth/000004.exr p/truth/000005.exr --poses p/cameras.json
 refuse 65 "another unit" p/truth --poses p/cameras.json --unit m

@@ -20,18 +20,18 @@ faces=$(figure faces)
 expect 0 organbake isosurface p/ct.mha --iso -470 --method marching-cubes -o slow.ply --json
 expect_equal "$(figure faces)" "$faces"
 expect 0 organbake isosurface p/ct.mha --iso -470 --refine --taubin 5 -o refined.ply
-expect 65 organbake isosurface p/ct.mha --iso -470 --min-size 900 -o none.ply
+expect 65 organbake isosurface p/ct.mha --iso -470 --min-size-mm 900 -o none.ply
 expect_err "no piece of the surface"
 expect_gone none.ply
 
 # A region of interest, for the surface and for inspect.
-expect 0 organbake isosurface p/ct.mha --iso -470 --roi=6,-14,24,18,-2,36 -o part.ply --json
+expect 0 organbake isosurface p/ct.mha --iso -470 --roi-mm=6,-14,24,18,-2,36 -o part.ply --json
 python3 -c "assert 0 < $(figure volume_ml) < 8" || fail "volume of the region: $(figure volume_ml)"
-expect 0 organbake inspect p/ct.mha --roi=6,-14,24,18,-2,36 --json
+expect 0 organbake inspect p/ct.mha --roi-mm=6,-14,24,18,-2,36 --json
 python3 -c 'import json; assert max(json.load(open("out"))["size_voxels"]) < 20' || fail "inspect --roi"
-expect 2 organbake inspect p/ct.mha --roi 1,2,3
+expect 2 organbake inspect p/ct.mha --roi-mm 1,2,3
 expect_err "x0,y0,z0,x1,y1,z1"
-expect 65 organbake inspect p/ct.mha --roi 900,900,900,950,950,950
+expect 65 organbake inspect p/ct.mha --roi-mm 900,900,900,950,950,950
 expect_err "lies outside the volume"
 
 # Series are a matter of DICOM folders.

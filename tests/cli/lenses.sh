@@ -4,8 +4,8 @@
 # fisheyes are straightened and that is said, and tissue is shown upright as it was filmed.
 source "$(dirname "$0")/assert.sh"
 
-expect 0 organbake phantom --kind laparoscopy --baseline 4.5 --tilt 0.5236 --texture 0.3 --frames 1 \
-  --frame-width 360 --frame-height 288 -o p
+expect 0 organbake phantom --kind laparoscopy --baseline-mm 4.5 --tilt 0.5236 --texture 0.3 --frames 1 \
+  --frame-width-px 360 --frame-height-px 288 -o p
 frame=p/frames/000000.png right=p/right/000000.png
 python3 - <<'END'
 import json, struct, zlib
@@ -82,7 +82,7 @@ expect_err "the mask of instruments hides 33 % of the picture"
 grep -q "inverted" err && fail "a third of the picture is taken for an inverted mask"
 
 # Upright as filmed: camera 0's up is the frame's.
-expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width 320 --frame-height 240 -o clip
+expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width-px 320 --frame-height-px 240 -o clip
 expect 0 organbake bake "$SOURCE/pipelines/recipes/laparoscopy.yaml" --set frames=clip/frames \
   --quality draft -o tissue
 python3 - <<'END' || fail "the tissue does not stand upright"

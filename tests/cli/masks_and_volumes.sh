@@ -111,7 +111,7 @@ DATA=$SOURCE/../shared/data/ibsi_digital_phantom
 if [ -d "$DATA" ]; then
   for mask in "$DATA/mask.nii.gz" ibsi_edges.dcm ibsi_half_way.dcm ibsi_seg.dcm; do
     expect 0 organbake isosurface "$DATA/phantom.nii.gz" --mask "$mask" --method marching-cubes \
-      --smooth 0 --largest 0 --no-keep-volume -o ibsi.ply --json
+      --smooth-mm 0 --largest 0 --no-keep-volume -o ibsi.ply --json
     near "$(figure volume_ml)" 0.556 0.004
     expect 0 organbake inspect ibsi.ply --json
     python3 - <<'END' || fail "$mask: $(cat out)"

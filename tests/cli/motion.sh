@@ -6,7 +6,7 @@ source "$(dirname "$0")/assert.sh"
 
 # 640 × 360: 48 frames of a slide, a scope that stands still, a pure turn.
 clip() {
-  expect 0 organbake phantom --kind laparoscopy --frame-width 640 --frame-height 360 "$@"
+  expect 0 organbake phantom --kind laparoscopy --frame-width-px 640 --frame-height-px 360 "$@"
 }
 clip --path slide --frames 48 -o slide
 clip --path still --frames 12 -o still

@@ -6,7 +6,7 @@ source "$(dirname "$0")/assert.sh"
 
 small=(--kind laparoscopy --frames 11 --frame-width 160 --frame-height 90)
 
-expect 0 organbake phantom "${small[@]}" --path tour --breathing 3 --breathing-period 1 --blurred 0.2 -o tour
+expect 0 organbake phantom "${small[@]}" --path tour --breathing-mm 3 --breathing-period-s 1 --blurred 0.2 -o tour
 for file in frames/000000.png frames/000010.png truth/000000.exr truth/000010.exr truth/surface.ply; do
   [ -s "tour/$file" ] || fail "tour/$file is missing"
 done
@@ -26,7 +26,7 @@ assert abs(float(rows[10]["breath_mm"]) - 2.4543) < 1e-3, rows[10]
 END
 
 # The same bytes for any number of threads.
-expect 0 organbake phantom "${small[@]}" --path tour --breathing 3 --breathing-period 1 --blurred 0.2 \
+expect 0 organbake phantom "${small[@]}" --path tour --breathing-mm 3 --breathing-period-s 1 --blurred 0.2 \
   --threads 1 -o again
 expect_same tour again
 
@@ -35,16 +35,16 @@ expect 0 organbake phantom --kind laparoscopy --path still --frames 1 -o large
 expect_equal "$(od -An -tu1 -j16 -N8 large/frames/000000.png | xargs)" "0 0 5 0 0 0 2 208"  # 1280 × 720
 
 if command -v ffmpeg >/dev/null; then
-  expect 0 organbake phantom "${small[@]}" --path slide --bit-rate 1 -o video
+  expect 0 organbake phantom "${small[@]}" --path slide --bit-rate-mbit-per-s 1 -o video
   expect_gone video/frames
   [ "$(head -c 8 video/clip.mp4 | tail -c 4)" = ftyp ] || fail "clip.mp4 is no MP4 file"
-  expect 0 organbake phantom "${small[@]}" --path slide --bit-rate 1 --threads 1 -o video_again
+  expect 0 organbake phantom "${small[@]}" --path slide --bit-rate-mbit-per-s 1 --threads 1 -o video_again
   expect_same video video_again
   expect 0 organbake shade video/clip.mp4 -o depth
 else
   echo "SKIPPED: no ffmpeg to make videos with"
 fi
 
-refused 2 "--path" organbake phantom --kind laparoscopy --breathing 2 -o made
-refused 2 "baseline" organbake phantom --kind laparoscopy --path tour --baseline 4 -o made
+refused 2 "--path" organbake phantom --kind laparoscopy --breathing-mm 2 -o made
+refused 2 "baseline" organbake phantom --kind laparoscopy --path tour --baseline-mm 4 -o made
 refused 2 "path" organbake phantom --kind laparoscopy --path upwards -o made

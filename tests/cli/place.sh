@@ -4,8 +4,8 @@
 source "$(dirname "$0")/assert.sh"
 small_phantom p
 
-expect 0 organbake place p/truth.ply --count 4 --size 32 --report full -o four
-expect 0 organbake place p/truth.ply --coverage 0.98 --candidates 200 --samples 1000 --size 32 --report full -o fewest
+expect 0 organbake place p/truth.ply --count 4 --size-px 32 --report full -o four
+expect 0 organbake place p/truth.ply --coverage 0.98 --candidates 200 --samples 1000 --size-px 32 --report full -o fewest
 python3 - <<'PY' || fail "a report of place"
 import json
 four, fewest = (json.load(open(f"{d}/report.json"))["figures"] for d in ("four", "fewest"))
@@ -21,7 +21,7 @@ PY
 expect 0 organbake inspect fewest/seen.ply
 
 # The brief report agrees with the full one as far as a quarter of the samples can.
-expect 0 organbake place p/truth.ply --count 4 --size 32 -o brief
+expect 0 organbake place p/truth.ply --count 4 --size-px 32 -o brief
 python3 - <<'PY' || fail "the brief report"
 import json
 brief, full = (json.load(open(f"{d}/report.json")) for d in ("brief", "four"))
@@ -38,7 +38,7 @@ expect_err "coverage"
 expect_gone x
 expect 2 organbake place p/truth.ply --coverage 0.2 -o x
 expect_err "0.5…1"
-expect 65 organbake place p/truth.ply --coverage 0.9 --texel 0.0001 --candidates 50 --samples 200 -o x
+expect 65 organbake place p/truth.ply --coverage 0.9 --texel-mm 0.0001 --candidates 50 --samples 200 -o x
 expect_err "allow larger texels"
 expect_gone x
 # A hemisphere, and the same bytes again on one thread.

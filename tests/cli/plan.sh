@@ -7,7 +7,7 @@ odd="it's \"odd\" \$HOME \`x\` {1} *ü"
 mkdir "$odd"
 quick_recipe | sed '/^phantom/d' >"$odd/r.yaml"
 for i in 1 2 3; do
-  expect 0 organbake phantom --seed $i -o "p$i" --size 40,40,16 --photos 1 --photo-size 32 --truth-subdivisions 2
+  expect 0 organbake phantom --seed $i -o "p$i" --size-voxels 40,40,16 --photos 1 --photo-size-px 32 --truth-subdivisions 2
   cp "p$i/ct.mha" "$odd/scan $i; rm -rf '&' .mha"
 done
 
@@ -47,7 +47,7 @@ truncate -s 200G big.nii
 expect 2 organbake plan big.nii --recipe "$odd/r.yaml" -o x
 expect_err "case 'big' needs about"
 expect_err "give --memory"
-expect 2 organbake plan "$odd"/*.mha --recipe "$odd/r.yaml" -o x --hours 0.001 --set place.size=4096
+expect 2 organbake plan "$odd"/*.mha --recipe "$odd/r.yaml" -o x --hours 0.001 --set place.size_px=4096
 expect_err "--hours allows"
 touch "$(printf 'a\nb.mha')" && mkdir "$(printf 'c\nd')" && cp p1/ct.mha "$(printf 'c\nd')/e.mha"
 expect 2 organbake plan "$(printf 'a\nb.mha')" --recipe "$odd/r.yaml" -o x

@@ -58,6 +58,7 @@ refused 65 "has the key 'azimut_rad'" b --script typo.json --out frames
 sed 's/"frames": 2,/"frames": 2, "frames": 3,/' s.json >twice.json
 refused 65 "has the key 'frames' twice" b --script twice.json --out frames
 refused 2 "angles are in radians" b --view 30,10 -o x.png
+refused 2 "azimuths are at most 360 degrees" b --view-deg 400,10 -o x.png
 refused 2 "angles are in radians" b --view 1,-4 -o x.png
 refused 2 "--view nan,0 is no view" b --view nan,0 -o x.png
 refused 2 "--view 0,0,-1: the distance" b --view 0,0,-1 -o x.png

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # A photograph's pose as users ask for it: files in, documents and pictures out, exit codes.
 source "$(dirname "$0")/assert.sh"
-expect 0 organbake phantom -o p --size 64,64,24 --spacing 4,4,12 --photos 3 --photo-size 256 \
+expect 0 organbake phantom -o p --size-voxels 64,64,24 --spacing-mm 4,4,12 --photos 3 --photo-size-px 256 \
   --truth-subdivisions 5
 photo=p/photos/photo_00.png
 # Truth and how far a pose document is from it, in mm at the organ's centre.

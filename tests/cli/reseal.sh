@@ -5,7 +5,7 @@ source "$(dirname "$0")/assert.sh"
 quick_recipe >r.yaml
 expect 0 organbake bake r.yaml -o organ --no-report
 expect 0 organbake bake r.yaml -o painted --no-report --set capture.rays_per_texel_side=3
-expect 0 organbake bake r.yaml -o small --no-report --set place.size=32
+expect 0 organbake bake r.yaml -o small --no-report --set place.size_px=32
 cp -r organ good
 expect 0 organbake reseal organ
 expect_out "nothing was changed"

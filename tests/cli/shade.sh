@@ -8,7 +8,7 @@ DATA=${ORGANBAKE_SHARED_DATA:-$SOURCE/../shared/data}
 figure() { python3 -c 'import json, sys; print(json.load(open(sys.argv[2]))["figures"][sys.argv[1]])' "$1" "$2"; }
 
 # A phantom clip with truth, as a folder of frames with its camera.
-expect 0 organbake phantom --kind laparoscopy --frames 4 --frame-width 320 --frame-height 240 -o p
+expect 0 organbake phantom --kind laparoscopy --frames 4 --frame-width-px 320 --frame-height-px 240 -o p
 expect 0 organbake shade p/frames p/cameras.json --halvings 0 --range-mm 55 -o s
 for file in depth/000003.exr normals/000003.exr mask/000003.png confidence/000003.png strip.png \
   plot.svg surface.ply report.json; do
@@ -53,7 +53,7 @@ expect 2 organbake shade p/frames --sharpest 2 --every 2 -o x
 expect_err "either every or sharpest"
 expect 2 organbake shade p/frames --light 1 -o x
 expect_err "tilt,slant"
-expect 2 organbake shade p/frames --light-offset 3,0,0 -o x
+expect 2 organbake shade p/frames --light-offset-mm 3,0,0 -o x
 expect_err "--range-mm"
 
 # Damaged clips: what was read is kept, 65 names the frame.

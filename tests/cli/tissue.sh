@@ -35,7 +35,7 @@ expect 0 organbake schema lighting
 refused 78 "one of plain" organbake bake recipe.yaml --set ct=p/ct.mha -o made \
   --set capture.material=granite
 expect 2 organbake bake recipe.yaml --set ct=p/ct.mha -o made --quiet \
-  --set capture.material=liver --set capture.feature=3
+  --set capture.material=liver --set capture.feature_mm=3
 expect_err "of the plain material"
 expect_gone made
 
@@ -90,7 +90,7 @@ expect_err "does not say in what light"
 expect_gone made.png
 
 # Colour by example: a photograph of the phantom that is large enough to copy from.
-expect 0 organbake phantom -o large --size 32,32,16 --photos 1 --photo-size 400 --quiet
+expect 0 organbake phantom -o large --size-voxels 32,32,16 --photos 1 --photo-size-px 400 --quiet
 photo=$(ls large/photos/*.png | head -n 1)
 bake example --set exemplar="$photo" --set capture.exemplar_mm_per_pixel=0.5
 expect 0 organbake verify example

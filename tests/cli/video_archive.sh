@@ -5,7 +5,7 @@
 source "$(dirname "$0")/assert.sh"
 recipe=$SOURCE/pipelines/recipes/video_archive.yaml
 expect 0 organbake verify "$recipe"
-expect 0 organbake phantom --kind laparoscopy --frames 6 --frame-width 160 --frame-height 120 -o p
+expect 0 organbake phantom --kind laparoscopy --frames 6 --frame-width-px 160 --frame-height-px 120 -o p
 mkdir -p "archive/2021/july" archive/2022
 clip() { ffmpeg -v error -framerate 25 -i p/frames/%06d.png -c:v mpeg4 -q:v 2 "$@" || fail "ffmpeg"; }
 clip "archive/2021/july/clip 1.mp4"
@@ -13,7 +13,7 @@ clip -vf hue=h=9 archive/2021/clip.mp4
 clip -vf hue=h=5 archive/2022/clip.mp4
 head -c 3000 archive/2022/clip.mp4 >archive/2022/cut.mp4
 : >archive/2022/._clip.mp4
-small=(--set shade.sharpest=3 --set place.size=48 --set decimate.faces=60 --set decimate.method=quadric)
+small=(--set shade.sharpest=3 --set place.size_px=48 --set decimate.faces=60 --set decimate.method=quadric)
 
 expect 4 organbake batch 'archive/**/*.mp4' --as frames --recipe "$recipe" -o organs --jobs 2 "${small[@]}"
 expect_equal "$(tail -n +2 organs/batch.csv | cut -d, -f1,2 | tr '\n' ' ')" \

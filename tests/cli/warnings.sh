@@ -27,7 +27,7 @@ expect_err "warning: $volume"
 warnings out | grep -qF "$volume" || fail "verify does not tell it"
 
 # A stage alone tells the same, run or cached.
-expect 0 organbake phantom -o p --size 40,40,16 --photos 3 --photo-size 96 --truth-subdivisions 3
+expect 0 organbake phantom -o p --size-voxels 40,40,16 --photos 3 --photo-size-px 96 --truth-subdivisions 3
 for i in 1 2; do
   expect 0 organbake decimate p/truth.ply --faces 24 --method cluster -o proxy.ply --json --quiet
   expect_err "warning: $volume"

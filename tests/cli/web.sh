@@ -64,7 +64,7 @@ for view in 0 0.5 1.3 -1.1 2.6; do
 done
 # Blades, where there are tetrahedra: the same cut as organplay's, and by hand.
 expect 0 organbake bake r.yaml -o cuttable --no-report --set mechanics.fem=true \
-  --set mechanics.fem_cell=8
+  --set mechanics.fem_cell_mm=8
 expect 0 organbake export cuttable --format web -o cuttable.html
 cat >cut.json <<END
 {"schema": "organbake/interaction/1", "name": "a cut", "time_step_s": 0.016666666666666666, "frames": 30,

@@ -72,7 +72,7 @@ void bake_quality(Bench& bench, BakeScene& scene, const std::string& quality) {
   for (const auto& [section, key, value] : quality_options(quality)) {
     if (bench.quick() && key == "size")
       arguments.insert(arguments.end(),
-                       {"--set", "place.size=" + std::to_string(std::stoi(value) / 4)});
+                       {"--set", "place.size_px=" + std::to_string(std::stoi(value) / 4)});
   }
   scene.bake("--quality " + quality + (bench.quick() ? ", small maps" : ""), arguments, {});
   if (!bench.quick() && quality == "standard")
@@ -82,7 +82,7 @@ void bake_quality(Bench& bench, BakeScene& scene, const std::string& quality) {
 void sweep_map_sizes(Bench& bench, BakeScene& scene) {
   for (const int size : {256, 1024, 2048}) {  // standard has 512
     const double seconds =
-        scene.bake("standard but for its maps", {"--set", "place.size=" + std::to_string(size)},
+        scene.bake("standard but for its maps", {"--set", "place.size_px=" + std::to_string(size)},
                    {{"maps", "px", double(size)}});
     if (size == 1024)
       bench.add(

@@ -32,14 +32,14 @@ fs::path PlayerBundles::folder(const BakeChoice& choice) {
   std::vector<std::string> arguments;
   // The truth's colours are as fine as the largest maps' texels, or it would be the blurred one.
   for (const std::string& value :
-       {"decimate.faces=" + faces, "decimate.method=" + choice.method, "place.size=" + size,
+       {"decimate.faces=" + faces, "decimate.method=" + choice.method, "place.size_px=" + size,
         std::string("mechanics.fem=") + (choice.elements ? "true" : "false"),
-        std::string("phantom.size=") + (bench_.quick() ? "96,96,40" : "256,256,96"),
-        std::string("phantom.photo_size=") + (bench_.quick() ? "256" : "1024"),
-        std::string("capture.surface_edge=") + (bench_.quick() ? "2" : "0.7")}) {
+        std::string("phantom.size_voxels=") + (bench_.quick() ? "96,96,40" : "256,256,96"),
+        std::string("phantom.photo_size_px=") + (bench_.quick() ? "256" : "1024"),
+        std::string("capture.surface_edge_mm=") + (bench_.quick() ? "2" : "0.7")}) {
     arguments.insert(arguments.end(), {"--set", value});
   }
-  if (!choice.skin) arguments.insert(arguments.end(), {"--set", "capture.skin_edge=0"});
+  if (!choice.skin) arguments.insert(arguments.end(), {"--set", "capture.skin_edge_mm=0"});
   baker_.bake(folder, arguments);
   return folder;
 }

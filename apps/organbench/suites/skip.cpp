@@ -63,7 +63,7 @@ void skip_cameras(Bench& bench, const Baker& baker) {
                                           "--set", "place.candidates=512",
                                           "--set", "place.samples=2048"};
   std::vector<std::string> inside = cover;
-  inside.insert(inside.end(), {"--set", "place.cone_angle=" + to_text(std::numbers::pi / 6)});
+  inside.insert(inside.end(), {"--set", "place.cone_angle_deg=30"});
   bench.now("cameras for any view, and for a cone of 60°");
   baker.bake(all_round, cover);
   baker.bake(cone, inside);

@@ -26,7 +26,7 @@ struct Glfw {
   Glfw() {
     if (::glfwInit()) return;
     throw UsageError("no display to open a window on" + glfw_reason() +
-                     "; without one, give --script with --out, --view with -o, --sheet, "
+                     "; without one, give --script with --out, --view-deg with -o, --sheet, "
                      "--compare or --bench");
   }
   ~Glfw() { ::glfwTerminate(); }

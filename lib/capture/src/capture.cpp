@@ -105,7 +105,7 @@ void check_filled(const CaptureResult& captured, const std::string& surface) {
                        "the wrong way round, or the cameras stand on its inner side; close it "
                        "('organbake repair', in a bake --repair auto), turn its faces round in a "
                        "mesh editor, or place the cameras before its outer side (place's "
-                       "--cone-axis and --cone-angle)");
+                       "--cone-axis and --cone-angle-deg)");
   if (filled > 0) return;
   throw BadDataError(surface + ": all maps are empty, because " +
                      (seen == 0 ? "no camera sees it" : "the proxy can carry no texel of it") +

@@ -113,14 +113,15 @@ bool connect(Step& step, const StageInput& input, const Inputs& given,
 }
 
 // The unit and the axes are those of the inputs: what stages make is in the world's own.
-std::string options_of(const Step& step, const OptionList& options) {
-  nlohmann::json json = to_json(options);
+StageOptions options_of(const Step& step, const StageOptions& asked) {
+  StageOptions options = asked.copy();
   const bool given = std::any_of(step.inputs.begin(), step.inputs.end(), [](const auto& input) {
     return input.kind == InputKind::mesh && !input.given.empty();
   });
-  if (reads_meshes(options) && !given)
-    for (const std::string& key : input_frame_keys()) json[key] = "auto";
-  return json.dump();
+  if (reads_meshes(options.list) && !given)
+    for (const std::string& key : input_frame_keys())
+      options.list.find(key)->set(std::string("auto"));
+  return options;
 }
 
 std::string why_left_out(const Stage& stage, const Recipe& recipe) {
@@ -190,22 +191,23 @@ Plan plan_bake(const Recipe& recipe, const std::string& last_stage) {
   Plan plan;
   for (const Stage& stage : all_stages()) {
     if (!running.contains(stage.name)) continue;
-    Step step{&stage, {}, {}};
+    Step step{&stage, {}, {}, {}};
     for (const StageInput& input : stage.inputs) {
       if (connect(step, input, recipe.inputs, plan.steps)) continue;
       throw RecipeError("the stage '" + stage.name + "' lacks its input '" + input.name + "' (" +
                         input.help + "): write it under inputs, or give --set " + input.name +
                         "=PATH");
     }
-    step.options_json = options_of(step, recipe.options.at(stage.name).list);
+    step.options = options_of(step, recipe.options.at(stage.name));
+    step.options_json = to_json(step.options.list).dump();
     plan.steps.push_back(std::move(step));
   }
   if (last_stage.empty()) plan.left_out = list_left_out(recipe, plan, running);
   return plan;
 }
 
-Plan plan_stage(const Stage& stage, const OptionList& options, const Inputs& inputs) {
-  Step step{&stage, to_json(options).dump(), {}};
+Plan plan_stage(const Stage& stage, const StageOptions& options, const Inputs& inputs) {
+  Step step{&stage, options, to_json(options.list).dump(), {}};
   for (const StageInput& input : stage.inputs) {
     if (!connect(step, input, inputs, {})) {
       throw UsageError("'organbake " + stage.name + "' lacks its input '" + input.name +

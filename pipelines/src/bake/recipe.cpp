@@ -51,6 +51,23 @@ Setting parse_setting(const std::string& text) {
           text.substr(equals + 1), "--set " + text};
 }
 
+// A setting of an option's former name, as one of its present name.
+Setting with_present_name(Setting setting, const std::map<std::string, StageOptions>& sections,
+                          std::vector<std::string>& notes) {
+  const auto section = sections.find(setting.section);
+  if (section == sections.end() || section->second.list.find(setting.key)) return setting;
+  const Option* option = section->second.list.find_former(setting.key);
+  if (!option) return setting;
+  try {
+    setting.value = option_text(parse_former_option(*option, setting.value, setting.origin));
+  } catch (const UsageError& error) {
+    throw RecipeError(error.what());
+  }
+  setting.key = option->name;
+  notes.push_back(setting.section + "." + former_name_note(*option));
+  return setting;
+}
+
 bool is_input(const std::string& key) {
   return key == "label" || is_input_frame_key(key) || is_recipe_input(key);
 }
@@ -111,6 +128,52 @@ void apply(Document& document, const std::map<std::string, StageOptions>& sectio
     const auto found = sections.find(setting.section);
     apply_option(document, found == sections.end() ? nullptr : &found->second.list, setting);
   }
+}
+
+// A value of a recipe as a command line gives it.
+std::string text_of(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const Json& component : value) text += (text.empty() ? "" : ",") + component.dump();
+  return text;
+}
+
+void rename(Document& document, const std::string& section, const std::string& key,
+            const Option& option) {
+  const std::string old_pointer = pointer_to(section, key);
+  const std::string where = document.location(old_pointer);
+  const Json given = document.json().at(section);
+  if (given.contains(option.name))
+    throw RecipeError(where + ": " + section + "." + key + " and " + option.name +
+                      " are one option; keep the second");
+  try {
+    const OptionValue value =
+        parse_former_option(option, text_of(given.at(key)), where + ": " + key);
+    document.set(pointer_to(section, option.name), to_json(value), where);
+  } catch (const UsageError& error) {
+    throw RecipeError(error.what());
+  }
+  document.remove(old_pointer);
+}
+
+// Options had no units in their names once; what follows knows the present names alone. Returns
+// what to say of it.
+std::vector<std::string> take_former_names(Document& document,
+                                           const std::map<std::string, StageOptions>& sections) {
+  std::vector<std::string> notes;
+  for (const auto& [name, section] : sections) {
+    const auto found = document.json().find(name);
+    if (found == document.json().end() || !found->is_object()) continue;
+    const Json given = *found;
+    for (const auto& [key, value] : given.items()) {
+      const Option* option = section.list.find(key) ? nullptr : section.list.find_former(key);
+      if (!option) continue;
+      rename(document, name, key, *option);
+      notes.push_back(name + "." + former_name_note(*option));
+    }
+  }
+  return notes;
 }
 
 Json section_of(const Json& json, const std::string& name) {
@@ -225,9 +288,10 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
   Recipe recipe;
   std::map<std::string, StageOptions> sections = default_options(recipe.bundle);
   Document document = read_document(file, sections);
+  recipe.notes = take_former_names(document, sections);
   std::set<std::string> set_by_user;
   for (const std::string& text : settings) {
-    const Setting setting = parse_setting(text);
+    const Setting setting = with_present_name(parse_setting(text), sections, recipe.notes);
     apply(document, sections, setting);
     if (setting.section.empty()) set_by_user.insert(setting.key);
   }

@@ -41,7 +41,7 @@ void check_from(const Plan& plan, const RunOptions& options) {
 
 StageCall make_call(const Step& step, const fs::path& folder, const RunContext& context,
                     const std::vector<StepResult>& earlier) {
-  StageCall call{step.options_json, {}, folder, context};
+  StageCall call{step.options.storage.get(), step.options_json, {}, folder, context};
   for (const InputSource& input : step.inputs) {
     if (!input.given.empty()) {
       call.inputs[input.name] = input.given;

@@ -165,10 +165,10 @@ class Estimator {
   }
 
   void phantom() {
-    const OptionValue size = recipe_.options.at("phantom").list.find("size")->get();
+    const OptionValue size = recipe_.options.at("phantom").list.find("size_voxels")->get();
     voxels_ = 1;
     for (const double n : std::get<std::vector<double>>(size)) voxels_ *= n;
-    const double pixels = std::pow(number("phantom", "photo_size"), 2);
+    const double pixels = std::pow(number("phantom", "photo_size_px"), 2);
     spend(voxels_ * cost::kPhantomVoxel_s +
               number("phantom", "photos") * pixels * cost::kPhotoPixel_s,
           voxels_ * cost::kPhantomVoxel_bytes + pixels * cost::kPhotoPixel_bytes);
@@ -190,7 +190,7 @@ class Estimator {
               std::ceil(frames / step) * pixels * cost::kShadedPixel_s,
           std::min(frames, kFramesInMemory) *
               (kFramePixels * cost::kFramePixel_bytes + pixels * cost::kShadedPixel_bytes));
-    faces_ = 2 * pixels / std::pow(number("shade", "mesh_step"), 2);
+    faces_ = 2 * pixels / std::pow(number("shade", "mesh_step_px"), 2);
   }
 
   void motion() {
@@ -215,11 +215,11 @@ class Estimator {
   double photo_pixels() const {
     if (const fs::path* photos = input("photos")) return pixels_beside(*photos);
     if (!recipe_.sections.contains("phantom")) return 0;
-    return number("phantom", "photos") * std::pow(number("phantom", "photo_size"), 2);
+    return number("phantom", "photos") * std::pow(number("phantom", "photo_size_px"), 2);
   }
 
   void capture() {
-    const double texels = number("place", "count") * std::pow(number("place", "size"), 2);
+    const double texels = number("place", "count") * std::pow(number("place", "size_px"), 2);
     spend(texels * cost::kTexel_s, texels * cost::kTexel_bytes + faces_ * cost::kFace_bytes +
                                        photo_pixels() * cost::kColorPixel_bytes);
   }

@@ -139,13 +139,9 @@ std::string unknown_key(const Document& document, Finding finding, const Json& s
          dotted(finding.pointer) + "'" + suggestion(key, known);
 }
 
-// Which numbers a schema of an option takes; the unit ends its description.
+// Which numbers a schema of an option takes.
 NumberRange range_of(const Json& schema) {
   NumberRange range;
-  const std::string text = schema.value("description", "");
-  const std::size_t bracket = text.rfind('[');
-  if (bracket != std::string::npos && text.back() == ']')
-    range.unit = text.substr(bracket + 1, text.size() - bracket - 2);
   const Json& numbers = schema.contains("anyOf") ? schema["anyOf"].front() : schema;
   if (numbers.contains("minimum")) range.min = numbers["minimum"].get<double>();
   if (numbers.contains("maximum")) range.max = numbers["maximum"].get<double>();

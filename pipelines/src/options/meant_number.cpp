@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "organbake/core/text.h"
 
@@ -23,17 +22,11 @@ bool NumberRange::holds(double value) const {
 }
 
 std::string meant_number(const NumberRange& range, std::string text) {
-  if (std::count(text.begin(), text.end(), ',') == 1) {
-    std::replace(text.begin(), text.end(), ',', '.');
-    const auto value = as_number(text);
-    return value && range.holds(*value) ? "; decimals stand behind a point: " + to_text(*value)
-                                        : std::string();
-  }
-  const auto degrees = as_number(text);
-  if (!degrees || range.unit != "rad" || !range.max) return {};
-  const double rad = *degrees * std::numbers::pi / 180;
-  if (!range.holds(rad)) return {};
-  return "; " + to_text(*degrees) + " degrees are " + to_text(rad, 4) + " rad";
+  if (std::count(text.begin(), text.end(), ',') != 1) return {};
+  std::replace(text.begin(), text.end(), ',', '.');
+  const auto value = as_number(text);
+  return value && range.holds(*value) ? "; decimals stand behind a point: " + to_text(*value)
+                                      : std::string();
 }
 
 }  // namespace organbake

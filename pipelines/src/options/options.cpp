@@ -5,6 +5,8 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <map>
+#include <numbers>
 
 #include "options/meant_number.h"
 #include "organbake/core/error.h"
@@ -36,6 +38,17 @@ std::string number_text(double value) {
   return whole ? std::to_string(static_cast<std::int64_t>(value)) : to_text(value);
 }
 
+// What the names of options in a unit end in; empty for a unit that no name tells, such as one that
+// depends on the volume.
+std::string name_ending(const std::string& unit) {
+  static const std::map<std::string, std::string> kEndings = {
+      {"mm", "_mm"},      {"px", "_px"},         {"deg", "_deg"},          {"s", "_s"},
+      {"HU", "_hu"},      {"kPa", "_kpa"},       {"kg/m³", "_kg_per_m3"},  {"mm²", "_mm2"},
+      {"mm, LPS", "_mm"}, {"voxels", "_voxels"}, {"Mbit/s", "_mbit_per_s"}};
+  const auto found = kEndings.find(unit);
+  return found == kEndings.end() ? std::string() : found->second;
+}
+
 std::string expected(const Option& option) {
   static constexpr const char* kNames[] = {"true or false",
                                            "a whole number",
@@ -53,7 +66,7 @@ std::string expected(const Option& option) {
   return range.empty() ? text : text + ", " + range;
 }
 
-NumberRange range_of(const OptionTraits& traits) { return {traits.unit, traits.min, traits.max}; }
+NumberRange range_of(const OptionTraits& traits) { return {traits.min, traits.max}; }
 
 std::string meant_by(const Option& option, std::string_view text) {
   const bool one_number = option.kind == OptionKind::integer || option.kind == OptionKind::number ||
@@ -143,6 +156,28 @@ bool allowed(const OptionTraits& traits, const OptionValue& value) {
   return true;
 }
 
+double from_radians(const Option& option, double value) {
+  const double angle = degrees(value);
+  for (const auto& limit : {option.traits.min, option.traits.max}) {
+    constexpr double kRounding = 1e-3;  // 1.571 was a hemisphere, and is 90°
+    if (limit && std::abs(angle - *limit) < kRounding * std::abs(*limit)) return *limit;
+  }
+  return angle;
+}
+
+// Each of the numbers, parted by commas; words stay.
+std::string in_degrees(const Option& option, std::string_view text) {
+  std::string all;
+  while (true) {
+    const std::string_view part = text.substr(0, text.find(','));
+    const auto rad = whole_number<double>(part);
+    all += rad ? to_text(from_radians(option, *rad)) : std::string(part);
+    if (part.size() == text.size()) return all;
+    all += ',';
+    text.remove_prefix(part.size() + 1);
+  }
+}
+
 // The choice that differs in capitals alone, as RAS from ras; else the text.
 std::string_view known_choice(const Option& option, std::string_view text) {
   for (const std::string& choice : option.traits.choices) {
@@ -155,6 +190,23 @@ std::string_view known_choice(const Option& option, std::string_view text) {
 }
 
 }  // namespace
+
+double radians(double degrees) { return degrees * (std::numbers::pi / 180); }
+
+double degrees(double rad) {
+  const double nearest = rad / radians(1);
+  for (const double end : {-1e300, 1e300}) {
+    const double neighbour = std::nextafter(nearest, end);
+    if (radians(nearest) != rad && radians(neighbour) == rad) return neighbour;
+  }
+  return nearest;
+}
+
+std::string Option::former_name() const {
+  const std::string ending = name_ending(traits.unit);
+  if (ending.empty() || !name.ends_with(ending)) return {};
+  return name.substr(0, name.size() - ending.size());
+}
 
 std::string Option::flag() const {
   std::string flag = "--" + name;
@@ -187,6 +239,20 @@ const Option* OptionList::find(std::string_view name) const {
   return nullptr;
 }
 
+const Option* OptionList::find_former(std::string_view name) const {
+  for (const Option& option : options_) {
+    const std::string former = option.former_name();
+    if (!former.empty() && same_name(former, name)) return &option;
+  }
+  return nullptr;
+}
+
+OptionList& OptionList::add(std::string name, Degrees target, OptionTraits traits) {
+  const auto get = [target] { return OptionValue(degrees(*target.rad)); };
+  return append({std::move(name), OptionKind::number, std::move(traits), get(), get,
+                 [target](const OptionValue& v) { *target.rad = radians(std::get<double>(v)); }});
+}
+
 std::vector<std::string> OptionList::names() const {
   std::vector<std::string> names;
   for (const Option& option : options_) names.push_back(option.name);
@@ -199,6 +265,19 @@ OptionValue parse_option(const Option& option, std::string_view text, const std:
   if (!value) refuse(option, where, text);
   check_option(option, *value, where);
   return *value;
+}
+
+OptionValue parse_former_option(const Option& option, std::string_view text,
+                                const std::string& where) {
+  if (option.traits.unit != "deg") return parse_option(option, text, where);
+  return parse_option(option, in_degrees(option, text),
+                      where + " (in radians, as " + option.name + " was once)");
+}
+
+std::string former_name_note(const Option& option) {
+  const bool angle = option.traits.unit == "deg";
+  return option.former_name() + (angle ? ", in radians," : "") + " is called " + option.name +
+         " now" + (angle ? ", in degrees" : "");
 }
 
 void check_option(const Option& option, const OptionValue& value, const std::string& where) {

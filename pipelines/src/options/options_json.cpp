@@ -136,10 +136,6 @@ void set_from_json(const OptionList& options, const Json& object, const std::str
   }
 }
 
-void set_from_json_text(const OptionList& options, const std::string& text) {
-  set_from_json(options, Json::parse(text), "");
-}
-
 Json options_schema(const OptionList& options) {
   Json properties = Json::object();
   for (const Option& option : options.all()) {

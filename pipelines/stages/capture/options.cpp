@@ -12,10 +12,10 @@ void bind(OptionList& list, CaptureStageOptions& o) {
                     "within a texel, or else 2",
             .min = 0,
             .max = 16})
-      .add("base_step", &o.capture.base_step_mm,
+      .add("base_step_mm", &o.capture.base_step_mm,
            {.help = "spacing of the base layer's nodes", .unit = "mm", .min = 0.01, .max = 1000})
       .add(
-          "skin_edge", &o.skin_edge_mm,
+          "skin_edge_mm", &o.skin_edge_mm,
           {.help = "about how long the edges of the smooth skin are that the proxy carries; 0 = no "
                    "skin: the organ bends along the proxy's edges, as in the paper",
            .unit = "mm",
@@ -30,12 +30,12 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {"gaussian", MicroSplit::gaussian},
            {"bilateral", MicroSplit::bilateral},
            {"guided", MicroSplit::guided}})
-      .add("micro_size", &o.detail.size_mm,
+      .add("micro_size_mm", &o.detail.size_mm,
            {.help = "size of what a filter takes for detail, at most 32 texels",
             .unit = "mm",
             .min = 0.05,
             .max = 1000})
-      .add("surface_edge", &o.surface_edge_mm,
+      .add("surface_edge_mm", &o.surface_edge_mm,
            {.help =
                 "longest edge of the coloured surface that --compare takes for truth, 0 = as it is",
             .unit = "mm",
@@ -78,7 +78,7 @@ void bind(OptionList& list, CaptureStageOptions& o) {
            {.help = "albedo of the plain material, linear RGB", .min = 0, .max = 1})
       .add("variation", &o.material.variation,
            {.help = "variation of the plain material's albedo", .min = 0, .max = 1})
-      .add("feature", &o.material.feature_mm,
+      .add("feature_mm", &o.material.feature_mm,
            {.help = "size of the plain material's largest spots",
             .unit = "mm",
             .min = 0.01,

@@ -125,7 +125,7 @@ std::optional<ExemplarPhoto> read_exemplar(const StageCall& call, double mm_per_
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<CaptureStageOptions>(call.options_json);
+  const auto options = call.options_as<CaptureStageOptions>();
   options.capture.check();
   options.detail.check();
   options.material.check();

@@ -17,12 +17,12 @@ void bind(OptionList& list, DecimateStageOptions& options) {
                "their own), up to 6000",
            .min = 4,
            .max = 10000000})
-      .add("tool_radius", &options.tool_radius_mm,
+      .add("tool_radius_mm", &options.tool_radius_mm,
            {.help = "radius of the tip that faces = auto makes the proxy for",
             .unit = "mm",
             .min = 0.5,
             .max = 100})
-      .add("max_error", &o.max_error_mm,
+      .add("max_error_mm", &o.max_error_mm,
            {.help = "fewest faces within this distance both ways, measured; 0 = go by faces",
             .unit = "mm",
             .min = 0,

@@ -33,7 +33,7 @@ std::size_t auto_faces(const TriangleMesh& surface, double tool_radius_mm,
 }
 
 StageReport run(const StageCall& call) {
-  const auto asked = resolved_options<DecimateStageOptions>(call.options_json);
+  const auto asked = call.options_as<DecimateStageOptions>();
   DecimateOptions options = asked.decimate;
   if (asked.faces) options.faces = whole(*asked.faces);
   options.check();

@@ -21,10 +21,10 @@ void bind(OptionList& list, ExportOptions& o) {
            {.help = "for formats with a surface, its most faces; 0 = all of the base layer's",
             .min = 0,
             .max = 10'000'000});
-  list.add("texture", &o.texture,
+  list.add("texture_px", &o.texture,
            {.help = "for formats with a surface, the side of its texture; auto: 2048 for gltf and "
                     "usd, as fine as the maps for obj and sofa",
-            .unit = "texels",
+            .unit = "px",
             .min = 64,
             .max = 8192});
   list.add(

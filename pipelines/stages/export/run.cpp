@@ -148,7 +148,7 @@ void write_sofa(const Bundle& bundle, const ExportOptions& options, const fs::pa
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<ExportOptions>(call.options_json);
+  const auto options = call.options_as<ExportOptions>();
   const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
   switch (options.format) {
     case ExportFormat::gltf:

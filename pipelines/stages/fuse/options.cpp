@@ -8,12 +8,12 @@ namespace organbake {
 
 void bind(OptionList& list, FuseStageOptions& options) {
   FusionOptions& o = options.fusion;
-  list.add("voxel", &o.voxel_mm,
+  list.add("voxel_mm", &o.voxel_mm,
            {.help = "side of the volume's voxels; 0 = as fine as the depth maps' pixels",
             .unit = "mm",
             .min = 0,
             .max = 50})
-      .add("truncation", &o.truncation_mm,
+      .add("truncation_mm", &o.truncation_mm,
            {.help = "how far from the surface distances count; 0 = by the noise",
             .unit = "mm",
             .min = 0,
@@ -41,16 +41,16 @@ void bind(OptionList& list, FuseStageOptions& options) {
             {"one", DepthScale::one},
             {"each", DepthScale::each}})
       .add("refine", &o.refine, {.help = "move the cameras so that the depth maps agree"})
-      .add("place", &o.off.place_mm,
+      .add("place_mm", &o.off.place_mm,
            {.help = "how far off the cameras may be, standard deviation; for refine",
             .unit = "mm",
             .min = 0.001,
             .max = 50})
-      .add("angle", &o.off.angle_rad,
+      .add("angle_deg", Degrees{&o.off.angle_rad},
            {.help = "how much turned the cameras may be, standard deviation; for refine",
-            .unit = "rad",
-            .min = 1e-5,
-            .max = 0.5})
+            .unit = "deg",
+            .min = 0.0005,
+            .max = 30})
       .add("largest", &o.largest,
            {.help = "pieces of largest area that are kept; 0 = all", .min = 0, .max = 1000000});
   bind_unit(list, options.unit, "unit of the depth maps");

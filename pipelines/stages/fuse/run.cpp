@@ -102,7 +102,7 @@ void tell_poses(const DepthViews& read, const RunContext& context, StageReport& 
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<FuseStageOptions>(call.options_json);
+  const auto options = call.options_as<FuseStageOptions>();
   options.fusion.check();
   const DepthViews read = read_depth_views(call, mm_per(options.unit));
   const std::vector<DepthView>& views = read.views;

@@ -115,7 +115,7 @@ std::size_t describe_folder(const std::filesystem::path& folder, StageReport& re
 
 void describe_volume_at(const std::filesystem::path& path, const StageCall& call,
                         StageReport& report) {
-  const ReadStageOptions reading = resolved_options<InspectStageOptions>(call.options_json).reading;
+  const ReadStageOptions reading = call.options_as<InspectStageOptions>().reading;
   const bool folder = std::filesystem::is_directory(path);
   StageReport listed;
   const std::size_t series =
@@ -141,7 +141,7 @@ void describe_volume_at(const std::filesystem::path& path, const StageCall& call
 StageReport run(const StageCall& call) {
   StageReport report;
   if (const auto* path = call.input("mesh")) {
-    const auto asked = resolved_options<InspectStageOptions>(call.options_json);
+    const auto asked = call.options_as<InspectStageOptions>();
     MeshFrame frame;
     const TriangleMesh mesh = read_mesh(*path, asked.frame, call.context, frame);
     describe(mesh, report);

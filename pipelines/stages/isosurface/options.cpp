@@ -24,7 +24,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
            {.help = "a surface for every label of the mask, named for it, in the folder -o DIR"})
       .add("largest", &o.largest,
            {.help = "components kept, by area; 0 = all", .min = 0, .max = 1000000})
-      .add("min_size", &o.min_size_mm,
+      .add("min_size_mm", &o.min_size_mm,
            {.help = "components whose box is nowhere longer are dropped",
             .unit = "mm",
             .min = 0,
@@ -32,7 +32,7 @@ void bind(OptionList& list, IsosurfaceStageOptions& options) {
       .add("refine", &o.refine,
            {.help = "place a CT's surface by all voxels across the edge, not by two of them: right "
                     "inside thick slices"})
-      .add("smooth", &o.smooth_mm,
+      .add("smooth_mm", &o.smooth_mm,
            {.help = "Gaussian on a mask before its surface is taken; 0 leaves voxel stairs",
             .unit = "mm",
             .min = 0,

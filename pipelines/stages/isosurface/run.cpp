@@ -142,7 +142,7 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<IsosurfaceStageOptions>(call.options_json);
+  const auto options = call.options_as<IsosurfaceStageOptions>();
   options.surface.check();
   if (options.each_label) return run_each_label(call, options);
   if (!call.input("mask") && options.label != IsosurfaceStageOptions().label) {

@@ -8,14 +8,14 @@ namespace organbake {
 
 void bind(OptionList& list, MechanicsStageOptions& options) {
   MechanicsOptions& o = options.mechanics;
-  list.add("young_modulus", &o.young_modulus_kpa,
+  list.add("young_modulus_kpa", &o.young_modulus_kpa,
            {.help = "Young's modulus of the tissue; liver: about 5…15",
             .unit = "kPa",
             .min = 1e-3,
             .max = 1e6})
-      .add("density", &o.density_kg_per_m3,
+      .add("density_kg_per_m3", &o.density_kg_per_m3,
            {.help = "density of the tissue", .unit = "kg/m³", .min = 1, .max = 30000})
-      .add("thickness", &o.thickness_mm,
+      .add("thickness_mm", &o.thickness_mm,
            {.help = "thickness of the layer of tissue that a surface spring stands for, and of the "
                     "tetrahedra under a surface that only one viewpoint has seen",
             .unit = "mm",
@@ -29,14 +29,14 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
            {.help = "share of the vertices that don't move", .min = 0, .max = 1})
       .add("anchor_direction", &o.anchor_direction,
            {.help = "the vertices farthest along it are held; +y of LPS is the patient's back"})
-      .add("instrument_radius", &o.instrument_radius_mm,
+      .add("instrument_radius_mm", &o.instrument_radius_mm,
            {.help = "radius of an instrument's tip, unless a script says another",
             .unit = "mm",
             .min = 0.01,
             .max = 1000})
       .add("fem", &o.fem, {.help = "tetrahedra too, for organplay --solver fem"})
       .add(
-          "fem_cell", &o.fem_cell_mm,
+          "fem_cell_mm", &o.fem_cell_mm,
           {.help = "cell of the lattice that the tetrahedra are cut from; 0 = by the proxy's edges",
            .unit = "mm",
            .min = 0,

@@ -13,7 +13,7 @@ namespace organbake {
 namespace {
 
 StageReport run(const StageCall& call) {
-  const auto asked = resolved_options<MechanicsStageOptions>(call.options_json);
+  const auto asked = call.options_as<MechanicsStageOptions>();
   const MechanicsOptions& options = asked.mechanics;
   options.check();
   const TriangleMesh proxy = read_mesh(*call.input("proxy"), asked.frame, call.context);

@@ -18,12 +18,12 @@ void bind(OptionList& list, MotionStageOptions& o) {
            {.help = "how often the key frames' size is halved before depth is made",
             .min = 0,
             .max = 4})
-      .add("field_of_view", &o.field_of_view_rad,
+      .add("field_of_view_deg", Degrees{&o.field_of_view_rad},
            {.help = "across the frame's width, where the search for the lens starts when no "
                     "intrinsics are given",
-            .unit = "rad",
-            .min = kNarrowestView_rad,
-            .max = kWidestView_rad})
+            .unit = "deg",
+            .min = 2.9,
+            .max = 160.4})
       .add("range_mm", &o.range_mm,
            {.help = "median distance of the tissue, makes depth metric; 0 = unknown",
             .unit = "mm",
@@ -31,7 +31,7 @@ void bind(OptionList& list, MotionStageOptions& o) {
             .max = 10000})
       .add("shading", &o.shading,
            {.help = "fill by the picture's brightness what parallax leaves open"})
-      .add("voxel", &o.voxel,
+      .add("voxel_mm", &o.voxel,
            {.help = "side of the voxels in which the depth maps are fused; 0 = as fine as "
                     "parallax tells depth, a share of the median distance",
             .unit = "mm",

@@ -153,7 +153,7 @@ void write_surface(const StageCall& call, const FollowedClip& clip,
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<MotionStageOptions>(call.options_json);
+  const auto options = call.options_as<MotionStageOptions>();
   options.tracking.check();
   const FollowedClip clip = follow_clip(call, options);
   StageReport report;

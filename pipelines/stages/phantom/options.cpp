@@ -36,12 +36,12 @@ void bind_clip(OptionList& list, PhantomStageOptions& o) {
                 "turning about its lens, round in a circle, all of these and back again, or "
                 "zooming",
             .choices = path_names()})
-      .add("breathing", &o.clip.breathing_mm,
+      .add("breathing_mm", &o.clip.breathing_mm,
            {.help = "how far a breath pushes the liver that a scope moves over along a path",
             .unit = "mm",
             .min = 0,
             .max = 20})
-      .add("breathing_period", &o.clip.breathing_period_s,
+      .add("breathing_period_s", &o.clip.breathing_period_s,
            {.help = "time from one breath to the next, at 25 frames a second",
             .unit = "s",
             .min = 1,
@@ -51,7 +51,7 @@ void bind_clip(OptionList& list, PhantomStageOptions& o) {
             .min = 0,
             .max = 1})
       .add(
-          "bit_rate", &o.bit_rate_mbps,
+          "bit_rate_mbit_per_s", &o.bit_rate_mbps,
           {.help = "write the frames along a path as an H.264 video of this rate, clip.mp4; 0 = as "
                    "PNG files",
            .unit = "Mbit/s",
@@ -67,15 +67,15 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "number that the shape and the noise are drawn from",
             .min = 0,
             .max = kLargestSeed})
-      .add("size", &o.organ.ct_size,
+      .add("size_voxels", &o.organ.ct_size,
            {.help = "size of the CT", .unit = "voxels", .min = 8, .max = 1024})
-      .add("spacing", &o.organ.spacing_mm,
+      .add("spacing_mm", &o.organ.spacing_mm,
            {.help = "distance between voxels", .unit = "mm", .min = 0.05, .max = 50})
-      .add("noise", &o.organ.noise_hu,
+      .add("noise_hu", &o.organ.noise_hu,
            {.help = "standard deviation of the CT's noise", .unit = "HU", .min = 0, .max = 500})
       .add("photos", &o.organ.photo_count,
            {.help = "photographs from known poses", .min = 0, .max = 256})
-      .add("photo_size", &o.organ.photo_size,
+      .add("photo_size_px", &o.organ.photo_size,
            {.help = "side of a photograph, which is square", .unit = "px", .min = 16, .max = 8192})
       .add("truth_subdivisions", &o.truth_subdivisions,
            {.help = "subdivisions n of the true mesh, which has 20·4ⁿ faces", .min = 1, .max = 9})
@@ -83,12 +83,12 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "number of a laparoscopy's frames; 0 = 8, or 120 along a path",
             .min = 0,
             .max = 100000})
-      .add("frame_width", &o.frame_width,
+      .add("frame_width_px", &o.frame_width,
            {.help = "width of a laparoscopy's frame; 0 = 640, or 1280 along a path",
             .unit = "px",
             .min = 0,
             .max = 4096})
-      .add("frame_height", &o.frame_height,
+      .add("frame_height_px", &o.frame_height,
            {.help = "height of a laparoscopy's frame; 0 = 480, or 720 along a path",
             .unit = "px",
             .min = 0,
@@ -103,7 +103,7 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "strength of a laparoscopy's mirror reflections", .min = 0, .max = 10})
       .add("instrument", &o.laparoscopy.instrument,
            {.help = "a steel instrument comes into a laparoscopy's view"})
-      .add("light_beside", &o.laparoscopy.light_offset_x_mm,
+      .add("light_beside_mm", &o.laparoscopy.light_offset_x_mm,
            {.help = "how far a laparoscopy's light stands to the right of its lens",
             .unit = "mm",
             .min = -20,
@@ -112,12 +112,12 @@ void bind(OptionList& list, PhantomStageOptions& o) {
            {.help = "a laparoscopy's light falls off as cosⁿ of the angle to the axis; 0 = even",
             .min = 0,
             .max = 20})
-      .add("tilt", &o.laparoscopy.tilt_rad,
+      .add("tilt_deg", Degrees{&o.laparoscopy.tilt_rad},
            {.help = "tilt of a laparoscopy's view onto the tissue; 0 = from above",
-            .unit = "rad",
-            .min = -0.7,
-            .max = 0.7})
-      .add("baseline", &o.laparoscopy.baseline_mm,
+            .unit = "deg",
+            .min = -40.2,
+            .max = 40.2})
+      .add("baseline_mm", &o.laparoscopy.baseline_mm,
            {.help =
                 "distance from the left eye of a stereo laparoscopy to the right one; 0 = one eye",
             .unit = "mm",

@@ -42,7 +42,7 @@ void write_photos(const OrganPhantom& phantom, const fs::path& folder, const Run
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<PhantomStageOptions>(call.options_json);
+  const auto options = call.options_as<PhantomStageOptions>();
   if (options.kind == "laparoscopy")
     return options.moves_along_path() ? run_moving_clip(options, call)
                                       : run_laparoscopy(options, call);

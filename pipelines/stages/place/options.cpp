@@ -23,7 +23,7 @@ void bind(OptionList& list, PlaceStageOptions& o) {
             .max = 1})
       .add("overlap", &o.goal.overlap,
            {.help = "cameras that must see it, of a coverage", .min = 1, .max = 4})
-      .add("texel", &o.goal.texel_mm,
+      .add("texel_mm", &o.goal.texel_mm,
            {.help = "longest side of a texel on what counts as seen; 0 = any",
             .unit = "mm",
             .min = 0,
@@ -41,21 +41,21 @@ void bind(OptionList& list, PlaceStageOptions& o) {
                     "to see of a hundred times as many",
             .min = 64,
             .max = 65536})
-      .add("size", &o.placement.map_size,
+      .add("size_px", &o.placement.map_size,
            {.help = "side of the cameras' maps, which are square",
             .unit = "px",
             .min = 8,
             .max = 16384})
-      .add("field_of_view", &o.placement.field_of_view_rad,
-           {.help = "angle of view of each camera", .unit = "rad", .min = 0.01, .max = 2.5})
+      .add("field_of_view_deg", Degrees{&o.placement.field_of_view_rad},
+           {.help = "angle of view of each camera", .unit = "deg", .min = 0.5, .max = 143.5})
       .add("margin", &o.placement.margin,
            {.help = "free border round the organ, share of the map", .min = 0, .max = 0.4})
       .add("cone_axis", &o.cone_axis, {.help = "axis of the viewing cone, from the organ's centre"})
-      .add("cone_angle", &o.cone_angle_rad,
-           {.help = "half angle of the viewing cone, 1.571 = a hemisphere; 0 = cameras all round",
-            .unit = "rad",
+      .add("cone_angle_deg", Degrees{&o.cone_angle_rad},
+           {.help = "half angle of the viewing cone, 90 = a hemisphere; 0 = cameras all round",
+            .unit = "deg",
             .min = 0,
-            .max = 1.571})
+            .max = 90})
       .add("report", &o.report,
            {.help = "brief: coverage and texel sizes, from fewer samples; full: what views miss as "
                     "well, at rest and poked, and the surface painted by what cameras see"},

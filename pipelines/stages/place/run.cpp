@@ -61,7 +61,7 @@ void tell_views(const CoverageReport& coverage, StageReport& report) {
 }
 
 StageReport run(const StageCall& call) {
-  const auto asked = resolved_options<PlaceStageOptions>(call.options_json);
+  const auto asked = call.options_as<PlaceStageOptions>();
   const PlacementOptions options = asked.resolved();
   options.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
@@ -86,7 +86,7 @@ StageReport run(const StageCall& call) {
   } else {
     report.skipped.push_back({"what views miss, and seen.ply", "report is brief, not full"});
   }
-  if (!options.cone) report.skipped.push_back({"the viewing cone", "cone_angle is 0"});
+  if (!options.cone) report.skipped.push_back({"the viewing cone", "cone_angle_deg is 0"});
   return report;
 }
 

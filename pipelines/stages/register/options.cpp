@@ -36,7 +36,7 @@ void bind(OptionList& list, RegisterStageOptions& o) {
            {.help = "take the surface's vertex colours for its albedo"})
       .add("from_poses", &o.from_poses,
            {.help = "start unposed photos from the poses in their document"})
-      .add("finest_side", &r.finest_side_px,
+      .add("finest_side_px", &r.finest_side_px,
            {.help = "a photo is halved until no side is longer",
             .unit = "px",
             .min = 64,

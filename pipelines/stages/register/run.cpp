@@ -188,7 +188,7 @@ std::vector<NamedPose> register_all(const StageCall& call, const RegisteredSurfa
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<RegisterStageOptions>(call.options_json);
+  const auto options = call.options_as<RegisterStageOptions>();
   options.registration.check();
   TriangleMesh mesh = read_mesh(*call.input("surface"), options.frame, call.context);
   if (!options.vertex_albedo) {

@@ -15,14 +15,14 @@ void bind(OptionList& list, RepairStageOptions& options) {
           {.help = "pieces of less than this share of the largest one's area are dropped; 0 = none",
            .min = 0,
            .max = 0.999})
-      .add("hole", &o.hole_mm,
+      .add("hole_mm", &o.hole_mm,
            {.help = "holes up to this width are closed; 0 = a tenth of the surface's size",
             .unit = "mm",
             .min = 0,
             .max = 1e6})
       .add("tunnels", &o.most_tunnels,
            {.help = "a surface with more tunnels is wrapped", .min = 0, .max = 1000000})
-      .add("wrap", &o.wrap_mm,
+      .add("wrap_mm", &o.wrap_mm,
            {.help = "what a wrap closes, gaps and tunnels; 0 = a hundredth of the surface's size",
             .unit = "mm",
             .min = 0,

@@ -12,7 +12,7 @@ namespace organbake {
 namespace {
 
 StageReport run(const StageCall& call) {
-  const auto asked = resolved_options<RepairStageOptions>(call.options_json);
+  const auto asked = call.options_as<RepairStageOptions>();
   asked.repair.check();
   const TriangleMesh surface = read_mesh(*call.input("mesh"), asked.frame, call.context);
   RepairSummary summary;

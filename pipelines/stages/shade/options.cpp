@@ -10,23 +10,30 @@
 #include "stages/shared/clip_options.h"
 
 namespace organbake {
+namespace {
+
+// A light along the picture; a little more, for angles that came rounded, in radians.
+constexpr double kSteepest_deg = 90.0005;
+
+}  // namespace
 
 void ShadeStageOptions::resolve() {
   if (light_offset_mm.z() != 0)
-    throw UsageError("light_offset: its third component must be 0; the light lies beside the lens");
+    throw UsageError(
+        "light_offset_mm: its third component must be 0; the light lies beside the lens");
   shading.laparoscope.light_offset_x_mm = light_offset_mm.x();
   shading.laparoscope.light_offset_y_mm = light_offset_mm.y();
   const SelectionOptions chosen = selection_of(selection.every, sharpest);
   selection.every = chosen.every;
   selection.sharpest = chosen.sharpest;
   if (light == "auto") return;
-  DistantLight given;
+  double tilt_deg = 0, slant_deg = 0;
   char rest = 0;
-  if (std::sscanf(light.c_str(), "%lf,%lf%c", &given.tilt_rad, &given.slant_rad, &rest) != 2 ||
-      !(given.slant_rad >= 0 && given.slant_rad <= 1.5708) || !(std::abs(given.tilt_rad) < 1e6))
-    throw UsageError("light is '" + light +
-                     "'; it must be auto, or tilt,slant in rad (slant 0…1.5708), such as 0.5,0.7");
-  shading.light = given;
+  if (std::sscanf(light.c_str(), "%lf,%lf%c", &tilt_deg, &slant_deg, &rest) != 2 ||
+      !(slant_deg >= 0 && slant_deg <= kSteepest_deg) || !(std::abs(tilt_deg) < 1e6))
+    throw UsageError("light_deg is '" + light +
+                     "'; it must be auto, or tilt,slant in degrees (slant 0…90), such as 30,40");
+  shading.light = DistantLight{radians(tilt_deg), radians(slant_deg)};
 }
 
 void bind(OptionList& list, ShadeStageOptions& o) {
@@ -36,12 +43,12 @@ void bind(OptionList& list, ShadeStageOptions& o) {
            {{"laparoscope", ShadingModel::laparoscope},
             {"tsai-shah", ShadingModel::tsai_shah},
             {"distant", ShadingModel::distant}})
-      .add("light", &o.light,
+      .add("light_deg", &o.light,
            {.help = "direction of a distant model's light: auto, or tilt,slant (0 = right, turning "
                     "down)",
-            .unit = "rad"})
+            .unit = "deg"})
       .add(
-          "light_offset", &o.light_offset_mm,
+          "light_offset_mm", &o.light_offset_mm,
           {.help = "offset of the laparoscope's light from its lens, right and down; needs a range",
            .unit = "mm",
            .min = -50,
@@ -55,16 +62,16 @@ void bind(OptionList& list, ShadeStageOptions& o) {
             .unit = "mm",
             .min = 0,
             .max = 10000})
-      .add("albedo", &o.shading.albedo,
+      .add("albedo_mm2", &o.shading.albedo,
            {.help = "brightness (0…1, linear) = albedo · cos / r²; makes depth metric; 0 = unknown",
             .unit = "mm²",
             .min = 0,
             .max = 1e9})
-      .add("field_of_view", &o.field_of_view_rad,
+      .add("field_of_view_deg", Degrees{&o.field_of_view_rad},
            {.help = "across the frame's width when no intrinsics are given",
-            .unit = "rad",
-            .min = kNarrowestView_rad,
-            .max = kWidestView_rad})
+            .unit = "deg",
+            .min = 2.9,
+            .max = 160.4})
       .add("texture", &o.shading.laparoscope.texture,
            {.help = "share of brightness that is not taken for shape", .min = 1e-4, .max = 1})
       .add("iterations", &o.shading.iterations,
@@ -96,13 +103,13 @@ Stage shade_stage() {
             "a frame (PNG, JPEG, EXR), a folder of frames, or a video"},
            {"intrinsics", InputKind::lenses,
             "the laparoscope: calibration of OpenCV (YAML, JSON, XML), Kalibr or MATLAB (JSON), "
-            "cameras.json, COLMAP folder or transforms.json; else --field-of-view",
+            "cameras.json, COLMAP folder or transforms.json; else --field-of-view-deg",
             false},
            {"instruments", InputKind::file,
             "mask of the frames' size (PNG), not black = instrument; else found by colour", false},
            {"lamp", InputKind::file,
             "lighting.json of the same endoscope, as stereo writes it: the place and beam of "
-            "its lamp, instead of --light-offset and --beam",
+            "its lamp, instead of --light-offset-mm and --beam",
             false}},
       .outputs = {{"surface", "surface.ply"},
                   {"lighting", "lighting.json", true},

@@ -33,7 +33,7 @@ std::optional<Mask> mask_at(const fs::path* path) {
 void take_lamp(const fs::path& path, LaparoscopeOptions& options) {
   if (options.beam_exponent != 0 || options.light_offset_x_mm != 0 ||
       options.light_offset_y_mm != 0)
-    throw UsageError("the lamp is told twice: take --lamp, or --beam and --light-offset");
+    throw UsageError("the lamp is told twice: take --lamp, or --beam and --light-offset-mm");
   const LaparoscopeOptions lamp =
       lamp_of(lighting_from_json(read_text_file(path), path.string()), path.string());
   options.beam_exponent = lamp.beam_exponent;
@@ -128,7 +128,7 @@ void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const 
 }
 
 StageReport run(const StageCall& call) {
-  auto options = resolved_options<ShadeStageOptions>(call.options_json);
+  auto options = call.options_as<ShadeStageOptions>();
   options.resolve();
   if (const fs::path* lamp = call.input("lamp")) take_lamp(*lamp, options.shading.laparoscope);
   options.shading.check();

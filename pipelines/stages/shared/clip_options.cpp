@@ -27,7 +27,7 @@ void bind_key_frame(OptionList& list, bool& keep_light, bool& strict, int& mesh_
            {.help = "frame of the clip that becomes surface.ply; -1 = the most confident",
             .min = -1,
             .max = 100000000})
-      .add("mesh_step", &mesh.step_px,
+      .add("mesh_step_px", &mesh.step_px,
            {.help = "step of the surface's grid", .unit = "px", .min = 1, .max = 64})
       .add("tear", &mesh.tear,
            {.help = "neighbours whose depths differ by a larger share are not joined",

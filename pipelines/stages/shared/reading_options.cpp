@@ -16,7 +16,7 @@ void bind(OptionList& list, ReadStageOptions& o) {
           "strict", &o.strict,
           {.help = "refuse a DICOM series with uneven, missing, repeated or damaged slices instead "
                    "of mending it"})
-      .add("roi", &o.roi,
+      .add("roi_mm", &o.roi,
            {.help = "two corners x0,y0,z0,x1,y1,z1 of the box that is read; else all",
             .unit = "mm, LPS"});
 }

@@ -16,9 +16,9 @@ void bind(OptionList& list, StereoStageOptions& o) {
             {"top-bottom", StereoLayout::top_bottom}})
       .add("swap_eyes", &o.swap_eyes, {.help = "the right eye's picture comes first"});
   bind_unit(list, o.unit, "unit of the calibration's lengths");
-  list.add("nearest", &o.stereo.nearest_mm,
+  list.add("nearest_mm", &o.stereo.nearest_mm,
            {.help = "that tissue comes to the lens", .unit = "mm", .min = 1, .max = 10000})
-      .add("farthest", &o.stereo.farthest_mm,
+      .add("farthest_mm", &o.stereo.farthest_mm,
            {.help = "that tissue is from the lens", .unit = "mm", .min = 2, .max = 100000})
       .add("reach", &o.stereo.reach,
            {.help = "gaps are closed over this share of the picture's width, where the surface "

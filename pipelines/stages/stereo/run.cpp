@@ -143,7 +143,7 @@ void write_pair_surface(const StereoClipResult& clip, const RectifiedEyes& eyes,
 }
 
 StageReport run(const StageCall& call) {
-  const auto options = resolved_options<StereoStageOptions>(call.options_json);
+  const auto options = call.options_as<StereoStageOptions>();
   options.stereo.check();
   const fs::path &left = *call.input("left"), &calibration = *call.input("calibration");
   EyeSource source = open_eyes(left, call.input("right"), options, call.context);

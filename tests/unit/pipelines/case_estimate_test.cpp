@@ -57,8 +57,8 @@ TEST_F(CaseEstimateTest, FewerFramesAndSmallerMapsNeedLess) {
   const std::string clip = "frames=" + file("c.mp4", "x", 50'000'000).string();
   const CaseEstimate all = estimate({clip});
   EXPECT_LT(estimate({clip, "shade.every=25"}).cpu_seconds, all.cpu_seconds);
-  EXPECT_LT(estimate({clip, "place.size=64"}).memory_mb,
-            estimate({clip, "place.size=4096"}).memory_mb);
+  EXPECT_LT(estimate({clip, "place.size_px=64"}).memory_mb,
+            estimate({clip, "place.size_px=4096"}).memory_mb);
 }
 
 TEST_F(CaseEstimateTest, SaysWhyNothingCanBeTold) {

@@ -108,7 +108,7 @@ TEST_F(PlanTest, TheUnitIsThatOfWhatIsGiven) {
 TEST_F(PlanTest, SaysWhatOfAQualityTheRecipeOutranks) {
   const Plan draft = plan("quality: draft\nplace: {count: 5}\n", {"ct=x"});
   EXPECT_EQ(why_left_out(draft, "place.count of quality draft"), "the recipe says 5");
-  EXPECT_EQ(why_left_out(draft, "place.size of quality draft"), "it was not left out");
+  EXPECT_EQ(why_left_out(draft, "place.size_px of quality draft"), "it was not left out");
 }
 
 TEST_F(PlanTest, StopsAfterTheLastStageAskedFor) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "fake_stages.h"
 #include "organbake/core/error.h"
@@ -125,15 +126,37 @@ TEST_F(RecipeTest, ErrorsNameLineKeyAndTheNearestKey) {
               HasSubstr("recipe.yaml:3: decimate.faces is 3; it must be a number, at least 4"));
   EXPECT_THAT(error("decimate:\n  method: magic\n"), HasSubstr("lindstrom-turk"));
   EXPECT_THAT(error("capture: {material: Livr}\n"), HasSubstr("did you mean 'liver'?"));
-  EXPECT_THAT(error("place: {field_of_view: 70}\n"), HasSubstr("70 degrees are 1.2217 rad"));
-  EXPECT_THAT(error("", {"place.field_of_view=70"}), HasSubstr("70 degrees are 1.2217 rad"));
+  EXPECT_THAT(
+      error("place: {field_of_view: 70}\n"),
+      HasSubstr("recipe.yaml:2: field_of_view (in radians, as field_of_view_deg was once)"));
+  EXPECT_THAT(error("", {"place.field_of_view=70"}), HasSubstr("as field_of_view_deg was once"));
+  EXPECT_THAT(error("place: {texel: 2, texel_mm: 3}\n"), HasSubstr("are one option"));
   EXPECT_THAT(error("decimate: 80\n"), HasSubstr("decimate is 80; it must be a group of keys"));
+}
+
+TEST_F(RecipeTest, NamesWithoutTheirUnitAreTakenWithANote) {
+  const Recipe recipe = read("place: {texel: 2, cone_angle: 0.7}\nshade: {light: '0.5,0.7'}\n",
+                             {"place.field_of_view=0.35"});
+  const auto value = [&](const char* stage, const char* name) {
+    return recipe.options.at(stage).list.find(name)->get();
+  };
+  EXPECT_EQ(value("place", "texel_mm"), OptionValue(2.0));
+  constexpr double kDegrees = 180 / std::numbers::pi, kRounding = 1e-12;
+  EXPECT_NEAR(std::get<double>(value("place", "cone_angle_deg")), 0.7 * kDegrees, kRounding);
+  EXPECT_NEAR(std::get<double>(value("place", "field_of_view_deg")), 0.35 * kDegrees, kRounding);
+  EXPECT_THAT(std::get<std::string>(value("shade", "light_deg")), testing::StartsWith("28.64"));
+  EXPECT_THAT(recipe.notes,
+              testing::UnorderedElementsAre(
+                  "place.texel is called texel_mm now",
+                  "place.cone_angle, in radians, is called cone_angle_deg now, in degrees",
+                  "place.field_of_view, in radians, is called field_of_view_deg now, in degrees",
+                  "shade.light, in radians, is called light_deg now, in degrees"));
 }
 
 TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
   EXPECT_THAT(error("", {"decimate.facs=3"}), HasSubstr("--set decimate.facs=3: unknown key"));
   // A group that is nowhere in the file is the setting's own.
-  EXPECT_THAT(error("", {"place.size=64", "plase.size=64"}),
+  EXPECT_THAT(error("", {"place.size_px=64", "plase.size=64"}),
               HasSubstr("--set plase.size=64: unknown key 'plase'"));
   EXPECT_THAT(error("", {"decimate.faces=x"}), HasSubstr("--set decimate.faces=x: 'x' is not"));
   EXPECT_THAT(error("", {"faces=9"}), HasSubstr("say decimate.faces"));
@@ -149,7 +172,7 @@ TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
 
 TEST_F(RecipeTest, AQualityStandsBelowTheRecipeAndItsSettings) {
   const Recipe recipe =
-      read("quality: draft\nplace: {count: 5}\n", {"place.size=300", "decimate.flips=false"});
+      read("quality: draft\nplace: {count: 5}\n", {"place.size_px=300", "decimate.flips=false"});
   EXPECT_EQ(recipe.quality, "draft");
   EXPECT_EQ(integer(recipe, "capture", "rays_per_texel_side"), 1) << "the draft's";
   EXPECT_EQ(integer(recipe, "place", "count"), 5) << "the recipe's";

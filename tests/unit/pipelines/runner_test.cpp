@@ -65,9 +65,9 @@ TEST_F(RunnerTest, AWarmBakeRunsNothingAndLeavesTheBundleAlone) {
 TEST_F(RunnerTest, OnlyWhatDependsOnAChangeRunsAgain) {
   bake();
   EXPECT_EQ(bake({"decimate.faces=100"}).calls, "decimate mechanics capture");
-  EXPECT_EQ(bake({"mechanics.density=1000"}).calls, "mechanics");
+  EXPECT_EQ(bake({"mechanics.density_kg_per_m3=1000"}).calls, "mechanics");
   EXPECT_EQ(bake({"place.count=4"}).calls, "place capture");
-  EXPECT_EQ(bake({"capture.base_step=3"}).calls, "capture");
+  EXPECT_EQ(bake({"capture.base_step_mm=3"}).calls, "capture");
   EXPECT_EQ(bake({"bundle.surface=true"}).calls, "");
   EXPECT_EQ(bake().calls, "") << "and the first bake's steps are all still there";
 }

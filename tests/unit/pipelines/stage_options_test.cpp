@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "organbake/core/error.h"
 #include "organbake/pipelines/stage_binding.h"
@@ -33,19 +34,58 @@ TEST(StageOptions, NoOptionHidesAnInputOrASharedFlag) {
   }
 }
 
-TEST(StageOptions, SurviveTheWayThroughAModulesDoor) {
+TEST(StageOptions, ACopyHasTheValuesAndItsOwnStruct) {
   PlaceStageOptions options;
-  options.placement.count = 5;
   options.cone_axis = {0.1, 0.2, -0.3};
   options.cone_angle_rad = 0.7;
-  OptionList list;
-  bind(list, options);
-  const auto back = resolved_options<PlaceStageOptions>(to_json(list).dump());
-  EXPECT_EQ(back.placement.count, 5);
-  EXPECT_EQ(back.cone_axis, options.cone_axis);
-  ASSERT_TRUE(back.resolved().cone);
-  EXPECT_EQ(back.resolved().cone->half_angle_rad, 0.7);
+  const StageOptions first = options_from(options);
+  const StageOptions copy = first.copy();
+  first.list.find("count")->set(std::int64_t{5});
+  const RunContext context;
+  const auto& in =
+      StageCall{first.storage.get(), {}, {}, {}, context}.options_as<PlaceStageOptions>();
+  const auto& out =
+      StageCall{copy.storage.get(), {}, {}, {}, context}.options_as<PlaceStageOptions>();
+  EXPECT_EQ(in.placement.count, 5);
+  EXPECT_EQ(out.placement.count, PlaceStageOptions().placement.count);
+  EXPECT_EQ(out.cone_axis, options.cone_axis);
+  ASSERT_TRUE(out.resolved().cone);
+  EXPECT_EQ(out.resolved().cone->half_angle_rad, 0.7);
   EXPECT_FALSE(PlaceStageOptions().resolved().cone) << "no cone unless it is asked for";
+}
+
+// The unit's ending, and what a user of an option's name without it means.
+TEST(StageOptions, NamesEndInTheirUnitAndAreTakenWithoutIt) {
+  for (const Stage& stage : all_stages()) {
+    const StageOptions options = stage.make_options();
+    for (const Option& option : options.list.all()) {
+      const std::string& unit = option.traits.unit;
+      const std::string name = stage.name + "." + option.name;
+      EXPECT_NE(unit, "rad") << name << ": users write degrees";
+      if (unit.empty() || option.name == "iso" || option.name.ends_with("_mm_per_pixel")) continue;
+      const std::string former = option.former_name();
+      ASSERT_FALSE(former.empty()) << name << " does not end in its unit, " << unit;
+      EXPECT_EQ(options.list.find(former), nullptr) << name << ": its former name is another's";
+      EXPECT_EQ(options.list.find_former(former)->name, option.name);
+    }
+  }
+}
+
+TEST(StageOptions, AnAngleUnderItsFormerNameStaysInRadians) {
+  const StageOptions options = options_from(PlaceStageOptions());
+  const auto set = [&](const char* former, const std::string& text) {
+    const Option* option = options.list.find_former(former);
+    option->set(parse_former_option(*option, text, former));
+    return *static_cast<const PlaceStageOptions*>(options.storage.get());
+  };
+  EXPECT_EQ(set("field_of_view", "0.35").placement.field_of_view_rad, 0.35);
+  EXPECT_EQ(set("texel", "0.35").goal.texel_mm, 0.35);
+  constexpr double kRounded = 1e-3;  // 1.571 was written for a hemisphere
+  EXPECT_NEAR(set("cone_angle", "1.571").cone_angle_rad, std::numbers::pi / 2, kRounded);
+  EXPECT_THROW(set("cone_angle", "70"), UsageError) << "degrees under the former name";
+  const Option* option = options.list.find("field_of_view_deg");
+  option->set(parse_option(*option, "45", ""));
+  EXPECT_NEAR(set("texel", "1").placement.field_of_view_rad, std::numbers::pi / 4, 1e-15);
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ Intrinsics half_size(Intrinsics camera) {
 
 Intrinsics assumed_camera(int width, int height, double field_of_view_rad) {
   if (!(field_of_view_rad >= kNarrowestView_rad && field_of_view_rad <= kWidestView_rad))
-    throw UsageError("field_of_view is " + to_text(field_of_view_rad) + " rad; it must be in " +
+    throw UsageError("the field of view is " + to_text(field_of_view_rad) + " rad; it must be in " +
                      to_text(kNarrowestView_rad) + "…" + to_text(kWidestView_rad) +
                      " (70 degrees are 1.22 rad)");
   Intrinsics camera;

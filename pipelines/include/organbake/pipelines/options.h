@@ -35,7 +35,7 @@ enum class OptionKind {
 
 struct OptionTraits {
   std::string help = {};
-  std::string unit = {};           // "mm", "HU", "rad" …; empty = none
+  std::string unit = {};           // "mm", "HU", "deg" …; empty = none; a name ends in it
   std::optional<double> min = {};  // of a number, or of each component of a vector
   std::optional<double> max = {};
   std::vector<std::string> choices = {};  // of a text
@@ -43,16 +43,24 @@ struct OptionTraits {
 };
 
 struct Option {
-  std::string name;  // snake_case: the recipe key
+  std::string name;  // snake_case, with its unit at the end: the recipe key
   OptionKind kind = OptionKind::text;
   OptionTraits traits;
   OptionValue default_value;
   std::function<OptionValue()> get;
   std::function<void(const OptionValue&)> set;
 
-  std::string flag() const;   // "--photo-size"
-  std::string range() const;  // "4…1000000", "one of a, b"; empty when unbounded
+  std::string flag() const;         // "--photo-size-px"
+  std::string former_name() const;  // "photo_size": names had no units once; empty when it had none
+  std::string range() const;        // "4…1000000", "one of a, b"; empty when unbounded
 };
+
+// An angle, in radians as the code has it, that users give in degrees.
+struct Degrees {
+  double* rad;
+};
+double radians(double degrees);
+double degrees(double rad);  // those that radians() brings back to the bit, where there are such
 
 // The description of some options, bound to the variables that hold them. Everything that a user
 // meets comes from it: flags, help, recipe keys, JSON Schema, the resolved options of a run.
@@ -61,6 +69,7 @@ class OptionList {
  public:
   template <class T>
   OptionList& add(std::string name, T* target, OptionTraits traits);
+  OptionList& add(std::string name, Degrees target, OptionTraits traits);
   template <class Enum>
   OptionList& add(std::string name, Enum* target, OptionTraits traits,
                   std::vector<std::pair<std::string, Enum>> choices);
@@ -71,6 +80,7 @@ class OptionList {
   const std::vector<Option>& all() const { return options_; }
   // Nothing when unknown. '-' and '_' are the same here, so that flags and keys share one name.
   const Option* find(std::string_view name) const;
+  const Option* find_former(std::string_view name) const;  // by former_name() alone
   std::vector<std::string> names() const;
 
  private:
@@ -84,6 +94,11 @@ class OptionList {
 OptionValue parse_option(const Option& option, std::string_view text, const std::string& where);
 // Throws UsageError when the value is of another kind or out of the option's range.
 void check_option(const Option& option, const OptionValue& value, const std::string& where);
+// The same for a value that stands under the option's former name: angles were in radians then.
+OptionValue parse_former_option(const Option& option, std::string_view text,
+                                const std::string& where);
+// "field_of_view, in radians, is called field_of_view_deg now, in degrees".
+std::string former_name_note(const Option& option);
 // As parse_option reads it; numbers in their shortest exact form.
 std::string option_text(const OptionValue& value);
 

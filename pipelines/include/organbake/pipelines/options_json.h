@@ -16,7 +16,6 @@ nlohmann::json to_json(const OptionList& options);
 // value of another kind or one out of range.
 void set_from_json(const OptionList& options, const nlohmann::json& object,
                    const std::string& where);
-void set_from_json_text(const OptionList& options, const std::string& text);
 
 // JSON Schema (draft 7) of an object with these options; additional keys are refused.
 nlohmann::json options_schema(const OptionList& options);

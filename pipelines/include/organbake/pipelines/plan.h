@@ -22,7 +22,8 @@ struct InputSource {
 
 struct Step {
   const Stage* stage = nullptr;
-  std::string options_json;
+  StageOptions options;
+  std::string options_json;  // their canonical form
   std::vector<InputSource> inputs;
 };
 
@@ -43,7 +44,7 @@ struct Plan {
 Plan plan_bake(const Recipe& recipe, const std::string& last_stage = "");
 
 // One stage on its own. Throws UsageError when an input is missing.
-Plan plan_stage(const Stage& stage, const OptionList& options,
+Plan plan_stage(const Stage& stage, const StageOptions& options,
                 const std::map<std::string, std::filesystem::path>& inputs);
 
 }  // namespace organbake

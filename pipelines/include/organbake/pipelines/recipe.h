@@ -32,7 +32,7 @@ void bind(OptionList& list, BundleOptions& options);
 struct Recipe {
   // An option of the quality that the recipe says otherwise.
   struct Outranked {
-    std::string option, value;  // "place.size", and what the recipe says
+    std::string option, value;  // "place.size_px", and what the recipe says
   };
 
   std::string name;
@@ -42,6 +42,7 @@ struct Recipe {
   std::vector<std::string> said_of_inputs;              // "unit", "space"
   std::map<std::string, StageOptions> options;          // of every stage there is
   std::set<std::string> sections;                       // stages that the recipe mentions
+  std::vector<std::string> notes;                       // what former names are called now
   std::map<std::string, std::string> declined;          // stages that made nothing of it, and why
   BundleOptions bundle;
 };

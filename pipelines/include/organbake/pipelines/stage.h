@@ -80,10 +80,11 @@ struct StageReport {
   }
 };
 
-// An option struct with its description; the two live and die together.
+// A stage's own option struct with its description; the two live and die together.
 struct StageOptions {
   std::shared_ptr<void> storage;
   OptionList list;
+  std::function<StageOptions()> copy;  // the same values in a struct of their own
 };
 
 // The thin half of a stage: all that the front program must know to list it, to plan with it and to
@@ -116,11 +117,16 @@ struct Stage {
 
 // What a stage's run gets. Inputs that were not given are absent from the map.
 struct StageCall {
-  std::string options_json;
+  const void* options = nullptr;  // the struct that the stage's description made
+  std::string options_json;       // the same, for documents that tell how they were made
   std::map<std::string, std::filesystem::path> inputs;
   std::filesystem::path output_folder;  // exists and is empty
   const RunContext& context;
 
+  template <class Options>
+  const Options& options_as() const {
+    return *static_cast<const Options*>(options);
+  }
   // All of a StageInput with `many`, in the order given; the file name that the user knows first.
   std::vector<std::pair<std::string, std::filesystem::path>> inputs_of(
       const std::string& name) const {
