@@ -4,7 +4,7 @@
 # want them, and the chapters of the manual name none that there isn't.
 source "$(dirname "$0")/assert.sh"
 missing() { command -v "$1" >/dev/null || { echo "SKIPPED: $1 is not installed"; return 0; } && return 1; }
-flags_of() { sed -nE 's/^  (-., )?(--[a-z-]+).*/\2/p' "$1" | sort -u; }
+flags_of() { sed -nE 's/^  (-., )?(--[a-z0-9-]+).*/\2/p' "$1" | sort -u; }
 
 organbake --help >help
 commands=$(sed -n 's/^  \([a-z]*\)  .*/\1/p' help)
@@ -65,7 +65,7 @@ while read -r program command words; do
   known=help.$command
   [ $program = organplay ] && known=help.organplay
   [ -f $known ] || continue  # a sentence, no command
-  for flag in $(grep -oE -- '(^| )--[a-z][a-z-]*' <<<"$command $words"); do
+  for flag in $(grep -oE -- '(^| )--[a-z][a-z0-9-]*' <<<"$command $words"); do
     grep -qE -- "(^|[ ,-])(--no)?$flag( |\$|,)" $known || grep -qF -- "${flag/--no-/--}" $known ||
       fail "$flag is no flag of $program $command: $words"
   done
