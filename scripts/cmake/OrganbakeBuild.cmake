@@ -86,7 +86,7 @@ endfunction()
 # For code that parses far more than it says: several files are compiled as one. Names in unnamed
 # namespaces must then differ between the files of a target; the presets dev and player, which
 # compile each file alone, see to it that each still includes what it uses.
-function(organbake_compile_together target)
+function(organbake_unity_build target)
   if(ORGANBAKE_PRECOMPILE OR ORGANBAKE_FUZZ)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   endif()
@@ -95,15 +95,15 @@ endfunction()
 # For code that only calls other code: compiled for a quick build, not for a quick run.
 # A linker keeps the first of equal template functions: where -O0 is among them, all code would run
 # by its Eigen, which fuzzing has no time for.
-set(ORGANBAKE_LIGHTLY $<IF:$<AND:$<CONFIG:Debug>,$<NOT:$<BOOL:${ORGANBAKE_FUZZ}>>>,-O0,-O1>)
-function(organbake_compile_lightly target)
-  target_compile_options(${target} PRIVATE ${ORGANBAKE_LIGHTLY})
+set(ORGANBAKE_BUILD_TIME_FLAGS $<IF:$<AND:$<CONFIG:Debug>,$<NOT:$<BOOL:${ORGANBAKE_FUZZ}>>>,-O0,-O1>)
+function(organbake_optimize_for_build_time target)
+  target_compile_options(${target} PRIVATE ${ORGANBAKE_BUILD_TIME_FLAGS})
 endfunction()
 
 # The same for single files of a target that is otherwise built to run fast.
-function(organbake_compile_files_lightly)
+function(organbake_optimize_files_for_build_time)
   set_source_files_properties(${ARGN} PROPERTIES
-    COMPILE_OPTIONS ${ORGANBAKE_LIGHTLY} SKIP_PRECOMPILE_HEADERS ON
+    COMPILE_OPTIONS ${ORGANBAKE_BUILD_TIME_FLAGS} SKIP_PRECOMPILE_HEADERS ON
     SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
@@ -137,7 +137,7 @@ function(organbake_module name)
   target_link_libraries(${target}
     PUBLIC organbake_build_flags ${arg_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:organbake_warnings> ${arg_PRIVATE})
-  organbake_compile_together(${target})
+  organbake_unity_build(${target})
   if(NOT arg_RUNTIME)
     organbake_precompile(${target} organbake_precompiled)
     return()
