@@ -7,7 +7,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/image/exr.h"
-#include "organbake/pipelines/inspect_options.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/schemas.h"
@@ -23,11 +22,11 @@ bool one_of(const std::string& text, std::initializer_list<const char*> choices)
 }
 
 // Volumes and meshes need their readers' libraries, so a module looks at them.
-StageReport inspect_in_module(const fs::path& path, const char* kind,
-                              const InspectStageOptions& reading, Session& session) {
+StageReport inspect_in_module(const fs::path& path, const char* kind, const StageOptions& reading,
+                              Session& session) {
   const RunContext context = session.context("inspect");
   const Stage stage{.name = "inspect"};
-  return run_in_module(stage, {&reading, {}, {{kind, path}}, {}, context});
+  return run_in_module(stage, {reading.storage.get(), {}, {{kind, path}}, {}, context});
 }
 
 StageReport inspect_bundle(const fs::path& folder) {
@@ -98,7 +97,7 @@ StageReport inspect_document(const fs::path& file) {
   return report;
 }
 
-StageReport inspect(const fs::path& path, const InspectStageOptions& reading, Session& session) {
+StageReport inspect(const fs::path& path, const StageOptions& reading, Session& session) {
   if (!fs::exists(path)) throw NoInputError(path, "there is no such file or folder");
   if (fs::is_directory(path)) {
     return fs::exists(path / "manifest.json") ? inspect_bundle(path)
@@ -130,13 +129,11 @@ std::string table(const StageReport& report) {
 }  // namespace
 
 int run_inspect(const Arguments& arguments, Session& session) {
-  InspectStageOptions reading;
-  OptionList options;
-  bind(options, reading);
+  const StageOptions reading = inspect_options();
   const auto words = session.read_command(
       arguments, "inspect FILE|FOLDER [OPTIONS]",
       "Tells what a volume, DICOM folder, mesh, EXR image, bundle, document or recipe holds.",
-      options, 1);
+      reading.list, 1);
   if (!words) return 0;
   if (words->empty()) throw UsageError("'organbake inspect' needs a file or folder");
   const StageReport report = inspect(words->front(), reading, session);

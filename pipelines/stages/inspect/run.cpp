@@ -6,13 +6,13 @@
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/pipelines/inspect_options.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/volume/describe.h"
 #include "organbake/volume/dicom_series.h"
 #include "organbake/volume/label_figures.h"
 #include "organbake/volume/read_volume.h"
+#include "stages/inspect/options.h"
 
 namespace organbake {
 namespace {

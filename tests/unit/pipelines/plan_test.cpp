@@ -130,8 +130,8 @@ TEST_F(PlanTest, AMissingInputIsNamedWithWhatToDo) {
 TEST_F(PlanTest, ASingleStageChecksItsInputs) {
   const Stage& decimate = *find_stage("decimate");
   const StageOptions options = decimate.make_options();
-  EXPECT_THROW(plan_stage(decimate, options.list, {}), UsageError);
-  const Plan single = plan_stage(decimate, options.list, {{"surface", "s.ply"}});
+  EXPECT_THROW(plan_stage(decimate, options, {}), UsageError);
+  const Plan single = plan_stage(decimate, options, {{"surface", "s.ply"}});
   EXPECT_EQ(single.steps.front().inputs.front().given, "s.ply");
 }
 

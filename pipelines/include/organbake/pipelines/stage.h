@@ -146,6 +146,8 @@ using StageFunction = std::function<StageReport(const Stage&, const StageCall&)>
 
 // All stages, in the order in which a bake runs them.
 const std::vector<Stage>& all_stages();
+// Those of `organbake inspect`, which is a module, too, but no stage of a bake.
+StageOptions inspect_options();
 // Nothing when there is none of this name.
 const Stage* find_stage(const std::string& name);
 
