@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "actions.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/files.h"
 #include "organbake/core/median.h"
+#include "organbake/core/parallel.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/core/text.h"
 #include "organbake/player/play.h"
@@ -56,21 +59,50 @@ class TruthTimes {
   std::vector<double> ms_;
 };
 
-Json medians(const std::vector<PlayedFrame>& frames) {
-  const auto of = [&](auto value) {
-    std::vector<double> values;
-    for (const PlayedFrame& f : frames) values.push_back(value(f));
-    return median(values);
-  };
-  return {{"deform", of([](const auto& f) { return f.deform_ms; })},
-          {"draw", of([](const auto& f) { return f.draw_ms; })},
-          {"transform", of([](const auto& f) { return f.draw.times.transform; })},
-          {"splat", of([](const auto& f) { return f.draw.times.splat; })},
-          {"base", of([](const auto& f) { return f.draw.times.base; })},
-          {"resolve", of([](const auto& f) { return f.draw.times.resolve; })},
-          {"fill", of([](const auto& f) { return f.draw.times.fill; })},
-          {"frame", of([](const auto& f) { return f.deform_ms + f.draw_ms; })}};
+double median_of(const std::vector<PlayedFrame>& frames, const auto& value) {
+  std::vector<double> values;
+  for (const PlayedFrame& f : frames) values.push_back(value(f));
+  return median(values);
 }
+
+constexpr std::array<std::pair<const char*, double DrawTimes::*>, 5> kPhases = {
+    {{"transform", &DrawTimes::transform},
+     {"splat", &DrawTimes::splat},
+     {"base", &DrawTimes::base},
+     {"resolve", &DrawTimes::resolve},
+     {"fill", &DrawTimes::fill}}};
+
+void add_phases(const std::vector<PlayedFrame>& frames, DrawTimes DrawReport::*times, Json& ms) {
+  for (const auto& [name, phase] : kPhases)
+    ms[name] = median_of(frames, [&](const auto& f) { return f.draw.*times.*phase; });
+}
+
+Json medians(const std::vector<PlayedFrame>& frames) {
+  Json ms = {{"deform", median_of(frames, [](const auto& f) { return f.deform_ms; })},
+             {"draw", median_of(frames, [](const auto& f) { return f.draw_ms; })}};
+  add_phases(frames, &DrawReport::times, ms);
+  ms["frame"] = median_of(frames, [](const auto& f) { return f.deform_ms + f.draw_ms; });
+  return ms;
+}
+
+// A frame's work, and its longest chain: deforming is one.
+struct FrameSpan {
+  int threads = allowed_threads();
+  double work_ms, chain_ms;
+  Json by_phase;
+
+  explicit FrameSpan(const std::vector<PlayedFrame>& frames)
+      : work_ms(
+            median_of(frames, [](const auto& f) { return f.deform_ms + f.draw.times.total(); })),
+        chain_ms(median_of(
+            frames, [](const auto& f) { return f.deform_ms + f.draw.critical_path.total(); })) {
+    by_phase["deform"] = median_of(frames, [](const auto& f) { return f.deform_ms; });
+    add_phases(frames, &DrawReport::critical_path, by_phase);
+    by_phase["frame"] = chain_ms;
+  }
+  // See WorkSpan.
+  double most_speedup() const { return work_ms / std::max(work_ms / threads, chain_ms); }
+};
 
 std::string spaces_for(const std::string& text, std::size_t width) {
   return std::string(width - std::min(width, text.size()), ' ');
@@ -106,7 +138,9 @@ void run_bench(const Command& command, const RunContext& context) {
   options.draw.keep_bound = command.layers.any();
   if (command.layers.any())
     options.watch = [&](const PlayedScene& scene) { truth.watch(player, scene); };
-  Json ms = medians(play(player, script, options, {}, context));
+  const std::vector<PlayedFrame> played = play(player, script, options, {}, context);
+  Json ms = medians(played);
+  const FrameSpan span(played);
   if (command.layers.any()) {
     ms["truth"] = truth.median_ms();
     ms["frame"] = ms["frame"].get<double>() + truth.median_ms();
@@ -120,6 +154,9 @@ void run_bench(const Command& command, const RunContext& context) {
          {"load_to_first_frame_ms", first_frame_ms},
          {"load_all_cameras_ms", all_cameras_ms},
          {"median_ms", ms},
+         {"critical_path_ms", span.by_phase},
+         {"threads", span.threads},
+         {"most_speedup", span.most_speedup()},
          {"peak_memory_mb", number_behind("VmHWM:", "/proc/self/status").value_or(0) / 1024},
          {"frames_per_second", fps}}));
     return;
@@ -128,8 +165,16 @@ void run_bench(const Command& command, const RunContext& context) {
                      to_text(all_cameras_ms, 1) + " ms\n";
   for (const auto& [phase, value] : ms.items()) {
     text += left_aligned(phase, 10) + " " + right_aligned(to_text(value.get<double>(), 3), 8) +
-            " ms (median of " + std::to_string(script.frames) + ")\n";
+            " ms (median of " + std::to_string(script.frames) + ")";
+    if (span.by_phase.contains(phase))
+      text += ", longest chain " +
+              right_aligned(to_text(span.by_phase[phase].get<double>(), 3), 8) + " ms";
+    text += "\n";
   }
+  text += "work of " + to_text(span.work_ms, 3) + " ms with a longest chain of " +
+          to_text(span.chain_ms, 3) + " ms: " + std::to_string(span.threads) +
+          (span.threads == 1 ? " thread can" : " threads can") + " be " +
+          to_text(span.most_speedup(), 2) + " times as fast as one, and no faster\n";
   write_to_stdout(text + to_text(fps, 1) + " frames per second at " + std::to_string(script.width) +
                   "x" + std::to_string(script.height) + "\n");
 }

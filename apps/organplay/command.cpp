@@ -135,10 +135,10 @@ void add_options(CLI::App& app, Command& c, Texts& texts) {
                  "viewing angles of --compare, degrees, comma-separated");
   app.add_option("--angles", texts.angles_rad, "the same in radians, as they were written once")
       ->excludes("--angles-deg");
-  app.add_option(
-         "--bench", c.bench_frames,
-         "the first frame from --view-deg, then N of an orbit with a poke; prints times, with "
-         "--layers theirs, too")
+  app.add_option("--bench", c.bench_frames,
+                 "the first frame from --view-deg, then N of an orbit with a poke; prints times by "
+                 "phase, with --layers theirs, too, the longest chain of work in each phase, and "
+                 "how much faster than one --threads threads can be at most")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
   app.add_flag("--json", c.json, "print results as JSON");

@@ -10,18 +10,107 @@
 #include <tbb/task_arena.h>
 #endif
 
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+namespace organbake {
+namespace {
+
+thread_local WorkMeter* metering = nullptr;
+
+double ms_between(std::chrono::steady_clock::time_point from,
+                  std::chrono::steady_clock::time_point to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+}  // namespace
+
+WorkMeter::WorkMeter() : outer_(std::exchange(metering, this)), start_(Clock::now()) {}
+WorkMeter::~WorkMeter() { metering = outer_; }
+
+WorkSpan WorkMeter::lap() {
+  const Clock::time_point now = Clock::now();
+  const double alone_ms = ms_between(start_, now) - std::exchange(loops_ms_, 0);
+  const WorkSpan loops = std::exchange(loops_, {});
+  start_ = now;
+  return {alone_ms + loops.work_ms, alone_ms + loops.span_ms};
+}
+
+// A parallel loop's pieces, on their way into the meter of whoever shared it out; without a meter
+// they are just done.
+class MeteredPieces {
+ public:
+  MeteredPieces() : meter_(metering) {
+    if (meter_) start_ = WorkMeter::Clock::now();
+  }
+  ~MeteredPieces() {
+    if (!meter_) return;
+    meter_->loops_.work_ms += sum_.work_ms;
+    meter_->loops_.span_ms += sum_.span_ms;
+    meter_->loops_ms_ += ms_between(start_, WorkMeter::Clock::now());
+  }
+  MeteredPieces(const MeteredPieces&) = delete;
+  MeteredPieces& operator=(const MeteredPieces&) = delete;
+
+  bool metered() const { return meter_ != nullptr; }
+
+  void run(parallel_detail::Work work, const void* body, std::size_t first, std::size_t last) {
+    if (!meter_) return work(body, first, last);
+    WorkMeter own;
+    work(body, first, last);
+    const WorkSpan piece = own.lap();
+    const std::lock_guard lock(mutex_);
+    sum_.work_ms += piece.work_ms;
+    sum_.span_ms = std::max(sum_.span_ms, piece.span_ms);
+  }
+
+ private:
+  WorkMeter* const meter_;
+  WorkMeter::Clock::time_point start_;
+  std::mutex mutex_;
+  WorkSpan sum_;
+};
+
+}  // namespace organbake
+
 namespace organbake::parallel_detail {
 
 #ifndef ORGANBAKE_NO_THREADS
 
-void share_out(std::size_t count, std::size_t grain, Work work, const void* body) {
+namespace {
+
+template <class Partitioner>
+void run_pieces(std::size_t count, std::size_t grain, const auto& run, const Partitioner& how) {
   using Range = tbb::blocked_range<std::size_t>;
   SharedWork shared;
   const SharedWork::Wait wait(shared);
-  tbb::parallel_for(Range(0, count, grain), [&](const Range& range) {
+  const auto run_piece = [&](const Range& range) {
     const SharedWork::Piece piece(shared);
-    work(body, range.begin(), range.end());
-  });
+    run(range.begin(), range.end());
+  };
+  tbb::parallel_for(Range(0, count, grain), run_piece, how);
+}
+
+}  // namespace
+
+void share_out(std::size_t count, std::size_t grain, Work work, const void* body) {
+  MeteredPieces pieces;
+  const auto run = [&](std::size_t first, std::size_t last) {
+    pieces.run(work, body, first, last);
+  };
+  if (pieces.metered()) return run_pieces(count, grain, run, tbb::simple_partitioner());
+  run_pieces(count, grain, run, tbb::auto_partitioner());
+}
+
+void share_out_in_order(std::size_t count, Work work, const void* body) {
+  MeteredPieces pieces;
+  std::atomic<std::size_t> next = 0;
+  const auto take = [&](std::size_t, std::size_t) {
+    for (std::size_t i = next++; i < count; i = next++) pieces.run(work, body, i, i + 1);
+  };
+  const auto takers = std::min(count, static_cast<std::size_t>(allowed_threads()));
+  run_pieces(takers, 1, take, tbb::simple_partitioner());
 }
 
 void isolate(Work work, const void* body) {
@@ -31,7 +120,12 @@ void isolate(Work work, const void* body) {
 #else
 
 void share_out(std::size_t count, std::size_t, Work work, const void* body) {
-  work(body, 0, count);
+  MeteredPieces().run(work, body, 0, count);
+}
+
+void share_out_in_order(std::size_t count, Work work, const void* body) {
+  MeteredPieces pieces;
+  for (std::size_t i = 0; i < count; ++i) pieces.run(work, body, i, i + 1);
 }
 
 void isolate(Work work, const void* body) { work(body, 0, 0); }
@@ -49,9 +143,14 @@ struct ThreadLimit::Impl {
 ThreadLimit::ThreadLimit(int threads)
     : impl_(new Impl{
           {tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)}}) {}
+int allowed_threads() {
+  return static_cast<int>(
+      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
 #else
 struct ThreadLimit::Impl {};
 ThreadLimit::ThreadLimit(int) {}
+int allowed_threads() { return 1; }
 #endif
 ThreadLimit::~ThreadLimit() = default;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/lattice.h"
 
 namespace organbake {
@@ -74,12 +75,15 @@ std::vector<Face> smooth_skin_faces(const TriangleMesh& proxy, std::uint32_t ste
 void carry(const SmoothSkin& skin, const std::vector<Eigen::Vector3d>& proxy_positions,
            std::vector<Eigen::Vector3d>& nodes) {
   nodes.resize(skin.node_count());
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (std::uint32_t k = skin.first[n]; k < skin.first[n + 1]; ++k)
-      sum += skin.weight[k] * proxy_positions[skin.carrier[k]];
-    nodes[n] = sum;
-  }
+  constexpr std::size_t kGrain = 1024;
+  parallel_pieces(std::size_t{0}, nodes.size(), kGrain, [&](std::size_t n, std::size_t last) {
+    for (; n < last; ++n) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (std::uint32_t k = skin.first[n]; k < skin.first[n + 1]; ++k)
+        sum += skin.weight[k] * proxy_positions[skin.carrier[k]];
+      nodes[n] = sum;
+    }
+  });
 }
 
 TriangleMesh smooth_skin_mesh(const TriangleMesh& proxy, const SmoothSkin& skin) {

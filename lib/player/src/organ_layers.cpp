@@ -88,6 +88,7 @@ DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged)
     sum.texel_mm = std::max(sum.texel_mm, more.texel_mm);
     sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
     sum.times += more.times;
+    sum.critical_path += more.critical_path;
   }
   return sum;
 }

@@ -17,7 +17,7 @@ bool LastDrawing::continues(const View& view, const DrawOptions& options,
 DrawReport LastDrawing::report_unchanged() const {
   DrawReport report = report_;
   report.unchanged = true;
-  report.times = {};
+  report.times = report.critical_path = {};
   return report;
 }
 

@@ -2,7 +2,6 @@
 #include "organbake/warp/warper.h"
 
 #include <algorithm>
-#include <atomic>
 
 #include "drawing/base_drawing.h"
 #include "drawing/resolve.h"
@@ -12,7 +11,6 @@
 #include "light/lattice_normals.h"
 #include "light/relit_skin.h"
 #include "organbake/core/error.h"
-#include "organbake/core/parallel.h"
 #include "organbake/warp/cover_mask.h"
 #include "organbake/warp/light_meter.h"
 #include "picture/phase_clock.h"
@@ -150,13 +148,15 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   if (continued) post_process.undo(background, frame);
   place_faces(view, options, continued);
   VisibilitySummary visibility = place_samples(view, grid, report);
-  clock.lap(report.times.transform);
+  clock.lap(report.times.transform, report.critical_path.transform);
   place_base(view, grid, report.weights, visibility);
   light_faces(view, options, visibility);
-  clock.lap(report.times.base);
+  clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);
+  tiles.count(clock.lap(), report);
   report.sample_pixels = count_cover(frame, visibility.box, Cover::samples);
   report.base_pixels = count_cover(frame, visibility.box, Cover::base);
+  clock.lap(report.times.fill, report.critical_path.fill);
   post_process.apply(view, options, visibility.box, depth, kStepTexels * report.texel_mm, frame,
                      report);
   return report;
@@ -184,7 +184,7 @@ VisibilitySummary Warper::Impl::place_samples(const View& view, const TileGrid& 
 void Warper::Impl::place_base(const View& view, const TileGrid& grid, const ViewWeights& weights,
                               VisibilitySummary& visibility) {
   std::vector<std::uint8_t> may_have_gaps = visibility.stretched;
-  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= faces[f].two_sided || cut;
+  for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= shell.two_sided(f) || cut;
   base.place(faces, may_have_gaps, weights, view, grid, dirty_cells, visibility);
 }
 
@@ -215,16 +215,8 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .keep_bound = options.keep_bound,
                .background = background,
                .measure = options.measure});
-  std::atomic<int> drawn = 0;
-  parallel_for(0, grid.count(), [&](int t) {
-    const PixelBox part = dirty_cells.within(grid.box(t));
-    if (part.empty()) return;
-    tiles.draw(t, grid.box(t), part, depth, frame);
-    ++drawn;
-  });
-  tiles.count(report);
-  report.tiles_drawn = drawn;
-  report.tiles_kept = grid.count() - drawn;
+  report.tiles_drawn = tiles.draw(grid, dirty_cells, depth, frame);
+  report.tiles_kept = grid.count() - report.tiles_drawn;
 }
 
 // Farther away lies no skin, poked skin within reason included.

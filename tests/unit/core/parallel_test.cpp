@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <numeric>
 #include <stdexcept>
@@ -39,6 +40,65 @@ TEST(Parallel, ThrowsWhatABodyThrows) {
     if (i == 500) throw std::runtime_error("here");
   };
   EXPECT_THROW(parallel_for(0, 1000, throwing), std::runtime_error);
+}
+
+TEST(Parallel, InOrderBeginsWithTheFirst) {
+  const ThreadLimit one(1);
+  std::vector<std::size_t> begun;
+  parallel_in_order(100, [&](std::size_t i) { begun.push_back(i); });
+  std::vector<std::size_t> expected(100);
+  std::iota(expected.begin(), expected.end(), 0u);
+  EXPECT_EQ(begun, expected);
+}
+
+TEST(Parallel, InOrderCallsEachIndexOnceAndThrowsWhatABodyThrows) {
+  std::vector<std::atomic<int>> calls(1000);
+  parallel_in_order(calls.size(), [&](std::size_t i) { ++calls[i]; });
+  for (const auto& count : calls) ASSERT_EQ(count, 1);
+  parallel_in_order(0, [](std::size_t) { FAIL(); });
+  const auto throwing = [](std::size_t i) {
+    if (i == 50) throw std::runtime_error("here");
+  };
+  EXPECT_THROW(parallel_in_order(100, throwing), std::runtime_error);
+}
+
+TEST(Parallel, AsManyThreadsAsAreAllowed) {
+  const ThreadLimit two(2);
+  if (allowed_threads() == 1) GTEST_SKIP() << "a build without threads";
+  EXPECT_EQ(allowed_threads(), 2);
+}
+
+void wait_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+// Waits are at least as long as asked for, and no test asks how much longer.
+TEST(WorkMeter, ALoopIsTheSumOfItsPiecesAndTheLongestOfThem) {
+  WorkMeter meter;
+  parallel_for(0, 8, [](int i) { wait_ms(i == 3 ? 40 : 5); });
+  const WorkSpan loop = meter.lap();
+  EXPECT_GE(loop.work_ms, 75);
+  EXPECT_GE(loop.span_ms, 40);
+  EXPECT_LT(loop.span_ms, loop.work_ms);
+}
+
+TEST(WorkMeter, WhatIsDoneAloneCountsAsBoth) {
+  WorkMeter meter;
+  wait_ms(5);
+  const WorkSpan alone = meter.lap();
+  EXPECT_GE(alone.work_ms, 5);
+  EXPECT_EQ(alone.work_ms, alone.span_ms);
+  parallel_in_order(4, [](std::size_t) { wait_ms(5); });
+  const WorkSpan loop = meter.lap();
+  EXPECT_GE(loop.work_ms, 20);
+  EXPECT_LT(loop.span_ms, loop.work_ms);
+}
+
+TEST(WorkMeter, SeesLoopsWithinLoops) {
+  WorkMeter meter;
+  parallel_for(0, 1, [](int) { parallel_for(0, 4, [](int) { wait_ms(5); }); });
+  const WorkSpan loops = meter.lap();
+  EXPECT_GE(loops.work_ms, 20);
+  EXPECT_GE(loops.span_ms, 5);
+  EXPECT_LT(loops.span_ms, loops.work_ms);
 }
 
 TEST(PerThread, EachThreadKeepsItsOwn) {

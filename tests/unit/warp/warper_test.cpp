@@ -35,12 +35,22 @@ DrawOptions on_black() {
   return options;
 }
 
-Frame drawn(const Bundle& bundle, const View& view, int threads = 2) {
+struct Drawing {
+  Frame frame;
+  DrawReport report;
+};
+
+Drawing drawing(const Bundle& bundle, const View& view, int threads,
+                const DrawOptions& options = on_black()) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   Warper warper(bundle);
-  Frame frame;
-  warper.draw(bundle.proxy.vertices, view, on_black(), frame);
-  return frame;
+  Drawing drawing;
+  drawing.report = warper.draw(bundle.proxy.vertices, view, options, drawing.frame);
+  return drawing;
+}
+
+Frame drawn(const Bundle& bundle, const View& view, int threads = 2) {
+  return drawing(bundle, view, threads).frame;
 }
 
 TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
@@ -60,11 +70,27 @@ TEST(Warper, AtACamerasPoseShowsThatCamerasMap) {
 
 TEST(Warper, GivesTheSameBytesForAnyNumberOfThreads) {
   const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 300);
-  const Frame one = drawn(lumpy_organ(), view, 1), two = drawn(lumpy_organ(), view, 2),
-              three = drawn(lumpy_organ(), view, 3);
-  EXPECT_EQ(one.color.pixels, two.color.pixels);
-  EXPECT_EQ(one.color.pixels, three.color.pixels);
-  EXPECT_EQ(one.cover, two.cover);
+  const Drawing one = drawing(lumpy_organ(), view, 1);
+  for (const int threads : {2, 3, 16}) {  // more of them, more parts of tiles
+    const Drawing several = drawing(lumpy_organ(), view, threads);
+    EXPECT_EQ(one.frame.color.pixels, several.frame.color.pixels) << threads;
+    EXPECT_EQ(one.frame.cover, several.frame.cover) << threads;
+    EXPECT_EQ(one.report.base_triangles, several.report.base_triangles) << threads;
+    EXPECT_EQ(one.report.samples_drawn, several.report.samples_drawn) << threads;
+  }
+}
+
+TEST(Warper, MeasuresWorkAndItsLongestChainWhenAsked) {
+  const View view = view_from(lumpy_organ(), {0.4, -1, 0.3}, 300);
+  DrawOptions measured = on_black();
+  measured.measure = true;
+  const DrawReport report = drawing(lumpy_organ(), view, 16, measured).report;
+  EXPECT_GT(report.times.splat, 0);
+  EXPECT_GT(report.critical_path.splat, 0);
+  EXPECT_LT(report.critical_path.total(), report.times.total());
+  const DrawReport unmeasured = drawing(lumpy_organ(), view, 16).report;
+  EXPECT_EQ(unmeasured.times.total(), 0);
+  EXPECT_EQ(unmeasured.critical_path.total(), 0);
 }
 
 // A frame after another of the same view draws the tiles that moved alone; byte for byte it is the

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/warp/rasteriser.h"
 #include "placing/patch_frames.h"
 
@@ -103,6 +104,7 @@ class BaseDrawing::PlacedBlock {
 void BaseTile::clear(const PixelBox& tile, bool keep_bound) {
   box = tile;
   triangles = 0;
+  cut_triangles.clear();
   depth.assign(std::size_t(tile.width()) * tile.height(), std::numeric_limits<float>::infinity());
   spans.clear(tile);
   shade.resize(depth.size());
@@ -194,7 +196,7 @@ bool BaseDrawing::weighs(const Block& block) const {
 void BaseDrawing::mark_moved(const PlacedFaces& faces, DirtyCells& cells) const {
   if (!faces.continued()) return;
   for (const Chosen& chosen : chosen_)
-    if (faces.moved(face_of(chosen))) cells.mark(chosen.box);
+    if (faces.moved(chosen.face)) cells.mark(chosen.box);
 }
 
 void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
@@ -208,19 +210,34 @@ void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t
   mark_moved(faces, cells);
   for (const Chosen& chosen : chosen_) {
     visibility.box = united(visibility.box, chosen.box);
-    visibility.shown[face_of(chosen)] = 1;
+    visibility.shown[chosen.face] = 1;
   }
   tiles_.build(grid, static_cast<std::uint32_t>(chosen_.size()),
                [this](std::uint32_t b) { return chosen_[b].box; });
 }
 
+// Pieces of the blocks at once, their choices one after the other.
 void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
                          const View& view) {
+  constexpr std::size_t kPiece = 1024;
+  chosen_of_piece_.resize((blocks_.size() + kPiece - 1) / kPiece);
+  parallel_for(std::size_t{0}, chosen_of_piece_.size(), [&](std::size_t piece) {
+    const std::size_t first = piece * kPiece, last = std::min(first + kPiece, blocks_.size());
+    choose_piece(first, last, faces, may_have_gaps, view, chosen_of_piece_[piece]);
+  });
   chosen_.clear();
+  for (const std::vector<Chosen>& chosen : chosen_of_piece_)
+    chosen_.insert(chosen_.end(), chosen.begin(), chosen.end());
+}
+
+void BaseDrawing::choose_piece(std::size_t first, std::size_t last, const PlacedFaces& faces,
+                               const std::vector<std::uint8_t>& may_have_gaps, const View& view,
+                               std::vector<Chosen>& chosen) const {
+  chosen.clear();
   std::array<ChunkFrame, kPatchBatch> placed;
   const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
-  for (std::size_t first = 0, end = 0; first < blocks_.size(); first = end) {
-    end = end_of_batch(first, blocks_.size(), face_of);
+  for (std::size_t end = 0; first < last; first = end) {
+    end = end_of_batch(first, last, face_of);
     const std::uint32_t face = face_of(first);
     const bool gaps = may_have_gaps[face] != 0;
     bool is_placed = false;
@@ -234,7 +251,7 @@ void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_
       }
       const ChunkFrame& frame = placed[b - first];
       if (frame.fate == ChunkFate::drawn)
-        chosen_.push_back({static_cast<std::uint32_t>(b), frame.box, weighing, gaps});
+        chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps});
     }
   }
 }
@@ -248,7 +265,9 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   const FaceFrame& frame = faces[block.patch.face];
   const PlacedBlock placed(*this, block, frame, static_cast<float>(view.near_mm));
   PixelBox drawn;
+  std::uint64_t id = std::uint64_t{number} << 6;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
+    ++id;
     const bool weighs =
         placed.weight(at_a) > 0 || placed.weight(at_b) > 0 || placed.weight(at_c) > 0;
     if (!weighs && !fills) return;
@@ -259,6 +278,7 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
     const PixelBox box = intersected(triangle.box, tile.box);
     if (box.empty() || (!weighs && !open.any(box))) return;
     ++tile.triangles;
+    if (intersected(triangle.box, tile.drawn_of_tile) != box) tile.cut_triangles.push_back(id);
     drawn = united(drawn, box);
     const Eigen::Vector4f of_a = placed.shade(at_a), of_b = placed.shade(at_b),
                           of_c = placed.shade(at_c);

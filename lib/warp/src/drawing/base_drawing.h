@@ -32,8 +32,11 @@ struct BaseTile {
   };
 
   PixelBox box;
+  PixelBox drawn_of_tile;     // of which the box is a part
   std::size_t triangles = 0;  // drawn
-  RowSpans spans;             // where they may lie
+  // Those that other parts draw as well: chosen block << 6 | triangle within it.
+  std::vector<std::uint64_t> cut_triangles;
+  RowSpans spans;  // where triangles may lie
   std::vector<float> depth;
   // What lies side by side is written and read together: pixels are few, and strewn about.
   std::vector<Shade> shade;
@@ -79,7 +82,7 @@ class BaseDrawing {
     std::vector<std::uint32_t> seen_by;  // of its nodes, each set of cameras once
   };
   struct Chosen {
-    std::uint32_t block;
+    std::uint32_t block, face;
     PixelBox box;
     bool weighs, fills_gaps;
   };
@@ -97,13 +100,16 @@ class BaseDrawing {
   bool weighs(const Block& block) const;
   void choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
               const View& view);
-  std::uint32_t face_of(const Chosen& chosen) const { return blocks_[chosen.block].patch.face; }
+  void choose_piece(std::size_t first, std::size_t last, const PlacedFaces& faces,
+                    const std::vector<std::uint8_t>& may_have_gaps, const View& view,
+                    std::vector<Chosen>& chosen) const;
   void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face
   PatchTable patches_;         // theirs, once more
   std::vector<Chosen> chosen_;
+  std::vector<std::vector<Chosen>> chosen_of_piece_;
   TileLists tiles_;                           // of them
   std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
   std::array<float, 8> weight_by_active_ = {};

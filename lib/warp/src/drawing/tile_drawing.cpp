@@ -5,10 +5,13 @@
 
 #include "drawing/pixel_key.h"
 #include "light/sparse_shading.h"
+#include "organbake/core/stopwatch.h"
 #include "picture/phase_clock.h"
 
 namespace organbake {
 namespace {
+
+constexpr int kTileShift = 40;  // of a triangle's number, BaseTile::cut_triangles
 
 // Lights `count` pixels of a row of the base layer from column x0 on.
 void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float texel_mm,
@@ -43,7 +46,11 @@ void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
 
 void TileDrawing::begin(const PlacedFrame& placed) {
   placed_.emplace(placed);
-  scratch_.each([](Scratch& one) { one.times = {}, one.base_triangles = 0; });
+  scratch_.each([](Scratch& one) {
+    one.times = one.longest = {};
+    one.base_triangles = 0;
+    one.cut_triangles.clear();
+  });
 }
 
 std::span<const std::uint32_t> TileDrawing::base_blocks(int tile) const {
@@ -77,31 +84,52 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
   }
 }
 
-const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, const PixelBox& part,
+const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, const TilePart& part,
                                        std::span<const TileKeys* const> layers,
                                        Scratch& own) const {
   if (blocks.empty()) return nullptr;
   const BaseDrawing& base = *placed_->base;
-  own.base.clear(part, placed_->relit != nullptr || placed_->keep_bound);
+  own.base.clear(part.box, placed_->relit != nullptr || placed_->keep_bound);
+  own.base.drawn_of_tile = part.drawn;
   if (std::any_of(blocks.begin(), blocks.end(), [&](auto b) { return base.fills_gaps(b); })) {
-    own.open.find(part, layers);
+    own.open.find(part.box, layers);
   }
   for (const std::uint32_t b : blocks) {
     base.draw(b, placed_->faces, placed_->view, own.open, own.base);
   }
   own.spans.add(own.base.spans);
-  own.base_triangles += own.base.triangles;
+  own.base_triangles += own.base.triangles - own.base.cut_triangles.size();
+  for (const std::uint64_t number : own.base.cut_triangles)
+    own.cut_triangles.push_back(std::uint64_t(part.tile) << kTileShift | number);
   if (own.base.triangles == 0) return nullptr;
   if (placed_->relit) light_base(*placed_->relit, placed_->texel_mm, own.base);
   return &own.base;
 }
 
-void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part, SkinDepth& depth,
-                       Frame& frame) {
-  if (is_empty(tile)) return placed_->background.fill(part, depth, frame);
+int TileDrawing::draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth, Frame& frame) {
+  plan_.make(grid, cells, allowed_threads(), [this](int tile) {
+    std::size_t items = base_blocks(tile).size();
+    for (const ActiveCamera& camera : placed_->cameras) items += camera.tiles[tile].size();
+    return items;
+  });
+  const std::span<TilePart> parts = plan_.parts();
+  parallel_in_order(parts.size(), [&](std::size_t i) {
+    Stopwatch watch;
+    draw_part(parts[i], depth, frame);
+    parts[i].took_ms = watch.lap();
+  });
+  plan_.learn();
+  return plan_.tile_count();
+}
+
+void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame) {
+  const int tile = part.tile;
+  const PixelBox& box = part.box;
+  if (is_empty(tile)) return placed_->background.fill(box, depth, frame);
   Scratch& own = scratch_.local();
   PhaseClock clock(placed_->measure);
-  own.spans.clear(part);
+  DrawTimes times;
+  own.spans.clear(box);
   TileLayers layers;
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
@@ -115,25 +143,40 @@ void TileDrawing::draw(int tile, const PixelBox& tile_box, const PixelBox& part,
     if (chunks.empty()) continue;
     TileKeys& keys = own.keys[layers.count];
     RowSpans& spans = own.layer_spans[layers.count];
-    keys.clear(tile_box, part);
-    spans.clear(part);
-    splat(camera, chunks, layers.tie_mm, part, keys, spans);
+    keys.clear(part.tile_box, box);
+    spans.clear(box);
+    splat(camera, chunks, layers.tie_mm, box, keys, spans);
     drawn[layers.count] = &keys;
     own.spans.add(spans);
     layers.layers[layers.count++] = {camera.set, &keys, &spans, camera.weight};
   }
-  clock.lap(own.times.splat);
+  clock.lap(times.splat);
   layers.base = draw_base(base_blocks(tile), part, std::span(drawn).first(layers.count), own);
-  clock.lap(own.times.base);
-  resolve_tile(layers, own.spans, part, placed_->background, depth, frame);
-  clock.lap(own.times.resolve);
+  clock.lap(times.base);
+  resolve_tile(layers, own.spans, box, placed_->background, depth, frame);
+  clock.lap(times.resolve);
+  own.times += times;
+  if (times.total() > own.longest.total()) own.longest = times;
 }
 
-void TileDrawing::count(DrawReport& report) const {
+void TileDrawing::count(const WorkSpan& all, DrawReport& report) const {
+  DrawTimes sum, longest;
+  std::vector<std::uint64_t> cut;
   scratch_.each([&](const Scratch& one) {
-    report.times += one.times;
+    sum += one.times;
+    if (one.longest.total() > longest.total()) longest = one.longest;
     report.base_triangles += one.base_triangles;
+    cut.insert(cut.end(), one.cut_triangles.begin(), one.cut_triangles.end());
   });
+  // Once for each tile, in how many of its parts they may lie.
+  std::sort(cut.begin(), cut.end());
+  report.base_triangles += std::unique(cut.begin(), cut.end()) - cut.begin();
+  if (!placed_->measure) return;
+  // What is left shares the tiles out, and makes background of those that are empty.
+  sum.resolve += all.work_ms - sum.total();
+  longest.resolve += all.span_ms - longest.total();
+  report.times += sum;
+  report.critical_path += longest;
 }
 
 }  // namespace organbake

@@ -9,12 +9,16 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
+
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
 
 constexpr int kWord = CoverMask::kWord;
+constexpr int kRowGrain = 64;  // rows of a piece
 
 // One bit for each of 64 covers that are `wanted`. The compiler makes bytes of bits, one by one.
 std::uint64_t bits_of(const Cover* covers, Cover wanted) {
@@ -40,20 +44,18 @@ std::uint64_t bits_of(const Cover* covers, Cover wanted) {
 #endif
 }
 
-// Calls visit(covers) for each 64 covers of the box, row after row; of a row's last, those outside
-// are `beyond`.
+// Calls visit(covers) for each 64 covers of a box's row; of the last, those outside are `beyond`.
 template <class Visit>
-void for_each_word(const Frame& frame, const PixelBox& box, Cover beyond, const Visit& visit) {
-  for (int y = box.y0; y < box.y1; ++y) {
-    const Cover* row = &frame.cover[std::size_t(y) * frame.color.width + box.x0];
-    int x = 0;
-    for (; x + kWord <= box.width(); x += kWord) visit(row + x);
-    if (x == box.width()) continue;
-    std::array<Cover, kWord> last;
-    last.fill(beyond);
-    std::copy_n(row + x, box.width() - x, last.begin());
-    visit(last.data());
-  }
+void for_each_word(const Frame& frame, const PixelBox& box, int y, Cover beyond,
+                   const Visit& visit) {
+  const Cover* row = &frame.cover[std::size_t(y) * frame.color.width + box.x0];
+  int x = 0;
+  for (; x + kWord <= box.width(); x += kWord) visit(row + x);
+  if (x == box.width()) return;
+  std::array<Cover, kWord> last;
+  last.fill(beyond);
+  std::copy_n(row + x, box.width() - x, last.begin());
+  visit(last.data());
 }
 
 }  // namespace
@@ -64,12 +66,16 @@ void CoverMask::read(const PixelBox& box, const Frame& frame) {
   const std::size_t words = std::size_t(words_) * std::max(0, box.height());
   skin_.resize(words);
   open_.resize(words);
-  std::size_t at = 0;
-  // Beyond the box: tools, which are neither skin nor open.
-  for_each_word(frame, box, Cover::solid, [&](const Cover* covers) {
-    const std::uint64_t open = bits_of(covers, Cover::background);
-    open_[at] = open;
-    skin_[at++] = ~(open | bits_of(covers, Cover::solid));
+  parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
+    std::size_t at = std::size_t(y - box.y0) * words_;
+    // Beyond the box: tools, which are neither skin nor open.
+    for (; y < last; ++y) {
+      for_each_word(frame, box, y, Cover::solid, [&](const Cover* covers) {
+        const std::uint64_t open = bits_of(covers, Cover::background);
+        open_[at] = open;
+        skin_[at++] = ~(open | bits_of(covers, Cover::solid));
+      });
+    }
   });
 }
 
@@ -81,9 +87,16 @@ void CoverMask::read_with_border(const PixelBox& box, const Frame& frame) {
 
 std::size_t count_cover(const Frame& frame, const PixelBox& box, Cover wanted) {
   const Cover other = wanted == Cover::solid ? Cover::background : Cover::solid;
-  std::size_t count = 0;
-  for_each_word(frame, box, other, [&](const Cover* covers) {
-    count += static_cast<std::size_t>(std::popcount(bits_of(covers, wanted)));
+  std::atomic<std::size_t> count = 0;
+  if (box.empty()) return count;
+  parallel_pieces(box.y0, box.y1, kRowGrain, [&](int y, int last) {
+    std::size_t of_piece = 0;
+    for (; y < last; ++y) {
+      for_each_word(frame, box, y, other, [&](const Cover* covers) {
+        of_piece += static_cast<std::size_t>(std::popcount(bits_of(covers, wanted)));
+      });
+    }
+    count += of_piece;
   });
   return count;
 }

@@ -10,11 +10,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
+
 namespace organbake {
 namespace {
 
 using Level = SkinDepth::Level;
 constexpr int kEdgeWord = CoverMask::kWord;
+constexpr int kEdgeGrain = 32;  // rows of a piece
 
 // One bit for each of 64 pairs of levels that are more than `deeper` apart. The compiler makes
 // bytes of bits, one by one.
@@ -81,7 +84,7 @@ void FrontEdges::find(const CoverMask& skin) {
   const PixelBox& box = skin.box();
   for (auto& planes : planes_)
     for (auto& plane : planes) plane.assign(words * std::max(0, box.height()), 0);
-  for (int y = box.y0; y < box.y1; ++y) {
+  for_each_row([&](int y) {
     const std::size_t at = std::size_t(y - box.y0) * words;
     const bool last = y + 1 == box.y1;
     for (int word = 0; word < skin.words(); ++word) {
@@ -92,18 +95,25 @@ void FrontEdges::find(const CoverMask& skin) {
       planes_[column][first][at + word] = here & skin.open(y + 1)[word];
       planes_[column][second][at + word] = open & skin.skin(y + 1)[word];
     }
-  }
+  });
 }
 
 void FrontEdges::find(const CoverMask& skin, const SkinDepth& depth, float deeper_mm) {
   find(skin);
   const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
   const auto deeper = static_cast<Level>(std::max(1L, std::lround(levels)));
-  const PixelBox& box = skin.box();
-  for (int y = box.y0; y < box.y1; ++y) {
+  for_each_row([&](int y) {
     find_steps(depth, deeper, row, y);
-    if (y + 1 < box.y1) find_steps(depth, deeper, column, y);
-  }
+    if (y + 1 < skin.box().y1) find_steps(depth, deeper, column, y);
+  });
+}
+
+// Rows write to bits of their own.
+template <class Visit>
+void FrontEdges::for_each_row(const Visit& visit) const {
+  parallel_pieces(skin_->box().y0, skin_->box().y1, kEdgeGrain, [&](int y, int last) {
+    for (; y < last; ++y) visit(y);
+  });
 }
 
 void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, int y) {

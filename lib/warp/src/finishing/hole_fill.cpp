@@ -6,10 +6,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "organbake/core/parallel.h"
+
 namespace organbake {
 namespace {
 
 constexpr int kEnough = 5;
+constexpr int kHoleRows = 32;  // that are looked through at once
 
 struct Hole {
   PixelAt pixel;
@@ -76,13 +79,19 @@ std::uint64_t holes_of_word(const CoverMask& bits, int word, int y) {
 }
 
 std::vector<Hole> find_holes(const CoverMask& bits, const Frame& frame) {
-  std::vector<Hole> holes;
-  for (int y = bits.box().y0; y < bits.box().y1; ++y) {
-    for (int word = 0; word < bits.words(); ++word) {
-      bits.for_each(holes_of_word(bits, word, y), word, y,
-                    [&](PixelAt open) { holes.push_back(hole_at(frame, open)); });
+  const PixelBox& box = bits.box();
+  std::vector<std::vector<Hole>> of_rows((std::max(0, box.height()) + kHoleRows - 1) / kHoleRows);
+  parallel_for(0, static_cast<int>(of_rows.size()), [&](int rows) {
+    const int first = box.y0 + rows * kHoleRows;
+    for (int y = first; y < std::min(first + kHoleRows, box.y1); ++y) {
+      for (int word = 0; word < bits.words(); ++word) {
+        bits.for_each(holes_of_word(bits, word, y), word, y,
+                      [&](PixelAt open) { of_rows[rows].push_back(hole_at(frame, open)); });
+      }
     }
-  }
+  });
+  std::vector<Hole> holes;
+  for (const auto& more : of_rows) holes.insert(holes.end(), more.begin(), more.end());
   return holes;
 }
 

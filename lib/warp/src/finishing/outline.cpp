@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
 #include "organbake/image/srgb.h"
 
 namespace organbake {
@@ -40,14 +41,11 @@ struct Outline::Border {
   PixelAt open(int i) const { return skin_first() ? far(i) : near(i); }
 };
 
-void Outline::change(PixelAt pixel, double share) {
-  const int steps = static_cast<int>(kSteps * share);
-  if (steps == 0) return;
-  const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
+void Outline::change(const Change& change) {
   // Aslant, a border has stretches both ways: the longer ones tell more.
-  if (std::abs(steps) <= std::abs(int{change_[at]})) return;
-  if (change_[at] == 0) softened_.push_back({at, {}, {}});
-  change_[at] = static_cast<std::int8_t>(steps);
+  if (std::abs(int{change.steps}) <= std::abs(int{change_[change.at]})) return;
+  if (change_[change.at] == 0) softened_.push_back({change.at, {}, {}});
+  change_[change.at] = change.steps;
 }
 
 // How far the outline of a stretch rises whose ends both step to one side, by the stretches that
@@ -79,7 +77,7 @@ bool Outline::is_border(const Border& border, int i) const {
 }
 
 // A stretch without a step, from its first pixel on.
-void Outline::follow(const Border& border) {
+void Outline::follow(const Border& border, std::vector<Change>& changes) const {
   int length = 1;
   while (is_border(border, length)) ++length;
   // Beyond the stretch's last pair, i, lies the pair `next`.
@@ -91,6 +89,12 @@ void Outline::follow(const Border& border) {
   if (before == no_step && after == no_step) return;
   const bool bow = before == after;
   const double rise = bow ? rise_of(border, length, before) : 0;
+  const auto change = [&](PixelAt pixel, double share) {
+    const int steps = static_cast<int>(kSteps * share);
+    if (steps == 0) return;
+    const auto at = static_cast<std::uint32_t>(pixel.y * width_ + pixel.x);
+    changes.push_back({at, static_cast<std::int8_t>(steps)});
+  };
   for (int i = 0; i < length; ++i) {
     const OutlineAreas areas =
         bow ? areas_of_bow(length, before, rise, i) : areas_of_slope(length, before, after, i);
@@ -99,40 +103,54 @@ void Outline::follow(const Border& border) {
   }
 }
 
-void Outline::follow_rows() {
+// The borders that begin in the rows y … last − 1.
+void Outline::follow_rows(int y, int last, std::vector<Change>& changes) const {
   const CoverMask& bits = edges_->skin();
-  const PixelBox& box = bits.box();
-  for (int y = box.y0; y + 1 < box.y1; ++y) {
+  for (; y < std::min(last, bits.box().y1 - 1); ++y) {
     for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
       const std::uint64_t* const borders = edges_->of_row(FrontEdges::column, front, y);
-      std::uint64_t last = 0;  // bit of the word before
+      std::uint64_t before = 0;  // bit of the word before
       for (int word = 0; word < bits.words(); ++word) {
         const std::uint64_t border = borders[word];
-        bits.for_each(border & ~(border << 1 | last), word, y, [&](PixelAt first) {
-          follow({first, true, front});
+        bits.for_each(border & ~(border << 1 | before), word, y, [&](PixelAt first) {
+          follow({first, true, front}, changes);
         });
-        last = border >> (CoverMask::kWord - 1);
+        before = border >> (CoverMask::kWord - 1);
       }
     }
   }
 }
 
-void Outline::follow_columns() {
+void Outline::follow_columns(FrontEdges::Front front, int y, int last,
+                             std::vector<Change>& changes) const {
   const CoverMask& bits = edges_->skin();
-  const PixelBox& box = bits.box();
-  std::vector<std::uint64_t> above;
-  for (const FrontEdges::Front front : {FrontEdges::first, FrontEdges::second}) {
-    above.assign(bits.words(), 0);
-    for (int y = box.y0; y < box.y1; ++y) {
-      const std::uint64_t* const borders = edges_->of_row(FrontEdges::row, front, y);
-      for (int word = 0; word < bits.words(); ++word) {
-        bits.for_each(borders[word] & ~above[word], word, y, [&](PixelAt first) {
-          follow({first, false, front});
-        });
-        above[word] = borders[word];
-      }
+  for (; y < std::min(last, bits.box().y1); ++y) {
+    const std::uint64_t* const borders = edges_->of_row(FrontEdges::row, front, y);
+    const std::uint64_t* const above =
+        y > bits.box().y0 ? edges_->of_row(FrontEdges::row, front, y - 1) : nullptr;
+    for (int word = 0; word < bits.words(); ++word) {
+      bits.for_each(borders[word] & ~(above ? above[word] : 0), word, y, [&](PixelAt first) {
+        follow({first, false, front}, changes);
+      });
     }
   }
+}
+
+// Some rows at a time, at once, and what they change one after the other, as if all rows had been
+// followed from the first to the last.
+void Outline::follow_all() {
+  constexpr int kRows = 32;
+  const PixelBox& box = edges_->skin().box();
+  const int pieces = (box.height() + kRows - 1) / kRows;
+  std::vector<std::vector<Change>> changes(std::size_t{3} * pieces);
+  parallel_for(0, 3 * pieces, [&](int i) {
+    const int y = box.y0 + i % pieces * kRows;
+    if (i < pieces) return follow_rows(y, y + kRows, changes[i]);
+    follow_columns(i < 2 * pieces ? FrontEdges::first : FrontEdges::second, y, y + kRows,
+                   changes[i]);
+  });
+  for (const std::vector<Change>& of_piece : changes)
+    for (const Change& one : of_piece) change(one);
 }
 
 // A pixel takes the colours beside it of what covers more of it than its centre says: of the skin
@@ -165,12 +183,15 @@ void Outline::soften(const FrontEdges& edges, Frame& frame) {
   width_ = frame.color.width;
   change_.resize(frame.cover.size());
   edges_ = &edges;
-  follow_rows();
-  follow_columns();
-  for (Pixel& pixel : softened_) {
-    std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.before.data());
-    pixel.after = blended(pixel, frame);
-  }
+  follow_all();
+  constexpr std::size_t kGrain = 128;
+  parallel_pieces(std::size_t{0}, softened_.size(), kGrain, [&](std::size_t i, std::size_t last) {
+    for (; i < last; ++i) {
+      Pixel& pixel = softened_[i];
+      std::copy_n(&frame.color.pixels[3 * std::size_t{pixel.at}], 3, pixel.before.data());
+      pixel.after = blended(pixel, frame);
+    }
+  });
   // Only now: each takes its neighbours' colours as they were.
   for (const Pixel& pixel : softened_) {
     std::copy(pixel.after.begin(), pixel.after.end(),

@@ -48,17 +48,17 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   report.holes_before = slits + holes.before;
   report.holes_after = holes.after;
   if (!options.solids.empty()) {
-    clock.lap(report.times.fill);
+    clock.lap(report.times.fill, report.critical_path.fill);
     const std::vector<SolidBlock> blocks = solid_blocks(options.solids, view);
     for (const SolidBlock& block : blocks) keep(block.box, frame);
     draw_solids(options.solids, blocks, view, frame);
-    clock.lap(report.times.tools);
+    clock.lap(report.times.tools, report.critical_path.tools);
     skin_.read_with_border(drawn, frame);
   }
   if (!options.smooth_outline) skin_ = {};
   edges_.find(skin_, depth, deeper_mm);
   outline_.soften(edges_, frame);
-  clock.lap(report.times.fill);
+  clock.lap(report.times.fill, report.critical_path.fill);
 }
 
 void PostProcess::undo(const Background& background, Frame& frame) const {

@@ -67,13 +67,15 @@ std::vector<std::uint32_t> find_see_through(const PixelBox& box, const SkinDepth
   if (box.empty()) return {};
   const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
   const auto deeper = static_cast<Level>(std::lround(levels));
-  std::vector<std::vector<std::uint32_t>> found(box.height());
-  constexpr int kRows = 32;
-  parallel_pieces(box.y0, box.y1, kRows, [&](int first, int last) {
-    for (int y = first; y < last; ++y) find_in_row(box, y, depth, deeper, found[y - box.y0]);
+  constexpr int kRows = 32;  // at once
+  std::vector<std::vector<std::uint32_t>> found((box.height() + kRows - 1) / kRows);
+  parallel_for(0, static_cast<int>(found.size()), [&](int rows) {
+    const int first = box.y0 + rows * kRows;
+    for (int y = first; y < std::min(first + kRows, box.y1); ++y)
+      find_in_row(box, y, depth, deeper, found[rows]);
   });
   std::vector<std::uint32_t> all;
-  for (const auto& row : found) all.insert(all.end(), row.begin(), row.end());
+  for (const auto& rows : found) all.insert(all.end(), rows.begin(), rows.end());
   return all;
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "finishing/holes.h"
 
+#include <atomic>
 #include <cstdint>
+
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 namespace {
@@ -44,28 +47,33 @@ int fill_slit(CoverMask& bits, PixelAt end, Step back, bool fill, Frame& frame) 
   return run;
 }
 
+// Columns know nothing of each other: a word's are filled at once with other words'.
 std::size_t fill_columns(CoverMask& bits, bool fill, Frame& frame) {
-  std::size_t pixels = 0;
-  for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y) {
-    for (int word = 0; word < bits.words(); ++word) {
+  std::atomic<std::size_t> pixels = 0;
+  parallel_for(0, bits.words(), [&](int word) {
+    for (int y = bits.box().y0 + 1; y < bits.box().y1; ++y) {
       bits.for_each(bits.skin(y)[word] & bits.open(y - 1)[word], word, y, [&](PixelAt end) {
         pixels += fill_slit(bits, end, {0, -1}, fill, frame);
       });
     }
-  }
+  });
   return pixels;
 }
 
+// Nor do rows.
 std::size_t fill_rows(CoverMask& bits, bool fill, Frame& frame) {
-  std::size_t pixels = 0;
-  for (int y = bits.box().y0; y < bits.box().y1; ++y) {
-    for (int word = 0; word < bits.words(); ++word) {
-      const std::uint64_t ends = bits.skin(y)[word] & bits.right_of(bits.open(y), word);
-      bits.for_each(ends, word, y, [&](PixelAt end) {
-        pixels += fill_slit(bits, end, {-1, 0}, fill, frame);
-      });
+  constexpr int kGrain = 64;
+  std::atomic<std::size_t> pixels = 0;
+  parallel_pieces(bits.box().y0, bits.box().y1, kGrain, [&](int y, int last) {
+    for (; y < last; ++y) {
+      for (int word = 0; word < bits.words(); ++word) {
+        const std::uint64_t ends = bits.skin(y)[word] & bits.right_of(bits.open(y), word);
+        bits.for_each(ends, word, y, [&](PixelAt end) {
+          pixels += fill_slit(bits, end, {-1, 0}, fill, frame);
+        });
+      }
     }
-  }
+  });
   return pixels;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "organbake/core/parallel.h"
+
 namespace organbake {
 
 LightMeter::LightMeter(const ScopeLight& scope, const View& view)
@@ -15,29 +17,41 @@ LightMeter::LightMeter(const ScopeLight& scope, const View& view)
   inverse_tan2_half_ = 1 / (tan_half * tan_half);
 }
 
+// What a face tells, all at once; and their sum one after the other, the same for any number of
+// threads.
 void LightMeter::add(const TriangleMesh& proxy_at_rest) {
-  constexpr double kNearest_mm = 1;
-  for (const Face& face : proxy_at_rest.faces) {
-    const auto corner = [&](int c) -> Eigen::Vector3d {
-      return camera_from_world_ * proxy_at_rest.vertices[face[c]];
-    };
-    const Eigen::Vector3d a = corner(0), b = corner(1), c = corner(2), middle = (a + b + c) / 3;
-    const Eigen::Vector3d area = (b - a).cross(c - a);  // doubled
-    const double range = std::max(middle.norm(), kNearest_mm);
-    const double seen = -area.dot(middle) / (range * range * range);  // doubled solid angle
-    if (!(seen > 0 && middle.z() > 0)) continue;
-    // 1 amid the picture, a half at its border, little beyond.
-    const Eigen::Vector2d place = (middle.head<2>() / middle.z()).cwiseQuotient(slopes_at_border_);
-    const double weight = seen / (1 + place.squaredNorm() * place.squaredNorm());
-    const Eigen::Vector3d toward = scope_.offset_mm - middle;
-    const double range2 = std::max(toward.squaredNorm(), kNearest_mm * kNearest_mm);
-    const double cosine =
-        std::max(0.0, area.dot(toward)) / std::max(1e-300, area.norm() * std::sqrt(range2));
-    const double ahead2 = toward.z() < 0 ? toward.z() * toward.z() / range2 : 0;
-    const double beam = ahead2 / (ahead2 + (1 - ahead2) * inverse_tan2_half_ + 1e-12);
-    weight_ += weight;
-    light_ += weight * cosine * beam / range2;
+  if (scope_.reference_mm > 0) return;
+  std::vector<Reading> readings(proxy_at_rest.faces.size());
+  constexpr std::size_t kGrain = 256;
+  parallel_pieces(std::size_t{0}, readings.size(), kGrain, [&](std::size_t f, std::size_t last) {
+    for (; f < last; ++f) readings[f] = read(proxy_at_rest, proxy_at_rest.faces[f]);
+  });
+  for (const Reading& reading : readings) {
+    weight_ += reading.weight;
+    light_ += reading.light;
   }
+}
+
+LightMeter::Reading LightMeter::read(const TriangleMesh& proxy_at_rest, const Face& face) const {
+  constexpr double kNearest_mm = 1;
+  const auto corner = [&](int c) -> Eigen::Vector3d {
+    return camera_from_world_ * proxy_at_rest.vertices[face[c]];
+  };
+  const Eigen::Vector3d a = corner(0), b = corner(1), c = corner(2), middle = (a + b + c) / 3;
+  const Eigen::Vector3d area = (b - a).cross(c - a);  // doubled
+  const double range = std::max(middle.norm(), kNearest_mm);
+  const double seen = -area.dot(middle) / (range * range * range);  // doubled solid angle
+  if (!(seen > 0 && middle.z() > 0)) return {};
+  // 1 amid the picture, a half at its border, little beyond.
+  const Eigen::Vector2d place = (middle.head<2>() / middle.z()).cwiseQuotient(slopes_at_border_);
+  const double weight = seen / (1 + place.squaredNorm() * place.squaredNorm());
+  const Eigen::Vector3d toward = scope_.offset_mm - middle;
+  const double range2 = std::max(toward.squaredNorm(), kNearest_mm * kNearest_mm);
+  const double cosine =
+      std::max(0.0, area.dot(toward)) / std::max(1e-300, area.norm() * std::sqrt(range2));
+  const double ahead2 = toward.z() < 0 ? toward.z() * toward.z() / range2 : 0;
+  const double beam = ahead2 / (ahead2 + (1 - ahead2) * inverse_tan2_half_ + 1e-12);
+  return {weight, weight * cosine * beam / range2};
 }
 
 double LightMeter::reference_mm() const {

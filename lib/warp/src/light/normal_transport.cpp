@@ -100,20 +100,27 @@ void NormalTransport::borrow_shares() {
 void NormalTransport::place(const std::vector<ShellMatrix>& deformed,
                             const std::vector<std::uint8_t>& changed,
                             std::vector<std::uint8_t>& turned) {
+  constexpr std::size_t kKnotGrain = 64, kFaceGrain = 1024;
   std::vector<std::uint8_t> knot_turned(knots_.size());
-  parallel_for(std::size_t{0}, knots_.size(), [&](std::size_t k) {
+  const auto turn_knot = [&](std::size_t k) {
     Knot& knot = knots_[k];
     const auto has_changed = [&](const Share& s) { return changed[s.face] != 0; };
     if (std::none_of(knot.shares.begin(), knot.shares.end(), has_changed)) return;
     const Turn turn = mean_turn(knot, deformed);
     knot_turned[k] = turn != knot.turn;
     knot.turn = turn;
+  };
+  parallel_pieces(std::size_t{0}, knots_.size(), kKnotGrain, [&](std::size_t k, std::size_t last) {
+    for (; k < last; ++k) turn_knot(k);
   });
-  for (std::size_t f = 0; f < knots_of_face_.size(); ++f) {
+  const auto any_turned = [&](std::size_t f) {
     const auto own = knots_of(f);
-    if (std::any_of(own.begin(), own.end(), [&](std::uint32_t k) { return knot_turned[k] != 0; }))
-      turned[f] = 1;
-  }
+    return std::any_of(own.begin(), own.end(),
+                       [&](std::uint32_t k) { return knot_turned[k] != 0; });
+  };
+  parallel_pieces(std::size_t{0}, turned.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
+    for (; f < last; ++f) turned[f] = any_turned(f);
+  });
 }
 
 NormalTransport::Turn NormalTransport::mean_turn(const Knot& knot,

@@ -17,6 +17,15 @@ using Eigen::Vector3f;
 // Skin that no lamp reached tells little of what it would show in full light.
 constexpr float kLargestGain = 4, kLeastLight = 1e-3f;
 
+// light(face) for all of them.
+void for_each_face(std::size_t count, const auto& light) {
+  constexpr std::uint32_t kGrain = 32;
+  parallel_pieces(std::uint32_t{0}, static_cast<std::uint32_t>(count), kGrain,
+                  [&](std::uint32_t f, std::uint32_t last) {
+                    for (; f < last; ++f) light(f);
+                  });
+}
+
 }  // namespace
 
 RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Lighting& lighting,
@@ -42,13 +51,14 @@ RelitSkin::RelitSkin(const BaseLayer& layer, const ShellSurface& shell, const Li
 
 std::vector<std::uint8_t> RelitSkin::turn(const std::vector<ShellMatrix>& deformed) {
   std::vector<std::uint8_t> changed(shells_.size()), turned(shells_.size());
-  for (std::size_t f = 0; f < shells_.size(); ++f) changed[f] = deformed[f] != shells_[f];
+  for_each_face(shells_.size(), [&](std::uint32_t f) {
+    changed[f] = deformed[f] != shells_[f];
+    if (!changed[f]) return;
+    shells_[f] = deformed[f];
+    to_place_[f] = 1;
+  });
   turns_.place(deformed, changed, turned);
-  for (std::size_t f = 0; f < shells_.size(); ++f) {
-    to_place_[f] |= changed[f];
-    to_light_[f] |= turned[f];
-  }
-  shells_ = deformed;
+  for (std::size_t f = 0; f < turned.size(); ++f) to_light_[f] |= turned[f];
   return turned;
 }
 
@@ -80,7 +90,7 @@ void RelitSkin::light_faces_from_scope(const View& view, double reference_mm,
   light_by(true);
   shine_.look(view, reference_mm);
   if (rest_nodes_.empty()) place_rest_nodes();
-  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+  for_each_face(lattice_.face_count, [&](std::uint32_t f) {
     if (shown[f] && std::exchange(to_light_[f], 0)) light_face(f);
   });
 }
@@ -94,7 +104,7 @@ void RelitSkin::light_faces(const View& view, const std::vector<std::uint8_t>& s
   ray_origin_ = world_from_view.col(2).cast<float>() - static_cast<float>(k.cx) * ray_right_ -
                 static_cast<float>(k.cy) * ray_down_;
   const Vector3f eye = view.camera.center_world_mm().cast<float>();
-  parallel_for(std::uint32_t{0}, lattice_.face_count, [&](std::uint32_t f) {
+  for_each_face(lattice_.face_count, [&](std::uint32_t f) {
     if (!shown[f]) return;
     if (std::exchange(to_light_[f], 0)) light_face(f);
     if (gloss_.none()) return;

@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
+#include <optional>
+
+#include "organbake/core/parallel.h"
 
 namespace organbake {
 
-// Adds what has passed since the last lap to a phase, when asked to measure at all.
+// Adds the work since the last lap to a phase, and its longest chain to another, when asked to
+// measure at all.
 class PhaseClock {
  public:
-  explicit PhaseClock(bool measure) : measure_(measure) { restart(); }
-  void restart() {
-    if (measure_) start_ = Clock::now();
+  explicit PhaseClock(bool measure) {
+    if (measure) meter_.emplace();
   }
-  void lap(double& phase_ms) {
-    if (!measure_) return;
-    const Clock::time_point now = Clock::now();
-    phase_ms += std::chrono::duration<double, std::milli>(now - start_).count();
-    start_ = now;
+  WorkSpan lap() { return meter_ ? meter_->lap() : WorkSpan(); }
+  void lap(double& work_ms) { work_ms += lap().work_ms; }
+  void lap(double& work_ms, double& span_ms) {
+    const WorkSpan since = lap();
+    work_ms += since.work_ms;
+    span_ms += since.span_ms;
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  bool measure_;
-  Clock::time_point start_;
+  std::optional<WorkMeter> meter_;
 };
 
 }  // namespace organbake

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "organbake/core/parallel.h"
 #include "organbake/warp/pixel_box.h"
 
 namespace organbake {
@@ -39,24 +42,45 @@ class TileGrid {
 // Which items touch which tile, in order of the items.
 class TileLists {
  public:
-  // box_of(item) is clipped to the picture; empty boxes touch nothing.
+  // box_of(item) is clipped to the picture; empty boxes touch nothing. Pieces of the items are
+  // counted, and then listed, at once: a tile's list holds what is of the first piece, then of the
+  // second, and so on.
   template <class BoxOf>
-  void build(const TileGrid& grid, std::uint32_t items, BoxOf&& box_of) {
-    start_.assign(grid.count() + 1, 0);
-    each(grid, items, box_of, [&](std::uint32_t, int tile) { ++start_[tile + 1]; });
-    for (int t = 0; t < grid.count(); ++t) start_[t + 1] += start_[t];
-    items_.resize(start_.back());
-    next_.assign(start_.begin(), start_.end() - 1);
-    each(grid, items, box_of, [&](std::uint32_t item, int tile) { items_[next_[tile]++] = item; });
+  void build(const TileGrid& grid, std::uint32_t items, const BoxOf& box_of) {
+    const std::uint32_t pieces = (items + kPiece - 1) / kPiece;
+    const std::size_t tiles = grid.count();
+    next_.assign(pieces * tiles, 0);
+    const auto each_of = [&](std::uint32_t piece, const auto& visit) {
+      each(grid, piece * kPiece, std::min(items, (piece + 1) * kPiece), box_of, visit);
+    };
+    parallel_for(std::uint32_t{0}, pieces, [&](std::uint32_t piece) {
+      std::uint32_t* const counts = &next_[piece * tiles];
+      each_of(piece, [counts](std::uint32_t, int tile) { ++counts[tile]; });
+    });
+    start_.assign(tiles + 1, 0);
+    std::uint32_t listed = 0;
+    for (std::size_t tile = 0; tile < tiles; ++tile) {
+      for (std::uint32_t piece = 0; piece < pieces; ++piece)
+        listed += std::exchange(next_[piece * tiles + tile], listed);
+      start_[tile + 1] = listed;
+    }
+    items_.resize(listed);
+    parallel_for(std::uint32_t{0}, pieces, [&](std::uint32_t piece) {
+      std::uint32_t* const next = &next_[piece * tiles];
+      each_of(piece, [this, next](std::uint32_t item, int tile) { items_[next[tile]++] = item; });
+    });
   }
   std::span<const std::uint32_t> operator[](int tile) const {
     return std::span(items_).subspan(start_[tile], start_[tile + 1] - start_[tile]);
   }
 
  private:
+  static constexpr std::uint32_t kPiece = 2048;  // items
+
   template <class BoxOf, class Visit>
-  static void each(const TileGrid& grid, std::uint32_t items, BoxOf&& box_of, Visit&& visit) {
-    for (std::uint32_t i = 0; i < items; ++i) {
+  static void each(const TileGrid& grid, std::uint32_t first, std::uint32_t last,
+                   const BoxOf& box_of, const Visit& visit) {
+    for (std::uint32_t i = first; i < last; ++i) {
       const PixelBox box = box_of(i);
       if (box.empty()) continue;
       for (int y = box.y0 / TileGrid::kHeight; y <= (box.y1 - 1) / TileGrid::kHeight; ++y) {
@@ -67,7 +91,8 @@ class TileLists {
     }
   }
 
-  std::vector<std::uint32_t> start_, next_, items_;
+  std::vector<std::uint32_t> start_, items_;
+  std::vector<std::uint32_t> next_;  // by piece and tile: where its next item goes
 };
 
 }  // namespace organbake

@@ -2,6 +2,7 @@
 #include "placing/active_cameras.h"
 
 #include <algorithm>
+#include <mutex>
 
 #include "organbake/core/parallel.h"
 #include "organbake/warp/draw_options.h"
@@ -30,7 +31,8 @@ float ActiveCameras::texel_mm() const {
 
 void ActiveCameras::place(const PlacedFaces& faces, const View& view, const TileGrid& grid,
                           DirtyCells& cells) {
-  for (ActiveCamera& camera : std::span(cameras_).first(count_)) {
+  parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
+    ActiveCamera& camera = cameras_[number];
     const std::vector<Chunk>& chunks = camera.set->chunks;
     camera.chunks.resize(chunks.size());
     const auto face_of = [&](std::size_t c) { return chunks[c].patch.face; };
@@ -57,45 +59,90 @@ void ActiveCameras::place(const PlacedFaces& faces, const View& view, const Tile
     });
     camera.tiles.build(grid, static_cast<std::uint32_t>(chunks.size()),
                        [&](std::uint32_t c) { return camera.chunks[c].box; });
-  }
+  });
 }
 
-// In one pass: there are tens of thousands of chunks.
-VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
+namespace {
+
+// What is counted of some of a camera's faces, and of all of them together.
+struct ChunkCounts {
+  PixelBox box;
+  std::array<std::size_t, 3> samples{}, faces{};  // by ChunkFate
+  int largest_px = 0;
+
+  void add(const ChunkCounts& more) {
+    box = united(box, more.box);
+    for (std::size_t fate = 0; fate < samples.size(); ++fate) {
+      samples[fate] += more.samples[fate];
+      faces[fate] += more.faces[fate];
+    }
+    largest_px = std::max(largest_px, more.largest_px);
+  }
+};
+
+// From any thread: faces of several cameras may be the same.
+void flag(std::uint8_t& flag) { __atomic_store_n(&flag, std::uint8_t{1}, __ATOMIC_RELAXED); }
+
+// Of the faces whose first chunk is one of first … last − 1. In one pass: there are tens of
+// thousands of chunks.
+ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::size_t last,
+                         VisibilitySummary& visibility) {
+  const std::vector<Chunk>& chunks = camera.set->chunks;
+  const auto face_of = [&](std::size_t c) { return chunks[c].patch.face; };
+  while (first > 0 && first < last && face_of(first) == face_of(first - 1)) ++first;
   // In registers: a box in memory is a chain of loads that wait for stores.
   PixelBox box;
+  ChunkCounts counts;
+  for (std::size_t c = first; c < last;) {
+    const std::uint32_t face = face_of(c);
+    std::array<std::size_t, 3> samples{};
+    int face_px = 0;
+    for (; c < chunks.size() && face_of(c) == face; ++c) {
+      const ChunkFrame& chunk = camera.chunks[c];
+      samples[static_cast<int>(chunk.fate)] += chunks[c].count;
+      if (chunk.fate != ChunkFate::drawn) continue;
+      face_px = std::max({face_px, chunk.columns, chunk.rows});
+      box = united(box, chunk.box);
+    }
+    for (std::size_t fate = 0; fate < samples.size(); ++fate) counts.samples[fate] += samples[fate];
+    counts.largest_px = std::max(counts.largest_px, face_px);
+    if (samples[0] > 0) flag(visibility.shown[face]);
+    if (face_px >= kMostSplat) flag(visibility.stretched[face]);
+    const ChunkFate fate = samples[0] > 0   ? ChunkFate::drawn
+                           : samples[2] > 0 ? ChunkFate::outside_view
+                                            : ChunkFate::faces_away;
+    ++counts.faces[static_cast<int>(fate)];
+  }
+  counts.box = box;
+  return counts;
+}
+
+}  // namespace
+
+VisibilitySummary ActiveCameras::summarise(std::size_t faces, DrawReport& report) const {
   VisibilitySummary visibility;
   visibility.shown.assign(faces, 0);
   visibility.stretched.assign(faces, 0);
-  int largest_px = 0;
-  for (const ActiveCamera& camera : all()) {
-    const std::vector<Chunk>& chunks = camera.set->chunks;
-    for (std::size_t c = 0; c < chunks.size();) {
-      const std::uint32_t face = chunks[c].patch.face;
-      std::array<std::size_t, 3> samples{};
-      int face_px = 0;
-      for (; c < chunks.size() && chunks[c].patch.face == face; ++c) {
-        const ChunkFrame& chunk = camera.chunks[c];
-        samples[static_cast<int>(chunk.fate)] += chunks[c].count;
-        if (chunk.fate != ChunkFate::drawn) continue;
-        face_px = std::max({face_px, chunk.columns, chunk.rows});
-        box = united(box, chunk.box);
-      }
-      report.samples_drawn += samples[0];
-      report.samples_facing_away += samples[1];
-      report.samples_outside_view += samples[2];
-      largest_px = std::max(largest_px, face_px);
-      visibility.shown[face] |= samples[0] > 0;
-      visibility.stretched[face] |= face_px >= kMostSplat;
-      if (samples[0] > 0) {
-        ++report.faces_drawn;
-      } else {
-        ++(samples[2] > 0 ? report.faces_outside_view : report.faces_facing_away);
-      }
-    }
-  }
-  visibility.box = box;
-  report.largest_stretch_px = std::max<double>(report.largest_stretch_px, largest_px);
+  constexpr std::size_t kGrain = 2048;
+  ChunkCounts counts;
+  std::mutex mutex;
+  parallel_for(std::size_t{0}, count_, [&](std::size_t number) {
+    const ActiveCamera& camera = cameras_[number];
+    parallel_pieces(std::size_t{0}, camera.chunks.size(), kGrain,
+                    [&](std::size_t first, std::size_t last) {
+                      const ChunkCounts more = count_chunks(camera, first, last, visibility);
+                      const std::lock_guard lock(mutex);
+                      counts.add(more);  // whole numbers: in any order
+                    });
+  });
+  report.samples_drawn += counts.samples[0];
+  report.samples_facing_away += counts.samples[1];
+  report.samples_outside_view += counts.samples[2];
+  report.faces_drawn += counts.faces[0];
+  report.faces_facing_away += counts.faces[1];
+  report.faces_outside_view += counts.faces[2];
+  report.largest_stretch_px = std::max<double>(report.largest_stretch_px, counts.largest_px);
+  visibility.box = counts.box;
   return visibility;
 }
 

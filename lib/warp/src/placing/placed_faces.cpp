@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "placing/placed_faces.h"
 
+#include "organbake/core/parallel.h"
 #include "organbake/geometry/shell_map.h"
 
 namespace organbake {
 namespace {
+
+constexpr std::size_t kFaceGrain = 128;  // faces of a piece
 
 ShellColumns columns_of(const ShellMatrix& matrix) {
   ShellColumns columns = ShellColumns::Zero();
@@ -21,7 +24,9 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, bool continue
   Eigen::Matrix3d projection;
   projection << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
   frames_.resize(shell.matrices().size());
-  for (std::size_t f = 0; f < frames_.size(); ++f) {
+  continued_ = continued;
+  if (continued) moved_.resize(frames_.size());
+  const auto place_face = [&](std::size_t f) {
     frames_[f].bent = is_bent(shell.matrices()[f]);
     frames_[f].two_sided = shell.two_sided(f);
     ShellMatrix metric = pose.rotation * shell.matrices()[f];
@@ -29,11 +34,11 @@ void PlacedFaces::place(const PosedShell& shell, const View& view, bool continue
     const ShellMatrix pixel = projection * metric;
     frames_[f].metric = columns_of(metric);
     frames_[f].pixel = columns_of(pixel);
-  }
-  continued_ = continued;
-  if (!continued) return;
-  moved_.resize(frames_.size());
-  for (std::size_t f = 0; f < frames_.size(); ++f) moved_[f] = !(frames_[f] == last_frames_[f]);
+    if (continued) moved_[f] = !(frames_[f] == last_frames_[f]);
+  };
+  parallel_pieces(std::size_t{0}, frames_.size(), kFaceGrain, [&](std::size_t f, std::size_t last) {
+    for (; f < last; ++f) place_face(f);
+  });
 }
 
 void PlacedFaces::add_moved(std::span<const std::uint8_t> changed) {

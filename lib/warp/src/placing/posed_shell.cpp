@@ -5,8 +5,21 @@
 #include <algorithm>
 #include <utility>
 
+#include "organbake/core/parallel.h"
+
 namespace organbake {
 namespace {
+
+// Vertices or faces of a piece.
+constexpr std::uint32_t kPosedGrain = 256;
+
+// body(i) for each of 0 … count − 1, which write to nothing but their own.
+void for_each_posed(std::size_t count, const auto& body) {
+  parallel_pieces(std::uint32_t{0}, static_cast<std::uint32_t>(count), kPosedGrain,
+                  [&](std::uint32_t i, std::uint32_t last) {
+                    for (; i < last; ++i) body(i);
+                  });
+}
 
 // What makes a face two-sided: a corner pushed by more than this share of the organ's size, and a
 // normal farther from the mean of its corners' than 6°.
@@ -33,32 +46,35 @@ void PosedShell::pose(const std::vector<Eigen::Vector3d>& proxy_positions) {
   proxy_positions_ = proxy_positions;
   shell_.pose(proxy_positions_, next_vertices_);
   std::swap(posed_.vertices, next_vertices_);
-  const auto mark = [this](std::vector<std::uint8_t>& faces, std::uint32_t vertex) {
-    for (const std::uint32_t f : faces_of_.of(vertex)) faces[f] = 1;
-  };
+  face_changed_.resize(posed_.faces.size());
+  vertex_changed_.resize(posed_.vertices.size());
   // Moved vertices change their faces, those all their corners' normals, and these their faces.
-  face_changed_.assign(posed_.faces.size(), 0);
-  for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
-    if (posed_.vertices[v] != next_vertices_[v]) mark(face_changed_, v);
-  }
-  vertex_changed_.assign(posed_.vertices.size(), 0);
-  for (std::size_t f = 0; f < posed_.faces.size(); ++f) {
-    if (!face_changed_[f]) continue;
-    for (const std::uint32_t v : posed_.faces[f]) vertex_changed_[v] = 1;
-  }
-  for (std::uint32_t v = 0; v < posed_.vertices.size(); ++v) {
-    if (!vertex_changed_[v]) continue;
-    set_normal(v);
-    if (gradients_) {
-      gradient_changes_[v] = shell_.skin()->is_creased(v)
-                                 ? unknown_change()
-                                 : gradients_->change(v, posed_.vertices, normals_);
-    }
-    mark(face_changed_, v);
-  }
-  for (std::uint32_t f = 0; f < posed_.faces.size(); ++f) {
-    if (face_changed_[f]) set_face(f);
-  }
+  for_each_posed(posed_.faces.size(), [this](std::uint32_t f) {
+    const Face& face = posed_.faces[f];
+    face_changed_[f] = std::any_of(face.begin(), face.end(), [this](std::uint32_t v) {
+      return posed_.vertices[v] != next_vertices_[v];
+    });
+  });
+  for_each_posed(posed_.vertices.size(), [this](std::uint32_t v) {
+    const auto faces = faces_of_.of(v);
+    vertex_changed_[v] = std::any_of(faces.begin(), faces.end(),
+                                     [this](std::uint32_t f) { return face_changed_[f] != 0; });
+    if (vertex_changed_[v]) set_vertex(v);
+  });
+  for_each_posed(posed_.faces.size(), [this](std::uint32_t f) {
+    const Face& face = posed_.faces[f];
+    if (std::any_of(face.begin(), face.end(),
+                    [this](std::uint32_t v) { return vertex_changed_[v] != 0; }))
+      set_face(f);
+  });
+}
+
+void PosedShell::set_vertex(std::uint32_t vertex) {
+  set_normal(vertex);
+  if (!gradients_) return;
+  gradient_changes_[vertex] = shell_.skin()->is_creased(vertex)
+                                  ? unknown_change()
+                                  : gradients_->change(vertex, posed_.vertices, normals_);
 }
 
 void PosedShell::set_face(std::uint32_t face) {

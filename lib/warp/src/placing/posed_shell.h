@@ -31,6 +31,7 @@ class PosedShell {
 
  private:
   bool bent_over(std::uint32_t face) const;
+  void set_vertex(std::uint32_t vertex);
   void set_normal(std::uint32_t vertex);
   void set_face(std::uint32_t face);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -16,6 +17,7 @@ namespace organbake {
 namespace parallel_detail {
 using Work = void (*)(const void* body, std::size_t begin, std::size_t end);
 void share_out(std::size_t count, std::size_t grain, Work work, const void* body);
+void share_out_in_order(std::size_t count, Work work, const void* body);
 void isolate(Work work, const void* body);
 }  // namespace parallel_detail
 
@@ -44,6 +46,19 @@ void parallel_for(Index begin, Index end, const Body& body) {
   });
 }
 
+// body(i) for each of 0 … count − 1, begun in this order by whichever thread is free next: with the
+// dearest first, none is left to the end that all others wait for.
+template <class Body>
+void parallel_in_order(std::size_t count, const Body& body) {
+  parallel_detail::share_out_in_order(
+      count,
+      [](const void* bound, std::size_t i, std::size_t) { (*static_cast<const Body*>(bound))(i); },
+      &body);
+}
+
+// How many threads may work at once, the caller's included.
+int allowed_threads();
+
 // Runs `body` so that the thread, while it waits inside for others, takes up none of the work
 // outside.
 template <class Body>
@@ -62,6 +77,36 @@ class ThreadLimit {
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+// What work costs: all of it one after the other, T₁, and its longest chain of parts that wait for
+// each other, T∞. N threads need at least max(T₁ / N, T∞), and with T₁ / N + T∞ they can do (Brent
+// 1974, "The Parallel Evaluation of General Arithmetic Expressions").
+struct WorkSpan {
+  double work_ms = 0, span_ms = 0;
+};
+
+// Counts both for what its thread does while it lives, whatever number of threads take part: a
+// parallel loop counts as the sum of its pieces, and as the longest of them. Its loops are then cut
+// into all the pieces that they can be. Meters nest; the innermost one counts.
+class WorkMeter {
+ public:
+  WorkMeter();
+  ~WorkMeter();
+  WorkMeter(const WorkMeter&) = delete;
+  WorkMeter& operator=(const WorkMeter&) = delete;
+
+  // Since it was made, or since the last lap.
+  WorkSpan lap();
+
+ private:
+  friend class MeteredPieces;
+  using Clock = std::chrono::steady_clock;
+
+  WorkMeter* outer_;
+  Clock::time_point start_;
+  WorkSpan loops_;       // of the parallel loops since then
+  double loops_ms_ = 0;  // that passed meanwhile
 };
 
 // One value for each thread that asks for its own, kept from one use to the next.

@@ -43,11 +43,13 @@ struct DrawOptions {
   bool operator==(const DrawOptions& other) const = default;
 };
 
-// Milliseconds of work by phase, summed over threads; zero unless measured.
+// Milliseconds by phase; zero unless measured.
 struct DrawTimes {
   double transform = 0;  // faces and chunks placed, culled and listed by tile
   double splat = 0, base = 0, resolve = 0, fill = 0;
   double tools = 0;  // instruments drawn into the picture
+
+  double total() const { return transform + splat + base + resolve + fill + tools; }
 
   DrawTimes& operator+=(const DrawTimes& more) {
     transform += more.transform, splat += more.splat, base += more.base;
@@ -71,7 +73,8 @@ struct DrawReport {
   std::size_t sample_pixels = 0, base_pixels = 0;
   std::size_t holes_before = 0, holes_after = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel
-  DrawTimes times;
+  DrawTimes times;          // of work, summed over threads
+  DrawTimes critical_path;  // of its longest chain: more threads do not shorten it (WorkMeter)
 };
 
 }  // namespace organbake

@@ -42,6 +42,8 @@ class FrontEdges {
   }
 
  private:
+  template <class Visit>
+  void for_each_row(const Visit& visit) const;
   void find_steps(const SkinDepth& depth, SkinDepth::Level deeper, Along along, int y);
 
   const CoverMask* skin_ = nullptr;

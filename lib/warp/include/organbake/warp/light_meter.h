@@ -21,6 +21,11 @@ class LightMeter {
   double reference_mm() const;
 
  private:
+  struct Reading {
+    double weight = 0, light = 0;
+  };
+  Reading read(const TriangleMesh& proxy_at_rest, const Face& face) const;
+
   ScopeLight scope_;
   RigidTransform camera_from_world_;
   Eigen::Vector2d slopes_at_border_;  // of the picture's sides

@@ -32,19 +32,24 @@ class Outline {
     Color before, after;
   };
   struct Border;
-  void follow_rows();
-  void follow_columns();
-  void follow(const Border& border);
+  // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
+  // of 1/254.
+  struct Change {
+    std::uint32_t at;
+    std::int8_t steps;
+  };
+  void follow_all();
+  void follow_rows(int y, int last, std::vector<Change>& changes) const;
+  void follow_columns(FrontEdges::Front front, int y, int last, std::vector<Change>& changes) const;
+  void follow(const Border& border, std::vector<Change>& changes) const;
   bool is_border(const Border& border, int i) const;
   double rise_of(const Border& border, int length, BorderStep ends) const;
-  void change(PixelAt pixel, double share);
+  void change(const Change& change);
   Color blended(const Pixel& pixel, const Frame& frame) const;
 
   const FrontEdges* edges_ = nullptr;  // while softening
   int width_ = 0;
-  // By how much more of a pixel, or less, the skin in front covers than its centre says, in steps
-  // of 1/254; 0 between calls.
-  std::vector<std::int8_t> change_;
+  std::vector<std::int8_t> change_;  // by pixel; 0 between calls
   std::vector<Pixel> softened_;
 };
 
