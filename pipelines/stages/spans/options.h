@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "organbake/motion/clip_spans.h"
+#include "organbake/pipelines/options.h"
+
+namespace organbake {
+
+struct SpansStageOptions {
+  SpanOptions search;
+  int best = 3;
+};
+
+void bind(OptionList& list, SpansStageOptions& options);
+
+}  // namespace organbake
