@@ -60,7 +60,7 @@ struct SpanFinder::Impl {
 
   struct Sample {
     std::size_t frame = 0;
-    double sharpness = 0, instruments = 0;
+    double time_s = 0, sharpness = 0, instruments = 0;
     std::string flaw;  // why it is of no use; empty where it is
   };
 
@@ -74,10 +74,10 @@ struct SpanFinder::Impl {
     return {.features = 300, .refill_every = 1, .most_apart_px = 1};
   }
 
-  void add(std::size_t frame, Rgb8Image picture) {
+  void add(std::size_t frame, double time_s, Rgb8Image picture) {
     while (picture.width > kWidest_px) picture = half_size(picture);
     const Mask mask = usable.next(picture);
-    Sample sample{frame, sharpness(picture), usable.instruments_now(), {}};
+    Sample sample{frame, time_s, sharpness(picture), usable.instruments_now(), {}};
     const double tissue = double(std::count_if(mask.values.begin(), mask.values.end(),
                                                [](auto value) { return value != 0; })) /
                           double(mask.size());
@@ -122,10 +122,14 @@ struct SpanFinder::Impl {
     }
   }
 
+  double period_s() const {
+    return (samples.back().time_s - samples.front().time_s) /
+           std::max<double>(1, static_cast<double>(samples.size()) - 1);
+  }
+
   // A run of good samples, in pieces that are not too long.
   void judge(const ClipTracks& tracks, std::size_t first, std::size_t end) {
-    const auto longest =
-        static_cast<std::size_t>(std::max(2.0, options.longest_s * options.samples_per_s));
+    const auto longest = static_cast<std::size_t>(std::max(2.0, options.longest_s / period_s()));
     const std::size_t pieces = (end - first + longest - 1) / longest;
     for (std::size_t i = 0; i < pieces; ++i)
       judge_piece(tracks, first + i * (end - first) / pieces,
@@ -133,12 +137,12 @@ struct SpanFinder::Impl {
   }
 
   void judge_piece(const ClipTracks& tracks, std::size_t first, std::size_t end) {
-    const double length_s = double(end - first) / options.samples_per_s;
+    const double length_s = double(end - first) * period_s();
     const double length_share = std::min(1.0, length_s / options.longest_s);
     if (length_s < options.shortest_s)
       return put(first, end, SpanFinder::kShadingAlone * length_share,
                  "too short: " + to_text(length_s, 1) + " s");
-    const auto second = std::max<std::size_t>(1, std::lround(options.samples_per_s));
+    const auto second = std::max<std::size_t>(1, std::lround(1 / period_s()));
     std::vector<double> moved, parallax, steady;
     double instruments = 0;
     for (std::size_t i = first; i + second < end; i += second) {
@@ -180,7 +184,9 @@ struct SpanFinder::Impl {
 SpanFinder::SpanFinder(const SpanOptions& options) : impl_(std::make_unique<Impl>(options)) {}
 SpanFinder::~SpanFinder() = default;
 
-void SpanFinder::add(std::size_t frame, const Rgb8Image& picture) { impl_->add(frame, picture); }
+void SpanFinder::add(std::size_t frame, double time_s, const Rgb8Image& picture) {
+  impl_->add(frame, time_s, picture);
+}
 
 std::vector<ClipSpan> SpanFinder::take() {
   if (!impl_->samples.empty()) impl_->close();

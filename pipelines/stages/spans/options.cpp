@@ -11,7 +11,7 @@ void bind(OptionList& list, SpansStageOptions& o) {
                     "each of them",
             .min = 1,
             .max = 1000})
-      .add("samples_per_s", &o.search.samples_per_s,
+      .add("samples_per_s", &o.samples_per_s,
            {.help = "pictures that are looked at in a second of the video", .min = 1, .max = 25})
       .add("shortest_s", &o.search.shortest_s,
            {.help = "shorter spans are not worth baking", .unit = "s", .min = 0.5, .max = 60})

@@ -8,6 +8,7 @@ namespace organbake {
 
 struct SpansStageOptions {
   SpanOptions search;
+  double samples_per_s = 3;
   int best = 3;
 };
 

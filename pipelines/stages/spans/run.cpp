@@ -19,8 +19,8 @@ namespace {
 // Pictures that are looked at, the clip's rate, and what its last frame is.
 class Scan {
  public:
-  Scan(ShadeSource source, const SpanOptions& options, const RunContext& context)
-      : source_(std::move(source)), options_(options), context_(context), finder_(options) {}
+  Scan(ShadeSource source, const SpansStageOptions& options, const RunContext& context)
+      : source_(std::move(source)), options_(options), context_(context), finder_(options.search) {}
 
   std::vector<ClipSpan> run() {
     using tbb::filter_mode;
@@ -32,7 +32,7 @@ class Scan {
           if (!item) flow.stop();
           return item;
         }) & tbb::make_filter<Item, void>(filter_mode::serial_in_order, [this](const Item& item) {
-          finder_.add(item->frame, item->color);
+          finder_.add(item->frame, item->time_s, item->color);
         }));
     return finder_.take();
   }
@@ -44,6 +44,7 @@ class Scan {
  private:
   struct Looked {
     std::size_t frame;
+    double time_s;
     Rgb8Image color;
   };
   using Item = std::shared_ptr<Looked>;
@@ -57,7 +58,8 @@ class Scan {
           std::max<std::size_t>(1, std::lround(frames_per_s_ / options_.samples_per_s));
       if (frame == 0) first_s_ = picture.time_s;
       if (frame % step == 0)
-        return std::make_shared<Looked>(Looked{frame, std::move(picture.color)});
+        return std::make_shared<Looked>(
+            Looked{frame, double(frame) / frames_per_s_, std::move(picture.color)});
     }
     return nullptr;
   }
@@ -80,7 +82,7 @@ class Scan {
   }
 
   ShadeSource source_;
-  const SpanOptions& options_;
+  const SpansStageOptions& options_;
   const RunContext& context_;
   SpanFinder finder_;
   double frames_per_s_ = 25, first_s_ = std::nan("");  // a folder of frames tells none
@@ -103,8 +105,7 @@ std::vector<bool> chosen_of(const std::vector<ClipSpan>& spans, int best) {
 
 StageReport run(const StageCall& call) {
   const auto options = resolved_options<SpansStageOptions>(call.options_json);
-  Scan scan(open_frames(*call.input("frames"), nullptr, call.context), options.search,
-            call.context);
+  Scan scan(open_frames(*call.input("frames"), nullptr, call.context), options, call.context);
   const std::vector<ClipSpan> spans = scan.run();
   const std::vector<bool> chosen = chosen_of(spans, options.best);
   StageReport report;

@@ -8,7 +8,7 @@
 namespace organbake {
 namespace {
 
-constexpr int kWidth = 320, kStep = 8;
+constexpr int kWidth = 320, kStep = 8, kPerSecond = 3;
 
 Rgb8Image red_picture(const BumpyView& view) {
   Rgb8Image picture(view.light.width, view.light.height);
@@ -23,13 +23,17 @@ Rgb8Image red_picture(const BumpyView& view) {
 }
 
 TEST(ClipSpans, TellsAMovingScopeFromAStillOneAndFromNoTissue) {
-  SpanFinder finder({.samples_per_s = 3, .shortest_s = 2, .longest_s = 12});
+  SpanFinder finder({.shortest_s = 2, .longest_s = 12});
   const std::vector<BumpyView> moving = bumpy_clip({}, 12, kWidth);
   const Rgb8Image still = red_picture(moving.back());
-  std::size_t frame = 0;
-  for (const BumpyView& view : moving) finder.add(kStep * frame++, red_picture(view));
-  for (int i = 0; i < 12; ++i) finder.add(kStep * frame++, Rgb8Image(kWidth, kWidth * 3 / 4));
-  for (int i = 0; i < 12; ++i) finder.add(kStep * frame++, still);
+  std::size_t shown = 0;
+  const auto show = [&](const Rgb8Image& picture) {
+    finder.add(kStep * shown, double(shown) / kPerSecond, picture);
+    ++shown;
+  };
+  for (const BumpyView& view : moving) show(red_picture(view));
+  for (int i = 0; i < 12; ++i) show(Rgb8Image(kWidth, kWidth * 3 / 4));
+  for (int i = 0; i < 12; ++i) show(still);
   const std::vector<ClipSpan> spans = finder.take();
   ASSERT_EQ(spans.size(), 3u);
   EXPECT_GT(spans[0].worth, SpanFinder::kShadingAlone) << spans[0].reason;
@@ -42,9 +46,12 @@ TEST(ClipSpans, TellsAMovingScopeFromAStillOneAndFromNoTissue) {
 }
 
 TEST(ClipSpans, CutsWhatIsLong) {
-  SpanFinder finder({.samples_per_s = 3, .shortest_s = 1, .longest_s = 2});
-  std::size_t frame = 0;
-  for (const BumpyView& view : bumpy_clip({}, 12, kWidth)) finder.add(frame++, red_picture(view));
+  SpanFinder finder({.shortest_s = 1, .longest_s = 2});
+  std::size_t shown = 0;
+  for (const BumpyView& view : bumpy_clip({}, 12, kWidth)) {
+    finder.add(shown, double(shown) / kPerSecond, red_picture(view));
+    ++shown;
+  }
   const std::vector<ClipSpan> spans = finder.take();
   ASSERT_EQ(spans.size(), 2u);
   EXPECT_EQ(spans[0].last + 1, spans[1].first);

@@ -13,11 +13,10 @@ namespace organbake {
 namespace {
 
 constexpr double kMmPerUnit = 10;
-constexpr int kWidth = 320;
 
 // Key frames of a bumpy scene whose unit is a centimetre.
 struct ScaledClip {
-  std::vector<BumpyView> views = bumpy_clip({}, 3, kWidth);
+  std::vector<BumpyView> views = bumpy_clip({}, 3, 320);
   ClipMotion motion;
   std::vector<KeyDepth> keys;
 

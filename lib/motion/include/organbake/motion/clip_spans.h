@@ -19,7 +19,6 @@ struct ClipSpan {
 };
 
 struct SpanOptions {
-  double samples_per_s = 3;
   double shortest_s = 2, longest_s = 12;  // of a span that is worth baking
 };
 
@@ -34,8 +33,9 @@ class SpanFinder {
   explicit SpanFinder(const SpanOptions& options = {});
   ~SpanFinder();
 
-  // The next picture that is looked at: of the clip's frame of that number, of any one size.
-  void add(std::size_t frame, const Rgb8Image& picture);
+  // The next picture that is looked at, of any one size: the clip's frame of that number, and when
+  // it is shown. Three a second tell enough.
+  void add(std::size_t frame, double time_s, const Rgb8Image& picture);
   // All spans in the order of the clip.
   std::vector<ClipSpan> take();
 
