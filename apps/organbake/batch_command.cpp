@@ -15,6 +15,7 @@
 #include "organbake/pipelines/machine_memory.h"
 #include "organbake/pipelines/output_lock.h"
 #include "organbake/pipelines/schemas.h"
+#include "organbake/pipelines/video_spans.h"
 
 namespace organbake {
 namespace {
@@ -165,16 +166,19 @@ int gather(const BatchFlags& flags, const Session& session) {
 
 int bake_cases(const std::vector<std::string>& words, const BatchFlags& flags, Session& session) {
   const Shard shard = flags.shard.empty() ? Shard{} : parse_shard(flags.shard);
-  const auto cases = cases_of_shard(read_cases(words, flags.cases, "batch"), shard);
+  const auto given = cases_of_shard(read_cases(words, flags.cases, "batch"), shard);
   const fs::path& output = flags.cases.output;
   const std::string stem = flags.shard.empty() ? "batch" : report_stem(shard);
   check_spares_tables(words, output / (stem + ".csv"));
   make_batch_folder(output);
   const RunContext context = session.context("batch");
   const FileLock lock(batch_lock(output, stem), context);
+  const auto [cases, left_out] =
+      cases_of_spans(given, flags.cases.recipe, flags.cases.settings, output, context);
   Batch batch(options_of(flags, session), cases, memory_needed(cases, flags, context),
               listener(flags.progress, session.terminal()), context);
-  const std::vector<BatchRow> rows = batch.run();
+  std::vector<BatchRow> rows = batch.run();
+  rows.insert(rows.end(), left_out.begin(), left_out.end());
   write_reports(output / stem, flags.cases.recipe.filename().string(), rows, session);
   context.throw_if_cancelled();
   return static_cast<int>(exit_code_of(rows));

@@ -43,6 +43,30 @@ expect 0 organbake motion slide/frames --intrinsics slide/cameras.json --halving
   --range-mm 60 --threads 1 -o again
 expect_same moved again
 
+# A length that is known makes the scene that large, and it is said how sure that is.
+for mm in 10 20; do
+  expect 0 organbake motion slide/frames --intrinsics slide/cameras.json --halvings 0 --key-frames 3 \
+    --known-distance 0,240,150,420,210,$mm -o known_$mm
+  expect_err "by known_distance to"
+done
+/usr/bin/python3 - <<'END' || fail "twice the distance is not twice the path"
+import json
+import numpy as np
+def extent(path):
+    places = []
+    for camera in json.load(open(path))["cameras"]:
+        pose = camera["camera_from_world"]
+        places.append(-np.array(pose["rotation"], float).reshape(3, 3).T @ np.array(pose["translation_mm"], float))
+    return np.linalg.norm(np.ptp(places, axis=0))
+ratio = extent("known_20/cameras.json") / extent("known_10/cameras.json")
+assert abs(ratio - 2) < 1e-6, ratio
+END
+refused 2 "FRAME,X1,Y1,X2,Y2,MM" organbake motion slide/frames --known-distance 1,2 -o made
+refused 2 "no pose" organbake motion slide/frames --intrinsics slide/cameras.json --halvings 0 \
+  --key-frames 3 --known-distance 900,240,150,420,210,10 -o made
+refused 65 "no key frame shows a straight shaft" organbake motion slide/frames \
+  --intrinsics slide/cameras.json --halvings 0 --key-frames 3 --shaft-mm 5 -o made
+
 # The maps go on to fuse.
 expect 0 organbake fuse moved --poses moved/cameras.json --light camera -o fused.ply
 

@@ -28,3 +28,27 @@ clip -vf hue=h=7 archive/2022/new.mp4
 expect 4 organbake batch 'archive/**/*.mp4' --as frames --recipe "$recipe" -o organs "${small[@]}"
 expect_equal "$(grep -c ',unchanged,' organs/batch.csv)" 3
 grep -q '^2022_new,written,' organs/batch.csv || fail "the new clip was not baked"
+
+# A long video is cut into its best spans, and the others are listed with the reason: two seconds of
+# a scope that slides, then two of one that stands still.
+for path in slide still; do
+  expect 0 organbake phantom --kind laparoscopy --path $path --frames 50 --frame-width 320 \
+    --frame-height 180 -o $path
+done
+mkdir both long
+cp slide/frames/*.png both
+for frame in still/frames/*.png; do
+  cp "$frame" "both/$(printf %06d $((10#$(basename "$frame" .png) + 50))).png"
+done
+ffmpeg -v error -framerate 25 -i both/%06d.png -c:v mpeg4 -q:v 2 -g 10 long/day.mp4 || fail "ffmpeg"
+spans=(--set spans.samples_per_s=8 --set spans.longest_s=2 --set spans.shortest_s=1 --set spans.best=1)
+expect 0 organbake spans long/day.mp4 --samples-per-s 8 --longest-s 2 --shortest-s 1 --best 1 -o spans.csv
+grep -q '^0,.*,yes,"the scope moves over steady tissue' spans.csv || fail "$(cat spans.csv)"
+grep -q ',no,"the scope stands still"' spans.csv || fail "$(cat spans.csv)"
+expect 0 organbake batch 'long/*.mp4' --as frames --recipe "$recipe" -o spells "${small[@]}" "${spans[@]}" \
+  --set motion.key_frames=3 --set motion.halvings=0
+grep -q '^day_0000s,written,0' spells/batch.csv || fail "the sliding span was not baked: $(cat spells/batch.csv)"
+grep -q 'motion' spells/day_0000s/report.json || fail "it was not baked by motion"
+grep -q '^day_000[12]s,left out,0,.*stands still' spells/batch.csv ||
+  fail "what was left out is not told: $(cat spells/batch.csv)"
+grep -q 'stands still' spells/batch.html || fail "the page does not tell what was left out"

@@ -9,6 +9,7 @@
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "trimmed_surface.h"
 
 namespace organbake {
 namespace {
@@ -28,6 +29,8 @@ void FusionOptions::check() const {
           truncation_mm, "it must be in 0.05…200 mm, or 0 for one by the noise");
   require(color_mm == 0 || (color_mm >= 0.02 && color_mm <= 50), "color_mm", color_mm,
           "it must be in 0.02…50 mm, or 0 for the voxels' own");
+  require(least_support >= 0 && least_support < 1, "least_support", least_support,
+          "it must be in 0…1");
   require(off.place_mm > 0 && off.place_mm <= 50, "place", off.place_mm,
           "it must be above 0 and at most 50 mm");
   require(off.angle_rad > 0 && off.angle_rad <= 0.5, "angle", off.angle_rad,
@@ -57,7 +60,11 @@ FusedSurface fuse_views(const std::vector<DepthView>& views, const FusionOptions
   fused.truncation_mm = options.truncation_mm > 0 ? options.truncation_mm : kVoxels * box.voxel_mm;
   const DistanceVolume volume = fuse_distances(smooth, box, fused.truncation_mm, context);
   context.progress(0.8);
-  fused.mesh = largest_components(surface_of(volume, options.holes), options.largest);
+  TriangleMesh surface = surface_of(volume, options.holes);
+  if (options.least_support > 0 && options.holes == Holes::open)
+    surface = trimmed_surface(largest_components(surface, options.largest), volume,
+                              options.least_support);
+  fused.mesh = largest_components(surface, options.largest);
   if (fused.mesh.faces.empty())
     throw BadDataError(
         "no surface is left: the depth maps do not overlap, or their poses are far off");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/agreement.h"
+#include "agreement.h"
 
 #include <algorithm>
 #include <cmath>

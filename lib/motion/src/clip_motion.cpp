@@ -7,6 +7,7 @@
 #include "frame_poses.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
+#include "rejoin.h"
 
 namespace organbake {
 namespace {
@@ -58,7 +59,7 @@ double explained_share(const Scene& scene) {
 class MotionSearch {
  public:
   MotionSearch(const MotionOptions& options, const ClipTracks& clip, const Intrinsics& lens,
-               const ViewLoader& load, const RunContext& context)
+               const PictureLoader& load, const RunContext& context)
       : options_(options), clip_(clip), lens_(lens), load_(load), context_(context) {}
 
   // Tries the views of each shot, then what their first scene left over; the best is kept.
@@ -152,9 +153,9 @@ class MotionSearch {
     if (options_.rejoin && motion.scene.posed_views() > kSureViews) {
       motion.rejoined = rejoin(load_(motion.view_frames), motion.scene);
       drop_outliers(options_.reconstruction.triangulation, motion.scene);
-      adjust({.lens = free, .iterations = 15}, motion.scene);
-      drop_outliers(options_.reconstruction.triangulation, motion.scene);
     }
+    adjust({.lens = free, .iterations = 20}, motion.scene);
+    drop_outliers(options_.reconstruction.triangulation, motion.scene);
     measure(motion);
     if (motion.scene.posed_views() < options_.fewest_views)
       motion.failure = "only " + std::to_string(motion.scene.posed_views()) +
@@ -170,7 +171,7 @@ class MotionSearch {
   const MotionOptions& options_;
   const ClipTracks& clip_;
   const Intrinsics& lens_;
-  const ViewLoader& load_;
+  const PictureLoader& load_;
   const RunContext& context_;
   std::vector<FrameSpan> left_out_;
 };
@@ -179,7 +180,7 @@ class MotionSearch {
 
 ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
                        const std::vector<double>& sharpness, const Intrinsics& lens,
-                       const ViewLoader& load, const RunContext& context) {
+                       const PictureLoader& load, const RunContext& context) {
   std::deque<Frames> shots;
   for (std::size_t i = 0; i < clip.shots.size(); ++i) {
     const std::size_t end = i + 1 < clip.shots.size() ? clip.shots[i + 1] : clip.frames;
@@ -198,11 +199,14 @@ ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
                            std::vector<std::optional<RigidTransform>> camera_from_world) {
   ClipMotion motion;
   motion.scene.lens = lens;
+  std::vector<std::size_t> posed;
   for (std::size_t frame = 0; frame < camera_from_world.size(); ++frame)
-    if (camera_from_world[frame]) {
-      motion.view_frames.push_back(frame);
-      motion.scene.camera_from_world.push_back(camera_from_world[frame]);
-    }
+    if (camera_from_world[frame]) posed.push_back(frame);
+  const std::size_t step = posed.size() / (options.views.most_views + 1) + 1;
+  for (std::size_t i = 0; i < posed.size(); i += step) {
+    motion.view_frames.push_back(posed[i]);
+    motion.scene.camera_from_world.push_back(camera_from_world[posed[i]]);
+  }
   motion.scene.landmarks = landmarks_of(clip, motion.view_frames);
   triangulate(options.reconstruction.triangulation, motion.scene);
   measure(motion);

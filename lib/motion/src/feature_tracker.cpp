@@ -107,6 +107,8 @@ void FeatureTracker::add(const Grid<std::uint8_t>& picture, const Mask& usable) 
   ++clip.frames;
 }
 
+const ClipTracks& FeatureTracker::clip() const { return impl_->clip; }
+
 ClipTracks FeatureTracker::take() {
   impl_->alive.clear();
   impl_->before = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/neighbours.h"
+#include "neighbours.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,14 +1,44 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/posed_frame.h"
+#include "posed_frame.h"
 
+#include <opencv2/imgproc.hpp>
+
+#include "organbake/geometry/pinhole.h"
+#include "organbake/shading/cv_grid.h"
+#include "organbake/shading/frame.h"
+#include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/local_pattern.h"
+#include "organbake/shading/undistort.h"
 
 namespace organbake {
+namespace {
 
-PosedFrame posed_frame(const PreparedFrame& frame, const RigidTransform& camera_from_world) {
-  return {{.name = {}, .intrinsics = frame.camera, .camera_from_world = camera_from_world},
-          grey_levels(frame.color),
-          frame.counts};
+Mask of_size(const Mask& mask, int width, int height) {
+  Mask reduced(width, height);
+  cv::Mat target = cv_view(reduced);
+  cv::resize(cv_view(mask), target, target.size(), 0, 0, cv::INTER_NEAREST);
+  return reduced;
+}
+
+}  // namespace
+
+PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int halvings,
+                       const RigidTransform& camera_from_world) {
+  StoredPicture picture = frame.picture;
+  if (is_combed(picture.color)) deinterlace(picture);
+  Intrinsics small = lens;
+  for (int i = 0; i < halvings; ++i) {
+    picture.color = half_size(picture.color);
+    small = half_size(small);
+  }
+  PosedFrame posed{{"", pinhole_of(small), camera_from_world}, {}, {}};
+  posed.counts = of_size(frame.usable, small.width, small.height);
+  if (small.has_distortion()) {
+    picture.color = undistorted(picture.color, small, posed.camera.intrinsics);
+    posed.counts = undistorted(posed.counts, small, posed.camera.intrinsics);
+  }
+  posed.intensity = grey_levels(picture.color);
+  return posed;
 }
 
 }  // namespace organbake

@@ -33,29 +33,40 @@ TwoViews relate(const Scene& scene, std::size_t a, std::size_t b) {
 }
 
 // Pairs from near to far apart, spread over the clip.
-std::vector<Pair> candidate_pairs(const Scene& scene) {
-  const std::size_t views = scene.camera_from_world.size();
+std::vector<Pair> candidate_pairs(const Scene& scene, const std::vector<std::size_t>& keys) {
   constexpr std::size_t kStarts = 8;
-  const std::size_t step = std::max<std::size_t>(1, views / kStarts);
+  const std::size_t step = std::max<std::size_t>(1, keys.size() / kStarts);
   std::vector<Pair> pairs;
-  for (std::size_t first = 0; first < views; first += step)
-    for (const std::size_t apart : {3, 7, 14})
-      if (first + apart < views) pairs.push_back({first, first + apart, {}});
-  if (pairs.empty() && views >= 2) pairs.push_back({0, views - 1, {}});
+  for (std::size_t first = 0; first < keys.size(); first += step)
+    for (const std::size_t apart : {1, 2, 4})
+      if (first + apart < keys.size()) pairs.push_back({keys[first], keys[first + apart], {}});
   parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t i) {
     pairs[i].relation = relate(scene, pairs[i].first, pairs[i].second);
   });
   return pairs;
 }
 
+// The views that the scene grows by: so many hold it, and each more costs another adjustment.
+std::vector<std::size_t> keys_among(std::size_t views) {
+  constexpr std::size_t kMost = 24;
+  const std::size_t step = (views + kMost - 1) / kMost;
+  std::vector<std::size_t> keys;
+  for (std::size_t view = 0; view < views; view += std::max<std::size_t>(1, step))
+    keys.push_back(view);
+  return keys;
+}
+
 class Growth {
  public:
   Growth(const ReconstructionOptions& options, Scene& scene, const RunContext& context)
-      : options_(options), scene_(scene), context_(context) {}
+      : options_(options),
+        scene_(scene),
+        context_(context),
+        keys_(keys_among(scene.camera_from_world.size())) {}
 
   ReconstructionSummary run() {
     ReconstructionSummary summary;
-    const std::vector<Pair> pairs = candidate_pairs(scene_);
+    const std::vector<Pair> pairs = candidate_pairs(scene_, keys_);
     for (const Pair& pair : pairs)
       summary.parallax_px = std::max(summary.parallax_px, pair.relation.parallax_px);
     const auto best =
@@ -68,7 +79,7 @@ class Growth {
     }
     begin(*best);
     grow();
-    finish();
+    add_others();
     return summary;
   }
 
@@ -87,14 +98,14 @@ class Growth {
     settle({}, 10);
   }
 
-  // The unposed view that sees most places, of those next to posed ones in time.
+  // The unposed key that sees most places.
   std::optional<std::size_t> next_view(const std::vector<bool>& refused) const {
     std::vector<std::size_t> places(scene_.camera_from_world.size(), 0);
     for (const Landmark& landmark : scene_.landmarks)
       if (landmark.place)
         for (const Sighting& sighting : landmark.seen) ++places[sighting.view];
     std::optional<std::size_t> best;
-    for (std::size_t view = 0; view < places.size(); ++view) {
+    for (const std::size_t view : keys_) {
       if (scene_.is_posed(view) || refused[view]) continue;
       if (!best || places[view] > places[*best]) best = view;
     }
@@ -111,7 +122,7 @@ class Growth {
       triangulate(options_.triangulation, scene_, view);
       settle_near(*view);
       const std::size_t posed = scene_.posed_views();
-      context_.progress(static_cast<double>(posed) / static_cast<double>(refused.size()));
+      context_.progress(static_cast<double>(posed) / static_cast<double>(keys_.size()));
       if (posed * 4 < settled_at * 5 && posed < settled_at + 8) continue;
       settle(lens_now(posed), 10);
       settled_at = posed;
@@ -137,10 +148,10 @@ class Growth {
 
   // The new view and those around it, the others held.
   void settle_near(std::size_t view) {
-    constexpr std::size_t kNear = 3;
+    const std::size_t near = 3 * (keys_.size() > 1 ? keys_[1] - keys_[0] : 1);
     std::vector<bool> moving(scene_.camera_from_world.size(), false);
     for (std::size_t other = 0; other < moving.size(); ++other)
-      moving[other] = scene_.is_posed(other) && other + kNear >= view && other <= view + kNear;
+      moving[other] = scene_.is_posed(other) && other + near >= view && other <= view + near;
     // Somebody has to hold the scene where it is.
     if (std::count(moving.begin(), moving.end(), true) ==
         static_cast<std::ptrdiff_t>(scene_.posed_views()))
@@ -149,15 +160,25 @@ class Growth {
            scene_);
   }
 
-  void finish() {
-    settle(lens_now(scene_.posed_views()), 20);
-    adjust({.lens = options_.lens, .iterations = 25, .tolerance = 1e-4}, scene_);
-    drop_outliers(options_.triangulation, scene_);
+  // The views between the keys, each from the places that it sees; as long as some more become
+  // known by others.
+  void add_others() {
+    settle(lens_now(scene_.posed_views()), 15);
+    for (std::size_t posed = 0; posed < scene_.posed_views();) {
+      context_.throw_if_cancelled();
+      posed = scene_.posed_views();
+      parallel_for(std::size_t{0}, scene_.camera_from_world.size(), [&](std::size_t view) {
+        if (!scene_.is_posed(view)) pose_view(options_.least_agreeing_share, view, scene_);
+      });
+      triangulate(options_.triangulation, scene_);
+    }
+    settle(options_.lens, 20);
   }
 
   const ReconstructionOptions& options_;
   Scene& scene_;
   const RunContext& context_;
+  const std::vector<std::size_t> keys_;
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/rejoin.h"
+#include "rejoin.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 
 #include "optical_flow.h"
 #include "organbake/core/parallel.h"
+#include "organbake/motion/tracked_picture.h"
 
 namespace organbake {
 namespace {
@@ -53,7 +54,7 @@ const Sighting* most_alike(const Scene& scene, const Landmark& landmark, std::si
   return best;
 }
 
-std::vector<Wanted> wanted_in(const std::vector<TrackedView>& views, const Scene& scene,
+std::vector<Wanted> wanted_in(const std::vector<const ClipPicture*>& views, const Scene& scene,
                               std::size_t view) {
   std::vector<Wanted> wanted;
   for (std::size_t i = 0; i < scene.landmarks.size(); ++i) {
@@ -62,7 +63,7 @@ std::vector<Wanted> wanted_in(const std::vector<TrackedView>& views, const Scene
     const Eigen::Vector3d point = *scene.camera_from_world[view] * *landmark.place;
     if (!(point.z() > 0)) continue;
     const Eigen::Vector2f guess = project(scene.lens, point).cast<float>();
-    if (!is_usable(views[view].usable, guess)) continue;
+    if (!is_usable(views[view]->usable, guess)) continue;
     if (const Sighting* from = most_alike(scene, landmark, view))
       wanted.push_back({i, from->view, from->pixel.cast<float>(), guess});
   }
@@ -74,7 +75,7 @@ struct Rejoined {
   Eigen::Vector2d pixel;
 };
 
-std::vector<Rejoined> find(const std::vector<TrackedView>& views,
+std::vector<Rejoined> find(const std::vector<const ClipPicture*>& views,
                            const std::vector<FlowPyramid>& pyramids,
                            const std::vector<Wanted>& wanted, std::size_t view) {
   std::map<std::size_t, std::vector<const Wanted*>> by_view;
@@ -89,7 +90,7 @@ std::vector<Rejoined> find(const std::vector<TrackedView>& views,
     const auto tracked =
         follow_points(pyramids[from_view], pyramids[view], from, guesses, kBackAgain_px);
     for (std::size_t i = 0; i < group.size(); ++i)
-      if (tracked[i] && is_usable(views[view].usable, *tracked[i]) &&
+      if (tracked[i] && is_usable(views[view]->usable, *tracked[i]) &&
           (*tracked[i] - guesses[i]).norm() <= kFarthest_px)
         all.push_back({group[i]->landmark, tracked[i]->cast<double>()});
   }
@@ -105,11 +106,12 @@ void add_sighting(std::size_t view, const Eigen::Vector2d& pixel, Landmark& land
 
 }  // namespace
 
-std::size_t rejoin(const std::vector<TrackedView>& views, Scene& scene) {
+std::size_t rejoin(const std::vector<const ClipPicture*>& views, Scene& scene) {
   std::vector<FlowPyramid> pyramids(views.size());
   std::vector<std::vector<Rejoined>> found(views.size());
   parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
-    if (scene.is_posed(view)) pyramids[view] = FlowPyramid(views[view].picture);
+    if (scene.is_posed(view))
+      pyramids[view] = FlowPyramid(tracked_picture(views[view]->picture.color));
   });
   parallel_for(std::size_t{0}, views.size(), [&](std::size_t view) {
     if (scene.is_posed(view))

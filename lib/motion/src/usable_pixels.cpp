@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/shading/cv_grid.h"
+#include "organbake/shading/frame.h"
 #include "organbake/shading/masks.h"
 
 namespace organbake {
@@ -13,15 +14,6 @@ namespace {
 constexpr std::size_t kLookEvery = 5;  // frames
 // Features at the rim are of the stop, not of tissue: their window reaches over it.
 constexpr int kRim = 80;  // of the width one such part
-
-Rgb8Image half_of(const Rgb8Image& frame) {
-  const cv::Mat full(frame.height, frame.width, CV_8UC3,
-                     const_cast<std::uint8_t*>(frame.pixels.data()));
-  Rgb8Image half(std::max(1, frame.width / 2), std::max(1, frame.height / 2));
-  cv::Mat target(half.height, half.width, CV_8UC3, half.pixels.data());
-  cv::resize(full, target, target.size(), 0, 0, cv::INTER_AREA);
-  return half;
-}
 
 double share_of(const Mask& mask) {
   return static_cast<double>(cv::countNonZero(cv_view(mask))) /
@@ -32,15 +24,17 @@ double share_of(const Mask& mask) {
 
 void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
   field_ = field_of_view(half, 2);
+  colourless_ = is_colourless(half, field_);
   const Mask instruments =
-      is_colourless(half, field_) ? Mask(half.width, half.height) : find_instruments(half, field_);
-  instruments_sum_ += share_of(instruments);
+      colourless_ ? Mask(half.width, half.height) : find_instruments(half, field_);
+  instruments_now_ = share_of(instruments);
+  instruments_sum_ += instruments_now_;
   ++looked_;
   slow_ = without(eroded(field_, std::max(2, half.width / kRim)), dilated(instruments, 4));
 }
 
 Mask UsablePixels::next(const Rgb8Image& frame) {
-  const Rgb8Image half = half_of(frame);
+  const Rgb8Image half = half_size(frame);
   if (count_++ % kLookEvery == 0) look_for_what_is_slow(half);
   const Mask usable = without(slow_, dilated(find_highlights(half, field_), 2));
   Mask full(frame.width, frame.height);

@@ -15,33 +15,31 @@ std::size_t sharpest_of(const std::vector<double>& sharpness, std::size_t last, 
   return best;
 }
 
-std::vector<std::size_t> by_motion(double motion_px, std::size_t most_apart, const ClipTracks& clip,
-                                   const std::vector<double>& sharpness, std::size_t first,
-                                   std::size_t end) {
-  std::vector<std::size_t> views = {first};
-  for (std::size_t frame = first + 1; frame < end; ++frame) {
-    const std::size_t last = views.back();
-    const bool moved = motion_between(clip, last, frame).median_px >= motion_px;
-    if (!moved && frame - last < most_apart && frame + 1 < end) continue;
-    views.push_back(sharpest_of(sharpness, last, frame));
-    frame = views.back();
-  }
-  return views;
-}
-
 }  // namespace
+
+std::optional<std::size_t> next_view(const ViewChoice& choice, const ClipTracks& clip,
+                                     const std::vector<double>& sharpness, std::size_t last,
+                                     std::size_t end, bool over) {
+  const double motion_px = choice.motion_share * clip.width;
+  for (std::size_t frame = last + 1; frame < end; ++frame)
+    if (frame - last >= choice.most_apart || (over && frame + 1 == end) ||
+        motion_between(clip, last, frame).median_px >= motion_px)
+      return sharpest_of(sharpness, last, frame);
+  return std::nullopt;
+}
 
 std::vector<std::size_t> choose_views(const ViewChoice& choice, const ClipTracks& clip,
                                       const std::vector<double>& sharpness, std::size_t first,
                                       std::size_t end) {
   if (first >= end) return {};
-  double motion_px = choice.motion_share * clip.width;
-  std::size_t most_apart = choice.most_apart;
+  ViewChoice steps = choice;
   while (true) {
-    std::vector<std::size_t> views = by_motion(motion_px, most_apart, clip, sharpness, first, end);
+    std::vector<std::size_t> views = {first};
+    while (const auto view = next_view(steps, clip, sharpness, views.back(), end, true))
+      views.push_back(*view);
     if (views.size() <= choice.most_views) return views;
-    motion_px *= 1.3;
-    most_apart += most_apart / 3 + 1;
+    steps.motion_share *= 1.3;
+    steps.most_apart += steps.most_apart / 3 + 1;
   }
 }
 

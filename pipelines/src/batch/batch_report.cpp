@@ -80,8 +80,8 @@ std::string page_row(const BatchRow& row, const std::vector<std::string>& column
       cell(row.page.empty() ? name : html_link(row.page, row.name)) + cell(picture) +
       cell(row.status + (bad(row) ? " (" + std::to_string(row.exit_code) + ")" : "")) +
       cell(to_text(row.seconds, 2)) + cell(to_text(row.peak_mb, 0));
-  // A failed case has no figures: its error stands in their place.
-  if (bad(row) && row.figures.empty()) {
+  // A failed case has no figures: its error stands in their place; so does why one is left out.
+  if (!row.error.empty() && row.figures.empty()) {
     html += "<td class=\"error\" colspan=\"" +
             std::to_string(std::max<std::size_t>(1, columns.size())) + "\">" +
             escape_html(row.error) + "</td>";

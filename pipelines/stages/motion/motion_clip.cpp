@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/motion/motion_clip.h"
 
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 
 #include <set>
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "organbake/motion/clip_motion.h"
+#include "organbake/motion/feature_tracker.h"
 #include "organbake/motion/tracked_picture.h"
 #include "organbake/motion/usable_pixels.h"
+#include "organbake/motion/view_choice.h"
 #include "organbake/shading/frame_preparation.h"
 #include "stages/shared/clip_source.h"
 
@@ -19,17 +21,57 @@ namespace {
 constexpr std::size_t kAtOnce = 4;  // frames in memory
 
 struct Work {
-  StoredPicture frame;
-  Grid<std::uint8_t> picture;
-  Mask usable;
+  ClipPicture frame;
+  Grid<std::uint8_t> tracked;
   double sharpness = 0;
 };
 using Item = std::shared_ptr<Work>;
 
+// Keeps the frames that will be views, and those of which the next one will be chosen.
+class LikelyViews {
+ public:
+  explicit LikelyViews(ClipPictures& pictures) : pictures_(pictures) {}
+
+  void add(const ClipTracks& clip, const std::vector<double>& sharpness, ClipPicture picture) {
+    if (too_many_) return;
+    const std::size_t frame = clip.frames - 1;
+    const bool cut = frame > 0 && clip.shots.back() == frame;
+    if (cut) settle(clip, sharpness, frame, true);
+    pictures_.keep(frame, std::move(picture));
+    if (cut) last_ = frame, ++views_;
+    settle(clip, sharpness, clip.frames, false);
+  }
+  void end(const ClipTracks& clip, const std::vector<double>& sharpness) {
+    if (!too_many_) settle(clip, sharpness, clip.frames, true);
+  }
+
+ private:
+  void settle(const ClipTracks& clip, const std::vector<double>& sharpness, std::size_t end,
+              bool over) {
+    while (const auto view = next_view(choice_, clip, sharpness, last_, end, over)) {
+      pictures_.drop(last_ + 1, *view);
+      last_ = *view;
+      ++views_;
+    }
+    // Of so many steps others are taken, or only some of the shots.
+    too_many_ = views_ > choice_.most_views;
+    if (too_many_) pictures_.drop(0, clip.frames);
+  }
+
+  const ViewChoice choice_ = MotionOptions{}.views;
+  ClipPictures& pictures_;
+  std::size_t last_ = 0, views_ = 1;
+  bool too_many_ = false;
+};
+
 class Following {
  public:
-  Following(ShadeSource source, const MotionStageOptions& options, const RunContext& context)
-      : source_(std::move(source)), tracker_(options.tracking), context_(context) {
+  Following(ShadeSource source, const MotionStageOptions& options, const RunContext& context,
+            ClipPictures& pictures)
+      : source_(std::move(source)),
+        tracker_(options.tracking),
+        views_(pictures),
+        context_(context) {
     clip_.lens = source_.camera;
   }
 
@@ -46,6 +88,7 @@ class Following {
         }) & tbb::make_filter<Item, void>(filter_mode::serial_in_order, [this](Item item) {
           follow(*item);
         }));
+    views_.end(tracker_.clip(), clip_.sharpness);
     clip_.tracks = tracker_.take();
     clip_.instrument_share = usable_.instrument_share();
     return std::move(clip_);
@@ -56,7 +99,7 @@ class Following {
     context_.throw_if_cancelled();
     auto item = std::make_shared<Work>();
     try {
-      if (source_.next(item->frame)) return item;
+      if (source_.next(item->frame.picture)) return item;
     } catch (const BadDataError& error) {
       if (clip_.names.empty()) throw;
       clip_.damage = error.what();
@@ -66,26 +109,28 @@ class Following {
   }
 
   static Item prepare(Item item) {
-    item->picture = tracked_picture(item->frame.color);
-    item->sharpness = sharpness(item->frame.color);
+    item->tracked = tracked_picture(item->frame.picture.color);
+    item->sharpness = sharpness(item->frame.picture.color);
     return item;
   }
 
   Item mask(Item item) {
-    item->usable = usable_.next(item->frame.color);
+    item->frame.usable = usable_.next(item->frame.picture.color);
     return item;
   }
 
-  void follow(const Work& item) {
+  void follow(Work& item) {
     constexpr std::size_t kDigits = 6;
-    tracker_.add(item.picture, item.usable);
+    const std::string& name = item.frame.picture.name;
+    clip_.names.push_back(name.empty() ? padded(clip_.names.size(), kDigits) : name);
     clip_.sharpness.push_back(item.sharpness);
-    clip_.names.push_back(item.frame.name.empty() ? padded(clip_.names.size(), kDigits)
-                                                  : item.frame.name);
+    tracker_.add(item.tracked, item.frame.usable);
+    views_.add(tracker_.clip(), clip_.sharpness, std::move(item.frame));
   }
 
   ShadeSource source_;
   FeatureTracker tracker_;
+  LikelyViews views_;
   UsablePixels usable_;
   const RunContext& context_;
   FollowedClip clip_;
@@ -93,35 +138,40 @@ class Following {
 
 }  // namespace
 
-FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options) {
+FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options,
+                         ClipPictures& pictures) {
   return Following(open_frames(*call.input("frames"), call.input("intrinsics"), call.context),
-                   options, call.context)
+                   options, call.context, pictures)
       .run();
 }
 
-void ViewPictures::read(const std::vector<std::size_t>& frames) {
-  std::set<std::size_t> wanted;
-  for (const std::size_t frame : frames)
-    if (!pictures_.contains(frame)) wanted.insert(frame);
-  if (wanted.empty()) return;
-  const RunContext quiet(nullptr, nullptr, nullptr);  // all is said the first time
-  ShadeSource source = open_frames(*call_.input("frames"), call_.input("intrinsics"), quiet);
-  StoredPicture picture;
-  for (std::size_t frame = 0; frame <= *wanted.rbegin(); ++frame) {
-    call_.context.throw_if_cancelled();
-    if (!source.next(picture)) break;
-    if (wanted.contains(frame)) pictures_[frame] = std::exchange(picture, {});
-  }
+void ClipPictures::drop(std::size_t first, std::size_t end) {
+  kept_.erase(kept_.lower_bound(first), kept_.lower_bound(end));
 }
 
-std::vector<TrackedView> ViewPictures::tracked(const std::vector<std::size_t>& frames) {
-  read(frames);
-  std::vector<TrackedView> views(frames.size());
-  tbb::parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) {
-    const Rgb8Image& color = pictures_.at(frames[i]).color;
-    views[i] = {tracked_picture(color), UsablePixels().next(color)};
-  });
-  return views;
+std::vector<const ClipPicture*> ClipPictures::load(const std::vector<std::size_t>& frames) {
+  std::set<std::size_t> missing;
+  for (const std::size_t frame : frames)
+    if (!kept_.contains(frame)) missing.insert(frame);
+  if (!missing.empty()) {
+    const RunContext quiet(nullptr, nullptr, nullptr);  // all is said the first time
+    ShadeSource source = open_frames(*call_.input("frames"), call_.input("intrinsics"), quiet);
+    ClipPicture frame;
+    for (std::size_t i = 0; i <= *missing.rbegin() && source.next(frame.picture); ++i) {
+      call_.context.throw_if_cancelled();
+      if (!missing.contains(i)) continue;
+      frame.usable = UsablePixels().next(frame.picture.color);
+      keep(i, std::exchange(frame, {}));
+    }
+  }
+  std::vector<const ClipPicture*> pictures;
+  for (const std::size_t frame : frames) {
+    const auto found = kept_.find(frame);
+    if (found == kept_.end())
+      throw BadDataError(*call_.input("frames"), "changed while it was read");
+    pictures.push_back(&found->second);
+  }
+  return pictures;
 }
 
 }  // namespace organbake

@@ -5,12 +5,29 @@
 #include <string>
 #include <vector>
 
-#include "organbake/image/picture.h"
-#include "organbake/motion/clip_motion.h"
+#include "organbake/motion/clip_picture.h"
+#include "organbake/motion/clip_tracks.h"
 #include "organbake/pipelines/stage.h"
 #include "stages/motion/options.h"
 
 namespace organbake {
+
+// Frames of the clip by their numbers: those kept from the first reading, the others read again.
+class ClipPictures {
+ public:
+  explicit ClipPictures(const StageCall& call) : call_(call) {}
+  void keep(std::size_t frame, ClipPicture picture) { kept_[frame] = std::move(picture); }
+  // Forgets the frames from `first` up to (not including) `end`.
+  void drop(std::size_t first, std::size_t end);
+  // Reads what is not there yet, in one go through the clip. Throws BadDataError for a frame that
+  // the clip no longer has.
+  std::vector<const ClipPicture*> load(const std::vector<std::size_t>& frames);
+  const Rgb8Image& color(std::size_t frame) const { return kept_.at(frame).picture.color; }
+
+ private:
+  const StageCall& call_;
+  std::map<std::size_t, ClipPicture> kept_;
+};
 
 // A clip that was followed from its first frame to its last.
 struct FollowedClip {
@@ -22,23 +39,9 @@ struct FollowedClip {
   std::string damage;  // what ended it early
 };
 
-// Reads the frames one after another; a few are in memory at once. Throws NoInputError,
-// BadDataError.
-FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options);
-
-// Frames of the clip by their number, read again: what was asked for once is kept.
-class ViewPictures {
- public:
-  ViewPictures(const StageCall& call) : call_(call) {}
-  // Reads what is not there yet, in one go through the clip.
-  void read(const std::vector<std::size_t>& frames);
-  const StoredPicture& picture(std::size_t frame) const { return pictures_.at(frame); }
-  std::vector<TrackedView> tracked(const std::vector<std::size_t>& frames);
-
- private:
-  const StageCall& call_;
-  std::map<std::size_t, StoredPicture> pictures_;
-  std::map<std::size_t, Mask> usable_;
-};
+// Reads the frames one after another, and keeps those in `pictures` that choose_views() will take:
+// as many as it takes of one shot; a clip of more is read again. Throws NoInputError, BadDataError.
+FollowedClip follow_clip(const StageCall& call, const MotionStageOptions& options,
+                         ClipPictures& pictures);
 
 }  // namespace organbake

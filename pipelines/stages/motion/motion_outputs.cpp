@@ -37,7 +37,7 @@ std::array<std::uint8_t, 3> color_at(const Rgb8Image& picture, const Eigen::Vect
   return {p[0], p[1], p[2]};
 }
 
-std::vector<SparsePoint> sparse_points(const ClipMotion& motion, const ViewPictures& pictures,
+std::vector<SparsePoint> sparse_points(const ClipMotion& motion, const ClipPictures& pictures,
                                        const std::vector<std::size_t>& image_of_view) {
   std::vector<SparsePoint> points;
   for (const Landmark& landmark : motion.scene.landmarks) {
@@ -53,7 +53,7 @@ std::vector<SparsePoint> sparse_points(const ClipMotion& motion, const ViewPictu
         *std::find_if(landmark.seen.begin(), landmark.seen.end(), [&](const Sighting& sighting) {
           return sighting.agrees && motion.scene.is_posed(sighting.view);
         });
-    point.srgb = color_at(pictures.picture(motion.view_frames[first.view]).color, first.pixel);
+    point.srgb = color_at(pictures.color(motion.view_frames[first.view]), first.pixel);
     points.push_back(std::move(point));
   }
   return points;
@@ -72,7 +72,7 @@ void draw_dot(Rgb8Image& picture, const Eigen::Vector2d& at, int radius,
 }  // namespace
 
 void scale_and_place(double factor, const RigidTransform& camera_from_world, ClipMotion& motion,
-                     std::vector<KeyView>& keys) {
+                     std::vector<KeyDepth>& keys) {
   // new world = that camera, its lengths scaled
   const RigidTransform old_from_camera = camera_from_world.inverse();
   const auto moved = [&](const RigidTransform& pose) {
@@ -85,14 +85,14 @@ void scale_and_place(double factor, const RigidTransform& camera_from_world, Cli
       if (pose) pose = moved(*pose);
   for (Landmark& landmark : motion.scene.landmarks)
     if (landmark.place) landmark.place = factor * (camera_from_world * *landmark.place);
-  for (KeyView& key : keys) {
+  for (KeyDepth& key : keys) {
     key.camera_from_world = moved(key.camera_from_world);
     for (float& z : key.depth.depth.values) z *= static_cast<float>(factor);
   }
 }
 
 void write_scene(const fs::path& folder, const FollowedClip& clip, const ClipMotion& motion,
-                 const ViewPictures& pictures) {
+                 const ClipPictures& pictures) {
   CameraSet all;
   for (std::size_t frame = 0; frame < motion.camera_from_world.size(); ++frame)
     if (motion.camera_from_world[frame])
@@ -109,9 +109,9 @@ void write_scene(const fs::path& folder, const FollowedClip& clip, const ClipMot
   write_file_atomically(folder / "points.ply", point_cloud_ply(points));
 }
 
-void write_overlay(const fs::path& folder, const ClipMotion& motion, const ViewPictures& pictures,
+void write_overlay(const fs::path& folder, const ClipMotion& motion, const ClipPictures& pictures,
                    std::size_t frame) {
-  Rgb8Image picture = pictures.picture(frame).color;
+  Rgb8Image picture = pictures.color(frame);
   const RigidTransform& pose = *motion.camera_from_world[frame];
   std::vector<std::pair<double, Eigen::Vector2d>> seen;
   for (const Landmark& landmark : motion.scene.landmarks) {
@@ -141,9 +141,9 @@ void write_overlay(const fs::path& folder, const ClipMotion& motion, const ViewP
   write_png(folder / "motion.png", picture);
 }
 
-std::vector<DepthView> depth_views(const FollowedClip& clip, const std::vector<KeyView>& keys) {
+std::vector<DepthView> depth_views(const FollowedClip& clip, const std::vector<KeyDepth>& keys) {
   std::vector<DepthView> views;
-  for (const KeyView& key : keys) {
+  for (const KeyDepth& key : keys) {
     DepthView view;
     view.name = clip.names[key.frame];
     view.camera = {view.name, key.prepared.camera, key.camera_from_world};

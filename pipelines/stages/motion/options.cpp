@@ -29,6 +29,15 @@ void bind(OptionList& list, MotionStageOptions& o) {
             .unit = "mm",
             .min = 0,
             .max = 10000})
+      .add("shaft_mm", &o.shaft_mm,
+           {.help = "diameter of an instrument's straight shaft in view, makes depth metric; its "
+                    "tip is taken to touch the tissue at times; 0 = unknown",
+            .unit = "mm",
+            .min = 0,
+            .max = 100})
+      .add("known_distance", &o.known_distance,
+           {.help = "FRAME,X1,Y1,X2,Y2,MM: a frame's number from 0, two pixels of it, and the "
+                    "millimetres between what they show; makes depth metric, before the others"})
       .add("shading", &o.shading,
            {.help = "fill by the picture's brightness what parallax leaves open"})
       .add("voxel_mm", &o.voxel,
@@ -44,6 +53,7 @@ void bind(OptionList& list, MotionStageOptions& o) {
 
 Stage motion_stage() {
   return {.name = "motion",
+          .version = 2,
           .summary =
               "find how a scope moved through a clip, and from that the tissue's shape: "
               "poses, lens, points, depth, and one surface of all key frames",

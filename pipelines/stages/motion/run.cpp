@@ -11,6 +11,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/pinhole.h"
 #include "organbake/geometry/ply.h"
+#include "organbake/motion/known_scale.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/shading/frame_albedo.h"
@@ -46,8 +47,12 @@ std::vector<std::optional<RigidTransform>> given_poses(const fs::path& path,
   return poses;
 }
 
+PictureLoader loader_of(ClipPictures& pictures) {
+  return [&](const std::vector<std::size_t>& frames) { return pictures.load(frames); };
+}
+
 ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
-                     const MotionStageOptions& options, ViewPictures& pictures) {
+                     const MotionStageOptions& options, ClipPictures& pictures) {
   const Intrinsics lens =
       clip.lens ? *clip.lens
                 : assumed_camera(clip.tracks.width, clip.tracks.height, options.field_of_view_rad);
@@ -57,15 +62,13 @@ ClipMotion motion_of(const StageCall& call, const FollowedClip& clip,
                        poses->string());
     return motion_of_poses(search_of(clip), clip.tracks, lens, given_poses(*poses, clip));
   }
-  const ViewLoader load = [&](const std::vector<std::size_t>& frames) {
-    return pictures.tracked(frames);
-  };
-  return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, load, call.context);
+  return find_motion(search_of(clip), clip.tracks, clip.sharpness, lens, loader_of(pictures),
+                     call.context);
 }
 
-double median_depth(const std::vector<KeyView>& keys) {
+double median_depth(const std::vector<KeyDepth>& keys) {
   std::vector<float> depths;
-  for (const KeyView& key : keys)
+  for (const KeyDepth& key : keys)
     for (std::size_t k = 0; k < key.depth.depth.size(); k += 7)
       if (std::isfinite(key.depth.depth.values[k])) depths.push_back(key.depth.depth.values[k]);
   return median(std::move(depths));
@@ -106,25 +109,19 @@ void tell_motion(const FollowedClip& clip, const ClipMotion& motion, const RunCo
                  " %: depth is as unsure; --intrinsics makes it sure");
 }
 
-void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vector<KeyView>& keys,
+void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vector<KeyDepth>& keys,
                 StageReport& report) {
   make_frame_folders(folder);
   StripSheet strips;
   std::vector<double> frames, sure, covered;
-  for (const KeyView& key : keys) {
+  for (const KeyDepth& key : keys) {
     write_frame(folder,
                 {.name = clip.names[key.frame], .assumed_lens = false, .camera_from_scope = {}},
                 key.prepared, key.depth);
     if (strips.wants_next()) strips.add(frame_strip(key.prepared, key.depth, 320));
-    std::size_t field = 0, finite = 0;
-    for (std::size_t k = 0; k < key.prepared.field.size(); ++k) {
-      field += key.prepared.field.values[k] != 0;
-      finite += std::isfinite(key.depth.depth.values[k]);
-    }
     frames.push_back(static_cast<double>(key.frame));
     sure.push_back(key.swept_share);
-    covered.push_back(static_cast<double>(finite) /
-                      std::max<double>(1, static_cast<double>(field)));
+    covered.push_back(key.covered_share);
   }
   strips.write(folder);
   report.add("key_frame", frames);
@@ -133,12 +130,14 @@ void write_keys(const fs::path& folder, const FollowedClip& clip, const std::vec
 }
 
 void write_surface(const StageCall& call, const FollowedClip& clip,
-                   const std::vector<KeyView>& keys, const MotionStageOptions& options,
+                   const std::vector<KeyDepth>& keys, const MotionStageOptions& options,
                    StageReport& report) {
   FusionOptions fusion;
   const double usual_mm = median_depth(keys);
   fusion.voxel_mm = options.voxel > 0 ? options.voxel : kVoxelShare * usual_mm;
   fusion.color_mm = kColorShare * usual_mm;
+  constexpr double kLeastSupport = 0.25;
+  fusion.least_support = kLeastSupport;
   fusion.light = options.keep_light ? PictureLight::any : PictureLight::camera;
   const FusedSurface fused = fuse_views(depth_views(clip, keys), fusion, call.context);
   write_ply(call.output_folder / "surface.ply", fused.mesh);
@@ -152,13 +151,55 @@ void write_surface(const StageCall& call, const FollowedClip& clip,
   report.add("surface_colored_share", fused.colored_share);
 }
 
+// What makes the scene's unit millimetres, first come; and how sure it is.
+struct SceneScale {
+  double factor = 1;
+  std::string how;
+  std::optional<KnownScale> known;
+  bool metric = true;
+};
+
+SceneScale scale_of(const StageCall& call, const MotionStageOptions& options,
+                    const ClipMotion& motion, const std::vector<KeyDepth>& keys) {
+  const auto known = [](const KnownScale& scale, const char* how) {
+    return SceneScale{scale.mm_per_unit, how, scale};
+  };
+  if (!options.known_distance.empty())
+    return known(scale_by_distance(parse_known_distance(options.known_distance), motion, keys),
+                 "known_distance");
+  if (options.shaft_mm > 0) return known(scale_by_shaft(options.shaft_mm, keys), "shaft_mm");
+  if (options.range_mm > 0) return {options.range_mm / median_depth(keys), "range_mm", {}};
+  if (call.input("poses")) return {1, "poses", {}};
+  return {kAssumedRange_mm / median_depth(keys), "assumed: median depth 60 mm", {}, false};
+}
+
+void tell_scale(const SceneScale& scale, const RunContext& context, StageReport& report) {
+  report.add("scale", scale.how);
+  if (scale.known) {
+    const std::string spread = to_text(100 * scale.known->relative_sd, 1) + " %";
+    report.add("scale_sd_share", scale.known->relative_sd);
+    report.add("scale_frames", scale.known->frames);
+    context.info("lengths are by " + scale.how + " to " + spread + " (" +
+                 std::to_string(scale.known->frames) + " key frames)");
+    if (scale.how == "shaft_mm")
+      context.info(
+          "the shaft's tip is taken to touch the tissue where it comes nearest to it; "
+          "where it never does, all is larger");
+  }
+  if (!scale.metric)
+    context.warn(
+        "the clip tells no scale: the median depth is put at an assumed 60 mm (give --range-mm, "
+        "--shaft-mm or --known-distance)");
+}
+
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<MotionStageOptions>();
   options.tracking.check();
-  const FollowedClip clip = follow_clip(call, options);
+  if (!options.known_distance.empty()) parse_known_distance(options.known_distance);
+  ClipPictures pictures(call);
+  const FollowedClip clip = follow_clip(call, options, pictures);
   StageReport report;
   report.bad_data = clip.damage;
-  ViewPictures pictures(call);
   ClipMotion motion = motion_of(call, clip, options, pictures);
   report_motion(clip, motion, report);
   tell_motion(clip, motion, call.context, report);
@@ -166,24 +207,18 @@ StageReport run(const StageCall& call) {
     report.declined = motion.failure;
     return report;
   }
-  pictures.read(motion.view_frames);
-  std::vector<KeyView> keys = key_depths(motion, pictures, options, call.context);
-  const bool metric = options.range_mm > 0 || call.input("poses");
-  const double range_mm = options.range_mm > 0 ? options.range_mm : kAssumedRange_mm;
-  const double factor =
-      call.input("poses") && options.range_mm == 0 ? 1 : range_mm / median_depth(keys);
-  const KeyView& middle = keys[keys.size() / 2];
-  const RigidTransform world = middle.camera_from_world;
-  scale_and_place(factor, world, motion, keys);
-  for (KeyView& key : keys) key.depth.metric = metric;
-  if (!metric)
-    call.context.warn(
-        "the clip tells no scale: the median depth is put at an assumed 60 mm (give --range-mm)");
+  std::vector<KeyDepth> keys = key_depths({options.key_frames, options.halvings, options.shading},
+                                          motion, loader_of(pictures), call.context);
+  const SceneScale scale = scale_of(call, options, motion, keys);
+  const std::size_t middle = keys[keys.size() / 2].frame;
+  scale_and_place(scale.factor, *motion.camera_from_world[middle], motion, keys);
+  for (KeyDepth& key : keys) key.depth.metric = scale.metric;
+  tell_scale(scale, call.context, report);
+  pictures.load(motion.view_frames);
   write_scene(call.output_folder, clip, motion, pictures);
-  write_overlay(call.output_folder, motion, pictures, middle.frame);
+  write_overlay(call.output_folder, motion, pictures, middle);
   write_keys(call.output_folder, clip, keys, report);
   write_surface(call, clip, keys, options, report);
-  report.add("scale", metric ? "mm" : "assumed: median depth 60 mm");
   return report;
 }
 

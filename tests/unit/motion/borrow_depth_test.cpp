@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/borrow_depth.h"
+#include "borrow_depth.h"
 
 #include <gtest/gtest.h>
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "organbake/core/random.h"
-#include "organbake/motion/plane_sweep.h"
-#include "organbake/motion/posed_frame.h"
 #include "organbake/shading/frame.h"
+#include "plane_sweep.h"
+#include "posed_frame.h"
 
 namespace organbake {
 

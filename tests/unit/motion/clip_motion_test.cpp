@@ -11,8 +11,8 @@ namespace {
 // Tracks err by 0.3 pixels; a path of 40 mm is seen from 60.
 constexpr double kPathShare = 0.005;
 
-std::vector<TrackedView> no_pictures(const std::vector<std::size_t>& frames) {
-  return std::vector<TrackedView>(frames.size());
+std::vector<const ClipPicture*> no_pictures(const std::vector<std::size_t>& frames) {
+  return std::vector<const ClipPicture*>(frames.size());
 }
 
 MotionOptions plain() {

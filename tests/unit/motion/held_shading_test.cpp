@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/held_shading.h"
+#include "held_shading.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/motion/plane_sweep.h"
+#include "plane_sweep.h"
 
 #include <gtest/gtest.h>
 

@@ -33,5 +33,17 @@ TEST(ViewChoice, KeepsToItsMost) {
             20u);
 }
 
+TEST(ViewChoice, IsTheSameWhileTheClipIsRead) {
+  const ClipTracks clip = tracks_of(swinging_scope(60)).clip;
+  const std::vector<double> sharpness(clip.frames, 1);
+  const ViewChoice choice{.motion_share = 0.02};
+  std::vector<std::size_t> views = {0};
+  for (std::size_t end = 1; end <= clip.frames; ++end)
+    while (const auto view =
+               next_view(choice, clip, sharpness, views.back(), end, end == clip.frames))
+      views.push_back(*view);
+  EXPECT_EQ(views, choose_views(choice, clip, sharpness, 0, clip.frames));
+}
+
 }  // namespace
 }  // namespace organbake

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "organbake/core/error.h"
@@ -16,23 +17,6 @@
 
 namespace organbake {
 namespace {
-
-// Means of 2×2; an odd last row or column falls away.
-Rgb8Image half_size(const Rgb8Image& frame) {
-  Rgb8Image half(std::max(1, frame.width / 2), std::max(1, frame.height / 2));
-  for (int y = 0; y < half.height; ++y)
-    for (int x = 0; x < half.width; ++x) {
-      const int x1 = std::min(2 * x + 1, frame.width - 1);
-      const int y1 = std::min(2 * y + 1, frame.height - 1);
-      const std::uint8_t* p[4] = {frame.at(std::min(2 * x, x1), std::min(2 * y, y1)),
-                                  frame.at(x1, std::min(2 * y, y1)),
-                                  frame.at(std::min(2 * x, x1), y1), frame.at(x1, y1)};
-      for (int c = 0; c < 3; ++c)
-        half.at(x, y)[c] =
-            static_cast<std::uint8_t>((p[0][c] + p[1][c] + p[2][c] + p[3][c] + 2) / 4);
-    }
-  return half;
-}
 
 // Means of 2×2 in linear light.
 Plane half_size(const Plane& plane) {
@@ -93,6 +77,17 @@ void find_masks(std::optional<Mask> given_instruments, bool wanted, PreparedFram
 void FrameOptions::check() const {
   if (!(halvings >= 0 && halvings <= 4))
     throw UsageError("halvings is " + std::to_string(halvings) + "; it must be in 0…4");
+}
+
+Rgb8Image half_size(const Rgb8Image& frame) {
+  const cv::Mat whole(frame.height, frame.width, CV_8UC3,
+                      const_cast<std::uint8_t*>(frame.pixels.data()));
+  Rgb8Image half(std::max(1, frame.width / 2), std::max(1, frame.height / 2));
+  cv::Mat target(half.height, half.width, CV_8UC3, half.pixels.data());
+  const cv::Rect even(0, 0, std::min(2 * half.width, frame.width),
+                      std::min(2 * half.height, frame.height));
+  cv::resize(whole(even), target, target.size(), 0, 0, cv::INTER_AREA);
+  return half;
 }
 
 Intrinsics half_size(Intrinsics camera) {

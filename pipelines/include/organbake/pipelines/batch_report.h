@@ -11,13 +11,13 @@ namespace organbake {
 // What became of one case.
 struct BatchRow {
   std::string name;
-  std::string status;  // "written", "unchanged", "failed", "not started"
+  std::string status;  // "written", "unchanged", "failed", "not started", "left out"
   int exit_code = 0;
   double seconds = 0;
   double peak_mb = 0;
   std::map<std::string, double> figures;  // "decimate.rms_mm" …: what tells a good bake from a bad
   std::vector<std::string> warnings;      // of its stages, as the bake told them
-  std::string error;                      // the worker's last words, when it failed
+  std::string error;    // the worker's last words, when it failed; why it is left out
   std::string picture;  // of the organ, relative to the batch's folder; may be empty
   std::string page;     // with its player, likewise
 };

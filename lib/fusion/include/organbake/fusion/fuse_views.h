@@ -31,6 +31,9 @@ struct FusionOptions {
   double truncation_mm = 0;  // of the distances; 0 = by the voxels and the depths' noise
   double color_mm = 0;       // longest edge of the surface, for its colours; 0 = as voxels have it
   Holes holes = Holes::open;
+  // Of the usual weight, what a border of an open surface must have: poorer fringes are cut off,
+  // and the border is rounded. 0 = it stays as the voxels have it.
+  double least_support = 0;
   PictureLight light = PictureLight::any;
   bool refine = false;  // the poses, which are then off by about:
   PoseRefinement off = {};

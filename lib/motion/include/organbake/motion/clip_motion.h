@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "organbake/core/run_context.h"
+#include "organbake/motion/clip_picture.h"
 #include "organbake/motion/lens_spread.h"
 #include "organbake/motion/reconstruction.h"
-#include "organbake/motion/rejoin.h"
 #include "organbake/motion/view_choice.h"
 
 namespace organbake {
@@ -43,17 +42,15 @@ struct ClipMotion {
   std::size_t points = 0, rejoined = 0;
 };
 
-// The pictures of these frames of the clip, in their order.
-using ViewLoader = std::function<std::vector<TrackedView>(const std::vector<std::size_t>& frames)>;
-
 // `sharpness` is of each frame. `lens` is given, or what the search for it starts from (then
 // options.reconstruction.lens says what of it is free). Does not throw for a clip that tells
 // nothing. Deterministic.
 ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
                        const std::vector<double>& sharpness, const Intrinsics& lens,
-                       const ViewLoader& load, const RunContext& context = {});
+                       const PictureLoader& load, const RunContext& context = {});
 
 // The same for poses that another program found: places are found by them, and nothing is moved.
+// Views are the posed frames, or some of them where there are more than options.views has.
 ClipMotion motion_of_poses(const MotionOptions& options, const ClipTracks& clip,
                            const Intrinsics& lens,
                            std::vector<std::optional<RigidTransform>> camera_from_world);

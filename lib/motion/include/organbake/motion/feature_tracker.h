@@ -30,7 +30,9 @@ class FeatureTracker {
   // `usable` is not zero (the frame's size): not at the rim, on highlights and on instruments,
   // which move otherwise than tissue.
   void add(const Grid<std::uint8_t>& picture, const Mask& usable);
-  // What was followed; the tracker is empty then.
+  // What was followed so far.
+  const ClipTracks& clip() const;
+  // The same for good; the tracker is empty then.
   ClipTracks take();
 
  private:

@@ -25,10 +25,10 @@ struct ReconstructionSummary {
 };
 
 // Poses, places and lens of a clip's views, one after another (Schönberger & Frahm 2016): a first
-// pair by its essential matrix, then each next view from the places that it sees, new places from
-// the views that are posed, and bundle adjustment as the scene grows. Views that no rigid scene
-// explains stay without a pose. The scene comes with its landmarks' sightings and a lens to start
-// from. Deterministic.
+// pair by its essential matrix, then of two dozen key views each next one from the places that it
+// sees, new places from the views that are posed, and bundle adjustment as the scene grows; last,
+// all views between, which the places hold. Views that no rigid scene explains stay without a pose.
+// The scene comes with its landmarks' sightings and a lens to start from. Deterministic.
 ReconstructionSummary reconstruct(const ReconstructionOptions& options, Scene& scene,
                                   const RunContext& context = {});
 

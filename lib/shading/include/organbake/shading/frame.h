@@ -41,7 +41,8 @@ struct PreparedFrame {
 // Of endoscopes, with room for wider lenses; 70 is meant to be degrees.
 inline constexpr double kNarrowestView_rad = 0.05, kWidestView_rad = 2.8;
 
-// Of the frame whose pixels are 2×2 of this camera's; an odd last row or column falls away.
+// The frame whose pixels are means of 2×2, and its camera; an odd last row or column falls away.
+Rgb8Image half_size(const Rgb8Image& frame);
 Intrinsics half_size(Intrinsics camera);
 
 // A pinhole camera for frames of this size with the given horizontal field of view. Throws

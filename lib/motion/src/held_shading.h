@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/motion/plane_sweep.h"
 #include "organbake/shading/frame_depth.h"
+#include "plane_sweep.h"
 
 namespace organbake {
 

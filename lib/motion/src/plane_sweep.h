@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
-#include "organbake/motion/posed_frame.h"
 #include "organbake/shading/grid.h"
+#include "posed_frame.h"
 
 namespace organbake {
 

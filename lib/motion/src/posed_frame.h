@@ -2,7 +2,7 @@
 #pragma once
 
 #include "organbake/geometry/camera.h"
-#include "organbake/shading/frame.h"
+#include "organbake/motion/clip_picture.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {
@@ -15,7 +15,8 @@ struct PosedFrame {
   Mask counts;         // tissue that is neither highlight nor instrument
 };
 
-// Of a frame that prepare_frame undistorted and masked.
-PosedFrame posed_frame(const PreparedFrame& frame, const RigidTransform& camera_from_world);
+// `lens` is of the whole picture, whose size is halved this often.
+PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int halvings,
+                       const RigidTransform& camera_from_world);
 
 }  // namespace organbake

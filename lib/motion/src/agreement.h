@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "organbake/geometry/camera.h"
-#include "organbake/motion/plane_sweep.h"
+#include "plane_sweep.h"
 
 namespace organbake {
 

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+//
+// Depth of a clip's key frames. Each is swept on its own (plane_sweep.h), since what one frame is
+// wrong about another sees from elsewhere: they are then held against each other (agreement.h),
+// lend each other what they are sure of (borrow_depth.h), and shading fills the rest
+// (held_shading.h). Tissue moves meanwhile, so that frames near in time are asked first.
+#include "organbake/motion/key_depths.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "agreement.h"
+#include "borrow_depth.h"
+#include "held_shading.h"
+#include "neighbours.h"
+#include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
+#include "plane_sweep.h"
+
+namespace organbake {
+namespace {
+
+// Depths of the places that one view sees, in ascending order.
+std::vector<double> seen_depths(const Scene& scene, std::size_t view) {
+  std::vector<double> depths;
+  for (const Landmark& landmark : scene.landmarks) {
+    if (!landmark.place) continue;
+    const Sighting* sighting = sighting_in(landmark, view);
+    if (sighting && sighting->agrees)
+      depths.push_back((*scene.camera_from_world[view] * *landmark.place).z());
+  }
+  std::sort(depths.begin(), depths.end());
+  return depths;
+}
+
+// What a view can show: all but the outermost places, and some way beyond.
+DepthRange range_of(const std::vector<double>& depths) {
+  constexpr double kOutermost = 0.01, kNearer = 0.9, kFarther = 1.15;
+  const auto at = [&](double share) {
+    return depths[static_cast<std::size_t>(share * static_cast<double>(depths.size() - 1))];
+  };
+  return {kNearer * at(kOutermost), kFarther * at(1 - kOutermost)};
+}
+
+// Tissue moves: frames that lie near in time are the likelier to show the same.
+constexpr double kUsualGap_views = 6, kUsualGap_keys = 1.5;
+constexpr int kMostPartners = 4;
+constexpr float kSureMatch = 0.5F;  // confidence of parallax
+
+// A key frame while it is worked on.
+struct Key {
+  std::size_t view = 0;
+  std::vector<double> depths;           // seen_depths
+  std::vector<std::size_t> neighbours;  // views
+  SweptDepth swept;
+  KeyDepth result;
+};
+
+class KeyDepths {
+ public:
+  KeyDepths(const KeyDepthOptions& options, const ClipMotion& motion, const PictureLoader& load,
+            const RunContext& context)
+      : options_(options), motion_(motion), load_(load), context_(context) {}
+
+  std::vector<KeyDepth> run() {
+    choose_keys();
+    choose_neighbours();
+    prepare();
+    sweep();
+    hold_against_each_other();
+    fill();
+    std::vector<KeyDepth> results;
+    for (Key& key : keys_) results.push_back(std::move(key.result));
+    return results;
+  }
+
+ private:
+  const RigidTransform& pose(std::size_t view) const {
+    return *motion_.scene.camera_from_world[view];
+  }
+
+  // Of each part of the way the view that sees most places.
+  void choose_keys() {
+    for (std::size_t view = 0; view < motion_.view_frames.size(); ++view)
+      if (motion_.scene.is_posed(view)) posed_.push_back(view);
+    const std::size_t count =
+        std::min(posed_.size(), static_cast<std::size_t>(options_.key_frames));
+    for (std::size_t part = 0; part < count; ++part) {
+      Key best;
+      for (std::size_t i = part * posed_.size() / count; i < (part + 1) * posed_.size() / count;
+           ++i)
+        if (auto depths = seen_depths(motion_.scene, posed_[i]);
+            depths.size() > best.depths.size()) {
+          best.view = posed_[i];
+          best.depths = std::move(depths);
+        }
+      constexpr std::size_t kFewest = 30;
+      if (best.depths.size() >= kFewest) keys_.push_back(std::move(best));
+    }
+    demand_two("see enough of the tissue to make depth of");
+  }
+
+  void demand_two(const char* what) const {
+    if (keys_.size() < 2) throw BadDataError(std::string("fewer than two frames ") + what);
+  }
+
+  void choose_neighbours() {
+    std::vector<PosedCamera> cameras;
+    for (const std::size_t view : posed_) cameras.push_back({"", motion_.scene.lens, pose(view)});
+    parallel_for(std::size_t{0}, keys_.size(), [&](std::size_t i) {
+      Key& key = keys_[i];
+      const auto at = static_cast<std::size_t>(
+          std::lower_bound(posed_.begin(), posed_.end(), key.view) - posed_.begin());
+      for (const std::size_t other :
+           best_neighbours(cameras, at, middle_of(key), {.usual_gap = kUsualGap_views}))
+        key.neighbours.push_back(posed_[other]);
+    });
+    std::erase_if(keys_, [](const Key& key) { return key.neighbours.empty(); });
+    demand_two("are seen from the side by others");
+  }
+
+  static double middle_of(const Key& key) { return key.depths[key.depths.size() / 2]; }
+
+  // The key frames with all that shading needs, their neighbours as they are matched.
+  void prepare() {
+    std::set<std::size_t> wanted;
+    for (const Key& key : keys_) {
+      wanted.insert(key.view);
+      wanted.insert(key.neighbours.begin(), key.neighbours.end());
+    }
+    const std::vector<std::size_t> views(wanted.begin(), wanted.end());
+    std::vector<std::size_t> frames;
+    for (const std::size_t view : views) frames.push_back(motion_.view_frames[view]);
+    const std::vector<const ClipPicture*> pictures = load_(frames);
+    for (const std::size_t view : views) frames_[view] = {};
+    parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
+      frames_.at(views[i]) =
+          posed_frame(*pictures[i], motion_.scene.lens, options_.halvings, pose(views[i]));
+    });
+    parallel_for(std::size_t{0}, keys_.size(), [&](std::size_t i) {
+      KeyDepth& key = keys_[i].result;
+      const auto at = std::lower_bound(views.begin(), views.end(), keys_[i].view) - views.begin();
+      key.frame = motion_.view_frames[keys_[i].view];
+      key.camera_from_world = pose(keys_[i].view);
+      key.prepared = prepare_frame(pictures[static_cast<std::size_t>(at)]->picture,
+                                   motion_.scene.lens, {.halvings = options_.halvings});
+    });
+  }
+
+  void sweep() {
+    std::atomic<std::size_t> done = 0;
+    parallel_for(std::size_t{0}, keys_.size(), [&](std::size_t i) {
+      context_.throw_if_cancelled();
+      Key& key = keys_[i];
+      std::vector<const PosedFrame*> neighbours;
+      for (const std::size_t view : key.neighbours) neighbours.push_back(&frames_.at(view));
+      key.swept = sweep_depth(frames_.at(key.view), neighbours, range_of(key.depths), {}, context_);
+      context_.progress(static_cast<double>(++done) / static_cast<double>(keys_.size()));
+    });
+  }
+
+  void hold_against_each_other() {
+    std::vector<PosedCamera> cameras;
+    std::vector<SweptDepth> swept;
+    for (Key& key : keys_) {
+      cameras.push_back(frames_.at(key.view).camera);
+      swept.push_back(std::move(key.swept));
+    }
+    frames_.clear();
+    std::vector<std::vector<std::size_t>> partners;
+    for (std::size_t i = 0; i < keys_.size(); ++i)
+      partners.push_back(best_neighbours(
+          cameras, i, middle_of(keys_[i]),
+          {.most = kMostPartners, .least_angle_rad = 0, .usual_gap = kUsualGap_keys}));
+    check_agreement(cameras, partners, swept);
+    borrow_depth(cameras, partners, swept);
+    for (std::size_t i = 0; i < keys_.size(); ++i) keys_[i].swept = std::move(swept[i]);
+  }
+
+  void fill() {
+    std::vector<std::uint8_t> filled(keys_.size(), 0);
+    parallel_for(std::size_t{0}, keys_.size(), [&](std::size_t i) {
+      KeyDepth& key = keys_[i].result;
+      const SweptDepth& swept = keys_[i].swept;
+      try {
+        key.depth = fill_by_shading(key.prepared, swept, {});
+      } catch (const BadDataError&) {
+        return;  // nothing of it is certain
+      }
+      filled[i] = 1;
+      if (!options_.shading) keep_sure_alone(swept, key.depth);
+      count_shares(swept, key);
+    });
+    std::size_t at = 0;
+    std::erase_if(keys_, [&](const Key&) { return filled[at++] == 0; });
+    if (keys_.empty()) throw BadDataError("parallax is sure of nothing in any key frame");
+  }
+
+  static void count_shares(const SweptDepth& swept, KeyDepth& key) {
+    const std::vector<std::uint8_t>& field = key.prepared.field.values;
+    double all = 0;
+    for (std::size_t k = 0; k < field.size(); ++k) {
+      if (!field[k]) continue;
+      ++all;
+      key.swept_share += swept.confidence.values[k] >= kSureMatch;
+      key.covered_share += std::isfinite(key.depth.depth.values[k]);
+    }
+    key.swept_share /= std::max(1.0, all);
+    key.covered_share /= std::max(1.0, all);
+  }
+
+  static void keep_sure_alone(const SweptDepth& swept, FrameDepth& depth) {
+    for (std::size_t k = 0; k < depth.depth.size(); ++k)
+      if (swept.confidence.values[k] < kSureMatch)
+        depth.depth.values[k] = std::numeric_limits<float>::infinity();
+  }
+
+  const KeyDepthOptions& options_;
+  const ClipMotion& motion_;
+  const PictureLoader& load_;
+  const RunContext& context_;
+  std::vector<std::size_t> posed_;  // views
+  std::vector<Key> keys_;
+  std::map<std::size_t, PosedFrame> frames_;  // by their views
+};
+
+}  // namespace
+
+std::vector<KeyDepth> key_depths(const KeyDepthOptions& options, const ClipMotion& motion,
+                                 const PictureLoader& load, const RunContext& context) {
+  return KeyDepths(options, motion, load, context).run();
+}
+
+}  // namespace organbake
