@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bench.h"
 
+#include <map>
+
 #include "organbake/pipelines/html_page.h"
 
 namespace organbake {
@@ -11,7 +13,21 @@ constexpr Rounds kRounds[] = {{.most = 1, .least = 1, .budget_s = 0.5},  // quic
                               {.most = 9, .least = 1, .budget_s = 2},    // standard
                               {.most = 9, .least = 3, .budget_s = 20}};  // thorough
 
+// A function's own, so that it is there whichever file registers first.
+std::map<std::string, Suite>& suites_by_name() {
+  static std::map<std::string, Suite> suites;
+  return suites;
+}
+
 }  // namespace
+
+RegisteredSuite::RegisteredSuite(const Suite& suite) { suites_by_name()[suite.name] = suite; }
+
+std::vector<Suite> all_suites() {
+  std::vector<Suite> suites;
+  for (const auto& [name, suite] : suites_by_name()) suites.push_back(suite);
+  return suites;
+}
 
 std::filesystem::path Bench::data(const std::string& relative_path) {
   const std::filesystem::path path = options_.data / relative_path;
@@ -26,29 +42,40 @@ std::vector<Timing> Bench::time(const std::vector<std::function<void()>>& compet
   return time_in_turn(competitors, kRounds[int(options_.effort)]);
 }
 
-void Bench::add(Point point) {
-  result_.points.push_back(std::move(point));
+template <class Item>
+void Bench::keep(std::vector<Item> SuiteResult::*list, Item item) {
+  (result_.*list).push_back(std::move(item));
   found_(result_);
 }
 
-void Bench::add(Figure figure) {
-  result_.figures.push_back(std::move(figure));
-  found_(result_);
+void Bench::add(Point point) { keep(&SuiteResult::points, std::move(point)); }
+
+void Bench::point(const std::string& task, const std::string& subject, const Timing& timing,
+                  const Quantities& errors, const Quantities& knobs) {
+  add({task, subject, false, knobs, timing, errors});
 }
 
-void Bench::add(FailedCase failed) {
-  result_.failed_cases.push_back(std::move(failed));
-  found_(result_);
+void Bench::peer(const std::string& task, const std::string& subject, const Timing& timing,
+                 const Quantities& errors, const Quantities& knobs) {
+  add({task, subject, true, knobs, timing, errors});
+}
+
+void Bench::at_most(const std::string& what, const std::string& unit, double value, double target) {
+  keep(&SuiteResult::figures, Figure{what, unit, value, target});
+}
+
+void Bench::at_least(const std::string& what, const std::string& unit, double value,
+                     double target) {
+  keep(&SuiteResult::figures, Figure{what, unit, value, target, Figure::Goal::at_least});
 }
 
 void Bench::show(const Rgb8Image& picture, const std::string& caption) {
-  result_.pictures.push_back({caption, png_data_uri(picture), picture.width, picture.height});
-  found_(result_);
+  keep(&SuiteResult::pictures,
+       Picture{caption, png_data_uri(picture), picture.width, picture.height});
 }
 
 void Bench::skip(const std::string& what, const std::string& why) {
-  result_.skipped.push_back({what, why});
-  found_(result_);
+  keep(&SuiteResult::skipped, SuiteResult::Skipped{what, why});
 }
 
 void Bench::fail(const std::string& why) {

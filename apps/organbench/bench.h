@@ -2,58 +2,25 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "measurement.h"
+#include "measuring/measurement.h"
 #include "organbake/core/run_context.h"
 #include "organbake/image/channel_image.h"
+#include "report/run_report.h"
 
 namespace organbake {
-
-// How much is asked of all suites together: a first look in two minutes at small inputs; the whole
-// inputs within 20 minutes; or every case that a figure was promised for, with more rounds, in an
-// hour.
-enum class Effort { quick, standard, thorough };
 
 struct BenchOptions {
   Effort effort = Effort::standard;
   int rounds = 0;                   // of every timing; 0 = as many as the effort allows
   int threads = 0;                  // 0 = all
-  std::uint64_t first_case = 0;     // of the suites that number cases by their seeds
-  std::uint64_t cases = 0;          // 0 = as many as the effort allows
   std::string only = {};            // the one measurement that is taken (Bench::wants); empty = all
   std::filesystem::path data = {};  // the folder of real data; suites do without what it lacks
   std::filesystem::path scratch = {};  // a folder for what a suite writes; goes away after it
-};
-
-// A seeded input on which something failed; `organbench stability --case SEED` does it again.
-struct FailedCase {
-  std::uint64_t seed = 0;
-  std::string stage, outcome, message;
-};
-
-// A picture for the page.
-struct Picture {
-  std::string caption, data_uri;  // a PNG
-  int width = 0, height = 0;      // pixels
-};
-
-// What one suite found out.
-struct SuiteResult {
-  struct Skipped {
-    std::string what, why;
-  };
-
-  std::vector<Point> points;
-  std::vector<Figure> figures;
-  std::vector<Skipped> skipped;
-  std::vector<FailedCase> failed_cases;
-  std::vector<Picture> pictures;
-  std::string failure;  // why the suite ended early; empty when it did not
 };
 
 // What a suite measures with, and where it leaves what it found.
@@ -90,28 +57,43 @@ class Bench {
   std::vector<Timing> time(const std::vector<std::function<void()>>& competitors) const;
   Timing time(const std::function<void()>& work) const { return time(std::vector{work}).front(); }
 
+  // A point of ours, or of a peer on the same input; errors: the first is the one that is drawn.
+  void point(const std::string& task, const std::string& subject, const Timing& timing,
+             const Quantities& errors = {}, const Quantities& knobs = {});
+  void peer(const std::string& task, const std::string& subject, const Timing& timing,
+            const Quantities& errors = {}, const Quantities& knobs = {});
   void add(Point point);
-  void add(Figure figure);
-  void add(FailedCase failed);
+  // What was promised, and what was measured.
+  void at_most(const std::string& what, const std::string& unit, double value, double target);
+  void at_least(const std::string& what, const std::string& unit, double value, double target);
   // The page takes every picture into itself: a suite shows one or two, some 1,000 pixels wide.
   void show(const Rgb8Image& picture, const std::string& caption);
   void skip(const std::string& what, const std::string& why);
   void fail(const std::string& why);
 
  private:
+  template <class Item>
+  void keep(std::vector<Item> SuiteResult::*list, Item item);
+
   const BenchOptions& options_;
   const RunContext& context_;
   std::function<void(const SuiteResult&)> found_;
   SuiteResult result_;
 };
 
-// A suite is one file of suites/, listed in suites.cpp. It sweeps a knob that trades time for
-// error, with peers on the same input in the same run, and adds a figure for every promise.
+// A suite is one file of suites/, which registers it: it sweeps a knob that trades time for error,
+// with peers on the same input in the same run, and adds a figure for every promise.
 struct Suite {
   const char* name;
   const char* summary;
   void (*run)(Bench&);
 };
-const std::vector<Suite>& all_suites();
+
+// What a suite's file has one of, constant and in its unnamed namespace.
+struct RegisteredSuite {
+  explicit RegisteredSuite(const Suite& suite);
+};
+// In the order of their names.
+std::vector<Suite> all_suites();
 
 }  // namespace organbake

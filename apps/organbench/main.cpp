@@ -3,20 +3,17 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
-#include <nlohmann/json.hpp>
-#include <optional>
 
-#include "compare_runs.h"
-#include "machine.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
-#include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/schemas.h"
-#include "run_report.h"
+#include "report/compare_runs.h"
+#include "report/machine.h"
+#include "report/report_page.h"
+#include "report/run_json.h"
 #include "run_suite.h"
-#include "stability/trial.h"
 #include "stop_signal.h"
 
 namespace organbake {
@@ -29,7 +26,6 @@ struct Command {
   std::vector<std::string> suites;
   std::string out;
   std::vector<std::string> runs;  // of diff
-  std::optional<std::uint64_t> one_case;
   bool quick = false, thorough = false, quiet = false;
 
   Effort effort() const {
@@ -48,13 +44,17 @@ RunContext context_for(const Command& command, const std::string& suite,
 }
 
 std::vector<Suite> chosen_suites(const std::vector<std::string>& names) {
-  if (names.empty()) return all_suites();
+  const std::vector<Suite> all = all_suites();
+  if (names.empty()) return all;
   std::vector<Suite> chosen;
   for (const std::string& name : names) {
-    const auto& all = all_suites();
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const Suite& s) { return s.name == name; });
     if (found == all.end()) {
+      if (name == "stability" || name == "appearance")
+        throw UsageError("the suite '" + name +
+                         "' is among the acceptance tests now: run "
+                         "scripts/test --acceptance");
       std::vector<std::string> known;
       for (const Suite& s : all) known.emplace_back(s.name);
       throw UsageError("unknown suite '" + name + "'" + suggestion(name, known) +
@@ -68,14 +68,6 @@ std::vector<Suite> chosen_suites(const std::vector<std::string>& names) {
 std::size_t missed(const SuiteResult& result) {
   return std::count_if(result.figures.begin(), result.figures.end(),
                        [](const Figure& f) { return !f.met(); });
-}
-
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) {
-    throw IoError::writing(folder, error ? error.message() : "it is no folder; choose another");
-  }
 }
 
 int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
@@ -100,7 +92,7 @@ int run_suites(const Command& command, const std::atomic<bool>& stop_asked) {
     report.suites.push_back({suite.name, suite.summary, passed.count(), std::move(result)});
     if (stop_asked) break;  // what was found until now is kept
   }
-  write_file_atomically(out / "organbench.json", to_json(report).dump(1) + "\n");
+  write_file_atomically(out / "organbench.json", nlohmann::json(report).dump(1) + "\n");
   write_file_atomically(out / "organbench.html", report_page(report));
   std::printf("%s\n", (out / "organbench.html").c_str());
   if (stop_asked) return static_cast<int>(ExitCode::interrupted);
@@ -111,7 +103,7 @@ RunReport read_run(const std::string& path) {
   const fs::path file =
       fs::is_directory(path) ? fs::path(path) / "organbench.json" : fs::path(path);
   check_json_file(file, "bench");
-  return run_report_from_json(nlohmann::ordered_json::parse(read_text_file(file)));
+  return nlohmann::json::parse(read_text_file(file)).get<RunReport>();
 }
 
 int run_diff(const Command& command) {
@@ -125,16 +117,6 @@ int run_diff(const Command& command) {
   for (const std::string& what : comparison.only_one)
     std::printf("only in one: %s\n", what.c_str());
   return static_cast<int>(comparison.regressed() ? ExitCode::quality_gate : ExitCode::ok);
-}
-
-int run_one_case(std::uint64_t seed) {
-  const TemporaryFolder folder;
-  const Trial trial = run_trial(seed, folder.path());
-  const std::string what =
-      trial.message.empty() ? to_text(trial.error, 3) + " of what is allowed" : trial.message;
-  std::printf("%llu: %s: %s: %s\n", static_cast<unsigned long long>(seed), trial.stage.c_str(),
-              name_of(trial.outcome), what.c_str());
-  return static_cast<int>(is_failure(trial.outcome) ? ExitCode::quality_gate : ExitCode::ok);
 }
 
 std::string suite_list() {
@@ -164,18 +146,10 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   app.add_option("--threads", c.options.threads, "threads to use, 0 = all")
       ->check(CLI::Range(0, 1024));
   app.add_option("--data", c.options.data, "folder of real data (CT, meshes, video)");
-  app.add_option("--cases", c.options.cases,
-                 "seeded inputs of the stability suite (default 5,000, quick 500, thorough "
-                 "10,000), and sweeps "
-                 "through each body of the suite cutting (600, 80, 33,336)");
-  app.add_option("--first-case", c.options.first_case, "the first seed of these (default 0)");
-  app.add_option("--case", c.one_case, "only this seed, in this process, and print what happened");
   app.add_option("--only", c.options.only,
-                 "only this part of the suite registration or cutting; colmap: the suite\nmotion "
-                 "with COLMAP beside it")
-      ->check(CLI::IsMember(std::vector<std::string>{
-          "accuracy", "colmap", "efficiency", "growth", "lights", "open patches", "openings",
-          "reach", "rendered liver", "sweeps", "time", "tracking", "verdicts"}));
+                 "only this part of the suite registration; colmap: the suite motion with COLMAP\n"
+                 "beside it")
+      ->check(CLI::IsMember({"colmap", "open patches", "time", "tracking"}));
   app.add_flag("--quiet", c.quiet, "no log");
   app.footer(suite_list());
   app.set_version_flag("--version", "organbench " ORGANBAKE_VERSION);
@@ -192,7 +166,6 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
     throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
   c.options.effort = c.effort();
-  if (c.one_case) return run_one_case(*c.one_case);
   return diff->parsed() ? run_diff(c) : run_suites(c, stop_asked);
 }
 

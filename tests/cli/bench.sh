@@ -30,14 +30,6 @@ echo '{"schema": "organbake/bench/1"}' >bad.json
 expect 65 organbench diff run bad.json
 expect_err "bad.json"
 
-# Seeded inputs: nothing breaks, and a case is done again by its seed.
-expect 0 organbench stability --cases 39 --first-case 700 -o cases
-expect 0 organbake verify cases/organbench.json
-grep -q '"failed_cases": \[\]' cases/organbench.json || fail "a seeded input broke something"
-expect 0 organbench --case 705
-expect_out "705: "
-expect 2 organbench --case x
-
 # Ctrl-C keeps what was found until then.
 set -m
 "$BIN/organbench" isosurface -o stopped >/dev/null 2>err &

@@ -32,8 +32,8 @@ grep -q '^2022_new,written,' organs/batch.csv || fail "the new clip was not bake
 # A long video is cut into its best spans, and the others are listed with the reason: two seconds of
 # a scope that slides, then two of one that stands still.
 for path in slide still; do
-  expect 0 organbake phantom --kind laparoscopy --path $path --frames 50 --frame-width 320 \
-    --frame-height 180 -o $path
+  expect 0 organbake phantom --kind laparoscopy --path $path --frames 50 --frame-width-px 320 \
+    --frame-height-px 180 -o $path
 done
 mkdir both long
 cp slide/frames/*.png both

@@ -84,59 +84,41 @@ void measure(ModelPoint& point, const std::map<int, std::vector<int>>& track,
   if (count > 0) point.error_px = sum / count;
 }
 
-// One of colmap's commands; its Qt wants no screen.
-void call(const std::vector<std::string>& words, const ColmapRun& run, const RunContext& context) {
+// One of colmap's commands: its name and options apart by spaces, then those that are paths. Its Qt
+// wants no screen.
+void call(const std::string& words, const std::vector<std::string>& paths, const ColmapRun& run,
+          const RunContext& context) {
   std::vector<std::string> command = {"/usr/bin/env", "QT_QPA_PLATFORM=offscreen", "colmap"};
-  command.insert(command.end(), words.begin(), words.end());
+  std::istringstream text(words);
+  for (std::string word; text >> word;) command.push_back(word);
+  command.insert(command.end(), paths.begin(), paths.end());
   run_worker(command, run.work / "colmap.out", run.work / "colmap.log", context);
 }
 
 void find_features(const ColmapRun& run, const RunContext& context) {
-  std::vector<std::string> words = {"feature_extractor",
-                                    "--database_path",
-                                    run.work / "database.db",
-                                    "--image_path",
-                                    run.frames,
-                                    "--ImageReader.mask_path",
-                                    run.masks,
-                                    "--ImageReader.camera_model",
-                                    "SIMPLE_RADIAL",
-                                    "--ImageReader.single_camera",
-                                    "1",
-                                    "--SiftExtraction.use_gpu",
-                                    "0"};
+  std::string words =
+      "feature_extractor --ImageReader.camera_model SIMPLE_RADIAL --ImageReader.single_camera 1 "
+      "--SiftExtraction.use_gpu 0";
   if (run.lens)
-    words.insert(words.end(), {"--ImageReader.camera_params",
-                               to_text(run.lens->fx) + "," + to_text(run.lens->cx) + "," +
-                                   to_text(run.lens->cy) + "," + to_text(run.lens->k1)});
-  call(words, run, context);
+    words += " --ImageReader.camera_params " + to_text(run.lens->fx) + "," + to_text(run.lens->cx) +
+             "," + to_text(run.lens->cy) + "," + to_text(run.lens->k1);
+  call(words,
+       {"--database_path", run.database(), "--image_path", run.frames, "--ImageReader.mask_path",
+        run.masks},
+       run, context);
 }
 
 // First pair from 4 degrees and points from 0.7: a scope moves little for its distance.
 void map_frames(const ColmapRun& run, const RunContext& context) {
   const std::string refine = run.lens ? "0" : "1";
-  call({"mapper",
-        "--database_path",
-        run.work / "database.db",
-        "--image_path",
-        run.frames,
-        "--output_path",
-        run.work / "sparse",
-        "--Mapper.init_min_tri_angle",
-        "4",
-        "--Mapper.tri_min_angle",
-        "0.7",
-        "--Mapper.filter_min_tri_angle",
-        "0.7",
-        "--Mapper.min_num_matches",
-        "12",
-        "--Mapper.abs_pose_min_num_inliers",
-        "15",
-        "--Mapper.ba_refine_focal_length",
-        refine,
-        "--Mapper.ba_refine_extra_params",
-        refine},
-       run, context);
+  call(
+      "mapper --Mapper.init_min_tri_angle 4 --Mapper.tri_min_angle 0.7 "
+      "--Mapper.filter_min_tri_angle 0.7 --Mapper.min_num_matches 12 "
+      "--Mapper.abs_pose_min_num_inliers 15 --Mapper.ba_refine_focal_length " +
+          refine + " --Mapper.ba_refine_extra_params " + refine,
+      {"--database_path", run.database(), "--image_path", run.frames, "--output_path",
+       run.work / "sparse"},
+      run, context);
 }
 
 // The model with the most frames, as text; empty when there is none.
@@ -151,8 +133,8 @@ fs::path largest_model(const ColmapRun& run, const RunContext& context) {
   if (largest.empty()) return {};
   const fs::path text = run.work / "text";
   fs::create_directories(text);
-  call({"model_converter", "--input_path", largest, "--output_path", text, "--output_type", "TXT"},
-       run, context);
+  call("model_converter --output_type TXT", {"--input_path", largest, "--output_path", text}, run,
+       context);
   return text;
 }
 
@@ -207,9 +189,8 @@ std::optional<ColmapResult> run_colmap(const ColmapRun& run, const RunContext& c
   ColmapResult result;
   const auto work = [&] {
     find_features(run, context);
-    call({"sequential_matcher", "--database_path", run.work / "database.db",
-          "--SiftMatching.use_gpu", "0"},
-         run, context);
+    call("sequential_matcher --SiftMatching.use_gpu 0", {"--database_path", run.database()}, run,
+         context);
     map_frames(run, context);
   };
   result.timing = time_in_turn({work}, {.most = 1, .least = 1}).front();

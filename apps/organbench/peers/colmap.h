@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "measurement.h"
+#include "measuring/measurement.h"
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
@@ -39,6 +39,7 @@ ModelQuality quality_of(const std::vector<ModelPoint>& points);
 struct ColmapRun {
   std::filesystem::path frames, masks, work;
   std::optional<Intrinsics> lens;  // given and kept; else found
+  std::filesystem::path database() const { return work / "database.db"; }
 };
 struct ColmapResult {
   CameraSet cameras;

@@ -9,6 +9,8 @@
 
 namespace organbake {
 
+struct EmbreeScene;
+
 // Depth maps as one traces them with Embree alone: a static scene, one ray a texel in coherent
 // packets of 16, tiles spread over TBB, the float depth as it comes.
 class EmbreeDepth {
@@ -21,8 +23,7 @@ class EmbreeDepth {
              std::vector<std::vector<float>>& depths_mm) const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<EmbreeScene> scene_;
 };
 
 }  // namespace organbake

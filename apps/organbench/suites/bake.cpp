@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <nlohmann/json.hpp>
 
+#include "bench.h"
+#include "measuring/baker.h"
+#include "measuring/bundle_errors.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/pipelines/quality.h"
 #include "organbake/volume/read_volume.h"
 #include "organbake/volume/write_volume.h"
-#include "suites.h"
-#include "suites/baker.h"
-#include "suites/bundle_errors.h"
 
 namespace organbake {
 namespace {
@@ -24,7 +24,8 @@ class BakeScene {
  public:
   explicit BakeScene(Bench& bench)
       : bench_(bench),
-        baker_(bench, organ_recipe("a CT to a bundle", "bundle: {surface: true}\n")) {
+        baker_(bench.scratch(), bench.context(),
+               organ_recipe("a CT to a bundle", "bundle: {surface: true}\n")) {
     OrganPhantomOptions options;
     options.ct_size = bench.quick() ? std::array{64, 64, 38} : std::array{512, 512, 300};
     options.spacing_mm = {0.7, 0.7, 1};
@@ -38,7 +39,7 @@ class BakeScene {
 
   // A point of the curve. Returns the seconds of all stages but for reading the CT, median.
   double bake(const std::string& subject, const std::vector<std::string>& arguments,
-              std::vector<Quantity> knobs) {
+              Quantities knobs) {
     bench_.now(task_ + ", " + subject);
     const fs::path bundle = bench_.scratch() / "bundle";
     std::vector<std::string> all = {"--force", "--set", "ct=" + ct().string()};
@@ -46,9 +47,9 @@ class BakeScene {
     std::vector<double> seconds;
     const Timing timing =
         bench_.time([&] { seconds.push_back(seconds_of(baker_.bake(bundle, all))); });
-    const std::vector<Quantity> errors = bundle_errors(bundle, bench_.quick() ? 360 : 720);
+    const Quantities errors = bundle_errors(bundle, bench_.quick() ? 360 : 720);
     picture_levels_ = errors.front().value;
-    bench_.add(Point{task_, subject, false, std::move(knobs), timing, errors});
+    bench_.point(task_, subject, timing, errors, std::move(knobs));
     return spread_of(seconds).median - 1e-3 * reading_.wall_ms.median;
   }
 
@@ -76,7 +77,7 @@ void bake_quality(Bench& bench, BakeScene& scene, const std::string& quality) {
   }
   scene.bake("--quality " + quality + (bench.quick() ? ", small maps" : ""), arguments, {});
   if (!bench.quick() && quality == "standard")
-    bench.add(Figure{scene.task() + ": pictures, RMS", "levels", scene.picture_levels(), 2});
+    bench.at_most(scene.task() + ": pictures, RMS", "levels", scene.picture_levels(), 2);
 }
 
 void sweep_map_sizes(Bench& bench, BakeScene& scene) {
@@ -85,8 +86,7 @@ void sweep_map_sizes(Bench& bench, BakeScene& scene) {
         scene.bake("standard but for its maps", {"--set", "place.size_px=" + std::to_string(size)},
                    {{"maps", "px", double(size)}});
     if (size == 1024)
-      bench.add(
-          Figure{scene.task() + ", maps of 1024²: all stages without reading", "s", seconds, 5});
+      bench.at_most(scene.task() + ", maps of 1024²: all stages without reading", "s", seconds, 5);
   }
 }
 
@@ -104,9 +104,7 @@ void sweep_options(BakeScene& scene) {
   }
 }
 
-}  // namespace
-
-void run_bake_suite(Bench& bench) {
+void run_bake(Bench& bench) {
   BakeScene scene(bench);
   for (const std::string& quality : quality_names()) bake_quality(bench, scene, quality);
   if (bench.quick()) return;
@@ -114,4 +112,10 @@ void run_bake_suite(Bench& bench) {
   sweep_map_sizes(bench, scene);
 }
 
+const RegisteredSuite kBake(
+    {"bake",
+     "a whole CT to a bundle: draft, standard, fine and what lies between, against the picture",
+     run_bake});
+
+}  // namespace
 }  // namespace organbake

@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
 
-#include "error_measures.h"
+#include "bench.h"
+#include "measuring/error_measures.h"
+#include "measuring/material_picture.h"
 #include "organbake/bundle/map_files.h"
 #include "organbake/capture/capture.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/shell_map.h"
+#include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/viewpoints/placement.h"
 #include "peers/embree_depth.h"
 #include "peers/openexr_writer.h"
-#include "suites.h"
-#include "suites/capture_parts.h"
+#include "suites/capture_maps.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
+
+namespace {
 
 CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size) {
   CaptureScenario scene;
@@ -26,15 +30,6 @@ CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size) 
   scene.cameras = place_cameras(scene.surface, options, bench.context()).cameras;
   return scene;
 }
-
-fs::path fresh_folder(const Bench& bench, const std::string& name) {
-  const fs::path folder = bench.scratch() / name;
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  return folder;
-}
-
-namespace {
 
 // What OpenEXR gets to write, made beforehand.
 struct ReadyImage {
@@ -82,11 +77,9 @@ void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureS
   double sum = 0;
   for (const ShellBinding& binding : bindings) sum += binding.height_mm;
   if (!std::isfinite(sum)) bench.fail("a binding is not finite");
-  bench.add(Figure{"binding, per sample and core", "ns",
-                   1e6 * timing.cpu_ms.median / static_cast<double>(points.size()), 60});
+  bench.at_most("binding, per sample and core", "ns",
+                1e6 * timing.cpu_ms.median / static_cast<double>(points.size()), 60);
 }
-
-}  // namespace
 
 void promise_capture_time(Bench& bench) {
   const int cameras = bench.quick() ? 4 : 16, size = bench.quick() ? 256 : 1024;
@@ -97,7 +90,7 @@ void promise_capture_time(Bench& bench) {
   options.rays_per_texel_side = 1;
   CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
   const std::vector<ReadyImage> images =
-      ready_images(captured, scene, fresh_folder(bench, "openexr"));
+      ready_images(captured, scene, new_folder(bench.scratch() / "openexr"));
   const EmbreeDepth embree(scene.surface);
   std::vector<std::vector<float>> depths_mm;
 
@@ -106,7 +99,8 @@ void promise_capture_time(Bench& bench) {
   const std::vector<Timing> timings = bench.time(
       {[&] {
          captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
-         write_map_files(fresh_folder(bench, "ours"), captured.maps, scene.cameras, captured.base);
+         write_map_files(new_folder(bench.scratch() / "ours"), captured.maps, scene.cameras,
+                         captured.base);
        },
        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); },
        [&] { embree.trace(scene.cameras, depths_mm); },
@@ -123,16 +117,56 @@ void promise_capture_time(Bench& bench) {
   for (std::size_t i = 0; i < timings.size(); ++i)
     bench.add(Point{task, names[i], i >= 2, {}, timings[i], {}});
   const double alone = timings[2].wall_ms.median + timings[3].wall_ms.median;
-  bench.add(Figure{"trace, bind and write / (Embree's trace + OpenEXR's write)", "×",
-                   timings[0].wall_ms.median / alone, 1.6});
+  bench.at_most("trace, bind and write / (Embree's trace + OpenEXR's write)", "×",
+                timings[0].wall_ms.median / alone, 1.6);
   promise_binding(bench, captured, scene);
 }
 
-void run_capture_suite(Bench& bench) {
-  promise_capture_time(bench);
-  promise_capture_maps(bench);
-  promise_capture_color(bench);
-  promise_capture_light(bench);
+// RMS of a map's colours against the material traced with 16 rays a texel, where it is all covered.
+double map_error_levels(const CameraMaps& map, const MaterialPicture& truth) {
+  double squares = 0, count = 0;
+  for (std::size_t k = 0; k < map.face.size(); ++k) {
+    if (map.face[k] == kNoFace || !truth.covered[k]) continue;
+    for (int c = 0; c < 3; ++c, ++count)
+      squares +=
+          std::pow(double(srgb8_from_linear(map.color[k][c])) - truth.color.pixels[3 * k + c], 2);
+  }
+  return std::sqrt(squares / std::max(1.0, count));
 }
 
+// Run time against error: rays through a texel.
+void sweep_rays(Bench& bench, const CaptureScenario& scene) {
+  const MaterialTruth material(scene.surface);
+  std::vector<MaterialPicture> truths;
+  for (const PosedCamera& camera : scene.cameras) truths.push_back(material.draw(camera));
+  const auto color = make_material_color({});
+  for (const int side : bench.quick() ? std::vector{1, 2} : std::vector{1, 2, 3, 4}) {
+    const std::string rays = std::to_string(side * side) + " rays a texel";
+    bench.now("colour, " + rays);
+    CaptureOptions options;
+    options.rays_per_texel_side = side;
+    CaptureResult captured;
+    const Timing timing = bench.time(
+        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); });
+    double error = 0;
+    for (std::size_t c = 0; c < truths.size(); ++c)
+      error += map_error_levels(captured.maps[c], truths[c]) / double(truths.size());
+    bench.point("a material to " + std::to_string(truths.size()) + " maps of " +
+                    std::to_string(scene.cameras.front().intrinsics.width) + "²",
+                "organbake, " + rays, timing,
+                {{"colour error against 16 rays a texel, RMS", "levels", error}});
+  }
+}
+
+void run_capture(Bench& bench) {
+  promise_capture_time(bench);
+  sweep_packings(bench, capture_scenario(bench, 8, bench.quick() ? 256 : 1024));
+  sweep_rays(bench, capture_scenario(bench, 8, bench.quick() ? 128 : 512));
+}
+
+const RegisteredSuite kCapture(
+    {"capture", "surface and photos to maps: rays and packing against error, time and size",
+     run_capture});
+
+}  // namespace
 }  // namespace organbake

@@ -3,13 +3,12 @@
 #include <chrono>
 #include <thread>
 
+#include "bench.h"
+#include "measuring/frame_timing.h"
+#include "measuring/player_bundles.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/player.h"
 #include "organbake/player/skin_point.h"
-#include "suites.h"
-#include "suites/cutting_parts.h"
-#include "suites/frame_timing.h"
-#include "suites/player_bundles.h"
 
 namespace organbake {
 namespace {
@@ -66,9 +65,8 @@ void promise_growth(Bench& bench, Player& player) {
   const std::string what = "a blade through the phantom at 60 steps a second, a cut of 30 mm, " +
                            std::to_string(player.bundle_now().mechanics.body->tetrahedra.size()) +
                            " tetrahedra in the end: ";
-  bench.add(
-      Figure{what + "the step in which it grows, median", "ms", spread_of(growing).median, 5});
-  bench.add(Figure{what + "the others, median", "ms", spread_of(others).median, 5});
+  bench.at_most(what + "the step in which it grows, median", "ms", spread_of(growing).median, 5);
+  bench.at_most(what + "the others, median", "ms", spread_of(others).median, 5);
 }
 
 void promise_frames_of_cut(Bench& bench, Player& cut, Player& whole) {
@@ -81,23 +79,22 @@ void promise_frames_of_cut(Bench& bench, Player& cut, Player& whole) {
   };
   const OneThread one;
   const auto timings = bench.time({[&] { draw(whole, frames[0]); }, [&] { draw(cut, frames[1]); }});
-  bench.add(Figure{"frame of 720p, one thread: the organ cut / whole", "×",
-                   timings[1].cpu_ms.median / timings[0].cpu_ms.median, 1.15});
+  bench.at_most("frame of 720p, one thread: the organ cut / whole", "×",
+                timings[1].cpu_ms.median / timings[0].cpu_ms.median, 1.15);
 }
+
+void run_cutting(Bench& bench) {
+  PlayerBundles bundles(bench.scratch(), bench.context(), bench.quick());
+  const auto folder = bundles.folder({80, "fitted", bundles.map_size(), true});
+  bench.now("a blade through the phantom");
+  Player cut(folder, with_elements()), whole(folder, with_elements());
+  promise_growth(bench, cut);
+  promise_frames_of_cut(bench, cut, whole);
+}
+
+const RegisteredSuite kCutting({"cutting",
+                                "blades: the step in which a cut grows, and frames of what was cut",
+                                run_cutting});
 
 }  // namespace
-
-void run_cutting_suite(Bench& bench) {
-  if (bench.wants("openings")) compare_openings(bench);
-  if (bench.wants("growth")) {
-    PlayerBundles bundles(bench);
-    const auto folder = bundles.folder({80, "fitted", bundles.map_size(), true});
-    bench.now("a blade through the phantom");
-    Player cut(folder, with_elements()), whole(folder, with_elements());
-    promise_growth(bench, cut);
-    promise_frames_of_cut(bench, cut, whole);
-  }
-  if (bench.wants("sweeps")) sweep_randomly(bench);
-}
-
 }  // namespace organbake

@@ -11,9 +11,13 @@
 #include "organbake/geometry/icosphere.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/phantom/phantom.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/contact_sheet.h"
+#include "organbake/player/orbit.h"
+#include "organbake/raycast/ray_scene.h"
+#include "organbake/viewpoints/placement.h"
 #include "peers/decimators.h"
-#include "suites.h"
-#include "suites/decimate_parts.h"
+#include "report/error_pictures.h"
 
 namespace organbake {
 namespace {
@@ -106,15 +110,15 @@ std::vector<Outcome> compete(Bench& bench, const std::string& name, const Triang
 void promise(Bench& bench, const std::string& what, const Outcome& ours, const Outcome& peer,
              double rms_ratio, double max_ratio) {
   const Distances &a = ours.distances, &b = peer.distances;
-  bench.add(Figure{what + ": RMS / Lindstrom–Turk's, surface to proxy", "×",
-                   a.there.rms_mm / b.there.rms_mm, rms_ratio});
-  bench.add(Figure{what + ": RMS / Lindstrom–Turk's, proxy to surface", "×",
-                   a.back.rms_mm / b.back.rms_mm, rms_ratio});
+  bench.at_most(what + ": RMS / Lindstrom–Turk's, surface to proxy", "×",
+                a.there.rms_mm / b.there.rms_mm, rms_ratio);
+  bench.at_most(what + ": RMS / Lindstrom–Turk's, proxy to surface", "×",
+                a.back.rms_mm / b.back.rms_mm, rms_ratio);
   if (max_ratio > 0) {
-    bench.add(Figure{what + ": largest / Lindstrom–Turk's, both ways", "×", a.max_mm() / b.max_mm(),
-                     max_ratio});
+    bench.at_most(what + ": largest / Lindstrom–Turk's, both ways", "×", a.max_mm() / b.max_mm(),
+                  max_ratio);
   }
-  bench.add(Figure{what + ": volume change", "%", 100 * std::abs(a.volume_change), 0.5});
+  bench.at_most(what + ": volume change", "%", 100 * std::abs(a.volume_change), 0.5);
 }
 
 double cpu_ratio(const Outcome& a, const Outcome& b) {
@@ -136,13 +140,13 @@ void eighty_faces(Bench& bench, const std::string& name, const TriangleMesh& sur
   constexpr std::size_t kLarge = 80'000;
   const bool large = surface.faces.size() >= kLarge;
   if (large) {
-    bench.add(
-        Figure{what + ", no flips: CPU / Lindstrom–Turk's", "×", cpu_ratio(out[0], out[3]), 0.37});
+    bench.at_most(what + ", no flips: CPU / Lindstrom–Turk's", "×", cpu_ratio(out[0], out[3]),
+                  0.37);
   }
   promise(bench, what, out[1], out[3], 0.68, 0.9);
-  if (large) bench.add(Figure{what + ": CPU", "s", out[1].timing.cpu_ms.median / 1e3, 1.5});
-  bench.add(Figure{what + ", --objective max: largest / Lindstrom–Turk's", "×",
-                   out[2].distances.max_mm() / out[3].distances.max_mm(), 0.65});
+  if (large) bench.at_most(what + ": CPU", "s", out[1].timing.cpu_ms.median / 1e3, 1.5);
+  bench.at_most(what + ", --objective max: largest / Lindstrom–Turk's", "×",
+                out[2].distances.max_mm() / out[3].distances.max_mm(), 0.65);
 }
 
 void million_faces(Bench& bench, const TriangleMesh& surface) {
@@ -157,7 +161,7 @@ void million_faces(Bench& bench, const TriangleMesh& surface) {
                              {kFitted, kLindstromTurk, kVtk, kMeshoptimizer});
     const std::string what = "phantom of 1.3 million faces → " + std::to_string(b.faces);
     promise(bench, what, out[0], out[1], b.rms_ratio, 0);
-    bench.add(Figure{what + ": CPU", "s", out[0].timing.cpu_ms.median / 1e3, b.cpu_s});
+    bench.at_most(what + ": CPU", "s", out[0].timing.cpu_ms.median / 1e3, b.cpu_s);
   }
 }
 
@@ -166,13 +170,46 @@ void sphere(Bench& bench) {
   TriangleMesh surface = make_icosphere(5);
   for (Eigen::Vector3d& v : surface.vertices) v *= kRadius_mm;
   const auto out = compete(bench, "sphere", surface, 80, {kFitted, kLargest, kLindstromTurk});
-  bench.add(Figure{"sphere → 80: RMS", "% of R", out[0].distances.rms_mm(), 1.27});
-  bench.add(
-      Figure{"sphere → 80, --objective max: largest", "% of R", out[1].distances.max_mm(), 4.2});
+  bench.at_most("sphere → 80: RMS", "% of R", out[0].distances.rms_mm(), 1.27);
+  bench.at_most("sphere → 80, --objective max: largest", "% of R", out[1].distances.max_mm(), 4.2);
+}
+
+Rgb8Image distance_picture(TriangleMesh surface, const TriangleMesh& proxy, const View& view,
+                           double white_mm) {
+  const RayScene scene(proxy);
+  surface.colors.clear();
+  for (const Eigen::Vector3d& v : surface.vertices)
+    surface.colors.push_back(heat_color(scene.closest_point(v).distance_mm / white_mm));
+  // Where it lies at rest, whatever carries it.
+  constexpr std::array<std::uint8_t, 3> kGround = {70, 70, 70};  // apart from no error's black
+  const CarriedSurface at_rest(surface, ShellSurface(proxy));
+  return at_rest.draw(surface.vertices, view, kGround).color;
+}
+
+// The surface seen from one side, painted by its distance to each of its proxies.
+void show_distances(Bench& bench, const TriangleMesh& surface,
+                    const std::vector<std::pair<std::string, TriangleMesh>>& proxies) {
+  bench.now("pictures of distances");
+  constexpr double kWhiteShare = 0.02;  // of the diagonal
+  PlacementOptions four;
+  four.count = 4;
+  const Placement placed = place_cameras(surface, four);
+  const View view = orbit_view({placed.cameras, {}, placed.manifold}, {0.4, 0.2}, 320, 320);
+  const double white_mm = kWhiteShare * bounds(surface).diagonal();
+  std::vector<Rgb8Image> pictures;
+  std::string names;
+  for (const auto& [name, proxy] : proxies) {
+    pictures.push_back(distance_picture(surface, proxy, view, white_mm));
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  bench.show(tile_pictures(pictures, int(pictures.size()), 2),
+             "Distance from the surface to a proxy of " +
+                 std::to_string(proxies.front().second.faces.size()) + " faces: " + names +
+                 ". Black is none, white " + to_text(white_mm, 2) + " mm or more.");
 }
 
 void show_methods(Bench& bench, const TriangleMesh& surface) {
-  std::vector<NamedProxy> proxies;
+  std::vector<std::pair<std::string, TriangleMesh>> proxies;
   for (const Competitor& c : {kFitted, kLindstromTurk, kCluster})
     proxies.push_back({c.subject, c.reduce(surface, 80)});
   show_distances(bench, surface, proxies);
@@ -184,9 +221,7 @@ void sweep_faces(Bench& bench, const TriangleMesh& surface) {
   }
 }
 
-}  // namespace
-
-void run_decimate_suite(Bench& bench) {
+void run_decimate(Bench& bench) {
   const OrganPhantom phantom{OrganPhantomOptions{}};
   const TriangleMesh organ = phantom.surface(bench.quick() ? 4 : 6);
   eighty_faces(bench, "phantom", organ);
@@ -201,4 +236,8 @@ void run_decimate_suite(Bench& bench) {
   million_faces(bench, phantom.surface(8));
 }
 
+const RegisteredSuite kDecimate({"decimate", "surface to proxy: faces and method against distance",
+                                 run_decimate});
+
+}  // namespace
 }  // namespace organbake

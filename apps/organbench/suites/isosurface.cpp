@@ -4,14 +4,10 @@
 #include <cmath>
 
 #include "bench.h"
-#include "error_measures.h"
-#include "organbake/core/text.h"
-#include "organbake/decimate/largest_diameter.h"
+#include "measuring/error_measures.h"
 #include "organbake/phantom/ball_scan.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/volume/read_volume.h"
 #include "peers/contours.h"
-#include "suites.h"
 
 namespace organbake {
 namespace {
@@ -40,7 +36,7 @@ struct ContourMethod {
 };
 
 // All of them on one CT; `error` tells how far a mesh is from the truth.
-void compete(Bench& bench, const std::string& task, const std::vector<Quantity>& knobs,
+void compete(Bench& bench, const std::string& task, const Quantities& knobs,
              const std::vector<ContourMethod>& competitors,
              const std::function<double(const TriangleMesh&)>& error) {
   bench.now(task);
@@ -76,19 +72,6 @@ void sweep_voxels(Bench& bench) {
   }
 }
 
-void promise_thick_slices(Bench& bench) {
-  bench.now("ball in slices of 3 mm");
-  const Volume ct = scan_ball(kRadius_mm, {0.7, 0.7, 3});
-  const double linear = linear_crossing_rms_mm(ct, kRadius_mm);
-  const auto error = [&](bool refine) {
-    return radial_rms_mm(extract_isosurface(ct, at_level(kBallHalfWay_hu, refine)).mesh,
-                         kRadius_mm);
-  };
-  bench.add(Figure{"ball, 0.7×0.7×3 mm: radial RMS / exact linear crossings'", "×",
-                   error(false) / linear, 1.02});
-  bench.add(Figure{"the same with --refine: radial RMS", "mm", error(true), 0.05});
-}
-
 void promise_time_and_memory(Bench& bench) {
   OrganPhantomOptions options;
   options.ct_size = bench.quick() ? std::array{192, 192, 112} : std::array{512, 512, 300};
@@ -106,69 +89,30 @@ void promise_time_and_memory(Bench& bench) {
       [&] { mesh = extract_isosurface(ct, at_level(kOrganIso_hu)).mesh; },
       [&] { vtk_flying_edges_faces(ct, level); }, [&] { vtk_marching_cubes_faces(ct, level); }});
   const double error = formula_rms_mm(mesh, phantom);
-  const std::vector<Quantity> faces = {{"faces", "", double(mesh.faces.size())}};
+  const Quantities faces = {{"faces", "", double(mesh.faces.size())}};
   const std::string height = "height above the formula, RMS";
-  bench.add(Point{task, "organbake", false, faces, timings[0], {{height, "mm", error}}});
-  bench.add(
-      Point{task, "vtkFlyingEdges3D alone", true, faces, timings[1], {{height, "mm", error}}});
-  bench.add(
-      Point{task, "vtkMarchingCubes alone", true, faces, timings[2], {{height, "mm", error}}});
+  bench.point(task, "organbake", timings[0], {{height, "mm", error}}, faces);
+  bench.peer(task, "vtkFlyingEdges3D alone", timings[1], {{height, "mm", error}}, faces);
+  bench.peer(task, "vtkMarchingCubes alone", timings[2], {{height, "mm", error}}, faces);
   if (bench.quick()) return;  // what is promised is promised of the whole scan
-  bench.add(Figure{task + ": time / vtkFlyingEdges3D alone", "×",
-                   timings[0].wall_ms.median / timings[1].wall_ms.median, 1.25});
+  bench.at_most(task + ": time / vtkFlyingEdges3D alone", "×",
+                timings[0].wall_ms.median / timings[1].wall_ms.median, 1.25);
 
   constexpr double kMb = double(1 << 20);
   const double mesh_mb =
       (mesh.vertices.size() * sizeof(Eigen::Vector3d) + mesh.faces.size() * sizeof(Face)) / kMb;
   const double volume_mb = ct.voxels.size() * sizeof(std::int16_t) / kMb;
-  bench.add(Figure{task + ": memory beside the volume", "MB", timings[0].peak_mb,
-                   mesh_mb + 0.25 * (volume_mb + mesh_mb)});
+  bench.at_most(task + ": memory beside the volume", "MB", timings[0].peak_mb,
+                mesh_mb + 0.25 * (volume_mb + mesh_mb));
 }
 
-// What the Image Biomarker Standardisation Initiative agreed on for a figure of its digital
-// phantom.
-struct Consensus {
-  const char* what;
-  const char* unit;
-  double value, tolerance;
-};
-
-void add_beside(Bench& bench, const Consensus& consensus, double ours) {
-  const std::string what = "IBSI's digital phantom, consensus " + to_text(consensus.value) + " ± " +
-                           to_text(consensus.tolerance) + ": " + consensus.what;
-  const double most = consensus.value + consensus.tolerance;
-  const double least = consensus.value - consensus.tolerance;
-  bench.add(Figure{what + ", at most", consensus.unit, ours, most, Figure::Goal::at_most});
-  bench.add(Figure{what + ", at least", consensus.unit, ours, least, Figure::Goal::at_least});
-}
-
-// Zwanenburg et al. 2020, The Image Biomarker Standardization Initiative, Radiology 295(2): the
-// surface by marching cubes at one half, and what the voxels enclose.
-void promise_ibsi_phantom(Bench& bench) {
-  const auto file = bench.data("ibsi_digital_phantom/mask.nii.gz");
-  if (file.empty()) return;
-  bench.now("IBSI's digital phantom");
-  const Volume mask = read_volume(file, {.label = "1", .is_mask = true}, bench.context());
-  add_beside(bench, {"volume of the voxels, by default", "mm³", 592, 4},
-             signed_volume(extract_label_surface(mask, {}).mesh));
-  IsosurfaceOptions textbook;
-  textbook.method = IsosurfaceMethod::marching_cubes;
-  textbook.smooth_mm = 0;
-  textbook.largest = 0;
-  textbook.keep_volume = false;
-  const TriangleMesh mesh = extract_label_surface(mask, textbook).mesh;
-  add_beside(bench, {"volume of the mesh", "mm³", 556, 4}, signed_volume(mesh));
-  add_beside(bench, {"area of the mesh", "mm²", 388, 3}, surface_area(mesh));
-  add_beside(bench, {"largest diameter", "mm", 13.1, 0.1}, largest_diameter_mm(mesh));
-}
-
-}  // namespace
-
-void run_isosurface_suite(Bench& bench) {
+void run_isosurface(Bench& bench) {
   sweep_voxels(bench);
-  promise_thick_slices(bench);
-  promise_ibsi_phantom(bench);
   promise_time_and_memory(bench);
 }
 
+const RegisteredSuite kIsosurface({"isosurface", "CT to surface: voxel size against radial error",
+                                   run_isosurface});
+
+}  // namespace
 }  // namespace organbake

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "suites/motion_video.h"
 #include <algorithm>
+
 #include <cmath>
 #include <set>
 
+#include "bench.h"
+#include "measuring/depth_agreement.h"
+#include "measuring/motion_run.h"
+#include "measuring/path_alignment.h"
 #include "organbake/core/files.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/image/png.h"
 #include "organbake/shading/frame.h"
 #include "organbake/shading/masks.h"
 #include "organbake/shading/video_reader.h"
-#include "path_alignment.h"
 #include "peers/colmap.h"
-#include "suites/motion_parts.h"
 
 namespace organbake {
 namespace {
@@ -109,23 +113,22 @@ std::optional<ModelQuality> promise_depth(Bench& bench, const fs::path& video, c
   // In pixels of the whole frame.
   quality.reprojection_px *= double(model.cameras.at(0).intrinsics.width) /
                              read_camera_file(run.folder / "colmap").cameras.at(0).intrinsics.width;
-  std::vector<Quantity> errors;
+  Quantities errors;
   if (!against.pairs.found.empty()) {
     const DepthAgreement depth = agreement_of(against.pairs);
-    bench.add(Figure{what + ": depth against COLMAP's points, Spearman", "", depth.spearman, 0.93,
-                     Figure::Goal::at_least});
-    bench.add(Figure{what + ": depth against COLMAP's points, median relative", "%",
-                     depth.median_percent, 4});
-    bench.add(Figure{what + ": field of view covered", "%", 100 * against.covered / against.field,
-                     85, Figure::Goal::at_least});
+    bench.at_least(what + ": depth against COLMAP's points, Spearman", "", depth.spearman, 0.93);
+    bench.at_most(what + ": depth against COLMAP's points, median relative", "%",
+                  depth.median_percent, 4);
+    bench.at_least(what + ": field of view covered", "%", 100 * against.covered / against.field,
+                   85);
     errors.push_back({"depth, median relative", "%", depth.median_percent});
   }
-  bench.add(Figure{what + ": frames posed of every 5th", "", frames_posed(found),
-                   double(model.cameras.size()), Figure::Goal::at_least});
+  bench.at_least(what + ": frames posed of every 5th", "", frames_posed(found),
+                 double(model.cameras.size()));
   errors.insert(errors.end(), {{"reprojection", "px", quality.reprojection_px},
                                {"points", "", double(quality.points)},
                                {"memory", "MB", run.peak_mb}});
-  bench.add(Point{"shared video", "organbake motion, " + what, false, {}, run.timing, errors});
+  bench.point("shared video", "organbake motion, " + what, run.timing, errors);
   return quality;
 }
 
@@ -164,21 +167,16 @@ void promise_beside_colmap(Bench& bench, const fs::path& video, const MotionRun&
   const auto theirs = run_colmap(run, bench.context());
   if (!theirs) return bench.skip("colmap beside it", "its mapper made no model");
   const ModelQuality their_quality = quality_of(theirs->points);
-  bench.add(Point{"shared video",
-                  "COLMAP",
-                  true,
-                  {},
-                  theirs->timing,
-                  {{"reprojection", "px", their_quality.reprojection_px},
-                   {"points", "", double(their_quality.points)},
-                   {"frames", "", double(theirs->cameras.cameras.size())}}});
-  bench.add(Figure{"shared video: mean reprojection by COLMAP's", "×",
-                   quality.reprojection_px / their_quality.reprojection_px, 1});
-  bench.add(Figure{"shared video: points by COLMAP's", "×",
-                   double(quality.points) / double(their_quality.points), 0.5,
-                   Figure::Goal::at_least});
-  bench.add(Figure{"shared video: processor time by COLMAP's", "×",
-                   ours.timing.cpu_ms.median / theirs->timing.cpu_ms.median, 0.1});
+  bench.peer("shared video", "COLMAP", theirs->timing,
+             {{"reprojection", "px", their_quality.reprojection_px},
+              {"points", "", double(their_quality.points)},
+              {"frames", "", double(theirs->cameras.cameras.size())}});
+  bench.at_most("shared video: mean reprojection by COLMAP's", "×",
+                quality.reprojection_px / their_quality.reprojection_px, 1);
+  bench.at_least("shared video: points by COLMAP's", "×",
+                 double(quality.points) / double(their_quality.points), 0.5);
+  bench.at_most("shared video: processor time by COLMAP's", "×",
+                ours.timing.cpu_ms.median / theirs->timing.cpu_ms.median, 0.1);
 }
 
 }  // namespace
@@ -189,10 +187,11 @@ void promise_motion_of_video(Bench& bench) {
   const fs::path model = bench.data("video/colmap_model");
   if (video.empty() || model.empty()) return;
   bench.now("the shared video, lens given");
-  const MotionRun given = run_motion(bench, video, model, "video_given");
+  const MotionRun given =
+      run_motion(video, model, bench.scratch() / "video_given", bench.context());
   promise_depth(bench, video, given, model, "lens given");
   bench.now("the shared video, lens unknown");
-  const MotionRun free = run_motion(bench, video, {}, "video_free");
+  const MotionRun free = run_motion(video, {}, bench.scratch() / "video_free", bench.context());
   const auto quality = promise_depth(bench, video, free, model, "lens unknown");
   if (quality) promise_beside_colmap(bench, video, free, *quality);
 }

@@ -6,7 +6,6 @@
 #include "organbake/formats/mesh_files.h"
 #include "organbake/phantom/phantom.h"
 #include "organbake/viewpoints/coverage.h"
-#include "suites.h"
 
 namespace organbake {
 namespace {
@@ -59,10 +58,9 @@ PlaceOutcome place(Bench& bench, const NamedSurface& surface, const PlacementOpt
   outcome.timing = bench.time([&] { outcome.placement = place_cameras(surface.mesh, options); });
   outcome.coverage = measure_coverage(surface.mesh, outcome.placement, options);
   const double count = static_cast<double>(outcome.placement.cameras.size());
-  std::vector<Quantity> errors = {
-      {kUnseen, "%", 100 * (1 - outcome.coverage.seen_share[1])},
-      {"views miss, mean", "%", 100 * outcome.coverage.at_rest.mean_gap}};
-  std::vector<Quantity> knobs = {{"cameras", "", count}};
+  Quantities errors = {{kUnseen, "%", 100 * (1 - outcome.coverage.seen_share[1])},
+                       {"views miss, mean", "%", 100 * outcome.coverage.at_rest.mean_gap}};
+  Quantities knobs = {{"cameras", "", count}};
   if (const auto& cover = outcome.placement.cover) {
     knobs.push_back(
         {"candidates", "directions", static_cast<double>(options.coverage->candidates)});
@@ -75,16 +73,15 @@ PlaceOutcome place(Bench& bench, const NamedSurface& surface, const PlacementOpt
 }
 
 void promise(Bench& bench, const NamedSurface& surface, const PlaceOutcome& ours) {
-  using enum Figure::Goal;
   const CoverSummary& cover = *ours.placement.cover;
-  bench.add(Figure{surface.name + ": reachable area seen by 2 cameras", "%",
-                   100 * ours.coverage.seen_share[1], 99.5, at_least});
-  bench.add(Figure{surface.name + ": " + kOverBound, "×", over_bound(cover), 1.15});
-  bench.add(Figure{surface.name + ": views miss, mean at rest", "%",
-                   100 * ours.coverage.at_rest.mean_gap, 0.1});
+  bench.at_least(surface.name + ": reachable area seen by 2 cameras", "%",
+                 100 * ours.coverage.seen_share[1], 99.5);
+  bench.at_most(surface.name + ": " + kOverBound, "×", over_bound(cover), 1.15);
+  bench.at_most(surface.name + ": views miss, mean at rest", "%",
+                100 * ours.coverage.at_rest.mean_gap, 0.1);
   constexpr std::size_t kPromised = 80'000;
   if (surface.mesh.faces.size() < kPromised) return;
-  bench.add(Figure{surface.name + ": placement, wall", "s", ours.timing.wall_ms.median / 1e3, 1});
+  bench.at_most(surface.name + ": placement, wall", "s", ours.timing.wall_ms.median / 1e3, 1);
 }
 
 void sweep(Bench& bench, const NamedSurface& surface) {
@@ -110,10 +107,12 @@ void sweep(Bench& bench, const NamedSurface& surface) {
   }
 }
 
-}  // namespace
-
-void run_place_suite(Bench& bench) {
+void run_place(Bench& bench) {
   for (const NamedSurface& surface : surfaces(bench)) sweep(bench, surface);
 }
 
+const RegisteredSuite kPlace(
+    {"place", "surface to cameras: candidates and samples against coverage and count", run_place});
+
+}  // namespace
 }  // namespace organbake

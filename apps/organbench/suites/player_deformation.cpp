@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "suites/player_deformation.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
+#include "bench.h"
+#include "measuring/frame_timing.h"
+#include "organbake/capture/skin_bake.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/mechanics/mechanics.h"
 #include "organbake/phantom/phantom.h"
-#include "suites/frame_timing.h"
-#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {
@@ -65,11 +68,10 @@ void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, do
   const std::string what =
       "deformation step, " + std::to_string(proxy.vertices.size()) + " vertices, " +
       (solver == TissueSolver::fem ? "finite elements, " : "") + "a probe pressed in and dragged";
-  bench.add(Figure{what + ": CPU time, mean", "ms", timing.cpu_ms.median / steps, target_ms});
+  bench.at_most(what + ": CPU time, mean", "ms", timing.cpu_ms.median / steps, target_ms);
   // That it is touched at all; a solid rests on fewer points than springs, which crease.
   const double least_contacts = solver == TissueSolver::fem ? 0.5 : 1;
-  bench.add(Figure{what + ": contacts, mean", "", double(contacts) / step, least_contacts,
-                   Figure::Goal::at_least});
+  bench.at_least(what + ": contacts, mean", "", double(contacts) / step, least_contacts);
 }
 
 using Path = std::vector<std::vector<Eigen::Vector3d>>;
@@ -119,15 +121,27 @@ void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
     double moving = 0;
     for (std::size_t step = 0; step < path.size(); ++step)
       moving += mean_square(path[step], truth[step]) / double(path.size());
-    bench.add(
-        Point{"deformation step, 500 vertices, a probe pressed in and dragged",
-              "organplay",
-              false,
-              {{"iterations", "", double(iterations)}},
-              of_one(timing, path.size()),
-              {{"off the converged way, RMS", "% of the dent", 100 * std::sqrt(moving) / largest},
-               {"off the converged shape, held, RMS", "% of the dent",
-                100 * std::sqrt(mean_square(path.back(), truth.back())) / largest}}});
+    bench.point("deformation step, 500 vertices, a probe pressed in and dragged", "organplay",
+                of_one(timing, path.size()),
+                {{"off the converged way, RMS", "% of the dent", 100 * std::sqrt(moving) / largest},
+                 {"off the converged shape, held, RMS", "% of the dent",
+                  100 * std::sqrt(mean_square(path.back(), truth.back())) / largest}},
+                {{"iterations", "", double(iterations)}});
+  }
+}
+
+// The skin that the proxy carries.
+void promise_skin_bake(Bench& bench, const TriangleMesh& organ) {
+  constexpr double kEdge_mm = 6;  // as bundles are baked
+  for (const std::size_t faces : {80u, 300u, 1000u}) {
+    bench.now("the smooth skin of " + std::to_string(faces) + " faces");
+    DecimateOptions options;
+    options.faces = faces;
+    const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
+    const Timing bake =
+        bench.time([&] { bake_smooth_skin(organ, proxy, kEdge_mm, bench.context()); });
+    bench.at_most("the smooth skin of " + std::to_string(faces) + " faces: baked in", "ms",
+                  bake.wall_ms.median, 300);
   }
 }
 
@@ -140,7 +154,7 @@ void promise_deformation(Bench& bench) {
   promise_step(bench, organ, 80, 1, TissueSolver::fem);
   promise_step(bench, organ, 996, 0.2);
   if (!bench.quick()) promise_step(bench, organ, 9996, 3);
-  promise_statics(bench, organ);
+  promise_skin_bake(bench, bench.quick() ? OrganPhantom({}).surface(6) : organ);
 }
 
 }  // namespace organbake

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "suites/player_frames.h"
+
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -6,13 +8,14 @@
 #include <cmath>
 #include <thread>
 
+#include "bench.h"
+#include "measuring/frame_timing.h"
+#include "measuring/player_bundles.h"
 #include "organbake/core/text.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/carried_surface.h"
 #include "organbake/player/player.h"
 #include "peers/embree_frames.h"
-#include "suites/frame_timing.h"
-#include "suites/player_parts.h"
 #ifdef ORGANBAKE_HAS_EGL
 #include "peers/software_gl.h"
 #endif
@@ -67,10 +70,10 @@ std::vector<int> map_sizes(const Bench& bench) {
 void promise_frame_time(Bench& bench, Player& player, ViewAt view, const FrameSize& size,
                         const std::string& task, const Timing& timing) {
   const FrameContent content = content_of(player, view, size);
-  bench.add(Figure{task + ", in " + to_text(content.percent_covered, 1) +
-                       " % of the picture, maps of 1024², " + to_text(content.cameras, 1) +
-                       " of the three cameras drawn: CPU time a frame",
-                   "ms", ms_of(timing), size.target_ms});
+  bench.at_most(task + ", in " + to_text(content.percent_covered, 1) +
+                    " % of the picture, maps of 1024², " + to_text(content.cameras, 1) +
+                    " of the three cameras drawn: CPU time a frame",
+                "ms", ms_of(timing), size.target_ms);
 }
 
 // Run time against error: our maps' size, beside the truth's own mesh traced with one ray a pixel.
@@ -91,12 +94,9 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
       embree.draw(surface.vertices, view_at(frame_of_truth, size, i), traced);
   });
   embree.draw(surface.vertices, first_view, traced);
-  bench.add(Point{task,
-                  "Embree refit + trace, the truth's mesh",
-                  true,
-                  {{"faces", "", double(surface.faces.size())}},
-                  of_one(embree_timing, kFrames),
-                  {{error, "levels", rms_levels(traced, truth)}}});
+  bench.peer(task, "Embree refit + trace, the truth's mesh", of_one(embree_timing, kFrames),
+             {{error, "levels", rms_levels(traced, truth)}},
+             {{"faces", "", double(surface.faces.size())}});
   for (const int map_size : map_sizes(bench)) {
     Player player(bundles.folder({80, "fitted", map_size}));
     player.load_all();
@@ -106,12 +106,9 @@ void compete(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
     DrawOptions black;
     black.background = {0, 0, 0};
     player.draw(view_at(player.bundle(), size, 0), black, frame);
-    bench.add(Point{task,
-                    "organplay",
-                    false,
-                    {{"maps", "px", double(map_size)}},
-                    of_one(timing, kFrames),
-                    {{error, "levels", rms_levels(frame.color, truth)}}});
+    bench.point(task, "organplay", of_one(timing, kFrames),
+                {{error, "levels", rms_levels(frame.color, truth)}},
+                {{"maps", "px", double(map_size)}});
     if (map_size != 1024) continue;
     promise_frame_time(bench, player, view_at, size, task, timing);
     // From between three cameras, which costs most.
@@ -141,10 +138,10 @@ void race(Bench& bench, PlayerBundles& bundles, const FrameSize& size, const Riv
                                              for (int i = 0; i < kFrames; ++i)
                                                rival.draw(view_at(player.bundle(), size, i));
                                            }});
-    bench.add(Figure{size.name() + ", one thread, CPU time of a frame, maps of " +
-                         std::to_string(map_size) + "²: " + rival.name + " / organplay",
-                     "×", ms_of(timings[1]) / ms_of(timings[0]),
-                     rival.target[map_size > 512 ? 1 : 0], Figure::Goal::at_least});
+    bench.at_least(size.name() + ", one thread, CPU time of a frame, maps of " +
+                       std::to_string(map_size) + "²: " + rival.name + " / organplay",
+                   "×", ms_of(timings[1]) / ms_of(timings[0]),
+                   rival.target[map_size > 512 ? 1 : 0]);
   }
 }
 
@@ -212,8 +209,8 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const FrameSize& size
   const auto gain = [&](int alone) {
     return timings[alone].wall_ms.median / timings[alone + 1].wall_ms.median;
   };
-  bench.add(Figure{size.name() + ", two threads: speed-up / that of two independent loops", "×",
-                   gain(0) / gain(2), 0.8, Figure::Goal::at_least});
+  bench.at_least(size.name() + ", two threads: speed-up / that of two independent loops", "×",
+                 gain(0) / gain(2), 0.8);
 }
 
 }  // namespace

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "suites/player_motion.h"
+
 #include <algorithm>
 #include <array>
 #include <numeric>
 
+#include "bench.h"
+#include "measuring/frame_timing.h"
+#include "measuring/player_bundles.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/text.h"
 #include "organbake/warp/warper.h"
-#include "suites/frame_timing.h"
-#include "suites/player_parts.h"
 
 namespace organbake {
 namespace {
@@ -92,15 +95,14 @@ void promise_partial_frames(Bench& bench, PlayerBundles& bundles, const FrameSiz
         std::vector<std::function<void()>>{moving(warper, bundle, view, tenth, {}, frame),
                                            moving(warper, bundle, view, all, {}, frame)});
     const std::string scene = size.name() + ", " + std::to_string(faces) + " faces: ";
-    bench.add(Figure{
+    bench.at_least(
         scene + "all moves / " + to_text(100 * tenth.share, 2) + " % of the skin moves, CPU time",
-        "×", ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1,
-        Figure::Goal::at_least});
+        "×", ms_of(timings[1]) / ms_of(timings[0]), faces == 1000 ? 1.4 : 1);
     const Timing still = bench.time([&] {
       for (int i = 0; i < kStill * kFrames; ++i)
         warper.draw(bundle.proxy.vertices, view, {}, frame);
     });
-    bench.add(Figure{scene + "an unchanged frame, CPU time", "ms", ms_of(still) / kStill, 0.05});
+    bench.at_most(scene + "an unchanged frame, CPU time", "ms", ms_of(still) / kStill, 0.05);
   }
 }
 
@@ -128,14 +130,10 @@ void time_light(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
   const char* const names[] = {"organplay, the light that was baked", "organplay, lit anew",
                                "organplay, lit by the scope, wet"};
   for (int i = 0; i < 3; ++i)
-    bench.add(Point{size.name() + ", one thread, all skin moves",
-                    names[i],
-                    false,
-                    {{"maps", "px", double(bundles.map_size())}},
-                    of_one(timings[i], kFrames),
-                    {}});
-  bench.add(Figure{size.name() + ", all skin moves: lit by the scope / the light that was baked",
-                   "×", ms_of(timings[2]) / ms_of(timings[0]), 1.4});
+    bench.point(size.name() + ", one thread, all skin moves", names[i], of_one(timings[i], kFrames),
+                {}, {{"maps", "px", double(bundles.map_size())}});
+  bench.at_most(size.name() + ", all skin moves: lit by the scope / the light that was baked", "×",
+                ms_of(timings[2]) / ms_of(timings[0]), 1.4);
 }
 
 }  // namespace

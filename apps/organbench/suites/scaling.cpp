@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "bench.h"
-#include "memory_bundle.h"
+#include "measuring/memory_bundle.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/text.h"
@@ -21,7 +21,6 @@
 #include "organbake/player/player.h"
 #include "organbake/shading/laparoscope.h"
 #include "organbake/viewpoints/placement.h"
-#include "suites.h"
 
 namespace organbake {
 namespace {
@@ -55,12 +54,8 @@ void measure(Bench& bench, const Growth& growth) {
   for (const Load& load : growth.loads) {
     bench.now(growth.stage + ", " + std::to_string(long(load.size)) + " " + growth.unit);
     const Timing timing = bench.time(load.work);
-    bench.add(Point{growth.stage + ", one thread",
-                    "organbake",
-                    false,
-                    {{growth.unit, "", load.size}},
-                    timing,
-                    {}});
+    bench.point(growth.stage + ", one thread", "organbake", timing, {},
+                {{growth.unit, "", load.size}});
     sizes.push_back(load.size);
     times.push_back(timing.cpu_ms.median);
   }
@@ -71,7 +66,7 @@ void measure(Bench& bench, const Growth& growth) {
     what += " (n log n, the least that a sparse factor of a mesh fills: " +
             to_text(exponent_of(sizes, fill), 3) + ")";
   }
-  bench.add(Figure{what, "", exponent_of(sizes, times), 1.1});
+  bench.at_most(what, "", exponent_of(sizes, times), 1.1);
 }
 
 void measure_threads(Bench& bench, const std::string& stage, const std::function<void()>& work) {
@@ -80,12 +75,8 @@ void measure_threads(Bench& bench, const std::string& stage, const std::function
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     bench.now(stage + ", " + std::to_string(threads) + " threads");
     const Timing timing = bench.time(work);
-    bench.add(Point{stage + ", more threads",
-                    "organbake",
-                    false,
-                    {{"threads", "", double(threads)}},
-                    timing,
-                    {}});
+    bench.point(stage + ", more threads", "organbake", timing, {},
+                {{"threads", "", double(threads)}});
   }
 }
 
@@ -188,9 +179,7 @@ Growth step_growth(bool quick) {
   return growth;
 }
 
-}  // namespace
-
-void run_scaling_suite(Bench& bench) {
+void run_scaling(Bench& bench) {
   const bool quick = bench.quick();
   measure(bench, isosurface_growth(quick));
   for (const Growth& growth : face_growths(quick)) measure(bench, growth);
@@ -213,4 +202,9 @@ void run_scaling_suite(Bench& bench) {
   });
 }
 
+const RegisteredSuite kScaling(
+    {"scaling", "time against work: the exponent of every stage's main size, and threads",
+     run_scaling});
+
+}  // namespace
 }  // namespace organbake

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "suites/shading_pictures.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "error_pictures.h"
+#include "bench.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
 #include "organbake/player/contact_sheet.h"
-#include "suites/shading_parts.h"
+#include "report/error_pictures.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "depth_agreement.h"
+#include "measuring/depth_agreement.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "error_pictures.h"
+#include "report/error_pictures.h"
 
 #include <gtest/gtest.h>
 
@@ -31,16 +31,6 @@ TEST(HeatMap, OfEqualPicturesIsBlackAndTakesTheLargestOfThreeDifferences) {
   EXPECT_EQ(heat.at(0, 0)[0], 0);
   EXPECT_EQ(heat.at(1, 0)[0], 255);
   EXPECT_EQ(heat.at(1, 0)[2], 255);
-}
-
-TEST(Shrunk, AveragesWholeBlocksAndLeavesSmallPicturesAlone) {
-  Rgb8Image image(5, 2);
-  for (int x = 0; x < 5; ++x) image.at(x, 0)[0] = 100;
-  const Rgb8Image small = shrunk(image, 3);
-  EXPECT_EQ(small.width, 2);
-  EXPECT_EQ(small.height, 1);
-  EXPECT_EQ(small.at(1, 0)[0], 50);
-  EXPECT_EQ(shrunk(image, 5).pixels, image.pixels);
 }
 
 }  // namespace

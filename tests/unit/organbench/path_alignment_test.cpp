@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "path_alignment.h"
+#include "measuring/path_alignment.h"
 
 #include <gtest/gtest.h>
 

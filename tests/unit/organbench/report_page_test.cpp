@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "run_report.h"
+#include "report/report_page.h"
 
 namespace organbake {
 namespace {
@@ -21,7 +21,7 @@ TEST(ReportPage, PutsValuesUnderTheirOwnHeadings) {
       {"task", "first", false, {{"cameras", "", 11}}, timing, {{"gap", "%", 0.25}}},
       {"task", "second", false, {{"samples", "points", 77}}, timing, {{"over bound", "×", 1.5}}}};
   const std::string page =
-      report_page({Effort::quick, {}, {{"suite", "", 1, {points, {}, {}, {}, {}, ""}}}});
+      report_page({Effort::quick, {}, {{"suite", "", 1, {points, {}, {}, {}, ""}}}});
   EXPECT_THAT(page, HasSubstr("<th>cameras</th><th>samples, points</th>"));
   EXPECT_THAT(page, HasSubstr("<td>first</td><td>11</td><td></td>"));
   EXPECT_THAT(page, HasSubstr("<td>second</td><td></td><td>77</td>"));

@@ -21,7 +21,7 @@ SuiteResult run(void (*suite)(Bench&), const BenchOptions& options = {}) {
 
 TEST(RunSuite, KeepsWhatWasFoundBeforeACrash) {
   const SuiteResult result = run([](Bench& bench) {
-    bench.add(Figure{"first", "mm", 1, 2});
+    bench.at_most("first", "mm", 1, 2);
     ::raise(SIGKILL);
   });
   EXPECT_EQ(result.figures.size(), 1u);
@@ -31,7 +31,7 @@ TEST(RunSuite, KeepsWhatWasFoundBeforeACrash) {
 TEST(RunSuite, KeepsWhatWasFoundBeforeItWasStopped) {
   const std::atomic<bool> stop_asked{true};
   const Suite slow{"suite", "summary", [](Bench& bench) {
-                     bench.add(Figure{"first", "mm", 1, 2});
+                     bench.at_most("first", "mm", 1, 2);
                      for (;;) ::pause();
                    }};
   const SuiteResult result = run_suite(slow, {}, {{}, {}, &stop_asked});

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "measuring/depth_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "organbake/core/median.h"
+
+namespace organbake {
+namespace {
+
+constexpr float kNone = std::numeric_limits<float>::infinity();
+
+bool is_depth(float value) { return std::isfinite(value) && value > 0; }
+
+std::vector<double> ranks_of(const std::vector<float>& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
+  std::vector<double> ranks(values.size());
+  for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
+    while (last < order.size() && values[order[last]] == values[order[first]]) ++last;
+    for (std::size_t k = first; k < last; ++k)
+      ranks[order[k]] = 0.5 * static_cast<double>(first + last - 1);
+  }
+  return ranks;
+}
+
+}  // namespace
+
+void DepthPairs::add(float found_depth, float true_depth) {
+  if (!is_depth(true_depth)) return;
+  ++asked;
+  if (!is_depth(found_depth)) return;
+  found.push_back(found_depth);
+  truth.push_back(true_depth);
+}
+
+void DepthPairs::add_maps(const Plane& found_depth, const Plane& true_depth) {
+  for (int y = 0; y < found_depth.height; ++y)
+    for (int x = 0; x < found_depth.width; ++x) {
+      const Eigen::Vector2d pixel((x + 0.5) * true_depth.width / found_depth.width,
+                                  (y + 0.5) * true_depth.height / found_depth.height);
+      add(found_depth.at(x, y), depth_between(true_depth, pixel));
+    }
+}
+
+DepthAgreement agreement_of(const DepthPairs& pairs) {
+  if (pairs.found.empty()) throw std::invalid_argument("no pixel has both depths");
+  std::vector<double> values;
+  for (std::size_t i = 0; i < pairs.found.size(); ++i)
+    values.push_back(double(pairs.truth[i]) / pairs.found[i]);
+  DepthAgreement result;
+  result.scale = median(values);
+  for (double& value : values) value = 100 * std::abs(result.scale / value - 1);
+  const auto count = static_cast<double>(values.size());
+  result.mean_percent = std::accumulate(values.begin(), values.end(), 0.0) / count;
+  result.median_percent = median(std::move(values));
+  result.spearman = spearman(pairs.found, pairs.truth);
+  result.covered_percent = 100 * count / static_cast<double>(pairs.asked);
+  return result;
+}
+
+double spearman(const std::vector<float>& a, const std::vector<float>& b) {
+  const std::vector<double> u = ranks_of(a), v = ranks_of(b);
+  const double mean = 0.5 * (static_cast<double>(u.size()) - 1);
+  double uv = 0, uu = 0, vv = 0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    uv += (u[i] - mean) * (v[i] - mean);
+    uu += (u[i] - mean) * (u[i] - mean);
+    vv += (v[i] - mean) * (v[i] - mean);
+  }
+  return uu > 0 && vv > 0 ? uv / std::sqrt(uu * vv) : 0;
+}
+
+float depth_between(const Plane& depth, const Eigen::Vector2d& pixel) {
+  const double x = pixel.x() - 0.5, y = pixel.y() - 0.5;
+  if (!(x >= -0.5 && y >= -0.5 && x <= depth.width - 0.5 && y <= depth.height - 0.5)) return kNone;
+  const int left = std::clamp(static_cast<int>(std::floor(x)), 0, depth.width - 1);
+  const int top = std::clamp(static_cast<int>(std::floor(y)), 0, depth.height - 1);
+  const int right = std::min(left + 1, depth.width - 1), down = std::min(top + 1, depth.height - 1);
+  const double u = std::clamp(x - left, 0.0, 1.0), v = std::clamp(y - top, 0.0, 1.0);
+  const float corners[] = {depth.at(left, top), depth.at(right, top), depth.at(left, down),
+                           depth.at(right, down)};
+  if (!std::all_of(std::begin(corners), std::end(corners), is_depth)) return kNone;
+  return static_cast<float>((1 - v) * ((1 - u) * corners[0] + u * corners[1]) +
+                            v * ((1 - u) * corners[2] + u * corners[3]));
+}
+
+std::vector<SeenPoint> nearest_points(const PosedCamera& camera,
+                                      const std::vector<Eigen::Vector3d>& cloud, int cell_px) {
+  const Intrinsics& lens = camera.intrinsics;
+  std::map<std::pair<int, int>, SeenPoint> cells;
+  for (const Eigen::Vector3d& point : cloud) {
+    const Eigen::Vector3d at = camera.camera_from_world * point;
+    if (at.z() <= 0) continue;
+    const Eigen::Vector2d pixel = project(lens, at);
+    if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < lens.width && pixel.y() < lens.height))
+      continue;
+    const std::pair cell(static_cast<int>(pixel.x()) / cell_px,
+                         static_cast<int>(pixel.y()) / cell_px);
+    const SeenPoint seen{pixel, static_cast<float>(at.z())};
+    const auto [place, is_first] = cells.try_emplace(cell, seen);
+    if (!is_first && seen.depth < place->second.depth) place->second = seen;
+  }
+  std::vector<SeenPoint> result;
+  for (const auto& [cell, seen] : cells) result.push_back(seen);
+  return result;
+}
+
+}  // namespace organbake

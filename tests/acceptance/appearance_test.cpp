@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "measuring/baker.h"
+#include "organbake/core/temporary_folder.h"
+#include "organbake/player/orbit.h"
+#include "organbake/player/player.h"
+#include "organbake/shading/video_reader.h"
+#include "promises.h"
+#include "support/ramp_volume.h"
+#include "tissue_appearance.h"
+
+namespace organbake {
+namespace {
+
+// As the shared video shows its liver: by the gallbladder's width of about 25 mm.
+constexpr double kFrame_mm_per_pixel = 0.15;
+
+// Frames some seconds apart, where at least a tenth of the picture is liver.
+std::vector<TissuePicture> real_pictures(const std::filesystem::path& video, std::size_t apart) {
+  constexpr double kLeastShare = 0.1;
+  std::vector<TissuePicture> pictures;
+  VideoReader reader(video);
+  StoredPicture frame;
+  for (std::size_t number = 0; reader.next(frame); ++number) {
+    if (number % apart != 0) continue;
+    std::vector<std::uint8_t> mask = liver_mask(frame.color);
+    const auto tissue = std::count(mask.begin(), mask.end(), std::uint8_t{1});
+    if (static_cast<double>(tissue) < kLeastShare * static_cast<double>(mask.size())) continue;
+    pictures.push_back({frame.color, std::move(mask), kFrame_mm_per_pixel});
+  }
+  return pictures;
+}
+
+// Views of a bundle in which its skin has about the frames' scale.
+std::vector<TissuePicture> rendered_pictures(Player& player, DrawnLight light) {
+  constexpr double kNearestShare = 0.8;
+  std::vector<TissuePicture> pictures;
+  for (const double azimuth_rad : {0.0, 0.5, -0.5, 2.6, 3.6}) {
+    View view = orbit_view(player.bundle().cameras, {azimuth_rad, 0.2}, 1280, 720);
+    // Nearer by a longer lens: the nearest skin then has the scale.
+    const double range_mm =
+        kNearestShare *
+        (view.camera.camera_from_world * bounds(player.bundle().proxy).center()).norm();
+    const double zoom = range_mm / kFrame_mm_per_pixel / view.camera.intrinsics.fx;
+    view.camera.intrinsics.fx *= zoom, view.camera.intrinsics.fy *= zoom;
+    DrawOptions options;
+    options.light = light;
+    Frame frame;
+    player.draw(view, options, frame);
+    TissuePicture picture{frame.color, {}, kFrame_mm_per_pixel};
+    for (const Cover cover : frame.cover) picture.mask.push_back(cover != Cover::background);
+    pictures.push_back(std::move(picture));
+  }
+  return pictures;
+}
+
+std::vector<TissueAppearance> appearances(const std::vector<TissuePicture>& pictures) {
+  std::vector<TissueAppearance> found;
+  for (const TissuePicture& picture : pictures) found.push_back(appearance_of(picture));
+  return found;
+}
+
+// Each part's mean over pairs of one of these and one of those; of one list with itself over its
+// pairs of two.
+std::vector<TissueAppearancePart> mean_parts(const std::vector<TissueAppearance>& these,
+                                             const std::vector<TissueAppearance>& those) {
+  std::vector<TissueAppearancePart> mean;
+  int pairs = 0;
+  for (std::size_t i = 0; i < these.size(); ++i)
+    for (std::size_t j = &these == &those ? i + 1 : 0; j < those.size(); ++j, ++pairs) {
+      const std::vector<TissueAppearancePart> parts = appearance_parts(these[i], those[j]);
+      if (mean.empty())
+        mean = parts;
+      else
+        for (std::size_t k = 0; k < parts.size(); ++k) mean[k].distance += parts[k].distance;
+    }
+  for (TissueAppearancePart& part : mean) part.distance /= pairs;
+  return mean;
+}
+
+// Every part in units of what two real frames differ by; their mean is the distance. A part counts
+// for at most five times that, so that none speaks for all.
+void add_distance(const std::string& what, std::vector<TissueAppearancePart> parts,
+                  const std::vector<TissueAppearancePart>& real, double target) {
+  constexpr double kMost = 5, kLeast = 0.02;
+  double sum = 0;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const double times = parts[k].distance / std::max(real[k].distance, kLeast);
+    expect(Figure{what + ": " + parts[k].name, "× two real frames", times, kMost});
+    sum += std::min(times, kMost);
+  }
+  expect(Figure{what, "× two real frames", sum / static_cast<double>(parts.size()), target});
+}
+
+Rgb8Image side_by_side(const Rgb8Image& a, const Rgb8Image& b) {
+  Rgb8Image both(a.width + b.width, std::max(a.height, b.height));
+  for (const auto& [image, x0] : {std::pair(&a, 0), std::pair(&b, a.width)})
+    for (int y = 0; y < image->height; ++y)
+      std::copy_n(image->at(0, y), 3 * image->width, both.at(x0, y));
+  return both;
+}
+
+// As liver.yaml bakes it.
+constexpr const char* kLiver =
+    "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth: 1.5, largest: 1}\n"
+    "decimate: {faces: 300}\nmechanics: {young_modulus: 10}\nplace: {count: 12}\n";
+
+void measure_look(const std::string& look, const std::string& capture,
+                  const std::vector<TissuePicture>& real, double target) {
+  const TemporaryFolder folder;
+  const std::filesystem::path bundle = folder.path() / "bundle";
+  Baker(folder.path(), {}, kLiver + capture)
+      .bake(bundle,
+            {"--set", "ct=" + shared_data("ct/abdomen/example_ct.nii.gz").string(), "--set",
+             "mask=" + shared_data("ct/abdomen/example_seg.nii.gz").string(), "--set", "label=5"});
+  Player player(bundle);
+  const std::vector<TissuePicture> rendered = rendered_pictures(player, player.usual_light());
+  const std::vector<TissueAppearance> of_real = appearances(real);
+  add_distance("CT liver, " + look + ", against the video's liver",
+               mean_parts(appearances(rendered), of_real), mean_parts(of_real, of_real), target);
+  show(side_by_side(rendered.front().image, real.front().image),
+       "CT liver, " + look + ", and a frame of the video");
+}
+
+TEST(Appearance, OfACtLiverIsNearThatOfTheVideo) {
+  REQUIRE_SHARED_DATA("video/laparoscopy_720p_25fps.mp4");
+  REQUIRE_SHARED_DATA("ct/abdomen/example_ct.nii.gz");
+  const auto real = real_pictures(shared_data("video/laparoscopy_720p_25fps.mp4"),
+                                  static_cast<std::size_t>(cases(40, 20)));
+  ASSERT_GE(real.size(), 2u) << "the video shows liver in less than two frames";
+  measure_look("by its material", "capture: {material: liver}\n", real, 2);
+  measure_look("plain", "capture: {albedo: [0.42, 0.13, 0.1]}\n", real, 5);
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <span>
+
+#include "organbake/core/random.h"
+#include "organbake/cutting/blade_sweeps.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/formats/mesh_files.h"
+#include "organbake/formats/photo.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/phantom/phantom.h"
+#include "promises.h"
+#include "support/ramp_volume.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kStrokes = 4;  // into each body, before the next one is whole again
+constexpr int kSkinFaces = 800;
+// All are of this size, so that they are fast to check whole, and of coarse cells.
+constexpr double kAcross_mm = 50, kCell_mm = 7;
+constexpr double kRelief =
+    0.15;  // from the darkest of a laparoscopy to its brightest, of its width
+
+Bundle organ_of(const TriangleMesh& skin) {
+  Bundle organ;
+  organ.proxy = skin;
+  organ.proxy.colors.clear();
+  const Bounds box = bounds(skin);
+  for (Vector3d& v : organ.proxy.vertices)
+    v = kAcross_mm / (box.max - box.min).maxCoeff() * (v - box.center());
+  MechanicsOptions options;
+  options.fem = true;
+  options.fem_cell_mm = kCell_mm;
+  organ.mechanics = make_mechanics(organ.proxy, options);
+  return organ;
+}
+
+TriangleMesh decimated(const TriangleMesh& mesh) {
+  DecimateOptions options;
+  options.method = DecimateMethod::quadric;
+  options.faces = kSkinFaces;
+  return decimate(largest_components(mesh, 1), options).proxy;
+}
+
+// A frame of a laparoscopy as a relief, brighter parts nearer.
+TriangleMesh relief_of(const Rgb8Image& frame) {
+  constexpr int kColumns = 36, kRows = 24;
+  TriangleMesh sheet;
+  for (int j = 0; j <= kRows; ++j) {
+    for (int i = 0; i <= kColumns; ++i) {
+      const std::uint8_t* pixel =
+          frame.at(i * (frame.width - 1) / kColumns, j * (frame.height - 1) / kRows);
+      const double bright = (pixel[0] + pixel[1] + pixel[2]) / 765.0;
+      sheet.vertices.emplace_back(i, j, -kRelief * kColumns * bright);
+      if (i == kColumns || j == kRows) continue;
+      const auto a = static_cast<std::uint32_t>(j * (kColumns + 1) + i), b = a + kColumns + 1;
+      sheet.faces.push_back({a, b, a + 1});
+      sheet.faces.push_back({b, b + 1, a + 1});
+    }
+  }
+  return sheet;
+}
+
+// Every edge is used as often one way as the other.
+bool is_closed(const TriangleMesh& mesh) {
+  bool closed = true;
+  MeshEdges(mesh).for_each([&](std::span<const EdgeUse> uses) {
+    const auto up =
+        std::count_if(uses.begin(), uses.end(), [](const EdgeUse& u) { return u.up(); });
+    closed = closed && 2 * up == std::ssize(uses);
+  });
+  return closed;
+}
+
+// Blades on their way through a body that lies bent: along its edges, through its nodes, grazing,
+// in loops, there and back; some take tissue away. And needles.
+class RandomBlades {
+ public:
+  RandomBlades(const CutOrgan& organ, std::uint64_t seed) : random_(seed) {
+    const TetrahedralBody& body = organ.body().uncut();
+    rest_ = body.nodes_mm;
+    for (const Vector3d& n : rest_) low_ = low_.cwiseMin(n), high_ = high_.cwiseMax(n);
+    bend_ = {random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1)};
+  }
+
+  Vector3d bent(const Vector3d& at) const {
+    const Vector3d share = (at - low_).cwiseQuotient(high_ - low_);
+    return at + 0.05 * (high_ - low_).norm() * std::sin(3 * share.sum()) * bend_;
+  }
+  void draw(CutOrgan& organ, BladeSweeps& sweeps) {
+    const std::uint64_t kind = random_.below(6);
+    if (kind == 5) return pierce(organ, sweeps);
+    const double width_mm = random_.below(3) == 0 ? random_.uniform(0.3, 4) : 0;
+    const Vector3d from = place(kind == 0), to = kind == 4 ? from : place(kind == 0);
+    Vector3d edge = place(kind == 1) - place(kind == 1);
+    const int steps = 2 + static_cast<int>(random_.below(10));
+    for (int i = 0; i <= steps; ++i) {
+      const double share = double(i) / steps, turn = 6 * share;
+      Vector3d tip = from + share * (to - from);
+      if (kind == 3) tip = from + 12 * Vector3d(std::cos(turn), std::sin(turn), 0);
+      if (kind == 4) edge = Eigen::AngleAxisd(0.3 * turn, Vector3d::UnitZ()) * edge;
+      const BladeNow now{0, {bent(tip), bent(tip) + edge}, width_mm};
+      sweeps.advance({&now, 1}, organ, nodes_of(organ));
+      if (i == steps / 2 && kind == 2) organ.part(sweeps.sheet());
+    }
+    sweeps.advance({}, organ, {});
+    organ.part(sweeps.sheet());
+  }
+
+ private:
+  std::vector<Vector3d> nodes_of(const CutOrgan& organ) const {
+    const TetrahedralBody& body = organ.body().uncut();
+    std::vector<Vector3d> nodes;
+    for (std::uint32_t n = 0; n < organ.body().cut().node_count(); ++n)
+      nodes.push_back(bent(body.nodes_mm[organ.body().cut().original(n)]));
+    return nodes;
+  }
+  void pierce(CutOrgan& organ, BladeSweeps& sweeps) {
+    const std::vector<Vector3d>& skin = organ.uncut_skin().vertices;
+    const Vector3d at = bent(skin[random_.below(skin.size())]);
+    const Vector3d up = (place(false) - place(false)).normalized();
+    sweeps.pierce(at, up, random_.uniform(0.1, 1.5), organ, nodes_of(organ));
+    organ.part(sweeps.sheet());
+  }
+  Vector3d place(bool node) {
+    if (node) return rest_[random_.below(rest_.size())];
+    const double x = random_.uniform(), y = random_.uniform(), z = random_.uniform();
+    return low_ + Vector3d(x, y, z).cwiseProduct(high_ - low_);
+  }
+
+  RandomStream random_;
+  std::vector<Vector3d> rest_;
+  Vector3d low_ = Vector3d::Constant(1e300), high_ = Vector3d::Constant(-1e300);
+  Vector3d bend_;
+};
+
+// What is wrong with an organ after its cuts; nothing when it is sound.
+std::string fault_of(const CutOrgan& organ) {
+  const TetrahedralBody& body = organ.body().uncut();
+  double whole = 0;
+  for (const Tetrahedron& t : body.tetrahedra) whole += volume_of(body, t);
+  const auto volumes = organ.body().cut().fragment_volumes(body);
+  const double sum = std::accumulate(volumes.begin(), volumes.end(), 0.0);
+  if (!(std::abs(sum - whole) <= 1e-6 * whole)) return "the fragments' volumes are not the body's";
+  for (const TriangleMesh& surface :
+       fragment_surfaces(body, organ.body().edges(), organ.body().cut()))
+    if (!is_closed(surface)) return "a fragment is not closed";
+  if (!organ.cut()) return "";
+  for (const Vector3d& v : organ.now().proxy.vertices)
+    if (!v.allFinite()) return "a vertex is no number";
+  for (const EmbeddedVertex& v : organ.now().mechanics.body->vertices)
+    for (const double w : v.weights)
+      if (!(std::abs(w) < 3)) return "a vertex hangs far from its tetrahedron";
+  return "";
+}
+
+void sweep(const Bundle& organ) {
+  const auto first = number_from_environment("ORGANBAKE_FIRST_CASE", 0);
+  const auto sweeps = number_from_environment("ORGANBAKE_CASES", std::uint64_t(cases(600, 33'336)));
+  const CutOrgan whole(organ);
+  double wrong = 0;
+  for (std::uint64_t done = 0; done < sweeps; done += kStrokes) {
+    CutOrgan cut = whole;
+    BladeSweeps blades(cut);
+    RandomBlades random(cut, first + done);
+    for (int stroke = 0; stroke < kStrokes; ++stroke) random.draw(cut, blades);
+    const std::string fault = fault_of(cut);
+    EXPECT_EQ(fault, "") << "case " << first + done;
+    wrong += !fault.empty();
+  }
+  expect({std::to_string(sweeps) + " random sweeps of blades, " +
+              std::to_string(organ.mechanics.body->tetrahedra.size()) +
+              " tetrahedra: bodies with volumes, surfaces or places that are wrong",
+          "", wrong, 0});
+}
+
+TEST(BladeSweeps, LeaveThePhantomSound) {
+  sweep(organ_of(decimated(OrganPhantom{OrganPhantomOptions{}}.surface(5))));
+}
+
+TEST(BladeSweeps, LeaveALiverSound) {
+  REQUIRE_SHARED_DATA("mesh/liver/liver.vtk");
+  sweep(organ_of(decimated(read_mesh(shared_data("mesh/liver/liver.vtk")))));
+}
+
+TEST(BladeSweeps, LeaveALaparoscopysSheetSound) {
+  REQUIRE_SHARED_DATA("photo/laparoscopy/liver_gallbladder_1080p.png");
+  sweep(organ_of(
+      relief_of(read_photo(shared_data("photo/laparoscopy/liver_gallbladder_1080p.png")))));
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "measuring/error_measures.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/core/error.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/deform/deformer.h"
+#include "organbake/isosurface/isosurface.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/phantom/ball_scan.h"
+#include "organbake/phantom/phantom.h"
+#include "organbake/phantom/shading_surfaces.h"
+#include "organbake/shading/laparoscope.h"
+#include "organbake/viewpoints/placement.h"
+#include "promises.h"
+
+namespace organbake {
+namespace {
+
+struct Cliff {
+  std::string knob, unit;
+  std::vector<double> values;  // from harmless to absurd
+  std::string error, error_unit;
+  double allowed;
+  double holds_to;
+  std::function<double(double)> error_at;  // may throw what users are told
+};
+
+std::vector<double> powers(double first, double factor, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(first * std::pow(factor, i));
+  return values;
+}
+
+TriangleMesh moved(TriangleMesh mesh, double scale, double offset_mm) {
+  for (Eigen::Vector3d& v : mesh.vertices) v = scale * v + Eigen::Vector3d(offset_mm, 0, 0);
+  return mesh;
+}
+
+std::vector<CameraMaps> maps_of(const TriangleMesh& surface) {
+  PlacementOptions options;
+  options.count = 2;
+  options.map_size = 64;
+  DecimateOptions coarse;
+  coarse.method = DecimateMethod::quadric;
+  const TriangleMesh proxy = decimate(surface, coarse).proxy;
+  return capture(surface, proxy, place_cameras(surface, options).cameras, *make_material_color({}),
+                 {.rays_per_texel_side = 1})
+      .maps;
+}
+
+// Largest difference of depths, relative to the depth, against the organ where and as it is; texels
+// at outlines, which may fall to either side, are few.
+double depth_error(const std::vector<CameraMaps>& maps, const std::vector<CameraMaps>& truth,
+                   double scale) {
+  std::size_t both = 0, one = 0;
+  double worst = 0;
+  for (std::size_t c = 0; c < truth.size(); ++c)
+    for (std::size_t k = 0; k < truth[c].depth_mm.size(); ++k) {
+      const double a = truth[c].depth_mm[k], b = maps.at(c).depth_mm[k] / scale;
+      const bool seen = std::isfinite(a) && std::isfinite(b);
+      (seen ? both : one) += seen || std::isfinite(a) != std::isfinite(b);
+      if (seen) worst = std::max(worst, std::abs(b / a - 1));
+    }
+  constexpr double kMostOutline = 0.05;
+  return double(one) > kMostOutline * double(both) ? std::numeric_limits<double>::infinity()
+                                                   : worst;
+}
+
+// Pressed in by half of itself for a second and let go: by how much of its size the organ is not
+// itself again after five more.
+double unrest(const TriangleMesh& proxy, double young_modulus_kpa, double step_s) {
+  MechanicsOptions mechanics;
+  mechanics.young_modulus_kpa = young_modulus_kpa;
+  DeformOptions options;
+  options.time_step_s = step_s;
+  Deformer deformer(proxy, make_mechanics(proxy, mechanics), {}, options);
+  InstrumentTip tip;
+  tip.active = true;
+  const int steps = int(std::ceil(1 / step_s));
+  for (int i = 1; i <= steps; ++i) {
+    tip.position_mm = (1 - 0.5 * i / steps) * proxy.vertices.front();
+    deformer.step({tip});
+  }
+  for (int i = 0; i < 5 * steps; ++i) deformer.step({});
+  double farthest = 0;
+  for (std::size_t v = 0; v < proxy.vertices.size(); ++v)
+    farthest = std::max(farthest, (deformer.positions()[v] - proxy.vertices[v]).norm());
+  return 100 * farthest / bounds(proxy).diagonal();
+}
+
+std::vector<Cliff> geometry_cliffs() {
+  constexpr double kTwoDepths = 2e-5;  // each of two maps may be 1e-5 from the exact depth
+  const TriangleMesh organ = OrganPhantom({}).surface(4);
+  const std::vector<CameraMaps> truth = maps_of(organ);
+  const std::string depth = "depth of maps, largest relative error";
+  return {{"distance of the organ from the origin", "mm", powers(10, 10, 10), depth, "", kTwoDepths,
+           0, [=](double mm) { return depth_error(maps_of(moved(organ, 1, mm)), truth, 1); }},
+          {"an organ larger by", "×", powers(10, 10, 9), depth, "", kTwoDepths, 0,
+           [=](double by) { return depth_error(maps_of(moved(organ, by, 0)), truth, by); }},
+          {"an organ smaller by", "×", powers(10, 10, 9), depth, "", kTwoDepths, 0,
+           [=](double by) { return depth_error(maps_of(moved(organ, 1 / by, 0)), truth, 1 / by); }},
+          {"voxels of a ball of 40 mm radius", "mm", powers(0.5, 2, 7), "radial error, RMS", "mm",
+           0.1, 0,
+           [](double mm) {
+             IsosurfaceOptions options;
+             options.iso_hu = kBallHalfWay_hu;
+             const Volume ct = scan_ball(40, Eigen::Vector3d::Constant(mm));
+             return radial_rms_mm(extract_isosurface(ct, options).mesh, 40);
+           }},
+          {"the organ's faces for one of the proxy", "", powers(2, 2, 11), "proxy, RMS", "mm", 1, 0,
+           [=](double ratio) {
+             DecimateOptions options;
+             options.faces = std::size_t(double(organ.faces.size()) / ratio);
+             return decimate(organ, options).rms_mm;
+           }}};
+}
+
+std::vector<Cliff> motion_cliffs() {
+  const TriangleMesh proxy = OrganPhantom({}).surface(1);
+  const std::string rest = "not back at rest after 5 s, of its size";
+  return {{"time step", "s", powers(1. / 480, 2, 11), rest, "%", 1, 0,
+           [=](double s) { return unrest(proxy, 10, s); }},
+          {"softer tissue: 10 kPa divided by", "", powers(10, 10, 6), rest, "%", 1, 0,
+           [=](double by) { return unrest(proxy, 10 / by, 1. / 60); }},
+          {"stiffer tissue: 10 kPa multiplied by", "", powers(10, 10, 9), rest, "%", 1, 0,
+           [=](double by) { return unrest(proxy, 10 * by, 1. / 60); }}};
+}
+
+std::vector<Cliff> picture_cliffs() {
+  return {{"noise of a frame, of full scale", "%", powers(0.25, 2, 9),
+           "relative depth error, mean, one scale fitted", "%", 3, 0, [](double percent) {
+             const int side = 96;
+             NearScene scene = near_scene(0.5, side);
+             add_noise(scene.intensity, percent / 100, true, 1);
+             const RangeEstimate shaded =
+                 shade_laparoscope(scene.intensity, Mask(side, side, 1), scene.camera, {});
+             return range_error_percent(shaded.log_range, scene.log_range);
+           }}};
+}
+
+// How it ends at a value: its error, or nothing where the value is refused.
+std::optional<double> error_or_refusal(const Cliff& cliff, double value) {
+  try {
+    return cliff.error_at(value);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+// Turns one knob after the other until something breaks: what is the first thing to give way?
+void climb(const Cliff& cliff) {
+  const std::string what = cliff.knob + ", by " + cliff.error;
+  double held = 0, held_error = 0;
+  for (const double value : cliff.values) {
+    const std::optional<double> error = error_or_refusal(cliff, value);
+    if (!error || !(*error <= cliff.allowed)) {
+      report(what + (error ? ": breaks at" : ": is refused, clearly, at"), cliff.unit, value);
+      break;
+    }
+    held = value, held_error = *error;
+  }
+  report(what + ": error where it holds", cliff.error_unit, held_error);
+  expect({what + ": holds up to", cliff.unit, held, cliff.holds_to, Figure::Goal::at_least});
+}
+
+TEST(Cliffs, OfGeometryAreFar) {
+  for (const Cliff& cliff : geometry_cliffs()) climb(cliff);
+}
+
+TEST(Cliffs, OfMotionAreFar) {
+  for (const Cliff& cliff : motion_cliffs()) climb(cliff);
+}
+
+TEST(Cliffs, OfPicturesAreFar) {
+  for (const Cliff& cliff : picture_cliffs()) climb(cliff);
+}
+
+}  // namespace
+}  // namespace organbake

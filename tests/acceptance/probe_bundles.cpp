@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "measuring/error_measures.h"
+#include "measuring/memory_bundle.h"
+#include "odd_inputs.h"
+#include "organbake/capture/capture.h"
+#include "organbake/capture/skin_bake.h"
+#include "organbake/capture/surface_color.h"
+#include "organbake/decimate/decimate.h"
+#include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/shell_map.h"
+#include "organbake/mechanics/mechanics.h"
+#include "organbake/player/player.h"
+#include "organbake/viewpoints/placement.h"
+#include "probes.h"
+
+namespace organbake {
+namespace {
+
+PlacementOptions any_placement(RandomStream& random) {
+  PlacementOptions options;
+  options.count = 1 + int(random.below(12));
+  options.map_size = 16 + int(random.below(48));
+  options.field_of_view_rad = chance(random, 0.05) ? odd_number(random) : random.uniform(0.05, 2);
+  options.margin = random.uniform(0, 0.3);
+  if (chance(random, 0.3)) {
+    options.cone = ViewingCone{any_direction(random), random.uniform(0.01, 1.57)};
+    if (chance(random, 0.1)) options.cone->axis = any_point(random, 1);
+  }
+  return options;
+}
+
+TriangleMesh proxy_of(const TriangleMesh& surface, RandomStream& random) {
+  DecimateOptions options;
+  options.method = DecimateMethod::quadric;
+  options.faces = 20 + random.below(60);
+  return decimate(surface, options).proxy;
+}
+
+Bundle any_bundle(RandomStream& random) {
+  const TriangleMesh surface = sound_organ(random);
+  PlacementOptions options;
+  options.count = 3 + int(random.below(5));
+  options.map_size = 16 + int(random.below(32));
+  return memory_bundle(surface, proxy_of(surface, random), options, {.rays_per_texel_side = 1});
+}
+
+// How far macro + micro lies from the surface that the depth map holds, beyond the last bit that a
+// depth keeps.
+double shell_error_mm(const TriangleMesh& proxy, const PosedCamera& camera,
+                      const CameraMaps& maps) {
+  const std::vector<ShellMatrix> shell = shell_matrices(proxy);
+  double worst_mm = 0;
+  for (std::size_t k = 0; k < maps.face.size(); ++k) {
+    if (maps.face[k] == kNoFace) continue;
+    const Eigen::Vector3d point = texel_point(camera, k, maps.depth_mm[k]);
+    const Eigen::Vector3d bound = rejoined_point(shell.at(maps.face[k]), maps.height_mm[k], point);
+    expect_finite(bound.sum() + maps.color[k].sum(), "a texel");
+    const double stored_mm = std::ldexp(double(maps.depth_mm[k]), -17);
+    worst_mm = std::max(worst_mm, (bound - point).norm() - stored_mm);
+  }
+  return worst_mm;
+}
+
+double probe_place(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh surface = any_organ(random);
+  const PlacementOptions options = any_placement(random);
+  const Placement placement = place_cameras(surface, options);
+  double outside = 0;
+  for (const PosedCamera& camera : placement.cameras) {
+    camera.intrinsics.check();
+    for (const Face& face : surface.faces) {
+      const Eigen::Vector2d pixel = project(camera, surface.vertices[face[0]]);
+      expect_finite(pixel.sum(), "a vertex in a virtual camera");
+      outside = std::max({outside, -pixel.minCoeff(), pixel.maxCoeff() - options.map_size});
+    }
+  }
+  return outside / (1e-3 * options.map_size);
+}
+
+double probe_capture(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh surface = any_organ(random);
+  TriangleMesh proxy = chance(random, 0.7) ? proxy_of(surface, random) : any_organ(random);
+  const double by = chance(random, 0.3) ? any_size(random, -1, 1) : 1;
+  for (Eigen::Vector3d& vertex : proxy.vertices) vertex *= by;
+  std::vector<PosedCamera> cameras;
+  for (std::uint64_t i = random.below(4); i-- > 0;) {
+    cameras.push_back(camera_round(random, bounds(surface), 1 + int(random.below(32))));
+    if (chance(random, 0.05)) cameras.back().camera_from_world.translation = any_point(random, 100);
+  }
+  const CaptureOptions options{.rays_per_texel_side = 1 + int(random.below(3)),
+                               .base_step_mm = any_size(random, 0, 2)};
+  const auto color = surface.colors.empty() ? make_material_color({}) : make_vertex_color(surface);
+  const CaptureResult captured = capture(surface, proxy, cameras, *color, options);
+  expect_finite(captured.largest_height_mm, "the largest height");
+  // Only a body has a shell in which every point lies; of others any finite binding is as good.
+  const double edge = bounds(proxy).diagonal();
+  const bool is_body = analyse_topology(proxy).closed_manifold() &&
+                       std::abs(signed_volume(proxy)) > 1e-3 * edge * edge * edge;
+  if (!is_body) return 0;
+  double worst_mm = 0;
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    worst_mm = std::max(worst_mm, shell_error_mm(proxy, cameras[c], captured.maps[c]));
+  Bounds scene = bounds(surface);
+  for (const Eigen::Vector3d& v : proxy.vertices) scene.add(v);
+  return worst_mm / (1e-6 * scene.diagonal());
+}
+
+double probe_deform(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh proxy = proxy_of(sound_organ(random), random);
+  MechanicsOptions mechanics;
+  mechanics.young_modulus_kpa = any_size(random, -1, 4);
+  mechanics.density_kg_per_m3 = any_size(random, 2, 4);
+  mechanics.thickness_mm = any_size(random, 0, 2);
+  mechanics.damping_ratio = random.uniform(0, 2);
+  mechanics.volume_stiffness = random.uniform(0, 1);
+  mechanics.anchor_fraction = random.uniform(0, 0.9);
+  DeformOptions options;
+  options.time_step_s = any_size(random, std::log10(1. / 240), std::log10(1. / 15));
+  options.friction = random.uniform(0, 1);
+  const MechanicsModel model = make_mechanics(proxy, mechanics);
+  const Bounds box = bounds(proxy);
+  const BaseLayer flat;
+  DeformBodies bodies = {{proxy, model, flat}};
+  // A neighbour, beside it or in it.
+  TriangleMesh beside = proxy;
+  const Eigen::Vector3d away = random.uniform(0.3, 1) * box.diagonal() * any_direction(random);
+  for (Eigen::Vector3d& v : beside.vertices) v += away;
+  if (chance(random, 0.3)) bodies.push_back({beside, model, flat});
+  Deformer deformer(bodies, options);
+  const std::vector<Eigen::Vector3d> rest = deformer.positions();
+  // A quarter of the organ in a step of a hundredth of a second is faster than hands are.
+  const auto near = [&](const Eigen::Vector3d& place, double share) -> Eigen::Vector3d {
+    return place + random.uniform(0, share * box.diagonal()) * any_direction(random);
+  };
+  std::vector<InstrumentTip> tips(random.below(4));
+  for (InstrumentTip& tip : tips) {
+    tip.radius_mm = any_size(random, 0, std::log10(0.25 * box.diagonal()));
+    tip.position_mm = near(box.center(), 1);
+    tip.mode = chance(random, 0.3) ? InstrumentMode::grab : InstrumentMode::poke;
+    if (chance(random, 0.3)) tip.axis_mm = 20 * any_direction(random);
+  }
+  double farthest = 0;
+  for (int step = 0; step < 20; ++step) {
+    for (InstrumentTip& tip : tips) {
+      tip.active = chance(random, 0.9);
+      tip.position_mm = near(0.9 * tip.position_mm + 0.1 * box.center(), 0.25);
+      if (chance(random, 0.001)) tip.position_mm = any_point(random, 1e9);
+    }
+    const StepReport report = deformer.step(tips);
+    for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      const double moved = (deformer.positions()[v] - rest[v]).norm();
+      expect_finite(moved, "a deformed vertex");
+      farthest = std::max(farthest, moved);
+    }
+  }
+  return farthest / (10 * box.diagonal());
+}
+
+// Hands that pull and poke an organ as far as a pointer goes in a window, in jumps: no tool may
+// make it lose its state.
+double probe_pulls(RandomStream& random, const ProbeFolder&) {
+  const TriangleMesh surface = sound_organ(random);
+  const TriangleMesh proxy = proxy_of(surface, random);
+  const double diagonal_mm = bounds(proxy).diagonal();
+  DeformOptions options;
+  if (chance(random, 0.4)) options.solver = TissueSolver::fem;
+  MechanicsOptions mechanics;
+  mechanics.young_modulus_kpa = any_size(random, 0, 2);
+  mechanics.fem = options.solver == TissueSolver::fem;
+  const MechanicsModel model = make_mechanics(proxy, mechanics);
+  const BaseLayer flat;
+  const SmoothSkin skin = bake_smooth_skin(surface, proxy, random.uniform(0.03, 0.1) * diagonal_mm);
+  Deformer deformer(DeformBodies{{proxy, model, flat, chance(random, 0.7) ? &skin : nullptr}},
+                    options);
+  const std::vector<Eigen::Vector3d> rest = deformer.positions();
+  const double reach_mm = any_size(random, -1.5, 0.3) * diagonal_mm;
+  std::vector<InstrumentTip> tips(1 + random.below(2));
+  std::vector<Eigen::Vector3d> met(tips.size());
+  double farthest = 0;
+  for (int step = 0; step < 400; ++step) {
+    for (std::size_t t = 0; t < tips.size(); ++t) {
+      InstrumentTip& tip = tips[t];
+      if (tip.active) {
+        tip.position_mm = met[t] + random.uniform(0, reach_mm) * any_direction(random);
+        tip.active = chance(random, 0.97);
+        continue;
+      }
+      tip.active = true;
+      tip.mode = chance(random, 0.6) ? InstrumentMode::grab : InstrumentMode::poke;
+      tip.radius_mm = random.uniform(0.01, 0.06) * diagonal_mm;
+      tip.position_mm = met[t] = deformer.positions()[random.below(rest.size())];
+    }
+    const StepReport report = deformer.step(tips);
+    if (report.recovered) {
+      throw std::runtime_error("the tissue's state was lost in step " + std::to_string(step));
+    }
+    for (const Eigen::Vector3d& force : report.tip_force_n) expect_finite(force.sum(), "a force");
+    for (std::size_t v = 0; v < rest.size(); ++v)
+      farthest = std::max(farthest, (deformer.positions()[v] - rest[v]).norm());
+  }
+  return farthest / (4 * diagonal_mm);
+}
+
+double probe_warp(RandomStream& random, const ProbeFolder&) {
+  const Bundle bundle = any_bundle(random);
+  Warper warper(bundle), other(bundle);
+  const Bounds box = bounds(bundle.proxy);
+  double different = 0;
+  Frame frame;
+  for (int i = 0; i < 4; ++i) {
+    View view;
+    view.camera = camera_round(random, box, 1 + int(random.below(96)));
+    if (chance(random, 0.3))  // from anywhere, the inside as well
+      view.camera.camera_from_world.translation =
+          random.uniform(0, box.diagonal()) * any_direction(random);
+    if (chance(random, 0.05)) view.camera.intrinsics.fx = odd_number(random);
+    view.near_mm = any_size(random, -3, 2);
+    std::vector<Eigen::Vector3d> positions = bundle.proxy.vertices;
+    for (std::uint64_t n = random.below(6); n-- > 0;)
+      positions[random.below(positions.size())] += random.uniform(0, 60) * any_direction(random);
+    if (chance(random, 0.03)) positions.back().x() = odd_number(random);
+    DrawOptions options;
+    options.base_layer = chance(random, 0.8);
+    options.fill_holes = chance(random, 0.8);
+    options.keep_depth = true;
+    Frame fresh;
+    warper.draw(positions, view, options, frame);
+    other.draw(positions, view, options, fresh);
+    for (const float depth : frame.depth_mm)
+      if (std::isnan(depth) || depth < 0) throw std::runtime_error("a depth behind the eye");
+    different += count_different(frame.color.pixels, fresh.color.pixels);
+  }
+  return 2 * different;
+}
+
+}  // namespace
+
+std::vector<Probe> bundle_probes() {
+  return {
+      {"place", "a thousandth of the map, by which a vertex lies outside it", probe_place},
+      {"capture", "a millionth of the scene between macro + micro and the surface", probe_capture},
+      {"deform", "ten times the organ's size, by which a vertex moved", probe_deform},
+      {"pulls", "four times the organ's size, by which a vertex moved", probe_pulls},
+      {"warp", "one byte between two drawings of one frame", probe_warp},
+  };
+}
+
+}  // namespace organbake

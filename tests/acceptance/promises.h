@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+
+#include "measuring/measurement.h"
+#include "organbake/image/channel_image.h"
+
+// Tests that hold what is promised of whole stages, on more and larger inputs than unit tests have
+// time for. Their seeds and inputs are the same in every run; none asserts a time.
+namespace organbake {
+
+// Prints a figure, keeps it in the test's XML report, and expects that it reaches its target.
+void expect(const Figure& figure);
+// The same of a number of which nothing is promised.
+void report(const std::string& what, const std::string& unit, double value);
+
+// How many cases, views or frames: `thorough` where ORGANBAKE_THOROUGH is set in the environment.
+int cases(int standard, int thorough);
+// A number from the environment; `otherwise` where it is not set.
+std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise);
+
+// Writes a picture for people to look at into the folder that ORGANBAKE_PICTURES names, as the
+// test's name and this one with .png; nowhere when it names none.
+void show(const Rgb8Image& picture, const std::string& name);
+
+}  // namespace organbake
