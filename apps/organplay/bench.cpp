@@ -32,7 +32,7 @@ Script bench_script(const Command& command) {
 void add_pokes(Script& script, const Bundle& bundle) {
   const Eigen::Vector3d front = poke_direction(bundle);
   const double deep = 0.2 * thickness_mm(bundle, front);
-  InstrumentPath probe{"probe", 0, InstrumentMode::poke, {}};
+  InstrumentPath probe{"probe"};
   const double seconds = script.frames * script.time_step_s;
   for (int i = 0; i <= seconds + 1; ++i) {
     probe.path.push_back({double(i), std::nullopt, front, i % 2 == 0 ? -1.0 : deep});

@@ -59,14 +59,14 @@ bool LiveOrgan::bind_next() {
   return !all_bound_;
 }
 
-bool LiveOrgan::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
-  if (has_blade(mode)) {
+bool LiveOrgan::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind) {
+  if (has_blade(kind)) {
     if (!has_tetrahedra())
       throw UsageError("this organ cannot be cut: it was baked without --set mechanics.fem=true");
     if (!all_bound_) throw UsageError("all cameras must be loaded before the organ is cut");
     play_by(TissueSolver::fem);
   }
-  return session_->touch(at_px, mode);
+  return session_->touch(at_px, kind);
 }
 
 void LiveOrgan::advance(bool step, int width, int height) {

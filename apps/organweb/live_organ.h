@@ -28,7 +28,7 @@ class LiveOrgan {
   // LiveSession::touch(). The first blade has the organ played by its tetrahedra, from rest, until
   // the next reset: springs take a tenth of the time. Throws UsageError for blades where there are
   // none, and before all cameras are bound: what a blade parts is bound anew.
-  bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
+  bool touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind);
 
   // One time step, or none, and the picture. Throws MapsWanted when the step is done: calling again
   // without one goes on.

@@ -2,7 +2,6 @@
 // The player as one WebAssembly module: what organ.js calls. Bytes go in through the buffer of
 // organ_reserve(), numbers come back; what returns −1 has left a sentence in organ_message().
 #include <cstdint>
-#include <iterator>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,10 +16,6 @@ namespace organbake {
 namespace {
 
 constexpr std::uint32_t kMostBytes = 1u << 30;
-// In the order of organ.js.
-constexpr InstrumentMode kTools[] = {InstrumentMode::poke, InstrumentMode::grab,
-                                     InstrumentMode::cut, InstrumentMode::snip,
-                                     InstrumentMode::pierce};
 
 struct Module {
   std::vector<std::byte> buffer;
@@ -157,11 +152,12 @@ ORGAN_EXPORT(organ_zoom) void organ_zoom(double steps) {
 ORGAN_EXPORT(organ_face_front) void organ_face_front() {
   with_organ([](LiveOrgan& organ) { return organ.session().face_front(), 0; });
 }
-// At a pixel of the last picture; 1 when there is tissue. tool: see kTools.
+// At a pixel of the last picture; 1 when there is tissue. tool: its place among instrument_kinds().
 ORGAN_EXPORT(organ_touch) int organ_touch(double x, double y, std::uint32_t tool) {
   return with_organ([&](LiveOrgan& organ) {
-    if (tool >= std::size(kTools)) throw UsageError("there is no tool " + std::to_string(tool));
-    return organ.touch({x, y}, kTools[tool]) ? 1 : 0;
+    const auto& kinds = instrument_kinds();
+    if (tool >= kinds.size()) throw UsageError("there is no tool " + std::to_string(tool));
+    return organ.touch({x, y}, kinds[tool]) ? 1 : 0;
   });
 }
 ORGAN_EXPORT(organ_drag) void organ_drag(double x, double y) {

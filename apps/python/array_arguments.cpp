@@ -90,4 +90,13 @@ Eigen::Matrix<double, 3, 4> pose_matrix_from(const py::object& argument, const s
   return matrix;
 }
 
+py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
+  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+  auto* const kept = new std::vector<Eigen::Vector3d>(vectors);
+  const py::capsule owner(kept,
+                          [](void* p) { delete static_cast<std::vector<Eigen::Vector3d>*>(p); });
+  return py::array_t<double>({py::ssize_t(kept->size()), py::ssize_t(3)},
+                             reinterpret_cast<const double*>(kept->data()), owner);
+}
+
 }  // namespace organbake

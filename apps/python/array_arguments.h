@@ -26,4 +26,7 @@ Eigen::Vector3d vector_from(const pybind11::object& argument, const std::string&
 Eigen::Matrix<double, 3, 4> pose_matrix_from(const pybind11::object& argument,
                                              const std::string& name);
 
+// (n, 3), over memory of its own.
+pybind11::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors);
+
 }  // namespace organbake

@@ -3,17 +3,16 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <array>
 #include <filesystem>
 #include <new>
 
 #include "array_arguments.h"
+#include "bind_step.h"
 #include "bind_view.h"
 #include "organbake/core/error.h"
 #include "picture_arrays.h"
 #include "python_errors.h"
 #include "shared_player.h"
-#include "tip_arguments.h"
 
 namespace organbake {
 namespace py = pybind11;
@@ -52,41 +51,6 @@ std::shared_ptr<SharedPlayer> load(const py::object& bundles, double time_step_s
     throw UsageError("light '" + *light + "' is none; take baked, world or scope");
   const py::gil_scoped_release release;
   return std::make_shared<SharedPlayer>(paths, options, drawn);
-}
-
-py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
-  static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  auto* const kept = new std::vector<Eigen::Vector3d>(vectors);
-  const py::capsule owner(kept,
-                          [](void* p) { delete static_cast<std::vector<Eigen::Vector3d>*>(p); });
-  return py::array_t<double>({py::ssize_t(kept->size()), py::ssize_t(3)},
-                             reinterpret_cast<const double*>(kept->data()), owner);
-}
-
-// A contact as a row of NumPy's.
-struct ContactRow {
-  std::uint32_t instrument, organ;
-  std::array<double, 3> position_mm, normal, force_n;
-  double depth_mm;
-  bool carried;
-};
-
-py::array_t<ContactRow> rows_of(const std::vector<ContactPoint>& points) {
-  const auto numbers = [](const Eigen::Vector3d& v) {
-    return std::array<double, 3>{v.x(), v.y(), v.z()};
-  };
-  py::array_t<ContactRow> rows(static_cast<py::ssize_t>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const ContactPoint& p = points[i];
-    rows.mutable_at(static_cast<py::ssize_t>(i)) = {static_cast<std::uint32_t>(p.instrument),
-                                                    static_cast<std::uint32_t>(p.organ),
-                                                    numbers(p.position_mm),
-                                                    numbers(p.normal),
-                                                    numbers(p.force_n),
-                                                    p.depth_mm,
-                                                    p.carried};
-  }
-  return rows;
 }
 
 // The caller's array, if a picture of the view fits in.
@@ -148,69 +112,20 @@ void bind_picture(py::module_& m) {
                              "(h, w) bool: whether this picture shows their points as well.");
 }
 
-void bind_step(py::module_& m) {
-  PYBIND11_NUMPY_DTYPE(ContactRow, instrument, organ, position_mm, normal, force_n, depth_mm,
-                       carried);
-  py::class_<StepReport>(m, "Step", "What one time step did.")
-      .def_property_readonly(
-          "forces_n", [](const StepReport& s) { return array_of(s.tip_force_n); },
-          "(n, 3): on each tip, from the tissue, world.")
-      .def_property_readonly(
-          "positions_mm", [](const StepReport& s) { return array_of(s.tip_position_mm); },
-          "(n, 3): where each tip was held; tools hold each other off.")
-      .def_property_readonly(
-          "contact_points", [](const StepReport& s) { return rows_of(s.contact_points); },
-          "(contacts,) of instrument, organ, position_mm (3; of the skin, world), normal (3; unit, "
-          "from the tissue to the instrument), force_n (3; on the instrument: a tip's force is "
-          "their sum), depth_mm (of the skin below its place at rest), carried (by a grasper).")
-      .def_readonly("contacts", &StepReport::contacts, "Of tips with tissue.")
-      .def_readonly("tissue_contacts", &StepReport::tissue_contacts, "Of tissue with tissue.")
-      .def_readonly("tool_contacts", &StepReport::tool_contacts, "Pairs of tools that touch.")
-      .def_readonly("penetration_mm", &StepReport::penetration_mm,
-                    "The deepest skin point left inside a tip.")
-      .def_readonly("slipped", &StepReport::slipped,
-                    "How many graspers the tissue slipped from, which it could not follow.")
-      .def_readonly("recovered", &StepReport::recovered, "A lost state went back to rest.")
-      .def_readonly("tip_too_fast", &StepReport::tip_too_fast,
-                    "A tip moved farther than can be followed.");
-}
-
 void bind_player(py::module_& m) {
   const auto released = py::call_guard<py::gil_scoped_release>();
-  py::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>(
+  py::class_<SharedPlayer, std::shared_ptr<SharedPlayer>> player(
       m, "Player",
       "A baked organ, or several that push each other, to be poked and drawn. World millimetres "
       "(LPS). Threads may share one: their calls follow each other, without the interpreter's "
-      "lock.")
+      "lock.");
+  bind_step(m, player);
+  player
       .def(py::init(&load), py::arg("bundles"), py::kw_only(), py::arg("time_step_s") = 1.0 / 60,
            py::arg("solver") = "springs", py::arg("light") = py::none(),
            "bundles: a folder made by organbake bake, or a list of them. solver: springs or fem. "
            "light: baked, world or scope; None: what the organs are made for. Raises OSError for a "
            "file that is missing, ValueError for one that is damaged.")
-      .def(
-          "step",
-          [](SharedPlayer& self, const py::object& positions_mm, const py::object& radius_mm,
-             const py::object& axis_mm, const py::object& grabs, const py::object& cuts,
-             const py::object& snips, const py::object& opening_mm, const py::object& cut_width_mm,
-             const py::object& pierces, const py::object& active) {
-            const auto tips = tips_from(positions_mm, {radius_mm, axis_mm, grabs, cuts, snips,
-                                                       opening_mm, cut_width_mm, pierces, active});
-            const py::gil_scoped_release release;
-            return self.step(tips);
-          },
-          py::arg("positions_mm") = py::list(), py::kw_only(), py::arg("radius_mm") = 5.0,
-          py::arg("axis_mm") = py::none(), py::arg("grabs") = false, py::arg("cuts") = false,
-          py::arg("snips") = false, py::arg("opening_mm") = py::none(),
-          py::arg("cut_width_mm") = 0.0, py::arg("pierces") = false, py::arg("active") = true,
-          "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
-          "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, pierces, active: one "
-          "for all, or (n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip "
-          "that cuts is a blade whose edge is its axis; one that snips a pair of scissors, whose "
-          "axis leads from the closed blades' tips to their pivot: they cut as opening_mm, (n, "
-          "3), from the one tip to the other, becomes less. What is cut parts a few steps later, "
-          "of the solver fem alone; cut_width_mm is taken away across the blade's way. One that "
-          "pierces is a needle along its axis. Returns a Step. Raises ValueError for a tip that "
-          "makes no sense.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")
       .def("close", &SharedPlayer::close, released,
            "Frees the bundle; later calls raise ValueError. Arrays stay good.")
@@ -289,7 +204,6 @@ void bind_organplay(py::module_& m) {
   py::register_exception_translator(&translate_error);
   bind_view(m);
   bind_picture(m);
-  bind_step(m);
   bind_player(m);
 }
 

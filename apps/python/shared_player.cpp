@@ -39,18 +39,19 @@ Player& SharedPlayer::open() {
   return *player_;
 }
 
-StepReport SharedPlayer::step(const std::vector<InstrumentTip>& tips) {
+StepReport SharedPlayer::step(const std::vector<Instrument>& instruments) {
   const std::lock_guard lock(mutex_);
-  StepReport report = open().step(tips);
-  tips_ = tips;
-  for (std::size_t i = 0; i < tips_.size(); ++i) tips_[i].position_mm = report.tip_position_mm[i];
+  StepReport report = open().step(instruments);
+  instruments_ = instruments;
+  for (std::size_t i = 0; i < instruments_.size(); ++i)
+    instruments_[i].position_mm = report.tip_position_mm[i];
   return report;
 }
 
 void SharedPlayer::reset() {
   const std::lock_guard lock(mutex_);
   open().reset();
-  tips_.clear();
+  instruments_.clear();
   tracker_.reset();
 }
 
@@ -73,9 +74,9 @@ DrawnPicture SharedPlayer::draw(const View& view, const LayerSet& layers, bool t
   DrawOptions options;
   options.light = light_.value_or(player.usual_light());
   options.keep_bound = layers.any();
-  for (std::size_t i = 0; tools && i < tips_.size(); ++i) {
-    if (!tips_[i].active) continue;
-    for (Solid part : tool_solids(tips_[i], {}, player.bundle())) {
+  for (std::size_t i = 0; tools && i < instruments_.size(); ++i) {
+    if (!instruments_[i].active) continue;
+    for (Solid part : tool_solids(instruments_[i], {}, player.bundle())) {
       part.instrument = static_cast<std::uint32_t>(i);
       options.solids.push_back(part);
     }

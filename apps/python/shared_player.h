@@ -31,7 +31,7 @@ class SharedPlayer {
   SharedPlayer(const std::vector<std::filesystem::path>& bundles, const DeformOptions& options,
                std::optional<DrawnLight> light);
 
-  StepReport step(const std::vector<InstrumentTip>& tips);
+  StepReport step(const std::vector<Instrument>& instruments);
   void reset();
   void close();
   View orbit(const OrbitPose& pose, int width, int height);
@@ -49,7 +49,7 @@ class SharedPlayer {
   std::mutex mutex_;
   std::unique_ptr<Player> player_;
   std::optional<DrawnLight> light_;
-  std::vector<InstrumentTip> tips_;
+  std::vector<Instrument> instruments_;  // of the last step, where they were held
   Frame frame_;
   std::optional<TruthTracker> tracker_;
 };

@@ -108,7 +108,7 @@ class RandomBlades {
       Vector3d tip = from + share * (to - from);
       if (kind == 3) tip = from + 12 * Vector3d(std::cos(turn), std::sin(turn), 0);
       if (kind == 4) edge = Eigen::AngleAxisd(0.3 * turn, Vector3d::UnitZ()) * edge;
-      const BladeNow now{0, {bent(tip), bent(tip) + edge}, width_mm};
+      const CuttingStep now{0, {bent(tip), bent(tip) + edge}, width_mm};
       sweeps.advance({&now, 1}, organ, nodes_of(organ));
       if (i == steps / 2 && kind == 2) organ.part(sweeps.sheet());
     }

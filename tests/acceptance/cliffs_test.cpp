@@ -80,7 +80,7 @@ double unrest(const TriangleMesh& proxy, double young_modulus_kpa, double step_s
   DeformOptions options;
   options.time_step_s = step_s;
   Deformer deformer(proxy, make_mechanics(proxy, mechanics), {}, options);
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
   const int steps = int(std::ceil(1 / step_s));
   for (int i = 1; i <= steps; ++i) {

@@ -73,7 +73,7 @@ double opening_mm(double cell_mm) {
   BladeSweeps sweeps(organ);
   for (int i = 0; i <= 50; ++i) {
     const Vector3d tip(1.1, i - 25.0, 0);
-    const BladeNow now{0, {tip, tip + Vector3d(0, 0, 30)}};
+    const CuttingStep now{0, {tip, tip + Vector3d(0, 0, 30)}};
     sweeps.advance(
         {&now, 1}, organ,
         organ.cut() ? organ.now().mechanics.body->nodes_mm : organ.body().uncut().nodes_mm);

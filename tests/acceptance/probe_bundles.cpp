@@ -137,16 +137,16 @@ double probe_deform(RandomStream& random, const ProbeFolder&) {
   const auto near = [&](const Eigen::Vector3d& place, double share) -> Eigen::Vector3d {
     return place + random.uniform(0, share * box.diagonal()) * any_direction(random);
   };
-  std::vector<InstrumentTip> tips(random.below(4));
-  for (InstrumentTip& tip : tips) {
+  std::vector<Instrument> tips(random.below(4));
+  for (Instrument& tip : tips) {
     tip.radius_mm = any_size(random, 0, std::log10(0.25 * box.diagonal()));
     tip.position_mm = near(box.center(), 1);
-    tip.mode = chance(random, 0.3) ? InstrumentMode::grab : InstrumentMode::poke;
+    tip.kind = chance(random, 0.3) ? InstrumentKind(Grasper{}) : Ball{};
     if (chance(random, 0.3)) tip.axis_mm = 20 * any_direction(random);
   }
   double farthest = 0;
   for (int step = 0; step < 20; ++step) {
-    for (InstrumentTip& tip : tips) {
+    for (Instrument& tip : tips) {
       tip.active = chance(random, 0.9);
       tip.position_mm = near(0.9 * tip.position_mm + 0.1 * box.center(), 0.25);
       if (chance(random, 0.001)) tip.position_mm = any_point(random, 1e9);
@@ -180,19 +180,19 @@ double probe_pulls(RandomStream& random, const ProbeFolder&) {
                     options);
   const std::vector<Eigen::Vector3d> rest = deformer.positions();
   const double reach_mm = any_size(random, -1.5, 0.3) * diagonal_mm;
-  std::vector<InstrumentTip> tips(1 + random.below(2));
+  std::vector<Instrument> tips(1 + random.below(2));
   std::vector<Eigen::Vector3d> met(tips.size());
   double farthest = 0;
   for (int step = 0; step < 400; ++step) {
     for (std::size_t t = 0; t < tips.size(); ++t) {
-      InstrumentTip& tip = tips[t];
+      Instrument& tip = tips[t];
       if (tip.active) {
         tip.position_mm = met[t] + random.uniform(0, reach_mm) * any_direction(random);
         tip.active = chance(random, 0.97);
         continue;
       }
       tip.active = true;
-      tip.mode = chance(random, 0.6) ? InstrumentMode::grab : InstrumentMode::poke;
+      tip.kind = chance(random, 0.6) ? InstrumentKind(Grasper{}) : Ball{};
       tip.radius_mm = random.uniform(0.01, 0.06) * diagonal_mm;
       tip.position_mm = met[t] = deformer.positions()[random.below(rest.size())];
     }

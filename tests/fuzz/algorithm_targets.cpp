@@ -167,9 +167,9 @@ void step_mesh(std::span<const std::byte> bytes, const InputFolder&) {
   options.tissue_contacts &= proxy.faces.size() <= kMostInContact;
   const MechanicsModel model = make_mechanics(proxy, mechanics);
   const double size_mm = bounds(proxy).diagonal();
-  InstrumentTip tip;
+  Instrument tip;
   tip.radius_mm = std::max(kThinnestTip_mm, size_mm * drawn.between(0.02, 0.2));
-  tip.mode = InstrumentMode(drawn.below(2));
+  tip.kind = instrument_kinds()[drawn.below(2)];
   const Eigen::Vector3d from = bounds(proxy).center() + drawn.vector(size_mm);
   const Eigen::Vector3d to = bounds(proxy).center() + drawn.vector(0.3 * size_mm);
   const auto play = [&] {

@@ -46,7 +46,7 @@ void poke_and_draw(Player& player, const OrbitPose& pose, Pictures& pictures) {
   options.keep_depth = true;
   Frame frame;
   for (int step = 0; step < 4; ++step) {
-    InstrumentTip tip;
+    Instrument tip;
     tip.active = true;
     tip.radius_mm = 1;
     const Eigen::Vector3d eye = view.camera.camera_from_world.inverse().translation;

@@ -26,13 +26,13 @@ DeformOptions with_elements() {
 }
 
 // A scalpel on its way across the front.
-InstrumentTip blade_at(const Bundle& bundle, double share) {
+Instrument blade_at(const Bundle& bundle, double share) {
   const Vector3d out = bundle.cameras.manifold.directions.front().normalized();
   const Vector3d side = out.cross(Vector3d::UnitZ()).normalized();
   const Vector3d middle = skin_point(bundle, out) - bundle.cameras.manifold.center_world_mm;
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
-  tip.mode = InstrumentMode::cut;
+  tip.kind = Blade{};
   tip.radius_mm = 0.4;
   tip.position_mm = skin_point(bundle, (middle + kLength_mm * (share - 0.5) * side).normalized()) -
                     kDepth_mm * out;
@@ -40,7 +40,7 @@ InstrumentTip blade_at(const Bundle& bundle, double share) {
   return tip;
 }
 
-double step_ms(Player& player, const std::vector<InstrumentTip>& tips) {
+double step_ms(Player& player, const std::vector<Instrument>& tips) {
   Stopwatch watch;
   player.step(tips);
   return watch.lap();
@@ -52,7 +52,7 @@ void promise_growth(Bench& bench, Player& player) {
   std::size_t faces = 0;
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i <= kSteps + 2 * Player::kPartingSteps; ++i) {
-    std::vector<InstrumentTip> tips;
+    std::vector<Instrument> tips;
     if (i <= kSteps) tips.push_back(blade_at(player.bundle(), double(i) / kSteps));
     const double ms = step_ms(player, tips);
     const std::size_t now = player.bundle_now().proxy.faces.size();

@@ -32,10 +32,10 @@ class Poking {
     }
   }
 
-  InstrumentTip at(double seconds) const {
+  Instrument at(double seconds) const {
     constexpr double kDeep_mm = 15, kAside_mm = 8;
     const double depth = kDeep_mm * (0.5 - 0.5 * std::cos(2 * std::numbers::pi * seconds)) + 2;
-    InstrumentTip tip;
+    Instrument tip;
     tip.active = true;
     tip.position_mm =
         skin_ + (tip.radius_mm - depth) * front_ + kAside_mm * std::sin(1.3 * seconds) * aside_;

@@ -166,7 +166,7 @@ Growth step_growth(bool quick) {
     const TriangleMesh proxy = OrganPhantom({}).surface(subdivisions);
     auto deformer =
         std::make_shared<Deformer>(proxy, make_mechanics(proxy, {}), BaseLayer{}, DeformOptions{});
-    InstrumentTip tip;
+    Instrument tip;
     tip.active = true;
     tip.position_mm = 0.95 * proxy.vertices.front();
     growth.loads.push_back({double(proxy.vertices.size()), [deformer, tip]() mutable {

@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 
 #include "organbake/core/files.h"
@@ -17,16 +18,13 @@ namespace {
 constexpr double kTimeStep_s = 1.0 / 60;
 constexpr double kPushPerNotch_mm = 2;
 
-struct Tool {
-  InstrumentMode mode;
+// In the order of instrument_kinds().
+struct ToolButton {
   char key;  // 0: none of its own
   const char* label;
 };
-constexpr Tool kTools[] = {{InstrumentMode::poke, 0, "poke"},
-                           {InstrumentMode::grab, 'G', "grab (G)"},
-                           {InstrumentMode::cut, 'C', "cut (C)"},
-                           {InstrumentMode::snip, 'X', "scissors (X)"},
-                           {InstrumentMode::pierce, 'N', "needle (N)"}};
+constexpr std::array<ToolButton, std::variant_size_v<InstrumentKind>> kToolButtons = {
+    {{0, "poke"}, {'G', "grab (G)"}, {'C', "cut (C)"}, {'X', "scissors (X)"}, {'N', "needle (N)"}}};
 
 DeformOptions deform_options(TissueSolver solver) {
   DeformOptions options;
@@ -68,8 +66,8 @@ void OrganView::follow_mouse() {
   const Eigen::Vector2d pointer = vector_from(io.MousePos), moved = vector_from(io.MouseDelta);
   if (drag_ == Drag::none && !io.WantCaptureMouse) {
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Left)) {
-      const auto mode = io.KeyCtrl ? InstrumentMode::grab : mode_;
-      drag_ = io.KeyShift ? Drag::shift : session_.touch(pointer, mode) ? Drag::tool : Drag::turn;
+      const InstrumentKind kind = io.KeyCtrl ? InstrumentKind(Grasper{}) : kind_;
+      drag_ = io.KeyShift ? Drag::shift : session_.touch(pointer, kind) ? Drag::tool : Drag::turn;
     }
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Right)) drag_ = Drag::turn;
     if (ImGui::IsMouseClicked(ImGuiMouseButton_Middle)) drag_ = Drag::shift;
@@ -95,8 +93,9 @@ void OrganView::follow_keys(Display& display) {
   if (display.pressed('.')) paused_ = step_once_ = true;
   if (display.pressed('R')) session_.reset(), largest_force_n_ = 0;
   if (display.pressed('F')) session_.face_front();
-  for (const Tool& tool : kTools)
-    if (tool.key != 0 && display.pressed(tool.key)) choose(tool.mode);
+  for (std::size_t i = 0; i < kToolButtons.size(); ++i)
+    if (kToolButtons[i].key != 0 && display.pressed(kToolButtons[i].key))
+      choose(instrument_kinds()[i]);
   if (display.pressed('1')) proxy_lines_ = !proxy_lines_;
   if (display.pressed('2')) camera_lines_ = !camera_lines_;
   if (display.pressed('3')) manifold_lines_ = !manifold_lines_;
@@ -106,12 +105,12 @@ void OrganView::follow_keys(Display& display) {
 }
 
 // Chosen again, it pokes again.
-void OrganView::choose(InstrumentMode mode) {
-  if (has_blade(mode) && !player_.can_cut()) {
+void OrganView::choose(const InstrumentKind& kind) {
+  if (has_blade(kind) && !player_.can_cut()) {
     message_ = "to cut, bake with --set mechanics.fem=true and play with --solver fem";
     return;
   }
-  mode_ = mode_ == mode ? InstrumentMode::poke : mode;
+  kind_ = kind_ == kind ? InstrumentKind(Ball{}) : kind;
 }
 
 void OrganView::advance(Display& display) {
@@ -165,8 +164,9 @@ void OrganView::controls(Display& display) {
       "drag the tissue: poke, grab (also with Ctrl), cut, snip or pierce; wheel: deeper");
   ImGui::TextDisabled("drag beside it or right: turn; middle: move; wheel: zoom");
   ImGui::Separator();
-  for (const Tool& tool : kTools) {
-    if (ImGui::RadioButton(tool.label, mode_ == tool.mode)) choose(tool.mode);
+  for (std::size_t i = 0; i < kToolButtons.size(); ++i) {
+    const InstrumentKind& kind = instrument_kinds()[i];
+    if (ImGui::RadioButton(kToolButtons[i].label, kind_ == kind)) choose(kind);
     ImGui::SameLine();
   }
   float radius = float(session_.tool_radius_mm());
@@ -174,7 +174,7 @@ void OrganView::controls(Display& display) {
   if (ImGui::SliderFloat("tool radius, mm", &radius, 1, 20, "%.1f")) {
     session_.set_tool_radius_mm(radius);
   }
-  if (mode_ == InstrumentMode::cut) {
+  if (std::holds_alternative<Blade>(kind_)) {
     float width = float(session_.cut_width_mm());
     ImGui::SetNextItemWidth(110);
     if (ImGui::SliderFloat("taken away, mm", &width, 0, 4, "%.1f"))

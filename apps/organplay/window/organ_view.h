@@ -24,7 +24,7 @@ class OrganView {
  private:
   void follow_mouse();
   void follow_keys(Display& display);
-  void choose(InstrumentMode mode);
+  void choose(const InstrumentKind& kind);
   void advance(Display& display);
   Rgb8Image swiped(const Eigen::Vector2i& size);
   void draw_overlays() const;
@@ -45,8 +45,8 @@ class OrganView {
   std::string message_;
 
   bool paused_ = false, step_once_ = false;
-  int slowness_ = 1, tick_ = 0;                 // one time step every so many pictures
-  InstrumentMode mode_ = InstrumentMode::poke;  // of the next touch
+  int slowness_ = 1, tick_ = 0;   // one time step every so many pictures
+  InstrumentKind kind_ = Ball{};  // of the next touch
   enum class Drag { none, tool, turn, shift } drag_ = Drag::none;
   bool proxy_lines_ = false, camera_lines_ = false, manifold_lines_ = false;
   Against against_ = Against::nothing;

@@ -85,7 +85,7 @@ JsonField JsonField::operator[](const std::string& key) const {
   return *found;
 }
 
-void JsonField::allow_only(std::initializer_list<std::string_view> keys) const {
+void JsonField::allow_only(const std::vector<std::string_view>& keys) const {
   if (!value_->is_object()) fail("must be an object");
   for (const auto& [key, ignored] : value_->items()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;

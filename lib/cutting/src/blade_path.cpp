@@ -18,16 +18,16 @@ constexpr int kMostFeelers = 64;
 // On either side of what a blade felt of tissue it may have cut more.
 constexpr double kBeside_mm = 3;
 
-Eigen::Vector3d along(const Blade& blade, int point) {
+Eigen::Vector3d along(const CuttingEdge& blade, int point) {
   const double share = double(point) / (BladeLine::kPoints - 1);
   return blade.tip_mm + share * (blade.top_mm - blade.tip_mm);
 }
 
-double way_mm(const Blade& from, const Blade& to) {
+double way_mm(const CuttingEdge& from, const CuttingEdge& to) {
   return std::max((to.tip_mm - from.tip_mm).norm(), (to.top_mm - from.top_mm).norm());
 }
 
-Blade between(const Blade& from, const Blade& to, double share) {
+CuttingEdge between(const CuttingEdge& from, const CuttingEdge& to, double share) {
   return {from.tip_mm + share * (to.tip_mm - from.tip_mm),
           from.top_mm + share * (to.top_mm - from.top_mm)};
 }
@@ -58,7 +58,8 @@ BladeLine farther_on(const BladeLine& before, const BladeLine& line, double reac
 
 }  // namespace
 
-std::optional<BladePath::Carried> BladePath::carried(const Blade& blade, const PosedBody& posed,
+std::optional<BladePath::Carried> BladePath::carried(const CuttingEdge& blade,
+                                                     const PosedBody& posed,
                                                      const SkinInside& inside, double reach_mm) {
   const double length_mm = (blade.top_mm - blade.tip_mm).norm();
   const int last =
@@ -84,8 +85,8 @@ std::optional<BladePath::Carried> BladePath::carried(const Blade& blade, const P
   return carried;
 }
 
-BladeLine BladePath::carried_by(const Carriers& by, const Blade& blade, const PosedBody& posed,
-                                const SkinInside& inside, double reach_mm) {
+BladeLine BladePath::carried_by(const Carriers& by, const CuttingEdge& blade,
+                                const PosedBody& posed, const SkinInside& inside, double reach_mm) {
   BladeLine line;
   for (int k = 0; k < BladeLine::kPoints; ++k)
     line.points_mm[k + 1] = posed.at_rest(posed.cut().copy_at(by[k]), along(blade, k));
@@ -93,12 +94,12 @@ BladeLine BladePath::carried_by(const Carriers& by, const Blade& blade, const Po
   return line;
 }
 
-void BladePath::pass(const Blade& to, const BladeEdge& edge, const PosedBody& posed,
+void BladePath::pass(const CuttingEdge& to, const StrokeOptions& stroke, const PosedBody& posed,
                      const SkinInside& inside, double reach_mm, CutSheet& sheet) {
   const auto here = carried(to, posed, inside, reach_mm);
   if (here) {
     if (!cutting_) {  // as the tissue that it comes to carries the place it comes from
-      sheet.begin_stroke(edge.width_mm, edge.fine_mm);
+      sheet.begin_stroke(stroke.width_mm, stroke.fine_mm);
       const BladeLine before = carried_by(here->by, *last_, posed, inside, reach_mm);
       // A blade that was put down within the tissue comes from nowhere else.
       if (entered_) {
@@ -122,20 +123,20 @@ void BladePath::pass(const Blade& to, const BladeEdge& edge, const PosedBody& po
   last_ = to;
 }
 
-void BladePath::advance(const Blade& to, const BladeEdge& edge, const PosedBody& posed,
+void BladePath::advance(const CuttingEdge& to, const StrokeOptions& stroke, const PosedBody& posed,
                         const SkinInside& inside, double reach_mm, CutSheet& sheet) {
   if (!last_) {
     last_ = to;
     entered_ = !carried(to, posed, inside, reach_mm);
     return;
   }
-  const Blade from = *last_;
+  const CuttingEdge from = *last_;
   const double way = way_mm(from, to);
   if (!(way >= kLeastWay_mm)) return;
   const int pieces =
       static_cast<int>(std::clamp(std::ceil(way / kLongestPiece_mm), 1.0, double(kMostPieces)));
   for (int piece = 1; piece <= pieces; ++piece)
-    pass(between(from, to, double(piece) / pieces), edge, posed, inside, reach_mm, sheet);
+    pass(between(from, to, double(piece) / pieces), stroke, posed, inside, reach_mm, sheet);
 }
 
 }  // namespace organbake

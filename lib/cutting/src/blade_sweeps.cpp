@@ -16,23 +16,23 @@ constexpr double kAboveSkin_mm = 3;
 
 }  // namespace
 
-void BladeSweeps::advance(std::span<const BladeNow> blades, const CutOrgan& organ,
+void BladeSweeps::advance(std::span<const CuttingStep> steps, const CutOrgan& organ,
                           const std::vector<Eigen::Vector3d>& nodes_mm) {
   for (auto& [instrument, path] : paths_) {
-    if (std::none_of(blades.begin(), blades.end(),
-                     [&, i = instrument](const BladeNow& b) { return b.instrument == i; }))
+    if (std::none_of(steps.begin(), steps.end(),
+                     [&, i = instrument](const CuttingStep& s) { return s.instrument == i; }))
       path.lift();
   }
-  if (blades.empty()) return;
+  if (steps.empty()) return;
   const PosedBody posed(organ.body(), nodes_mm);
   const double reach_mm = kReachPerEdge * organ.body().mean_edge_mm();
-  for (const BladeNow& now : blades) {
+  for (const CuttingStep& now : steps) {
     BladePath& path = paths_[now.instrument];
-    const auto advance = [&](const Blade& to) {
+    const auto advance = [&](const CuttingEdge& to) {
       path.advance(to, {now.width_mm}, posed, organ.inside(), reach_mm, sheet_);
     };
     if (now.put_down) path.lift(), advance(*now.put_down);
-    advance(now.blade);
+    advance(now.edge);
   }
 }
 

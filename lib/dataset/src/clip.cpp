@@ -57,7 +57,7 @@ std::optional<InstrumentPath> make_poke(const DatasetSpec& spec, const Bundle& b
     }
     InstrumentPath poke;
     poke.name = "probe " + std::to_string(number);
-    poke.radius_mm = radius;
+    poke.instrument.radius_mm = radius;
     poke.path = {{0, std::nullopt, from, -kAbove_mm},
                  {deepest, std::nullopt, from, depth},
                  {all + spec.time_step_s, std::nullopt, from, -kAbove_mm}};

@@ -8,39 +8,6 @@
 
 namespace organbake {
 
-const char* to_string(InstrumentMode mode) {
-  switch (mode) {
-    case InstrumentMode::grab:
-      return "grab";
-    case InstrumentMode::cut:
-      return "cut";
-    case InstrumentMode::snip:
-      return "snip";
-    case InstrumentMode::pierce:
-      return "pierce";
-    default:
-      return "poke";
-  }
-}
-
-std::optional<InstrumentMode> instrument_mode(std::string_view name) {
-  for (const auto mode : {InstrumentMode::poke, InstrumentMode::grab, InstrumentMode::cut,
-                          InstrumentMode::snip, InstrumentMode::pierce}) {
-    if (name == to_string(mode)) return mode;
-  }
-  return std::nullopt;
-}
-
-InstrumentMode instrument_mode(const InstrumentFlags& flags, std::size_t tip) {
-  if (flags.grabs + flags.cuts + flags.snips + flags.pierces > 1)
-    throw UsageError("tip " + std::to_string(tip) +
-                     " does more than one of grabs, cuts, snips and pierces");
-  if (flags.pierces) return InstrumentMode::pierce;
-  if (flags.snips) return InstrumentMode::snip;
-  if (flags.cuts) return InstrumentMode::cut;
-  return flags.grabs ? InstrumentMode::grab : InstrumentMode::poke;
-}
-
 const char* to_string(TissueSolver solver) {
   return solver == TissueSolver::fem ? "fem" : "springs";
 }

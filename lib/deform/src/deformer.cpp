@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <string>
 
-#include "contact/instruments.h"
 #include "contact/tool_contacts.h"
 #include "organbake/core/error.h"
+#include "organbake/instruments/instrument_sweep.h"
 #include "solver/shape_solver.h"
 
 namespace organbake {
@@ -37,18 +37,18 @@ struct Deformer::Impl {
   }
 
   void take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
-  const StepReport& step(const std::vector<InstrumentTip>& asked);
+  const StepReport& step(const std::vector<Instrument>& asked);
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
   void finish_step(bool tips_unchanged);
   void rest_or_sleep(double largest_move_mm, bool tips_unchanged);
-  void report_positions(const std::vector<InstrumentTip>& tips);
+  void report_positions(const std::vector<Instrument>& tips);
   void report_forces();
   ContactPoint contact_point(const deform::Contact& c) const;
   bool publish();
 
   deform::ShapeSolver solver;
-  deform::Instruments instruments;
+  std::vector<Instrument> held;            // where the last step held them
   std::vector<Eigen::Vector3d> positions;  // of the proxy's vertices, mm
   std::vector<std::size_t> faces_up_to;    // with each organ
   StepReport report;                       // of the last step that was computed
@@ -75,19 +75,19 @@ void Deformer::Impl::take_over(Impl& before, const std::vector<std::vector<NodeS
       all.push_back(source);
     }
   }
-  instruments = before.instruments;
-  solver.take_over(before.solver, all, instruments.tips());
+  held = before.held;
+  solver.take_over(before.solver, all, held);
   report = before.report;
   asleep = false;
   publish();
 }
 
-const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) {
-  deform::check_tips(asked);
-  const std::vector<InstrumentTip> tips = deform::moved_apart(instruments.tips(), asked);
+const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
+  check_instruments(asked);
+  const std::vector<Instrument> tips = deform::moved_apart(held, asked);
   moved = false;
-  const bool unchanged = instruments.unchanged(tips);
-  if (asleep && unchanged) {
+  const bool still = unchanged(held, tips);
+  if (asleep && still) {
     report.tip_force_n.resize(tips.size(), Eigen::Vector3d::Zero());
     report_positions(tips);
     report.recovered = false;
@@ -97,8 +97,10 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
     return report;
   }
   const bool was_held = solver.held();
-  std::vector<std::size_t> closing;
-  const auto sweeps = instruments.advance(tips, solver.contacts(), closing);
+  std::vector<InstrumentSweep> sweeps = sweeps_between(held, tips);
+  std::erase_if(sweeps, [](const InstrumentSweep& s) { return has_blade(s.to.kind); });
+  solver.let_go(sweeps);
+  held = tips;
   report = {};
   report.tip_force_n.assign(tips.size(), Eigen::Vector3d::Zero());
   report_positions(tips);
@@ -108,12 +110,12 @@ const StepReport& Deformer::Impl::step(const std::vector<InstrumentTip>& asked) 
   }
 
   asleep = false;
-  const deform::Penetration deepest = solver.step(sweeps, closing);
+  const deform::Penetration deepest = solver.step(sweeps);
   report.penetration_mm = deepest.in_tips;
   report.tissue_penetration_mm = deepest.in_tissue;
   report.tip_too_fast = solver.tip_too_fast();
   report.slipped = solver.slipped();
-  finish_step(unchanged);
+  finish_step(still);
   report.collision_ms = solver.take_collision_ms();
   return report;
 }
@@ -136,7 +138,7 @@ void Deformer::Impl::set_load(const std::vector<Eigen::Vector3d>& force_n) {
 void Deformer::Impl::finish_step(bool tips_unchanged) {
   if (solver.lost()) {
     to_rest();
-    instruments = {};
+    held.clear();
     report.recovered = true;
     report.penetration_mm = report.tissue_penetration_mm = 0;
   } else {
@@ -146,10 +148,10 @@ void Deformer::Impl::finish_step(bool tips_unchanged) {
   moved = publish();
 }
 
-void Deformer::Impl::report_positions(const std::vector<InstrumentTip>& tips) {
+void Deformer::Impl::report_positions(const std::vector<Instrument>& tips) {
   report.tool_contacts = deform::count_touching(tips);
   report.tip_position_mm.clear();
-  for (const InstrumentTip& tip : tips) report.tip_position_mm.push_back(tip.position_mm);
+  for (const Instrument& tip : tips) report.tip_position_mm.push_back(tip.position_mm);
 }
 
 void Deformer::Impl::report_forces() {
@@ -159,22 +161,22 @@ void Deformer::Impl::report_forces() {
     ++(c.of_tissue() ? report.tissue_contacts : report.contacts);
     if (c.of_tissue()) continue;
     report.contact_points.push_back(contact_point(c));
-    report.tip_force_n[c.tip] += report.contact_points.back().force_n;
+    report.tip_force_n[c.instrument] += report.contact_points.back().force_n;
   }
 }
 
 ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
   ContactPoint point;
-  point.instrument = c.tip;
+  point.instrument = c.instrument;
   point.organ = static_cast<std::size_t>(
       std::upper_bound(faces_up_to.begin(), faces_up_to.end(), c.at.face) - faces_up_to.begin());
   point.position_mm = c.point.head<3>();
-  point.carried = c.carried;
+  point.carried = c.as<deform::Carried>() != nullptr;
   // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
   const double on_points = 1 / c.lever.free_share;
   point.force_n = -on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
   const deform::Row pushed = c.point - c.anchored_at;
-  if (c.carried || c.threaded) {
+  if (c.lasts()) {
     point.normal = point.force_n.normalized();
     point.depth_mm = pushed.norm();
   } else {
@@ -222,8 +224,9 @@ Deformer::~Deformer() = default;
 Deformer::Deformer(Deformer&&) noexcept = default;
 Deformer& Deformer::operator=(Deformer&&) noexcept = default;
 
-void Deformer::check(const std::vector<InstrumentTip>& tips) { deform::check_tips(tips); }
-StepReport Deformer::step(const std::vector<InstrumentTip>& tips) { return impl_->step(tips); }
+StepReport Deformer::step(const std::vector<Instrument>& instruments) {
+  return impl_->step(instruments);
+}
 void Deformer::set_load(const std::vector<Eigen::Vector3d>& force_n) { impl_->set_load(force_n); }
 const std::vector<Eigen::Vector3d>& Deformer::positions() const { return impl_->positions; }
 std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
@@ -240,7 +243,7 @@ void Deformer::take_over(Deformer& before, const std::vector<std::vector<NodeSou
 bool Deformer::moved() const { return impl_->moved; }
 void Deformer::reset() {
   impl_->to_rest();
-  impl_->instruments = {};
+  impl_->held.clear();
   impl_->report = {};
   impl_->moved = impl_->publish();
 }

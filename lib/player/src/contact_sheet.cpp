@@ -37,12 +37,12 @@ Rgb8Image tile_pictures(const std::vector<Rgb8Image>& pictures, int columns, int
   return sheet;
 }
 
-InstrumentTip hold_poke(Player& player, const Eigen::Vector3d& direction, double share,
-                        double radius_mm) {
+Instrument hold_poke(Player& player, const Eigen::Vector3d& direction, double share,
+                     double radius_mm) {
   const Eigen::Vector3d outward = direction.normalized();
   const Eigen::Vector3d skin = skin_point(player.bundle(), outward);
   const double depth = share * thickness_mm(player.bundle(), outward);
-  InstrumentTip tip{skin, radius_mm, InstrumentMode::poke, true};
+  Instrument tip{skin, radius_mm, Ball{}, true};
   constexpr int kPressSteps = 60, kRestSteps = 240;  // a second in, four to come to rest
   for (int step = 0; step <= kPressSteps + kRestSteps; ++step) {
     const double way = std::min(1.0, double(step) / kPressSteps);

@@ -8,6 +8,7 @@
 #include "organbake/core/error.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
+#include "organbake/player/tip_instruments.h"
 
 namespace organbake {
 namespace {
@@ -71,20 +72,7 @@ EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
 EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
 
 EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
-  std::vector<InstrumentTip> instruments;
-  for (const Tip& tip : tips) {
-    InstrumentTip instrument;
-    instrument.position_mm = Eigen::Vector3d(tip.position_mm.data());
-    instrument.radius_mm = tip.radius_mm;
-    instrument.axis_mm = Eigen::Vector3d(tip.axis_mm.data());
-    instrument.opening_mm = Eigen::Vector3d(tip.opening_mm.data());
-    instrument.cut_width_mm = tip.cut_width_mm;
-    instrument.mode =
-        instrument_mode({tip.grabs, tip.cuts, tip.snips, tip.pierces}, instruments.size());
-    instrument.active = tip.active;
-    instruments.push_back(instrument);
-  }
-  const StepReport report = impl_->player.step(instruments);
+  const StepReport report = impl_->player.step(instruments_from(tips));
   StepResult result{{}, report.penetration_mm, report.recovered};
   for (const Eigen::Vector3d& f : report.tip_force_n)
     result.force_n.push_back({f.x(), f.y(), f.z()});

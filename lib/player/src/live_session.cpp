@@ -55,7 +55,13 @@ void LiveSession::zoom(double steps) {
 
 void LiveSession::face_front() { pose_ = {}; }
 
-bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
+bool LiveSession::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind) {
+  if (!find_touched(at_px)) return false;
+  take_tool(kind);
+  return true;
+}
+
+bool LiveSession::find_touched(const Eigen::Vector2d& at_px) {
   const Intrinsics& picture = view_.camera.intrinsics;
   const Eigen::Vector2i pixel = at_px.array().floor().cast<int>();
   if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() >= picture.width || pixel.y() >= picture.height) {
@@ -69,29 +75,30 @@ bool LiveSession::touch(const Eigen::Vector2d& at_px, InstrumentMode mode) {
   sight_ = (world_from_camera.rotation * ray).normalized();
   touched_px_ = pointer_px_ = at_px;
   touch_view_ = view_;
-  mode_ = mode;
+  return true;
+}
+
+void LiveSession::take_tool(const InstrumentKind& kind) {
   pushed_mm_ = opening_mm_ = 0;
   holding_ = true;
-  double radius_mm = tool_radius_mm_, length_mm = 0;
-  if (mode == InstrumentMode::cut) radius_mm = kBladeRadius_mm, length_mm = kBlade_mm;
-  if (mode == InstrumentMode::pierce) radius_mm = kNeedleRadius_mm, length_mm = kNeedle_mm;
-  if (mode == InstrumentMode::snip) radius_mm = kScissorsRadius_mm, length_mm = kScissors_mm;
-  const double width_mm = mode == InstrumentMode::cut ? cut_width_mm_ : 0;
-  const Eigen::Vector3d axis_mm = -length_mm * sight_;
-  tips_.push_back({touched_mm_, radius_mm, mode, true, axis_mm, width_mm});
+  Instrument tool{touched_mm_, tool_radius_mm_, kind, true};
+  double length_mm = 0;
+  if (tool.is<Blade>()) tool.radius_mm = kBladeRadius_mm, length_mm = kBlade_mm;
+  if (tool.is<Needle>()) tool.radius_mm = kNeedleRadius_mm, length_mm = kNeedle_mm;
+  if (tool.is<Scissors>()) tool.radius_mm = kScissorsRadius_mm, length_mm = kScissors_mm;
+  if (Blade* blade = std::get_if<Blade>(&tool.kind)) blade->cut_width_mm = cut_width_mm_;
+  tool.axis_mm = -length_mm * sight_;
+  tips_.push_back(tool);
+  const Eigen::Matrix3d world_from_camera = view_.camera.camera_from_world.inverse().rotation;
+  InstrumentPath& record = tool_record_.emplace_back();
+  record.name = mode_of(kind);
+  record.instrument = tool;
+  if (Scissors* scissors = std::get_if<Scissors>(&record.instrument.kind)) {
+    scissors->opening_mm = world_from_camera.col(0);
+    return;
+  }
   // A tool reaches into the picture from below, so that it does not hide what it touches.
-  const Eigen::Vector3d from_eye(0.3, 0.6, -0.74);
-  std::optional<Eigen::Vector3d> shaft;
-  if (mode != InstrumentMode::snip) shaft = world_from_camera.rotation * from_eye;
-  tool_record_.push_back({to_string(mode),
-                          radius_mm,
-                          mode,
-                          {},
-                          shaft,
-                          axis_mm,
-                          width_mm,
-                          world_from_camera.rotation.col(0)});
-  return true;
+  record.shaft = world_from_camera * Eigen::Vector3d(0.3, 0.6, -0.74);
 }
 
 void LiveSession::drag(const Eigen::Vector2d& to_px) { pointer_px_ = to_px; }
@@ -111,21 +118,21 @@ Eigen::Vector3d LiveSession::dragged_mm() const {
 Eigen::Vector3d LiveSession::tip_position_mm() const {
   const Eigen::Vector3d touching = touched_mm_ - tips_.back().radius_mm * sight_;
   const Eigen::Vector3d dragged = dragged_mm();
-  if (mode_ == InstrumentMode::grab) return touching + dragged + pushed_mm_ * sight_;
-  if (mode_ == InstrumentMode::cut)
-    return touched_mm_ + dragged + (kCutDepth_mm + pushed_mm_) * sight_;
-  if (mode_ == InstrumentMode::snip) return touched_mm_ + (kSnipDepth_mm + pushed_mm_) * sight_;
+  const Instrument& tool = tips_.back();
+  if (tool.is<Grasper>()) return touching + dragged + pushed_mm_ * sight_;
+  if (tool.is<Blade>()) return touched_mm_ + dragged + (kCutDepth_mm + pushed_mm_) * sight_;
+  if (tool.is<Scissors>()) return touched_mm_ + (kSnipDepth_mm + pushed_mm_) * sight_;
   return touching + (dragged.norm() + pushed_mm_) * sight_;
 }
 
 // Along the drag as it began, by twice its length: either blade goes with the pointer.
 void LiveSession::open_scissors() {
   const Eigen::Vector3d dragged = dragged_mm();
-  Eigen::Vector3d& along = tool_record_.back().opens_along;
+  Eigen::Vector3d& along = std::get<Scissors>(tool_record_.back().instrument.kind).opening_mm;
   if (opening_mm_ == 0 && dragged.norm() >= kLeastDrag_mm) along = dragged;
   if (opening_mm_ > 0 || dragged.norm() >= kLeastDrag_mm)
     opening_mm_ = std::clamp(2 * dragged.dot(along.normalized()), 0.0, kWidestOpening_mm);
-  tips_.back().opening_mm = opening_mm_ * along.normalized();
+  std::get<Scissors>(tips_.back().kind).opening_mm = opening_mm_ * along.normalized();
 }
 
 void LiveSession::let_go() {
@@ -163,7 +170,7 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   PlayedFrame played;
   if (holding_) {
     tips_.back().position_mm = tip_position_mm();
-    if (mode_ == InstrumentMode::snip) open_scissors();
+    if (tips_.back().is<Scissors>()) open_scissors();
     depth_mm_ = (tips_.back().position_mm - touched_mm_).dot(sight_) + tips_.back().radius_mm;
   }
   Stopwatch watch;

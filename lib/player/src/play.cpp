@@ -26,18 +26,18 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   Frame picture;
   for (int frame = 0; frame < script.frames; ++frame) {
     context.throw_if_cancelled();
-    std::vector<InstrumentTip> tips = motion.tips_at(frame * script.time_step_s);
+    std::vector<Instrument> instruments = motion.at(frame * script.time_step_s);
     View view = view_at(script, frame, player.bundle().cameras, width, height);
     if (options.lens) view.camera.intrinsics = *options.lens;
     PlayedFrame& entry = played.emplace_back();
     Stopwatch watch;
-    entry.step = player.step(tips);
+    entry.step = player.step(instruments);
     entry.deform_ms = watch.lap();
-    for (std::size_t i = 0; i < tips.size(); ++i) {
-      tips[i].position_mm = entry.step.tip_position_mm[i];  // tools hold each other off
+    for (std::size_t i = 0; i < instruments.size(); ++i) {
+      instruments[i].position_mm = entry.step.tip_position_mm[i];  // tools hold each other off
     }
     DrawOptions draw = options.draw;
-    if (options.instruments) draw.solids = motion.solids(tips);
+    if (options.instruments) draw.solids = motion.solids(instruments);
     watch.lap();
     entry.draw = player.draw(view, draw, picture);
     entry.draw_ms = watch.lap();
@@ -54,7 +54,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     if (show) show(frame, picture);
     if (options.watch)
       options.watch(
-          {frame, frame * script.time_step_s, view, tips, draw.solids, entry.step, picture});
+          {frame, frame * script.time_step_s, view, instruments, draw.solids, entry.step, picture});
     context.progress(double(frame + 1) / script.frames);
   }
   return played;

@@ -115,11 +115,11 @@ DrawnLight Player::usual_light() const {
   return usual;
 }
 
-StepReport Player::step(const std::vector<InstrumentTip>& tips) {
-  cut(tips);
-  StepReport report = deformer_.step(tips);
+StepReport Player::step(const std::vector<Instrument>& instruments) {
+  cut(instruments);
+  StepReport report = deformer_.step(instruments);
   if (deformer_.moved()) take_positions();
-  leave_holes(tips, report.punctures);
+  leave_holes(instruments, report.punctures);
   return report;
 }
 
@@ -140,7 +140,7 @@ void Player::play_by(TissueSolver solver) {
 
 bool Player::make_whole() {
   parting_.reset();
-  scissors_.clear();
+  cutting_edges_.forget();
   bool was_cut = false;
   for (Organ& organ : organs_) {
     was_cut = was_cut || organ.cut_warper;

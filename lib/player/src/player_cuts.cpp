@@ -79,57 +79,40 @@ void Player::Parting::part(std::span<const Player::Organ> shown, const DeformOpt
     deformer.emplace(bodies, options);
 }
 
-void Player::cut(const std::vector<InstrumentTip>& tips) {
+void Player::cut(const std::vector<Instrument>& instruments) {
   if (parting_ && parting_->under_way() && --parting_->steps_left == 0) end_parting();
-  sweep(tips);
+  sweep(instruments);
   if (!parting_ || !parting_->under_way()) begin_parting();
 }
 
-// Where the tips' blades cut in this step.
-std::vector<BladeNow> Player::blades_now(const std::vector<InstrumentTip>& tips) {
-  std::vector<BladeNow> blades;
-  for (std::size_t i = 0; i < tips.size(); ++i) {
-    const InstrumentTip& tip = tips[i];
-    const Eigen::Vector3d end_mm = tip.position_mm + tip.axis_mm;
-    if (!tip.active || tip.mode != InstrumentMode::snip) {
-      scissors_.erase(i);
-    } else if (const auto snip = scissors_[i].advance(tip.position_mm, end_mm, tip.opening_mm)) {
-      blades.push_back({i, snip->blade, tip.cut_width_mm, snip->put_down});
-    }
-    if (tip.active && tip.mode == InstrumentMode::cut)
-      blades.push_back({i, {tip.position_mm, end_mm}, tip.cut_width_mm});
-  }
-  return blades;
-}
-
-void Player::sweep(const std::vector<InstrumentTip>& tips) {
-  const auto with_blade = [](const InstrumentTip& t) { return t.active && has_blade(t.mode); };
-  if (std::any_of(tips.begin(), tips.end(), with_blade)) {
-    Deformer::check(tips);
+void Player::sweep(const std::vector<Instrument>& instruments) {
+  const auto with_blade = [](const Instrument& i) { return i.active && has_blade(i.kind); };
+  if (std::any_of(instruments.begin(), instruments.end(), with_blade)) {
+    check_instruments(instruments);
     if (options_.solver != TissueSolver::fem)
       throw UsageError(
           "an instrument cuts, which springs cannot follow: play with the solver fem, from bundles "
           "baked with --set mechanics.fem=true");
   }
-  const std::vector<BladeNow> blades = blades_now(tips);
+  const std::vector<CuttingStep> steps = cutting_edges_.advance(instruments);
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
-    if (!organ.cutting && blades.empty()) continue;
+    if (!organ.cutting && steps.empty()) continue;
     begin_cutting(organ);
     organ.sweeps->advance(
-        blades, *organ.cutting,
-        blades.empty() ? std::vector<Eigen::Vector3d>() : deformer_.node_positions(o));
+        steps, *organ.cutting,
+        steps.empty() ? std::vector<Eigen::Vector3d>() : deformer_.node_positions(o));
   }
 }
 
 // Of the organs that have tetrahedra the skin keeps a hole where a needle went through.
-void Player::leave_holes(const std::vector<InstrumentTip>& tips,
+void Player::leave_holes(const std::vector<Instrument>& instruments,
                          const std::vector<ContactPoint>& punctures) {
   if (options_.solver != TissueSolver::fem) return;
   for (const ContactPoint& puncture : punctures) {
     Organ& organ = organs_[puncture.organ];
     begin_cutting(organ);
-    const InstrumentTip& needle = tips[puncture.instrument];
+    const Instrument& needle = instruments[puncture.instrument];
     organ.sweeps->pierce(puncture.position_mm, needle.axis_mm.normalized(), needle.radius_mm,
                          *organ.cutting, deformer_.node_positions(puncture.organ));
   }

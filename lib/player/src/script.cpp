@@ -7,7 +7,7 @@
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/core/text.h"
+#include "organbake/instruments/instrument_json.h"
 #include "organbake/warp/view.h"
 #include "script_camera_json.h"
 
@@ -15,85 +15,6 @@ namespace organbake {
 namespace {
 
 constexpr const char* kSchema = "organbake/interaction/1";
-constexpr double kFarMm = 1e6;
-
-// Of any length, as long as its square neither vanishes nor overflows: it will be normalised.
-Eigen::Vector3d direction_from(const JsonField& field) {
-  Eigen::Vector3d direction = field.vector3();
-  if (!std::isnormal(direction.squaredNorm()))
-    field.fail("is (" + to_text(direction.x()) + ", " + to_text(direction.y()) + ", " +
-               to_text(direction.z()) + "), must have a length between 1e-150 and 1e150");
-  return direction;
-}
-
-Waypoint waypoint_from(const JsonField& field) {
-  field.allow_only({"time_s", "direction", "depth_mm", "position_mm", "opening_mm"});
-  Waypoint waypoint;
-  constexpr double kLongest = 1e5;  // seconds
-  waypoint.time_s = field["time_s"].number(0, kLongest);
-  if (const auto opening = field.find("opening_mm"))
-    waypoint.opening_mm = opening->number(0, kFarMm);
-  if (const auto position = field.find("position_mm")) {
-    if (field.find("direction") || field.find("depth_mm"))
-      position->fail("stands beside direction or depth_mm; a tip is at the one or the other");
-    waypoint.position_mm = position->vector3();
-    if (waypoint.position_mm->norm() > kFarMm) position->fail("lies more than a kilometre away");
-    return waypoint;
-  }
-  waypoint.direction = direction_from(field["direction"]);
-  waypoint.depth_mm = field["depth_mm"].number(-kFarMm, kFarMm);
-  return waypoint;
-}
-
-void read_blade(const JsonField& field, InstrumentPath& instrument) {
-  if (const auto width = field.find("cut_width_mm"))
-    instrument.cut_width_mm = width->number(0, kWidestCut_mm);
-  if (instrument.mode != InstrumentMode::snip) return;
-  const auto along = field.find("opens_along");
-  if (!along) field.fail("snips and needs opens_along: the direction in which its blades open");
-  instrument.opens_along = direction_from(*along);
-}
-
-InstrumentPath instrument_from(const JsonField& field) {
-  field.allow_only(
-      {"name", "radius_mm", "mode", "axis_mm", "cut_width_mm", "opens_along", "shaft", "path"});
-  InstrumentPath instrument;
-  instrument.name = field["name"].text();
-  if (const auto radius = field.find("radius_mm"))
-    instrument.radius_mm = radius->number(kThinnestTip_mm, kFarMm);
-  const JsonField mode = field["mode"];
-  const auto known = instrument_mode(mode.text());
-  if (!known) mode.fail("must be 'poke', 'grab', 'cut', 'snip' or 'pierce'");
-  instrument.mode = *known;
-  if (const auto axis = field.find("axis_mm")) {
-    instrument.axis_mm = axis->vector3();
-    if (instrument.axis_mm.norm() > kFarMm) axis->fail("is longer than a kilometre");
-  }
-  if (!is_blunt(instrument.mode) && !(instrument.axis_mm.norm() >= kShortestBlade_mm))
-    field.fail(
-        "cuts or pierces and needs axis_mm: its blade's edge or its needle, from the tip to the "
-        "upper end, or from the tips of scissors to their pivot, of 0.1 mm at least");
-  if (has_blade(instrument.mode)) {
-    read_blade(field, instrument);
-  } else if (const auto width = field.find("cut_width_mm")) {
-    width->fail("is for instruments that cut or snip alone");
-  }
-  const bool scissors = instrument.mode == InstrumentMode::snip;
-  if (const auto along = field.find("opens_along"); along && !scissors)
-    along->fail("is for instruments that snip alone");
-  if (const auto shaft = field.find("shaft")) instrument.shaft = direction_from(*shaft);
-  const JsonField path = field["path"];
-  if (path.size() == 0) path.fail("must hold a waypoint");
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    instrument.path.push_back(waypoint_from(path.at(i)));
-    if (i > 0 && instrument.path[i].time_s <= instrument.path[i - 1].time_s) {
-      path.at(i)["time_s"].fail("must be later than the waypoint's before");
-    }
-    if (instrument.path[i].opening_mm > 0 && !scissors)
-      path.at(i)["opening_mm"].fail("is for instruments that snip alone");
-  }
-  return instrument;
-}
 
 DrawnLight light_from(const JsonField& field) {
   if (const auto light = drawn_light(field.text())) return *light;
@@ -126,16 +47,31 @@ Script script_from_json(const std::string& text, const std::string& name) {
   if (const auto light = document.find("light")) script.light = light_from(*light);
   read_script_camera(document["camera"], name, script);
   const JsonField instruments = document["instruments"];
-  if (instruments.size() > kMostTips)
-    instruments.fail("may hold " + std::to_string(kMostTips) + " instruments at most");
+  if (instruments.size() > kMostInstruments)
+    instruments.fail("may hold " + std::to_string(kMostInstruments) + " instruments at most");
   for (std::size_t i = 0; i < instruments.size(); ++i) {
-    script.instruments.push_back(instrument_from(instruments.at(i)));
+    script.instruments.push_back(instrument_from_json(instruments.at(i)));
   }
   return script;
 }
 
 Script read_script(const std::filesystem::path& path) {
   return script_from_json(read_text_file(path), path.string());
+}
+
+std::string script_to_json(const Script& script) {
+  Json instruments = Json::array();
+  for (const InstrumentPath& i : script.instruments) instruments.push_back(to_json(i));
+  Json json = {{"schema", kSchema},
+               {"name", script.name},
+               {"time_step_s", script.time_step_s},
+               {"frames", script.frames},
+               {"camera", script_camera_json(script)},
+               {"instruments", instruments}};
+  if (script.width > 0 && script.height > 0) json["size"] = {script.width, script.height};
+  if (script.solver) json["solver"] = to_string(*script.solver);
+  if (script.light) json["light"] = to_string(*script.light);
+  return json_text(json);
 }
 
 double catmull_rom(double before, double a, double b, double after, double t) {

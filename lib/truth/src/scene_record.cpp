@@ -20,17 +20,18 @@ Json camera_json(const PosedCamera& camera) {
 
 Json instruments_json(const PlayedScene& scene, const std::vector<std::string>& names) {
   Json all = Json::array();
-  for (std::size_t i = 0; i < scene.tips.size(); ++i) {
-    const InstrumentTip& tip = scene.tips[i];
+  for (std::size_t i = 0; i < scene.instruments.size(); ++i) {
+    const Instrument& tip = scene.instruments[i];
     Json json = Json::object();
     json["name"] = i < names.size() ? names[i] : "instrument " + std::to_string(i);
     json["label"] = kFirstToolLabel + i;
     json["active"] = tip.active;
-    json["mode"] = to_string(tip.mode);
+    json["mode"] = mode_of(tip.kind);
     json["position_mm"] = to_json(tip.position_mm);
     json["axis_mm"] = to_json(tip.axis_mm);
     json["radius_mm"] = tip.radius_mm;
-    if (tip.mode == InstrumentMode::snip) json["opening_mm"] = to_json(tip.opening_mm);
+    if (const Scissors* scissors = std::get_if<Scissors>(&tip.kind))
+      json["opening_mm"] = to_json(scissors->opening_mm);
     json["force_n"] = to_json(scene.step.tip_force_n.at(i));
     all.push_back(json);
   }

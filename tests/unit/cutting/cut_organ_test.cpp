@@ -34,7 +34,7 @@ Bundle box_organ(double scale = 1) {
 }
 
 // One step of a blade in the organ at rest; whether it hangs together otherwise then.
-bool advance(BladeSweeps& sweeps, CutOrgan& organ, const BladeNow& now) {
+bool advance(BladeSweeps& sweeps, CutOrgan& organ, const CuttingStep& now) {
   const std::vector<Vector3d> nodes =
       organ.cut() ? organ.now().mechanics.body->nodes_mm : organ.body().uncut().nodes_mm;
   sweeps.advance({&now, 1}, organ, nodes);
@@ -168,7 +168,7 @@ TEST(CutOrgan, ABladePressedInFlatMakesWalls) {
 TEST(CutOrgan, ScissorsPartWhatLiesBetweenTheirBlades) {
   CutOrgan organ(box_organ());
   BladeSweeps sweeps(organ);
-  Scissors scissors;
+  ClosingScissors scissors;
   const Vector3d pivot(-80, 2.3, 0), tip(40, 2.3, 0);
   EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 100}));
   EXPECT_FALSE(scissors.advance(tip, pivot, {0, 0, 120}));  // they open: nothing is cut
@@ -176,7 +176,7 @@ TEST(CutOrgan, ScissorsPartWhatLiesBetweenTheirBlades) {
     const auto snip = scissors.advance(tip, pivot, {0, 0, 120 - 3.0 * i});
     ASSERT_TRUE(snip);
     EXPECT_EQ(snip->put_down.has_value(), i == 1);
-    advance(sweeps, organ, {0, snip->blade, 0, snip->put_down});
+    advance(sweeps, organ, {0, snip->edge, 0, snip->put_down});
     if (i < 20) {
       EXPECT_EQ(organ.body().cut().fragment_count(), 1u);  // not half-way yet
     }

@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 constexpr double kOnCapsule_mm = 0.1;  // what a contact must hold to
 constexpr double kRadius_mm = 4;
 
-InstrumentTip capsule(const Vector3d& from_mm, const Vector3d& axis_mm) {
-  InstrumentTip tip;
+Instrument capsule(const Vector3d& from_mm, const Vector3d& axis_mm) {
+  Instrument tip;
   tip.active = true;
   tip.radius_mm = kRadius_mm;
   tip.position_mm = from_mm;
@@ -26,13 +26,13 @@ InstrumentTip capsule(const Vector3d& from_mm, const Vector3d& axis_mm) {
   return tip;
 }
 
-double distance_to_axis(const InstrumentTip& tip, const Vector3d& point) {
+double distance_to_axis(const Instrument& tip, const Vector3d& point) {
   const double t = (point - tip.position_mm).dot(tip.axis_mm) / tip.axis_mm.squaredNorm();
   return (tip.position_mm + std::clamp(t, 0.0, 1.0) * tip.axis_mm - point).norm();
 }
 
 // Over a fine grid of points of every face: without a base layer the proxy is the skin.
-double skin_to_axis(const TriangleMesh& mesh, const Deformer& deformer, const InstrumentTip& tip) {
+double skin_to_axis(const TriangleMesh& mesh, const Deformer& deformer, const Instrument& tip) {
   constexpr int kSteps = 12;
   const auto& at = deformer.positions();
   double nearest = std::numeric_limits<double>::infinity();
@@ -52,7 +52,7 @@ TEST(Capsule, TheSkinLiesAlongItsWholeLength) {
   const TriangleMesh mesh = test::geodesic_sphere(7, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
   StepReport report;
-  InstrumentTip tip;
+  Instrument tip;
   for (int step = 0; step <= 90; ++step) {
     const double height_mm = 46 - 12 * std::min(1.0, step / 60.0);
     tip = capsule({-15, 1, height_mm}, {30, 0, 0});
@@ -91,7 +91,7 @@ TEST(Capsule, AFastOneDoesNotTunnel) {
     const TriangleMesh mesh = test::geodesic_sphere(4, 40);
     Deformer deformer(mesh, test::spring_body(mesh), {});
     deformer.step({capsule({-12, 1, 70}, {24, 0, 0})});
-    const InstrumentTip tip = capsule({-12, 1, deep_mm}, {24, 0, 0});  // in one step of 1/60 s
+    const Instrument tip = capsule({-12, 1, deep_mm}, {24, 0, 0});  // in one step of 1/60 s
     for (int step = 0; step < 30; ++step) deformer.step({tip});
     // After the blow the skin is folded round the capsule: each face is held at its deepest points
     // alone, up to the tip's most contacts. Rounding decides how it folds: forty starts that differ
@@ -111,7 +111,7 @@ TEST(Capsule, AFastSwingDoesNotTunnel) {
   const TriangleMesh mesh = test::geodesic_sphere(4, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
   deformer.step({capsule({-70, 0, 30}, {50, 0, 50})});
-  const InstrumentTip tip = capsule({-70, 0, 30}, {75, 0, 0});
+  const Instrument tip = capsule({-70, 0, 30}, {75, 0, 0});
   for (int step = 0; step < 10; ++step) deformer.step({tip});
   EXPECT_GT(skin_to_axis(mesh, deformer, tip), kRadius_mm - kOnCapsule_mm);
   EXPECT_LT(deformer.positions()[0].norm(), 100) << "pushed, not thrown";

@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 
 constexpr double kOnSphere_mm = 0.1;  // what a contact must hold to
 
-InstrumentTip poke_at(const Vector3d& position_mm, double radius_mm = 5) {
-  InstrumentTip tip;
+Instrument poke_at(const Vector3d& position_mm, double radius_mm = 5) {
+  Instrument tip;
   tip.position_mm = position_mm;
   tip.radius_mm = radius_mm;
   tip.active = true;

@@ -41,7 +41,7 @@ void survives_poking(const TriangleMesh& mesh, const MechanicsModel& mechanics,
   for (int side = 0; side < 6; ++side) {
     Vector3d from = Vector3d::Zero();
     from[side / 2] = side % 2 ? -1 : 1;
-    InstrumentTip tip;
+    Instrument tip;
     tip.active = true;
     for (int step = 0; step < 60; ++step) {
       tip.position_mm = (50 - 0.5 * step) * from + Vector3d(1, 2, 3);
@@ -90,11 +90,11 @@ TEST(DegenerateBodies, EverythingAnchored) {
   mechanics.anchors.clear();
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) mechanics.anchors.push_back(v);
   Deformer deformer(mesh, mechanics, test::sphere_base(mesh, 40, 3));
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
   for (int step = 0; step < 20; ++step) {
     tip.position_mm = {0, 0, 45.0 - step};
-    tip.mode = step % 4 == 3 ? InstrumentMode::grab : InstrumentMode::poke;
+    tip.kind = step % 4 == 3 ? InstrumentKind(Grasper{}) : Ball{};
     EXPECT_EQ(deformer.step({tip}).contacts, 0u);
     EXPECT_FALSE(deformer.moved());
   }
@@ -108,7 +108,7 @@ TEST(DegenerateBodies, PokesNextToAnchors) {
   test::BodyOptions body;
   body.anchored_below = 0.1;
   Deformer deformer(mesh, test::spring_body(mesh, body), {});
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
   for (int step = 0; step < 300; ++step) {
     const double depth = std::min(10.0, 0.2 * step), z = 20 - 0.1 * step;
@@ -131,7 +131,7 @@ TEST(DegenerateBodies, NoFaces) {
   const MechanicsModel mechanics = test::spring_body(mesh);
   mesh.faces.clear();
   Deformer deformer(mesh, mechanics, {});
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
   deformer.step({tip});
   EXPECT_TRUE(deformer.positions() == mesh.vertices);

@@ -12,11 +12,11 @@ namespace {
 
 using PointList = std::vector<Eigen::Vector3d>;
 
-InstrumentTip grasper_at(const Eigen::Vector3d& position_mm, double radius_mm = 3) {
-  InstrumentTip tip;
+Instrument grasper_at(const Eigen::Vector3d& position_mm, double radius_mm = 3) {
+  Instrument tip;
   tip.position_mm = position_mm;
   tip.radius_mm = radius_mm;
-  tip.mode = InstrumentMode::grab;
+  tip.kind = Grasper{};
   tip.active = true;
   return tip;
 }
@@ -139,7 +139,7 @@ TEST(Deformer, EnergyNeverGrowsWithoutInput) {
       DeformOptions options;
       Deformer deformer(mesh, mechanics, {}, options);
       for (int step = 0; step < 40; ++step) {
-        InstrumentTip tip;
+        Instrument tip;
         tip.active = true;
         tip.position_mm = {5, 2, 46 - 0.4 * step};
         deformer.step({tip});
@@ -173,7 +173,7 @@ TEST(Deformer, HeldShapeConverges) {
       options.time_step_s = time_step_s;
       options.friction = 0;  // with friction the shape depends on the way there
       Deformer deformer(mesh, mechanics, test::sphere_base(mesh, 40, 4), options);
-      InstrumentTip tip;
+      Instrument tip;
       tip.active = true;
       for (int step = 0; step < 90; ++step) {
         tip.position_mm = {0, 1, 45 - kDepth_mm * std::min(1.0, step / 30.0)};

@@ -13,11 +13,11 @@ namespace {
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 
-InstrumentTip tool_at(const Vector3d& position_mm, InstrumentMode mode = InstrumentMode::poke) {
-  InstrumentTip tip;
+Instrument tool_at(const Vector3d& position_mm, const InstrumentKind& kind = Ball{}) {
+  Instrument tip;
   tip.active = true;
   tip.position_mm = position_mm;
-  tip.mode = mode;
+  tip.kind = kind;
   return tip;
 }
 
@@ -89,10 +89,10 @@ TEST(FemDeformer, ATipPushesIsPushedBackAndLetsGo) {
 TEST(FemDeformer, AGrasperCarriesTheTissue) {
   const TriangleMesh mesh = test::geodesic_sphere(3, 40);
   Deformer deformer(mesh, test::fem_ball(mesh), {}, with_fem());
-  deformer.step({tool_at({0, 0, 42}, InstrumentMode::grab)});
+  deformer.step({tool_at({0, 0, 42}, Grasper{})});
   StepReport report;
   for (int step = 1; step <= 60; ++step)
-    report = deformer.step({tool_at({0, 0, 42 + 0.2 * step}, InstrumentMode::grab)});
+    report = deformer.step({tool_at({0, 0, 42 + 0.2 * step}, Grasper{})});
   double highest = 0;
   for (const Vector3d& p : deformer.positions()) highest = std::max(highest, p.z());
   EXPECT_NEAR(highest, 52, 1);

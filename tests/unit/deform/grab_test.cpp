@@ -12,11 +12,11 @@ using Eigen::Vector3d;
 
 constexpr double kFollows_mm = 0.1;
 
-InstrumentTip grasper(const Vector3d& position_mm, bool closed = true, double radius_mm = 5) {
-  InstrumentTip tip;
+Instrument grasper(const Vector3d& position_mm, bool closed = true, double radius_mm = 5) {
+  Instrument tip;
   tip.position_mm = position_mm;
   tip.radius_mm = radius_mm;
-  tip.mode = InstrumentMode::grab;
+  tip.kind = Grasper{};
   tip.active = closed;
   return tip;
 }
@@ -102,14 +102,14 @@ TEST(Grab, HoldsSkinBetweenVertices) {
 TEST(Grab, APokeMayTurnIntoAGrab) {
   const Sphere s;
   Deformer deformer(s.mesh, s.mechanics, {});
-  InstrumentTip tip = grasper({0, 0, 46});
-  tip.mode = InstrumentMode::poke;
+  Instrument tip = grasper({0, 0, 46});
+  tip.kind = Ball{};
   for (int step = 0; step < 40; ++step) {
     tip.position_mm.z() = 46 - 0.2 * step;
     deformer.step({tip});
   }
   const double pushed_z = tip.position_mm.z();
-  tip.mode = InstrumentMode::grab;
+  tip.kind = Grasper{};
   StepReport report;
   for (int step = 0; step < 80; ++step) {
     tip.position_mm.z() = pushed_z + 0.2 * step;

@@ -44,16 +44,16 @@ class Hand {
   Hand(std::uint64_t seed, const CoarseOrgan& organ) : random_(seed), organ_(&organ) {}
 
   // At most step_mm farther each step, and reach_mm from where it closed.
-  const std::vector<InstrumentTip>& advance(const std::vector<Vector3d>& now, double step_mm,
-                                            double reach_mm) {
+  const std::vector<Instrument>& advance(const std::vector<Vector3d>& now, double step_mm,
+                                         double reach_mm) {
     if (left_-- == 0) {
       left_ = 5 + int(random_.below(60));
       const Face& face = organ_->mesh.faces[random_.below(organ_->mesh.faces.size())];
       const double u = random_.uniform(0, 0.5), v = random_.uniform(0, 0.5);
       tips_[0].active = tips_[1].active = false;
       tip_ = 1 - tip_;
-      InstrumentTip& tip = tips_[tip_];
-      tip.mode = InstrumentMode::grab;
+      Instrument& tip = tips_[tip_];
+      tip.kind = Grasper{};
       tip.active = true;
       tip.radius_mm = random_.uniform(2, 12);
       tip.position_mm = closed_ = (1 - u - v) * now[face[0]] + u * now[face[1]] + v * now[face[2]];
@@ -71,7 +71,7 @@ class Hand {
  private:
   RandomStream random_;
   const CoarseOrgan* organ_;
-  std::vector<InstrumentTip> tips_{2};
+  std::vector<Instrument> tips_{2};
   int tip_ = 0, left_ = 0;
   Vector3d closed_ = Vector3d::Zero();
 };
@@ -128,8 +128,8 @@ TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
     ++faces;
     for (int axis = 0; axis < 3; ++axis) {
       Deformer deformer = organ.deformer(TissueSolver::springs);
-      InstrumentTip tip;
-      tip.mode = InstrumentMode::grab;
+      Instrument tip;
+      tip.kind = Grasper{};
       tip.active = true;
       for (const std::uint32_t v : face) tip.position_mm += organ.mesh.vertices[v] / 3;
       deformer.step({tip});
@@ -146,8 +146,8 @@ TEST(HardPulls, AJerkBesideAnchorsMovesNothingFarther) {
 TEST(HardPulls, TissueThatTwoGraspersTearApartKeepsItsState) {
   const CoarseOrgan organ;
   Deformer deformer = organ.deformer(TissueSolver::springs);
-  InstrumentTip left, right;
-  left.mode = right.mode = InstrumentMode::grab;
+  Instrument left, right;
+  left.kind = right.kind = Grasper{};
   left.active = right.active = true;
   left.position_mm = right.position_mm = organ.mesh.vertices[0];
   EXPECT_GT(deformer.step({left, right}).contacts, 0u);

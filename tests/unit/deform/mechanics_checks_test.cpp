@@ -84,14 +84,14 @@ TEST(Deformer, RefusesABaseLayerThatDoesNotFit) {
 TEST(Deformer, RefusesTipsThatMakeNoSense) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
-  InstrumentTip good;
+  Instrument good;
   good.active = true;
   good.position_mm = {0, 0, 44};
   deformer.step({good});
   const auto before = deformer.positions();
 
-  const auto refuses_tip = [&](const std::function<void(InstrumentTip&)>& spoil) {
-    InstrumentTip bad = good;
+  const auto refuses_tip = [&](const std::function<void(Instrument&)>& spoil) {
+    Instrument bad = good;
     spoil(bad);
     try {
       deformer.step({good, bad});
@@ -101,18 +101,17 @@ TEST(Deformer, RefusesTipsThatMakeNoSense) {
     }
     EXPECT_TRUE(deformer.positions() == before) << "a refused step changes nothing";
   };
-  refuses_tip([](InstrumentTip& t) { t.position_mm.y() = std::nan(""); });
-  refuses_tip([](InstrumentTip& t) { t.position_mm.y() = INFINITY; });
-  refuses_tip([](InstrumentTip& t) { t.position_mm.y() = 1e200; });
-  refuses_tip([](InstrumentTip& t) { t.radius_mm = 0; });
-  refuses_tip([](InstrumentTip& t) { t.radius_mm = 0.01; });
-  refuses_tip([](InstrumentTip& t) { t.radius_mm = std::nan(""); });
-  refuses_tip([](InstrumentTip& t) { t.mode = static_cast<InstrumentMode>(7); });
+  refuses_tip([](Instrument& t) { t.position_mm.y() = std::nan(""); });
+  refuses_tip([](Instrument& t) { t.position_mm.y() = INFINITY; });
+  refuses_tip([](Instrument& t) { t.position_mm.y() = 1e200; });
+  refuses_tip([](Instrument& t) { t.radius_mm = 0; });
+  refuses_tip([](Instrument& t) { t.radius_mm = 0.01; });
+  refuses_tip([](Instrument& t) { t.radius_mm = std::nan(""); });
 
-  EXPECT_THROW(deformer.step(std::vector<InstrumentTip>(kMostTips + 1, good)), UsageError);
+  EXPECT_THROW(deformer.step(std::vector<Instrument>(kMostInstruments + 1, good)), UsageError);
   EXPECT_TRUE(deformer.positions() == before);
 
-  InstrumentTip idle;
+  Instrument idle;
   idle.position_mm.x() = std::nan("");
   EXPECT_NO_THROW(deformer.step({good, idle})) << "an inactive tip may hold anything";
 }

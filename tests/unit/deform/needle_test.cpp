@@ -18,22 +18,22 @@ constexpr double kOnNeedle_mm = 0.1;  // as near as contacts are held
 constexpr double kBall_mm = 40;
 
 // A needle along z, its point at the height given above the ball's top.
-InstrumentTip needle(double height_mm, double x_mm = 0) {
-  InstrumentTip tip;
+Instrument needle(double height_mm, double x_mm = 0) {
+  Instrument tip;
   tip.position_mm = Vector3d(x_mm, 0, kBall_mm + height_mm);
   tip.axis_mm = Vector3d(0, 0, 80);
   tip.radius_mm = 0.6;
-  tip.mode = InstrumentMode::pierce;
+  tip.kind = Needle{};
   tip.active = true;
   return tip;
 }
 
-struct Ball {
+struct HeldBall {
   TriangleMesh mesh = test::geodesic_sphere(7, kBall_mm);
   std::uint32_t top = 0;  // the vertex that is nearest to the needle's line
   Deformer deformer;
 
-  explicit Ball(TissueSolver solver) : deformer(made(mesh, solver)) {
+  explicit HeldBall(TissueSolver solver) : deformer(made(mesh, solver)) {
     for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
       if (mesh.vertices[v].z() > mesh.vertices[top].z()) top = v;
   }
@@ -58,10 +58,10 @@ struct Ball {
   double dent_mm() const { return kBall_mm - deformer.positions()[top].z(); }
 };
 
-class Needle : public testing::TestWithParam<TissueSolver> {};
+class NeedleInTissue : public testing::TestWithParam<TissueSolver> {};
 
-TEST_P(Needle, GoesThroughOnceTheSkinIsPushedInFarEnough) {
-  Ball ball(GetParam());
+TEST_P(NeedleInTissue, GoesThroughOnceTheSkinIsPushedInFarEnough) {
+  HeldBall ball(GetParam());
   StepReport report;
   EXPECT_EQ(ball.move(2, -3, report), 0u);
   EXPECT_GT(ball.dent_mm(), 1.5);
@@ -73,8 +73,8 @@ TEST_P(Needle, GoesThroughOnceTheSkinIsPushedInFarEnough) {
   EXPECT_LE(std::abs(report.tip_force_n.at(0).z()), 0.02 * 13);
 }
 
-TEST_P(Needle, TakesTheSkinAlongSidewaysAndLetsItGo) {
-  Ball ball(GetParam());
+TEST_P(NeedleInTissue, TakesTheSkinAlongSidewaysAndLetsItGo) {
+  HeldBall ball(GetParam());
   StepReport report;
   ASSERT_EQ(ball.move(2, -12, report), 1u);
   const ContactPoint* on = nullptr;
@@ -93,8 +93,8 @@ TEST_P(Needle, TakesTheSkinAlongSidewaysAndLetsItGo) {
   EXPECT_TRUE(ball.deformer.positions() == ball.mesh.vertices);
 }
 
-TEST_P(Needle, PullsTheSkinOutByItsFrictionAlone) {
-  Ball ball(GetParam());
+TEST_P(NeedleInTissue, PullsTheSkinOutByItsFrictionAlone) {
+  HeldBall ball(GetParam());
   StepReport report;
   ASSERT_EQ(ball.move(2, -15, report), 1u);
   double outermost_mm = 0, strongest_n = 0;
@@ -108,8 +108,8 @@ TEST_P(Needle, PullsTheSkinOutByItsFrictionAlone) {
   EXPECT_LT(strongest_n, 0.02 * 17);
 }
 
-TEST_P(Needle, AnotherGoesInBesideIt) {
-  Ball ball(GetParam());
+TEST_P(NeedleInTissue, AnotherGoesInBesideIt) {
+  HeldBall ball(GetParam());
   StepReport report;
   ASSERT_EQ(ball.move(2, -10, report), 1u);
   std::size_t punctures = 0;
@@ -121,11 +121,12 @@ TEST_P(Needle, AnotherGoesInBesideIt) {
   EXPECT_EQ(punctures, 1u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Solvers, Needle, testing::Values(TissueSolver::springs, TissueSolver::fem),
+INSTANTIATE_TEST_SUITE_P(Solvers, NeedleInTissue,
+                         testing::Values(TissueSolver::springs, TissueSolver::fem),
                          [](const auto& tissue) { return to_string(tissue.param); });
 
 TEST(NeedleChecks, ItNeedsALength) {
-  InstrumentTip tip = needle(0);
+  Instrument tip = needle(0);
   tip.axis_mm.setZero();
   EXPECT_THROW(Deformer::check({tip}), UsageError);
 }

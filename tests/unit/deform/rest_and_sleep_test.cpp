@@ -7,15 +7,15 @@
 namespace organbake {
 namespace {
 
-InstrumentTip tip_at(const Eigen::Vector3d& position_mm, bool active = true) {
-  InstrumentTip tip;
+Instrument tip_at(const Eigen::Vector3d& position_mm, bool active = true) {
+  Instrument tip;
   tip.position_mm = position_mm;
   tip.active = active;
   return tip;
 }
 
 // Steps until nothing has moved for a while; returns the steps it took, or -1.
-int steps_to_sleep(Deformer& deformer, const std::vector<InstrumentTip>& tips, int limit) {
+int steps_to_sleep(Deformer& deformer, const std::vector<Instrument>& tips, int limit) {
   for (int step = 0; step < limit; ++step) {
     deformer.step(tips);
     if (!deformer.moved()) return step;
@@ -26,9 +26,9 @@ int steps_to_sleep(Deformer& deformer, const std::vector<InstrumentTip>& tips, i
 TEST(Deformer, RestStaysRestBitForBit) {
   const TriangleMesh mesh = test::lumpy_organ(3, 40, 1);
   Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 42, 4));
-  const std::vector<InstrumentTip> away = {tip_at({0, 0, 80}), tip_at({0, 0, 0}, false)};
+  const std::vector<Instrument> away = {tip_at({0, 0, 80}), tip_at({0, 0, 0}, false)};
   for (int step = 0; step < 100; ++step) {
-    const StepReport report = deformer.step(step % 2 ? away : std::vector<InstrumentTip>{});
+    const StepReport report = deformer.step(step % 2 ? away : std::vector<Instrument>{});
     EXPECT_FALSE(deformer.moved());
     EXPECT_EQ(report.contacts, 0u);
     EXPECT_FALSE(report.recovered);
@@ -65,7 +65,7 @@ TEST(Deformer, SleepsUnderAStillTipAndWakesWithIt) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
   for (int step = 0; step < 30; ++step) deformer.step({tip_at({0, 0, 46 - 0.5 * step})});
-  const std::vector<InstrumentTip> held = {tip_at({0, 0, 31})};
+  const std::vector<Instrument> held = {tip_at({0, 0, 31})};
   constexpr int kLimit = 600;  // 10 s
   ASSERT_GE(steps_to_sleep(deformer, held, kLimit), 1);
   const StepReport asleep = deformer.step(held);

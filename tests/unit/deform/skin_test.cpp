@@ -174,7 +174,7 @@ TEST(Skin, ATipPushesASmoothOneAsItPushesTheProxy) {
       without(DeformBodies{{mesh, mechanics, none}});
   double force_N = 0;
   for (int step = 0; step < 60; ++step) {
-    InstrumentTip tip;
+    Instrument tip;
     tip.position_mm = {0, 0, 46 - std::min(0.4 * step, 12.0)};
     tip.active = true;
     const StepReport report = with.step({tip});

@@ -15,7 +15,7 @@ class PokingTip {
  public:
   explicit PokingTip(std::uint64_t seed) : random_(seed) { aim(); }
 
-  const InstrumentTip& advance(double time_step_s) {
+  const Instrument& advance(double time_step_s) {
     tip_.active = true;
     distance_mm_ += (inwards_ ? -1 : 1) * speed_mm_per_s_ * time_step_s;
     if (distance_mm_ < kDeepest_mm) distance_mm_ = kDeepest_mm, inwards_ = false;
@@ -36,7 +36,7 @@ class PokingTip {
 
   static constexpr double kAway_mm = 50, kDeepest_mm = 5;  // the body's radius is 40
   RandomStream random_;
-  InstrumentTip tip_;
+  Instrument tip_;
   Vector3d direction_;
   double distance_mm_ = 0, speed_mm_per_s_ = 0;
   bool inwards_ = true;
@@ -82,9 +82,9 @@ TEST(Stability, StiffnessAndTimeStepGrid) {
 TEST(Stability, TissueSlipsFromAGrasperThatIsTornAway) {
   const TriangleMesh mesh = test::geodesic_sphere(2, 40);
   Deformer deformer(mesh, test::spring_body(mesh), {});
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
-  tip.mode = InstrumentMode::grab;
+  tip.kind = Grasper{};
   tip.position_mm = mesh.vertices[0];
   EXPECT_EQ(deformer.step({tip}).slipped, 0u);
   tip.position_mm = {0, 0, 9e8};  // a thousand kilometres away
@@ -116,7 +116,7 @@ TEST(Stability, HugeAndTinyTips) {
   const TriangleMesh mesh = test::geodesic_sphere(3, 40);
   for (const double radius : {kThinnestTip_mm, 0.1, 60.0, 5000.0}) {
     Deformer deformer(mesh, test::spring_body(mesh), test::sphere_base(mesh, 40, 4));
-    InstrumentTip tip;
+    Instrument tip;
     tip.active = true;
     tip.radius_mm = radius;
     for (int step = 0; step < 60; ++step) {

@@ -36,8 +36,8 @@ Organ ball_at(const Vector3d& center_mm, double radius_mm, double stiffness_n_pe
   return organ;
 }
 
-InstrumentTip pushing_tip(const Vector3d& position_mm) {
-  return {position_mm, 5, InstrumentMode::poke, true, Vector3d::Zero()};
+Instrument pushing_tip(const Vector3d& position_mm) {
+  return {position_mm, 5, Ball{}, true, Vector3d::Zero()};
 }
 
 // The tip comes from far on the left and pushes the left ball to the right.
@@ -158,7 +158,7 @@ TEST(TissueContacts, FarOrgansDontKnowOfEachOther) {
   Deformer both({near.body(), far.body()}), first({near.body()}), second({far.body()});
   for (int step = 0; step <= 60; ++step) {
     const Vector3d at(-26 + 0.2 * step, 0, 4);
-    const InstrumentTip at_far = pushing_tip({500 - 36 + 0.2 * step, 0, 4});
+    const Instrument at_far = pushing_tip({500 - 36 + 0.2 * step, 0, 4});
     both.step({pushing_tip(at), at_far});
     first.step({pushing_tip(at)});
     second.step({at_far});

@@ -13,15 +13,15 @@ using Eigen::Vector3d;
 
 constexpr double kTouching_mm = 1e-6;
 
-InstrumentTip ball(const Vector3d& at, double radius_mm = 5) {
-  return {at, radius_mm, InstrumentMode::poke, true, Vector3d::Zero()};
+Instrument ball(const Vector3d& at, double radius_mm = 5) {
+  return {at, radius_mm, Ball{}, true, Vector3d::Zero()};
 }
 
-InstrumentTip capsule(const Vector3d& at, const Vector3d& axis, double radius_mm = 3) {
-  return {at, radius_mm, InstrumentMode::poke, true, axis};
+Instrument capsule(const Vector3d& at, const Vector3d& axis, double radius_mm = 3) {
+  return {at, radius_mm, Ball{}, true, axis};
 }
 
-double gap_mm(const InstrumentTip& a, const InstrumentTip& b) {
+double gap_mm(const Instrument& a, const Instrument& b) {
   const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
   return (a.position_mm + s * a.axis_mm - b.position_mm - t * b.axis_mm).norm() - a.radius_mm -
          b.radius_mm;
@@ -54,9 +54,9 @@ TEST(ToolContacts, ToolsThatOverlapPartByHalfEach) {
 }
 
 TEST(ToolContacts, ToolsApartAndToolsAwayAreLeftAlone) {
-  InstrumentTip away = ball({0, 0, 0});
+  Instrument away = ball({0, 0, 0});
   away.active = false;
-  const std::vector<InstrumentTip> tips = {ball({0, 0, 0}), ball({11, 0, 0}), away};
+  const std::vector<Instrument> tips = {ball({0, 0, 0}), ball({11, 0, 0}), away};
   const auto held = held_apart(tips);
   for (std::size_t i = 0; i < tips.size(); ++i) EXPECT_EQ(held[i].position_mm, tips[i].position_mm);
 }
@@ -83,7 +83,7 @@ TEST(ToolContacts, CoincidentToolsStillPart) {
 }
 
 TEST(ToolContacts, AFastToolDoesNotPassThroughAnother) {
-  const std::vector<InstrumentTip> held = {ball({0, 0, 0}, 6), ball({60, 0, 0}, 3)};
+  const std::vector<Instrument> held = {ball({0, 0, 0}, 6), ball({60, 0, 0}, 3)};
   for (const double y : {0.0, 2.0, 8.5}) {
     const auto moved = moved_apart(held, {ball({0, 0, 0}, 6), ball({-40, y, 0}, 3)});
     EXPECT_GT(gap_mm(moved[0], moved[1]), -kTouching_mm) << y;
@@ -91,8 +91,8 @@ TEST(ToolContacts, AFastToolDoesNotPassThroughAnother) {
   const auto stopped = moved_apart(held, {ball({0, 0, 0}, 6), ball({-40, 0, 0}, 3)});
   EXPECT_GT(stopped[1].position_mm.x(), stopped[0].position_mm.x());
   // Blades that would swing through each other.
-  const std::vector<InstrumentTip> blades = {capsule({-20, 0, 0}, {40, 0, 0}, 1),
-                                             capsule({0, -20, 30}, {0, 40, 0}, 1)};
+  const std::vector<Instrument> blades = {capsule({-20, 0, 0}, {40, 0, 0}, 1),
+                                          capsule({0, -20, 30}, {0, 40, 0}, 1)};
   auto through = blades;
   through[1].position_mm.z() = -30;
   const auto crossed = moved_apart(blades, through);
@@ -100,7 +100,7 @@ TEST(ToolContacts, AFastToolDoesNotPassThroughAnother) {
 }
 
 TEST(ToolContacts, AToolThatKeepsBeingPushedStaysOnItsSide) {
-  std::vector<InstrumentTip> held = {ball({0, 0, 0}), ball({20, 0, 0})};
+  std::vector<Instrument> held = {ball({0, 0, 0}), ball({20, 0, 0})};
   for (int step = 0; step <= 200; ++step) {
     held = moved_apart(held, {ball({0, 0, 0}), ball({20 - 0.2 * step, 0, 0})});
     ASSERT_GT(held[1].position_mm.x(), held[0].position_mm.x()) << step;
@@ -116,7 +116,7 @@ TEST(ToolContacts, AToolThatKeepsBeingPushedStaysOnItsSide) {
 }
 
 TEST(ToolContacts, ToolsThatMeetNoneEndWhereTheyAreAskedFor) {
-  const std::vector<InstrumentTip> asked = {ball({1.1, 2.3, 4.7}), ball({100.3, 0.1, 0})};
+  const std::vector<Instrument> asked = {ball({1.1, 2.3, 4.7}), ball({100.3, 0.1, 0})};
   const auto moved = moved_apart({ball({0, 0, 0}), ball({90, 0, 0})}, asked);
   for (std::size_t i = 0; i < asked.size(); ++i)
     EXPECT_EQ(moved[i].position_mm, asked[i].position_mm);
@@ -141,14 +141,13 @@ TEST(ToolContacts, TheDeformerHoldsThemApart) {
 
 // Every one of them holds off every other: looked at a few million times, not some billions.
 TEST(ToolContacts, AsManyAsThereMayBeFlyThroughOneAnotherAtOnce) {
-  std::vector<InstrumentTip> held, asked;
-  for (std::size_t i = 0; i < kMostTips; ++i) {
+  std::vector<Instrument> held, asked;
+  for (std::size_t i = 0; i < kMostInstruments; ++i) {
     const double side_mm = i % 2 == 0 ? 900 : -900;
     held.push_back(ball({side_mm, static_cast<double>(i), 0}));
     asked.push_back(ball({-side_mm, static_cast<double>(i), 0}));
   }
-  for (const InstrumentTip& tip : moved_apart(held, asked))
-    ASSERT_TRUE(tip.position_mm.allFinite());
+  for (const Instrument& tip : moved_apart(held, asked)) ASSERT_TRUE(tip.position_mm.allFinite());
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ TEST(EliminationOrder, ChangesNothingButRounding) {
   MechanicsModel without = large_model();
   without.elimination_order.clear();
   Deformer ordered(large_proxy(), large_model(), {}, {}), searching(large_proxy(), without, {}, {});
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
   for (int step = 0; step < 10; ++step) {
     tip.position_mm = {0, -57 + 2.0 * step, 0};

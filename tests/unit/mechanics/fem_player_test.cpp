@@ -22,8 +22,8 @@ class BakedBody : public testing::Test {
     options.solver = TissueSolver::fem;
   }
 
-  static InstrumentTip poke(const Vector3d& at) {
-    InstrumentTip tip;
+  static Instrument poke(const Vector3d& at) {
+    Instrument tip;
     tip.active = true;
     tip.position_mm = at;
     return tip;

@@ -31,17 +31,17 @@ TEST(InstrumentMotion, PutsTheTipsSurfaceAtTheDepth) {
   Script script;
   const Eigen::Vector3d front(0, -1, 0);
   script.instruments = {
-      {"p", 6, InstrumentMode::poke, {{1, std::nullopt, front, 4}, {2, std::nullopt, front, 8}}}};
+      {"p", {.radius_mm = 6}, {{1, std::nullopt, front, 4}, {2, std::nullopt, front, 8}}}};
   const InstrumentMotion motion(script, organ_to_play());
-  EXPECT_FALSE(motion.tips_at(0.9)[0].active);
-  EXPECT_FALSE(motion.tips_at(2.1)[0].active);
-  const InstrumentTip tip = motion.tips_at(1.5)[0];
+  EXPECT_FALSE(motion.at(0.9)[0].active);
+  EXPECT_FALSE(motion.at(2.1)[0].active);
+  const Instrument tip = motion.at(1.5)[0];
   ASSERT_TRUE(tip.active);
   const Eigen::Vector3d skin = skin_point(organ_to_play(), front);
   EXPECT_NEAR((tip.position_mm - skin).dot(front), 6 - 6,
               1e-9);  // centre: radius − depth above skin
   EXPECT_EQ(motion.solids({tip}).size(), 2u);
-  EXPECT_EQ(motion.solids(motion.tips_at(0)).size(), 0u);
+  EXPECT_EQ(motion.solids(motion.at(0)).size(), 0u);
 }
 
 TEST(InstrumentMotion, NamesTheDirectionThatMeetsNoSkin) {
@@ -50,8 +50,8 @@ TEST(InstrumentMotion, NamesTheDirectionThatMeetsNoSkin) {
   Script script;
   script.name = "away";
   const Eigen::Vector3d at(1, 2, 3), away(1, 0, 0);
-  script.instruments = {{"p", 6, InstrumentMode::poke, {{0, at, {}, 0}}},
-                        {"q", 6, InstrumentMode::poke, {{0, at, {}, 0}, {1, {}, away, 4}}}};
+  script.instruments = {{"p", {.radius_mm = 6}, {{0, at, {}, 0}}},
+                        {"q", {.radius_mm = 6}, {{0, at, {}, 0}, {1, {}, away, 4}}}};
   try {
     InstrumentMotion motion(script, beside);
     FAIL() << "accepted";
@@ -64,9 +64,9 @@ TEST(InstrumentMotion, NamesTheDirectionThatMeetsNoSkin) {
 
 TEST(InstrumentMotion, TakesTheBundlesToolWhenTheScriptNamesNoSize) {
   Script script;
-  script.instruments = {{"p", 0, InstrumentMode::poke, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}}};
+  script.instruments = {{"p", {.radius_mm = 0}, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}}};
   const InstrumentMotion motion(script, organ_to_play());
-  EXPECT_EQ(motion.tips_at(0)[0].radius_mm, organ_to_play().mechanics.instrument_radius_mm);
+  EXPECT_EQ(motion.at(0)[0].radius_mm, organ_to_play().mechanics.instrument_radius_mm);
 }
 
 }  // namespace

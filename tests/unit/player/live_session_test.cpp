@@ -62,9 +62,9 @@ TEST(LiveSession, ZoomStopsBeforeTheOrganAndBeforeItVanishes) {
 
 TEST(LiveSession, TheToolMeetsTheTissueUnderThePointer) {
   Seen s;
-  EXPECT_FALSE(s.session.touch({2, 2}, InstrumentMode::poke));  // the background
-  EXPECT_FALSE(s.session.touch({-5, 1e9}, InstrumentMode::poke));
-  ASSERT_TRUE(s.session.touch(kMiddle, InstrumentMode::poke));
+  EXPECT_FALSE(s.session.touch({2, 2}, Ball{}));  // the background
+  EXPECT_FALSE(s.session.touch({-5, 1e9}, Ball{}));
+  ASSERT_TRUE(s.session.touch(kMiddle, Ball{}));
   EXPECT_NEAR(s.advance().step.penetration_mm, 0, 0.5);
   EXPECT_NEAR(s.session.depth_mm(), 0, 1e-9);
   s.session.drag(kMiddle + Eigen::Vector2d(0, 20));
@@ -80,7 +80,7 @@ TEST(LiveSession, TheToolMeetsTheTissueUnderThePointer) {
 
 TEST(LiveSession, AGrabCarriesTissueTheWayThePointerGoes) {
   Seen s;
-  ASSERT_TRUE(s.session.touch(kMiddle, InstrumentMode::grab));
+  ASSERT_TRUE(s.session.touch(kMiddle, Grasper{}));
   s.advance();
   const auto before = s.player.proxy_positions();
   for (int i = 1; i <= 20; ++i) {
@@ -101,8 +101,8 @@ TEST(LiveSession, WhatWasDonePlaysBackBitForBit) {
   std::vector<Rgb8Image> pictures;
   for (int i = 0; i < 50; ++i) {
     if (i % 17 == 3) {
-      const auto mode = i > 30 ? InstrumentMode::grab : InstrumentMode::poke;
-      ASSERT_TRUE(s.session.touch(kMiddle + Eigen::Vector2d(i % 5, 3), mode));
+      const InstrumentKind kind = i > 30 ? InstrumentKind(Grasper{}) : Ball{};
+      ASSERT_TRUE(s.session.touch(kMiddle + Eigen::Vector2d(i % 5, 3), kind));
     }
     s.session.drag(kMiddle + Eigen::Vector2d(10 * std::sin(0.3 * i), 0.4 * i));
     if (i % 17 == 14) s.session.let_go();
@@ -127,7 +127,7 @@ TEST(LiveSession, WhatWasDonePlaysBackBitForBit) {
 TEST(LiveSession, ResetForgetsWhatWasDone) {
   Seen s;
   const auto rest = s.player.proxy_positions();
-  ASSERT_TRUE(s.session.touch(kMiddle, InstrumentMode::poke));
+  ASSERT_TRUE(s.session.touch(kMiddle, Ball{}));
   s.session.drag(kMiddle + Eigen::Vector2d(0, 30));
   s.advance();
   s.session.reset();

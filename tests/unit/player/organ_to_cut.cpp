@@ -26,11 +26,11 @@ DeformOptions with_fem() {
   return options;
 }
 
-InstrumentTip blade_at(double share) {
+Instrument blade_at(double share) {
   const Vector3d center = bounds(organ_to_cut().proxy).center();
-  InstrumentTip tip;
+  Instrument tip;
   tip.active = true;
-  tip.mode = InstrumentMode::cut;
+  tip.kind = Blade{};
   tip.radius_mm = 0.4;
   tip.position_mm = center + Vector3d(22.3, -75 + 150 * share, -80);
   tip.axis_mm = Vector3d(0, 0, 160);
@@ -48,13 +48,9 @@ Script cutting_script() {
   script.width = 160, script.height = 120;
   script.solver = TissueSolver::fem;
   script.camera = {{0, {}}, {39, {0.5, 0.2, 1.1}}};
-  const InstrumentTip from = blade_at(0), to = blade_at(1);
-  script.instruments.push_back({"scalpel",
-                                0.4,
-                                InstrumentMode::cut,
-                                {{0, from.position_mm}, {0.5, to.position_mm}},
-                                {},
-                                from.axis_mm});
+  const Instrument scalpel = blade_at(0);
+  const Vector3d from = scalpel.position_mm, to = blade_at(1).position_mm;
+  script.instruments.push_back({"scalpel", scalpel, {{0, from}, {0.5, to}}});
   return script;
 }
 

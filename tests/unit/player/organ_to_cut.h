@@ -14,7 +14,7 @@ const Bundle& organ_to_cut();
 DeformOptions with_fem();
 
 // A blade through the whole organ beside its middle, from far to near, edge upright.
-InstrumentTip blade_at(double share);
+Instrument blade_at(double share);
 // What was swept parts a few steps later, and then what was swept meanwhile.
 void let_part(Player& player);
 // That blade, all the way.

@@ -23,8 +23,7 @@ Script short_script(double depth_mm) {
   script.frames = 8;
   script.camera = {{0, {}}, {7, {0.4, 0.2, 1.1, 0.1}}};
   script.instruments = {{"probe",
-                         6,
-                         InstrumentMode::poke,
+                         {.radius_mm = 6},
                          {{0, std::nullopt, front, -5},
                           {0.1, std::nullopt, front, depth_mm},
                           {1, std::nullopt, front, depth_mm}}}};

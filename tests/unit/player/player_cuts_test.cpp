@@ -31,19 +31,19 @@ TEST(PlayerCuts, SpringsAreRefusedAndSaySo) {
 
 TEST(PlayerCuts, ABladeNeedsAnEdge) {
   Player player(organ_to_cut(), with_fem());
-  InstrumentTip tip = blade_at(0.5);
+  Instrument tip = blade_at(0.5);
   tip.axis_mm.setZero();
   EXPECT_THROW(player.step({tip}), UsageError);
   Script script = cutting_script();
-  script.instruments[0].axis_mm.setZero();
+  script.instruments[0].instrument.axis_mm.setZero();
   EXPECT_THROW(script_from_json(script_to_json(script), "script"), BadDataError);
 }
 
 TEST(PlayerCuts, ScriptsOfBladesReadBack) {
   const Script script = cutting_script();
   const Script read = script_from_json(script_to_json(script), "script");
-  EXPECT_EQ(read.instruments[0].mode, InstrumentMode::cut);
-  EXPECT_EQ(read.instruments[0].axis_mm, script.instruments[0].axis_mm);
+  EXPECT_TRUE(read.instruments[0].instrument.is<Blade>());
+  EXPECT_EQ(read.instruments[0].instrument.axis_mm, script.instruments[0].instrument.axis_mm);
 }
 
 TEST(PlayerCuts, APieceIsCutFreeAndCarriedAway) {
@@ -55,9 +55,9 @@ TEST(PlayerCuts, APieceIsCutFreeAndCarriedAway) {
   for (const Vector3d& v : player.proxy_positions())
     if (v.x() > end.x()) end = v;
   const auto grab_at = [&](double share) {
-    InstrumentTip tip;
+    Instrument tip;
     tip.active = true;
-    tip.mode = InstrumentMode::grab;
+    tip.kind = Grasper{};
     tip.radius_mm = 5;
     tip.position_mm = end + Vector3d(2 + 80 * share, 0, 0);
     return tip;
@@ -127,7 +127,7 @@ TEST(PlayerCuts, ALiveCutReplaysToTheLastBit) {
   constexpr double kStep_s = 1.0 / 60;
   LiveSession session(player, kStep_s);
   session.advance(false, 160, 120, {});
-  ASSERT_TRUE(session.touch({60, 60}, InstrumentMode::cut));
+  ASSERT_TRUE(session.touch({60, 60}, Blade{}));
   std::vector<std::uint8_t> live;
   for (int i = 0; i < 30; ++i) {
     session.drag({60 + 1.5 * i, 60});
@@ -148,7 +148,7 @@ TEST(PlayerCuts, AClosedCutHardlyShows) {
   Frame whole, cut;
   player.draw(view, {}, whole);
   for (int i = 0; i <= 40; ++i) {
-    InstrumentTip tip = blade_at(0.5);
+    Instrument tip = blade_at(0.5);
     tip.position_mm = bounds(organ_to_cut().proxy).center() + Vector3d(-20 + i, 0, 0);
     tip.axis_mm = 120 * organ_to_cut().cameras.manifold.directions.front();
     player.step({tip});

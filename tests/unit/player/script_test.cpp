@@ -35,7 +35,7 @@ TEST(Script, IsReadWhole) {
   EXPECT_EQ(s.frames, 10);
   EXPECT_EQ(s.width, 64);
   EXPECT_EQ(s.camera[1].pose.distance, 2);
-  EXPECT_EQ(s.instruments[0].mode, InstrumentMode::grab);
+  EXPECT_TRUE(s.instruments[0].instrument.is<Grasper>());
   EXPECT_EQ(s.instruments[0].path[0].position_mm, Eigen::Vector3d(1, 2, 3));
   EXPECT_FALSE(s.instruments[0].path[1].position_mm);
 }
@@ -120,13 +120,13 @@ TEST(Script, ACapsulesAxisIsReadAndWrittenBack) {
   Script script;
   script.name = "blade";
   script.camera = {{0, {}}};
-  InstrumentPath blade{"blade", 4, InstrumentMode::poke, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}};
-  blade.axis_mm = {20, -0.1, 5};
+  InstrumentPath blade{"blade", {.radius_mm = 4}, {{0, Eigen::Vector3d(1, 2, 3), {}, 0}}};
+  blade.instrument.axis_mm = {20, -0.1, 5};
   script.instruments = {blade};
   const Script read = script_from_json(script_to_json(script), "blade.json");
   ASSERT_EQ(read.instruments.size(), 1u);
-  EXPECT_EQ(read.instruments[0].axis_mm, blade.axis_mm);
-  blade.axis_mm = {2e9, 0, 0};
+  EXPECT_EQ(read.instruments[0].instrument.axis_mm, blade.instrument.axis_mm);
+  blade.instrument.axis_mm = {2e9, 0, 0};
   script.instruments = {blade};
   EXPECT_THROW(script_from_json(script_to_json(script), "blade.json"), BadDataError);
 }

@@ -124,7 +124,7 @@ TEST(SeveralOrgans, APokeReachesTheNeighbour) {
   StepReport report;
   for (int step = 0; step <= 80; ++step) {
     const Vector3d at(box.min.x() - 6 + 0.5 * step, box.center().y(), box.center().z());
-    report = both.step({{at, 6, InstrumentMode::poke, true, Vector3d::Zero()}});
+    report = both.step({{at, 6, Ball{}, true, Vector3d::Zero()}});
   }
   EXPECT_GT(report.tissue_contacts, 0u);
   EXPECT_NE(both.proxy_positions(1), rest);

@@ -114,7 +114,7 @@ void poke(Player& player, double depth_mm) {
       bundle.cameras.manifold.center_world_mm + options().organ.radius(out) * out;
   for (int i = 1; i <= 30; ++i) {
     const double depth = depth_mm * std::min(1.0, i / 20.0);
-    player.step({{skin + (radius - depth) * out, radius, InstrumentMode::poke, true}});
+    player.step({{skin + (radius - depth) * out, radius, Ball{}, true}});
   }
 }
 

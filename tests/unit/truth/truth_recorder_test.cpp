@@ -32,10 +32,8 @@ class TruthRecorderTest : public testing::Test {
     script.width = script.height = kSide_px;
     script.camera = {{0, {}}, {2, {0.2, 0.1}}};
     const Eigen::Vector3d front = traced_organ().cameras.manifold.directions.front();
-    script.instruments = {{"probe",
-                           6,
-                           InstrumentMode::poke,
-                           {{0, std::nullopt, front, -2}, {1, std::nullopt, front, 30}}}};
+    script.instruments = {
+        {"probe", {.radius_mm = 6}, {{0, std::nullopt, front, -2}, {1, std::nullopt, front, 30}}}};
     return script;
   }
   std::vector<Rgb8Image> record(const Script& script, const TruthOptions& options) {

@@ -7,7 +7,7 @@
 namespace organbake::deform {
 
 void ShapeSolver::take_over(ShapeSolver& before, const std::vector<NodeSource>& sources,
-                            const std::vector<InstrumentTip>& tips) {
+                            const std::vector<Instrument>& instruments) {
   to_rest();
   for (std::size_t n = 0; n < sources.size(); ++n) {
     const std::uint32_t slot = tissue_->slot_of_node()[n];
@@ -31,18 +31,19 @@ void ShapeSolver::take_over(ShapeSolver& before, const std::vector<NodeSource>& 
   std::size_t first = 0;  // of those of one tip: they stand together
   const auto grip_anew = [&] {
     if (first == contacts_.size()) return;
-    grip(to_row(tips[contacts_[first].tip].position_mm), search_, skin_, contacts_, first);
+    grip(to_row(instruments[contacts_[first].instrument].position_mm), search_, skin_, contacts_,
+         first);
     first = contacts_.size();
   };
   for (std::size_t i = 0; i < at_rest.size(); ++i) {
     Contact contact = before.contacts_[i];
-    if (contact.of_tissue() || contact.tip >= tips.size()) continue;
-    if (!contact.carried && !contact.threaded) continue;
-    if (first < contacts_.size() && contacts_[first].tip != contact.tip) grip_anew();
+    if (!contact.lasts() || contact.instrument >= instruments.size()) continue;
+    if (first < contacts_.size() && contacts_[first].instrument != contact.instrument) grip_anew();
     if (!find_anew(contact, at_rest[i])) continue;
-    if (contact.threaded) search_.place(contact, to_row(tips[contact.tip].position_mm));
+    const bool threaded = contact.as<Threaded>() != nullptr;
+    if (threaded) search_.place(contact, to_row(instruments[contact.instrument].position_mm));
     contacts_.push_back(contact);
-    if (contact.threaded) first = contacts_.size();
+    if (threaded) first = contacts_.size();
   }
   grip_anew();
 }

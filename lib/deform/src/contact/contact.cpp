@@ -16,9 +16,9 @@ Lever against(const Lever& point, const Lever& other) {
 
 Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest) {
   Row point = contact.anchored_at;
-  if (contact.carried) {
-    for (const auto& [slot, weight] : contact.grip.carriers)
-      point += contact.grip.scale * weight * (x[slot] - rest[slot]);
+  if (const Carried* carried = contact.as<Carried>()) {
+    for (const auto& [slot, weight] : carried->grip.carriers)
+      point += carried->grip.scale * weight * (x[slot] - rest[slot]);
     return point;
   }
   for (int k = 0; k < contact.lever.count; ++k) {

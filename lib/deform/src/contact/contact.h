@@ -5,10 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <variant>
 #include <vector>
 
 #include "body/skin.h"
 #include "contact/rows.h"
+#include "organbake/instruments/instrument_sweep.h"
 
 namespace organbake::deform {
 
@@ -27,23 +29,10 @@ struct TipPose {
   Row center_near(const Row& point) const { return center + along(point) * axis; }
 };
 
-// One tip's way through the current step (mm).
-struct TipSweep {
-  std::uint32_t tip = 0;
-  Row from = Row::Zero(), to = Row::Zero();
-  Row axis_from = Row::Zero(), axis_to = Row::Zero();
-  double radius_mm = 0;
-  // No earlier position is known: skin that the tip overlaps counts as entered from outside.
-  bool just_placed = false;
-  bool grabs = false;
-  bool pierces = false;  // a needle
-
-  TipPose at(double fraction) const {
-    return {from + fraction * (to - from), axis_from + fraction * (axis_to - axis_from), radius_mm};
-  }
-  // The step's motion of the place `along` the axis.
-  Row motion(double along) const { return (to - from) + along * (axis_to - axis_from); }
-};
+// A tip where it is at a share of its way through the step.
+inline TipPose tip_at(const InstrumentSweep& sweep, double fraction) {
+  return {to_row(sweep.position_mm(fraction)), to_row(sweep.axis_mm(fraction)), sweep.to.radius_mm};
+}
 
 // How a skin point answers to its face's three vertices. A face that is partly anchored gives way
 // by its free share φ only: the constrained point is p0 + Σ (b_i/φ²) u_i instead of p0 + Σ b_i u_i,
@@ -82,23 +71,39 @@ struct Grip {
   std::shared_ptr<const std::vector<double>> column = nullptr;
 };
 
-// A skin point that an instrument holds off (normal · (p − target) ≥ 0, with friction) or carries
-// (p = target), that a needle has gone through (p on the line from the target along the normal,
-// with friction), or that other skin holds off: p is then relative to that skin's point. Its force
-// persists from step to step as the next solve's first guess.
-struct Contact {
-  static constexpr std::uint32_t kTissue = 0xFFFFFFFFu;
-  bool of_tissue() const { return tip == kTissue; }
+// What holds a skin point:
 
-  std::uint32_t tip = 0;     // kTissue: other skin
-  std::uint32_t feeler = 0;  // of tissue: which of its points
+// An instrument holds it off: normal · (p − target) ≥ 0, with friction.
+struct Pressed {
+  bool from_front = true;   // the tip came from outside the body
+  bool just_found = false;  // moved or made by this refresh
+};
+
+// A grasper carries it: p = target.
+struct Carried {
+  Row offset = Row::Zero();  // from the tip's centre, mm
+  Grip grip;
+};
+
+// A needle has gone through it: p lies on the line from the target along the normal, with friction.
+struct Threaded {
+  double most_friction_mn = 0;
+};
+
+// Other skin holds it off: p is then relative to that skin's point.
+struct OnTissue {
+  std::uint32_t feeler = 0;  // which of its points
+};
+
+// A skin point that something holds. Its force persists from step to step as the next solve's first
+// guess.
+struct Contact {
+  static constexpr std::uint32_t kNoInstrument = 0xFFFFFFFFu;
+
+  std::variant<Pressed, Carried, Threaded, OnTissue> kind;
+  std::uint32_t instrument = kNoInstrument;  // none of tissue
   SkinPoint at;
-  bool carried = false;
-  bool threaded = false;          // on a needle
-  bool from_front = true;         // the tip came from outside the body
-  double touched_at = 0;          // fraction of the step's sweep, for friction
-  Row grab_offset = Row::Zero();  // carried: from the tip's centre, mm
-  Grip grip;                      // carried
+  double touched_at = 0;  // fraction of the step's sweep, for friction
 
   // Set by each refresh, for the shape and the tip's place of that moment.
   Row point = Row::Zero();  // mm
@@ -108,10 +113,20 @@ struct Contact {
   // Where the point would lie with its lever's slots, or its grip's carriers, at rest, mm.
   Row anchored_at = Row::Zero();
   Row tip_motion = Row::Zero();  // of the tip since it touched, mm
-  double grip_mn = 0;            // threaded: friction's most
-  bool fresh = false;            // moved or made by this refresh
 
   Row force = Row::Zero();  // on the tissue, mN
+
+  template <class Kind>
+  Kind* as() {
+    return std::get_if<Kind>(&kind);
+  }
+  template <class Kind>
+  const Kind* as() const {
+    return std::get_if<Kind>(&kind);
+  }
+  bool of_tissue() const { return as<OnTissue>() != nullptr; }
+  // Whether it is there for as long as the instrument is, be it loaded or not.
+  bool lasts() const { return as<Carried>() || as<Threaded>(); }
 };
 
 // How far a threaded contact's point lies up the needle, mm.

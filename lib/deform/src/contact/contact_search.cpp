@@ -21,7 +21,7 @@ constexpr double kSquareCosine = 0.5;
 constexpr int kMostAlternations = 8;
 constexpr double kAlternationWithin = 1e-3;
 // Of a needle's shaft on what it went through, per mm of it below the skin.
-constexpr double kGrip_mn_per_mm = 20;
+constexpr double kFriction_mn_per_mm = 20;
 
 // The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
 // wrong side of the skin pushes it back along the skin's normal: it came through, not round.
@@ -45,7 +45,7 @@ Push push_of(const SkinHit& hit, const Row& center, double radius_mm, bool from_
 ContactSearch::ContactSearch(Skin& skin, const Tissue& tissue)
     : skin_(skin), tissue_(tissue), front_mark_(tissue.size(), 0) {}
 
-void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweeps) {
+void ContactSearch::find_faces(const Rows& x, const std::vector<InstrumentSweep>& sweeps) {
   near_.resize(sweeps.size());
   if (sweeps.empty()) return;
   beyond_.resize(x.size());
@@ -53,13 +53,12 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<TipSweep>& sweep
   const auto& faces = skin_.faces();
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
     near_[s].clear();
-    const double reach = (sweeps[s].grabs ? 2 : 1 + kReachMargin) * sweeps[s].radius_mm;
-    const Row from_end = sweeps[s].from + sweeps[s].axis_from;
-    const Row to_end = sweeps[s].to + sweeps[s].axis_to;
-    const Row low =
-        sweeps[s].from.cwiseMin(sweeps[s].to).cwiseMin(from_end).cwiseMin(to_end).array() - reach;
-    const Row high =
-        sweeps[s].from.cwiseMax(sweeps[s].to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
+    const Instrument &tip_from = sweeps[s].from, &tip_to = sweeps[s].to;
+    const double reach = (tip_to.is<Grasper>() ? 2 : 1 + kReachMargin) * tip_to.radius_mm;
+    const Row from = to_row(tip_from.position_mm), from_end = to_row(tip_from.end_mm());
+    const Row to = to_row(tip_to.position_mm), to_end = to_row(tip_to.end_mm());
+    const Row low = from.cwiseMin(to).cwiseMin(from_end).cwiseMin(to_end).array() - reach;
+    const Row high = from.cwiseMax(to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
     mark_beyond(x, low.array() - skin_.tallest_mm(), high.array() + skin_.tallest_mm());
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
       if (skin_.smooth(f)) {
@@ -119,9 +118,10 @@ void ContactSearch::mark_beyond(const Rows& x, const Row& low, const Row& high) 
 }
 
 // Half of the margin; the other half is for the motion that the next solve makes.
-double ContactSearch::slack_mm(const std::vector<TipSweep>& sweeps) {
+double ContactSearch::slack_mm(const std::vector<InstrumentSweep>& sweeps) {
   double least_radius = std::numeric_limits<double>::infinity();
-  for (const TipSweep& sweep : sweeps) least_radius = std::min(least_radius, sweep.radius_mm);
+  for (const InstrumentSweep& sweep : sweeps)
+    least_radius = std::min(least_radius, sweep.to.radius_mm);
   return kReachMargin / 2 * least_radius;
 }
 
@@ -129,22 +129,22 @@ bool ContactSearch::found_any() const {
   return std::any_of(near_.begin(), near_.end(), [](const auto& faces) { return !faces.empty(); });
 }
 
-double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fraction,
+double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double fraction,
                               std::vector<Contact>& contacts) {
   double deepest = 0;
   for (std::size_t s = 0; s < sweeps.size(); ++s) {
-    const TipSweep& sweep = sweeps[s];
-    const TipPose tip = sweep.at(fraction);
+    const InstrumentSweep& sweep = sweeps[s];
+    const TipPose tip = tip_at(sweep, fraction);
     ++mark_;
     std::erase_if(contacts, [&](Contact& c) {
-      c.fresh = false;
-      return c.tip == sweep.tip && !update(tip, c);
+      if (Pressed* pressed = c.as<Pressed>()) pressed->just_found = false;
+      return c.instrument == sweep.instrument && !update(tip, c);
     });
     touches_.clear();
     const bool threaded = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-      return c.threaded && c.tip == sweep.tip;
+      return c.as<Threaded>() && c.instrument == sweep.instrument;
     });
-    if (!sweep.grabs && !threaded) {
+    if (!sweep.to.is<Grasper>() && !threaded) {
       for (const std::uint32_t face : near_[s]) touch(sweep, tip, face);
     }
     std::sort(touches_.begin(), touches_.end(), [](const Touch& p, const Touch& q) {
@@ -152,9 +152,9 @@ double ContactSearch::refresh(const std::vector<TipSweep>& sweeps, double fracti
     });
     for (const Touch& t : touches_) admit(sweep, fraction, t, contacts);
     for (Contact& c : contacts) {
-      if (c.tip != sweep.tip) continue;
-      if (c.fresh) update(tip, c);
-      c.tip_motion = (fraction - c.touched_at) * sweep.motion(tip.along(c.point));
+      if (c.instrument != sweep.instrument) continue;
+      if (const Pressed* pressed = c.as<Pressed>(); pressed && pressed->just_found) update(tip, c);
+      c.tip_motion = (fraction - c.touched_at) * to_row(sweep.motion_mm(tip.along(c.point)));
       deepest = std::max(deepest, violation(c));
     }
     for (const Touch& t : touches_) {
@@ -177,10 +177,10 @@ Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
 SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
   const SkinHit hit = skin_.hit(contact.at, center);
   contact.point = hit.point;
-  if (contact.carried) {
-    if (contact.grip.fixed_at_rest) return hit;
+  if (const Carried* carried = contact.as<Carried>()) {
+    if (carried->grip.fixed_at_rest) return hit;
     contact.anchored_at = hit.point;
-    for (const auto& [slot, weight] : contact.grip.carriers)
+    for (const auto& [slot, weight] : carried->grip.carriers)
       contact.anchored_at -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
   } else {
     contact.lever = lever(contact.at);
@@ -193,22 +193,24 @@ SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
 // skin, and if it still matters the search finds its neighbours.
 bool ContactSearch::update(const TipPose& tip, Contact& contact) {
   SkinHit hit = place(contact, tip.center);
-  if (contact.carried) {
-    contact.target = tip.center + contact.grab_offset;
+  if (const Carried* carried = contact.as<Carried>()) {
+    contact.target = tip.center + carried->offset;
     return true;
   }
-  if (contact.threaded) {
+  if (Threaded* threaded = contact.as<Threaded>()) {
     contact.normal = tip.axis.normalized();
     contact.target = tip.center;
-    contact.grip_mn = kGrip_mn_per_mm * std::max(0.0, up_needle(contact, contact.point));
+    threaded->most_friction_mn =
+        kFriction_mn_per_mm * std::max(0.0, up_needle(contact, contact.point));
     return true;
   }
+  const bool from_front = std::get<Pressed>(contact.kind).from_front;
   const Row center = tip.center_near(hit.point);
   hit.distance_mm = (hit.point - center).norm();
-  const Push push = push_of(hit, center, tip.radius_mm, contact.from_front);
+  const Push push = push_of(hit, center, tip.radius_mm, from_front);
   contact.normal = push.normal;
   contact.target = center + tip.radius_mm * push.normal;
-  if (contact.from_front) {
+  if (from_front) {
     for (const std::uint32_t slot : skin_.faces()[contact.at.face]) front_mark_[slot] = mark_;
   }
   return std::abs(push.cosine) > kFlankCosine;
@@ -243,12 +245,12 @@ Lever ContactSearch::lever(const SkinPoint& at) const {
 }
 
 double ContactSearch::violation(const Contact& contact) const {
-  if (contact.carried) {  // how far its carriers have moved it, the skin tells
+  if (const Carried* carried = contact.as<Carried>()) {  // as far as its carriers have moved it
     const Row moved = contact.point - contact.anchored_at;
-    return (contact.anchored_at + contact.grip.scale * moved - contact.target).norm();
+    return (contact.anchored_at + carried->grip.scale * moved - contact.target).norm();
   }
   const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
-  if (contact.threaded) return (miss - contact.normal.dot(miss) * contact.normal).norm();
+  if (contact.as<Threaded>()) return (miss - contact.normal.dot(miss) * contact.normal).norm();
   return -contact.normal.dot(miss);
 }
 
@@ -267,7 +269,7 @@ SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, Row& cent
   return hit;
 }
 
-void ContactSearch::touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face) {
+void ContactSearch::touch(const InstrumentSweep& sweep, const TipPose& tip, std::uint32_t face) {
   Row center = tip.center;
   const double reach = tip.radius_mm + skin_.tallest_mm(face);
   // About the middle of a capsule: its own half length is added to what it can reach.
@@ -289,28 +291,29 @@ void ContactSearch::touch(const TipSweep& sweep, const TipPose& tip, std::uint32
   if (push.clearance_mm < 0) touches_.push_back({hit, from_front, -push.clearance_mm, free_share});
 }
 
-void ContactSearch::admit(const TipSweep& sweep, double fraction, const Touch& touch,
+void ContactSearch::admit(const InstrumentSweep& sweep, double fraction, const Touch& touch,
                           std::vector<Contact>& contacts) {
   std::size_t of_tip = 0;
   Contact* unloaded = nullptr;
   for (Contact& c : contacts) {
-    if (c.tip != sweep.tip) continue;
+    if (c.instrument != sweep.instrument) continue;
+    Pressed& pressed = std::get<Pressed>(c.kind);
     ++of_tip;
-    const bool same = (c.point - touch.hit.point).norm() < kMergeWithin * sweep.radius_mm;
-    if (same && c.from_front == touch.from_front) {
+    const bool same = (c.point - touch.hit.point).norm() < kMergeWithin * sweep.to.radius_mm;
+    if (same && pressed.from_front == touch.from_front) {
       // A contact slides with the deepest point and keeps its force; one a round is enough.
-      if (!c.fresh) c.at = touch.hit.at, c.point = touch.hit.point, c.fresh = true;
+      if (!pressed.just_found)
+        c.at = touch.hit.at, c.point = touch.hit.point, pressed.just_found = true;
       return;
     }
-    if (c.force.isZero(0) && !c.fresh) unloaded = &c;
+    if (c.force.isZero(0) && !pressed.just_found) unloaded = &c;
   }
   Contact made;
-  made.tip = sweep.tip;
+  made.kind = Pressed{touch.from_front, true};
+  made.instrument = sweep.instrument;
   made.at = touch.hit.at;
   made.point = touch.hit.point;
-  made.from_front = touch.from_front;
   made.touched_at = fraction;
-  made.fresh = true;
   if (of_tip < kMaxContactsPerTip) {
     contacts.push_back(made);
   } else if (unloaded) {

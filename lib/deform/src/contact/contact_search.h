@@ -19,16 +19,16 @@ class ContactSearch {
   ContactSearch(Skin& skin, const Tissue& tissue);
 
   // Broad phase: the faces whose shell may come within a tip's reach on its sweep, x in mm.
-  void find_faces(const Rows& x, const std::vector<TipSweep>& sweeps);
+  void find_faces(const Rows& x, const std::vector<InstrumentSweep>& sweeps);
   // How far the skin may move till the faces have to be sought anew.
-  static double slack_mm(const std::vector<TipSweep>& sweeps);
+  static double slack_mm(const std::vector<InstrumentSweep>& sweeps);
   bool found_any() const;
   const std::vector<std::uint32_t>& faces_near(std::size_t sweep) const { return near_[sweep]; }
 
   // Brings every contact's geometry up to date with the skin's pose and the tips at `fraction` of
   // their sweeps, and adds the points that are inside a tip. Returns the deepest penetration (mm)
   // of skin that is free to give way.
-  double refresh(const std::vector<TipSweep>& sweeps, double fraction,
+  double refresh(const std::vector<InstrumentSweep>& sweeps, double fraction,
                  std::vector<Contact>& contacts);
   // Where a skin point that lies at `point` would lie with its face's vertices at rest.
   Row anchored(const SkinPoint& at, const Row& point) const;
@@ -49,9 +49,9 @@ class ContactSearch {
   void mark_beyond(const Rows& x, const Row& low, const Row& high);
   bool update(const TipPose& tip, Contact& contact);
   double violation(const Contact& contact) const;
-  void touch(const TipSweep& sweep, const TipPose& tip, std::uint32_t face);
+  void touch(const InstrumentSweep& sweep, const TipPose& tip, std::uint32_t face);
   SkinHit deepest(const TipPose& tip, std::uint32_t face, Row& center);
-  void admit(const TipSweep& sweep, double fraction, const Touch& touch,
+  void admit(const InstrumentSweep& sweep, double fraction, const Touch& touch,
              std::vector<Contact>& contacts);
   bool borders_front(std::uint32_t face) const;
 

@@ -21,7 +21,7 @@ Shares shares_of(const Contact& c, const ContactSearch& search, const Skin& skin
   const double of_face = search.lever(c.at).free_share;
   if (!skin.smooth(c.at.face)) return {of_face, of_face};
   double free = 0;
-  for (const auto& [slot, weight] : c.grip.carriers)
+  for (const auto& [slot, weight] : std::get<Carried>(c.kind).grip.carriers)
     free += weight * search.tissue().free_share(slot);
   return {free, of_face};
 }
@@ -32,13 +32,14 @@ void grip(const Row& center, const ContactSearch& search, const Skin& skin,
           std::vector<Contact>& contacts, std::size_t first) {
   double together = 0;  // Φ
   const auto cannot_hold = [&](Contact& c) {
-    c.grip = {skin.carriers(c.at)};
-    std::erase_if(c.grip.carriers, [&](const Carrier& carrier) {
+    Grip& grip = std::get<Carried>(c.kind).grip;
+    grip = {skin.carriers(c.at)};
+    std::erase_if(grip.carriers, [&](const Carrier& carrier) {
       return carrier.weight == 0 || search.tissue().free_share(carrier.slot) == 0;
     });
     const auto [free, gives_way] = shares_of(c, search, skin);
     if (free < kMinFreeShare || gives_way == 0) return true;
-    c.grip.scale = 1 / free;
+    grip.scale = 1 / free;
     together = std::max(together, gives_way == free ? free : gives_way * gives_way / free);
     return false;
   };
@@ -46,24 +47,26 @@ void grip(const Row& center, const ContactSearch& search, const Skin& skin,
   contacts.erase(std::remove_if(begin, contacts.end(), cannot_hold), contacts.end());
   for (std::size_t i = first; i < contacts.size(); ++i) {
     Contact& c = contacts[i];
-    c.grip.scale /= together;
+    Carried& carried = std::get<Carried>(c.kind);
+    carried.grip.scale /= together;
     c.lever.free_share = together;
     search.place(c, center);
-    c.grip.fixed_at_rest = skin.smooth(c.at.face);
-    c.grab_offset = constrained_point(c, skin.shape(), search.tissue().rest()) - center;
+    carried.grip.fixed_at_rest = skin.smooth(c.at.face);
+    carried.offset = constrained_point(c, skin.shape(), search.tissue().rest()) - center;
   }
 }
 
-void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& faces,
+void close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t>& faces,
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts) {
-  const double radius = sweep.radius_mm;
+  const double radius = sweep.to.radius_mm;
+  const Row center = to_row(sweep.to.position_mm);
   std::vector<SkinHit> candidates;
   for (const std::uint32_t face : faces) {
     const double farthest = kFarthestRadii * radius + skin.tallest_mm(face);
-    if (skin.least_distance(face, sweep.to) > farthest) continue;
-    const SkinHit nearest = skin.nearest(face, sweep.to);
+    if (skin.least_distance(face, center) > farthest) continue;
+    const SkinHit nearest = skin.nearest(face, center);
     if (nearest.distance_mm <= kFarthestRadii * radius) candidates.push_back(nearest);
-    skin.nodes_within(face, sweep.to, kGraspRadii * radius, candidates);
+    skin.nodes_within(face, center, kGraspRadii * radius, candidates);
   }
   const auto rank = [](const SkinHit& hit) {
     return std::tuple(hit.distance_mm, hit.at.face, hit.at.b1, hit.at.b2);
@@ -83,13 +86,13 @@ void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& face
       continue;
     }
     Contact c;
-    c.tip = sweep.tip;
+    c.kind = Carried{};
+    c.instrument = sweep.instrument;
     c.at = hit.at;
-    c.carried = true;
     c.point = hit.point;
     contacts.push_back(c);
   }
-  grip(sweep.to, search, skin, contacts, first);
+  grip(center, search, skin, contacts, first);
 }
 
 }  // namespace organbake::deform

@@ -10,7 +10,7 @@ namespace organbake::deform {
 
 // The skin points that a closing grasper carries: the nearest one when it lies within two radii,
 // and lattice nodes within the radius, spread out. Each keeps its place relative to the tip.
-void close_grasper(const TipSweep& sweep, const std::vector<std::uint32_t>& faces,
+void close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t>& faces,
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts);
 
 // Ties the points from `first` on to the tip that carries them, as the skin lies, and to each other

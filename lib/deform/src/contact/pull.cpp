@@ -31,7 +31,7 @@ double farthest_of(const Rows& x, const Rows& rest) {
 std::uint32_t most_loaded(const std::vector<Contact>& contacts) {
   std::map<std::uint32_t, Row> force;
   for (const Contact& c : contacts)
-    if (c.carried) force.try_emplace(c.tip, Row::Zero()).first->second += c.force;
+    if (c.as<Carried>()) force.try_emplace(c.instrument, Row::Zero()).first->second += c.force;
   return std::max_element(force.begin(), force.end(),
                           [](const auto& a, const auto& b) {
                             return a.second.squaredNorm() < b.second.squaredNorm();
@@ -43,13 +43,13 @@ std::uint32_t most_loaded(const std::vector<Contact>& contacts) {
 
 bool ShapeSolver::carries() const {
   return std::any_of(contacts_.begin(), contacts_.end(),
-                     [](const Contact& c) { return c.carried; });
+                     [](const Contact& c) { return c.as<Carried>() != nullptr; });
 }
 
 bool ShapeSolver::pulled_too_far() const {
   double way_mm = 0;  // of what is carried
   for (const Contact& c : contacts_)
-    if (c.carried) way_mm = std::max(way_mm, (c.target - c.anchored_at).norm());
+    if (c.as<Carried>()) way_mm = std::max(way_mm, (c.target - c.anchored_at).norm());
   const double most_mm =
       std::min(kTornOff * diagonal_mm_, kSway * diagonal_mm_ + kTakesAlong * way_mm);
   const double now_mm = farthest_of(x_, tissue_->rest());
@@ -60,14 +60,15 @@ bool ShapeSolver::pulled_too_far() const {
 // A step with graspers. Jaws hold by friction: where tissue would have to follow them beyond any
 // shape, because they are too far away or contradict each other, it slips from the one that pulls
 // the most, and the step is taken again from where it began.
-Penetration ShapeSolver::pull(const std::vector<TipSweep>& sweeps) {
+Penetration ShapeSolver::pull(const std::vector<InstrumentSweep>& sweeps) {
   std::vector<Contact> before = contacts_;
   std::optional<TissueContacts::Sides> sides;
   if (tissue_search_) sides = tissue_search_->sides();
   Penetration deepest = move(sweeps);
   while (carries() && pulled_too_far()) {
     const std::uint32_t slips = most_loaded(contacts_);
-    std::erase_if(before, [slips](const Contact& c) { return c.carried && c.tip == slips; });
+    std::erase_if(before,
+                  [slips](const Contact& c) { return c.as<Carried>() && c.instrument == slips; });
     contacts_ = before;
     if (sides) tissue_search_->go_back_to(*sides);
     x_ = x_start_;

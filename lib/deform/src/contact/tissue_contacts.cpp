@@ -112,7 +112,7 @@ void TissueContacts::go_back_to(const Sides& sides) {
 
 void TissueContacts::untangle(std::vector<Contact>& contacts) {
   for (const Contact& c : contacts) {
-    if (c.of_tissue()) released_[c.feeler] = 1;
+    if (const OnTissue* other = c.as<OnTissue>()) released_[other->feeler] = 1;
   }
   std::erase_if(contacts, [](const Contact& c) { return c.of_tissue(); });
   x_felt_.clear();
@@ -231,15 +231,19 @@ double TissueContacts::refresh(std::vector<Contact>& contacts) {
   x_felt_.clear();
   feel_all();
   see_fronts();
-  std::erase_if(contacts, [&](const Contact& c) { return c.of_tissue() && !felt_[c.feeler].felt; });
+  std::erase_if(contacts, [&](const Contact& c) {
+    const OnTissue* other = c.as<OnTissue>();
+    return other && !felt_[other->feeler].felt;
+  });
   double deepest = 0;
   std::size_t count = 0;
   for (Contact& c : contacts) {
-    if (!c.of_tissue()) continue;
+    const OnTissue* other = c.as<OnTissue>();
+    if (!other) continue;
     ++count;
     update(c);
-    felt_[c.feeler].has_contact = true;
-    deepest = std::max(deepest, sunk_mm(c.feeler));
+    felt_[other->feeler].has_contact = true;
+    deepest = std::max(deepest, sunk_mm(other->feeler));
   }
   std::vector<std::uint32_t> sunk;
   for (const std::uint32_t k : touched_) {
@@ -249,8 +253,7 @@ double TissueContacts::refresh(std::vector<Contact>& contacts) {
                    [&](std::uint32_t p, std::uint32_t q) { return sunk_mm(p) > sunk_mm(q); });
   for (const std::uint32_t k : sunk) {
     Contact made;
-    made.tip = Contact::kTissue;
-    made.feeler = k;
+    made.kind = OnTissue{k};
     made.at = feelers_[k];
     update(made);
     if (made.lever.free_share == 0) continue;  // neither side can give way
@@ -263,15 +266,16 @@ double TissueContacts::refresh(std::vector<Contact>& contacts) {
 
 // The constrained point is the feeler relative to the skin below which it must not sink.
 void TissueContacts::update(Contact& contact) const {
-  const SkinPoint& at = feelers_[contact.feeler];
-  const Felt& felt = felt_[contact.feeler];
-  contact.point = own_[contact.feeler].point;
+  const std::uint32_t feeler = std::get<OnTissue>(contact.kind).feeler;
+  const SkinPoint& at = feelers_[feeler];
+  const Felt& felt = felt_[feeler];
+  contact.point = own_[feeler].point;
   contact.normal = felt.other.normal;
-  contact.target = -allowed_mm(contact.feeler) * felt.other.normal;
+  contact.target = -allowed_mm(feeler) * felt.other.normal;
   contact.tip_motion.setZero();
   contact.lever = against(levers_.lever(at), levers_.lever(felt.other.at));
-  contact.anchored_at = levers_.anchored(at, own_[contact.feeler].point) -
-                        levers_.anchored(felt.other.at, felt.other.point);
+  contact.anchored_at =
+      levers_.anchored(at, own_[feeler].point) - levers_.anchored(felt.other.at, felt.other.point);
 }
 
 }  // namespace organbake::deform

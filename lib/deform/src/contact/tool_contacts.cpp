@@ -25,13 +25,13 @@ double share_of(double part, double whole) {
 }
 
 // From the one's axis to the other's, the shortest way.
-Vector3d way_between(const InstrumentTip& a, const InstrumentTip& b) {
+Vector3d way_between(const Instrument& a, const Instrument& b) {
   const auto [s, t] = nearest_on_segments(a.position_mm, a.axis_mm, b.position_mm, b.axis_mm);
   return (b.position_mm + t * b.axis_mm) - (a.position_mm + s * a.axis_mm);
 }
 
 // Moves two tips apart until they touch; false when they lie apart already.
-bool part(InstrumentTip& a, InstrumentTip& b) {
+bool part(Instrument& a, Instrument& b) {
   const Vector3d way = way_between(a, b);
   const double distance = way.norm(), together = a.radius_mm + b.radius_mm;
   const double overlap = together - distance;
@@ -48,23 +48,23 @@ bool part(InstrumentTip& a, InstrumentTip& b) {
   return true;
 }
 
-double gap_mm(const InstrumentTip& a, const InstrumentTip& b) {
+double gap_mm(const Instrument& a, const Instrument& b) {
   return way_between(a, b).norm() - (a.radius_mm + b.radius_mm);
 }
 
 // How far at most a point of the tip moves, mm.
-double way_mm(const InstrumentTip& from, const InstrumentTip& to) {
+double way_mm(const Instrument& from, const Instrument& to) {
   const Vector3d at_base = to.position_mm - from.position_mm;
   return std::max(at_base.norm(), (at_base + to.axis_mm - from.axis_mm).norm());
 }
 
 // Blades and needles are thin, and pass beside other tools.
-bool both_there(const InstrumentTip& a, const InstrumentTip& b) {
-  return a.active && b.active && is_blunt(a.mode) && is_blunt(b.mode);
+bool both_there(const Instrument& a, const Instrument& b) {
+  return a.active && b.active && a.is_blunt() && b.is_blunt();
 }
 
 // In how many pieces tips have to be moved so that none passes another; 0: they don't meet.
-int pieces_between(const std::vector<InstrumentTip>& from, const std::vector<InstrumentTip>& to) {
+int pieces_between(const std::vector<Instrument>& from, const std::vector<Instrument>& to) {
   double most = 0;
   for (std::size_t i = 0; i < to.size(); ++i) {
     for (std::size_t j = i + 1; j < to.size(); ++j) {
@@ -95,7 +95,7 @@ NearestOnSegments nearest_on_segments(const Vector3d& first_at, const Vector3d& 
   return {s, t};
 }
 
-std::vector<InstrumentTip> held_apart(std::vector<InstrumentTip> tips) {
+std::vector<Instrument> held_apart(std::vector<Instrument> tips) {
   for (int round = 0; round < kRounds; ++round) {
     bool any = false;
     for (std::size_t i = 0; i < tips.size(); ++i) {
@@ -108,9 +108,9 @@ std::vector<InstrumentTip> held_apart(std::vector<InstrumentTip> tips) {
   return tips;
 }
 
-std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
-                                       const std::vector<InstrumentTip>& asked) {
-  std::vector<InstrumentTip> from = asked;
+std::vector<Instrument> moved_apart(const std::vector<Instrument>& held,
+                                    const std::vector<Instrument>& asked) {
+  std::vector<Instrument> from = asked;
   for (std::size_t i = 0; i < std::min(held.size(), asked.size()); ++i) {
     if (!both_there(held[i], asked[i])) continue;
     from[i].position_mm = held[i].position_mm;
@@ -118,7 +118,7 @@ std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
   }
   const int pieces = pieces_between(from, asked);
   if (pieces == 0) return asked;
-  std::vector<InstrumentTip> tips = from;
+  std::vector<Instrument> tips = from;
   std::vector<Vector3d> pushed(asked.size(), Vector3d::Zero());
   for (int piece = 1; piece <= pieces; ++piece) {
     const double share = double(piece) / pieces;
@@ -127,7 +127,7 @@ std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
       tips[i].position_mm = from[i].position_mm + share * way + pushed[i];
       tips[i].axis_mm = from[i].axis_mm + share * (asked[i].axis_mm - from[i].axis_mm);
     }
-    const std::vector<InstrumentTip> apart = held_apart(tips);
+    const std::vector<Instrument> apart = held_apart(tips);
     for (std::size_t i = 0; i < tips.size(); ++i)
       pushed[i] += apart[i].position_mm - tips[i].position_mm;
     tips = apart;
@@ -137,7 +137,7 @@ std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
   return tips;
 }
 
-std::size_t count_touching(const std::vector<InstrumentTip>& tips) {
+std::size_t count_touching(const std::vector<Instrument>& tips) {
   std::size_t touching = 0;
   for (std::size_t i = 0; i < tips.size(); ++i) {
     for (std::size_t j = i + 1; j < tips.size(); ++j) {

@@ -4,22 +4,22 @@
 #include <cstddef>
 #include <vector>
 
-#include "organbake/deform/deformer.h"
+#include "organbake/instruments/instrument.h"
 
 namespace organbake::deform {
 
 // Tools are hard: tips that would lie in each other are moved apart, each by half, until they
 // touch. Inactive tips stay out of it. Many tools pressed together may keep a little overlap.
-std::vector<InstrumentTip> held_apart(std::vector<InstrumentTip> tips);
+std::vector<Instrument> held_apart(std::vector<Instrument> tips);
 
 // The same on the way from where tips were held to where they are asked for, piece by piece, so
 // that neither a fast tool passes through another nor one that keeps being pushed. A tip that was
 // not there before starts where it is asked for; one that meets none ends there.
-std::vector<InstrumentTip> moved_apart(const std::vector<InstrumentTip>& held,
-                                       const std::vector<InstrumentTip>& asked);
+std::vector<Instrument> moved_apart(const std::vector<Instrument>& held,
+                                    const std::vector<Instrument>& asked);
 
 // Pairs of tips that touch.
-std::size_t count_touching(const std::vector<InstrumentTip>& tips);
+std::size_t count_touching(const std::vector<Instrument>& tips);
 
 // The parameters (0…1) of the nearest points of two segments, each from its `at` along its `way`,
 // which may be zero.

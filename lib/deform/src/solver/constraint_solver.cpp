@@ -101,7 +101,8 @@ void ConstraintSolver::solve(const Rows& x_start, const Rows& x_free,
 void ConstraintSolver::complete_grips(std::vector<Contact>& contacts) {
   std::vector<Grip*> missing;
   for (Contact& c : contacts)
-    if (c.carried && !c.grip.column) missing.push_back(&c.grip);
+    if (Carried* carried = c.as<Carried>(); carried && !carried->grip.column)
+      missing.push_back(&carried->grip);
   for (std::size_t i = 0; i < missing.size(); i += 4)
     columns_.make(std::span(missing).subspan(i, std::min<std::size_t>(4, missing.size() - i)));
 }
@@ -116,7 +117,7 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
     u.free_point = constrained_point(c, x_free, tissue_.rest());
     u.aim = aim_of(c, x_start);
     add_parts(c, u);
-    u.kept = 1 / (1 + (c.carried ? kGrasperGive : kContactGive));
+    u.kept = 1 / (1 + (c.as<Carried>() ? kGrasperGive : kContactGive));
     unknowns_.push_back(u);
   }
   std::sort(slots_.begin(), slots_.end());
@@ -130,10 +131,10 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
 
 void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
   u.first = static_cast<std::uint32_t>(parts_.size());
-  if (c.carried) {
-    u.column = c.grip.column->data();
-    for (const auto& [slot, weight] : c.grip.carriers)
-      parts_.push_back({slot, 0, c.grip.scale * weight});
+  if (const Carried* carried = c.as<Carried>()) {
+    u.column = carried->grip.column->data();
+    for (const auto& [slot, weight] : carried->grip.carriers)
+      parts_.push_back({slot, 0, carried->grip.scale * weight});
   } else {
     for (int k = 0; k < c.lever.count; ++k) {
       parts_.push_back({c.lever.slots[k], 0, c.lever.weights[k]});
@@ -151,9 +152,9 @@ void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
 
 // Where a grasper carries it; else on the tip or the needle, and there where friction holds it.
 Row ConstraintSolver::aim_of(const Contact& c, const Rows& x_start) const {
-  if (c.carried) return c.target;
+  if (c.as<Carried>()) return c.target;
   const Row stuck = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
-  if (c.threaded) return c.target + up_needle(c, stuck) * c.normal;
+  if (c.as<Threaded>()) return c.target + up_needle(c, stuck) * c.normal;
   return stuck - c.normal.dot(stuck - c.target) * c.normal;
 }
 
@@ -242,9 +243,9 @@ double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
       point += pressure_[u.sides[s].body] * *as_lanes(&u.sides[s].volume_move);
 
     Lanes next = force[i] - u.per_own * (point - *as_lanes(&u.aim));
-    if (c.threaded) {
-      next = along_shaft(next, *as_lanes(&c.normal), c.grip_mn);
-    } else if (!c.carried) {  // wet skin slides on skin
+    if (const Threaded* threaded = c.as<Threaded>()) {
+      next = along_shaft(next, *as_lanes(&c.normal), threaded->most_friction_mn);
+    } else if (!c.as<Carried>()) {  // wet skin slides on skin
       next = into_cone(next, *as_lanes(&c.normal), c.of_tissue() ? 0 : friction_);
     }
     next *= u.kept;

@@ -7,7 +7,6 @@
 #include "body/fem_body.h"
 #include "body/mechanics_checks.h"
 #include "contact/grasp.h"
-#include "contact/instruments.h"
 #include "contact/needles.h"
 #include "organbake/core/stopwatch.h"
 #include "solver/spring_network.h"
@@ -27,7 +26,10 @@ constexpr double kForesight = 0.8;  // of the last motion; 1 would leave the slo
 constexpr double kForesightLimit = 0.01;  // of the diagonal: directions farther ahead are guesses
 // Of a sweep: in a longer one a tip that lost what it touched on the way may have left it behind.
 constexpr int kFewPieces = 8;
-constexpr double kRunaway = 10;  // diagonals away from rest: the state is lost
+// Of the radius: a piece this long cannot bring a tip's centre through the skin.
+constexpr double kPieceOfRadius = 0.5;
+constexpr int kMostPieces = 2048;  // a tip that is faster still may pass through
+constexpr double kRunaway = 10;    // diagonals away from rest: the state is lost
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
 const DeformBodies& checked(const DeformBodies& bodies) {
@@ -62,6 +64,16 @@ std::vector<double> kept_volumes(const DeformBodies& bodies, const DeformOptions
     kept.push_back(options.solver == TissueSolver::fem ? 0 : body.mechanics.volume_stiffness);
   }
   return kept;
+}
+
+// In how many pieces a step's sweeps have to be followed, so that none carries a tip past the skin.
+double pieces_of(const std::vector<InstrumentSweep>& sweeps) {
+  double most = 1;
+  for (const InstrumentSweep& s : sweeps) {
+    const double way_mm = std::max(to_row(s.motion_mm(0)).norm(), to_row(s.motion_mm(1)).norm());
+    if (!s.to.is<Grasper>()) most = std::max(most, way_mm / (kPieceOfRadius * s.to.radius_mm));
+  }
+  return most;
 }
 
 double largest_distance(const Rows& a, const Rows& b) {
@@ -101,24 +113,23 @@ void ShapeSolver::to_rest() {
 }
 
 bool ShapeSolver::held() const {
-  return std::any_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
-    return c.carried || c.threaded || !c.force.isZero(0);
-  });
+  return std::any_of(contacts_.begin(), contacts_.end(),
+                     [](const Contact& c) { return c.lasts() || !c.force.isZero(0); });
 }
 
 bool ShapeSolver::tangled() const {
   return load_.empty() && tissue_->relaxed_at_rest() && held() &&
          std::all_of(contacts_.begin(), contacts_.end(), [](const Contact& c) {
-           return c.of_tissue() || (!c.carried && !c.threaded && c.force.isZero(0));
+           return c.of_tissue() || (!c.lasts() && c.force.isZero(0));
          });
 }
 
-bool ShapeSolver::near_skin(const std::vector<TipSweep>& sweeps) {
+bool ShapeSolver::near_skin(const std::vector<InstrumentSweep>& sweeps) {
   find_faces(sweeps);
   return search_.found_any();
 }
 
-void ShapeSolver::find_faces(const std::vector<TipSweep>& sweeps) {
+void ShapeSolver::find_faces(const std::vector<InstrumentSweep>& sweeps) {
   Stopwatch watch;
   search_.find_faces(x_, sweeps);
   moved_since_found_mm_ = 0;
@@ -126,7 +137,7 @@ void ShapeSolver::find_faces(const std::vector<TipSweep>& sweeps) {
 }
 
 // Where skin meets tips and other skin, in the shape of now.
-Penetration ShapeSolver::refresh(const std::vector<TipSweep>& sweeps, double fraction) {
+Penetration ShapeSolver::refresh(const std::vector<InstrumentSweep>& sweeps, double fraction) {
   Stopwatch watch;
   skin_.pose(x_);
   Penetration deepest;
@@ -136,11 +147,20 @@ Penetration ShapeSolver::refresh(const std::vector<TipSweep>& sweeps, double fra
   return deepest;
 }
 
-Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
-                              const std::vector<std::size_t>& closing) {
+void ShapeSolver::let_go(const std::vector<InstrumentSweep>& sweeps) {
+  std::vector<std::uint32_t> go_on;  // in increasing order
+  for (const InstrumentSweep& sweep : sweeps)
+    if (!sweep.just_placed) go_on.push_back(sweep.instrument);
+  std::erase_if(contacts_, [&](const Contact& c) {
+    return !c.of_tissue() && !std::binary_search(go_on.begin(), go_on.end(), c.instrument);
+  });
+}
+
+Penetration ShapeSolver::step(const std::vector<InstrumentSweep>& sweeps) {
   skin_.pose(x_);
-  for (const std::size_t s : closing) {
-    close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
+  for (std::size_t s = 0; s < sweeps.size(); ++s) {
+    if (sweeps[s].to.is<Grasper>() && sweeps[s].just_placed)
+      close_grasper(sweeps[s], search_.faces_near(s), search_, skin_, contacts_);
   }
   for (Contact& c : contacts_) c.touched_at = 0;
   tip_too_fast_ = touched_on_the_way_ = false;
@@ -152,7 +172,7 @@ Penetration ShapeSolver::step(const std::vector<TipSweep>& sweeps,
   return carries() ? pull(sweeps) : move(sweeps);
 }
 
-Penetration ShapeSolver::move(const std::vector<TipSweep>& sweeps) {
+Penetration ShapeSolver::move(const std::vector<InstrumentSweep>& sweeps) {
   constraints_.begin_step(x_start_);
   advance(sweeps);
   const Penetration deepest = close_gaps(sweeps);
@@ -163,7 +183,7 @@ Penetration ShapeSolver::move(const std::vector<TipSweep>& sweeps) {
 
 // Foresight may climb out of a valley that it ran through. Nothing feeds a body that no tip
 // touches, so a step that ends with more energy is taken again without it.
-void ShapeSolver::advance(const std::vector<TipSweep>& sweeps) {
+void ShapeSolver::advance(const std::vector<InstrumentSweep>& sweeps) {
   const bool touched = held();
   solve(sweeps, true);
   if (touched || held()) {
@@ -198,7 +218,7 @@ void ShapeSolver::set_load(const std::vector<Eigen::Vector3d>& force_n) {
   load_.resize(tissue_->free_count());  // what anchors bear moves nothing
 }
 
-void ShapeSolver::solve(const std::vector<TipSweep>& sweeps, bool with_foresight) {
+void ShapeSolver::solve(const std::vector<InstrumentSweep>& sweeps, bool with_foresight) {
   for (int iteration = 0; iteration < options_.iterations; ++iteration) {
     const bool first = iteration == 0;
     x_before_ = x_;
@@ -239,10 +259,11 @@ const Rows& ShapeSolver::foreseen() {
 }
 
 // A fast tip pushes the skin ahead of it piece by piece, so that it cannot end up behind.
-void ShapeSolver::follow_sweeps(const std::vector<TipSweep>& sweeps) {
+void ShapeSolver::follow_sweeps(const std::vector<InstrumentSweep>& sweeps) {
   if (!search_.found_any()) return;
-  const auto [pieces, enough] = sweep_pieces(sweeps);
-  if (!enough) tip_too_fast_ = true;
+  const double wanted = pieces_of(sweeps);
+  const int pieces = static_cast<int>(std::ceil(std::min<double>(wanted, kMostPieces)));
+  if (wanted > kMostPieces) tip_too_fast_ = true;
   for (int piece = 1; piece < pieces; ++piece) {
     constrain(sweeps, double(piece) / pieces);
     touched_on_the_way_ = touched_on_the_way_ || (pieces > kFewPieces && tools_touch());
@@ -255,13 +276,13 @@ bool ShapeSolver::tools_touch() const {
 }
 
 // One pass of the constraints at a place of the tips; x becomes the shape that keeps them there.
-void ShapeSolver::constrain(const std::vector<TipSweep>& sweeps, double fraction) {
+void ShapeSolver::constrain(const std::vector<InstrumentSweep>& sweeps, double fraction) {
   refresh(sweeps, fraction);
   constraints_.solve(x_start_, x_free_, contacts_, x_);
 }
 
 // The shape is done; what its normals' turning has left between skin and tips is closed here.
-Penetration ShapeSolver::close_gaps(const std::vector<TipSweep>& sweeps) {
+Penetration ShapeSolver::close_gaps(const std::vector<InstrumentSweep>& sweeps) {
   find_faces(sweeps);
   Penetration deepest;
   for (int round = 0; round < kFinalRounds; ++round) {
@@ -280,8 +301,7 @@ double ShapeSolver::settle_motion() {
     const double length = move.norm();
     velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
   }
-  std::erase_if(contacts_,
-                [](const Contact& c) { return !c.carried && !c.threaded && c.force.isZero(0); });
+  std::erase_if(contacts_, [](const Contact& c) { return !c.lasts() && c.force.isZero(0); });
   return largest_distance(x_, x_start_);
 }
 

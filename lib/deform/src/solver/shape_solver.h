@@ -31,7 +31,6 @@ class ShapeSolver {
 
   const Tissue& tissue() const { return *tissue_; }
   const Rows& shape() const { return x_; }  // mm, by slot
-  std::vector<Contact>& contacts() { return contacts_; }
   const std::vector<Contact>& contacts() const { return contacts_; }
   // Forces (N) on the proxy's vertices from now on; empty: none.
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
@@ -45,9 +44,11 @@ class ShapeSolver {
   void untangle() { tissue_search_->untangle(contacts_); }
 
   // Whether a tip may come near the skin on its sweep. Has to precede the step.
-  bool near_skin(const std::vector<TipSweep>& sweeps);
-  // One time step; `closing` are the sweeps of graspers that close in it.
-  Penetration step(const std::vector<TipSweep>& sweeps, const std::vector<std::size_t>& closing);
+  bool near_skin(const std::vector<InstrumentSweep>& sweeps);
+  // Lets go of what instruments held that do not go on.
+  void let_go(const std::vector<InstrumentSweep>& sweeps);
+  // One time step. Graspers that are just placed close in it.
+  Penetration step(const std::vector<InstrumentSweep>& sweeps);
   // Whether in the last step a tip moved so far that it may have left skin behind.
   bool tip_too_fast() const { return tip_too_fast_; }
   // How many graspers the tissue slipped from in the last step.
@@ -60,7 +61,7 @@ class ShapeSolver {
   // Takes over how the bodies lie and move, and what instruments carry, from before they were cut.
   // sources: where each node of the tetrahedra lay in those of `before`.
   void take_over(ShapeSolver& before, const std::vector<NodeSource>& sources,
-                 const std::vector<InstrumentTip>& tips);
+                 const std::vector<Instrument>& instruments);
 
   bool lost() const;  // not finite, or far beyond anything that tissue does
   double farthest_from_rest() const;
@@ -69,22 +70,22 @@ class ShapeSolver {
   double take_collision_ms() { return std::exchange(collision_ms_, 0.0); }
 
  private:
-  Penetration move(const std::vector<TipSweep>& sweeps);
-  Penetration pull(const std::vector<TipSweep>& sweeps);
+  Penetration move(const std::vector<InstrumentSweep>& sweeps);
+  Penetration pull(const std::vector<InstrumentSweep>& sweeps);
   bool carries() const;
   bool pulled_too_far() const;
-  void advance(const std::vector<TipSweep>& sweeps);
-  void solve(const std::vector<TipSweep>& sweeps, bool with_foresight);
+  void advance(const std::vector<InstrumentSweep>& sweeps);
+  void solve(const std::vector<InstrumentSweep>& sweeps, bool with_foresight);
   void move_freely(const Rows& from);
   const Rows& foreseen();
-  void follow_sweeps(const std::vector<TipSweep>& sweeps);
+  void follow_sweeps(const std::vector<InstrumentSweep>& sweeps);
   bool tools_touch() const;
-  void constrain(const std::vector<TipSweep>& sweeps, double fraction);
+  void constrain(const std::vector<InstrumentSweep>& sweeps, double fraction);
   double energy() const;
   bool find_anew(Contact& contact, const Row& at_rest);
-  Penetration close_gaps(const std::vector<TipSweep>& sweeps);
-  void find_faces(const std::vector<TipSweep>& sweeps);
-  Penetration refresh(const std::vector<TipSweep>& sweeps, double fraction);
+  Penetration close_gaps(const std::vector<InstrumentSweep>& sweeps);
+  void find_faces(const std::vector<InstrumentSweep>& sweeps);
+  Penetration refresh(const std::vector<InstrumentSweep>& sweeps, double fraction);
 
   DeformOptions options_;
   double diagonal_mm_;

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "organbake/geometry/camera.h"
 
@@ -39,7 +40,7 @@ class JsonField {
   std::optional<JsonField> find(const std::string& key) const;
   JsonField at(std::size_t index) const;
   // Throws for a key that is none of these: a mistyped one would be as if it were not there.
-  void allow_only(std::initializer_list<std::string_view> keys) const;
+  void allow_only(const std::vector<std::string_view>& keys) const;
   std::size_t size() const;  // of an array; throws for anything else
 
   double number(double min = -std::numeric_limits<double>::max(),

@@ -2,59 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "organbake/deform/deform_body.h"
+#include "organbake/instruments/instrument.h"
 
 namespace organbake {
-
-// A cutting tip is a blade's edge, from its position along its axis; a snipping one a pair of
-// scissors, whose axis leads from where its blades meet when closed to their pivot. Neither pushes
-// anything. A piercing one is a needle from its point along its axis: it pushes the skin in until
-// that gives way and lets it through. From then on the skin slides along the needle and is held by
-// its friction, until the point comes out again.
-enum class InstrumentMode { poke, grab, cut, snip, pierce };
-
-const char* to_string(InstrumentMode mode);
-inline bool has_blade(InstrumentMode mode) {
-  return mode == InstrumentMode::cut || mode == InstrumentMode::snip;
-}
-inline bool is_blunt(InstrumentMode mode) {
-  return mode == InstrumentMode::poke || mode == InstrumentMode::grab;
-}
-std::optional<InstrumentMode> instrument_mode(std::string_view name);  // nothing for another name
-// The one mode that is told by a flag of its own, poke by none. Throws UsageError naming the tip
-// where more than one is set.
-struct InstrumentFlags {
-  bool grabs = false, cuts = false, snips = false, pierces = false;
-};
-InstrumentMode instrument_mode(const InstrumentFlags& flags, std::size_t tip);
-
-// A spherical tip (mm, world), or a capsule: all that lies within the radius of an axis that begins
-// at the position. A grabbing tip carries the tissue that its sphere touched when it closed.
-// A thinner tip would slip between what contacts are exact to.
-inline constexpr double kThinnestTip_mm = 0.05;
-inline constexpr std::size_t kMostTips = 1024;  // of one step: each holds off every other
-inline constexpr double kShortestBlade_mm = 0.1;
-inline constexpr double kWidestCut_mm = 10;
-
-struct InstrumentTip {
-  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
-  double radius_mm = 5;  // from kThinnestTip_mm on
-  InstrumentMode mode = InstrumentMode::poke;
-  bool active = false;
-  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
-  // How much tissue a blade takes away across its way: nothing of a scalpel or scissors, a
-  // millimetre or two of a hook with current.
-  double cut_width_mm = 0;
-  // From the tip of the one of a pair of scissors' blades to that of the other, half of it on
-  // either side of the position. What lies between the blades is cut as it becomes less.
-  Eigen::Vector3d opening_mm = Eigen::Vector3d::Zero();
-};
 
 // What stands for the tissue: the springs that every bundle has, or linear corotational finite
 // elements on the tetrahedra of a bundle that was baked with them.
@@ -121,9 +77,9 @@ class Deformer {
   // Several organs that meet each other. What overlaps at rest may stay as it is, no deeper.
   explicit Deformer(const DeformBodies& bodies, const DeformOptions& options = {});
 
-  // Throws UsageError for tips that make no sense, as step() does.
-  static void check(const std::vector<InstrumentTip>& tips);
-  StepReport step(const std::vector<InstrumentTip>& tips);
+  // Throws UsageError for instruments that make no sense (check_instruments), and has changed
+  // nothing then. Instruments with blades push nothing, and are as if they were not there.
+  StepReport step(const std::vector<Instrument>& instruments);
   // Of the proxies' vertices, one organ after the other, mm.
   const std::vector<Eigen::Vector3d>& positions() const;
   // Of an organ's tetrahedra, mm; none of springs.

@@ -20,7 +20,7 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height,
 
 // Presses one tip along the line from the organ's centre to camera 0 until it stands share ×
 // the organ's thickness below the skin and the tissue has come to rest. Returns the tip.
-InstrumentTip hold_poke(Player& player, const Eigen::Vector3d& direction, double share,
-                        double radius_mm);
+Instrument hold_poke(Player& player, const Eigen::Vector3d& direction, double share,
+                     double radius_mm);
 
 }  // namespace organbake

@@ -16,26 +16,18 @@ class InstrumentMotion {
   // Throws BadDataError, naming the script and the key, where a direction meets no skin.
   InstrumentMotion(const Script& script, const Bundle& bundle);
 
-  // The tips at a time: linear between waypoints, inactive before the first and after the last.
-  std::vector<InstrumentTip> tips_at(double time_s) const;
+  std::vector<Instrument> at(double time_s) const;  // InstrumentPath::at() of each
   // What a viewer sees of the active ones, each part with its instrument's number.
-  std::vector<Solid> solids(const std::vector<InstrumentTip>& tips) const;
+  std::vector<Solid> solids(const std::vector<Instrument>& instruments) const;
 
  private:
-  struct Path {
-    InstrumentTip tip;  // all that stays
-    std::optional<Eigen::Vector3d> shaft;
-    Eigen::Vector3d opens_along;  // unit, or zero
-    std::vector<double> times, openings_mm;
-    std::vector<Eigen::Vector3d> positions;
-  };
   const Bundle* bundle_;
-  std::vector<Path> paths_;
+  std::vector<InstrumentPath> paths_;
 };
 
-// A tip as a viewer sees it: a ball, a capsule or the blades of scissors, and a thin shaft; without
-// a direction it leads away from the organ, that of scissors on from their pivot.
-std::vector<Solid> tool_solids(const InstrumentTip& tip,
+// An instrument as a viewer sees it: a ball, a capsule or the blades of scissors, and a thin shaft;
+// without a direction it leads away from the organ, that of scissors on from their pivot.
+std::vector<Solid> tool_solids(const Instrument& instrument,
                                const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle);
 
 }  // namespace organbake

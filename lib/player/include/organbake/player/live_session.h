@@ -23,12 +23,12 @@ class LiveSession {
   void zoom(double steps);                   // > 0 comes nearer
   void face_front();                         // the view the session began with
 
-  // Puts the tool onto the tissue at the pointer; false when there is none. A poking tool presses
-  // along the line of sight, as deep as the pointer is then dragged away; a grabbing one carries
-  // the tissue across the view; a cutting one is drawn across it, 8 mm below the place touched; a
-  // needle goes in along the line of sight, like a poking one. Scissors are put in along it, and
+  // Puts a tool of a kind onto the tissue at the pointer; false when there is none. A ball presses
+  // along the line of sight, as deep as the pointer is then dragged away; a grasper carries
+  // the tissue across the view; a blade is drawn across it, 8 mm below the place touched; a
+  // needle goes in along the line of sight, like a ball. Scissors are put in along it, and
   // open as the pointer is dragged away, to 20 mm; dragged back, they close and cut.
-  bool touch(const Eigen::Vector2d& at_px, InstrumentMode mode);
+  bool touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind);
   void drag(const Eigen::Vector2d& to_px);
   void push(double mm);  // a held tool along the line of sight, away from the eye when > 0
   void let_go();
@@ -55,6 +55,8 @@ class LiveSession {
   double depth_mm() const { return depth_mm_; }  // of the held tool below the place it touched
 
  private:
+  bool find_touched(const Eigen::Vector2d& at_px);
+  void take_tool(const InstrumentKind& kind);
   Eigen::Vector3d dragged_mm() const;
   Eigen::Vector3d tip_position_mm() const;
   void open_scissors();
@@ -66,9 +68,8 @@ class LiveSession {
   OrbitPose pose_;
   View view_;  // of the last picture
   Frame frame_;
-  std::vector<InstrumentTip> tips_;  // one for each touch so far; the last may be active
+  std::vector<Instrument> tips_;  // one for each touch so far; the last may be active
   bool holding_ = false;
-  InstrumentMode mode_ = InstrumentMode::poke;
   Eigen::Vector2d touched_px_ = Eigen::Vector2d::Zero(), pointer_px_ = Eigen::Vector2d::Zero();
   Eigen::Vector3d touched_mm_ = Eigen::Vector3d::Zero();  // the skin there, world
   Eigen::Vector3d sight_ = Eigen::Vector3d::UnitZ();      // unit, from the eye to it

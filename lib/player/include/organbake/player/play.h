@@ -17,8 +17,8 @@ struct PlayedScene {
   int frame;
   double time_s;
   const View& view;
-  const std::vector<InstrumentTip>& tips;  // where they were held
-  const std::vector<Solid>& solids;        // the tools that are in the picture
+  const std::vector<Instrument>& instruments;  // where they were held
+  const std::vector<Solid>& solids;            // the tools that are in the picture
   const StepReport& step;
   Frame& picture;  // may be taken, or drawn over
 };

@@ -11,7 +11,7 @@
 #include "organbake/bundle/bundle.h"
 #include "organbake/cutting/blade_sweeps.h"
 #include "organbake/cutting/cut_organ.h"
-#include "organbake/cutting/scissors.h"
+#include "organbake/cutting/cutting_edges.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
@@ -23,7 +23,7 @@ namespace organbake {
 //
 //   organbake::Player player("out/liver");
 //   organbake::Frame frame;
-//   player.step({{tip_mm, 5.0, organbake::InstrumentMode::poke, true}});
+//   player.step({{.position_mm = tip_mm, .active = true}});
 //   player.draw(view, {}, frame);
 //
 // One thread calls; drawing uses TBB's threads inside and gives the same bytes for any number.
@@ -54,10 +54,10 @@ class Player {
   // Reads one camera more, for who has no thread to spare; false when all are there.
   bool load_next();
 
-  // Cutting tips need the solver fem and organs baked with tetrahedra: else UsageError. What blades
-  // sweep parts kPartingSteps later: all that hangs on it is worked out meanwhile on a thread of
-  // its own, and the step in which a cut grows takes no longer than others.
-  StepReport step(const std::vector<InstrumentTip>& tips);
+  // Instruments with blades need the solver fem and organs baked with tetrahedra: else UsageError.
+  // What blades sweep parts kPartingSteps later: all that hangs on it is worked out meanwhile on a
+  // thread of its own, and the step in which a cut grows takes no longer than others.
+  StepReport step(const std::vector<Instrument>& instruments);
   static constexpr int kPartingSteps = 6;
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
@@ -116,11 +116,10 @@ class Player {
   void take_positions();
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);
-  void cut(const std::vector<InstrumentTip>& tips);
-  std::vector<BladeNow> blades_now(const std::vector<InstrumentTip>& tips);
-  void sweep(const std::vector<InstrumentTip>& tips);
+  void cut(const std::vector<Instrument>& instruments);
+  void sweep(const std::vector<Instrument>& instruments);
   void begin_cutting(Organ& organ);
-  void leave_holes(const std::vector<InstrumentTip>& tips,
+  void leave_holes(const std::vector<Instrument>& instruments,
                    const std::vector<ContactPoint>& punctures);
   void begin_parting();
   void end_parting();
@@ -130,9 +129,9 @@ class Player {
   std::vector<Organ> organs_;
   DeformOptions options_;
   Deformer deformer_;
-  std::unique_ptr<PaperWarp> paper_;          // made when first asked for
-  std::uint64_t joined_ = 0;                  // serial of the last picture of several organs
-  std::map<std::size_t, Scissors> scissors_;  // by instrument
+  std::unique_ptr<PaperWarp> paper_;  // made when first asked for
+  std::uint64_t joined_ = 0;          // serial of the last picture of several organs
+  CuttingEdges cutting_edges_;
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.
   struct Parting;

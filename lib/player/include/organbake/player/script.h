@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "organbake/deform/deformer.h"
+#include "organbake/instruments/instrument_path.h"
 #include "organbake/player/orbit.h"
 #include "organbake/warp/drawn_light.h"
 
@@ -20,30 +21,6 @@ struct CameraKeyframe {
   int frame = 0;
   OrbitPose pose;
   std::optional<RigidTransform> camera_from_world = {};
-};
-
-// Where a tip is at a time: at a place of the world, or pressed depth_mm below the skin (above it
-// when negative) where the line from the organ's centre along `direction` leaves it at rest.
-struct Waypoint {
-  double time_s = 0;
-  std::optional<Eigen::Vector3d> position_mm;
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
-  double depth_mm = 0;
-  double opening_mm = 0;  // between the tips of scissors' blades
-};
-
-struct InstrumentPath {
-  std::string name;
-  double radius_mm = 0;  // 0 = the bundle's default tool
-  InstrumentMode mode = InstrumentMode::poke;
-  // Strictly later each; the tip is away before the first and after the last.
-  std::vector<Waypoint> path;
-  // Where the shaft leads from the tip, any length; nothing = away from the organ's centre.
-  std::optional<Eigen::Vector3d> shaft = {};
-  // From the tip to a capsule's other end, mm; zero: a sphere.
-  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();
-  double cut_width_mm = 0;                                // of what has a blade
-  Eigen::Vector3d opens_along = Eigen::Vector3d::Zero();  // of scissors, any length
 };
 
 // What happens in front of the player's eye, frame by frame. Schema: interaction.schema.json.

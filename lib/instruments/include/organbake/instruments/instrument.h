@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace organbake {
+
+// The kinds of instruments, each with the properties that no other has.
+
+// Holds tissue off and pushes it: a probe, a swab, the back of any tool.
+struct Ball {
+  bool operator==(const Ball&) const = default;
+};
+
+// Carries the tissue that its tip touched when it closed.
+struct Grasper {
+  bool operator==(const Grasper&) const = default;
+};
+
+// A scalpel or a hook: its axis is an edge that cuts what it sweeps through, and pushes nothing.
+struct Blade {
+  // How much tissue it takes away across its way: nothing of a scalpel, a millimetre or two of a
+  // hook with current.
+  double cut_width_mm = 0;
+
+  bool operator==(const Blade&) const = default;
+};
+
+// Its axis leads from where its blades meet when they are closed to their pivot. It pushes nothing;
+// what lies between the blades is cut as the opening becomes less.
+struct Scissors {
+  double cut_width_mm = 0;
+  // From the tip of the one blade to that of the other, half of it on either side of the position.
+  Eigen::Vector3d opening_mm = Eigen::Vector3d::Zero();
+
+  bool operator==(const Scissors&) const = default;
+};
+
+// Leads from its point along its axis. It pushes the skin in until that gives way and lets it
+// through. From then on the skin slides along the needle and is held by its friction, until the
+// point comes out again.
+struct Needle {
+  bool operator==(const Needle&) const = default;
+};
+
+using InstrumentKind = std::variant<Ball, Grasper, Blade, Scissors, Needle>;
+
+// One instrument at one moment: world, millimetres. Its tip is a sphere about the position, or a
+// capsule: all that lies within the radius of an axis that begins there.
+struct Instrument {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 5;  // from kThinnestTip_mm on
+  InstrumentKind kind = Ball{};
+  bool active = false;                                // an inactive one is not there at all
+  Eigen::Vector3d axis_mm = Eigen::Vector3d::Zero();  // to the capsule's other end; zero: a sphere
+
+  template <class Kind>
+  bool is() const {
+    return std::holds_alternative<Kind>(kind);
+  }
+  bool is_blunt() const { return is<Ball>() || is<Grasper>(); }
+  Eigen::Vector3d end_mm() const { return position_mm + axis_mm; }
+
+  bool operator==(const Instrument&) const = default;
+};
+
+inline bool has_blade(const InstrumentKind& kind) {
+  return std::holds_alternative<Blade>(kind) || std::holds_alternative<Scissors>(kind);
+}
+
+// A thinner tip would slip between what contacts are exact to.
+inline constexpr double kThinnestTip_mm = 0.05;
+inline constexpr double kShortestBlade_mm = 0.1;
+inline constexpr double kWidestCut_mm = 10;
+inline constexpr std::size_t kMostInstruments = 1024;  // of one step: each holds off every other
+
+// A number that only some kinds have, by the name that it has in every document and message.
+struct InstrumentNumber {
+  const char* name;
+  double least, most;
+};
+
+// Calls visit(InstrumentNumber, double&) for each such number of a kind. This is the only list of
+// them: checks, scripts and recordings follow it.
+template <class Kind, class Visit>
+void each_number(Kind& kind, const Visit& visit) {
+  if constexpr (requires { kind.cut_width_mm; })
+    visit(InstrumentNumber{"cut_width_mm", 0, kWidestCut_mm}, kind.cut_width_mm);
+}
+
+// What each kind does, in the order of InstrumentKind: its name in scripts, panels and records.
+inline constexpr std::array<const char*, std::variant_size_v<InstrumentKind>> kInstrumentModes = {
+    "poke", "grab", "cut", "snip", "pierce"};
+inline const char* mode_of(const InstrumentKind& kind) { return kInstrumentModes[kind.index()]; }
+// Every kind once, in that order, with the properties that it has by default.
+const std::array<InstrumentKind, std::variant_size_v<InstrumentKind>>& instrument_kinds();
+// Nothing for another name.
+std::optional<InstrumentKind> kind_of_mode(std::string_view mode);
+
+// Throws UsageError that names the first instrument that makes no sense, and why. Inactive ones may
+// hold anything.
+void check_instruments(const std::vector<Instrument>& instruments);
+
+}  // namespace organbake
