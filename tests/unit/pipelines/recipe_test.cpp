@@ -147,7 +147,7 @@ TEST_F(RecipeTest, NamesWithoutTheirUnitAreTakenWithANote) {
   EXPECT_THAT(std::get<std::string>(value("shade", "light_deg")), testing::StartsWith("28.64"));
   EXPECT_THAT(recipe.notes,
               testing::UnorderedElementsAre(
-                  "place.texel_mm is called texel_mm now",
+                  "place.texel is called texel_mm now",
                   "place.cone_angle, in radians, is called cone_angle_deg now, in degrees",
                   "place.field_of_view, in radians, is called field_of_view_deg now, in degrees",
                   "shade.light, in radians, is called light_deg now, in degrees"));
