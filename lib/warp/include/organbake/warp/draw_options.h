@@ -73,7 +73,7 @@ struct DrawReport {
   std::size_t sample_pixels = 0, base_pixels = 0;
   std::size_t holes_before = 0, holes_after = 0;
   double largest_stretch_px = 0;  // widest splat, pixels per texel
-  DrawTimes times;          // of work, summed over threads
+  DrawTimes times;                // of work, summed over threads
   DrawTimes critical_path;  // of its longest chain: more threads do not shorten it (WorkMeter)
 };
 
