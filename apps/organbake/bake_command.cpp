@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "commands.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"

@@ -4,9 +4,10 @@
 
 #include "commands.h"
 #include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_reader.h"
 #include "organbake/pipelines/options_json.h"
 #include "organbake/pipelines/recipe.h"
 #include "organbake/pipelines/schemas.h"

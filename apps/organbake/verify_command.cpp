@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/dataset/dataset_spec.h"

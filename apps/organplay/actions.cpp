@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/text.h"

@@ -7,7 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/image/png.h"
 #include "organbake/player/script_camera.h"
 #include "organbake/truth/layer_files.h"

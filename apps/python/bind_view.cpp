@@ -5,7 +5,7 @@
 
 #include "array_arguments.h"
 #include "organbake/core/error.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {

@@ -94,7 +94,7 @@ struct ColorProbe {
   bool used = false;      // a photo's colour counts
 };
 
-// From this sum of weights on, the photos decide a colour (photo_color.cpp).
+// From this sum of weights on, the photos decide a colour (surface_color.cpp).
 constexpr float kSeenWeight = 0.02f;
 
 class Sights {

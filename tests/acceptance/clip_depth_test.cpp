@@ -25,7 +25,7 @@ ClipShares measure_clip(const LaparoscopyPhantom& phantom, int frames, bool piec
     double shift = 0, count = 0, sum = 0, lights = 0, hit = 0, clean = 0, taken = 0;
     for (int pass = 0; pass < 2; ++pass)
       for (std::size_t k = 0; k < depth.depth.size(); ++k) {
-        if (!frame.counts.values[k] || !std::isfinite(truth.depth_mm.values[k])) continue;
+        if (!frame.diffuse.values[k] || !std::isfinite(truth.depth_mm.values[k])) continue;
         const double ratio = std::log(depth.depth.values[k] / truth.depth_mm.values[k]);
         shift += pass == 0 ? ratio : 0;
         count += pass == 0;
@@ -33,7 +33,7 @@ ClipShares measure_clip(const LaparoscopyPhantom& phantom, int frames, bool piec
       }
     for (std::size_t k = 0; k < depth.depth.size(); ++k) {
       if (!frame.field.values[k] || truth.instrument.values[k]) continue;
-      const bool masked = !frame.counts.values[k];
+      const bool masked = !frame.diffuse.values[k];
       (truth.highlights.values[k] ? lights : clean) += 1;
       (truth.highlights.values[k] ? hit : taken) += masked;
     }

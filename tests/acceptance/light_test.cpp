@@ -8,6 +8,7 @@
 #include "organbake/phantom/shading_surfaces.h"
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/light_estimate.h"
+#include "organbake/shading/light_ratio.h"
 #include "promises.h"
 
 namespace organbake {

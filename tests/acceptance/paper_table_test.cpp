@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "measuring/player_bundles.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
 #include "organbake/player/comparison_table.h"

@@ -11,9 +11,10 @@
 #include "organbake/player/contact_sheet.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/skin_point.h"
-#include "organbake/viewpoints/surface_samples.h"
+#include "organbake/viewpoints/coverage.h"
 #include "organbake/warp/warper.h"
 #ifdef ORGANBAKE_HAS_EGL
+#include "organbake/bundle/bundle_reader.h"
 #include "peers/software_gl.h"
 #endif
 #include "measuring/player_bundles.h"

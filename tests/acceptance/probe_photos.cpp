@@ -83,7 +83,7 @@ double probe_register(RandomStream& random, const ProbeFolder&) {
   if (chance(random, 0.05)) photo.start->translation = any_point(random, 1000);
   RegistrationOptions options;
   options.light = LightModel(random.below(5));
-  options.form = chance(random, 0.7) ? Form::patches : Form::whole;
+  options.window = chance(random, 0.7) ? SimilarityWindow::patches : SimilarityWindow::whole;
   options.similarity = chance(random, 0.8) ? Similarity::radiance : Similarity::gradient;
   options.free_focal = chance(random, 0.2);
   options.finest_side_px = 64;

@@ -6,6 +6,7 @@
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/isosurface/isosurface.h"
+#include "organbake/isosurface/label_surface.h"
 #include "probes.h"
 
 namespace organbake {

@@ -10,10 +10,11 @@
 #include "organbake/core/text.h"
 #include "organbake/decimate/decimate.h"
 #include "organbake/geometry/mesh_edges.h"
+#include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/geometry/shell_surface.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/viewpoints/surface_samples.h"
+#include "organbake/viewpoints/coverage.h"
 #include "promises.h"
 
 namespace organbake {

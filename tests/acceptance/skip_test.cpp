@@ -6,6 +6,7 @@
 #include "measuring/error_measures.h"
 #include "measuring/noise_ct.h"
 #include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/phantom/laparoscopy.h"

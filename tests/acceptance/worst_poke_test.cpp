@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "measuring/player_bundles.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/core/text.h"
 #include "organbake/image/difference.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 
 #include "fuzz/readers.h"
 #include "organbake/bundle/bundle_pack.h"

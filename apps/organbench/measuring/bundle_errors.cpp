@@ -5,6 +5,7 @@
 
 #include "measuring/material_picture.h"
 #include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/image/difference.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"

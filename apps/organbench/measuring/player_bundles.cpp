@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 
 namespace organbake {
 namespace {

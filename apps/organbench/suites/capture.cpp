@@ -7,6 +7,7 @@
 #include "organbake/bundle/map_files.h"
 #include "organbake/capture/capture.h"
 #include "organbake/decimate/decimate.h"
+#include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"

@@ -12,8 +12,8 @@
 #include "organbake/core/files.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/image/png.h"
-#include "organbake/shading/frame.h"
 #include "organbake/shading/masks.h"
+#include "organbake/shading/prepared_frame.h"
 #include "organbake/shading/video_reader.h"
 #include "peers/colmap.h"
 

@@ -17,6 +17,7 @@
 #include "organbake/player/player.h"
 #include "peers/embree_frames.h"
 #ifdef ORGANBAKE_HAS_EGL
+#include "organbake/bundle/bundle_reader.h"
 #include "peers/software_gl.h"
 #endif
 

@@ -8,6 +8,7 @@
 #include "bench.h"
 #include "measuring/frame_timing.h"
 #include "measuring/player_bundles.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/text.h"
 #include "organbake/warp/warper.h"

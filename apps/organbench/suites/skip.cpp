@@ -4,6 +4,7 @@
 #include "bench.h"
 #include "measuring/baker.h"
 #include "measuring/noise_ct.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"

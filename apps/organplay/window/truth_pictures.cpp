@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 
 namespace organbake {
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "array_arguments.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "organbake/raycast/winding.h"
 
 namespace organbake {

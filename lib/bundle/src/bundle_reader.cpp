@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/bundle_reader.h"
+
 #include <algorithm>
 #include <set>
 
@@ -8,7 +10,7 @@
 #include "organbake/core/parallel.h"
 #include "organbake/core/sha256.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_reader.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

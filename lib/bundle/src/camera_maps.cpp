@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/camera_maps.h"
+
 #include <array>
 #include <string>
-
-#include "organbake/bundle/bundle.h"
 
 namespace organbake {
 

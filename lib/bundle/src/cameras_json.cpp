@@ -4,7 +4,7 @@
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/manifest.h"
+
 #include <algorithm>
 #include <span>
 #include <string_view>
 
-#include "organbake/bundle/bundle.h"
 #include "organbake/bundle/json_fields.h"
+#include "organbake/bundle/skin_image.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/sha256.h"

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// A camera's maps for a page: each texel in use as its difference from what its neighbours foretell
+// (planes for depth and height, JPEG-LS's median edge detector for colour), planes of bytes by
+// kind, so that deflate finds small numbers beside each other.
 #include "organbake/bundle/map_code.h"
 
 #include <algorithm>

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <initializer_list>
 
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
 #include "organbake/core/sha256.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/shell_map.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_reader.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The coarse coloured lattice over the proxy, drawn where no camera sees: node heights along shell
+// lines, colours from the surface.
 #include "base_layer_bake.h"
 
 #include <tbb/blocked_range.h>

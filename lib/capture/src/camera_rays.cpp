@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "organbake/core/error.h"
-#include "organbake/geometry/reach.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 

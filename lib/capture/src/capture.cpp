@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The bake: maps tile by tile, confidence by depth edges, the base layer from the finished maps.
+// Tiles are shared out, each writes its own texels, so that bytes do not hang on threads.
 #include "organbake/capture/capture.h"
 
 #include <tbb/blocked_range.h>
@@ -13,6 +15,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/shell_binder.h"
 #include "shell_hits.h"
 #include "texel_tile.h"
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Colours carried from where they are known to where they are not, ring by ring over the mesh, then
+// smoothed: a diffusion that needs no solver and gives the same colours in any order.
 #include "color_flood.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Distances to depth edges by visiting a disc round each edge: edges are few.
 #include "depth_edges.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Texture by example with histogram-preserving blending (Heitz and Neyret 2018): colours become
+// normal scores, whose blends keep their variance, and a table brings them back. Light is taken out
+// of the photograph first, by the luminance of a wide neighbourhood.
 #include "organbake/capture/exemplar.h"
 
 #include <Eigen/Eigenvalues>

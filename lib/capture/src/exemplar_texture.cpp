@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The exemplar on a surface: a triangle grid of cells on three planes (Burley 2019; planes blended
+// by the normal), each cell from a place of its own by a hash. Blended channels are matched to the
+// tissue's quantiles.
+#include "exemplar_texture.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "organbake/capture/exemplar.h"
 
 namespace organbake {
 namespace {

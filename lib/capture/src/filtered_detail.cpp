@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Detail as what a filter takes off: Gaussian, bilateral (Tomasi & Manduchi 1998) or guided (He,
+// Sun & Tang 2010), of depth and of log luminance (Durand & Dorsey 2002). The background is filled
+// with the nearest skin first, or outlines would be detail.
 #include "organbake/capture/filtered_detail.h"
 
 #include <algorithm>

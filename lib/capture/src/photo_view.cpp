@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What a photograph sees of a surface and how far its colour is to be trusted. Occlusion is asked
+// of a depth map of the photo's own view: a shadow ray's yes or no would leave a seam round every
+// shadow.
 #include "organbake/capture/photo_view.h"
 
 #include <tbb/parallel_for.h>

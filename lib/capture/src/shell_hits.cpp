@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Where lines of the shell meet the surface, both ways along each, past faces that turn away: the
+// nearest meeting whose normal agrees.
 #include "shell_hits.h"
 
 #include <tbb/blocked_range.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Normals for shading, averaged over as many rounds as a CT's slices need: single vertices of an
+// isosurface tilt by tens of degrees.
 #include "organbake/capture/smooth_normals.h"
 
 #include <Eigen/Geometry>

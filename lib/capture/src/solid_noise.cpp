@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Gradient noise (Perlin 2002) with gradients spread over a cube, the eight corners of a cell as
+// plain loops that vectorise. Hashes are of integers only, so that every machine has the same
+// tissue.
 #include "organbake/capture/solid_noise.h"
 
 #include <cmath>

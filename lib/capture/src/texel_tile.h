@@ -9,7 +9,7 @@
 #include "organbake/capture/camera_rays.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/smooth_normals.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell_binder.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
@@ -45,16 +45,5 @@ std::size_t fade_at_edges(const Intrinsics& intrinsics, CameraMaps& maps);
 // Leads the colours some texels on beyond the outline. Nobody draws them: a program in which a map
 // is painted or made smaller then mixes no black into the rim.
 void lead_colors_beyond_outline(CameraMaps& maps);
-
-// A texel whose centre sees the surface.
-struct CenterHit {
-  int x, y;
-  RayHit hit;
-};
-
-// Colours of such texels: the mean over n × n points spread over each texel. Rays that miss, or
-// meet another surface than the texel's centre did, are left out: nothing bleeds across an outline.
-void color_texels(const CaptureScene& scene, const CameraRays& camera,
-                  const std::vector<CenterHit>& centers, CameraMaps& maps);
 
 }  // namespace organbake

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Thin plates (Duchon 1977) in the space of places and directions, and the directions of that space
+// in which their centres spread: affine functions along others would be extrapolated from next to
+// nothing.
 #include "thin_plate.h"
 
 #include <Eigen/Dense>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A tissue's albedo as solid noise of several sizes, and vessels as the zero lines of a noise,
+// whose distance is its value over its slope.
 #include "tissue_color.h"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 
 #include "organbake/capture/solid_noise.h"
-#include "organbake/capture/tissue.h"
+#include "organbake/capture/tissue_look.h"
 
 namespace organbake {
 

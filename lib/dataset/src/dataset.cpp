@@ -6,6 +6,7 @@
 #include "dataset_card.h"
 #include "dataset_plan.h"
 #include "dataset_shard.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"

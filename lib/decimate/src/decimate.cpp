@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The stage: checks, defects that would stop a half-edge structure, the method, and what is told of
+// the result.
 #include "organbake/decimate/decimate.h"
 
 #include <algorithm>
@@ -8,13 +10,14 @@
 #include "error_search.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/decimate/collapse.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/decimate/mesh_distance.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "region_errors.h"
 #include "serving_proxy.h"
+#include "split_hubs.h"
+#include "vertex_clustering.h"
 
 namespace organbake {
 namespace {

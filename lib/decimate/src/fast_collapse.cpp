@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/decimate/collapse.h"
+// Edge collapses without a queue: passes over all edges collapse those below a quadric error
+// (Garland & Heckbert 1997) that rises from pass to pass. The order is worse than a queue's and ten
+// times as fast, which is enough for surfaces that a better method thins further.
+#include "organbake/decimate/fast_collapse.h"
 
 #include <algorithm>
 #include <array>

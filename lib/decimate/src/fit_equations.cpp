@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Normal equations of a Gauss–Newton step over all vertices of a proxy, as a sparse matrix of 3 × 3
+// blocks, factored by Cholesky. A kept volume is one linear constraint on the step, met by one more
+// solve.
 #include "fit_equations.h"
 
 #include <Eigen/SparseCholesky>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The surface that a proxy is fitted to, as evenly spread samples and a search tree. Points on the
+// proxy's faces follow a low-discrepancy sequence, so that few of them cover a face.
 #include "fit_reference.h"
 
 #include <algorithm>

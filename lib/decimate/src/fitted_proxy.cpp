@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The fitted proxy, from coarse to fine decisions: a fast pre-pass, Lindstrom & Turk's collapses
+// (1998), vertices by least squares, then flips and relocations of single vertices. For the largest
+// distance the same with rising powers of the distances, which near the maximum step by step; it
+// has no slope to follow.
 #include "fitted_proxy.h"
 
 #include <algorithm>
@@ -8,8 +12,11 @@
 
 #include "fit_reference.h"
 #include "organbake/decimate/collapse.h"
+#include "organbake/decimate/fast_collapse.h"
 #include "organbake/decimate/mesh_defects.h"
+#include "proxy_moves.h"
 #include "refined_proxy.h"
+#include "unfold_faces.h"
 #include "unit_frame.h"
 #include "vertex_fit.h"
 

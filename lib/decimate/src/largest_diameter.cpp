@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The diameter of a point set by a dual walk over a tree of boxes: pairs of boxes that cannot hold
+// two points farther apart than the best found are left out.
 #include "organbake/decimate/largest_diameter.h"
 
 #include <Eigen/Geometry>

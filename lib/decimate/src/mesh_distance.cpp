@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Distances between surfaces: means over stratified samples, and the one-sided Hausdorff distance
+// by branch and bound. A piece of a face is bounded from above by what its corners measure and its
+// size, or by a single triangle of the other surface, distance to which is convex; pieces whose
+// bound lies below the best found are never cut. Samples alone would give a lower bound only.
 #include "organbake/decimate/mesh_distance.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "organbake/geometry/area_sampler.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/nearest_on_triangle.h"
 #include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
@@ -30,6 +37,119 @@ struct Sums {
   }
 };
 
+constexpr double kSlack = 0.0005;        // of the distance: far below what a reader could notice
+constexpr double kSmallestShare = 1e-6;  // of the size: distances below are as good as none
+constexpr int kDeepest = 10;             // pieces have at least 1/1024 of a face's edge
+// Between flat surfaces that lie in one another a face over several would be cut everywhere, a
+// million times. Where all distances are so small a share of a face's edge, and it takes more than
+// its part of so many pieces, it is cut less deep.
+constexpr double kFlatShare = 1.0 / 64;
+constexpr std::size_t kPiecesOfAll = 2'000'000, kFewestPieces = 64, kMostPieces = 4096;
+constexpr std::size_t kFacesAtOnce = 64;
+
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+Corners corners_of(const TriangleMesh& mesh, std::size_t face) {
+  const Face& f = mesh.faces[face];
+  return {mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
+}
+
+// Raises `upper_mm` to a bound of the distances of one face's points.
+class FaceSearch {
+ public:
+  FaceSearch(const TriangleMesh& to, const RayScene& scene, double found_mm, double smallest_mm,
+             std::size_t most_pieces, int deepest = kDeepest)
+      : to_(to),
+        scene_(scene),
+        found_mm_(found_mm),
+        smallest_mm_(smallest_mm),
+        upper_mm_(found_mm),
+        most_pieces_(most_pieces),
+        deepest_(deepest) {}
+
+  void search(const Corners& piece, int depth = 0) {
+    if (++pieces_ > most_pieces_) return;
+    const Eigen::Vector3d center = (piece[0] + piece[1] + piece[2]) / 3;
+    const ClosestPoint at_center = scene_.closest_point(center);
+    found_mm_ = std::max(found_mm_, at_center.distance_mm);
+    upper_mm_ = std::max(upper_mm_, found_mm_);
+    const double bound_mm = bound(piece, center, at_center);
+    const double enough_mm = std::max(found_mm_ * (1 + kSlack), smallest_mm_);
+    if (bound_mm <= enough_mm) {
+      upper_mm_ = std::max(upper_mm_, bound_mm);
+      return;
+    }
+    // Where coplanar faces meet the bound stays as large as the piece: what was measured counts.
+    if (depth == deepest_) return;
+    const Eigen::Vector3d ab = 0.5 * (piece[0] + piece[1]), bc = 0.5 * (piece[1] + piece[2]),
+                          ca = 0.5 * (piece[2] + piece[0]);
+    for (const Corners& quarter : {Corners{ab, bc, ca}, Corners{piece[0], ab, ca},
+                                   Corners{ab, piece[1], bc}, Corners{ca, bc, piece[2]}}) {
+      search(quarter, depth + 1);
+    }
+  }
+  double upper_mm() const { return upper_mm_; }
+  bool ended() const { return pieces_ <= most_pieces_; }
+
+ private:
+  // The distance grows by at most a millimetre a millimetre; and the distance to one triangle is
+  // convex, so that over the piece it is largest at a corner.
+  double bound(const Corners& piece, const Eigen::Vector3d& center, const ClosestPoint& near) {
+    double radius_mm = 0;
+    for (const Eigen::Vector3d& corner : piece)
+      radius_mm = std::max(radius_mm, (corner - center).norm());
+    double bound_mm = std::min(near.distance_mm + radius_mm, to_one_triangle(piece, near.face));
+    if (bound_mm <= found_mm_ * (1 + kSlack)) return bound_mm;
+    for (const Eigen::Vector3d& corner : piece)
+      bound_mm = std::min(bound_mm, to_one_triangle(piece, scene_.closest_point(corner).face));
+    return bound_mm;
+  }
+
+  double to_one_triangle(const Corners& piece, std::uint32_t face) const {
+    const Corners triangle = corners_of(to_, face);
+    double largest_mm = 0;
+    for (const Eigen::Vector3d& corner : piece) {
+      const Eigen::Vector3d w = nearest_on_triangle(corner, triangle[0], triangle[1], triangle[2]);
+      const Eigen::Vector3d nearest = w[0] * triangle[0] + w[1] * triangle[1] + w[2] * triangle[2];
+      largest_mm = std::max(largest_mm, (corner - nearest).norm());
+    }
+    return largest_mm;
+  }
+
+  const TriangleMesh& to_;
+  const RayScene& scene_;
+  double found_mm_, smallest_mm_, upper_mm_;
+  std::size_t most_pieces_, pieces_ = 0;
+  int deepest_;
+};
+
+double longest_edge_mm(const Corners& face) {
+  return std::max(
+      {(face[1] - face[0]).norm(), (face[2] - face[1]).norm(), (face[0] - face[2]).norm()});
+}
+
+// The depth to which `pieces` of a face suffice: 1 + 4 + 16 …
+int depth_of(std::size_t pieces) {
+  int depth = 0;
+  for (std::size_t all = 1; 4 * all + 1 <= pieces; all = 4 * all + 1) ++depth;
+  return depth;
+}
+
+// The largest at(face) of each group's faces.
+template <typename At>
+std::vector<double> largest_of(const FaceGroups& groups, const RunContext& context, const At& at) {
+  std::vector<double> of_face(groups.of_face.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, of_face.size(), kFacesAtOnce),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      context.throw_if_cancelled();
+                      for (std::size_t f = range.begin(); f != range.end(); ++f) of_face[f] = at(f);
+                    });
+  std::vector<double> largest(groups.count, 0.0);
+  for (std::size_t f = 0; f < of_face.size(); ++f)
+    largest[groups.of_face[f]] = std::max(largest[groups.of_face[f]], of_face[f]);
+  return largest;
+}
+
 }  // namespace
 
 MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std::size_t samples,
@@ -48,6 +168,40 @@ MeshDistance mesh_distance(const TriangleMesh& from, const TriangleMesh& to, std
   Sums all;
   for (const Sums& block : blocks) all.add(block);
   return {all.sum / samples, std::sqrt(all.sum2 / samples), all.max};
+}
+
+double largest_distance(const TriangleMesh& from, const TriangleMesh& to, const RayScene& scene,
+                        const RunContext& context) {
+  const std::vector<std::uint32_t> one_group(from.faces.size(), 0);
+  return largest_distances(from, {one_group, 1}, to, scene, context).front();
+}
+
+std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups& groups,
+                                      const TriangleMesh& to, const RayScene& scene,
+                                      const RunContext& context) {
+  check_mesh(from, "mesh to measure from");
+  const double smallest_mm = kSmallestShare * bounds(to).diagonal();
+  const std::size_t over_flat =
+      std::clamp(kPiecesOfAll / (from.faces.size() + 1), kFewestPieces, kMostPieces);
+  // All faces start from what their group's corners and centres show, so that few have to be cut.
+  const std::vector<double> found_mm = largest_of(groups, context, [&](std::size_t f) {
+    const Corners c = corners_of(from, f);
+    double largest_mm = scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm;
+    for (const Eigen::Vector3d& corner : c)
+      largest_mm = std::max(largest_mm, scene.closest_point(corner).distance_mm);
+    return largest_mm;
+  });
+  return largest_of(groups, context, [&](std::size_t f) {
+    const Corners face = corners_of(from, f);
+    const double start_mm = found_mm[groups.of_face[f]];
+    const bool is_flat = start_mm < kFlatShare * longest_edge_mm(face);
+    FaceSearch search(to, scene, start_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);
+    search.search(face);
+    if (search.ended()) return search.upper_mm();
+    FaceSearch less_deep(to, scene, start_mm, smallest_mm, over_flat, depth_of(over_flat));
+    less_deep.search(face);
+    return less_deep.upper_mm();
+  });
 }
 
 }  // namespace organbake

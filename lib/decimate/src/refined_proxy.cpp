@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A proxy under local changes with its energy kept up to date face by face, so that a change costs
+// what its patch costs and not what the mesh does.
 #include "refined_proxy.h"
 
 #include <algorithm>
@@ -144,7 +146,7 @@ ProxyPatch RefinedProxy::patch_of(const ProxyMove& move,
   }
   for (const Face& face : move.added) patch.faces.push_back(local(face));
   for (const std::uint32_t v : global) {
-    patch.vertices.push_back(v < points_.size() ? points_[v] : move.fresh[v - points_.size()]);
+    patch.vertices.push_back(v < points_.size() ? points_[v] : move.inserted[v - points_.size()]);
   }
   return patch;
 }
@@ -193,17 +195,17 @@ std::optional<ProxyTrial> RefinedProxy::attempt(const ProxyMove& move, double le
 bool RefinedProxy::intersects(const ProxyTrial& trial,
                               const std::vector<std::uint32_t>& global) const {
   std::vector<Eigen::Vector3d> points = points_;
-  points.insert(points.end(), trial.move.fresh.begin(), trial.move.fresh.end());
+  points.insert(points.end(), trial.move.inserted.begin(), trial.move.inserted.end());
   for (std::size_t i = 0; i < trial.patch.free; ++i) points[global[i]] = trial.patch.vertices[i];
-  std::vector<Face> fresh, others;
+  std::vector<Face> inserted, others;
   for (Face face : trial.patch.faces) {
     for (std::uint32_t& v : face) v = global[v];
-    fresh.push_back(face);
+    inserted.push_back(face);
   }
   for (std::uint32_t f = 0; f < faces_.size(); ++f) {
     if (faces_[f][0] != kDead && !contains(trial.old_faces, f)) others.push_back(faces_[f]);
   }
-  return faces_intersect(points, fresh, others);
+  return faces_intersect(points, inserted, others);
 }
 
 bool RefinedProxy::make(const ProxyTrial& trial) {
@@ -214,7 +216,7 @@ bool RefinedProxy::make(const ProxyTrial& trial) {
     for (const std::uint32_t v : faces_[f]) std::erase(around_[v], f);
     faces_[f].fill(kDead);
   }
-  points_.insert(points_.end(), trial.move.fresh.begin(), trial.move.fresh.end());
+  points_.insert(points_.end(), trial.move.inserted.begin(), trial.move.inserted.end());
   around_.resize(points_.size());
   // New faces take the places of removed ones.
   std::vector<std::uint32_t> places = trial.kept_faces;

@@ -18,7 +18,7 @@ struct ProxyMove {
   std::vector<std::uint32_t> removed;
   std::vector<Face> added;
   std::vector<std::uint32_t> free;
-  std::vector<Eigen::Vector3d> fresh;  // new vertices, numbered on from the last there is
+  std::vector<Eigen::Vector3d> inserted;  // new vertices, numbered on from the last there is
 };
 
 // What a move would lead to, ready to be made.
@@ -56,7 +56,7 @@ class RefinedProxy {
   // Nothing when the refitted move leads to no good proxy, or to less than least_gain.
   std::optional<ProxyTrial> attempt(const ProxyMove& move, double least_gain) const;
   // False, and nothing done, when the surface would come to intersect itself.
-  bool make(const ProxyTrial& trial);
+  [[nodiscard]] bool make(const ProxyTrial& trial);
 
   TriangleMesh mesh() const;
 

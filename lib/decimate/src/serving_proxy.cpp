@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A proxy that serves everywhere: vertices are added where it lies off by too large a share of the
+// thickness, and where it is too coarse as a whole, more faces are asked of the method.
 #include "serving_proxy.h"
 
 #include <Eigen/Dense>
@@ -46,7 +48,7 @@ bool add_vertex(RefinedProxy& refined, std::uint32_t face, const TriangleMesh& p
   const auto split = [&](int c, bool at_point) {
     auto move = refined.split(f[(c + 1) % 3], f[(c + 2) % 3]);
     if (!move) return;
-    if (at_point) move->fresh = {far.on_surface};
+    if (at_point) move->inserted = {far.on_surface};
     moves.push_back(std::move(*move));
   };
   if (least >= kNearEdge) moves.push_back(refined.insert(face, far.on_surface));

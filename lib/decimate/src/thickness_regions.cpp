@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Parts of a body by their thickness. Thickness is measured by chords through the body, whose mean
+// ties volume to area (Cauchy's formula; Santaló 1976); a connected set of faces with short chords,
+// longer than wide, is a part of its own.
 #include "thickness_regions.h"
 
 #include <tbb/parallel_for.h>
@@ -11,7 +14,7 @@
 #include <numeric>
 
 #include "organbake/core/union_find.h"
-#include "organbake/decimate/collapse.h"
+#include "organbake/decimate/fast_collapse.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/raycast/ray_scene.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/decimate/mesh_defects.h"
+// Folded slivers laid flat by edge flips, each of which must flatten the sharpest edge concerned:
+// the sharpest edge of the whole falls, so that the flips end.
+#include "unfold_faces.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/decimate/collapse.h"
+// Vertex clustering (Rossignac & Borrel 1993): needs no manifold and takes any soup, which is why
+// it is there beside the collapses.
+#include "vertex_clustering.h"
 
 #include <algorithm>
 #include <cmath>

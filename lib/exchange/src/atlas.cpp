@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// One atlas of colours and normals for a surface of any number of faces: texels ask the bundle's
+// base layer for its shape and the maps for what they show; the rest is filled from around, so that
+// no filter mixes in black.
 #include "atlas.h"
 
 #include <tbb/parallel_for.h>

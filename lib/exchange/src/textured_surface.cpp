@@ -8,8 +8,10 @@
 #include <unordered_map>
 
 #include "atlas.h"
+#include "charts.h"
 #include "organbake/core/error.h"
 #include "organbake/decimate/collapse.h"
+#include "organbake/decimate/fast_collapse.h"
 #include "organbake/decimate/mesh_defects.h"
 #include "organbake/exchange/base_surface.h"
 

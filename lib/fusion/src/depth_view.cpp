@@ -9,7 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/shading/depth_maps.h"
 #include "organbake/stereo/local_planes.h"
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Edges of triangle soups by counting sort over their lower vertex and a sort of each vertex's few:
+// in proportion to the faces, where a hash map of all edges would take several times the memory.
 #include "organbake/geometry/mesh_edges.h"
 
 #include <numeric>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Polygons and strips as triangles. A convex polygon is a fan; a concave one is cut ear by ear
+// (Meisters 1975) with a grid over its reflex corners, since files hold outlines of a hundred
+// thousand corners, for which testing all of them at every ear takes minutes.
 #include "organbake/geometry/polygon.h"
 
 #include <Eigen/Geometry>

@@ -4,28 +4,28 @@
 namespace organbake {
 namespace {
 
-Lanes dot(const LanePoints& a, const LanePoints& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vec4d dot(const LanePoints& a, const LanePoints& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 // a + h · b
-LanePoints along(const Eigen::Vector3d& a, const Lanes& h, const Eigen::Vector3d& b) {
+LanePoints along(const Eigen::Vector3d& a, const Vec4d& h, const Eigen::Vector3d& b) {
   return {a.x() + h * b.x(), a.y() + h * b.y(), a.z() + h * b.z()};
 }
-Lanes magnitude(const Lanes& a) { return a < 0 ? -a : a; }
-Lanes clamped(const Lanes& a, const Lanes& limit) {
-  const Lanes low = a < -limit ? -limit : a;
+Vec4d magnitude(const Vec4d& a) { return a < 0 ? -a : a; }
+Vec4d clamped(const Vec4d& a, const Vec4d& limit) {
+  const Vec4d low = a < -limit ? -limit : a;
   return low > limit ? limit : low;
 }
 
-struct LaneCubic : HeightCubic<Lanes> {
+struct LaneCubic : HeightCubic<Vec4d> {
   // At least half the second derivative, up to ±h.
-  Lanes bend(const Lanes& h) const { return magnitude(c2) + 3 * std::abs(c3) * magnitude(h); }
+  Vec4d bend(const Vec4d& h) const { return magnitude(c2) + 3 * std::abs(c3) * magnitude(h); }
   // Certainly, up to ±reach.
-  LaneMask monotone(const Lanes& reach) const {
+  LaneMask monotone(const Vec4d& reach) const {
     return reach * (2 * magnitude(c2) + 3 * std::abs(c3) * reach) < magnitude(c1);
   }
 };
 
 struct HeightRoots {
-  Lanes height;
+  Vec4d height;
   LaneMask found;    // no other is nearer to 0
   LaneMask unknown;  // whether there is one of less than `below`
 };
@@ -34,21 +34,21 @@ struct HeightRoots {
 // other root matters, and none at all where it keeps its sign. Where it is so up to twice the root,
 // no other is nearer, and the slope is half of what it is at 0 or more: the face's triangle is far
 // from closing there, where a rounded height would say nothing.
-HeightRoots nearest_roots(const LaneCubic& cubic, const Lanes& below, const LaneMask& asked) {
+HeightRoots nearest_roots(const LaneCubic& cubic, const Vec4d& below, const LaneMask& asked) {
   const LaneMask none =
       cubic.monotone(below) & (cubic.value(below) * cubic.value(-below) > 0) & asked;
   LaneMask going = asked & ~none;
-  const Lanes linear = -cubic.c0 / cubic.c1;
-  Lanes h = clamped(linear * (1 - linear * (cubic.c2 / cubic.c1)), below);
+  const Vec4d linear = -cubic.c0 / cubic.c1;
+  Vec4d h = clamped(linear * (1 - linear * (cubic.c2 / cubic.c1)), below);
   constexpr int kMostSteps = 8;  // two are the rule
   for (int i = 0; i < kMostSteps && any(going); ++i) {
-    const Lanes slope = cubic.slope(h), step = cubic.value(h) / slope;
+    const Vec4d slope = cubic.slope(h), step = cubic.value(h) / slope;
     h = going ? clamped(h - step, 2 * below) : h;
     // Quadratic convergence: what is left is less than this over the slope.
     constexpr double kExact = 1e-12;  // of `below`
     going &= ~(cubic.bend(h) * step * step <= kExact * below * magnitude(slope));
   }
-  const Lanes twice = 2 * magnitude(h), reach = twice < below ? twice : below;
+  const Vec4d twice = 2 * magnitude(h), reach = twice < below ? twice : below;
   const LaneMask found = asked & ~none & ~going & cubic.monotone(reach);
   return {h, found, asked & ~none & ~found};
 }
@@ -60,15 +60,15 @@ LaneMask bind_lanes(const ShellMatrix& m, const PrismCubic& cubic, std::uint32_t
   const auto [h, found, unknown] =
       nearest_roots({cubic.at(points.x, points.y, points.z)}, best.least_height, asked);
   if (!any(found)) return unknown;
-  const Lanes size = magnitude(h);
+  const Vec4d size = magnitude(h);
   const LanePoints e1 = along(m.col(1), h, m.col(4)), e2 = along(m.col(2), h, m.col(5));
   const LanePoints base = along(m.col(0), h, m.col(3));
   const LanePoints d = {points.x - base.x, points.y - base.y, points.z - base.z};
-  const Lanes a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
-  const Lanes scale = 1 / (a * c - b * b);  // infinite for a collapsed face: nothing holds then
-  const Lanes r1 = dot(e1, d), r2 = dot(e2, d);
-  const Lanes b1 = (c * r1 - b * r2) * scale, b2 = (a * r2 - b * r1) * scale;
-  const Lanes off = magnitude(d.x - b1 * e1.x - b2 * e2.x) +
+  const Vec4d a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2);
+  const Vec4d scale = 1 / (a * c - b * b);  // infinite for a collapsed face: nothing holds then
+  const Vec4d r1 = dot(e1, d), r2 = dot(e2, d);
+  const Vec4d b1 = (c * r1 - b * r2) * scale, b2 = (a * r2 - b * r1) * scale;
+  const Vec4d off = magnitude(d.x - b1 * e1.x - b2 * e2.x) +
                     magnitude(d.y - b1 * e1.y - b2 * e2.y) + magnitude(d.z - b1 * e1.z - b2 * e2.z);
   const double face_size = m.col(1).lpNorm<1>() + m.col(2).lpNorm<1>();
   const LaneMask better = found & (size < best.least_height) & (b1 >= -kWallTolerance) &

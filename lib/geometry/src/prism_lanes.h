@@ -4,18 +4,17 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "organbake/geometry/prism_bounds.h"
-#include "organbake/geometry/prism_height.h"
+#include "organbake/geometry/prism.h"
 #include "organbake/geometry/shell_map.h"
 
 namespace organbake {
 
 // Some points, a lane each: neighbours in a map lie over the same few faces.
 inline constexpr std::size_t kPrismLanes = 4;
-using Lanes [[gnu::vector_size(32)]] = double;
+using Vec4d [[gnu::vector_size(32)]] = double;
 using LaneMask [[gnu::vector_size(32)]] = std::int64_t;  // −1: yes
 struct LanePoints {
-  Lanes x, y, z;
+  Vec4d x, y, z;
 };
 
 inline bool any(const LaneMask& mask) { return ((mask[0] | mask[1]) | (mask[2] | mask[3])) != 0; }
@@ -29,8 +28,8 @@ inline constexpr double kRebindRounding = 1e-6;
 
 // The bindings that four points have found so far.
 struct LaneBindings {
-  Lanes least_height;  // |h|, or as much as it must be less than
-  Lanes b1, b2, height;
+  Vec4d least_height;  // |h|, or as much as it must be less than
+  Vec4d b1, b2, height;
   LaneMask face;
 };
 
@@ -39,9 +38,9 @@ inline LaneMask holds(const PrismBounds& prism, const LanePoints& points) {
     const Eigen::Vector3d& n = prism.direction[d];
     return n.x() * points.x + n.y() * points.y + n.z() * points.z - prism.extent[d];
   };
-  Lanes beyond = beyond_plane(0);
+  Vec4d beyond = beyond_plane(0);
   for (std::size_t d = 1; d < prism.direction.size(); ++d) {
-    const Lanes by = beyond_plane(d);
+    const Vec4d by = beyond_plane(d);
     beyond = by > beyond ? by : beyond;
   }
   return beyond <= prism.slack;

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Edge subdivision by rounds: every edge that is too long is halved, and each face is cut by how
+// many of its edges were. A face that shares an edge sees the same new vertex, so no round opens a
+// gap.
 #include "organbake/geometry/refine.h"
 
 #include <cmath>

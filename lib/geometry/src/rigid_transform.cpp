@@ -2,6 +2,7 @@
 #include "organbake/geometry/rigid_transform.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 #include <cmath>
 
 namespace organbake {
@@ -34,6 +35,14 @@ RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target
   camera_from_world.rotation.row(2) = forward.transpose();
   camera_from_world.translation = -(camera_from_world.rotation * eye);
   return camera_from_world;
+}
+
+std::optional<Eigen::Matrix3d> written_rotation(const Eigen::Matrix3d& r) {
+  constexpr double kRounding = 1e-12, kWritten = 1e-4;
+  if (!is_rotation(r, kWritten)) return std::nullopt;
+  if (is_rotation(r, kRounding)) return r;
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
 }
 
 }  // namespace organbake

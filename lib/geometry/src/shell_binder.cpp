@@ -1,4 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+// Binding of points to the prisms of a shell. A uniform grid lists for each cell the prisms that
+// reach into it; in each of these the height is a root of a cubic (prism.h). Points come in
+// runs of neighbours, as maps have them, so that four of them are tried against one prism at once
+// (prism_lanes.h).
+#include "organbake/geometry/shell_binder.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -8,9 +14,7 @@
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/nearest_on_triangle.h"
-#include "organbake/geometry/prism_bounds.h"
-#include "organbake/geometry/prism_height.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/prism.h"
 #include "prism_lanes.h"
 
 namespace organbake {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Deformation gradients at vertices by least squares over the edges that meet there. The fit is of
+// second order: a first-order one over an uneven ring would take the ring's curvature for a slope
+// of the surface.
 #include "organbake/geometry/vertex_gradients.h"
 
 #include <Eigen/Geometry>

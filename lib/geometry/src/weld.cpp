@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Vertices that files keep once for each face become one again. Candidates are found by sorting
+// along a slant direction, so that neighbours in space are neighbours in the list; only vertices of
+// open edges are looked at, which keeps bodies that touch apart.
 #include "organbake/geometry/weld.h"
 
 #include <algorithm>

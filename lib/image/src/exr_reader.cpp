@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "organbake/image/exr_reader.h"
+
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
 #include <ImfFrameBuffer.h>
@@ -18,7 +20,6 @@
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/parallel.h"
-#include "organbake/image/exr.h"
 
 namespace organbake {
 namespace {

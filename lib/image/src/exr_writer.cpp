@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "organbake/image/exr_writer.h"
+
 #include <ImfArray.h>
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
@@ -20,7 +22,6 @@
 #include "exr_zip.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
-#include "organbake/image/exr.h"
 
 namespace organbake {
 namespace {

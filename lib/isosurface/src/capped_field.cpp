@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What is contoured of a volume whose surface reaches its border: one layer of mirrored values
+// closes it half a voxel beyond the last voxels, flat and without a second rule for caps.
 #include "capped_field.h"
 
 #include <tbb/parallel_for.h>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Isosurfaces by VTK's flying edges (Schroeder, Maynard, Geveci 2015) or marching cubes (Lorensen,
+// Cline 1987). Crossings are kept off the grid points: where a value equals the level, marching
+// cubes makes triangles without area, on which normals and binding fail.
 #include "organbake/isosurface/contour.h"
 
 #include <tbb/blocked_range.h>

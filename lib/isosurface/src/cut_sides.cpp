@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Where the end of a volume cuts an organ, and domes that end it there. The dome's height follows
+// the section's distance transform, so that it has the section's own outline, however concave that
+// is.
 #include "cut_sides.h"
 
 #include <vtkImageData.h>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "smoothing.h"
+// Separable Gaussian blur, an axis after the other. Rows that lie side by side are worked on
+// together, so that memory is read in its order for every axis.
+#include "gaussian_blur.h"
 
 #include <tbb/parallel_for.h>
 

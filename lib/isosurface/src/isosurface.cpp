@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The surface of a CT at a level: contour by slabs, crossings placed in double precision (and by
+// sums of voxels, when asked), pieces chosen, smoothing. The level of the contour proper is moved
+// between whole numbers first, since CT values are whole and would lie on it.
 #include "organbake/isosurface/isosurface.h"
 
 #include <algorithm>
@@ -12,9 +15,10 @@
 #include "organbake/core/text.h"
 #include "organbake/isosurface/contour.h"
 #include "proposed_level.h"
+#include "refine_crossings.h"
 #include "slab_contour.h"
-#include "smoothing.h"
 #include "surface_components.h"
+#include "taubin.h"
 
 namespace organbake {
 namespace {

@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The surface of one label of a mask: the label is blurred by a Gaussian and contoured at the level
+// at which the surface encloses the voxels' own volume. One half, the usual level, takes volume
+// from whatever is convex.
+#include "organbake/isosurface/label_surface.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -6,13 +11,12 @@
 #include <limits>
 
 #include "cut_sides.h"
+#include "gaussian_blur.h"
 #include "mask_stairs.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/isosurface/contour.h"
-#include "organbake/isosurface/isosurface.h"
 #include "organbake/volume/label_names_file.h"
-#include "smoothing.h"
 #include "surface_components.h"
 
 namespace organbake {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// How coarse the grid was that a mask was drawn on, read off the heights of the steps in its
+// surface: a histogram of height differences between neighbouring columns has no entry below that
+// grid's spacing.
 #include "mask_stairs.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A level for a CT without any: Otsu's threshold (1979) parts the histogram in two classes, and the
+// level lies half-way between their peaks, where a voxel is half one tissue and half the other.
+// Otsu's own threshold leans to the larger class.
 #include "proposed_level.h"
 
 #include <algorithm>

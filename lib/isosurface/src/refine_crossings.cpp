@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/isosurface/contour.h"
+// Vertices of a contour moved along their grid edges to where sums of voxels say that the edge of
+// the tissue lies (height functions; Cummins, Francois, Kothe 2005): a scanner measures means over
+// voxels, not values at points, and a straight line between two means is off.
+#include "refine_crossings.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

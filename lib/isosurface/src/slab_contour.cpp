@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The contour of a whole volume from slabs of slices, joined on the slices that they share. VTK's
+// filters need half of the volume and three times the mesh beside their input; by slabs that is
+// needed for a few slices only.
 #include "slab_contour.h"
 
 #include <tbb/parallel_for.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Connected pieces of a contour, by union of vertices, and which of them are kept. All in place: a
+// contour may be as large as memory allows.
 #include "surface_components.h"
 
 #include <Eigen/Geometry>

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "smoothing.h"
+// Smoothing without shrinking by alternate umbrella steps of opposite sign (Taubin 1995). The
+// little volume that is lost all the same is given back along the normals, because an organ's
+// volume is what people measure of it.
+#include "taubin.h"
 
 #include <tbb/parallel_for.h>
 

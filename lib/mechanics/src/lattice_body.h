@@ -7,7 +7,6 @@
 
 #include "organbake/bundle/tetrahedral_body.h"
 #include "organbake/geometry/triangle_mesh.h"
-#include "spring_network.h"
 
 namespace organbake {
 
@@ -39,12 +38,5 @@ struct SampleGrid {
 // along lines in x, so that parts may overlap and edges need not be manifold. Throws BadDataError
 // for a mesh that a line leaves more or less often than it enters: one that is not closed.
 std::vector<std::uint8_t> inside_samples(const TriangleMesh& mesh, const SampleGrid& grid);
-
-// Struts that keep the body's shape: from every vertex a column of its share of the surface
-// (vertex_area_mm2) goes straight in and ends on the corners of the face opposite, by their
-// barycentric weights. Where nothing lies opposite (an open or broken proxy), it ends at the
-// vertex that lies best in that direction, if any does.
-void add_body_struts(const TriangleMesh& proxy, const std::vector<double>& vertex_area_mm2,
-                     SpringNetwork& network);
 
 }  // namespace organbake

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The five tetrahedra of a cube, told by the parity of its corners; mirror images in neighbouring
+// cubes, so that their faces match.
 #include "lattice_cell.h"
 
 #include <algorithm>

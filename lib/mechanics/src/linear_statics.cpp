@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Linear elasticity on tetrahedra of constant strain by sparse Cholesky: the reference that springs
+// are fitted to, and measured against.
 #include "organbake/mechanics/linear_statics.h"
 
 #include <Eigen/Dense>

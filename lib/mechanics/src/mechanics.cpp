@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Springs, masses and anchors of a proxy. Edges by Van Gelder (1998), k = E·t·ΣA/L², so that a net
+// of triangles stretches as a membrane of that modulus does whatever its meshing.
 #include "organbake/mechanics/mechanics.h"
 
 #include <algorithm>
@@ -13,7 +15,7 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/mesh_edges.h"
 #include "organbake/mechanics/spring_fit.h"
-#include "spring_network.h"
+#include "spring_builder.h"
 #include "tissue_layer.h"
 
 namespace organbake {
@@ -51,14 +53,14 @@ std::vector<double> masses(const std::vector<double>& areas, const MechanicsOpti
 // Van Gelder 1998: k = E·t·ΣArea/L², that is a bar of cross-section t·ΣArea/L. A needle's edge
 // gets at least a strip of a hundredth of its length, lest its ends drift apart.
 void add_surface_bar(const TriangleMesh& proxy, std::uint32_t a, std::uint32_t b, double area,
-                     double thickness, SpringNetwork& network) {
+                     double thickness, SpringBuilder& network) {
   constexpr double kNarrowest = 0.01;
   const double length = (proxy.vertices[a] - proxy.vertices[b]).norm();
   if (!(length > 0)) return;
   network.add_bar(a, b, thickness * std::max(area / length, kNarrowest * length));
 }
 
-void add_surface(const TriangleMesh& proxy, double thickness, SpringNetwork& network) {
+void add_surface(const TriangleMesh& proxy, double thickness, SpringBuilder& network) {
   // Stretch is the edges' work; the spring across an edge is there for shear and bending.
   constexpr double kBendingShare = 0.5;
   MeshEdges(proxy).for_each([&](std::span<const EdgeUse> uses) {
@@ -189,7 +191,7 @@ MechanicsModel make_mechanics(const TriangleMesh& proxy, const MechanicsOptions&
   const std::vector<double> areas = vertex_areas(proxy);
   MechanicsModel model;
   model.mass_kg = masses(areas, options);
-  SpringNetwork network(proxy, options.young_modulus_kpa);
+  SpringBuilder network(proxy, options.young_modulus_kpa);
   add_surface(proxy, options.thickness_mm, network);
   context.throw_if_cancelled();
   add_body_struts(proxy, areas, network);

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Stiffnesses of springs fitted to finite elements by Levenberg–Marquardt over their logarithms,
+// which keeps them positive. Errors count by their logarithm: squares would buy a few hopeless
+// loads' fit with everyone's.
 #include "organbake/mechanics/spring_fit.h"
 
 #include <Eigen/Dense>

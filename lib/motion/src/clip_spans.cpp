@@ -15,8 +15,8 @@
 #include "organbake/motion/feature_tracker.h"
 #include "organbake/motion/tracked_picture.h"
 #include "organbake/motion/usable_pixels.h"
-#include "organbake/shading/frame.h"
 #include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/prepared_frame.h"
 #include "two_views.h"
 
 namespace organbake {

@@ -113,7 +113,7 @@ class HeldFit {
 
  private:
   ShadedImage shaded(const PreparedFrame& frame) const {
-    ShadedImage image{frame.intensity, Plane(rays_.width, rays_.height, 1), frame.counts, rays_};
+    ShadedImage image{frame.intensity, Plane(rays_.width, rays_.height, 1), frame.diffuse, rays_};
     // Glow and sharpening reach round highlights.
     const int rim = std::max(1, rays_.width / 320);
     image.inside = without(image.inside, dilated(frame.highlights, rim));

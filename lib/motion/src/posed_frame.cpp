@@ -3,11 +3,11 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/frame.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/local_pattern.h"
+#include "organbake/shading/prepared_frame.h"
 #include "organbake/shading/undistort.h"
 
 namespace organbake {

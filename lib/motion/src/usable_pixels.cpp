@@ -5,8 +5,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/shading/cv_grid.h"
-#include "organbake/shading/frame.h"
 #include "organbake/shading/masks.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 namespace {

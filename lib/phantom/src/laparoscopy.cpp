@@ -13,7 +13,7 @@
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/image/srgb.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 namespace {

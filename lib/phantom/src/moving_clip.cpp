@@ -16,7 +16,7 @@
 #include "organbake/core/random.h"
 #include "organbake/core/text.h"
 #include "organbake/raycast/ray_scene.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 #include "scope_exposure.h"
 #include "tissue_relief.h"
 #include "tissue_skin.h"

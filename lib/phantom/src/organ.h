@@ -4,7 +4,6 @@
 #include "organ_shape.h"
 #include "organ_texture.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/raycast/ray_scene.h"
 
 namespace organbake {
 
@@ -26,9 +25,5 @@ TriangleMesh organ_surface(const Organ& organ, int subdivisions, bool colored,
                            const RunContext& context);
 
 std::vector<PosedCamera> cameras_round(const TriangleMesh& surface, int count, int size);
-
-// `near_surface` brings a ray close to the surface, the formula gives the exact point.
-Rgb8Image photograph_organ(const Organ& organ, const RayScene& near_surface,
-                           const PosedCamera& camera, const RunContext& context);
 
 }  // namespace organbake

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The organ as a star-shaped body: lobes in closed form and bumps of solid noise, with gradients,
+// so that rays find the surface by safe steps along them.
 #include "organ_shape.h"
 
 #include <algorithm>

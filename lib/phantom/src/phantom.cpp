@@ -8,6 +8,7 @@
 #include "organ.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
+#include "photograph_organ.h"
 
 namespace organbake {
 namespace {

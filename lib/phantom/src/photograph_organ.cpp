@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "photograph_organ.h"
+
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "organ.h"
 #include "organbake/image/srgb.h"
 #include "organbake/phantom/phantom.h"
 

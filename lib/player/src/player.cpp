@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "organ_layers.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/warp/front_edges.h"
 #include "organbake/warp/light_meter.h"

@@ -8,7 +8,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "script_camera_json.h"
 
 namespace organbake {

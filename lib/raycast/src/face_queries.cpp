@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Rays and closest points against a single triangle in double precision, for what the search tree
+// found in single precision.
 #include "organbake/raycast/face_queries.h"
 
 #include <algorithm>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The stage: what is wrong with a surface is mended in the order in which each step relies on the
+// one before, and every step is told. A wrap round everything is the last resort, since it alone
+// loses detail and colours.
 #include "organbake/repair/repair.h"
 
 #include <algorithm>
@@ -13,7 +16,10 @@
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/raycast/ray_scene.h"
 #include "organbake/raycast/winding.h"
+#include "patches.h"
 #include "repair_steps.h"
+#include "united_pieces.h"
+#include "wrapped_surface.h"
 
 namespace organbake {
 namespace {

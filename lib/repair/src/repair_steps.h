@@ -17,32 +17,6 @@ struct ClosedHoles {
 // rim's own vertices (minimal area and bending, Liepa 2003). The mesh must be a manifold.
 ClosedHoles close_holes(TriangleMesh& mesh, double largest_mm);
 
-// The edges of a mesh in which other than two faces meet cut it into patches.
-struct Patches {
-  std::vector<std::uint32_t> of_face;  // a patch for every face
-  std::size_t count = 0;
-  std::vector<bool> at_crowded_edge;  // whether three or more faces meet at an edge of the patch
-};
-Patches patches_of(const TriangleMesh& mesh);
-
-// How much of each side of the patches is seen from outside the mesh: share of rays from points
-// spread over the patch that reach it. Front is where faces wind counter-clockwise; the winding
-// within a patch must be consistent.
-struct SeenShare {
-  double front = 0, back = 0;
-};
-std::vector<SeenShare> seen_from_outside(const TriangleMesh& mesh, const Patches& patches);
-
-// Closed pieces that overlap become their union, each place counted once (corefinement in exact
-// numbers: CGAL, Polygon Mesh Processing); colours go along. Pieces that only touch, or lie within
-// one another, stay as they are. The mesh must be a manifold.
-struct UnitedPieces {
-  std::size_t pieces = 0;  // that overlapped
-  double shared_mm3 = 0;   // counted more than once before; where it was refused, at the most
-  bool refused = false;    // the pieces cross themselves, too: the mesh is as it was
-};
-UnitedPieces unite_overlapping_pieces(TriangleMesh& mesh);
-
 // Parts what touches along edges of four or more faces, or at a vertex of several fans: round each
 // such edge the two faces that bound the same solid stay together, and every fan of faces gets a
 // vertex of its own; vertices without a face go. Faces must look outward. Colours go along. Returns
@@ -56,10 +30,5 @@ std::size_t drop_slivers(TriangleMesh& mesh, double within_mm);
 // the edges then meet and the slit between them is gone. Colours and vertices stay. Returns how
 // many edges were cut.
 std::size_t cut_at_touching_vertices(TriangleMesh& mesh, double within_mm);
-
-// A closed manifold round a surface of any kind, without what is narrower than `closes_mm`
-// (tunnels, gaps, what lies inside), pulled back onto the surface where it lies near. Without
-// colours. Source: Portaneri et al., Alpha wrapping with an offset, 2022 (CGAL).
-TriangleMesh wrapped_surface(const TriangleMesh& surface, double closes_mm);
 
 }  // namespace organbake

@@ -14,7 +14,7 @@ struct EyeImage {
   // Brightness against its surroundings, in standard deviations of them: the lamp's fall-off and
   // the eyes' unlike gains are gone. 0 where nothing counts.
   Plane pattern;
-  Mask counts;  // tissue that is neither highlight nor instrument
+  Mask diffuse;  // tissue that is neither highlight nor instrument
 };
 
 // The eye at full size and halved, until no side is longer than `longest_px`; the finest first.

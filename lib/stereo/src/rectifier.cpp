@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Both pictures turned so that a point lies in the same row of each (cv::stereoRectify; Bouguet's
+// method), since matching looks along rows.
 #include "organbake/stereo/rectifier.h"
 
 #include <cmath>
@@ -6,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/core/error.h"
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 
 namespace organbake {
 namespace {

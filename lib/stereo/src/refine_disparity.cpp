@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Disparities to a fraction of a pixel by least squares along the row (Lucas & Kanade 1981), their
+// standard deviation from what is left, and gaps closed by planes through their surroundings where
+// these are seen on most sides.
 #include "refine_disparity.h"
 
 #include <algorithm>
@@ -7,6 +10,7 @@
 
 #include "organbake/core/median.h"
 #include "organbake/shading/cv_grid.h"
+#include "organbake/stereo/local_planes.h"
 #include "tent_mean.h"
 
 namespace organbake {
@@ -52,10 +56,10 @@ Laid laid_on_left(const EyeImage& left, const EyeImage& right, const Plane& disp
   cv::Mat counts;
   cv::remap(cv_view(right.pattern), laid.pattern, columns, rows, cv::INTER_CUBIC,
             cv::BORDER_CONSTANT);
-  cv::remap(as_float(right.counts), counts, columns, rows, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  cv::remap(as_float(right.diffuse), counts, columns, rows, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
   constexpr double kWhole = 0.99;
   cv::threshold(counts, counts, kWhole, 1, cv::THRESH_BINARY);
-  laid.weight = counts.mul(as_float(left.counts));
+  laid.weight = counts.mul(as_float(left.diffuse));
   return laid;
 }
 
@@ -72,6 +76,31 @@ double median_rows_apart(const cv::Mat& pull, const cv::Mat& stiffness, const cv
       if (share.at<float>(y, x) > kLeastCounting && stiffness.at<float>(y, x) > kStiff)
         shifts.push_back(pull.at<float>(y, x) / stiffness.at<float>(y, x));
   return shifts.empty() ? 0 : median(std::move(shifts));
+}
+
+constexpr float kLeastSd_px = 0.03F;  // what is finer is not noise but the model
+constexpr int kSmooth_px = 4;         // radius
+constexpr float kSmoothTo_px = 0.6F;  // a surface that leaves its plane by more is not smoothed
+
+Plane certainty(const Plane& sd_px, const Mask& known) {
+  Plane weight(known.width, known.height);
+  for (std::size_t k = 0; k < weight.size(); ++k) {
+    const float sd = std::max(kLeastSd_px, sd_px.values[k]);
+    weight.values[k] = known.values[k] ? kLeastSd_px * kLeastSd_px / (sd * sd) : 0;
+  }
+  return weight;
+}
+
+void smooth(const Plane& weight, Disparity& disparity) {
+  const LocalPlanes planes(disparity.px, weight, kSmooth_px);
+  for (int y = 0; y < disparity.px.height; ++y)
+    for (int x = 0; x < disparity.px.width; ++x) {
+      if (!disparity.known.at(x, y)) continue;
+      const LocalPlanes::Fit fit = planes.at(x, y);
+      const float keep = fit.variance / (fit.variance + kSmoothTo_px * kSmoothTo_px);
+      float& px = disparity.px.at(x, y);
+      px = fit.value + keep * (px - fit.value);
+    }
 }
 
 }  // namespace
@@ -130,6 +159,46 @@ Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const Mat
       median_rows_apart(tent_mean(w_difference.mul(down), radius),
                         tent_mean(laid.weight.mul(down).mul(down), radius), share);
   return agreement;
+}
+
+void drop_strangers(Disparity& disparity) {
+  constexpr int kRounds = 2;  // strangers bend the planes that they are told by
+  constexpr float kFar_px = 1.0F, kFarShare = 0.03F, kSurrounded = 0.3F;
+  const int width = disparity.px.width, height = disparity.px.height;
+  const int radius = std::max(4, width / 80);
+  for (int round = 0; round < kRounds; ++round) {
+    Plane known(width, height);
+    for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = disparity.known.values[k];
+    const LocalPlanes around(disparity.px, known, radius);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        if (!disparity.known.at(x, y)) continue;
+        const float px = disparity.px.at(x, y), off = std::abs(px - around.at(x, y).value);
+        if (around.weight(x, y) < kSurrounded || off > kFar_px + kFarShare * std::abs(px))
+          disparity.known.at(x, y) = 0;
+      }
+  }
+}
+
+Mask smooth_and_fill(const Plane& sd_px, const Mask& tissue, double reach, Disparity& disparity) {
+  const int width = tissue.width, height = tissue.height;
+  smooth(certainty(sd_px, disparity.known), disparity);
+  Mask filled(width, height);
+  const int radius = static_cast<int>(std::lround(reach * width));
+  if (radius < 1) return filled;
+  constexpr float kMostSides = 0.45F, kFlat = 0.02F;  // of the window; of the disparity
+  Plane known(width, height);
+  for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = disparity.known.values[k];
+  const LocalPlanes around(disparity.px, known, radius);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (!tissue.at(x, y) || disparity.known.at(x, y) || around.weight(x, y) <= 0) continue;
+      const LocalPlanes::Fit fit = around.at(x, y);
+      disparity.px.at(x, y) = fit.value;
+      const float most = kFlat * fit.value;
+      filled.at(x, y) = around.weight(x, y) >= kMostSides && fit.variance <= most * most;
+    }
+  return filled;
 }
 
 }  // namespace organbake

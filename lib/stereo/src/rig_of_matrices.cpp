@@ -8,33 +8,33 @@
 #include "organbake/core/error.h"
 #include "organbake/formats/lens_of_document.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-using Rows = NamedMatrices::Rows;
+using Matrix = NamedMatrices::Matrix;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // What the matrices of a rectification are named; P is 3×4, Q 4×4.
 struct Rectified {
-  const Rows *r1, *r2, *p1, *p2, *q;
+  const Matrix *r1, *r2, *p1, *p2, *q;
 };
 
-bool is_size(const Rows* rows, int height, int width) {
+bool is_size(const Matrix* rows, int height, int width) {
   return rows && rows->rows == height && rows->columns == width;
 }
 
 // 3 numbers, whichever way they lie.
-std::optional<Vector3d> vector_of(const Rows* rows) {
+std::optional<Vector3d> vector_of(const Matrix* rows) {
   if (!rows || rows->values.size() != 3) return std::nullopt;
   return Vector3d(rows->values[0], rows->values[1], rows->values[2]);
 }
 
 // A rotation matrix, or three numbers of Rodrigues.
-std::optional<Matrix3d> rotation_of(const Rows* rows) {
+std::optional<Matrix3d> rotation_of(const Matrix* rows) {
   if (const auto axis = vector_of(rows)) {
     const double angle = axis->norm();
     return angle == 0 ? Matrix3d::Identity()
@@ -113,17 +113,17 @@ StereoRig rig_of_matrices(const NamedMatrices& document, const fs::path& path,
   const NamedMatrices& found = matrices_of(document);
   check_finite(found, path);
   const Intrinsics sized = sized_lens(found, pictures.width, pictures.height);
-  const Rows* k1 = found.find(kLeftCameraMatrix);
-  const Rows* k2 = found.find({"k2", "m2", "cameramatrix2", "cm2", "cameramatrixr", "kr", "mr",
-                               "cameramatrixright", "rightcameramatrix", "kright", "intrinsic2"});
+  const Matrix* k1 = found.find(kLeftCameraMatrix);
+  const Matrix* k2 = found.find({"k2", "m2", "cameramatrix2", "cm2", "cameramatrixr", "kr", "mr",
+                                 "cameramatrixright", "rightcameramatrix", "kright", "intrinsic2"});
   const Rectified rectified{found.find({"r1"}), found.find({"r2"}), found.find({"p1"}),
                             found.find({"p2"}), found.find({"q"})};
   StereoRig rig;
   if (!k1 || !k2) {
     rig = rig_of_rectified(rectified, sized, path);
   } else {
-    const Rows* d1 = found.find(kLeftDistortion);
-    const Rows* d2 = found.find(kRightDistortion);
+    const Matrix* d1 = found.find(kLeftDistortion);
+    const Matrix* d2 = found.find(kRightDistortion);
     rig.left = lens_of_matrices(found, *k1, d1, sized, path);
     rig.right = lens_of_matrices(found, *k2, d2, sized, path);
     const auto r = rotation_of(found.find({"r", "rotation", "rotationmatrix", "om"}));

@@ -10,7 +10,7 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_check.h"
 #include "organbake/formats/named_matrices.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "rig_of_matrices.h"
 
 namespace organbake {
@@ -26,9 +26,10 @@ bool ends_with_one_of(const fs::path& file, std::initializer_list<const char*> e
 }
 
 // The text in a folder whose name holds this word.
-std::optional<NamedMatrices::Rows> rows_named(const fs::path& folder, const std::string& word) {
+std::optional<NamedMatrices::Matrix> matrix_named(const fs::path& folder, const std::string& word) {
   for (const fs::path& file : list_files(folder))
-    if (file.filename().string().find(word) != std::string::npos) return read_rows(folder / file);
+    if (file.filename().string().find(word) != std::string::npos)
+      return read_matrix_file(folder / file);
   return std::nullopt;
 }
 
@@ -39,8 +40,8 @@ StereoRig rig_of_texts(const fs::path& folder, const EyePictures& pictures) {
                                                        {"right.intrinsics", "k2"},
                                                        {"right.distortion", "d2"}};
   for (const auto& [word, name] : parts)
-    if (auto rows = rows_named(folder, word)) found.matrices[name] = std::move(*rows);
-  const auto pose = rows_named(folder, "l2r");
+    if (auto rows = matrix_named(folder, word)) found.matrices[name] = std::move(*rows);
+  const auto pose = matrix_named(folder, "l2r");
   if (!found.find({"k1"}) || !found.find({"k2"}) || !pose)
     throw BadDataError(folder,
                        "holds no stereo calibration: neither a YAML file nor texts named "
@@ -49,7 +50,7 @@ StereoRig rig_of_texts(const fs::path& folder, const EyePictures& pictures) {
   const bool below = pose->rows == 4 && pose->columns == 3;
   if (!below && !(pose->columns == 4 && (pose->rows == 3 || pose->rows == 4)))
     throw BadDataError(folder, "its *l2r* must hold three rows of R and one of T, or rows of R|T");
-  NamedMatrices::Rows r{{}, 3, 3}, t{{}, 3, 1};
+  NamedMatrices::Matrix r{{}, 3, 3}, t{{}, 3, 1};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
       r.values.push_back(v[std::size_t(row * pose->columns + column)]);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "organbake/core/files.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_writer.h"
 #include "organbake/image/png.h"
 
 namespace organbake {

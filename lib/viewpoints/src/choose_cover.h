@@ -17,7 +17,7 @@ struct CoverGoal {
 };
 
 // Candidates, each by the samples that it sees.
-using CandidateSights = std::vector<SampleBits>;
+using CandidateVisibility = std::vector<SampleBits>;
 
 struct ChosenCover {
   std::vector<std::uint32_t> chosen;  // candidates, increasing
@@ -26,8 +26,8 @@ struct ChosenCover {
 
 // Adds to a start always what gains most next, up to `most` candidates; fewer samples than the goal
 // when they don't do. Deterministic.
-ChosenCover greedy_cover(const CandidateSights& seen, ChosenCover start, const CoverGoal& goal,
-                         std::size_t most);
+[[nodiscard]] ChosenCover greedy_cover(const CandidateVisibility& seen, ChosenCover start,
+                                       const CoverGoal& goal, std::size_t most);
 
 struct Annealing {
   std::size_t moves = 1'000'000;
@@ -40,8 +40,8 @@ struct Annealing {
 // accepted less and less often; where the goal is reached, the one that is missed least goes for
 // good. Where it is not, the start's number of candidates with the most samples covered.
 // Deterministic. Throws CancelledError.
-ChosenCover annealed_cover(const CandidateSights& seen, const ChosenCover& start,
-                           const CoverGoal& goal, const Annealing& annealing,
-                           const RunContext& context = {});
+[[nodiscard]] ChosenCover annealed_cover(const CandidateVisibility& seen, const ChosenCover& start,
+                                         const CoverGoal& goal, const Annealing& annealing,
+                                         const RunContext& context = {});
 
 }  // namespace organbake

@@ -16,8 +16,4 @@ namespace organbake {
 Placement cover_with_cameras(const TriangleMesh& surface, const OrganFrame& organ,
                              const PlacementOptions& options, const RunContext& context);
 
-// The cameras, and more of them at the worst views until views over the VPM miss, on average, no
-// more than CoverageGoal::view_gap of what they show (see ViewCertificate).
-Placement complete_views(const CoverScene& scene, const CoverScene::Directions& cameras);
-
 }  // namespace organbake

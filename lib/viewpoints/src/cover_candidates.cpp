@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Where cameras might stand: an even lattice, a finer one for what few of its directions show, and
+// neighbours of the chosen ones.
 #include "cover_candidates.h"
 
 #include <Eigen/Geometry>

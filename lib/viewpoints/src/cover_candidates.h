@@ -18,7 +18,7 @@ class CoverCandidates {
   CoverCandidates(const CoverScene& scene, const SamplePool& pool, Directions directions);
 
   std::size_t size() const { return directions_.size(); }
-  const CandidateSights& seen() const { return seen_; }
+  const CandidateVisibility& seen() const { return seen_; }
   Directions directions_of(const ChosenCover& cover) const;
   // Working samples that so many candidates see.
   std::size_t seen_by(int times) const;
@@ -40,7 +40,7 @@ class CoverCandidates {
   const CoverScene& scene_;
   const SamplePool& pool_;
   Directions directions_;
-  CandidateSights seen_;
+  CandidateVisibility seen_;
 };
 
 }  // namespace organbake

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What a placement shows, measured on samples and views that had no part in making it, at rest and
+// poked.
 #include "organbake/viewpoints/coverage.h"
 
+#include <tbb/parallel_for.h>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "organ_frame.h"
 #include "organbake/core/median.h"
-#include "organbake/viewpoints/surface_samples.h"
+#include "organbake/geometry/mesh_checks.h"
 #include "spread_directions.h"
 
 namespace organbake {
@@ -152,6 +157,34 @@ void measure_views(const TriangleMesh& surface, const Sight& sight, const Placem
   }
 }
 
+struct Gap {
+  double picture = 0, surface = 0;
+};
+
+Gap gap_of(const SampleBits& seen, const std::vector<SampleBits>& kept, const ViewWeights& three,
+           const Eigen::Vector3d& eye, const SurfaceSamples& samples) {
+  double picture = 0, missed_picture = 0;
+  std::size_t count = 0, missed_count = 0;
+  for (std::size_t w = 0; w < seen.words().size(); ++w) {
+    std::uint64_t known = 0;
+    for (const std::uint32_t camera : three.cameras) known |= kept[camera].words()[w];
+    const std::uint64_t shown = seen.words()[w], missed = shown & ~known;
+    count += std::popcount(shown);
+    missed_count += std::popcount(missed);
+    for (std::uint64_t bits = shown; bits; bits &= bits - 1) {
+      const std::size_t i = w * SampleBits::kWordBits + std::countr_zero(bits);
+      const Eigen::Vector3d arm = eye - samples.points[i];
+      const double distance2 = arm.squaredNorm();
+      // Solid angle of an equal share of the surface.
+      const double area = arm.dot(samples.normals[i]) / (distance2 * std::sqrt(distance2));
+      picture += area;
+      if (missed & bits & -bits) missed_picture += area;
+    }
+  }
+  if (count == 0 || !(picture > 0)) return {};
+  return {missed_picture / picture, static_cast<double>(missed_count) / static_cast<double>(count)};
+}
+
 }  // namespace
 
 CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& placement,
@@ -176,6 +209,54 @@ CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& pl
   measure_views(surface, sight, placement, options, well, context, report);
   report.painted = painted_by_cameras(surface, sight, cameras, region, well);
   return report;
+}
+
+ViewCertificate certify_views(const ViewManifold& manifold, const std::vector<SampleBits>& kept,
+                              const std::vector<Eigen::Vector3d>& views_mm,
+                              const std::vector<SampleBits>& seen, const SurfaceSamples& samples) {
+  std::vector<Gap> gaps(views_mm.size());
+  tbb::parallel_for(std::size_t{0}, views_mm.size(), [&](std::size_t v) {
+    const ViewWeights three = view_weights(manifold, views_mm[v] - manifold.center_world_mm);
+    gaps[v] = gap_of(seen[v], kept, three, views_mm[v], samples);
+  });
+  ViewCertificate certificate;
+  certificate.views = static_cast<int>(views_mm.size());
+  for (const Gap& gap : gaps) {  // in order: the sum is the same for any number of threads
+    certificate.gaps.push_back(gap.picture);
+    certificate.mean_gap += gap.picture / static_cast<double>(gaps.size());
+    certificate.mean_surface_gap += gap.surface / static_cast<double>(gaps.size());
+    certificate.worst_gap = std::max(certificate.worst_gap, gap.picture);
+  }
+  return certificate;
+}
+
+TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
+                                const std::vector<Eye>& cameras, const std::vector<Eye>& region,
+                                const SightLimits& well) {
+  static const Eigen::Vector3f kUnreachable(0.2f, 0.2f, 0.2f);
+  static const std::array<Eigen::Vector3f, 4> kByCameras = {
+      Eigen::Vector3f(0.8f, 0.03f, 0.03f), Eigen::Vector3f(0.8f, 0.6f, 0.05f),
+      Eigen::Vector3f(0.1f, 0.5f, 0.15f), Eigen::Vector3f(0.08f, 0.2f, 0.6f)};
+  SurfaceSamples vertices;
+  vertices.points = surface.vertices;
+  vertices.normals = vertex_normals(surface);
+  const std::vector<SampleBits> seen = sight.seen_from_each(cameras, vertices, well);
+  const SampleBits reachable = sight.seen_from_any(region, vertices, well);
+  TriangleMesh painted = surface;
+  painted.colors.clear();
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const int times = times_in(seen, v, static_cast<int>(kByCameras.size()) - 1);
+    painted.colors.push_back(times == 0 && !reachable.test(v) ? kUnreachable : kByCameras[times]);
+  }
+  return painted;
+}
+
+TriangleMesh poked_surface(TriangleMesh surface, const Poke& poke) {
+  const double falloff = 0.5 / (poke.sigma_mm * poke.sigma_mm);
+  for (Eigen::Vector3d& vertex : surface.vertices) {
+    vertex += std::exp(-falloff * (vertex - poke.site_mm).squaredNorm()) * poke.displacement_mm;
+  }
+  return surface;
 }
 
 }  // namespace organbake

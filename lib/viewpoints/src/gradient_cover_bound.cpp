@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cover_bound.h"
+// A lower bound of the number of cameras by the linear relaxation, solved by the primal-dual hybrid
+// gradient with diagonal steps and restarts (Pock & Chambolle 2011; Applegate et al. 2021): the
+// relaxation has millions of entries, of which it needs products only. Any prices prove a bound, so
+// that it may end early.
+#include "gradient_cover_bound.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The distance at which an organ fits all maps, in closed form for each vertex, and the camera in a
+// direction at that distance.
 #include "organ_frame.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Counts of how often each sample is seen, kept as bit planes: adding a set is a ripple-carry adder
+// over words of 64 samples.
 #include "sample_counts.h"
 
 #include <algorithm>

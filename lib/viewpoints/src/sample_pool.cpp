@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Samples that cameras are chosen by: on folded surfaces those that are hardest to see, for the
+// rest is seen by whatever shows these.
 #include "sample_pool.h"
 
 #include <algorithm>

@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A tighter bound for surfaces on which few deep samples decide: cutting planes on the relaxation,
+// solved by GLPK's dual simplex, which goes on from the last solution when inequalities join.
+#include "simplex_cover_bound.h"
+
 #include <glpk.h>
 
 #include <algorithm>
@@ -8,7 +12,7 @@
 #include <memory>
 #include <numeric>
 
-#include "cover_bound.h"
+#include "gradient_cover_bound.h"
 
 namespace organbake {
 namespace {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Evenly spread directions: a Fibonacci spiral relaxed by repulsion (Thomson's problem), by
+// steepest descent. The result is turned in one way always, so that equal counts give equal
+// cameras.
 #include "spread_directions.h"
 
 #include <Eigen/Geometry>

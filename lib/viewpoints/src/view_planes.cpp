@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The polyhedron behind the cameras' view planes by half-space intersection in exact arithmetic
+// (CGAL): symmetric sets of cameras have vertices of more than three planes, which rounding would
+// split at random.
 #include "view_planes.h"
 
 #include <CGAL/Convex_hull_3/dual/halfspace_intersection_3.h>

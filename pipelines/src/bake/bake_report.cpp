@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/pipelines/document.h"
 #include "organbake/pipelines/schemas.h"
 

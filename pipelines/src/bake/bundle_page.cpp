@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/text.h"
 #include "organbake/pipelines/bake_report.h"
 #include "organbake/pipelines/bake_warnings.h"

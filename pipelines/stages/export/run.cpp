@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/exchange/base_surface.h"
@@ -12,7 +12,8 @@
 #include "organbake/exchange/web_page.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/gltf.h"
-#include "organbake/formats/simulation_asset.h"
+#include "organbake/formats/sofa.h"
+#include "organbake/formats/usd.h"
 #include "organbake/image/png.h"
 #include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/stage_binding.h"

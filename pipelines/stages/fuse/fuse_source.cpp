@@ -10,10 +10,10 @@
 #include "organbake/core/files.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/photo.h"
-#include "organbake/geometry/pinhole.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/camera.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "organbake/image/depth_notes.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_reader.h"
 #include "stages/shared/matched_poses.h"
 
 namespace organbake {

@@ -6,6 +6,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/geometry/ply.h"
+#include "organbake/isosurface/label_surface.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/volume/label_names_file.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/motion/options.h"
 #include "organbake/pipelines/stage_binding.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 

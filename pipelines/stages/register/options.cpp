@@ -26,9 +26,9 @@ void bind(OptionList& list, RegisterStageOptions& o) {
           {{"radiance", Similarity::radiance},
            {"gradient", Similarity::gradient},
            {"silhouette", Similarity::silhouette}})
-      .add("form", &r.form,
+      .add("form", &r.window,
            {.help = "one correlation per patch with a robust loss, or one for the whole picture"},
-           {{"patches", Form::patches}, {"whole", Form::whole}})
+           {{"patches", SimilarityWindow::patches}, {"whole", SimilarityWindow::whole}})
       .add("free_focal", &r.free_focal, {.help = "seek one scale of the focal lengths, too"})
       .add("closed_outline", &o.closed_outline,
            {.help = "the organ ends where the mesh has a border; else it goes on there, unseen"})

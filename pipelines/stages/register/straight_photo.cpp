@@ -5,7 +5,7 @@
 
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/lens_check.h"
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/shading/undistort.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/pipelines/stage_binding.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 #include "stages/shared/clip_options.h"
 
 namespace organbake {

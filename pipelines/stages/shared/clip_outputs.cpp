@@ -9,7 +9,7 @@
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/image/depth_notes.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_writer.h"
 #include "organbake/image/png.h"
 #include "organbake/shading/pictures.h"
 
@@ -28,7 +28,7 @@ double share(const Mask& mask) {
 double albedo_span(const PreparedFrame& frame) {
   std::vector<float> logs;
   for (std::size_t k = 0; k < frame.log_albedo.size(); ++k)
-    if (frame.counts.values[k]) logs.push_back(frame.log_albedo.values[k]);
+    if (frame.diffuse.values[k]) logs.push_back(frame.log_albedo.values[k]);
   if (logs.empty()) return 1;
   std::sort(logs.begin(), logs.end());
   const std::size_t left_out = logs.size() / 50;
@@ -152,7 +152,7 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
   list("frame_albedo_span", [](const FrameRecord& r) { return r.albedo_span; });
   list("frame_combed", [](const FrameRecord& r) { return r.combed; });
   list("frame_support", [](const FrameRecord& r) { return r.quality.support; });
-  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unshaped; });
+  list("frame_unshaped", [](const FrameRecord& r) { return r.quality.unexplained; });
   std::vector<std::string> verdicts;
   for (const FrameRecord& record : records) verdicts.emplace_back(name_of(record.quality.verdict));
   report.add("frame_verdict", verdicts);

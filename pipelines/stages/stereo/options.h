@@ -4,7 +4,7 @@
 #include "organbake/formats/mesh_frame.h"
 #include "organbake/pipelines/options.h"
 #include "organbake/shading/depth_mesh.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 #include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <limits>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"

@@ -5,9 +5,10 @@
 
 #include <fstream>
 
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_writer.h"
 #include "support/error_message.h"
 #include "support/small_bundle.h"
 

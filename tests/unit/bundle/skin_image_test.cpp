@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "support/meshes.h"

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "exemplar_texture.h"
 #include "organbake/capture/solid_noise.h"
 #include "organbake/capture/surface_color.h"
 #include "organbake/core/error.h"

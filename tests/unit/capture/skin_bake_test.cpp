@@ -10,7 +10,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_surface.h"
 #include "unit/capture/scenes.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/decimate/collapse.h"
+#include "organbake/decimate/fast_collapse.h"
 
 #include <gtest/gtest.h>
 

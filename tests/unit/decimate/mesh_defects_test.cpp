@@ -8,6 +8,7 @@
 #include "organbake/core/error.h"
 #include "organbake/geometry/adjacency.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "split_hubs.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/decimate/mesh_defects.h"
+#include "unfold_faces.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas.h"
+#include "charts.h"
 
 #include <gtest/gtest.h>
 

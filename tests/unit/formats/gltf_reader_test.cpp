@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "meshes/mesh_readers.h"
+#include "meshes/gltf_reader.h"
 
 #include <gmock/gmock.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "organbake/core/random.h"
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 
 namespace organbake {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/random.h"
+#include "organbake/geometry/shell_binder.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/image/exr.h"
+#include "organbake/image/exr_reader.h"
+#include "organbake/image/exr_writer.h"
 
 #include <gtest/gtest.h>
 

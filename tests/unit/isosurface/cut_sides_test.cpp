@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "organbake/isosurface/label_surface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

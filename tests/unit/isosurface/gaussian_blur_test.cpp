@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "smoothing.h"
+#include "gaussian_blur.h"
 
 #include <gtest/gtest.h>
 

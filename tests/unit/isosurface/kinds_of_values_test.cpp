@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "organbake/isosurface/isosurface.h"
+#include "organbake/isosurface/label_surface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 
 #include "organbake/geometry/mesh_checks.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/isosurface/isosurface.h"
+#include "organbake/isosurface/label_surface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "organbake/isosurface/isosurface.h"
+#include "organbake/isosurface/label_surface.h"
 #include "shape_volumes.h"
 
 namespace organbake {

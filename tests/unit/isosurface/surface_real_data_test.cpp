@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "organbake/isosurface/isosurface.h"
+#include "organbake/isosurface/label_surface.h"
 #include "organbake/volume/read_volume.h"
 #include "shape_volumes.h"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "organbake/core/random.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 #include "plane_sweep.h"
 #include "posed_frame.h"
 
@@ -106,7 +106,7 @@ inline PreparedFrame prepared_of(const BumpyView& view) {
   frame.color = Rgb8Image(width, height);
   frame.camera = view.camera.intrinsics;
   frame.intensity = view.light;
-  frame.field = frame.tissue = frame.counts = Mask(width, height, 1);
+  frame.field = frame.tissue = frame.diffuse = Mask(width, height, 1);
   frame.highlights = frame.instruments = Mask(width, height);
   return frame;
 }

@@ -38,7 +38,7 @@ TEST(HeldShading, GivesAGlossyDomeItsCurvature) {
   const GlossyDome dome;
   const FrameDepth shaded = fill_by_shading(dome.frame, dome.swept, {.reach_share = 0.4});
   PreparedFrame blind = dome.frame;
-  blind.counts = Mask(blind.counts.width, blind.counts.height);
+  blind.diffuse = Mask(blind.diffuse.width, blind.diffuse.height);
   const FrameDepth bridged = fill_by_shading(blind, dome.swept, {.reach_share = 0.4});
   const double with = median_error(shaded.depth, dome.view.depth_mm, dome.hole);
   const double without = median_error(bridged.depth, dome.view.depth_mm, dome.hole);

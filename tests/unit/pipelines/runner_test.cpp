@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fake_stages.h"
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"

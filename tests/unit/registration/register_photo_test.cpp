@@ -77,7 +77,7 @@ TEST(RegisterPhoto, FindsTheFocalLength) {
 TEST(RegisterPhoto, OtherFormsFindItToo) {
   const PhotoToRegister photo = started(lamp_studio().plain, {}, 5, 5, 5);
   RegistrationOptions whole, gradient, estimated;
-  whole.form = Form::whole;
+  whole.window = SimilarityWindow::whole;
   gradient.similarity = Similarity::gradient;
   estimated.light = LightModel::estimated;
   EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, whole)), kClean_mm);

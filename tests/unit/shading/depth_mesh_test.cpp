@@ -7,7 +7,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
-#include "organbake/shading/frame.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 namespace {

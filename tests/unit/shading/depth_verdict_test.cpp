@@ -94,12 +94,12 @@ TEST(DepthVerdict, ARealFrameWithoutTruthIsNotTrusted) {
 // Support falls smoothly from one to nothing.
 TEST(DepthVerdict, SupportHasNoSteps) {
   PreparedFrame frame;
-  frame.counts = Mask(8, 8, 1);
+  frame.diffuse = Mask(8, 8, 1);
   RangeEstimate estimate;
   estimate.usable = true;
   double before = 1;
   constexpr double kStep = 0.0005, kMostChange = 0.035;
-  for (estimate.unshaped = 0; estimate.unshaped < 0.08; estimate.unshaped += kStep) {
+  for (estimate.unexplained = 0; estimate.unexplained < 0.08; estimate.unexplained += kStep) {
     const double support = judge_depth(frame, estimate).support;
     EXPECT_LE(support, before);
     EXPECT_GT(support, before - kMostChange);

@@ -33,8 +33,8 @@ template <class Want, class Have>
 double scale_of(const PreparedFrame& frame, const LaparoscopyFrame& truth, const Want& want,
                 const Have& have) {
   double both = 0, own = 0;
-  for (std::size_t k = 0; k < frame.counts.size(); ++k) {
-    if (!frame.counts.values[k] || truth.highlights.values[k]) continue;
+  for (std::size_t k = 0; k < frame.diffuse.size(); ++k) {
+    if (!frame.diffuse.values[k] || truth.highlights.values[k]) continue;
     const Eigen::Vector3d found = have(k);
     both += found.dot(want(k));
     own += found.squaredNorm();
@@ -63,8 +63,8 @@ AlbedoErrors errors_of(const FrameAlbedo& albedo, const PreparedFrame& frame,
       frame, truth, [&](std::size_t k) { return linear_at(frame.color, k); },
       [&](std::size_t k) -> Eigen::Vector3d { return true_albedo(k) * light_at(truth, k); });
   // The albedo's own error, which is slow, is not the highlights'.
-  Plane error(frame.counts.width, frame.counts.height);
-  Mask plain = frame.counts;
+  Plane error(frame.diffuse.width, frame.diffuse.height);
+  Mask plain = frame.diffuse;
   for (std::size_t k = 0; k < error.size(); ++k) {
     plain.values[k] = plain.values[k] && !truth.highlights.values[k];
     error.values[k] =
@@ -72,7 +72,7 @@ AlbedoErrors errors_of(const FrameAlbedo& albedo, const PreparedFrame& frame,
   }
   const Plane error_around = box_mean(error, plain, error.width / 20);
   double squares = 0, count = 0, left = 0, glints = 0;
-  for (std::size_t k = 0; k < frame.counts.size(); ++k) {
+  for (std::size_t k = 0; k < frame.diffuse.size(); ++k) {
     const Eigen::Vector3d want = truth.albedo[k].cast<double>();
     if (!frame.tissue.values[k] || want.isZero(0)) continue;
     const Eigen::Vector3d found = scale * linear_at(albedo.color, k);
@@ -83,7 +83,7 @@ AlbedoErrors errors_of(const FrameAlbedo& albedo, const PreparedFrame& frame,
       glints += (linear_at(frame.color, k) - light * want).mean();
       continue;
     }
-    if (!frame.counts.values[k]) continue;
+    if (!frame.diffuse.values[k]) continue;
     for (int c = 0; c < 3; ++c) {
       const double off = srgb_from_linear(static_cast<float>(std::clamp(found[c], 0.0, 1.0))) -
                          srgb_from_linear(static_cast<float>(want[c]));
@@ -135,8 +135,8 @@ TEST(FrameAlbedo, UnderItsLightIsTheFrame) {
   int compared = 0;
   for (int y = 40; y < 440; y += 40)
     for (int x = 100; x < 540; x += 40) {
-      const std::size_t k = frame.counts.index(x, y);
-      if (!frame.counts.values[k] || truth.highlights.values[k]) continue;
+      const std::size_t k = frame.diffuse.index(x, y);
+      if (!frame.diffuse.values[k] || truth.highlights.values[k]) continue;
       const Eigen::Vector3d point =
           double(depth.depth.values[k]) * unproject(frame.camera, {x + 0.5, y + 0.5});
       const Eigen::Vector3d toward = scope.offset_mm - point;
@@ -156,7 +156,7 @@ TEST(FrameAlbedo, OfNothingButHighlightsIsRefused) {
   frame.color = Rgb8Image(32, 24);
   frame.camera = assumed_camera(32, 24, 1.2);
   frame.tissue = Mask(32, 24, 1);
-  frame.counts = Mask(32, 24, 0);
+  frame.diffuse = Mask(32, 24, 0);
   frame.highlights = Mask(32, 24, 1);
   FrameDepth depth;
   depth.depth = Plane(32, 24, 50);

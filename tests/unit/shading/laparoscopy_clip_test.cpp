@@ -18,7 +18,7 @@ Shares mask_shares(const PreparedFrame& frame, const LaparoscopyFrame& truth) {
   double highlights = 0, hit = 0, clean = 0, taken = 0, steel = 0, found = 0;
   for (std::size_t k = 0; k < frame.field.size(); ++k) {
     if (!frame.field.values[k]) continue;
-    const bool masked = !frame.counts.values[k];
+    const bool masked = !frame.diffuse.values[k];
     if (truth.instrument.values[k]) {
       ++steel;
       found += frame.instruments.values[k] != 0;
@@ -39,7 +39,7 @@ double error_percent(const FrameDepth& depth, const PreparedFrame& frame,
   double shift = 0, count = 0, sum = 0;
   for (int pass = 0; pass < 2; ++pass)
     for (std::size_t k = 0; k < depth.depth.size(); ++k) {
-      if (!frame.counts.values[k] || !std::isfinite(truth.depth_mm.values[k])) continue;
+      if (!frame.diffuse.values[k] || !std::isfinite(truth.depth_mm.values[k])) continue;
       const double ratio = std::log(depth.depth.values[k] / truth.depth_mm.values[k]);
       if (pass == 0) {
         shift += ratio;

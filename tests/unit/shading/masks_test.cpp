@@ -5,9 +5,9 @@
 
 #include "organbake/core/error.h"
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/shading/frame.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/masks.h"
+#include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
 namespace {

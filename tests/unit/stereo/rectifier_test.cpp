@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "organbake/geometry/pinhole.h"
+#include "organbake/geometry/camera.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "stereo_scene.h"
 

@@ -8,8 +8,9 @@
 #include <cmath>
 #include <functional>
 
-#include "cover_bound.h"
+#include "gradient_cover_bound.h"
 #include "organbake/core/random.h"
+#include "simplex_cover_bound.h"
 
 namespace organbake {
 namespace {

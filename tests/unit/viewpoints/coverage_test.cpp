@@ -11,7 +11,6 @@
 
 #include "organbake/core/error.h"
 #include "organbake/geometry/ply.h"
-#include "organbake/viewpoints/surface_samples.h"
 #include "support/meshes.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "support/ramp_volume.h"
 
 namespace organbake {

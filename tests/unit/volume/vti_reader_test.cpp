@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "files/volume_formats.h"
+#include "files/vti_reader.h"
 
 #include <gmock/gmock.h>
 

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "organbake/geometry/prism_bounds.h"
-#include "organbake/geometry/prism_height.h"
+#include "organbake/geometry/prism.h"
 #include "organbake/geometry/shell_map.h"
 
 namespace organbake::deform {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/formats/camera_files.h"
 
+#include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "cameras/colmap.h"
 #include "cameras/foreign_calibration.h"
-#include "cameras/foreign_cameras.h"
+#include "cameras/transforms_json.h"
 #include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -113,6 +115,22 @@ Intrinsics read_intrinsics(const fs::path& path, const std::string& image, int w
     throw BadDataError(path, error.what());
   }
   return lens;
+}
+
+std::string point_cloud_ply(const std::vector<SparsePoint>& points) {
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\ncomment millimetres, LPS\nelement vertex " +
+      std::to_string(points.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
+      "property uchar green\nproperty uchar blue\nend_header\n";
+  for (const SparsePoint& point : points) {
+    char place[3 * sizeof(float)];
+    const Eigen::Vector3f rounded = point.place_mm.cast<float>();
+    std::memcpy(place, rounded.data(), sizeof place);
+    bytes.append(place, sizeof place);
+    for (const std::uint8_t channel : point.srgb) bytes += static_cast<char>(channel);
+  }
+  return bytes;
 }
 
 }  // namespace organbake

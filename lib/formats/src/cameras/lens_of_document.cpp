@@ -5,16 +5,18 @@
 #include <string>
 #include <utility>
 
+#include "cameras/opencv_xml.h"
 #include "organbake/core/error.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {
 
 namespace fs = std::filesystem;
-using Rows = NamedMatrices::Rows;
+using Matrix = NamedMatrices::Matrix;
 
-const Rows& needed(const Rows* rows, std::size_t count, const char* name, const fs::path& path) {
+const Matrix& needed(const Matrix* rows, std::size_t count, const char* name,
+                     const fs::path& path) {
   if (rows && rows->values.size() == count) return *rows;
   throw BadDataError(path, std::string("needs ") + std::to_string(count) + " numbers under '" +
                                name + "' of each camera");
@@ -25,7 +27,7 @@ double needed(std::optional<double> number, const std::string& name, const fs::p
   throw BadDataError(path, "needs a number '" + name + "' of each camera");
 }
 
-Rows camera_matrix(double fx, double fy, double cx, double cy) {
+Matrix camera_matrix(double fx, double fy, double cx, double cy) {
   return {{fx, 0, cx, 0, fy, cy, 0, 0, 1}, 3, 3};
 }
 
@@ -56,7 +58,7 @@ const NamedMatrices* kalibr_camera(const NamedMatrices& found, EndoscopeEye eye)
 }
 
 Intrinsics kalibr_lens(const NamedMatrices& camera, int width, int height, const fs::path& path) {
-  const Rows& k = needed(camera.find({"intrinsics"}), 4, "intrinsics", path);
+  const Matrix& k = needed(camera.find({"intrinsics"}), 4, "intrinsics", path);
   const auto& v = k.values;
   return lens_of_matrices(camera, camera_matrix(v[0], v[1], v[2], v[3]),
                           camera.find({"distortioncoeffs"}), sized_lens(camera, width, height),
@@ -74,7 +76,7 @@ Intrinsics ini_lens(const NamedMatrices& camera, int width, int height, const fs
   Intrinsics sized;
   sized.width = camera.number({"resx"}) ? written_size(number("resx")) : width;
   sized.height = camera.number({"resy"}) ? written_size(number("resy")) : height;
-  Rows d{{}, 1, 0};
+  Matrix d{{}, 1, 0};
   for (std::string name = "kc0"; camera.words.contains(name);
        name = "kc" + std::to_string(d.values.size()))
     d.values.push_back(number(name.c_str()));
@@ -109,22 +111,22 @@ const NamedMatrices* matlab_camera(const NamedMatrices& found, EndoscopeEye eye)
 }
 
 // Its older IntrinsicMatrix is transposed.
-Rows matlab_matrix(const NamedMatrices& camera, const fs::path& path) {
-  const Rows* focal = camera.find({"focallength"});
-  const Rows* centre = camera.find({"principalpoint"});
+Matrix matlab_matrix(const NamedMatrices& camera, const fs::path& path) {
+  const Matrix* focal = camera.find({"focallength"});
+  const Matrix* centre = camera.find({"principalpoint"});
   if (focal && centre)
     return camera_matrix(needed(focal, 2, "FocalLength", path).values[0], focal->values[1],
                          needed(centre, 2, "PrincipalPoint", path).values[0], centre->values[1]);
-  if (const Rows* k = camera.find({"k"})) return needed(k, 9, "K", path);
+  if (const Matrix* k = camera.find({"k"})) return needed(k, 9, "K", path);
   const auto& m = needed(camera.find({"intrinsicmatrix"}), 9, "IntrinsicMatrix", path).values;
   return {{m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]}, 3, 3};
 }
 
 Intrinsics matlab_lens(const NamedMatrices& camera, int width, int height, const fs::path& path) {
-  const Rows* radial = camera.find({"radialdistortion"});
+  const Matrix* radial = camera.find({"radialdistortion"});
   if (!radial || radial->values.size() < 2 || radial->values.size() > 3)
     throw BadDataError(path, "needs two or three numbers under 'RadialDistortion'");
-  const Rows* tangential = camera.find({"tangentialdistortion"});
+  const Matrix* tangential = camera.find({"tangentialdistortion"});
   std::vector<double> d = {radial->values[0], radial->values[1], 0, 0,
                            radial->values.size() == 3 ? radial->values[2] : 0};
   if (tangential) {
@@ -134,11 +136,11 @@ Intrinsics matlab_lens(const NamedMatrices& camera, int width, int height, const
   Intrinsics sized;
   sized.width = width;
   sized.height = height;
-  if (const Rows* size = camera.find({"imagesize"})) {
+  if (const Matrix* size = camera.find({"imagesize"})) {
     sized.height = written_size(needed(size, 2, "ImageSize", path).values[0]);
     sized.width = written_size(size->values[1]);
   }
-  const Rows distortion{std::move(d), 1, 5};
+  const Matrix distortion{std::move(d), 1, 5};
   Intrinsics lens = lens_of_matrices(camera, matlab_matrix(camera, path), &distortion, sized, path);
   lens.cx -= 1;  // its first pixel's centre is (1, 1)
   lens.cy -= 1;
@@ -152,7 +154,7 @@ std::optional<RigidTransform> matlab_pose(const NamedMatrices& found, const fs::
     const auto& t = needed(pose->find({"translation"}), 3, "PoseCamera2.Translation", path).values;
     return pose_of(matrix3(r, 3), {t[0], t[1], t[2]}, path);
   }
-  const Rows* rotation = found.find({"rotationofcamera2"});
+  const Matrix* rotation = found.find({"rotationofcamera2"});
   if (!rotation) return std::nullopt;
   const auto& t =
       needed(found.find({"translationofcamera2"}), 3, "TranslationOfCamera2", path).values;
@@ -160,7 +162,102 @@ std::optional<RigidTransform> matlab_pose(const NamedMatrices& found, const fs::
                  {t[0], t[1], t[2]}, path);
 }
 
+// ROS names the model of a distortion, Kalibr and others that of the whole lens, and OpenCV's own
+// calibration program says whether it is a fisheye.
+LensModel model_of(const NamedMatrices& found, const fs::path& path) {
+  const auto word = [&](const char* name) {
+    const auto at = found.words.find(name);
+    return at == found.words.end() ? std::string() : plain_name(at->second);
+  };
+  const auto is_fisheye = [](const std::string& name) {
+    return is_any_of(name, {"equidistant", "equi", "fisheye", "kannalabrandt", "kannalabrandt4",
+                            "kb4", "opencvfisheye"});
+  };
+  const std::string distortion = word("distortionmodel"), lens = word("cameramodel");
+  if (is_fisheye(distortion) || is_fisheye(lens) ||
+      found.number({"fisheyemodel", "isfisheye"}).value_or(0) != 0)
+    return LensModel::fisheye;
+  std::string other;
+  if (!is_any_of(distortion, {"", "plumbbob", "rationalpolynomial", "radtan", "radialtangential",
+                              "brown", "brownconrady", "opencv", "none"}))
+    other = distortion;
+  for (const char* wide : {"fisheye", "equidistant", "omni", "ocam", "kannala", "scaramuzza",
+                           "eucm", "doublesphere", "ds"})
+    if (lens == wide || (lens.find(wide) != lens.npos && std::strlen(wide) > 3)) other = lens;
+  if (!other.empty())
+    throw BadDataError(path, "is of the lens model \"" + other +
+                                 "\", which is not supported; calibrate it as a pinhole with k1 k2 "
+                                 "p1 p2 k3, or as OpenCV's fisheye with k1 k2 k3 k4");
+  return LensModel::brown;
+}
+
+void check_distortion(const NamedMatrices::Matrix& d, const fs::path& path) {
+  for (const double value : d.values)
+    if (!std::isfinite(value))
+      throw BadDataError(path, "its distortion holds a number that is not finite");
+}
+
+void set_fisheye(const NamedMatrices::Matrix& d, Intrinsics& lens, const fs::path& path) {
+  lens.model = LensModel::fisheye;
+  if (d.values.size() != 4)
+    throw BadDataError(path, "its distortion has " + std::to_string(d.values.size()) +
+                                 " numbers; a fisheye's has four: k1 k2 k3 k4");
+  lens.k1 = d.values[0];
+  lens.k2 = d.values[1];
+  lens.k3 = d.values[2];
+  lens.k4 = d.values[3];
+}
+
+// OpenCV's order: k1 k2 p1 p2, k3, k4 k5 k6, s1…s4, τx τy.
+void set_brown(const NamedMatrices::Matrix& d, Intrinsics& lens, const fs::path& path) {
+  const std::size_t count = d.values.size();
+  const bool none = std::all_of(d.values.begin(), d.values.end(), [](double v) { return v == 0; });
+  if (none) return;
+  if (count != 4 && count != 5 && count != 8 && count != 12 && count != 14)
+    throw BadDataError(path, "its distortion has " + std::to_string(count) +
+                                 " numbers; OpenCV's have 4, 5, 8, 12 or 14: k1 k2 p1 p2 (k3 …)");
+  double* const target[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2, &lens.k3};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i < std::size(target)) *target[i] = d.values[i];
+    if (i >= std::size(target) && d.values[i] != 0)
+      throw BadDataError(
+          path,
+          "only k1 k2 p1 p2 k3 of a distortion are supported, no rational model with "
+          "k4 k5 k6, thin prism or tilt; calibrate it without them");
+  }
+}
+
+// [fx s cx; 0 fy cy; 0 0 1].
+void check_camera_matrix(const NamedMatrices::Matrix& k, const fs::path& path) {
+  if (k.values.size() != 9) throw BadDataError(path, "a camera matrix must be 3x3");
+  const std::vector<double>& m = k.values;
+  constexpr double kNoSkew = 1e-3;  // of the focal length: no pixel of a picture shows it
+  if (m[3] != 0 || m[6] != 0 || m[7] != 0 || m[8] != 1)
+    throw BadDataError(path,
+                       "its camera matrix is not of the form fx 0 cx, 0 fy cy, 0 0 1 (is it "
+                       "transposed?)");
+  if (!(std::abs(m[1]) <= kNoSkew * std::abs(m[0])))
+    throw BadDataError(path, "its camera matrix has a skew of " + to_text(m[1]) +
+                                 ", which is not supported; calibrate it without one");
+}
+
 }  // namespace
+
+Intrinsics lens_of_matrices(const NamedMatrices& found, const NamedMatrices::Matrix& k,
+                            const NamedMatrices::Matrix* d, Intrinsics lens, const fs::path& path) {
+  const LensModel model = model_of(found, path);
+  check_camera_matrix(k, path);
+  set_opencv_pinhole(k.values[0], k.values[4], k.values[2], k.values[5], lens);
+  if (!d) {
+    refuse_unread_distortion(found, path);
+    if (model == LensModel::fisheye)
+      throw BadDataError(path, "is of a fisheye, but lacks its k1 k2 k3 k4");
+    return lens;
+  }
+  check_distortion(*d, path);
+  model == LensModel::fisheye ? set_fisheye(*d, lens, path) : set_brown(*d, lens, path);
+  return lens;
+}
 
 std::optional<Intrinsics> lens_of_parts(const NamedMatrices& found, EndoscopeEye eye, int width,
                                         int height, const fs::path& path) {

@@ -30,9 +30,9 @@ std::optional<double> number_of(const YAML::Node& node) {
 
 // [1, 2, 3], or [[1, 2], [3, 4]], and nothing deeper: an alias may stand for the list it is in.
 // `fault` says why it is nothing.
-std::optional<NamedMatrices::Rows> rows_of_sequence(const YAML::Node& node, std::string& fault,
-                                                    int levels = 2) {
-  NamedMatrices::Rows rows;
+std::optional<NamedMatrices::Matrix> rows_of_sequence(const YAML::Node& node, std::string& fault,
+                                                      int levels = 2) {
+  NamedMatrices::Matrix rows;
   fault = "holds something else than a lens's numbers";
   if (levels == 0 || node.size() == 0 || node.size() > kMostMatrixValues) return std::nullopt;
   for (const YAML::Node& item : node) {
@@ -58,7 +58,7 @@ std::optional<NamedMatrices::Rows> rows_of_sequence(const YAML::Node& node, std:
   return rows;
 }
 
-std::optional<NamedMatrices::Rows> matrix_of(const YAML::Node& node, std::string& fault) {
+std::optional<NamedMatrices::Matrix> matrix_of(const YAML::Node& node, std::string& fault) {
   if (node.IsSequence()) return rows_of_sequence(node, fault);
   auto rows = rows_of_sequence(node["data"], fault);
   if (!rows || !node["rows"] || !node["cols"]) return rows;
@@ -107,90 +107,11 @@ int written_side(const NamedMatrices& found, std::initializer_list<const char*> 
   return number ? written_size(*number) : otherwise;
 }
 
+}  // namespace
+
 bool is_any_of(const std::string& word, std::initializer_list<const char*> known) {
   return std::find(known.begin(), known.end(), word) != known.end();
 }
-
-// ROS names the model of a distortion, Kalibr and others that of the whole lens, and OpenCV's own
-// calibration program says whether it is a fisheye.
-LensModel model_of(const NamedMatrices& found, const fs::path& path) {
-  const auto word = [&](const char* name) {
-    const auto at = found.words.find(name);
-    return at == found.words.end() ? std::string() : plain_name(at->second);
-  };
-  const auto is_fisheye = [](const std::string& name) {
-    return is_any_of(name, {"equidistant", "equi", "fisheye", "kannalabrandt", "kannalabrandt4",
-                            "kb4", "opencvfisheye"});
-  };
-  const std::string distortion = word("distortionmodel"), lens = word("cameramodel");
-  if (is_fisheye(distortion) || is_fisheye(lens) ||
-      found.number({"fisheyemodel", "isfisheye"}).value_or(0) != 0)
-    return LensModel::fisheye;
-  std::string other;
-  if (!is_any_of(distortion, {"", "plumbbob", "rationalpolynomial", "radtan", "radialtangential",
-                              "brown", "brownconrady", "opencv", "none"}))
-    other = distortion;
-  for (const char* wide : {"fisheye", "equidistant", "omni", "ocam", "kannala", "scaramuzza",
-                           "eucm", "doublesphere", "ds"})
-    if (lens == wide || (lens.find(wide) != lens.npos && std::strlen(wide) > 3)) other = lens;
-  if (!other.empty())
-    throw BadDataError(path, "is of the lens model \"" + other +
-                                 "\", which is not supported; calibrate it as a pinhole with k1 k2 "
-                                 "p1 p2 k3, or as OpenCV's fisheye with k1 k2 k3 k4");
-  return LensModel::brown;
-}
-
-void check_distortion(const NamedMatrices::Rows& d, const fs::path& path) {
-  for (const double value : d.values)
-    if (!std::isfinite(value))
-      throw BadDataError(path, "its distortion holds a number that is not finite");
-}
-
-void set_fisheye(const NamedMatrices::Rows& d, Intrinsics& lens, const fs::path& path) {
-  lens.model = LensModel::fisheye;
-  if (d.values.size() != 4)
-    throw BadDataError(path, "its distortion has " + std::to_string(d.values.size()) +
-                                 " numbers; a fisheye's has four: k1 k2 k3 k4");
-  lens.k1 = d.values[0];
-  lens.k2 = d.values[1];
-  lens.k3 = d.values[2];
-  lens.k4 = d.values[3];
-}
-
-// OpenCV's order: k1 k2 p1 p2, k3, k4 k5 k6, s1…s4, τx τy.
-void set_brown(const NamedMatrices::Rows& d, Intrinsics& lens, const fs::path& path) {
-  const std::size_t count = d.values.size();
-  const bool none = std::all_of(d.values.begin(), d.values.end(), [](double v) { return v == 0; });
-  if (none) return;
-  if (count != 4 && count != 5 && count != 8 && count != 12 && count != 14)
-    throw BadDataError(path, "its distortion has " + std::to_string(count) +
-                                 " numbers; OpenCV's have 4, 5, 8, 12 or 14: k1 k2 p1 p2 (k3 …)");
-  double* const target[] = {&lens.k1, &lens.k2, &lens.p1, &lens.p2, &lens.k3};
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i < std::size(target)) *target[i] = d.values[i];
-    if (i >= std::size(target) && d.values[i] != 0)
-      throw BadDataError(
-          path,
-          "only k1 k2 p1 p2 k3 of a distortion are supported, no rational model with "
-          "k4 k5 k6, thin prism or tilt; calibrate it without them");
-  }
-}
-
-// [fx s cx; 0 fy cy; 0 0 1].
-void check_camera_matrix(const NamedMatrices::Rows& k, const fs::path& path) {
-  if (k.values.size() != 9) throw BadDataError(path, "a camera matrix must be 3x3");
-  const std::vector<double>& m = k.values;
-  constexpr double kNoSkew = 1e-3;  // of the focal length: no pixel of a picture shows it
-  if (m[3] != 0 || m[6] != 0 || m[7] != 0 || m[8] != 1)
-    throw BadDataError(path,
-                       "its camera matrix is not of the form fx 0 cx, 0 fy cy, 0 0 1 (is it "
-                       "transposed?)");
-  if (!(std::abs(m[1]) <= kNoSkew * std::abs(m[0])))
-    throw BadDataError(path, "its camera matrix has a skew of " + to_text(m[1]) +
-                                 ", which is not supported; calibrate it without one");
-}
-
-}  // namespace
 
 std::string plain_name(const std::string& name) {
   std::string plain;
@@ -200,13 +121,15 @@ std::string plain_name(const std::string& name) {
   return plain;
 }
 
-std::optional<NamedMatrices::Rows> shaped(std::vector<double> values, double height, double width) {
+std::optional<NamedMatrices::Matrix> shaped(std::vector<double> values, double height,
+                                            double width) {
   const auto most = static_cast<double>(values.size());
   if (!(height >= 1 && height <= most) || height * width != most) return std::nullopt;
-  return NamedMatrices::Rows{std::move(values), static_cast<int>(height), static_cast<int>(width)};
+  return NamedMatrices::Matrix{std::move(values), static_cast<int>(height),
+                               static_cast<int>(width)};
 }
 
-const NamedMatrices::Rows* NamedMatrices::find(std::initializer_list<const char*> names) const {
+const NamedMatrices::Matrix* NamedMatrices::find(std::initializer_list<const char*> names) const {
   for (const char* name : names) {
     const auto found = matrices.find(name);
     if (found != matrices.end()) return &found->second;
@@ -275,8 +198,8 @@ void add_opencv_text(const std::string& text, const fs::path& path, NamedMatrice
   }
 }
 
-NamedMatrices::Rows read_rows(const fs::path& path) {
-  NamedMatrices::Rows rows;
+NamedMatrices::Matrix read_matrix_file(const fs::path& path) {
+  NamedMatrices::Matrix rows;
   std::istringstream text(read_text_file(path, kMostBytes));
   for (std::string line; std::getline(text, line);) {
     std::replace(line.begin(), line.end(), ',', ' ');
@@ -316,22 +239,6 @@ void set_opencv_pinhole(double fx, double fy, double cx, double cy, Intrinsics& 
   lens.fy = fy;
   lens.cx = cx + kFromCentreToCorner;
   lens.cy = cy + kFromCentreToCorner;
-}
-
-Intrinsics lens_of_matrices(const NamedMatrices& found, const NamedMatrices::Rows& k,
-                            const NamedMatrices::Rows* d, Intrinsics lens, const fs::path& path) {
-  const LensModel model = model_of(found, path);
-  check_camera_matrix(k, path);
-  set_opencv_pinhole(k.values[0], k.values[4], k.values[2], k.values[5], lens);
-  if (!d) {
-    refuse_unread_distortion(found, path);
-    if (model == LensModel::fisheye)
-      throw BadDataError(path, "is of a fisheye, but lacks its k1 k2 k3 k4");
-    return lens;
-  }
-  check_distortion(*d, path);
-  model == LensModel::fisheye ? set_fisheye(*d, lens, path) : set_brown(*d, lens, path);
-  return lens;
 }
 
 }  // namespace organbake

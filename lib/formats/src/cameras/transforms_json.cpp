@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cameras/foreign_cameras.h"
+#include "cameras/transforms_json.h"
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -9,7 +9,7 @@
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/photo.h"
 #include "organbake/geometry/camera.h"
-#include "organbake/geometry/written_rotation.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace fs = std::filesystem;

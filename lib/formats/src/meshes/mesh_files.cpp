@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "meshes/gltf_reader.h"
 #include "meshes/mesh_readers.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -14,6 +15,8 @@
 #include "organbake/geometry/ply.h"
 #include "organbake/geometry/weld.h"
 #include "organbake/raycast/winding.h"
+#include "vtk/legacy_vtk.h"
+#include "vtk/vtk_xml_meshes.h"
 
 namespace organbake {
 namespace {

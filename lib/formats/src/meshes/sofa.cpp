@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/formats/sofa.h"
+
 #include "meshes/asset_text.h"
-#include "organbake/formats/simulation_asset.h"
+#include "organbake/formats/textured_mesh.h"
 
 namespace organbake {
 namespace {

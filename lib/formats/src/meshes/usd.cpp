@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/formats/usd.h"
+
 #include <algorithm>
 #include <numeric>
 
 #include "meshes/asset_text.h"
-#include "organbake/formats/simulation_asset.h"
 
 namespace organbake {
 namespace {
@@ -194,15 +195,6 @@ std::string material_prim(const Bundle& bundle, const TexturedMesh& mesh,
 }
 
 }  // namespace
-
-std::vector<double> node_masses_kg(const TetrahedralBody& body, double density_kg_per_m3) {
-  constexpr double kCubicMetres = 1e-9;  // of mm³
-  std::vector<double> masses(body.nodes_mm.size(), 0.0);
-  for (const Tetrahedron& t : body.tetrahedra)
-    for (const std::uint32_t node : t.nodes)
-      masses[node] += 0.25 * t.fill * density_kg_per_m3 * kCubicMetres * volume_of(body, t);
-  return masses;
-}
 
 std::string usd_text(const Bundle& bundle, const TexturedMesh& surface,
                      const std::string& color_file, const std::string& normal_file) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "meshes/mesh_readers.h"
+#include "vtk/legacy_vtk.h"
 
 #include <vtkCellArray.h>
 #include <vtkNew.h>
@@ -117,12 +117,6 @@ void read_colors(LegacyVtkScanner& scanner, vtkPolyData& polydata) {
   polydata.GetPointData()->SetScalars(colors);
 }
 
-}  // namespace
-
-TriangleMesh read_legacy_vtk(const std::filesystem::path& path) {
-  return parse_legacy_vtk(read_file(path), path.string());
-}
-
 TriangleMesh parse_legacy_vtk(std::span<const std::byte> bytes, const std::string& name) {
   LegacyVtkScanner scanner(bytes, name);
   const std::string keyword = scanner.word(), kind = scanner.word();
@@ -156,6 +150,12 @@ TriangleMesh parse_legacy_vtk(std::span<const std::byte> bytes, const std::strin
   polydata->SetPolys(polygons);
   polydata->SetStrips(strips);
   return mesh_from_polydata(polydata, name);
+}
+
+}  // namespace
+
+TriangleMesh read_legacy_vtk(const std::filesystem::path& path) {
+  return parse_legacy_vtk(read_file(path), path.string());
 }
 
 }  // namespace organbake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "meshes/mesh_readers.h"
+#include "vtk/vtk_xml_meshes.h"
 
 #include <vtkCell.h>
 #include <vtkCellArray.h>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The light that explains a photograph best at a pose, by robust least squares (Geman & McClure
+// 1987), and which pixels take part. The overlap is fixed while a solver runs: otherwise it could
+// raise the correlation by showing less.
 #include "appearance/appearance.h"
 
 #include <Eigen/Cholesky>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The choice of a light by cross-validation over the squares of a chessboard: a light with more
+// freedom fits better always, but predicts pixels that it was not fitted to better only when it is
+// right.
 #include "appearance/light_choice.h"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "pose/refine.h"
+#include "pose/pose_refinement.h"
 
 namespace organbake {
 

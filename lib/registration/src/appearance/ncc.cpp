@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Normalised cross-correlation as a sum of squares, ½‖â − b̂‖² = 1 − R, so that a least-squares
+// solver climbs it, with its derivative by rank-one updates.
 #include "appearance/ncc.h"
 
 #include <cmath>

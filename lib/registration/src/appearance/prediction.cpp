@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Renderings of a surface by ray casting, with derivatives by the pose. Rays go through pixel
+// centres and several to a pixel at outlines, so that the picture is a smooth function of the pose;
+// the photograph itself is never interpolated, which would smooth its noise and favour some poses.
 #include "appearance/prediction.h"
 
 #include <tbb/parallel_for.h>

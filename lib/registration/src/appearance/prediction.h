@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "appearance/photo_pyramid.h"
+#include "organbake/registration/light_model.h"
 #include "organbake/registration/object_pose.h"
 #include "organbake/registration/registered_surface.h"
-#include "organbake/registration/shading.h"
 
 namespace organbake {
 

@@ -3,7 +3,7 @@
 
 #include "color/color_scene.h"
 #include "organbake/registration/register_photo.h"
-#include "pose/refine.h"
+#include "pose/pose_refinement.h"
 
 namespace organbake {
 
@@ -17,21 +17,5 @@ namespace organbake {
 // the verdict is doubtful at best.
 RegisteredPhoto register_by_color(const RegisteredSurface& surface, const PhotoToRegister& photo,
                                   const RigidTransform& start, const RunContext& context = {});
-
-struct SilhouetteFit {
-  ObjectPose pose;
-  std::vector<float> likely;  // likely_organ at the pose
-  bool usable = false;        // the organ is in the picture and not far from its start
-};
-
-// How much a pixel's colour tells: 0 for a likelihood of 0.5, 1 where it is certain.
-inline float telling(float likely) { return (2 * likely - 1) * (2 * likely - 1); }
-
-SilhouetteFit fit_silhouette(const RegisteredSurface& surface, const ColorScene& scene,
-                             const ObjectPose& start, const RunContext& context);
-
-// Of the fit's residuals, for its covariance.
-Curvature silhouette_curvature(const RegisteredSurface& surface, const ColorScene& scene,
-                               const SilhouetteFit& fit);
 
 }  // namespace organbake

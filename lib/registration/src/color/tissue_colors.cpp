@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Logarithms of ratios of colour channels: what brightness and exposure do not change.
 #include "color/tissue_colors.h"
 
 #include <algorithm>

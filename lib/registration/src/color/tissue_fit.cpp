@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Gauss–Newton of pose, light and hue on ln luminance of living tissue, where lamp, albedo and
+// exposure add up. Neighbouring pixels share their albedo, so that they count as far fewer than
+// they are; what is expected of light and motion is a Gaussian prior.
 #include "color/tissue_fit.h"
 
 #include <tbb/parallel_for.h>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Lamp, beam, fall-off and albedo of living tissue as logarithms, where they add up, and their
+// slopes.
 #include "color/tissue_light.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Many starts round the given one, fitted on a coarse level and thinned from level to level: a
+// piece of tissue has many poses that look a little alike.
 #include "color/tissue_search.h"
 
 #include <tbb/parallel_for.h>

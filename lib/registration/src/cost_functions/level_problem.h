@@ -18,10 +18,13 @@ class LevelProblem {
   LevelProblem(LivePrediction& live, SolverState& state, Similarity similarity, bool free_focal);
 
   // False when the photograph is constant there.
-  bool add_whole(const std::vector<WeightedPixel>& pixels) { return add(pixels, nullptr); }
+  [[nodiscard]] bool add_whole(const std::vector<WeightedPixel>& pixels) {
+    return add(pixels, nullptr);
+  }
   // Each patch, a square of `side` pixels, has its own loss and counts by its contrast, so that the
   // sum is 1 − R's again when all fit. Patches of fewer than `least_weight` pixels are left out.
-  bool add_patches(const std::vector<WeightedPixel>& pixels, int side, double least_weight);
+  [[nodiscard]] bool add_patches(const std::vector<WeightedPixel>& pixels, int side,
+                                 double least_weight);
   void solve(int iterations);
 
  private:

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The rendering that all cost functions of a problem share, drawn once for each state that the
+// solver visits; tracing rays is what costs.
 #include "cost_functions/live_prediction.h"
 
 #include <tbb/parallel_for.h>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The correlation as a Ceres cost function. Residual and Jacobian are handed over as the triangular
+// factor of their QR decomposition: a dozen rows in place of a photograph's, in sums of fixed
+// order.
 #include "cost_functions/ncc_cost.h"
 
 #include <algorithm>
@@ -11,7 +14,7 @@ namespace {
 
 using RowMajor = NccBlock::RowMajor;
 
-// Rows of a block: one a pixel, or its two slopes.
+// Linearization of a block: one a pixel, or its two slopes.
 int rows_per_pixel(Similarity similarity) { return similarity == Similarity::gradient ? 2 : 1; }
 
 // Calls row(i, of) for each row, `of` turning a function of the pixel into the row's value.
@@ -86,7 +89,7 @@ Eigen::VectorXd NccCost::predicted() const {
   return b;
 }
 
-NccCost::Rows NccCost::rows() const {
+NccCost::Linearization NccCost::linearization() const {
   constexpr int kMost = 7 + ShadingBasis::kMost;
   using Row = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMost>;
   const int basis = live_.basis().size();
@@ -96,7 +99,7 @@ NccCost::Rows NccCost::rows() const {
     for (int j = 0; j < basis; ++j) row[7 + j] = live_.phi(x, y, j);
     return row;
   };
-  Rows rows{Eigen::VectorXd(block_.size()), RowMajor(block_.size(), 7 + basis)};
+  Linearization both{Eigen::VectorXd(block_.size()), RowMajor(block_.size(), 7 + basis)};
   for_rows(pixels_, similarity_, value,
            [&](Eigen::Index i, const Row& row) { rows.derivative.row(i) = row; });
   const Eigen::VectorXd b = predicted();
@@ -116,7 +119,7 @@ bool NccCost::Evaluate(double const* const* parameters, double* residuals,
         std::fill_n(jacobians[block], num_residuals() * parameter_block_sizes()[block], 0.0);
     return true;
   }
-  const Rows all = rows();
+  const Linearization all = linearization();
   const Eigen::Index n = num_residuals();
   RowMajor stacked(all.residual.size(), n);
   stacked << all.residual, all.derivative;

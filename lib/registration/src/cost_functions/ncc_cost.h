@@ -37,11 +37,11 @@ class NccCost : public ceres::CostFunction {
 
   // r and its derivative by motion (6), ln f (1) and light (basis size), a row each pixel (two for
   // gradients), as they are.
-  struct Rows {
+  struct Linearization {
     Eigen::VectorXd residual;
     NccBlock::RowMajor derivative;
   };
-  Rows rows() const;
+  Linearization linearization() const;
 
  private:
   Eigen::VectorXd predicted() const;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Rotations as unit quaternions moved by rotation vectors, so that no pose is singular and none is
+// counted twice.
 #include "cost_functions/pose_manifold.h"
 
 #include <algorithm>

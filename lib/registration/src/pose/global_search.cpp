@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Poses without a start: candidates are scored, thinned to distinct ones and refined level by
+// level. The runner-up's margin tells how unique the answer is.
 #include "pose/global_search.h"
 
 #include <tbb/parallel_for.h>

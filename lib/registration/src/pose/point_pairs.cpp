@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A pose from point pairs: the direct linear transform with normalised coordinates (Hartley &
+// Zisserman, Multiple View Geometry, 7.1), then robust least squares of the pixels.
 #include "pose/point_pairs.h"
 
 #include <ceres/ceres.h>

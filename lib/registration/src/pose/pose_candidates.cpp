@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Poses to try: directions spread over the sphere times rolls. Where the organ stands out from a
+// plain background, its area and centre fix distance and place, which leaves three of six
+// dimensions to search.
 #include "pose/pose_candidates.h"
 
 #include <tbb/parallel_for.h>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "appearance/appearance.h"
+#include "organbake/core/median.h"
 
 namespace organbake {
 namespace {
+
+// What stands out from the background that the picture's border shows.
+struct Foreground {
+  double area_px = 0;
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
+};
 
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
@@ -32,6 +42,45 @@ std::vector<Vector3d> directions(int count) {
 // Seen from `direction` (object → camera), in some roll.
 Quaterniond facing(const Vector3d& direction) {
   return Quaterniond(look_at(direction, Vector3d::Zero(), Vector3d::UnitZ()).rotation);
+}
+
+std::vector<float> border_values(const PhotoLevel& level) {
+  std::vector<float> values;
+  const int w = level.intrinsics.width, h = level.intrinsics.height;
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      const bool border = x == 0 || y == 0 || x == w - 1 || y == h - 1;
+      if (border && level.valid[level.index(x, y)])
+        values.push_back(level.luminance[level.index(x, y)]);
+    }
+  return values;
+}
+
+// Nothing when the border is not plain, or next to nothing or nearly all stands out from it.
+std::optional<Foreground> find_foreground(const PhotoLevel& level) {
+  constexpr float kMadToSigma = 1.4826f, kOutstanding = 6, kLeast = 0.015f;
+  constexpr float kPlain = 0.05f;  // spread of a plain border, of the luminance range
+  constexpr double kFewest = 0.01, kMost = 0.85;  // of the picture
+  std::vector<float> border = border_values(level);
+  if (border.size() < 16) return std::nullopt;
+  const float background = median(border);
+  for (float& value : border) value = std::abs(value - background);
+  const float spread = kMadToSigma * median(border);
+  if (spread > kPlain) return std::nullopt;
+  const float threshold = std::max(kLeast, kOutstanding * spread);
+  Foreground found;
+  for (int y = 0; y < level.intrinsics.height; ++y)
+    for (int x = 0; x < level.intrinsics.width; ++x) {
+      // A blown pixel inside the organ is part of it all the same.
+      const std::size_t i = level.index(x, y);
+      if (level.valid[i] && std::abs(level.luminance[i] - background) < threshold) continue;
+      found.area_px += 1;
+      found.center_px += Eigen::Vector2d(x + 0.5, y + 0.5);
+    }
+  const double share = found.area_px / static_cast<double>(level.luminance.size());
+  if (share < kFewest || share > kMost) return std::nullopt;
+  found.center_px /= found.area_px;
+  return found;
 }
 
 }  // namespace

@@ -7,18 +7,9 @@
 #include <vector>
 
 #include "appearance/photo_pyramid.h"
-#include "pose/refine.h"
+#include "pose/pose_refinement.h"
 
 namespace organbake {
-
-// What stands out from the background that the picture's border shows.
-struct Foreground {
-  double area_px = 0;
-  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
-};
-
-// Nothing when the border is not plain, or next to nothing or nearly all stands out from it.
-std::optional<Foreground> find_foreground(const PhotoLevel& level);
 
 // The share of the photograph's variance that lamp and background explain over all that counts: R²
 // at the best gain, offset and background level. What is far off costs no more than so much, so

@@ -1,17 +1,35 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// What a finished pose is worth: standard deviations by the sandwich estimator over patches (White
+// 1980; Liang & Zeger 1986), since what a model leaves of a photograph is correlated; and checks of
+// outline, visibility, focal length and rivals, whose bounds no wrong pose of the measured ones
+// passes.
 #include "pose/pose_quality.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "organbake/core/text.h"
+#include "pose/outline_check.h"
 
 namespace organbake {
 namespace {
 
 using Eigen::Vector3d;
+
+// Covariance of what the solver moved, over patches: H⁻¹ (Σ g gᵀ) H⁻¹ (White 1980; clustered,
+// Liang & Zeger 1986). Not finite where nothing holds it.
+Eigen::MatrixXd sandwich_covariance(const Curvature& curvature) {
+  const Eigen::Index n = curvature.information.rows();
+  Eigen::MatrixXd information = curvature.information;
+  information.diagonal() *= 1 + 1e-12;
+  const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
+  for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
+  return inverse * meat * inverse;
+}
 
 // Bounds of the verdict. They were set on photographs of the phantom with known poses, right and
 // wrong ones, so that no wrong one passes (organbench, suite registration).
@@ -132,6 +150,13 @@ double visible_share(const RegisteredSurface& surface, const PhotoLevel& level,
   return open > 0 ? static_cast<double>(seen) / open : 0;
 }
 
+// A light with freedom enough that what the lamp really does is not laid to the lens.
+LightModel freer(LightModel model) {
+  return model == LightModel::camera      ? LightModel::beam
+         : model == LightModel::direction ? LightModel::estimated
+                                          : model;
+}
+
 }  // namespace
 
 void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
@@ -196,14 +221,31 @@ PoseQuality assess(const RegisteredSurface& surface, const std::vector<PhotoLeve
   return quality;
 }
 
-Eigen::MatrixXd sandwich_covariance(const Curvature& curvature) {
-  const Eigen::Index n = curvature.information.rows();
-  Eigen::MatrixXd information = curvature.information;
-  information.diagonal() *= 1 + 1e-12;
-  const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(n, n);
-  for (const Eigen::VectorXd& slope : curvature.patch_slopes) meat += slope * slope.transpose();
-  return inverse * meat * inverse;
+FocalCheck check_focal(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
+                       RefineOptions options, const RefineState& state, const RunContext& context) {
+  constexpr int kEnough = 160;  // pixels: a wrong lens shows here, too
+  // Under a light from aside the way from a wrong lens to the right one may lead uphill.
+  constexpr double kStarts[] = {0, 0.15, -0.15};
+  options.free_focal = true;
+  options.window = SimilarityWindow::whole;
+  options.patch_px = 8;
+  options.light.model = freer(options.light.model);
+  int level = static_cast<int>(pyramid.size()) - 1;
+  while (level > 0 && pyramid[level].intrinsics.width < kEnough) --level;
+  RefineState best;
+  for (const double start : kStarts) {
+    RefineState tried;
+    tried.solver.pose = state.solver.pose;
+    tried.solver.log_focal = start;
+    refine(surface, pyramid, level, level, options, tried, context);
+    if (tried.usable && (!best.usable || tried.correlation > best.correlation)) best = tried;
+  }
+  FocalCheck check{0, std::numeric_limits<double>::infinity()};
+  if (!best.usable) return check;
+  const Eigen::MatrixXd spread =
+      sandwich_covariance(curvature(surface, pyramid[level], options, best));
+  if (spread.rows() != 7 || !spread.allFinite()) return check;
+  return {best.solver.log_focal, std::sqrt(std::max(0.0, spread(6, 6)))};
 }
 
 }  // namespace organbake

@@ -4,7 +4,7 @@
 #include "appearance/photo_pyramid.h"
 #include "appearance/prediction.h"
 #include "organbake/registration/register_photo.h"
-#include "pose/refine.h"
+#include "pose/pose_refinement.h"
 
 namespace organbake {
 
@@ -27,22 +27,5 @@ struct FocalCheck {
 
 FocalCheck check_focal(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
                        RefineOptions options, const RefineState& state, const RunContext& context);
-
-// Covariance of what the solver moved, over patches: H⁻¹ (Σ g gᵀ) H⁻¹ (White 1980; clustered,
-// Liang & Zeger 1986). Not finite where nothing holds it.
-Eigen::MatrixXd sandwich_covariance(const Curvature& curvature);
-
-struct OutlineCheck {
-  int places = 0;    // pixels of the outline
-  int asked = 0;     // places along the outline where photograph and prediction vary at all
-  double share = 0;  // of those, the prediction fits best within a pixel of where it is
-};
-
-// Shifts the predicted picture across its outline, place by place, up to 10 pixels either way, and
-// looks where the photograph agrees best. R can be high for a wrong organ of about the right shape;
-// that its outline lies right all round is another matter. `background` is the radiance beyond the
-// prediction's window.
-OutlineCheck check_outline(const PhotoLevel& level, const Prediction& prediction,
-                           double background);
 
 }  // namespace organbake

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The stage's order: a start or a search, the choice of the light, refinement, verdict; and, where
+// the pose is not ok, other lights and the organ's colours.
 #include "organbake/registration/register_photo.h"
 
 #include <algorithm>
@@ -9,7 +11,7 @@
 #include "color/tissue_search.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/reach.h"
+#include "organbake/geometry/rigid_transform.h"
 #include "pose/global_search.h"
 #include "pose/point_pairs.h"
 #include "pose/pose_quality.h"
@@ -48,10 +50,10 @@ constexpr LightModel kLights[] = {LightModel::camera, LightModel::beam, LightMod
 constexpr int kEnoughForLight = 160;  // pixels of the longer side: the light shows here, too
 
 SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLevel>& pyramid,
-                    const std::optional<RigidTransform>& start, Reach reach, RefineOptions options,
-                    const RunContext& context) {
+                    const std::optional<RigidTransform>& start, SearchRange range,
+                    RefineOptions options, const RunContext& context) {
   options.free_focal = false;  // the rough pose first, then the lens
-  if (start && (reach == Reach::one_frame || surface.open()))
+  if (start && (range == SearchRange::one_frame || surface.open()))
     return search_here(surface, pyramid, *start, options, context);
   return start ? search_near(surface, pyramid, *start, options, context)
                : search_all_round(surface, pyramid, options, context);
@@ -61,7 +63,7 @@ SearchResult search(const RegisteredSurface& surface, const std::vector<PhotoLev
 // is chosen stands in `options`, the others in `left`.
 SearchResult search_with_any_light(const RegisteredSurface& surface,
                                    const std::vector<PhotoLevel>& pyramid,
-                                   const std::optional<RigidTransform>& start, Reach reach,
+                                   const std::optional<RigidTransform>& start, SearchRange range,
                                    RefineOptions& options, std::vector<LightTrial>& left,
                                    const RunContext& context) {
   options.light.model = LightModel::camera;
@@ -90,8 +92,9 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
 // is sought with a model of tissue, unless the light or the similarity is chosen.
 bool seen_as_tissue(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
                     const RegistrationOptions& o) {
-  return start && surface.open() && o.light == LightModel::automatic && o.reach == Reach::wide &&
-         o.similarity == Similarity::radiance && o.form == Form::patches && !o.free_focal;
+  return start && surface.open() && o.light == LightModel::automatic &&
+         o.range == SearchRange::wide && o.similarity == Similarity::radiance &&
+         o.window == SimilarityWindow::patches && !o.free_focal;
 }
 
 // Stays on the finest level; the light that tissue is seen under is a lamp near the lens.
@@ -139,9 +142,9 @@ PoseQuality finish_by_outlines(const RegisteredSurface& surface,
 // its outline. What is chosen (a light, a lens, a form) is chosen for shading.
 bool colors_may_tell(const RegisteredSurface& surface, const std::optional<RigidTransform>& start,
                      const RegistrationOptions& o) {
-  return o.last_resorts && start && !surface.open() && o.light == LightModel::automatic &&
-         o.reach == Reach::wide && o.similarity == Similarity::radiance &&
-         o.form == Form::patches && !o.free_focal;
+  return o.fallbacks && start && !surface.open() && o.light == LightModel::automatic &&
+         o.range == SearchRange::wide && o.similarity == Similarity::radiance &&
+         o.window == SimilarityWindow::patches && !o.free_focal;
 }
 
 // An instrument in front can pass for what a beam or another light does, and then drags the pose
@@ -198,9 +201,9 @@ RefineOptions refine_options(const RegistrationOptions& o) {
   options.light.model = o.light;
   options.light.toward = o.light_direction;
   options.similarity = o.similarity;
-  options.form = o.form;
+  options.window = o.window;
   options.free_focal = o.free_focal;
-  options.check_focal = o.reach == Reach::wide;
+  options.check_focal = o.range == SearchRange::wide;
   options.outer_iterations = o.outer_iterations;
   options.solver_iterations = o.solver_iterations;
   return options;
@@ -258,9 +261,9 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   SearchResult found =
       as_tissue ? search_as_tissue(surface, photo.image, pyramid, *start, refining, context)
       : options.light == LightModel::automatic
-          ? search_with_any_light(surface, pyramid, start, options.reach, refining, other_lights,
+          ? search_with_any_light(surface, pyramid, start, options.range, refining, other_lights,
                                   context)
-          : search(surface, pyramid, start, options.reach, refining, context);
+          : search(surface, pyramid, start, options.range, refining, context);
   result.light = refining.light.model;
   context.progress(0.4);
   RefineState& state = found.best;
@@ -270,7 +273,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   result.quality = assess(surface, pyramid, refining, state, found.runner_up_margin, context);
   if (as_tissue && result.quality.verdict == Verdict::ok)
     result.quality = finish_by_outlines(surface, pyramid, refining, result.quality, state, context);
-  if (result.quality.verdict != Verdict::ok && options.last_resorts)
+  if (result.quality.verdict != Verdict::ok && options.fallbacks)
     let_outline_choose_light(surface, pyramid, other_lights, found.level, refining, state, result,
                              context);
   if (may_lie_elsewhere(result.quality) && colors_may_tell(surface, start, options)) {

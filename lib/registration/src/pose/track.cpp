@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Poses along a clip, each from the one before, as long as they are ok.
 #include "organbake/registration/track.h"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ PoseTracker::PoseTracker(const RegisteredSurface& surface, const Intrinsics& int
     : surface_(surface), intrinsics_(intrinsics), options_(options) {
   options_.check();
   intrinsics_.check();
-  options_.last_resorts = false;  // only poses that are ok are followed
+  options_.fallbacks = false;  // only poses that are ok are followed
 }
 
 RegisteredPhoto PoseTracker::next(const Rgb8Image& frame, const Rgb8Image& mask,
@@ -30,7 +31,7 @@ RegisteredPhoto PoseTracker::next(const Rgb8Image& frame, const Rgb8Image& mask,
     RegistrationOptions quick = options_;
     quick.light = *light_;
     quick.free_focal = false;  // one lens for the clip
-    quick.reach = Reach::one_frame;
+    quick.range = SearchRange::one_frame;
     quick.finest_side_px = std::min(options_.finest_side_px, kTrackedSide);
     const RegisteredPhoto found = register_photo(surface_, photo, quick, context);
     if (found.quality.verdict == Verdict::ok) {

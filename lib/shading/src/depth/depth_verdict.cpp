@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A verdict on a depth map by what no smooth surface explains of the picture at the scale of
+// organs. The bounds come from rendered tissue with known depth and from real frames; where each
+// was measured stands beside them.
 #include "organbake/shading/depth_verdict.h"
 
 #include <algorithm>
@@ -48,20 +51,21 @@ const char* name_of(DepthVerdict verdict) {
 
 DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate) {
   DepthQuality quality;
-  const double seen = share(frame.counts);
+  const double seen = share(frame.diffuse);
   if (!estimate.usable || seen < kLeastSeen) {
     quality.reason = "only " + percent(seen) +
                      " of the frame is lit tissue that is neither highlight nor instrument";
     return quality;
   }
-  quality.unshaped = estimate.unshaped;
-  quality.support = 1 - smooth_step((estimate.unshaped - kSupported) / (kUnsupported - kSupported));
+  quality.unexplained = estimate.unexplained;
+  quality.support =
+      1 - smooth_step((estimate.unexplained - kSupported) / (kUnsupported - kSupported));
   quality.verdict = quality.support >= kOkFrom ? DepthVerdict::ok : DepthVerdict::doubtful;
   if (frame.stereo != StereoLayout::none) {
     quality.verdict = DepthVerdict::doubtful;
     quality.reason = "the frame holds two like pictures, as of a stereo endoscope";
   } else if (quality.verdict == DepthVerdict::doubtful) {
-    quality.reason = percent(estimate.unshaped) +
+    quality.reason = percent(estimate.unexplained) +
                      " of the brightness is explained by no smooth shape under a lamp at the lens "
                      "(more than " +
                      percent(kSupported) +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "organbake/shading/frame_depth.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,6 +16,35 @@
 namespace organbake {
 namespace {
 
+// How far the depth of each pixel can be trusted, 0…1: the cosine between surface and ray, times
+// the signal over signal and noise, times how well the model explains the pixel. Filled pixels
+// (highlights) have a quarter at most; instruments and the border 0.
+//   log_range: relative ln r of albedo 1 for intensity / intensity_unit; noise: share of the unit.
+Plane confidence_map(const PreparedFrame& frame, const Plane& log_range,
+                     const std::vector<Eigen::Vector3f>& normals, const RayGrid& rays,
+                     double intensity_unit, double noise) {
+  constexpr double kFilled = 0.25, kMisfit = 0.15;
+  Plane confidence(rays.width, rays.height);
+  for (int y = 0; y < rays.height; ++y)
+    for (int x = 0; x < rays.width; ++x) {
+      const std::size_t k = confidence.index(x, y);
+      if (!frame.tissue.values[k]) continue;
+      const Eigen::Vector3d ray = Eigen::Vector3d(rays.x(x), rays.y(y), 1).normalized();
+      const double cosine = std::max(0.0, -normals[k].cast<double>().dot(ray));
+      double value = cosine;
+      if (!frame.diffuse.values[k]) {
+        value *= kFilled;
+      } else {
+        const double signal = frame.intensity.values[k] / intensity_unit;
+        const double model = std::exp(-2.0 * log_range.values[k]) * cosine;
+        const double misfit = (signal - model) / std::max(model, 1e-6) / kMisfit;
+        value *= signal / (signal + 3 * noise + 0.02) / (1 + misfit * misfit);
+      }
+      confidence.values[k] = static_cast<float>(std::clamp(value, 0.0, 1.0));
+    }
+  return confidence;
+}
+
 double median_where(const Plane& plane, const Mask& inside) {
   std::vector<float> values;
   for (std::size_t k = 0; k < plane.size(); ++k)
@@ -25,7 +55,7 @@ double median_where(const Plane& plane, const Mask& inside) {
 void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
                 const FrameDepth* previous, FrameDepth& result) {
   RangeEstimate estimate =
-      shade_laparoscope(frame.intensity, frame.counts, frame.camera, options.laparoscope,
+      shade_laparoscope(frame.intensity, frame.diffuse, frame.camera, options.laparoscope,
                         previous ? &previous->range : nullptr, options.range_mm);
   const RayGrid rays = ray_grid(frame.camera);
   result.warm = estimate.warm;
@@ -65,7 +95,7 @@ Plane unit_intensity(const PreparedFrame& frame, double albedo) {
   Plane intensity = frame.intensity;
   for (float& value : intensity.values)
     value = std::clamp(value / static_cast<float>(albedo), 0.F, 1.F);
-  fill_outside(intensity, frame.counts);
+  fill_outside(intensity, frame.diffuse);
   return intensity;
 }
 
@@ -90,14 +120,14 @@ void place_relief(const PreparedFrame& frame, const ShadingOptions& options, con
       if (!frame.tissue.at(x, y)) continue;
       result.depth.at(x, y) = static_cast<float>(z);
       // A distant light in front of a near camera is a poor model: never more than half.
-      result.confidence.at(x, y) = frame.counts.at(x, y) ? 0.5F : 0.125F;
+      result.confidence.at(x, y) = frame.diffuse.at(x, y) ? 0.5F : 0.125F;
     }
   result.normals = normals_from_log_range(log_range, rays);
 }
 
 void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
                const FrameDepth* previous, FrameDepth& result) {
-  const LightEstimate estimated = estimate_light(frame.intensity, frame.counts);
+  const LightEstimate estimated = estimate_light(frame.intensity, frame.diffuse);
   result.light = options.light ? *options.light : previous ? previous->light : estimated.light;
   const Plane intensity = unit_intensity(frame, std::max(estimated.albedo, 1e-9));
   if (options.model == ShadingModel::tsai_shah) {
@@ -114,7 +144,7 @@ void shade_far(const PreparedFrame& frame, const ShadingOptions& options,
   } else {
     DistantOptions distant;
     distant.light = result.light;
-    DistantEstimate estimate = shade_distant(intensity, frame.counts, distant,
+    DistantEstimate estimate = shade_distant(intensity, frame.diffuse, distant,
                                              previous ? &previous->distant_depth : nullptr);
     result.refinements = estimate.refinements;
     result.residual = estimate.misfit;

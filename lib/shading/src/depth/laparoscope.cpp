@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Shape from shading for a lamp at the lens with 1/r² fall-off (Prados & Faugeras 2005). The
+// viscosity solution by fast sweeping on a coarse level (with Richardson's extrapolation) gives a
+// start without an initial guess; regularised least squares from coarse to fine then take noise and
+// texture into account, which the solution of the equation cannot. A light beside the lens is a
+// fixed point over both.
 #include "organbake/shading/laparoscope.h"
 
 #include <algorithm>
@@ -7,11 +12,13 @@
 #include <optional>
 #include <vector>
 
+#include "depth/still_image.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/shading/fast_sweeping.h"
 #include "organbake/shading/grid_filters.h"
+#include "organbake/shading/light_ratio.h"
 
 namespace organbake {
 namespace {
@@ -200,7 +207,7 @@ void relight_until_settled(const ShadedImage& seen, int base_side,
     if (i > 1 && step > kGrowth * last_step) return;
     last_step = step;
     estimate.log_range = std::move(better);
-    estimate.unshaped = misfit_at_organ_scale(levels, estimate.log_range);
+    estimate.unexplained = misfit_at_organ_scale(levels, estimate.log_range);
   }
 }
 
@@ -250,7 +257,7 @@ RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
   if (warm && shows_the_same(previous->seen, estimate.seen)) return taken_over(*previous, estimate);
   estimate.log_range = warm ? solve_warm(levels, options, previous->log_range, {}, estimate)
                             : solve_cold(levels, options, estimate);
-  estimate.unshaped = misfit_at_organ_scale(levels, estimate.log_range);
+  estimate.unexplained = misfit_at_organ_scale(levels, estimate.log_range);
   if (!beside_or_beamed(options)) return estimate;
   if (range_mm <= 0 && (options.light_offset_x_mm != 0 || options.light_offset_y_mm != 0))
     throw UsageError("a light beside the camera needs a range in mm: give --range-mm");

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A solid in front of a plain ground under distant light: its squared height solves a Poisson
+// equation within the rim, which meets the rim vertically as solids do, and is then fitted to the
+// image by Gauss–Newton. A height itself has an infinite slope there, that no grid holds.
 #include "depth/rimmed_solid.h"
 
 #include <algorithm>
@@ -6,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-#include "organbake/shading/distant_light.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/masks.h"
 #include "solvers/first_order_equations.h"

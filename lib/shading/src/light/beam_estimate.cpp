@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A lamp's beam from frames whose depth is known: ln of brightness, less fall-off and cosine, is a
+// line over ln cos of the angle to the axis, whose slope is the exponent. Sectors of the picture
+// give it separately, and their scatter tells how far it is to be trusted.
 #include "organbake/shading/beam_estimate.h"
 
 #include <algorithm>
@@ -66,7 +69,7 @@ BeamRings beam_rings(const PreparedFrame& frame, const Plane& depth, const Plane
   for (int y = 0; y < rays.height; y += kEvery_px)
     for (int x = 0; x < rays.width; x += kEvery_px) {
       const std::size_t k = depth.index(x, y);
-      if (!frame.counts.values[k] || confidence.values[k] < kLeastConfidence) continue;
+      if (!frame.diffuse.values[k] || confidence.values[k] < kLeastConfidence) continue;
       if (!std::isfinite(depth.values[k]) || !(frame.intensity.values[k] > 0)) continue;
       const double u = rays.x(x), v = rays.y(y), along2 = 1 + u * u + v * v;
       const double facing =

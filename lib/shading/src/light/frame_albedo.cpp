@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A frame divided by its light. Highlights and their glow are told from tissue by the dichromatic
+// model (Shafer 1985): what is mirrored has the lamp's colour, the rest the tissue's own.
 #include "organbake/shading/frame_albedo.h"
 
 #include <algorithm>
@@ -93,10 +95,10 @@ int share_of_side(const PreparedFrame& frame, int share) {
 
 // Where the frame's own brightness stands for tissue: not on highlights nor on their rims.
 Mask clear_tissue(const PreparedFrame& frame) {
-  const Mask clear = without(frame.counts, dilated(frame.highlights, 1));
+  const Mask clear = without(frame.diffuse, dilated(frame.highlights, 1));
   const bool any = std::any_of(clear.values.begin(), clear.values.end(),
                                [](std::uint8_t value) { return value != 0; });
-  return any ? clear : frame.counts;
+  return any ? clear : frame.diffuse;
 }
 
 // Round a highlight lies its glow, and tissue that mirrors a little. What is mirrored is white, and

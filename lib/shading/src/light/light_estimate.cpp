@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// A distant light from one picture, by statistics of its levels and its first moments: no surface
+// is asked for, so that it can come before any.
 #include "organbake/shading/light_estimate.h"
 
 #include <algorithm>

@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Masks of what is not tissue in a frame: the black border, highlights, instruments. Each by a
+// property that holds for all endoscopes (what is joined to the largest bright region; white
+// against its surroundings; grey and joined to the rim), since there is no training set for every
+// one of them.
 #include "organbake/shading/masks.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "masks/every_second.h"
 #include "organbake/shading/cv_grid.h"
+#include "organbake/shading/grid_filters.h"
 
 namespace organbake {
 namespace {
@@ -22,6 +29,75 @@ int label_regions(const Mask& mask, Grid<std::int32_t>& labels) {
   cv::Mat out(mask.height, mask.width, CV_32S, labels.values.data());
   return cv::connectedComponents(cv_view(mask), out, kFourNeighbours, CV_32S);
 }
+
+constexpr int kBlack = 16;  // of the brightest channel: what coding leaves of a black border
+
+constexpr float kSaturated = 250;
+// A mirror reflection adds white light: the least of the three channels rises most against its
+// surroundings.
+constexpr float kWhiter = 32, kWhiterShare = 0.6F;
+
+Plane least_channel(const Rgb8Image& frame) {
+  Plane least(frame.width, frame.height);
+  for (std::size_t k = 0; k < least.size(); ++k)
+    least.values[k] =
+        std::min({frame.pixels[3 * k], frame.pixels[3 * k + 1], frame.pixels[3 * k + 2]});
+  return least;
+}
+
+// Of the smoothed frame: tissue reflects red; steel and plastic all colours alike.
+constexpr float kGreySaturation = 0.20F;
+constexpr float kLeastValue = 25;
+
+Plane channel(const Rgb8Image& frame, int c) {
+  Plane plane(frame.width, frame.height);
+  for (std::size_t k = 0; k < plane.size(); ++k) plane.values[k] = frame.pixels[3 * k + c];
+  return plane;
+}
+
+// The regions that reach the rim: instruments come in from outside, fat, film and blown highlights
+// lie in the middle.
+Mask entering(const Mask& regions, const Mask& middle) {
+  constexpr int kRim = 2;
+  Mask rim(regions.width, regions.height);
+  for (int y = 0; y < rim.height; ++y) {
+    for (int x = 0; x < rim.width; ++x) {
+      const bool edge = x < kRim || y < kRim || x >= rim.width - kRim || y >= rim.height - kRim;
+      rim.at(x, y) = edge || !middle.at(x, y);
+    }
+  }
+  return regions_touching(regions, rim);
+}
+
+// Lit pixels, and those of them that are as grey as metal, of the smoothed frame.
+struct GreyPixels {
+  Mask grey;
+  std::size_t grey_count = 0, lit_count = 0;
+};
+
+GreyPixels grey_pixels(const Rgb8Image& frame, const Mask& inside, int radius) {
+  const Plane red = box_mean(channel(frame, 0), inside, radius);
+  const Plane green = box_mean(channel(frame, 1), inside, radius);
+  const Plane blue = box_mean(channel(frame, 2), inside, radius);
+  GreyPixels found{Mask(frame.width, frame.height)};
+  for (std::size_t k = 0; k < found.grey.size(); ++k) {
+    const float most = std::max({red.values[k], green.values[k], blue.values[k]});
+    if (!inside.values[k] || most <= kLeastValue) continue;
+    ++found.lit_count;
+    found.grey.values[k] =
+        red.values[k] - std::max(green.values[k], blue.values[k]) < kGreySaturation * most &&
+        red.values[k] - blue.values[k] < kGreySaturation * most;
+    found.grey_count += found.grey.values[k];
+  }
+  return found;
+}
+
+int smoothing_radius(const Rgb8Image& frame) {
+  return std::max(1, std::max(frame.width, frame.height) / 200);
+}
+
+// Instruments are large: half the resolution shows them as well, in a quarter of the time.
+constexpr int kEnough = 400;
 
 }  // namespace
 
@@ -91,6 +167,58 @@ Mask with_holes_closed(const Mask& mask) {
   Mask result = regions_touching(zeros, edge);
   for (std::uint8_t& value : result.values) value = !value;
   return result;
+}
+
+Mask field_of_view(const Rgb8Image& frame, int margin_px) {
+  Mask lit(frame.width, frame.height);
+  std::size_t dark = 0;
+  for (int y = 0; y < frame.height; ++y)
+    for (int x = 0; x < frame.width; ++x) {
+      const std::uint8_t* p = frame.at(x, y);
+      lit.at(x, y) = std::max({p[0], p[1], p[2]}) > kBlack;
+      dark += !lit.at(x, y);
+    }
+  if (dark == lit.size() || dark == 0) return lit;
+  const Mask inside = with_holes_closed(largest_region(lit));
+  // The frame's own edge is no stop: only the inner border shrinks.
+  return eroded(inside, margin_px);
+}
+
+Mask find_highlights(const Rgb8Image& frame, const Mask& inside) {
+  const Plane white = least_channel(frame);
+  const int side = std::max(frame.width, frame.height);
+  // Twice: the first mean is raised by the highlights themselves.
+  Mask usual = inside, found(frame.width, frame.height);
+  for (int pass = 0; pass < 2; ++pass) {
+    const Plane around = box_mean(white, usual, std::max(3, side / 20));
+    for (std::size_t k = 0; k < white.size(); ++k) {
+      const float rise = white.values[k] - around.values[k];
+      const bool bright =
+          white.values[k] >= kSaturated ||
+          (rise > kWhiter && rise > kWhiterShare * std::max(around.values[k], 20.F));
+      found.values[k] = inside.values[k] && bright;
+      usual.values[k] = inside.values[k] && !found.values[k];
+    }
+  }
+  return common(dilated(found, std::max(1, side / 400)), inside);
+}
+
+Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
+  if (frame.width > kEnough)
+    return expanded(find_instruments(every_second(frame), every_second(inside)), inside);
+  const int radius = smoothing_radius(frame);
+  const Mask grey = grey_pixels(frame, inside, radius).grey;
+  // Opening and closing: what is left is large, whole, and a little larger than it was.
+  const int opening = std::max(2, std::max(frame.width, frame.height) / 100);
+  const Mask core = entering(eroded(grey, opening), eroded(inside, 2 * opening));
+  return common(dilated(core, opening + radius + 1), inside);
+}
+
+bool is_colourless(const Rgb8Image& frame, const Mask& inside) {
+  if (frame.width > kEnough) return is_colourless(every_second(frame), every_second(inside));
+  constexpr double kNearlyAll = 0.85;
+  const GreyPixels found = grey_pixels(frame, inside, smoothing_radius(frame));
+  return static_cast<double>(found.grey_count) > kNearlyAll * static_cast<double>(found.lit_count);
 }
 
 }  // namespace organbake

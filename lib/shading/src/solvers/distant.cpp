@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Shape from shading for a distant light by regularised least squares, from several starts. One
+// picture allows several surfaces (convex and concave ones shade alike): each start leads to one,
+// and the one that explains the picture with the least bending is taken.
 #include "organbake/shading/distant.h"
 
 #include <algorithm>
@@ -217,6 +220,20 @@ DistantEstimate shade_distant(const Plane& intensity, const Mask& inside,
   if (estimate.depth.size() == 0) estimate.depth = Plane(intensity.width, intensity.height);
   remove_mean(estimate.depth);
   return estimate;
+}
+
+Eigen::Vector3d DistantLight::toward() const {
+  return {std::cos(tilt_rad) * std::sin(slant_rad), std::sin(tilt_rad) * std::sin(slant_rad),
+          std::cos(slant_rad)};
+}
+
+DistantLight distant_light(const Eigen::Vector3d& toward) {
+  const Eigen::Vector3d s = toward.normalized();
+  return {std::atan2(s.y(), s.x()), std::acos(std::clamp(s.z(), -1.0, 1.0))};
+}
+
+double lambert(double p, double q, const Eigen::Vector3d& toward) {
+  return (p * toward.x() + q * toward.y() + toward.z()) / std::sqrt(1 + p * p + q * q);
 }
 
 }  // namespace organbake

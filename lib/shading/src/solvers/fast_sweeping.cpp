@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Fast sweeping (Zhao 2005) for the eikonal-like equation of a lamp at the lens: Gauss–Seidel in
+// four orders, upwind differences, so that the solution is found from its local minima outward
+// without an initial guess.
 #include "organbake/shading/fast_sweeping.h"
 
 #include <algorithm>

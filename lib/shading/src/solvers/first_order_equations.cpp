@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The linear systems of a Gauss–Newton step: image equations of first order in the unknown and its
+// slopes, and the bending energy, solved by preconditioned conjugate gradients without a matrix in
+// memory.
 #include "solvers/first_order_equations.h"
 
 #include <algorithm>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Brightness against its surroundings, in standard deviations of them: what stays the same when the
+// lamp comes nearer or the gain changes, so that frames and eyes can be compared by it.
 #include "organbake/shading/local_pattern.h"
 
 #include <algorithm>

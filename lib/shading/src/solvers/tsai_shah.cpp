@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// The paper's shape from shading (Tsai & Shah 1994): one linearisation per pixel, no coupling
+// between pixels. Kept as it is published, but for the step's denominator (tsai_shah.h), to compare
+// with.
 #include "organbake/shading/tsai_shah.h"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_codec.h"
+#include "dicom/dicom_codestream.h"
 
 #include <algorithm>
 #include <map>

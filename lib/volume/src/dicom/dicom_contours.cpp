@@ -11,7 +11,7 @@
 #include "dicom/contour_region.h"
 #include "dicom/dicom_document.h"
 #include "dicom/dicom_masks.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dicom/dicom_structure.h"
+#include "dicom/dicom_directory.h"
 
 #include <vtkDICOMItem.h>
 #include <vtkDICOMMetaData.h>

@@ -13,17 +13,4 @@ enum class DicomMaskKind { none, segmentation, contours };
 // (RTSTRUCT). None for a file that cannot be read.
 DicomMaskKind dicom_mask_kind(const std::filesystem::path& file);
 
-// A DICOM segmentation (PS3.3, C.8.20): binary, fractional (from one half on) or a label map, on
-// the grid of its frames. Segments keep their numbers and names and may overlap; options.label
-// chooses. Throws BadDataError.
-Volume read_dicom_segmentation(const std::filesystem::path& file, const VolumeReadOptions& options);
-
-// The closed contours of an RTSTRUCT (PS3.3, C.8.8.6) as a mask, a label for each region of
-// interest, finer in the plane than any CT. Contours in one plane are united, but for one inside
-// another, which is a hole; see ContourRegion. Contours that a program drew round the voxels of
-// options.scan, along their edges or from centre to centre, give these voxels back, on the scan's
-// grid. A region's number and name choose it. Throws
-// BadDataError.
-Volume read_dicom_contours(const std::filesystem::path& file, const VolumeReadOptions& options);
-
 }  // namespace organbake

@@ -6,7 +6,7 @@
 
 #include "dicom/dicom_pixels.h"
 #include "dicom/dicom_stack.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "grid/slice_resampling.h"
 #include "organbake/core/error.h"
 #include "organbake/volume/dicom_series.h"

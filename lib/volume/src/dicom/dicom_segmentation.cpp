@@ -4,11 +4,11 @@
 #include <limits>
 #include <map>
 
-#include "dicom/dicom_codec.h"
+#include "dicom/dicom_codestream.h"
 #include "dicom/dicom_document.h"
 #include "dicom/dicom_masks.h"
 #include "files/byte_stream.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "files/volume_formats.h"
+#include "files/metaimage_reader.h"
 
 #include <algorithm>
 #include <map>
@@ -8,7 +8,7 @@
 #include "files/joined_bytes.h"
 #include "files/time_points.h"
 #include "files/voxel_decoding.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "grid/sheared_grid.h"
 #include "organbake/core/error.h"
 

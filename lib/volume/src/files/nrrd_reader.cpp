@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "files/volume_formats.h"
+#include "files/nrrd_reader.h"
 
 #include <algorithm>
 #include <optional>
@@ -7,7 +7,7 @@
 #include "files/header_text.h"
 #include "files/nrrd_header.h"
 #include "files/time_points.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "grid/sheared_grid.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "files/volume_formats.h"
+#include "files/vti_reader.h"
 
 #include <algorithm>
 #include <array>
 
 #include "files/header_text.h"
 #include "files/voxel_decoding.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "grid/sheared_grid.h"
 #include "organbake/core/error.h"
 #include "organbake/formats/vtk_xml.h"

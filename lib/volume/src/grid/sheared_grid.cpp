@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 #include "grid/index_map.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "dicom/dicom_pixels.h"
-#include "grid/grid.h"
+#include "grid/affine_grid.h"
 
 namespace organbake {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
-#include "organbake/geometry/reach.h"
+#include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/pipelines/bundle_page_run.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 
 namespace organbake {
 

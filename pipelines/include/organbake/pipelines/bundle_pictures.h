@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/bundle/bundle.h"
+#include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/run_context.h"
 
 namespace organbake {

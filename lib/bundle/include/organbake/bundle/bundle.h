@@ -1,54 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "organbake/bundle/base_layer.h"
+#include "organbake/bundle/camera_maps.h"
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/bundle/lighting.h"
+#include "organbake/bundle/manifest.h"
 #include "organbake/bundle/mechanics_model.h"
 #include "organbake/bundle/skin_image.h"
 #include "organbake/geometry/shell_surface.h"
 #include "organbake/geometry/triangle_mesh.h"
-#include "organbake/image/channel_image.h"
 
 namespace organbake {
-
-// A bundle with a smooth skin is of version 2, which older players refuse; one without is of
-// version 1 and plays as ever.
-inline constexpr const char* kBundleSchema = "organbake/bundle/1";
-inline constexpr const char* kSkinnedBundleSchema = "organbake/bundle/2";
-
-struct BundleFile {
-  std::string path;  // relative, '/'-separated, inside the bundle
-  std::uint64_t bytes = 0;
-  std::string sha256;
-};
-
-struct Manifest {
-  std::string name;
-  std::string generator;    // program and version
-  std::string recipe_json;  // the resolved recipe, an echo without paths of the machine
-  std::vector<std::pair<std::string, std::string>> input_hashes;  // role → SHA-256
-  std::vector<std::pair<std::string, std::uint64_t>> seeds;
-  std::vector<BundleFile> files;    // every file but the manifest, in byte order of path
-  std::vector<std::string> edited;  // paths that were changed by hand since the bake
-};
-
-// The maps of one virtual camera, rows top first, all of the camera's size.
-// Background: depth +inf, face kNoFace, color and confidence 0.
-inline constexpr std::uint32_t kNoFace = 0xFFFFFFFFu;
-struct CameraMaps {
-  int width = 0, height = 0;
-  std::vector<float> depth_mm;         // planar z, +inf where there is nothing
-  std::vector<Eigen::Vector3f> color;  // scene-linear
-  std::vector<float> height_mm;        // microstructure h over the face's prism
-  std::vector<std::uint32_t> face;     // of the shell's surface (the skin or proxy), or kNoFace
-  std::vector<float> confidence;       // 0…1: incidence and distance to a depth edge
-};
 
 struct Bundle {
   Manifest manifest;
@@ -65,53 +32,8 @@ struct Bundle {
 };
 
 // How many faces the shell's surface has: what maps and base layer number.
-std::size_t shell_face_count(const Bundle& bundle);
-
-// File names inside a bundle.
-std::string camera_folder(std::size_t camera);  // "cam_000"
-ChannelImage depth_image(const CameraMaps& maps);
-ChannelImage color_image(const CameraMaps& maps);
-ChannelImage micro_image(const CameraMaps& maps);
-
-// Opens a bundle, trusting nothing: sizes, paths, hashes, counts, NaN. Every file that is read is
-// checked against the manifest's size and SHA-256 first. Throws NoInputError or BadDataError that
-// name the file.
-class BundleReader {
- public:
-  explicit BundleReader(std::filesystem::path folder);
-  // Against another manifest than the one that lies there.
-  BundleReader(std::filesystem::path folder, Manifest manifest)
-      : folder_(std::move(folder)), manifest_(std::move(manifest)) {}
-
-  const std::filesystem::path& folder() const { return folder_; }
-  const Manifest& manifest() const { return manifest_; }
-  bool has(const std::string& file) const;
-  // The checked bytes of one listed file.
-  std::vector<std::byte> read(const std::string& file) const;
-  // Whatever lies there under its name.
-  std::vector<std::byte> read_unchecked(const std::string& file) const;
-
-  // Everything but the maps (they stay empty).
-  Bundle read_frame() const;
-  // lens: the camera's; faces: how many the shell's surface has. Thread-safe.
-  CameraMaps read_maps(std::size_t camera, const Intrinsics& lens, std::size_t faces) const;
-  // The whole bundle; maps are read in parallel.
-  Bundle read_all() const;
-  // The baked surface with its colours, when the bundle carries one ("surface.ply").
-  TriangleMesh read_surface() const;
-
-  // Checks every listed file, and that nothing unlisted lies in the folder.
-  void verify() const;
-
- private:
-  std::filesystem::path folder_;
-  Manifest manifest_;
-};
-
-// Lists and hashes what lies in `folder` and writes manifest.json there (last, so that a folder
-// with a manifest is whole).
-void write_manifest(const std::filesystem::path& folder, Manifest manifest);
-Manifest manifest_from_json(const std::string& text, const std::string& name);
-std::string manifest_to_json(const Manifest& manifest);
+inline std::size_t shell_face_count(const Bundle& bundle) {
+  return bundle.proxy.faces.size() * (bundle.skin ? bundle.skin->faces_per_proxy_face() : 1);
+}
 
 }  // namespace organbake

@@ -8,7 +8,7 @@
 
 #include "organbake/bundle/lighting.h"
 #include "organbake/capture/exemplar.h"
-#include "organbake/capture/tissue.h"
+#include "organbake/capture/tissue_look.h"
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"

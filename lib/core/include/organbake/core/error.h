@@ -7,7 +7,7 @@
 
 namespace organbake {
 
-// What a program of this project ends with; the README's table is made of these.
+// What a program of this project ends with. The manual lists them (apps/manual/troubleshooting.md).
 enum class ExitCode : int {
   ok = 0,
   usage = 2,          // unknown flag, missing argument, value out of range
@@ -23,7 +23,8 @@ enum class ExitCode : int {
   interrupted = 130,  // Ctrl-C
 };
 
-// Base of all errors that a user can mend. what() names the file, the value and what to do.
+// The base of all errors that a user can mend. what() is a sentence that names the file, the value
+// and what to do. Whatever else is thrown is a defect of the program.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
@@ -33,11 +34,13 @@ class Error : public std::runtime_error {
   ExitCode code_;
 };
 
+// A flag, an argument or an option's value that cannot be used.
 class UsageError : public Error {
  public:
   explicit UsageError(const std::string& message) : Error(ExitCode::usage, message) {}
 };
 
+// A file, or data handed to a library call, whose content is wrong.
 class BadDataError : public Error {
  public:
   explicit BadDataError(const std::string& message) : Error(ExitCode::bad_data, message) {}
@@ -45,13 +48,14 @@ class BadDataError : public Error {
       : Error(ExitCode::bad_data, file.string() + ": " + message) {}
 };
 
+// An input that does not exist or cannot be opened.
 class NoInputError : public Error {
  public:
   NoInputError(const std::filesystem::path& file, const std::string& message)
       : Error(ExitCode::no_input, file.string() + ": " + message) {}
 };
 
-// Covers both ways in which a system can fail us: reading (74) and writing (73).
+// The system failed: while reading (exit code 74), or while writing (73), as when a disk is full.
 class IoError : public Error {
  public:
   static IoError reading(const std::filesystem::path& file, const std::string& message) {
@@ -66,24 +70,27 @@ class IoError : public Error {
       : Error(code, file.string() + ": " + message) {}
 };
 
+// A recipe's key or value that is wrong.
 class RecipeError : public Error {
  public:
   explicit RecipeError(const std::string& message) : Error(ExitCode::bad_recipe, message) {}
 };
 
+// Whoever runs the computation asked it to stop (RunContext).
 class CancelledError : public Error {
  public:
   CancelledError() : Error(ExitCode::interrupted, "interrupted") {}
 };
 
-// For options: throws UsageError "name = value: advice" unless it holds.
+// For the checks of options: throws UsageError "name = value: advice" unless `holds`.
 void require(bool holds, const std::string& name, double value, const char* advice);
 
 // The one place where an exception becomes an exit code. Unknown exceptions are defects (70);
 // std::bad_alloc asks to try again with more memory (75).
 ExitCode exit_code_for(const std::exception& error);
 
-// What to say of it, one line; for what() of the system's own exceptions is none for users.
+// What to tell a user of it, in one line: what() of our own errors; of the system's and the
+// standard library's, whose what() is for programmers, words of our own.
 std::string message_for(const std::exception& error);
 
 }  // namespace organbake

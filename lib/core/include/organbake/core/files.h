@@ -24,7 +24,7 @@ std::string read_beginning(const std::filesystem::path& path, std::size_t bytes)
 
 // Where a result of that name is to be written: behind a symbolic link. Throws IoError for what is
 // there and no regular file: a folder, a device, a pipe.
-std::filesystem::path file_to_write(const std::filesystem::path& path);
+[[nodiscard]] std::filesystem::path file_to_write(const std::filesystem::path& path);
 
 // Writes through a temporary name in the same folder and renames it: the file is there whole or
 // not at all. Throws IoError (also when the disk is full, and see file_to_write) and leaves nothing

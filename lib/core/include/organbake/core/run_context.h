@@ -30,8 +30,10 @@ class RunContext {
     if (progress_) progress_(fraction_done);
   }
   // The same, with someone who hears of every message before the log does.
-  RunContext heard_by(Log listener) const;
-  bool cancelled() const { return cancel_flag_ && cancel_flag_->load(std::memory_order_relaxed); }
+  [[nodiscard]] RunContext heard_by(Log listener) const;
+  [[nodiscard]] bool cancelled() const {
+    return cancel_flag_ && cancel_flag_->load(std::memory_order_relaxed);
+  }
   // Throws CancelledError; call it between pieces of work of at most about 50 ms.
   void throw_if_cancelled() const;
 

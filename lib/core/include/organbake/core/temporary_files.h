@@ -13,7 +13,7 @@ inline constexpr std::string_view kTemporaryMark = ".tmp-";
 
 // The temporary name under which this process is to write the file, beside it: ready to be renamed.
 // Sweeps what killed processes left under the file's temporary names.
-std::filesystem::path temporary_file(const std::filesystem::path& file);
+[[nodiscard]] std::filesystem::path temporary_file(const std::filesystem::path& file);
 
 // Removes a file or a folder, as well as the system lets us: a fault that has passed at the second
 // try leaves nothing behind.

@@ -13,7 +13,7 @@ std::string to_text(double value);
 std::string to_text(double value, int digits_after_point);
 // The decimal number that `text` begins with, in the C locale, and how long it is; 0: there is
 // none.
-std::size_t read_number(std::string_view text, double& value);
+[[nodiscard]] std::size_t read_number(std::string_view text, double& value);
 // With zeros in front up to that many digits, so that names sort as numbers: (7, 3) → "007".
 std::string padded(std::size_t number, std::size_t digits);
 

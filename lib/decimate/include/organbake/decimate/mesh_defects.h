@@ -23,7 +23,7 @@ struct SelfIntersections {
   std::vector<std::uint32_t> faces;
   bool complete = true;
 };
-SelfIntersections self_intersections(const TriangleMesh& mesh);
+[[nodiscard]] SelfIntersections self_intersections(const TriangleMesh& mesh);
 std::vector<std::uint32_t> self_intersecting_faces(const TriangleMesh& mesh);  // those found
 
 // Which bodies overlap: pairs of them (a < b, in order) of which faces meet so, or lie upon one
@@ -33,24 +33,12 @@ using BodyPair = std::pair<std::uint32_t, std::uint32_t>;
 std::vector<BodyPair> overlapping_bodies(const TriangleMesh& mesh,
                                          const std::vector<std::uint32_t>& body);
 
-// Flips edges of slivers that lie folded over onto their neighbours, as edge collapses by cost
-// alone leave them: they face the wrong way, and what is bound to them is drawn inside out. Looked
-// at are faces more than a right angle from a neighbour. An edge of theirs is flipped where the
-// sharpest of the edges concerned gets flatter and the surface hardly moves: a real ridge stays.
-// The mesh must be manifold; it stays so. Returns the number of flips.
-std::size_t unfold_faces(TriangleMesh& mesh);
-
-// Gives vertices with hundreds of faces, such as the middle of a cap or the tip of a cone, fewer:
-// spokes become edges between the spokes beside them, where no face turns by more than 60°. The
-// mesh must be manifold; it stays so, with as many faces. Throws BadDataError where thousands stay.
-void split_hubs(TriangleMesh& mesh);
-
 // The surface as a half-edge structure can hold it: faces with a repeated corner dropped (their
 // neighbours then meet), vertices where several fans touch split into one copy a fan, unused
 // vertices dropped, colours dropped. Faces of a closed surface are turned outward as a whole when
 // the volume is negative; single components are left as they are, for an inward one may be a
 // cavity. Throws BadDataError with the count when edges have three or more faces, or neighbouring
 // faces are wound against each other: such a surface has no unique repair.
-TriangleMesh manifold_faces(const TriangleMesh& surface);
+[[nodiscard]] TriangleMesh manifold_faces(const TriangleMesh& surface);
 
 }  // namespace organbake

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -27,8 +26,5 @@ std::string web_page(const Bundle& bundle, const WebPlayer& player, const RunCon
 // A bundle as the player in a page reads it (bundle/bundle_pack.h), the same bytes for any number
 // of threads. Throws BadDataError for a bundle too large for it, CancelledError.
 std::vector<std::byte> web_pack(const Bundle& bundle, const RunContext& context = {});
-
-// A gzip stream as small as is worth waiting for.
-std::vector<std::byte> gzipped(std::span<const std::byte> bytes);
 
 }  // namespace organbake

@@ -35,4 +35,12 @@ std::optional<PoseOfParts> pose_of_parts(const NamedMatrices& found,
 // "camera-calibration"; else the whole.
 const NamedMatrices& matrices_of(const NamedMatrices& found);
 
+// The lens of a matrix of 3×3 and, if given, k1 k2 p1 p2 k3, or k1 k2 k3 k4 where the document's
+// words name a fisheye's model (equidistant, Kannala–Brandt). Throws BadDataError for another
+// model, where more of a distortion than that is not 0, for a count of numbers that no distortion
+// has, for one that is no number, and for a matrix of another form.
+Intrinsics lens_of_matrices(const NamedMatrices& found, const NamedMatrices::Matrix& k,
+                            const NamedMatrices::Matrix* d, Intrinsics sized,
+                            const std::filesystem::path& path);
+
 }  // namespace organbake

@@ -14,11 +14,11 @@ namespace organbake {
 
 // The matrices, numbers and words that a calibration keeps under names.
 struct NamedMatrices {
-  struct Rows {
+  struct Matrix {
     std::vector<double> values;  // row by row
     int rows = 0, columns = 0;
   };
-  std::map<std::string, Rows> matrices;  // names in lower case, without '_' and '-'
+  std::map<std::string, Matrix> matrices;  // names in lower case, without '_' and '-'
   std::map<std::string, double> numbers;
   std::map<std::string, std::string> words;
   std::map<std::string, NamedMatrices> parts;  // named parts that hold such things themselves
@@ -26,7 +26,7 @@ struct NamedMatrices {
       faults;  // why what has this name is no matrix, whole sentences
 
   // The first of these names that is there. Throws BadDataError where it is, but is no matrix.
-  const Rows* find(std::initializer_list<const char*> names) const;
+  const Matrix* find(std::initializer_list<const char*> names) const;
   std::optional<double> number(std::initializer_list<const char*> names) const;
   const NamedMatrices* part(std::initializer_list<const char*> names) const;
 };
@@ -71,7 +71,7 @@ inline constexpr std::initializer_list<const char*> kRightDistortion = {
     "kc2"};
 
 // A text of rows of numbers. Throws BadDataError when it holds anything else, or uneven rows.
-NamedMatrices::Rows read_rows(const std::filesystem::path& path);
+NamedMatrices::Matrix read_matrix_file(const std::filesystem::path& path);
 
 // Throws BadDataError where the document names a distortion that none of these names is: it would
 // be dropped.
@@ -83,13 +83,5 @@ Intrinsics sized_lens(const NamedMatrices& found, int width, int height);
 // Sets the focal lengths and the principal point. OpenCV counts from the first pixel's centre, we
 // from its corner.
 void set_opencv_pinhole(double fx, double fy, double cx, double cy, Intrinsics& lens);
-
-// The lens of a matrix of 3×3 and, if given, k1 k2 p1 p2 k3, or k1 k2 k3 k4 where the document's
-// words name a fisheye's model (equidistant, Kannala–Brandt). Throws BadDataError for another
-// model, where more of a distortion than that is not 0, for a count of numbers that no distortion
-// has, for one that is no number, and for a matrix of another form.
-Intrinsics lens_of_matrices(const NamedMatrices& found, const NamedMatrices::Rows& k,
-                            const NamedMatrices::Rows* d, Intrinsics sized,
-                            const std::filesystem::path& path);
 
 }  // namespace organbake

@@ -35,7 +35,7 @@ MeshTopology analyse_topology(const TriangleMesh& mesh);
 void check_mesh(const TriangleMesh& mesh, const std::string& name);
 
 // Keeps the `count` components of largest surface area (all when 0), dropping unused vertices.
-TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count);
+[[nodiscard]] TriangleMesh largest_components(const TriangleMesh& mesh, std::size_t count);
 // The areas of all of them, mm², in that order.
 std::vector<double> component_areas(const TriangleMesh& mesh);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 namespace organbake {
 
@@ -17,7 +18,7 @@ struct RigidTransform {
   RigidTransform operator*(const RigidTransform& other) const {
     return {rotation * other.rotation, rotation * other.translation + translation};
   }
-  RigidTransform inverse() const {
+  [[nodiscard]] RigidTransform inverse() const {
     return {rotation.transpose(), -(rotation.transpose() * translation)};
   }
 };
@@ -34,5 +35,19 @@ Eigen::Vector3d up_from(const Eigen::Vector3d& direction_world);
 // (mm, world). When `up` is parallel to the view, the world axis least aligned with it is taken.
 RigidTransform look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                        const Eigen::Vector3d& up);
+
+// Nothing that is meant lies farther from the origin: squares of such lengths lose the organ's
+// millimetres, and rays overflow the floats they are traced in.
+inline constexpr double kFarthest_mm = 1e9;
+// Finite, and no coordinate beyond it. Eigen's largest coefficient passes over some NaN, so that
+// both must be asked.
+inline bool within_reach(const Eigen::Vector3d& position_mm) {
+  return position_mm.allFinite() && position_mm.cwiseAbs().maxCoeff() <= kFarthest_mm;
+}
+
+// A rotation that was written down: itself where RᵀR is the identity to rounding, the nearest
+// rotation where it is within 1e-4 in every entry (people and programs write four to six digits),
+// nothing for what is no rotation or mirrors.
+[[nodiscard]] std::optional<Eigen::Matrix3d> written_rotation(const Eigen::Matrix3d& r);
 
 }  // namespace organbake

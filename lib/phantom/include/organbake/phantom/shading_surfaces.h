@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "organbake/geometry/camera.h"
-#include "organbake/shading/distant_light.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
-#include "organbake/geometry/shell_map.h"
+#include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/view_manifold.h"
 #include "organbake/player/carried_surface.h"
 #include "organbake/warp/frame.h"

@@ -9,14 +9,14 @@
 #include "organbake/core/run_context.h"
 #include "organbake/geometry/camera.h"
 #include "organbake/image/channel_image.h"
+#include "organbake/registration/light_model.h"
 #include "organbake/registration/registered_surface.h"
-#include "organbake/registration/shading.h"
 #include "organbake/registration/similarity.h"
 
 namespace organbake {
 
 // How far from a start the pose is looked for.
-enum class Reach {
+enum class SearchRange {
   wide,       // tens of millimetres and degrees
   one_frame,  // as far as a clip moves from one frame to the next; the lens is not doubted
 };
@@ -25,12 +25,12 @@ struct RegistrationOptions {
   LightModel light = LightModel::automatic;
   Eigen::Vector3d light_direction = -Eigen::Vector3d::UnitZ();  // surface → light, camera axes
   Similarity similarity = Similarity::radiance;
-  Form form = Form::patches;
+  SimilarityWindow window = SimilarityWindow::patches;
   bool free_focal = false;  // one scale for both focal lengths is sought with the pose
-  Reach reach = Reach::wide;
+  SearchRange range = SearchRange::wide;
   // Where a pose is not ok, follow the lights that were not chosen, and look for its colours: what
   // comes of it is doubtful at best, and takes as long again.
-  bool last_resorts = true;
+  bool fallbacks = true;
   int finest_side_px = 1440;  // the photograph is halved until no side is longer; 64…8192
   int outer_iterations = 4;   // per pyramid level: overlap, light and weights anew; 1…50
   int solver_iterations = 8;  // within each; 1…100

@@ -12,6 +12,6 @@ enum class Similarity {
 
 // Whether one correlation stands for the picture, or one per patch with a robust loss on 1 − R_k:
 // patches shrug off vignetting, albedo and instruments.
-enum class Form { whole, patches };
+enum class SimilarityWindow { whole, patches };
 
 }  // namespace organbake

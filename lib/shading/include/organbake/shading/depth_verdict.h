@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "organbake/shading/frame.h"
 #include "organbake/shading/laparoscope.h"
+#include "organbake/shading/prepared_frame.h"
 #include "organbake/shading/ray_grid.h"
 
 namespace organbake {
@@ -15,16 +15,16 @@ const char* name_of(DepthVerdict verdict);
 // Whether a frame supports the shape that was read from it.
 struct DepthQuality {
   DepthVerdict verdict = DepthVerdict::failed;
-  std::string reason;   // empty when ok
-  double support = 0;   // 0…1: the share of the relief that is kept
-  double unshaped = 0;  // share of the brightness, at organ scale, that no shape explains
+  std::string reason;      // empty when ok
+  double support = 0;      // 0…1: the share of the relief that is kept
+  double unexplained = 0;  // share of the brightness, at organ scale, that no shape explains
 };
 
 // A small misfit proves no shape, but a large one disproves the model: brightness that no smooth
 // surface explains is texture, several tissues or another light, and then the rest, which one does
 // explain, is as likely the same. Support falls smoothly, so that a slightly other picture keeps
 // its depth.
-DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate);
+[[nodiscard]] DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate);
 
 // Draws ln r to the plane across the axis that lies at the tissue's median depth: all of it for
 // support 0, nothing for 1.

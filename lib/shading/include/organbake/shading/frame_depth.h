@@ -8,8 +8,8 @@
 
 #include "organbake/shading/depth_verdict.h"
 #include "organbake/shading/distant.h"
-#include "organbake/shading/frame.h"
 #include "organbake/shading/laparoscope.h"
+#include "organbake/shading/prepared_frame.h"
 #include "organbake/shading/ray_grid.h"
 #include "organbake/shading/tsai_shah.h"
 
@@ -57,13 +57,5 @@ struct FrameDepth {
 // Reads a frame as shading. `previous` = the depth of a frame that looks alike, or null.
 FrameDepth shade_frame(const PreparedFrame& frame, const ShadingOptions& options,
                        const FrameDepth* previous = nullptr);
-
-// How far the depth of each pixel can be trusted, 0…1: the cosine between surface and ray, times
-// the signal over signal and noise, times how well the model explains the pixel. Filled pixels
-// (highlights) have a quarter at most; instruments and the border 0.
-//   log_range: relative ln r of albedo 1 for intensity / intensity_unit; noise: share of the unit.
-Plane confidence_map(const PreparedFrame& frame, const Plane& log_range,
-                     const std::vector<Eigen::Vector3f>& normals, const RayGrid& rays,
-                     double intensity_unit, double noise);
 
 }  // namespace organbake

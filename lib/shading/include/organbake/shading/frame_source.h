@@ -38,7 +38,7 @@ class FrameSelection {
   FrameSelection(NextFrame next, const SelectionOptions& options);
 
   // Nothing after the last frame, or after a damaged one: damage() then says which and why.
-  std::optional<SelectedFrame> next();
+  [[nodiscard]] std::optional<SelectedFrame> next();
   const std::string& damage() const { return damage_; }
   std::size_t frames_read() const { return read_; }
   std::size_t duplicates() const { return duplicates_; }

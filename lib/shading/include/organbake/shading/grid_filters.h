@@ -10,7 +10,7 @@
 namespace organbake {
 
 // Mean over the inside pixels of a square window of 2·radius + 1; where there are none, 0.
-Plane box_mean(const Plane& plane, const Mask& inside, int radius);
+[[nodiscard]] Plane box_mean(const Plane& plane, const Mask& inside, int radius);
 
 // dv/di at index i of n values `stride` apart: central, of fourth order where there is room and of
 // second order elsewhere (one-sided at the ends).
@@ -22,22 +22,17 @@ void derivatives_across(const Plane& v, int row, std::vector<double>& by_y);
 
 // Standard deviation of the noise of neighbouring pixels, from the median response of Immerkær's
 // mask (1996), which planes and quadrics do not excite. 0 when fewer than nine pixels lie inside.
-double noise_level(const Plane& intensity, const Mask& inside);
-
-// How rough ln r may be where the image is silent (RangeFitOptions::roughness), from the surface
-// itself: in proportion to its root mean square curvature on a coarse level, where noise hardly
-// reaches it. Within bounds, so that neither a plane nor a level that went astray decides.
-double roughness_of(const Plane& log_range, const ShadedImage& image);
+[[nodiscard]] double noise_level(const Plane& intensity, const Mask& inside);
 
 // Half the size: means over the inside pixels of 2×2, their variance with them; a pixel is inside
 // when any of its four is.
-ShadedImage halved(const ShadedImage& fine);
+[[nodiscard]] ShadedImage halved(const ShadedImage& fine);
 // A mean over a pixel of `halvings` levels up made into the value at its centre (the mean is off by
 // h²/24 · ∇²I, which a coarse grid would take for shape).
-Plane centre_values(const Plane& means, const Mask& inside, int halvings);
+[[nodiscard]] Plane centre_values(const Plane& means, const Mask& inside, int halvings);
 // Means over 2×2, and back by bilinear interpolation (extrapolated by half a pixel at the border).
-Plane halved(const Plane& fine);
-Plane doubled(const Plane& coarse, int width, int height);
+[[nodiscard]] Plane halved(const Plane& fine);
+[[nodiscard]] Plane doubled(const Plane& coarse, int width, int height);
 
 // Gives the pixels outside the mask a smooth continuation of those inside (push–pull; Gortler et
 // al. 1996). Without any inside pixel all become 0.

@@ -17,13 +17,6 @@ struct CoarseImage {
   Mask inside;
 };
 
-// `levels`: each half the size of the one before it.
-CoarseImage coarse_image(const std::vector<ShadedImage>& levels);
-
-// Whether noise alone tells the two apart: nothing moved that these pixels could show, be it the
-// whole scene by a little or one spot by more.
-bool shows_the_same(const CoarseImage& before, const CoarseImage& now);
-
 // A laparoscope: perspective camera, its light at the optical centre or a little beside it,
 // 1/r² falloff (Prados & Faugeras 2005; Tankus, Sochen & Yeshurun 2005).
 struct LaparoscopeOptions {
@@ -49,11 +42,11 @@ struct RangeEstimate {
   bool usable = false;  // false: no lit pixel; log_range is then a flat plane's
   bool warm = false;    // started from `previous`
   int sweeps = 0;
-  int refinements = 0;  // conjugate-gradient steps, all levels
-  double misfit = 0;    // root mean square of image/model − 1; proves nothing about the depth
-  double unshaped = 0;  // the same at organ scale (a grid of at most 32 pixels a side)
-  double noise = 0;     // estimated, share of the mean brightness
-  CoarseImage seen;     // what log_range was found from
+  int refinements = 0;     // conjugate-gradient steps, all levels
+  double misfit = 0;       // root mean square of image/model − 1; proves nothing about the depth
+  double unexplained = 0;  // the same at organ scale (a grid of at most 32 pixels a side)
+  double noise = 0;        // estimated, share of the mean brightness
+  CoarseImage seen;        // what log_range was found from
 };
 
 // ln r of every pixel, up to one constant (the albedo is unknown). `intensity` is linear, any gain;
@@ -64,11 +57,5 @@ struct RangeEstimate {
 RangeEstimate shade_laparoscope(const Plane& intensity, const Mask& inside,
                                 const Intrinsics& camera, const LaparoscopeOptions& options,
                                 const RangeEstimate* previous = nullptr, double range_mm = 0);
-
-// Brightness of a surface under the light as the options place it, over that under a light at the
-// optical centre with an even beam. log_range_mm: ln r, r in mm; one value per ray.
-// Where the surface turns away from the light the ratio is held at a twentieth.
-Plane light_ratio(const Plane& log_range_mm, const RayGrid& rays,
-                  const LaparoscopeOptions& options);
 
 }  // namespace organbake

@@ -45,4 +45,9 @@ struct FitSummary {
 FitSummary fit_log_range(const ShadedImage& image, const RangeFitOptions& options, Plane& v,
                          const HeldRange* held = nullptr);
 
+// How rough ln r may be where the image is silent (RangeFitOptions::roughness), from the surface
+// itself: in proportion to its root mean square curvature on a coarse level, where noise hardly
+// reaches it. Within bounds, so that neither a plane nor a level that went astray decides.
+double roughness_of(const Plane& log_range, const ShadedImage& image);
+
 }  // namespace organbake

@@ -7,38 +7,38 @@
 namespace organbake {
 
 // Shrinks (grows) what is non-zero by a square of 2·radius + 1 pixels; the frame's edge is no edge.
-Mask eroded(const Mask& mask, int radius);
-Mask dilated(const Mask& mask, int radius);
+[[nodiscard]] Mask eroded(const Mask& mask, int radius);
+[[nodiscard]] Mask dilated(const Mask& mask, int radius);
 
 // Pixels of both; of one and not of the other.
-Mask common(Mask a, const Mask& b);
-Mask without(Mask a, const Mask& b);
+[[nodiscard]] Mask common(Mask a, const Mask& b);
+[[nodiscard]] Mask without(Mask a, const Mask& b);
 
 // The largest 4-connected region of non-zero pixels, as ones.
-Mask largest_region(const Mask& mask);
+[[nodiscard]] Mask largest_region(const Mask& mask);
 // Zeros that are not 4-connected to the frame's edge become ones.
-Mask with_holes_closed(const Mask& mask);
+[[nodiscard]] Mask with_holes_closed(const Mask& mask);
 // The 4-connected regions of `mask` that hold a pixel of `seeds`.
-Mask regions_touching(const Mask& mask, const Mask& seeds);
+[[nodiscard]] Mask regions_touching(const Mask& mask, const Mask& seeds);
 
 // The part of a frame that the endoscope's stop lets through: what is joined to the largest region
 // that is not black, its holes closed (blood and shadows are tissue), shrunk by `margin_px`.
 // Letters and logos on the black border are other regions and fall away. A frame without a black
 // border is all inside. A black frame gives an empty mask.
-Mask field_of_view(const Rgb8Image& frame, int margin_px);
+[[nodiscard]] Mask field_of_view(const Rgb8Image& frame, int margin_px);
 
 // Mirror reflections of the light on moist tissue: pixels that are saturated, or clearly brighter
 // and whiter than what lies round them (a window of about a tenth of the frame), with the rim that
 // coding and blooming leave. Non-zero = highlight.
-Mask find_highlights(const Rgb8Image& frame, const Mask& inside);
+[[nodiscard]] Mask find_highlights(const Rgb8Image& frame, const Mask& inside);
 
 // Metal and plastic: grey or bluish where tissue is red or yellow, in regions that reach the rim of
 // what is inside, since instruments come in from there. Slivers are left out. Non-zero =
 // instrument.
-Mask find_instruments(const Rgb8Image& frame, const Mask& inside);
+[[nodiscard]] Mask find_instruments(const Rgb8Image& frame, const Mask& inside);
 
 // Whether nearly all that is lit is as grey as metal: a grey frame, or one of a camera that is far
 // off balance. Colour then tells nothing.
-bool is_colourless(const Rgb8Image& frame, const Mask& inside);
+[[nodiscard]] bool is_colourless(const Rgb8Image& frame, const Mask& inside);
 
 }  // namespace organbake

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/shading/distant_light.h"
+#include "organbake/shading/distant.h"
 #include "organbake/shading/grid.h"
 
 namespace organbake {

@@ -22,7 +22,7 @@ class VideoReader {
   // after the last frame. Throws BadDataError that names the frame (counted from 0): damaged
   // or missing data, another size than the frames before, light that is not coded
   // as screens show it (linear, logarithmic, PQ, HLG), no frame at all.
-  bool next(StoredPicture& frame);
+  [[nodiscard]] bool next(StoredPicture& frame);
   std::size_t frames_read() const;
 
  private:

@@ -28,8 +28,4 @@ struct StereoDepth {
 StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
                          const RectifiedEyes& eyes, const StereoOptions& options);
 
-// Whether the eyes support the depth: enough of the tissue is matched, on the same rows, and surely
-// enough.
-DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left);
-
 }  // namespace organbake

@@ -6,9 +6,27 @@
 
 #include "organbake/core/run_context.h"
 #include "organbake/viewpoints/placement.h"
-#include "organbake/viewpoints/view_certificate.h"
+#include "organbake/viewpoints/sight.h"
 
 namespace organbake {
+
+// What viewers miss: the surface visible in a view but to none of the three cameras that the VPM
+// gives it.
+struct ViewCertificate {
+  int views = 0;
+  // Share of what the view shows, by the area that it has in the picture: the mean of all views and
+  // the worst one.
+  double mean_gap = 0, worst_gap = 0;
+  // The same, by area on the surface: slivers at the outline, which hardly show, count fully.
+  double mean_surface_gap = 0;
+  std::vector<double> gaps;  // of each view
+};
+
+// `seen[v]`: samples visible from views_mm[v], at any angle. `kept[c]`: samples that camera c has.
+// `samples` as they lie in the views (poked, perhaps); cameras may have been at rest.
+ViewCertificate certify_views(const ViewManifold& manifold, const std::vector<SampleBits>& kept,
+                              const std::vector<Eigen::Vector3d>& views_mm,
+                              const std::vector<SampleBits>& seen, const SurfaceSamples& samples);
 
 // What the cameras of a placement show of the surface, measured on samples and views of its own.
 struct CoverageReport {
@@ -44,5 +62,21 @@ CoverageReport measure_coverage(const TriangleMesh& surface, const Placement& pl
                                 const PlacementOptions& options,
                                 CoverageDetail detail = CoverageDetail::full,
                                 const RunContext& context = {});
+
+// The surface, a colour a vertex by how many of the cameras show it well: red = none, yellow = one,
+// green = two, blue = three or more; grey = none of the region's views does.
+TriangleMesh painted_by_cameras(const TriangleMesh& surface, const Sight& sight,
+                                const std::vector<Eye>& cameras, const std::vector<Eye>& region,
+                                const SightLimits& well);
+
+// A push on the surface: everything moves along `displacement_mm`, by exp(−r²/2σ²) of it at the
+// distance r from the site. Smooth and without folds for σ > 0.61 |displacement|.
+struct Poke {
+  Eigen::Vector3d site_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d displacement_mm = Eigen::Vector3d::Zero();
+  double sigma_mm = 1;
+};
+
+TriangleMesh poked_surface(TriangleMesh surface, const Poke& poke);
 
 }  // namespace organbake

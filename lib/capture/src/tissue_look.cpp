@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/capture/tissue_look.h"
+
+#include <stdexcept>
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+const std::vector<Lighting::Lobe> kWet = wet_gloss();
+const std::vector<Lighting::Lobe> kMoist = {{1.6, 700}, {0.05, 40}};
+
+// Red light goes farthest below the surface before it comes out again.
+const Vector3d kSoft(0.25, 0.12, 0.1);
+
+// Colours by source:
+//  (a) medians over areas of one frame of a laparoscopy (RViMLab/endoscopy,
+//  MIT; 720p, frame 180)
+//      without highlights, in linear light, of the liver also with the light
+//      divided out;
+//  (b) the liver of (a), turned to the hue that anatomy texts describe for
+//  fresh tissue: spleen more
+//      purple and darker, kidney browner and lighter. No measurement;
+//  (c) between the frame's ligament and its gallbladder. No measurement.
+// Deviations of mottles and grain of the liver are those of (a), too: 13 % in
+// red, 28 % in green.
+TissueLook liver() {
+  return {.albedo = {0.160f, 0.040f, 0.041f},  // (a), by hue as it is drawn
+          .tint = {0.0f, 0.05f, 0.11f},
+          .mottle = 0.14,
+          .mottle_mm = 8,
+          .grain = {0.03f, 0.013f, 0.011f},
+          .grain_mm = 1.1,
+          .large = {{0.32f, 0.16f, 0.14f}, 16, 0.5, 0.12, 0.35},  // fibres of the capsule
+          .small = {{0.11f, 0.016f, 0.018f}, 5, 0.45, 0.35, 0.45},
+          .gloss = kWet,
+          .finish = {0.16, 1.6, kSoft, 0.12}};
+}
+
+TissueLook gallbladder() {
+  return {.albedo = {0.60f, 0.42f, 0.31f},  // (a), two areas
+          .tint = {-0.02f, 0.04f, 0.09f},
+          .mottle = 0.07,
+          .mottle_mm = 14,
+          .grain = {0.03f, 0.03f, 0.025f},
+          .grain_mm = 0.9,
+          .large = {{0.42f, 0.13f, 0.14f}, 13, 0.45, 0.5, 0.6},
+          .small = {{0.45f, 0.17f, 0.16f}, 5, 0.3, 0.45, 0.55},
+          .gloss = kWet,
+          .finish = {0.05, 3, kSoft, 0.12}};
+}
+
+TissueLook spleen() {
+  TissueLook look = liver();
+  look.albedo = {0.125f, 0.031f, 0.046f};  // (b)
+  look.grain = {0.02f, 0.008f, 0.01f};
+  look.grain_mm = 0.8;
+  look.large.share = 0.05;
+  return look;
+}
+
+TissueLook kidney() {
+  TissueLook look = liver();
+  look.albedo = {0.235f, 0.072f, 0.055f};                   // (b)
+  look.small = {{0.16f, 0.03f, 0.03f}, 4, 0.35, 0.6, 0.5};  // stellate veins
+  look.finish.relief_slope = 0.07;
+  return look;
+}
+
+TissueLook stomach() {
+  return {.albedo = {0.62f, 0.33f, 0.27f},  // (c)
+          .tint = {-0.03f, 0.07f, 0.07f},
+          .mottle = 0.07,
+          .mottle_mm = 18,
+          .grain = {0.04f, 0.035f, 0.03f},
+          .grain_mm = 1.3,
+          .large = {{0.36f, 0.09f, 0.1f}, 22, 0.9, 0.35, 0.6},
+          .small = {{0.5f, 0.2f, 0.17f}, 8, 0.35, 0.35, 0.45},
+          .gloss = kWet,
+          .finish = {0.08, 2.5, kSoft, 0.12}};
+}
+
+TissueLook fat() {
+  return {.albedo = {0.66f, 0.37f, 0.15f},  // (a): the omentum's hue, paler as where it is lit
+          .tint = {-0.02f, 0.05f, 0.1f},
+          .mottle = 0.1,
+          .mottle_mm = 7,
+          .grain = {0.06f, 0.05f, 0.03f},
+          .grain_mm = 3,
+          .large = {{0.4f, 0.09f, 0.07f}, 15, 0.6, 0.4, 0.65},
+          .small = {{0.5f, 0.18f, 0.09f}, 6, 0.3, 0.3, 0.5},
+          .gloss = kMoist,
+          .finish = {0.14, 3.5, {0.3, 0.2, 0.12}, 0.2}};
+}
+
+// A cast training organ: even, faintly mottled pigment, moist.
+TissueLook silicone() {
+  return {.albedo = {0.42f, 0.13f, 0.10f},  // the plain material's
+          .tint = {-0.01f, 0.02f, 0.02f},
+          .mottle = 0.03,
+          .mottle_mm = 20,
+          .grain = {0.006f, 0.004f, 0.004f},
+          .grain_mm = 1,
+          .large = {},
+          .small = {},
+          .gloss = kMoist,
+          .finish = {0.03, 4, {0.2, 0.15, 0.12}, 0.15}};
+}
+
+}  // namespace
+
+const TissueLook& tissue_look(Tissue tissue) {
+  static const std::array<TissueLook, 7> kLooks = {liver(),   gallbladder(), spleen(),  kidney(),
+                                                   stomach(), fat(),         silicone()};
+  if (tissue == Tissue::plain) throw std::logic_error("tissue_look: the plain material has none");
+  return kLooks[static_cast<std::size_t>(tissue) - 1];
+}
+
+}  // namespace organbake

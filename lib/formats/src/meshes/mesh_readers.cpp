@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "meshes/mesh_readers.h"
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstring>
+
+#include "organbake/core/error.h"
+#include "organbake/geometry/polygon.h"
+#include "organbake/geometry/written_color.h"
+#include "text/text_scanner.h"
+
+namespace organbake {
+namespace {
+
+std::string joined_lines(std::string_view text) {
+  std::string joined(text);
+  for (std::size_t at = joined.find('\\'); at != std::string::npos;
+       at = joined.find('\\', at + 1)) {
+    std::size_t end = at + 1;
+    if (end < joined.size() && joined[end] == '\r') ++end;
+    if (end >= joined.size() || joined[end] != '\n') continue;
+    for (std::size_t i = at; i <= end; ++i) joined[i] = ' ';
+  }
+  return joined;
+}
+
+// The first index of 7, 7/1, 7//2 or 7/1/2, from 0; negative ones count back from the last vertex.
+std::uint32_t vertex_of(const TextScanner& line, std::size_t word, std::size_t vertex_count) {
+  const std::string_view text = line.words()[word].substr(0, line.words()[word].find('/'));
+  long long index = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), index);
+  if (result.ec != std::errc() || result.ptr != text.data() + text.size() || index == 0)
+    line.fail("\"" + std::string(line.words()[word].substr(0, 40)) + "\" names no vertex");
+  const long long at = index > 0 ? index - 1 : static_cast<long long>(vertex_count) + index;
+  if (at < 0 || at > 0xFFFFFFFELL) line.fail("vertex " + std::to_string(index) + " does not exist");
+  return static_cast<std::uint32_t>(at);
+}
+
+std::size_t whole(const TextScanner& line, std::size_t word, double most) {
+  const double value = line.number(word);
+  if (!(value >= 0 && value <= most) || value != static_cast<double>(std::size_t(value)))
+    line.fail("\"" + std::string(line.words()[word]) + "\" is not a count or index in range");
+  return static_cast<std::size_t>(value);
+}
+
+static_assert(std::endian::native == std::endian::little, "binary STL is read as memory lies");
+
+constexpr std::size_t kHeader = 84, kTriangle = 50, kNormal = 12;
+
+bool is_word(std::string_view word, std::string_view lower_case) {
+  return std::equal(word.begin(), word.end(), lower_case.begin(), lower_case.end(),
+                    [](char a, char b) { return (a >= 'A' && a <= 'Z' ? a + 32 : a) == b; });
+}
+
+void append(TriangleMesh& mesh, const Eigen::Vector3d& corner) {
+  mesh.vertices.push_back(corner);
+  if (mesh.vertices.size() % 3 != 0) return;
+  const auto end = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.faces.push_back({end - 3, end - 2, end - 1});
+}
+
+// The triangles that a binary file says to hold.
+std::uint64_t claimed(std::string_view bytes) {
+  std::uint32_t count = 0;
+  if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, 4);
+  return count;
+}
+
+// Binary files may begin with "solid" as well: the text must have a facet, too.
+bool is_text(std::string_view bytes, const std::string& name) {
+  if (bytes.size() >= kHeader && bytes.size() == kHeader + kTriangle * claimed(bytes)) return false;
+  TextScanner line(bytes.substr(0, 4096), name);
+  if (!line.next_line('\0') || !is_word(line.words()[0], "solid")) return false;
+  const bool more = line.next_line('\0');
+  return more && (is_word(line.words()[0], "facet") || is_word(line.words()[0], "endsolid"));
+}
+
+TriangleMesh from_text(std::string_view bytes, const std::string& name) {
+  TextScanner line(bytes, name);
+  TriangleMesh mesh;
+  std::size_t loop_begin = 0;
+  bool ended = false;
+  while (line.next_line('\0')) {
+    const std::string_view word = line.words()[0];
+    ended = is_word(word, "endsolid");
+    if (is_word(word, "facet")) loop_begin = mesh.vertices.size();
+    if (is_word(word, "vertex")) append(mesh, line.vector(1));
+    if (is_word(word, "endloop") && mesh.vertices.size() != loop_begin + 3)
+      line.fail("a facet has not three vertices");
+  }
+  if (!ended) line.fail("the text ends without \"endsolid\": truncated");
+  return mesh;
+}
+
+TriangleMesh from_binary(std::string_view bytes, const std::string& name) {
+  const std::uint64_t faces = claimed(bytes);
+  if (bytes.size() < kHeader + kTriangle * faces || faces == 0) {
+    throw BadDataError(name + ": claims " + std::to_string(faces) + " triangles but holds " +
+                       std::to_string(bytes.size()) + " bytes: truncated or not an STL");
+  }
+  TriangleMesh mesh;
+  for (std::uint64_t f = 0; f < faces; ++f) {
+    float corners[9];
+    std::memcpy(corners, bytes.data() + kHeader + kTriangle * f + kNormal, sizeof(corners));
+    for (int c = 0; c < 3; ++c) append(mesh, Eigen::Vector3f(corners + 3 * c).cast<double>());
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh parse_obj(std::string_view text, const std::string& name) {
+  const std::string joined = joined_lines(text);
+  TextScanner line(joined, name);
+  TriangleMesh mesh;
+  std::vector<Eigen::Vector3d> colors;
+  std::vector<std::uint32_t> corners;
+  std::vector<std::size_t> ends;
+  while (line.next_line()) {
+    const auto& words = line.words();
+    if (words[0] == "v") {
+      mesh.vertices.push_back(line.vector(1));
+      if (words.size() >= 7) colors.push_back(line.vector(4));
+    } else if (words[0] == "f") {
+      for (std::size_t w = 1; w < words.size(); ++w)
+        corners.push_back(vertex_of(line, w, mesh.vertices.size()));
+      ends.push_back(corners.size());
+    }
+  }
+  std::size_t begin = 0;
+  for (const std::size_t end : ends) {
+    cut_polygon(mesh.vertices, std::span(corners).subspan(begin, end - begin), mesh.faces);
+    begin = end;
+  }
+  if (colors.size() == mesh.vertices.size())
+    mesh.colors = linear_colors(colors, ColorScale::number);
+  return mesh;
+}
+
+TriangleMesh parse_off(std::string_view text, const std::string& name) {
+  TextScanner line(text, name);
+  if (!line.next_line()) line.fail("is empty");
+  const std::string kind(line.words()[0]);
+  if (!kind.ends_with("OFF")) line.fail("is not an OFF file");
+  if (kind.find('4') != std::string::npos || kind.find('n') != std::string::npos)
+    line.fail("points of " + kind + " are not of three dimensions");
+  if (line.words().size() > 1 && line.words()[1] == "BINARY")
+    line.fail("binary OFF is not read; save it as text");
+  std::size_t first = 1;  // the counts may stand beside the keyword
+  if (line.words().size() < 3) {
+    first = 0;
+    if (!line.next_line()) line.fail("ends before its counts");
+  }
+  // Every row takes bytes, so a count beyond the file's size is a lie.
+  const auto most = static_cast<double>(text.size());
+  const std::size_t vertices = whole(line, first, most), faces = whole(line, first + 1, most);
+  const bool has_normals = kind.find('N') != std::string::npos;
+  const bool has_colors = kind.find('C') != std::string::npos;
+  const std::size_t color_at = has_normals ? 6 : 3;
+
+  TriangleMesh mesh;
+  std::vector<Eigen::Vector3d> colors;
+  for (std::size_t v = 0; v < vertices; ++v) {
+    if (!line.next_line()) line.fail("ends after " + std::to_string(v) + " vertices");
+    mesh.vertices.push_back(line.vector(0));
+    if (has_colors) colors.push_back(line.vector(color_at));
+  }
+  for (std::size_t f = 0; f < faces; ++f) {
+    if (!line.next_line()) line.fail("ends after " + std::to_string(f) + " faces");
+    const std::size_t count = whole(line, 0, most);
+    std::vector<std::uint32_t> polygon;
+    for (std::size_t c = 1; c <= count; ++c)
+      polygon.push_back(static_cast<std::uint32_t>(whole(line, c, double(vertices) - 1)));
+    cut_polygon(mesh.vertices, polygon, mesh.faces);
+  }
+  mesh.colors = linear_colors(colors, ColorScale::number);
+  return mesh;
+}
+
+TriangleMesh parse_stl(std::string_view bytes, const std::string& name) {
+  return is_text(bytes, name) ? from_text(bytes, name) : from_binary(bytes, name);
+}
+
+}  // namespace organbake

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "organbake/geometry/camera.h"
+#include "organbake/image/channel_image.h"
+
+namespace organbake {
+
+// Reads half, float and uint channels of a single-part file. Throws NoInputError, or BadDataError
+// for anything damaged, deep, tiled, multi-part, compressed by RLE or B44, or larger than
+// max_pixels or than its bytes can hold (checked before memory is taken). Missing channels are the
+// caller's to find. `only`: the channels that are wanted; none named = all. Spreads over TBB's
+// threads.
+ChannelImage read_exr(const std::filesystem::path& path, std::size_t max_pixels = 1u << 28);
+ChannelImage parse_exr(std::span<const std::byte> bytes, const std::string& name,
+                       std::size_t max_pixels = 1u << 28,
+                       const std::vector<std::string>& only = {});
+
+// What a file says of its pixels besides their values.
+struct ExrFacts {
+  // As write_exr() puts it; nothing for matrices of other axes than ours. To seven digits.
+  std::optional<PosedCamera> camera;
+  std::map<std::string, std::string> notes;
+};
+// Throws BadDataError as parse_exr() does.
+ExrFacts parse_exr_facts(std::span<const std::byte> bytes, const std::string& name,
+                         std::size_t max_pixels = 1u << 28);
+
+}  // namespace organbake

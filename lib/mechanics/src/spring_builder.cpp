@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Springs as bars of tissue, and the struts and ties that a surface's own edges lack: without
+// struts a closed net is a bag, which folds.
+#include "spring_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "lattice_body.h"
+#include "organbake/raycast/ray_scene.h"
+
+namespace organbake {
+namespace {
+
+constexpr double kNewtonPerMm2FromKpa = 1e-3;  // 1 kPa = 1e3 N/m² = 1e-3 N/mm²
+constexpr double kMmPerM = 1e3;
+
+struct Neighbour {
+  double distance = std::numeric_limits<double>::infinity();
+  std::uint32_t inner = 0, outer = 0;
+};
+
+// For every vertex of the part the nearest vertex outside it, nearest pairs first. Quadratic, but
+// proxies are small and loose parts few.
+std::vector<Neighbour> neighbours_of_part(const TriangleMesh& proxy,
+                                          const std::vector<std::uint32_t>& parts,
+                                          const std::vector<double>& area, std::uint32_t part,
+                                          double least_length) {
+  std::vector<Neighbour> neighbours;
+  for (std::uint32_t v = 0; v < parts.size(); ++v) {
+    if (parts[v] != part || !(area[v] > 0)) continue;
+    Neighbour nearest;
+    for (std::uint32_t w = 0; w < parts.size(); ++w) {
+      if (parts[w] == part || !(area[w] > 0)) continue;
+      const double distance = (proxy.vertices[v] - proxy.vertices[w]).norm();
+      if (distance > least_length && distance < nearest.distance) nearest = {distance, v, w};
+    }
+    if (std::isfinite(nearest.distance)) neighbours.push_back(nearest);
+  }
+  std::stable_sort(neighbours.begin(), neighbours.end(),
+                   [](const auto& a, const auto& b) { return a.distance < b.distance; });
+  return neighbours;
+}
+
+// Columns from both sides fill the body twice, so each counts half.
+constexpr double kShare = 0.5;
+// Shares of the bounds' diagonal. A column must at least clear the faces it starts from.
+constexpr double kStart = 1e-4;
+constexpr double kLeastLength = 0.02;
+constexpr double kLeastWeight = 0.05;  // corners that carry less are left out
+constexpr double kLeastCosine = 0.7;   // of a vertex that passes as opposite
+
+std::vector<RayHit> hits_opposite(const TriangleMesh& proxy,
+                                  const std::vector<Eigen::Vector3d>& normals, double diagonal) {
+  std::vector<Ray> rays(proxy.vertices.size());
+  for (std::size_t v = 0; v < rays.size(); ++v) {
+    rays[v] = {proxy.vertices[v], -normals[v], kStart * diagonal};
+  }
+  std::vector<RayHit> hits(rays.size());
+  RayScene(proxy).first_hits(rays, hits);
+  return hits;
+}
+
+std::optional<std::uint32_t> vertex_opposite(const TriangleMesh& proxy, std::uint32_t vertex,
+                                             const Eigen::Vector3d& inward, double least_length,
+                                             const std::vector<double>& vertex_area) {
+  std::optional<std::uint32_t> best;
+  double best_cosine = kLeastCosine;
+  for (std::uint32_t other = 0; other < proxy.vertices.size(); ++other) {
+    if (!(vertex_area[other] > 0)) continue;
+    const Eigen::Vector3d way = proxy.vertices[other] - proxy.vertices[vertex];
+    const double length = way.norm();
+    if (length > least_length && way.dot(inward) / length > best_cosine) {
+      best = other;
+      best_cosine = way.dot(inward) / length;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+SpringBuilder::SpringBuilder(const TriangleMesh& proxy, double young_modulus_kpa)
+    : proxy_(proxy),
+      modulus_n_per_mm2_(kNewtonPerMm2FromKpa * young_modulus_kpa),
+      least_length_mm_(1e-6 * bounds(proxy).diagonal()) {}
+
+bool SpringBuilder::add_bar(std::uint32_t a, std::uint32_t b, double cross_section_mm2) {
+  const double length = (proxy_.vertices[a] - proxy_.vertices[b]).norm();
+  if (!(length > least_length_mm_)) return false;
+  stiffness_n_per_mm_[std::minmax(a, b)] += modulus_n_per_mm2_ * cross_section_mm2 / length;
+  return true;
+}
+
+std::vector<Spring> SpringBuilder::springs(const std::vector<double>& mass_kg,
+                                           double damping_ratio) const {
+  std::vector<Spring> springs;
+  springs.reserve(stiffness_n_per_mm_.size());
+  for (const auto& [ends, stiffness] : stiffness_n_per_mm_) {
+    const auto [a, b] = ends;
+    const double reduced_mass = mass_kg[a] * mass_kg[b] / (mass_kg[a] + mass_kg[b]);
+    // 2ζ√(km) in SI units, then N·s/m → N·s/mm.
+    const double damping = 2 * damping_ratio * std::sqrt(stiffness * kMmPerM * reduced_mass);
+    springs.push_back({.a = a,
+                       .b = b,
+                       .rest_length_mm = (proxy_.vertices[a] - proxy_.vertices[b]).norm(),
+                       .stiffness_n_per_mm = stiffness,
+                       .damping_n_s_per_mm = damping / kMmPerM});
+  }
+  return springs;
+}
+
+std::vector<std::uint32_t> SpringBuilder::parts() const {
+  std::vector<std::uint32_t> parent(proxy_.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto find = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& [ends, stiffness] : stiffness_n_per_mm_) {
+    const std::uint32_t a = find(ends.first), b = find(ends.second);
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+  for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = find(v);
+  return parent;
+}
+
+void tie_loose_parts(const TriangleMesh& proxy, const std::vector<double>& vertex_area_mm2,
+                     SpringBuilder& network) {
+  const auto used = [&](std::size_t v) { return vertex_area_mm2[v] > 0; };
+  for (bool tied = true; tied;) {
+    const std::vector<std::uint32_t> parts = network.parts();
+    std::size_t first = 0;
+    while (first < parts.size() && !used(first)) ++first;
+    std::size_t loose = first;
+    while (loose < parts.size() && (!used(loose) || parts[loose] == parts[first])) ++loose;
+    if (loose == parts.size()) return;
+    // Every round leaves one part fewer, or finds that all the others lie in one point with it.
+    tied = false;
+    const auto ties =
+        neighbours_of_part(proxy, parts, vertex_area_mm2, parts[loose], network.least_length_mm());
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, ties.size()); ++i) {
+      tied |= network.add_bar(ties[i].inner, ties[i].outer, vertex_area_mm2[ties[i].inner]);
+    }
+  }
+}
+
+void add_body_struts(const TriangleMesh& proxy, const std::vector<double>& vertex_area_mm2,
+                     SpringBuilder& network) {
+  const double diagonal = bounds(proxy).diagonal();
+  const std::vector<Eigen::Vector3d> normals = vertex_normals(proxy);
+  const std::vector<RayHit> hits = hits_opposite(proxy, normals, diagonal);
+  for (std::uint32_t v = 0; v < proxy.vertices.size(); ++v) {
+    const double column = kShare * vertex_area_mm2[v];
+    if (!(column > 0)) continue;  // no face, no column
+    const RayHit& hit = hits[v];
+    if (hit.face != kNoHit && hit.t > kLeastLength * diagonal &&
+        !has_corner(proxy.faces[hit.face], v)) {
+      const double weights[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
+      for (int c = 0; c < 3; ++c) {
+        if (weights[c] < kLeastWeight) continue;
+        network.add_bar(v, proxy.faces[hit.face][c], column * weights[c]);
+      }
+    } else if (const auto other = vertex_opposite(proxy, v, -normals[v], kLeastLength * diagonal,
+                                                  vertex_area_mm2)) {
+      network.add_bar(v, *other, column);
+    }
+  }
+}
+
+}  // namespace organbake

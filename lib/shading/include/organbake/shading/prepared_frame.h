@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "organbake/geometry/camera.h"
+#include "organbake/image/channel_image.h"
+#include "organbake/image/picture.h"
+#include "organbake/shading/grid.h"
+
+namespace organbake {
+
+enum class StereoLayout { none, side_by_side, top_bottom };
+
+// Whether a frame holds two pictures of one scene: its halves, without their slow shading, are
+// alike but for a shift (normalised correlation at low resolution).
+StereoLayout find_stereo_layout(const Rgb8Image& frame);
+
+struct FrameOptions {
+  int halvings = 0;              // 0…4: of the frame's size, before anything else
+  bool masks = true;             // look for the field of view, highlights and instruments
+  bool piecewise_albedo = true;  // bring tissues of different colour to one albedo
+
+  void check() const;  // throws UsageError
+};
+
+// A frame made ready to be read as shading.
+struct PreparedFrame {
+  Rgb8Image color;    // undistorted, of reduced size
+  Intrinsics camera;  // of `color`; without distortion
+  Plane intensity;    // linear, of one albedo
+  Mask field;         // inside the round field of view
+  Mask highlights;    // filled from around
+  Mask instruments;
+  Mask tissue;   // where there is depth: field without instruments
+  Mask diffuse;  // where brightness is read: tissue without highlights
+  bool was_combed = false;
+  bool colourless = false;  // too grey for colour to tell instruments from tissue
+  StereoLayout stereo = StereoLayout::none;
+  Plane log_albedo;  // divided out of the intensity; empty when not asked for
+};
+
+// Of endoscopes, with room for wider lenses; 70 is meant to be degrees.
+inline constexpr double kNarrowestView_rad = 0.05, kWidestView_rad = 2.8;
+
+// The frame whose pixels are means of 2×2, and its camera; an odd last row or column falls away.
+Rgb8Image half_size(const Rgb8Image& frame);
+Intrinsics half_size(Intrinsics camera);
+
+// A pinhole camera for frames of this size with the given horizontal field of view. Throws
+// UsageError for one that is not within these bounds.
+Intrinsics assumed_camera(int width, int height, double field_of_view_rad);
+
+// Deinterlaces when combed, makes linear, halves, undistorts, masks. `frame` is upright with square
+// pixels, or as its `camera` has it. `given_instruments` (of the frame's size, may be null)
+// replaces the search for instruments.
+PreparedFrame prepare_frame(const StoredPicture& frame, const Intrinsics& camera,
+                            const FrameOptions& options, const Mask* given_instruments = nullptr);
+
+}  // namespace organbake

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "organbake/capture/tissue_look.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "organbake/core/error.h"
+#include "tissue_color.h"
+#include "unit/capture/scenes.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr Tissue kTissues[] = {Tissue::liver,   Tissue::gallbladder, Tissue::spleen,
+                               Tissue::kidney,  Tissue::stomach,     Tissue::fat,
+                               Tissue::silicone};
+
+// Points of a plane, half a millimetre apart.
+std::vector<Vector3f> patch_of(Tissue tissue, int side = 160) {
+  const TissueAlbedo albedo(tissue_look(tissue));
+  std::vector<Vector3f> colors;
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      colors.push_back(albedo.at(Vector3d(0.5 * x, 0.5 * y, 3.3), Vector3d::UnitZ()));
+  return colors;
+}
+
+float median(std::vector<Vector3f> colors, int channel) {
+  const auto middle = colors.begin() + static_cast<std::ptrdiff_t>(colors.size() / 2);
+  std::nth_element(colors.begin(), middle, colors.end(),
+                   [&](const Vector3f& a, const Vector3f& b) { return a[channel] < b[channel]; });
+  return (*middle)[channel];
+}
+
+double deviation(const std::vector<Vector3f>& colors, int channel) {
+  double sum = 0, squares = 0;
+  for (const Vector3f& color : colors)
+    sum += color[channel], squares += color[channel] * color[channel];
+  const double n = static_cast<double>(colors.size());
+  return std::sqrt(std::max(0.0, squares / n - sum / n * sum / n));
+}
+
+TEST(Tissue, EachIsAnAlbedoThatALightMayFallOn) {
+  for (const Tissue tissue : kTissues) {
+    for (const Vector3f& color : patch_of(tissue)) {
+      ASSERT_TRUE(color.allFinite());
+      ASSERT_GT(color.minCoeff(), 0);
+      ASSERT_LE(color.maxCoeff(), 1);
+    }
+  }
+}
+
+// Vessels and mottles of one patch move the median by less than a third.
+TEST(Tissue, TheMedianOfAPatchIsItsAlbedo) {
+  for (const Tissue tissue : kTissues) {
+    const std::vector<Vector3f> colors = patch_of(tissue);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(median(colors, c) / tissue_look(tissue).albedo[c], 1, 0.33)
+          << "tissue " << static_cast<int>(tissue) << " channel " << c;
+  }
+}
+
+// Of the frame that the albedo comes from: 13 %, 28 % and 27 % of the mean; a patch of 80 mm may
+// have a half more or less.
+TEST(Tissue, LiverVariesAsTheLiverOfAFrameDoes) {
+  const std::vector<Vector3f> colors = patch_of(Tissue::liver);
+  EXPECT_NEAR(deviation(colors, 0) / 0.170, 0.16, 0.08);
+  EXPECT_NEAR(deviation(colors, 1) / 0.036, 0.28, 0.14);
+  EXPECT_NEAR(deviation(colors, 2) / 0.037, 0.27, 0.14);
+}
+
+TEST(Tissue, VesselsShowOnAboutTheirShareAsThinLines) {
+  TissueLook look = tissue_look(Tissue::silicone);
+  look.mottle = 0;
+  look.tint.setZero();
+  look.grain.setZero();
+  look.large = {Vector3f(0, 0, 0), 10, 0.5, 1, 1};  // everywhere, black
+  const TissueAlbedo albedo(look);
+  int dark = 0, count = 0;
+  for (double y = 0; y < 120; y += 0.2)
+    for (double x = 0; x < 120; x += 0.2, ++count)
+      dark += albedo.at({x, y, 7.7}, Vector3d::UnitZ()).x() < 0.5f * look.albedo.x();
+  const double share = double(dark) / count;
+  // Zero lines of noise whose cells are 10 mm are about 0.1…0.2 mm long per mm².
+  EXPECT_GT(share, 0.02);
+  EXPECT_LT(share, 0.16);
+}
+
+TEST(Tissue, TheNamedMaterialIsAlbedoTimesItsLight) {
+  Material material;
+  material.tissue = Tissue::kidney;
+  const auto color = make_material_color(material);
+  const Vector3d point(3, 1, 4), normal = Vector3d(0.2, -0.5, 0.7).normalized();
+  std::vector<Vector3f> colors;
+  color->shade({point}, {normal}, {{}}, colors);
+  const Lighting lighting = material.lighting();
+  const Vector3f albedo = TissueAlbedo(tissue_look(Tissue::kidney)).at(point, normal);
+  EXPECT_LT((colors[0] - albedo.cwiseProduct(lighting.diffuse(normal).cast<float>())).norm(), 1e-6);
+  EXPECT_TRUE(lighting.scope);
+  EXPECT_FALSE(lighting.gloss.empty());
+}
+
+TEST(Tissue, ThePlainMaterialKeepsItsLightOfTheWorldAlone) {
+  const Lighting lighting = Material().lighting();
+  EXPECT_FALSE(lighting.scope);
+  EXPECT_TRUE(lighting.gloss.empty());
+}
+
+TEST(Tissue, WhatIsOfThePlainMaterialIsRefusedBesideATissuesName) {
+  const auto refused = [](auto change) {
+    Material material;
+    material.tissue = Tissue::liver;
+    EXPECT_NO_THROW(material.check());
+    change(material);
+    EXPECT_THROW(material.check(), UsageError);
+  };
+  refused([](Material& m) { m.albedo = {0.1f, 0.2f, 0.3f}; });
+  refused([](Material& m) { m.variation = 0.5f; });
+  refused([](Material& m) { m.feature_mm = 3; });
+}
+
+}  // namespace
+}  // namespace organbake
