@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "dicom/dicom_contours.h"
+
 #include <tbb/parallel_for.h>
 
 #include <Eigen/Geometry>
@@ -10,7 +12,6 @@
 #include "dicom/contour_mask.h"
 #include "dicom/contour_region.h"
 #include "dicom/dicom_document.h"
-#include "dicom/dicom_masks.h"
 #include "grid/affine_grid.h"
 #include "labels/mask_labels.h"
 #include "organbake/core/error.h"

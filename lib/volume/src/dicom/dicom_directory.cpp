@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "dicom/dicom_structure.h"
 #include "files/header_text.h"
 #include "organbake/core/error.h"
 #include "organbake/formats/vtk_error_log.h"

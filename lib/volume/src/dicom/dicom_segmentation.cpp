@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "dicom/dicom_segmentation.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -6,7 +8,6 @@
 
 #include "dicom/dicom_codestream.h"
 #include "dicom/dicom_document.h"
-#include "dicom/dicom_masks.h"
 #include "files/byte_stream.h"
 #include "grid/affine_grid.h"
 #include "labels/mask_labels.h"

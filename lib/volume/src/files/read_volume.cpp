@@ -6,8 +6,10 @@
 #include <cstring>
 #include <string_view>
 
+#include "dicom/dicom_contours.h"
 #include "dicom/dicom_masks.h"
 #include "dicom/dicom_reader.h"
+#include "dicom/dicom_segmentation.h"
 #include "files/byte_stream.h"
 #include "files/header_text.h"
 #include "files/metaimage_reader.h"
