@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <ctime>
 #include <mutex>
 
 namespace organbake {
@@ -19,21 +20,27 @@ namespace {
 
 thread_local WorkMeter* metering = nullptr;
 
-double ms_between(std::chrono::steady_clock::time_point from,
-                  std::chrono::steady_clock::time_point to) {
-  return std::chrono::duration<double, std::milli>(to - from).count();
+// Of this thread.
+double processor_ms() {
+  timespec now{};
+#ifndef ORGANBAKE_NO_THREADS
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+#else
+  clock_gettime(CLOCK_MONOTONIC, &now);
+#endif
+  return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
 }
 
 }  // namespace
 
-WorkMeter::WorkMeter() : outer_(std::exchange(metering, this)), start_(Clock::now()) {}
+WorkMeter::WorkMeter() : outer_(std::exchange(metering, this)), start_ms_(processor_ms()) {}
 WorkMeter::~WorkMeter() { metering = outer_; }
 
 WorkSpan WorkMeter::lap() {
-  const Clock::time_point now = Clock::now();
-  const double alone_ms = ms_between(start_, now) - std::exchange(loops_ms_, 0);
+  const double now_ms = processor_ms();
+  const double alone_ms = now_ms - start_ms_ - std::exchange(loops_ms_, 0);
   const WorkSpan loops = std::exchange(loops_, {});
-  start_ = now;
+  start_ms_ = now_ms;
   return {alone_ms + loops.work_ms, alone_ms + loops.span_ms};
 }
 
@@ -42,13 +49,13 @@ WorkSpan WorkMeter::lap() {
 class MeteredPieces {
  public:
   MeteredPieces() : meter_(metering) {
-    if (meter_) start_ = WorkMeter::Clock::now();
+    if (meter_) start_ms_ = processor_ms();
   }
   ~MeteredPieces() {
     if (!meter_) return;
     meter_->loops_.work_ms += sum_.work_ms;
     meter_->loops_.span_ms += sum_.span_ms;
-    meter_->loops_ms_ += ms_between(start_, WorkMeter::Clock::now());
+    meter_->loops_ms_ += processor_ms() - start_ms_;
   }
   MeteredPieces(const MeteredPieces&) = delete;
   MeteredPieces& operator=(const MeteredPieces&) = delete;
@@ -67,7 +74,7 @@ class MeteredPieces {
 
  private:
   WorkMeter* const meter_;
-  WorkMeter::Clock::time_point start_;
+  double start_ms_ = 0;
   std::mutex mutex_;
   WorkSpan sum_;
 };

@@ -11,6 +11,7 @@
 #include "light/lattice_normals.h"
 #include "light/relit_skin.h"
 #include "organbake/core/error.h"
+#include "organbake/core/parallel.h"
 #include "organbake/warp/cover_mask.h"
 #include "organbake/warp/light_meter.h"
 #include "picture/phase_clock.h"
@@ -85,7 +86,8 @@ struct Warper::Impl {
   VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
   void place_base(const View& view, const TileGrid& grid, const ViewWeights& weights,
                   VisibilitySummary& visibility);
-  void light_faces(const View& view, const DrawOptions& options,
+  double meter_light(const View& view, const DrawOptions& options) const;
+  void light_faces(const View& view, const DrawOptions& options, double reference_mm,
                    const VisibilitySummary& visibility);
   void draw_tiles(const View& view, const TileGrid& grid, const DrawOptions& options,
                   const Background& background, Frame& frame, DrawReport& report);
@@ -149,13 +151,15 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   place_faces(view, options, continued);
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
-  place_base(view, grid, report.weights, visibility);
-  light_faces(view, options, visibility);
+  double reference_mm = 0;
+  parallel_both([&] { place_base(view, grid, report.weights, visibility); },
+                [&] { reference_mm = meter_light(view, options); });
+  light_faces(view, options, reference_mm, visibility);
   clock.lap(report.times.base, report.critical_path.base);
   draw_tiles(view, grid, options, background, frame, report);
   tiles.count(clock.lap(), report);
-  report.sample_pixels = count_cover(frame, visibility.box, Cover::samples);
-  report.base_pixels = count_cover(frame, visibility.box, Cover::base);
+  parallel_both([&] { report.sample_pixels = count_cover(frame, visibility.box, Cover::samples); },
+                [&] { report.base_pixels = count_cover(frame, visibility.box, Cover::base); });
   clock.lap(report.times.fill, report.critical_path.fill);
   post_process.apply(view, options, visibility.box, depth, kStepTexels * report.texel_mm, frame,
                      report);
@@ -170,8 +174,12 @@ ViewWeights Warper::Impl::choose_cameras(const View& view) {
 }
 
 void Warper::Impl::place_faces(const View& view, const DrawOptions& options, bool continued) {
-  faces.place(shell, view, continued);
-  if (options.light != DrawnLight::baked) faces.add_moved(relit->turn(shell.matrices()));
+  std::vector<std::uint8_t> turned;
+  parallel_both([&] { faces.place(shell, view, continued); },
+                [&] {
+                  if (options.light != DrawnLight::baked) turned = relit->turn(shell.matrices());
+                });
+  if (!turned.empty()) faces.add_moved(turned);
   dirty_cells.reset(view.camera.intrinsics.width, view.camera.intrinsics.height, !continued);
 }
 
@@ -188,17 +196,20 @@ void Warper::Impl::place_base(const View& view, const TileGrid& grid, const View
   base.place(faces, may_have_gaps, weights, view, grid, dirty_cells, visibility);
 }
 
-void Warper::Impl::light_faces(const View& view, const DrawOptions& options,
+// The range of full exposure of the light at the scope.
+double Warper::Impl::meter_light(const View& view, const DrawOptions& options) const {
+  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
+    return options.scope_reference_mm;
+  LightMeter meter(scope.value_or(ScopeLight()), view);
+  meter.add(shell.shell().proxy());
+  return meter.reference_mm();
+}
+
+void Warper::Impl::light_faces(const View& view, const DrawOptions& options, double reference_mm,
                                const VisibilitySummary& visibility) {
   if (options.light == DrawnLight::world) relit->light_faces(view, visibility.shown);
-  if (options.light != DrawnLight::scope) return;
-  double reference_mm = options.scope_reference_mm;
-  if (!(reference_mm > 0)) {
-    LightMeter meter(scope.value_or(ScopeLight()), view);
-    meter.add(shell.shell().proxy());
-    reference_mm = meter.reference_mm();
-  }
-  relit->light_faces_from_scope(view, reference_mm, visibility.shown);
+  if (options.light == DrawnLight::scope)
+    relit->light_faces_from_scope(view, reference_mm, visibility.shown);
 }
 
 // Those tiles, or parts of them, in which something moved.

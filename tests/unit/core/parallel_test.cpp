@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <cstdlib>
 #include <numeric>
 #include <stdexcept>
@@ -68,12 +67,15 @@ TEST(Parallel, AsManyThreadsAsAreAllowed) {
   EXPECT_EQ(allowed_threads(), 2);
 }
 
-void wait_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+// Takes so much processor time, at least: no test asks how much more.
+void work_for(double ms) {
+  WorkMeter meter;
+  while (ms > 0) ms -= meter.lap().work_ms;
+}
 
-// Waits are at least as long as asked for, and no test asks how much longer.
 TEST(WorkMeter, ALoopIsTheSumOfItsPiecesAndTheLongestOfThem) {
   WorkMeter meter;
-  parallel_for(0, 8, [](int i) { wait_ms(i == 3 ? 40 : 5); });
+  parallel_for(0, 8, [](int i) { work_for(i == 3 ? 40 : 5); });
   const WorkSpan loop = meter.lap();
   EXPECT_GE(loop.work_ms, 75);
   EXPECT_GE(loop.span_ms, 40);
@@ -82,11 +84,11 @@ TEST(WorkMeter, ALoopIsTheSumOfItsPiecesAndTheLongestOfThem) {
 
 TEST(WorkMeter, WhatIsDoneAloneCountsAsBoth) {
   WorkMeter meter;
-  wait_ms(5);
+  work_for(5);
   const WorkSpan alone = meter.lap();
   EXPECT_GE(alone.work_ms, 5);
   EXPECT_EQ(alone.work_ms, alone.span_ms);
-  parallel_in_order(4, [](std::size_t) { wait_ms(5); });
+  parallel_in_order(4, [](std::size_t) { work_for(5); });
   const WorkSpan loop = meter.lap();
   EXPECT_GE(loop.work_ms, 20);
   EXPECT_LT(loop.span_ms, loop.work_ms);
@@ -94,7 +96,7 @@ TEST(WorkMeter, WhatIsDoneAloneCountsAsBoth) {
 
 TEST(WorkMeter, SeesLoopsWithinLoops) {
   WorkMeter meter;
-  parallel_for(0, 1, [](int) { parallel_for(0, 4, [](int) { wait_ms(5); }); });
+  parallel_for(0, 1, [](int) { parallel_for(0, 4, [](int) { work_for(5); }); });
   const WorkSpan loops = meter.lap();
   EXPECT_GE(loops.work_ms, 20);
   EXPECT_GE(loops.span_ms, 5);

@@ -219,7 +219,7 @@ void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t
 // Pieces of the blocks at once, their choices one after the other.
 void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
                          const View& view) {
-  constexpr std::size_t kPiece = 1024;
+  constexpr std::size_t kPiece = 256;
   chosen_of_piece_.resize((blocks_.size() + kPiece - 1) / kPiece);
   parallel_for(std::size_t{0}, chosen_of_piece_.size(), [&](std::size_t piece) {
     const std::size_t first = piece * kPiece, last = std::min(first + kPiece, blocks_.size());
@@ -259,6 +259,7 @@ void BaseDrawing::choose_piece(std::size_t first, std::size_t last, const Placed
 void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const View& view,
                        const OpenPixels& open, BaseTile& tile) const {
   const Chosen& chosen = chosen_[number];
+  if (intersected(chosen.box, tile.box).empty()) return;  // another part's
   const bool fills = chosen.fills_gaps && open.any(chosen.box);
   if (!chosen.weighs && !fills) return;
   const Block& block = blocks_[chosen.block];

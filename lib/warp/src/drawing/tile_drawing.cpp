@@ -5,7 +5,6 @@
 
 #include "drawing/pixel_key.h"
 #include "light/sparse_shading.h"
-#include "organbake/core/stopwatch.h"
 #include "picture/phase_clock.h"
 
 namespace organbake {
@@ -114,9 +113,9 @@ int TileDrawing::draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth,
   });
   const std::span<TilePart> parts = plan_.parts();
   parallel_in_order(parts.size(), [&](std::size_t i) {
-    Stopwatch watch;
+    WorkMeter meter;
     draw_part(parts[i], depth, frame);
-    parts[i].took_ms = watch.lap();
+    parts[i].took_ms = meter.lap().work_ms;
   });
   plan_.learn();
   return plan_.tile_count();

@@ -9,7 +9,7 @@ namespace {
 
 // So many parts for each thread leave none idle for long at the end; more would place too many
 // samples twice, for both of the parts that their chunk touches.
-constexpr int kPartsPerThread = 3;
+constexpr int kPartsPerThread = 2;
 // Fewer items tell little of what one costs.
 constexpr std::size_t kTellingItems = 64;
 // Cuts lie where groups of pixels and rows end that are lit, or looked through, together.

@@ -79,41 +79,46 @@ bool is_step(int before, int first, int second, int after) {
 }  // namespace
 
 void FrontEdges::find(const CoverMask& skin) {
-  skin_ = &skin;
-  const std::size_t words = skin.words();
-  const PixelBox& box = skin.box();
-  for (auto& planes : planes_)
-    for (auto& plane : planes) plane.assign(words * std::max(0, box.height()), 0);
-  for_each_row([&](int y) {
-    const std::size_t at = std::size_t(y - box.y0) * words;
-    const bool last = y + 1 == box.y1;
-    for (int word = 0; word < skin.words(); ++word) {
-      const std::uint64_t here = skin.skin(y)[word], open = skin.open(y)[word];
-      planes_[row][first][at + word] = here & skin.left_of(skin.open(y), word);
-      planes_[row][second][at + word] = open & skin.left_of(skin.skin(y), word);
-      if (last) continue;
-      planes_[column][first][at + word] = here & skin.open(y + 1)[word];
-      planes_[column][second][at + word] = open & skin.skin(y + 1)[word];
-    }
-  });
+  find_rows(skin, [](int) {});
 }
 
 void FrontEdges::find(const CoverMask& skin, const SkinDepth& depth, float deeper_mm) {
-  find(skin);
   const float levels = std::min(deeper_mm / depth.level_mm(), float{SkinDepth::kFarthest});
   const auto deeper = static_cast<Level>(std::max(1L, std::lround(levels)));
-  for_each_row([&](int y) {
+  find_rows(skin, [&](int y) {
     find_steps(depth, deeper, row, y);
     if (y + 1 < skin.box().y1) find_steps(depth, deeper, column, y);
   });
 }
 
-// Rows write to bits of their own.
-template <class Visit>
-void FrontEdges::for_each_row(const Visit& visit) const {
-  parallel_pieces(skin_->box().y0, skin_->box().y1, kEdgeGrain, [&](int y, int last) {
-    for (; y < last; ++y) visit(y);
+// Each row has bits of its own; add_steps(y) adds to them.
+template <class AddSteps>
+void FrontEdges::find_rows(const CoverMask& skin, const AddSteps& add_steps) {
+  skin_ = &skin;
+  const PixelBox& box = skin.box();
+  const std::size_t words = skin.words(), all = words * std::max(0, box.height());
+  for (auto& planes : planes_)
+    for (auto& plane : planes) plane.resize(all);
+  parallel_pieces(box.y0, box.y1, kEdgeGrain, [&](int y, int last) {
+    for (; y < last; ++y) {
+      find_borders(y);
+      add_steps(y);
+    }
   });
+}
+
+// Of the background.
+void FrontEdges::find_borders(int y) {
+  const CoverMask& skin = *skin_;
+  const std::size_t at = std::size_t(y - skin.box().y0) * skin.words();
+  const bool last = y + 1 == skin.box().y1;
+  for (int word = 0; word < skin.words(); ++word) {
+    const std::uint64_t here = skin.skin(y)[word], open = skin.open(y)[word];
+    planes_[row][first][at + word] = here & skin.left_of(skin.open(y), word);
+    planes_[row][second][at + word] = open & skin.left_of(skin.skin(y), word);
+    planes_[column][first][at + word] = last ? 0 : here & skin.open(y + 1)[word];
+    planes_[column][second][at + word] = last ? 0 : open & skin.skin(y + 1)[word];
+  }
 }
 
 void FrontEdges::find_steps(const SkinDepth& depth, Level deeper, Along along, int y) {

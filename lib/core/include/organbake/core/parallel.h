@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -56,6 +55,12 @@ void parallel_in_order(std::size_t count, const Body& body) {
       &body);
 }
 
+// Both, at once or one after the other.
+template <class One, class Other>
+void parallel_both(const One& one, const Other& other) {
+  parallel_for(0, 2, [&](int i) { i == 0 ? one() : other(); });
+}
+
 // How many threads may work at once, the caller's included.
 int allowed_threads();
 
@@ -88,7 +93,8 @@ struct WorkSpan {
 
 // Counts both for what its thread does while it lives, whatever number of threads take part: a
 // parallel loop counts as the sum of its pieces, and as the longest of them. Its loops are then cut
-// into all the pieces that they can be. Meters nest; the innermost one counts.
+// into all the pieces that they can be. In processor time, so that a busy machine tells the same as
+// a quiet one. Meters nest; the innermost one counts.
 class WorkMeter {
  public:
   WorkMeter();
@@ -101,12 +107,11 @@ class WorkMeter {
 
  private:
   friend class MeteredPieces;
-  using Clock = std::chrono::steady_clock;
 
   WorkMeter* outer_;
-  Clock::time_point start_;
+  double start_ms_;
   WorkSpan loops_;       // of the parallel loops since then
-  double loops_ms_ = 0;  // that passed meanwhile
+  double loops_ms_ = 0;  // that this thread took part in them
 };
 
 // One value for each thread that asks for its own, kept from one use to the next.

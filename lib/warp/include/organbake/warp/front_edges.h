@@ -42,8 +42,9 @@ class FrontEdges {
   }
 
  private:
-  template <class Visit>
-  void for_each_row(const Visit& visit) const;
+  template <class AddSteps>
+  void find_rows(const CoverMask& skin, const AddSteps& add_steps);
+  void find_borders(int y);
   void find_steps(const SkinDepth& depth, SkinDepth::Level deeper, Along along, int y);
 
   const CoverMask* skin_ = nullptr;
