@@ -43,8 +43,11 @@ std::vector<std::optional<RigidTransform>> pose_frames(const ClipTracks& clip,
   for (std::size_t view = 0; view < view_frames.size(); ++view)
     if (scene.is_posed(view)) posed.push_back(view);
   if (posed.empty()) return poses;
+  // Features reach some frames beyond the outermost views.
+  constexpr std::size_t kBeyond = 10;
   const std::size_t first = view_frames[posed.front()], last = view_frames[posed.back()];
-  parallel_for(first, last + 1, [&](std::size_t frame) {
+  const std::size_t begin = first - std::min(first, kBeyond);
+  parallel_for(begin, std::min(clip.frames, last + 1 + kBeyond), [&](std::size_t frame) {
     const auto distance = [&](std::size_t view) {
       return view_frames[view] > frame ? view_frames[view] - frame : frame - view_frames[view];
     };

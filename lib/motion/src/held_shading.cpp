@@ -115,7 +115,7 @@ class HeldFit {
   ShadedImage shaded(const PreparedFrame& frame) const {
     ShadedImage image{frame.intensity, Plane(rays_.width, rays_.height, 1), frame.diffuse, rays_};
     // Glow and sharpening reach round highlights.
-    const int rim = std::max(1, rays_.width / 320);
+    const int rim = std::max(1, rays_.width / 128);
     image.inside = without(image.inside, dilated(frame.highlights, rim));
     std::vector<float> values;
     for (std::size_t k = 0; k < image.inside.size(); ++k) {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "posed_frame.h"
 
+#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "organbake/geometry/camera.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/local_pattern.h"
+#include "organbake/shading/masks.h"
 #include "organbake/shading/prepared_frame.h"
 #include "organbake/shading/undistort.h"
 
@@ -32,7 +34,10 @@ PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int hal
     small = half_size(small);
   }
   PosedFrame posed{{"", pinhole_of(small), camera_from_world}, {}, {}};
-  posed.counts = of_size(frame.usable, small.width, small.height);
+  // The glow round a highlight moves with it, and would be matched behind the surface.
+  constexpr int kGlow = 213;  // of the width one such part
+  posed.counts = eroded(of_size(frame.usable, small.width, small.height),
+                        std::max(1, small.width / kGlow));
   if (small.has_distortion()) {
     picture.color = undistorted(picture.color, small, posed.camera.intrinsics);
     posed.counts = undistorted(posed.counts, small, posed.camera.intrinsics);
