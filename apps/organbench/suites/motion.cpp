@@ -9,8 +9,6 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/image/exr_reader.h"
-#include "organbake/pipelines/stage.h"
-#include "suites/motion_video.h"
 
 namespace organbake {
 namespace {
@@ -114,16 +112,9 @@ void promise_motion_of_phantom(Bench& bench) {
   promise_clip(bench, {"clip sideways", "slide", {"--path", "slide"}, true, 0.5, 1.0, 90});
 }
 
-void run_motion_suite(Bench& bench) {
-  if (!find_stage("motion"))
-    return bench.skip("motion", "this organbake has no stage of that name");
-  promise_motion_of_phantom(bench);
-  promise_motion_of_video(bench);
-}
-
-const RegisteredSuite kMotion(
-    {"motion", "a moving scope's clip to poses, depth and a surface: truth, and COLMAP beside it",
-     run_motion_suite});
+const RegisteredPart kMotion(
+    "motion", promise_motion_of_phantom,
+    "a moving scope's clip to poses, depth and a surface: truth, and COLMAP beside it");
 
 }  // namespace
 }  // namespace organbake

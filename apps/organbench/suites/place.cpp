@@ -111,8 +111,8 @@ void run_place(Bench& bench) {
   for (const NamedSurface& surface : surfaces(bench)) sweep(bench, surface);
 }
 
-const RegisteredSuite kPlace(
-    {"place", "surface to cameras: candidates and samples against coverage and count", run_place});
+const RegisteredPart kPlace(
+    "place", run_place, "surface to cameras: candidates and samples against coverage and count");
 
 }  // namespace
 }  // namespace organbake

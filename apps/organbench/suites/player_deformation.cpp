@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "suites/player_deformation.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -145,8 +143,6 @@ void promise_skin_bake(Bench& bench, const TriangleMesh& organ) {
   }
 }
 
-}  // namespace
-
 void promise_deformation(Bench& bench) {
   const TriangleMesh organ = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
   sweep_iterations(bench, organ);
@@ -157,4 +153,7 @@ void promise_deformation(Bench& bench) {
   promise_skin_bake(bench, bench.quick() ? OrganPhantom({}).surface(6) : organ);
 }
 
+const RegisteredPart kPlayerDeformation("player", promise_deformation);
+
+}  // namespace
 }  // namespace organbake

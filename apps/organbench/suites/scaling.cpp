@@ -202,9 +202,9 @@ void run_scaling(Bench& bench) {
   });
 }
 
-const RegisteredSuite kScaling(
-    {"scaling", "time against work: the exponent of every stage's main size, and threads",
-     run_scaling});
+const RegisteredPart kScaling(
+    "scaling", run_scaling,
+    "time against work: the exponent of every stage's main size, and threads");
 
 }  // namespace
 }  // namespace organbake

@@ -50,18 +50,14 @@ void skip_baking(Bench& bench) {
                [&] { baker.bake(skipping); }, 30});
   // Every round asks for a number of faces that the cache has not seen yet.
   int faces = 80;
-  const auto asked = [&] {
-    return std::vector<std::string>{"--set", "decimate.faces=" + std::to_string(faces)};
-  };
+  const auto with_faces = [&] { return "decimate.faces=" + std::to_string(faces); };
   save(bench, {"another number of faces",
                [&] {
-                 auto arguments = asked();
-                 arguments.push_back("--force");
-                 baker.bake(whole, arguments);
+                 baker.bake(whole, {"--force", "--set", with_faces()});
                },
                [&] {
                  faces += 2;  // a closed mesh has an even number
-                 baker.bake(skipping, asked());
+                 baker.bake(skipping, {"--set", with_faces()});
                }});
 }
 
@@ -131,9 +127,9 @@ void run_skip(Bench& bench) {
   skip_pixels(bench, bench.scratch() / "whole");
 }
 
-const RegisteredSuite kSkip(
-    {"skip", "what a scene does not need: the time of everything against that of skipping",
-     run_skip});
+const RegisteredPart kSkip(
+    "skip", run_skip,
+    "what a scene does not need: the time of everything against that of skipping");
 
 }  // namespace
 }  // namespace organbake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "capture_scene.h"
+#include "measuring/capture_scene.h"
 
 #include "organbake/decimate/decimate.h"
 #include "organbake/phantom/phantom.h"
@@ -7,15 +7,21 @@
 
 namespace organbake {
 
-CaptureScene capture_scene(int cameras, int map_size) {
+CaptureScene capture_scene(int cameras, int map_size, int subdivisions) {
   CaptureScene scene;
-  scene.surface = OrganPhantom({}).surface(6);
+  scene.surface = OrganPhantom({}).surface(subdivisions);
   scene.proxy = decimate(scene.surface, {}).proxy;
   PlacementOptions options;
   options.count = cameras;
   options.map_size = map_size;
   scene.cameras = place_cameras(scene.surface, options).cameras;
   return scene;
+}
+
+std::filesystem::path empty_folder(const std::filesystem::path& folder) {
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
 }
 
 }  // namespace organbake
