@@ -11,10 +11,7 @@ CaptureScene capture_scene(int cameras, int map_size, int subdivisions) {
   CaptureScene scene;
   scene.surface = OrganPhantom({}).surface(subdivisions);
   scene.proxy = decimate(scene.surface, {}).proxy;
-  PlacementOptions options;
-  options.count = cameras;
-  options.map_size = map_size;
-  scene.cameras = place_cameras(scene.surface, options).cameras;
+  scene.cameras = place_cameras(scene.surface, {.count = cameras, .map_size = map_size}).cameras;
   return scene;
 }
 

@@ -190,9 +190,7 @@ Rgb8Image distance_picture(TriangleMesh surface, const TriangleMesh& proxy, cons
 void show_methods(Bench& bench, const TriangleMesh& surface) {
   bench.now("pictures of distances");
   constexpr double kWhiteShare = 0.02;  // of the diagonal
-  PlacementOptions four;
-  four.count = 4;
-  const Placement placed = place_cameras(surface, four);
+  const Placement placed = place_cameras(surface, {.count = 4});
   const View view = orbit_view({placed.cameras, {}, placed.manifold}, {0.4, 0.2}, 320, 320);
   const double white_mm = kWhiteShare * bounds(surface).diagonal();
   std::vector<Rgb8Image> pictures;

@@ -27,7 +27,7 @@ fs::path clip_of(const Bench& bench, const Promise& promise) {
   std::vector<std::string> options = promise.phantom;
   if (bench.quick())
     options.insert(options.end(),
-                   {"--frames", "60", "--frame-width", "640", "--frame-height", "360"});
+                   {"--frames", "60", "--frame-width-px", "640", "--frame-height-px", "360"});
   return make_motion_clip(bench.scratch() / promise.name, options, bench.context());
 }
 
@@ -104,8 +104,8 @@ void promise_clip(Bench& bench, const Promise& promise) {
 // Clips of the phantom with their truth: path, depth, area seen.
 void promise_motion_of_phantom(Bench& bench) {
   const std::vector<std::string> tour = {"--path", "tour", "--no-instrument"};
-  const std::vector<std::string> hard = {"--path",    "tour", "--breathing", "3",
-                                         "--blurred", "0.1",  "--bit-rate",  "4"};
+  const std::vector<std::string> hard = {"--path",    "tour", "--breathing-mm",        "3",
+                                         "--blurred", "0.1",  "--bit-rate-mbit-per-s", "4"};
   promise_clip(bench, {"tour, lens given", "tour", tour, true, 0.5, 1.0, 90});
   promise_clip(bench, {"tour, lens unknown", "tour", tour, false, 1.0, 1.5, 90});
   promise_clip(bench, {"breathing, instrument, blur, H.264", "hard", hard, true, 1.5, 2.5, 80});

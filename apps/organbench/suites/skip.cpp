@@ -34,11 +34,12 @@ void save(Bench& bench, const SkipScene& scene) {
 
 // Smaller ones take no longer than the programs take to start, which nothing can skip.
 std::string skip_recipe(bool quick) {
-  return organ_recipe("what is skipped",
-                      quick ? "phantom: {photos: 2, photo_size: 64, size: [64, 64, 32]}\n"
-                              "place: {count: 6, size: 256}\nquality: draft\n"
-                            : "phantom: {photos: 8, photo_size: 512, size: [128, 128, 64]}\n"
-                              "place: {count: 6, size: 512}\n");
+  return organ_recipe(
+      "what is skipped",
+      quick ? "phantom: {photos: 2, photo_size_px: 64, size_voxels: [64, 64, 32]}\n"
+              "place: {count: 6, size_px: 256}\nquality: draft\n"
+            : "phantom: {photos: 8, photo_size_px: 512, size_voxels: [128, 128, 64]}\n"
+              "place: {count: 6, size_px: 512}\n");
 }
 
 // Leaves a bundle in the folder "whole".
