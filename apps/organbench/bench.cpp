@@ -21,7 +21,13 @@ std::map<std::string, Suite>& suites_by_name() {
 
 }  // namespace
 
-RegisteredSuite::RegisteredSuite(const Suite& suite) { suites_by_name()[suite.name] = suite; }
+RegisteredPart::RegisteredPart(const std::string& name, void (*run)(Bench&),
+                               const std::string& summary) {
+  Suite& suite = suites_by_name()[name];
+  suite.name = name;
+  suite.parts.push_back(run);
+  if (!summary.empty()) suite.summary = summary;
+}
 
 std::vector<Suite> all_suites() {
   std::vector<Suite> suites;

@@ -81,17 +81,17 @@ class Bench {
   SuiteResult result_;
 };
 
-// A suite is one file of suites/, which registers it: it sweeps a knob that trades time for error,
-// with peers on the same input in the same run, and adds a figure for every promise.
+// A suite sweeps knobs that trade time for error, with peers on the same input in the same run, and
+// adds a figure for every promise.
 struct Suite {
-  const char* name;
-  const char* summary;
-  void (*run)(Bench&);
+  std::string name, summary;
+  std::vector<void (*)(Bench&)> parts;
 };
 
-// What a suite's file has one of, constant and in its unnamed namespace.
-struct RegisteredSuite {
-  explicit RegisteredSuite(const Suite& suite);
+// A part of a suite is one file of suites/, which has one of these, constant and in its unnamed
+// namespace; one of a suite's parts gives its summary.
+struct RegisteredPart {
+  RegisteredPart(const std::string& suite, void (*run)(Bench&), const std::string& summary = {});
 };
 // In the order of their names.
 std::vector<Suite> all_suites();

@@ -37,7 +37,7 @@ void run_here(const Suite& suite, const BenchOptions& options, const RunContext&
   Bench bench(options, context,
               [&](const SuiteResult& result) { write_line(fd, nlohmann::json(result).dump()); });
   try {
-    suite.run(bench);
+    for (const auto part : suite.parts) part(bench);
   } catch (const std::exception& error) {
     bench.fail(error.what());
   }

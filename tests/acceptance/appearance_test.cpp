@@ -88,10 +88,10 @@ void add_distance(const std::string& what, std::vector<TissueAppearancePart> par
   double sum = 0;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const double times = parts[k].distance / std::max(real[k].distance, kLeast);
-    expect(Figure{what + ": " + parts[k].name, "× two real frames", times, kMost});
+    expect({what + ": " + parts[k].name, "× two real frames", times, kMost});
     sum += std::min(times, kMost);
   }
-  expect(Figure{what, "× two real frames", sum / static_cast<double>(parts.size()), target});
+  expect({what, "× two real frames", sum / static_cast<double>(parts.size()), target});
 }
 
 Rgb8Image side_by_side(const Rgb8Image& a, const Rgb8Image& b) {
@@ -104,8 +104,8 @@ Rgb8Image side_by_side(const Rgb8Image& a, const Rgb8Image& b) {
 
 // As liver.yaml bakes it.
 constexpr const char* kLiver =
-    "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth: 1.5, largest: 1}\n"
-    "decimate: {faces: 300}\nmechanics: {young_modulus: 10}\nplace: {count: 12}\n";
+    "schema: organbake/recipe/1\nname: liver\nisosurface: {smooth_mm: 1.5, largest: 1}\n"
+    "decimate: {faces: 300}\nmechanics: {young_modulus_kpa: 10}\nplace: {count: 12}\n";
 
 void measure_look(const std::string& look, const std::string& capture,
                   const std::vector<TissuePicture>& real, double target) {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture_scene.h"
+#include "measuring/capture_scene.h"
 #include "organbake/capture/camera_rays.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/photo_view.h"
@@ -263,8 +263,8 @@ TEST(CaptureColor, OfAnOccluderBleedsOnNothing) {
   const auto count = std::count_if(probes.begin(), probes.end(), [&](const ColorProbe& probe) {
     return probe.baked[2] - probe.truth[2] > bled;
   });
-  expect(Figure{"texels with a tenth of an occluder's colour, of " + std::to_string(probes.size()),
-                "", static_cast<double>(count), 0});
+  expect({"texels with a tenth of an occluder's colour, of " + std::to_string(probes.size()), "",
+          static_cast<double>(count), 0});
 }
 
 }  // namespace

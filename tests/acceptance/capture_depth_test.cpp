@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture_scene.h"
 #include "exact_depth.h"
+#include "measuring/capture_scene.h"
 #include "measuring/error_measures.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/smooth_normals.h"

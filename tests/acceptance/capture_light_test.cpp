@@ -82,13 +82,13 @@ TEST(CaptureLight, OfAPokedPhantomIsThatOfItsTruth) {
     const PokedErrors errors = errors_of_poke(surface, phantom, player, size_px, share);
     const std::string scene_name =
         "poked by " + std::to_string(static_cast<int>(100 * share)) + " %: ";
-    expect(Figure{scene_name + "lit anew, against the phantom in the same light", "dB",
-                  errors.relit_db, 0, Figure::Goal::at_least});
-    expect(Figure{scene_name + "lit anew above the light that was baked", "dB",
-                  errors.relit_db - errors.baked_db, 3, Figure::Goal::at_least});
+    expect({scene_name + "lit anew, against the phantom in the same light", "dB", errors.relit_db,
+            0, Figure::Goal::at_least});
+    expect({scene_name + "lit anew above the light that was baked", "dB",
+            errors.relit_db - errors.baked_db, 3, Figure::Goal::at_least});
     const PokedErrors prisms = errors_of_poke(surface, phantom, in_prisms, size_px, share);
-    expect(Figure{scene_name + "lit anew over the smooth skin above prisms, each by its own truth",
-                  "dB", errors.relit_db - prisms.relit_db, 3, Figure::Goal::at_least});
+    expect({scene_name + "lit anew over the smooth skin above prisms, each by its own truth", "dB",
+            errors.relit_db - prisms.relit_db, 3, Figure::Goal::at_least});
   }
 }
 

@@ -82,8 +82,8 @@ TEST(Fusion, OfNoisyDepthMapsIsNearTheSurface) {
     const FusedSurface fused = fuse_views(noisy_views(phantom, scene, off), {.refine = off});
     const auto [rms_mm, color_db] = off_truth(fused.mesh, truth, scene);
     const std::string what = "12 depth maps with 2 % noise, " + poses;
-    expect(Figure{what + ": surface, RMS", "mm", rms_mm, off ? 0.6 : 0.3});
-    expect(Figure{what + ": colour", "dB", color_db, 30, Figure::Goal::at_least});
+    expect({what + ": surface, RMS", "mm", rms_mm, off ? 0.6 : 0.3});
+    expect({what + ": colour", "dB", color_db, 30, Figure::Goal::at_least});
   }
 }
 

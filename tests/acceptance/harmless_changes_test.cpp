@@ -124,10 +124,10 @@ void add_figures(const std::string& what, const std::vector<Rgb8Image>& frames, 
     worst.mean = std::max(worst.mean, of_change.mean);
     worst.p99 = std::max(worst.p99, of_change.p99);
   }
-  expect(Figure{what + ": mean, worst frame and change", "%", worst.mean,
-                promised ? kMostMean : kReportedOnly});
-  expect(Figure{what + ": 99th percentile, worst frame and change", "%", worst.p99,
-                promised ? kMostP99 : kReportedOnly});
+  expect({what + ": mean, worst frame and change", "%", worst.mean,
+          promised ? kMostMean : kReportedOnly});
+  expect({what + ": 99th percentile, worst frame and change", "%", worst.p99,
+          promised ? kMostP99 : kReportedOnly});
 }
 
 std::vector<Rgb8Image> real_frames() {

@@ -109,9 +109,9 @@ TEST(InnerOutlines, OfLobesAreSmooth) {
   }
   const std::string scene = "lobes before an organ, two pixels to each side of their outlines, " +
                             std::to_string(views) + " views: PSNR against 16 rays a pixel, mean";
-  expect(Figure{scene, "dB", smooth_db / std::max(1, views), 0, Figure::Goal::at_least});
-  expect(Figure{scene + ", above one sample a pixel", "dB", gain_db / std::max(1, views), 4,
-                Figure::Goal::at_least});
+  expect({scene, "dB", smooth_db / std::max(1, views), 0, Figure::Goal::at_least});
+  expect({scene + ", above one sample a pixel", "dB", gain_db / std::max(1, views), 4,
+          Figure::Goal::at_least});
 }
 
 }  // namespace

@@ -109,45 +109,45 @@ TEST(PaperTable, IsReachedByEightyFaces) {
   Loaded ours(bundles.folder({80, "fitted", map_size}));
   const ComparisonTable fitted_table = compare_with_truth(ours.player, ours.surface, options);
   const Summary s = summary_of(fitted_table);
-  expect(Figure{scene + ": projection error, mean", "px", s.mean_px, 0.10});
-  expect(Figure{scene + ": projection error, largest", "px", s.max_px, 0.5});
-  expect(Figure{scene + ": polygons' mean error / image-based", "×", s.polygons_mean_px / s.mean_px,
-                kPaperPolygonsMean_px / kPaperMean_px, Figure::Goal::at_least});
+  expect({scene + ": projection error, mean", "px", s.mean_px, 0.10});
+  expect({scene + ": projection error, largest", "px", s.max_px, 0.5});
+  expect({scene + ": polygons' mean error / image-based", "×", s.polygons_mean_px / s.mean_px,
+          kPaperPolygonsMean_px / kPaperMean_px, Figure::Goal::at_least});
   // A sample stands in a whole pixel: 0.38 px by rounding alone.
   constexpr double kDisplayed_px = 0.45;
-  expect(Figure{scene + ": displayed error, mean: the sample that a pixel was drawn from", "px",
-                s.displayed_sample_px, kDisplayed_px});
-  expect(Figure{scene + ": displayed error, mean: the point whose colour a pixel has", "px",
-                s.displayed_px, kDisplayed_px});
-  expect(Figure{scene + ": the paper's own warp's displayed error / ours", "×",
-                s.displayed_paper_px / s.displayed_px, 1, Figure::Goal::at_least});
-  expect(Figure{scene + ": polygons' displayed error / ours", "×",
-                s.displayed_polygons_px / s.displayed_px, 1, Figure::Goal::at_least});
-  expect(Figure{scene + ": holes after the fill", "px", double(s.holes), 0});
-  expect(Figure{scene + ": holes before the fill, inside the truth", "%",
-                100.0 * double(s.holes_before_fill) / double(s.inner_pixels), 0.05});
+  expect({scene + ": displayed error, mean: the sample that a pixel was drawn from", "px",
+          s.displayed_sample_px, kDisplayed_px});
+  expect({scene + ": displayed error, mean: the point whose colour a pixel has", "px",
+          s.displayed_px, kDisplayed_px});
+  expect({scene + ": the paper's own warp's displayed error / ours", "×",
+          s.displayed_paper_px / s.displayed_px, 1, Figure::Goal::at_least});
+  expect({scene + ": polygons' displayed error / ours", "×",
+          s.displayed_polygons_px / s.displayed_px, 1, Figure::Goal::at_least});
+  expect({scene + ": holes after the fill", "px", double(s.holes), 0});
+  expect({scene + ": holes before the fill, inside the truth", "%",
+          100.0 * double(s.holes_before_fill) / double(s.inner_pixels), 0.05});
   // The prototype's least; the design's ceiling for these maps is 39.2 dB.
-  expect(Figure{scene + ": PSNR against 16 rays a pixel, least", "dB", s.least_psnr_db, 37.7,
-                Figure::Goal::at_least});
+  expect({scene + ": PSNR against 16 rays a pixel, least", "dB", s.least_psnr_db, 37.7,
+          Figure::Goal::at_least});
   // The ideal takes one sample a pixel; smoothed as ours, it is the harder one.
-  expect(Figure{scene + ": PSNR of the ideal resampler, least", "dB", s.least_ideal_db, 0,
-                Figure::Goal::at_least});
-  expect(Figure{scene + ": PSNR of the ideal resampler with a smooth outline, least", "dB",
-                s.least_smooth_ideal_db, 0, Figure::Goal::at_least});
-  expect(Figure{scene + ": PSNR below the ideal resampler's, most", "dB", s.below_ideal_db, 1.5});
-  expect(Figure{scene + ": PSNR below the ideal resampler's with a smooth outline, most", "dB",
-                s.below_smooth_ideal_db, 1.5});
-  expect(Figure{scene + ": PSNR above the paper's own warp, least", "dB", s.gain_over_paper_db, 0,
-                Figure::Goal::at_least});
-  expect(Figure{scene + ": SSIM, least", "", s.least_ssim, 0.975, Figure::Goal::at_least});
+  expect({scene + ": PSNR of the ideal resampler, least", "dB", s.least_ideal_db, 0,
+          Figure::Goal::at_least});
+  expect({scene + ": PSNR of the ideal resampler with a smooth outline, least", "dB",
+          s.least_smooth_ideal_db, 0, Figure::Goal::at_least});
+  expect({scene + ": PSNR below the ideal resampler's, most", "dB", s.below_ideal_db, 1.5});
+  expect({scene + ": PSNR below the ideal resampler's with a smooth outline, most", "dB",
+          s.below_smooth_ideal_db, 1.5});
+  expect({scene + ": PSNR above the paper's own warp, least", "dB", s.gain_over_paper_db, 0,
+          Figure::Goal::at_least});
+  expect({scene + ": SSIM, least", "", s.least_ssim, 0.975, Figure::Goal::at_least});
 
   Loaded naive(bundles.folder({80, "cluster", map_size}));
   const ComparisonTable naive_table = compare_with_truth(naive.player, naive.surface, options);
   const Summary n = summary_of(naive_table);
   report_rows(fitted_table, naive_table);
-  expect(Figure{"naive proxy, the same: projection error, mean", "px", n.mean_px, kPaperMean_px});
-  expect(Figure{"naive proxy, the same: polygons, mean", "px", n.polygons_mean_px,
-                kPaperPolygonsMean_px});
+  expect({"naive proxy, the same: projection error, mean", "px", n.mean_px, kPaperMean_px});
+  expect(
+      {"naive proxy, the same: polygons, mean", "px", n.polygons_mean_px, kPaperPolygonsMean_px});
 }
 
 // The eye goes round in steps of 0.1°: what jumps in the frames and not in the truth.
@@ -175,9 +175,9 @@ TEST(PaperTable, JumpsNowhereBetweenItsViews) {
     before = frame.color;
     truth_before = std::move(now);
   }
-  expect(Figure{std::to_string(steps) + " steps of 0.1°: largest jump beyond the truth's, of "
-                                        "the full scale",
-                "%", 100 * largest / 255, 1});
+  expect({std::to_string(steps) + " steps of 0.1°: largest jump beyond the truth's, of "
+                                  "the full scale",
+          "%", 100 * largest / 255, 1});
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "organbake/player/player.h"
 #include "organbake/viewpoints/placement.h"
 #include "probes.h"
+#include "promises.h"
 
 namespace organbake {
 namespace {

@@ -27,4 +27,12 @@ std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise)
 // test's name and this one with .png; nowhere when it names none.
 void show(const Rgb8Image& picture, const std::string& name);
 
+// Places in which two sequences of one length are not the same.
+template <class Sequence>
+double count_different(const Sequence& a, const Sequence& b) {
+  double count = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) count += a[k] != b[k];
+  return count;
+}
+
 }  // namespace organbake

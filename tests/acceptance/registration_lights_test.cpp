@@ -57,22 +57,22 @@ TEST(RegistrationLights, OfFourKindsLeaveItRight) {
   const Tally exact = of_whole_organs(organs, poses, 1);
   const std::string what = "four kinds of light × " + std::to_string(poses) + " poses of " +
                            std::to_string(organs.organs().size()) + " organs";
-  expect(Figure{what + ": right (mTRE ≤ 1 mm)", "%", exact.percent(exact.right, exact.cases), 95,
-                Figure::Goal::at_least});
-  expect(Figure{what + ": right ones that are ok", "%",
-                exact.percent(exact.right_and_ok, exact.right), 95, Figure::Goal::at_least});
-  expect(Figure{what + ": wrong ones that are ok", "", double(exact.false_ok), 0});
-  expect(Figure{what + ": exact lens called wrong", "%",
-                exact.percent(exact.focal_alarms, exact.cases), 2});
+  expect({what + ": right (mTRE ≤ 1 mm)", "%", exact.percent(exact.right, exact.cases), 95,
+          Figure::Goal::at_least});
+  expect({what + ": right ones that are ok", "%", exact.percent(exact.right_and_ok, exact.right),
+          95, Figure::Goal::at_least});
+  expect({what + ": wrong ones that are ok", "", double(exact.false_ok), 0});
+  expect(
+      {what + ": exact lens called wrong", "%", exact.percent(exact.focal_alarms, exact.cases), 2});
   if (exact.right > 0)
-    expect(Figure{what + ": mTRE of right ones, median", "mm",
-                  spread_of(exact.right_mtre_mm).median, 0.15});
+    expect(
+        {what + ": mTRE of right ones, median", "mm", spread_of(exact.right_mtre_mm).median, 0.15});
   const Tally wrong = of_whole_organs(organs, poses, 1.2);
-  expect(Figure{what + ", lens 20 % off: not ok", "%", wrong.percent(wrong.not_ok, wrong.cases), 95,
-                Figure::Goal::at_least});
+  expect({what + ", lens 20 % off: not ok", "%", wrong.percent(wrong.not_ok, wrong.cases), 95,
+          Figure::Goal::at_least});
   const Tally slightly = of_whole_organs(organs, cases(3, 50), 1.1);
-  expect(Figure{what + ", lens 10 % off: not ok", "%",
-                slightly.percent(slightly.not_ok, slightly.cases), 0, Figure::Goal::at_least});
+  expect({what + ", lens 10 % off: not ok", "%", slightly.percent(slightly.not_ok, slightly.cases),
+          0, Figure::Goal::at_least});
 }
 
 TEST(RegistrationLights, OfOpenPatchesLeaveItRight) {
@@ -87,9 +87,9 @@ TEST(RegistrationLights, OfOpenPatchesLeaveItRight) {
     if (i == 0) show(draw_overlay(*made.patch, made.photo.image, found, {}), "An open patch");
   }
   const std::string what = std::to_string(count) + " open patches from 10 mm / 8°";
-  expect(Figure{what + ": mTRE ≤ 1 mm", "%", tally.percent(tally.right, tally.cases), 80,
-                Figure::Goal::at_least});
-  expect(Figure{what + ": wrong ones that are ok", "", double(tally.false_ok), 0});
+  expect({what + ": mTRE ≤ 1 mm", "%", tally.percent(tally.right, tally.cases), 80,
+          Figure::Goal::at_least});
+  expect({what + ": wrong ones that are ok", "", double(tally.false_ok), 0});
 }
 
 }  // namespace

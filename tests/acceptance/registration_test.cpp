@@ -74,16 +74,16 @@ TEST(Registration, IsExactUnderALampAtTheLens) {
   const Errors clean = run(scenes, starts, false);
   const std::string what = "phantom, 2 % noise, gain and offset" + of_cases(starts.count);
   const double mtre = spread_of(clean.mtre_mm).median;
-  expect(Figure{what + ": mTRE, median", "mm", mtre, 0.05});
+  expect({what + ": mTRE, median", "mm", mtre, 0.05});
   expect(
       Figure{what + ": reprojection, median", "px", spread_of(clean.reprojection_px).median, 0.1});
-  expect(Figure{what + ": verdict ok", "%", clean.share_ok(), 95, Figure::Goal::at_least});
+  expect({what + ": verdict ok", "%", clean.share_ok(), 95, Figure::Goal::at_least});
   show_worst(scenes, clean, what);
 
   const Errors hard = run(scenes, starts, true);
   const std::string harder = "the same with vignette, albedo, highlights" + of_cases(starts.count);
-  expect(Figure{harder + ": mTRE, median", "mm", spread_of(hard.mtre_mm).median, 0.3});
-  expect(Figure{harder + ": verdict ok", "%", hard.share_ok(), 95, Figure::Goal::at_least});
+  expect({harder + ": mTRE, median", "mm", spread_of(hard.mtre_mm).median, 0.3});
+  expect({harder + ": verdict ok", "%", hard.share_ok(), 95, Figure::Goal::at_least});
   show_worst(scenes, hard, harder);
 }
 
@@ -107,17 +107,16 @@ TEST(Registration, ReachesFarStarts) {
   const LampScenes scenes(1024, 8, PhotographedSurface::formula);
   const Starts far{cases(12, 40), 30, 20};
   const Errors reached = run(scenes, far, false);
-  expect(Figure{"starts up to 30 mm / 20°" + of_cases(far.count) + ": mTRE ≤ 1 mm", "%",
-                reached.share_below(1), 95, Figure::Goal::at_least});
+  expect({"starts up to 30 mm / 20°" + of_cases(far.count) + ": mTRE ≤ 1 mm", "%",
+          reached.share_below(1), 95, Figure::Goal::at_least});
   const Starts none{cases(8, 50), 0, 0};
   const Errors found = run(scenes, none, false);
-  expect(Figure{"no start" + of_cases(none.count) + ": mTRE ≤ 1 mm", "%", found.share_below(1), 95,
-                Figure::Goal::at_least});
+  expect({"no start" + of_cases(none.count) + ": mTRE ≤ 1 mm", "%", found.share_below(1), 95,
+          Figure::Goal::at_least});
   const Starts near{cases(8, 24), 10, 10};
   const Errors covered = run(scenes, near, false, true);
-  expect(Figure{
-      "instrument over 20 % of the organ, unmasked" + of_cases(near.count) + ": mTRE, median", "mm",
-      spread_of(covered.mtre_mm).median, 0.5});
+  expect({"instrument over 20 % of the organ, unmasked" + of_cases(near.count) + ": mTRE, median",
+          "mm", spread_of(covered.mtre_mm).median, 0.5});
 }
 
 // Another organ, the mirrored mesh, a start out of reach, a wrong lens: each from a start and,
@@ -148,7 +147,7 @@ TEST(Registration, CallsNothingWrongOk) {
     const bool right = out_of_reach && scenes.mtre_mm(camera, found.camera.camera_from_world) < 1;
     false_ok += found.quality.verdict == Verdict::ok && !right;
   }
-  expect(Figure{"wrong cases called ok, of " + std::to_string(count), "", double(false_ok), 0});
+  expect({"wrong cases called ok, of " + std::to_string(count), "", double(false_ok), 0});
 }
 
 Eigen::Matrix4d read_matrix(const fs::path& path) {
@@ -184,8 +183,8 @@ TEST(Registration, OfTheRenderedLiverFindsItsPose) {
     worst_deg = std::max(worst_deg, turn.angle() * 180 / std::numbers::pi);
   }
   const std::string what = "rendered liver, starts 20 mm / 15° off" + of_cases(count);
-  expect(Figure{what + ": worst mTRE", "mm", worst_mm, 1});
-  expect(Figure{what + ": worst angle", "°", worst_deg, 0.5});
+  expect({what + ": worst mTRE", "mm", worst_mm, 1});
+  expect({what + ": worst angle", "°", worst_deg, 0.5});
 }
 
 }  // namespace

@@ -89,10 +89,10 @@ TEST(Relit, LaparoscopyIsNearerTheTruthThanItsKeptLight) {
     drawing.scope_reference_mm = albedo.reference_mm;
     relit_db += error_db(relit, drawing, view, truth) / 5;
   }
-  expect(Figure{"laparoscopy from 5 views 20° aside: lit anew by the scope", "dB", relit_db, 0,
-                Figure::Goal::at_least});
-  expect(Figure{"laparoscopy from 5 views 20° aside: lit anew above the light kept", "dB",
-                relit_db - kept_db, 6, Figure::Goal::at_least});
+  expect({"laparoscopy from 5 views 20° aside: lit anew by the scope", "dB", relit_db, 0,
+          Figure::Goal::at_least});
+  expect({"laparoscopy from 5 views 20° aside: lit anew above the light kept", "dB",
+          relit_db - kept_db, 6, Figure::Goal::at_least});
 }
 
 }  // namespace

@@ -153,8 +153,8 @@ TEST(SkinDents, AreNearerTheTruthThanPrisms) {
       const double in_prisms = error_percent(prism, pokes), in_skin = error_percent(smooth, pokes);
       const std::string scene =
           name + ", dents of " + to_text(sigma_mm) + " mm: the surface's RMS error";
-      expect(Figure{scene + " in prisms", "% of the dent's", in_prisms, 100});
-      expect(Figure{scene + " in the skin", "% of the dent's", in_skin, target * in_prisms});
+      expect({scene + " in prisms", "% of the dent's", in_prisms, 100});
+      expect({scene + " in the skin", "% of the dent's", in_skin, target * in_prisms});
     }
     const BoundPoints all_in_prism(surface.vertices, ShellSurface(proxy)),
         all_in_skin(surface.vertices, ShellSurface(proxy, skin));
@@ -162,10 +162,10 @@ TEST(SkinDents, AreNearerTheTruthThanPrisms) {
     const std::string bends = name + ", dents of 24 mm: bent beyond the truth along the proxy's " +
                               "edges, 99 of 100 by less than";
     constexpr double kMost_deg = 3, kReported_deg = 180;
-    expect(Figure{bends + ", in prisms", "°", bend_beyond_truth_deg(surface, all_in_prism, deep),
-                  kReported_deg});
-    expect(Figure{bends + ", in the skin", "°", bend_beyond_truth_deg(surface, all_in_skin, deep),
-                  kMost_deg});
+    expect({bends + ", in prisms", "°", bend_beyond_truth_deg(surface, all_in_prism, deep),
+            kReported_deg});
+    expect({bends + ", in the skin", "°", bend_beyond_truth_deg(surface, all_in_skin, deep),
+            kMost_deg});
   }
 }
 

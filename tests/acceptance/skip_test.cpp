@@ -40,8 +40,8 @@ struct Skip : testing::Test {
   Baker baker{folder.path(),
               {},
               organ_recipe("what is skipped",
-                           "phantom: {photos: 8, photo_size: 512, size: [128, 128, 64]}\n"
-                           "place: {count: 6, size: 512}\n")};
+                           "phantom: {photos: 8, photo_size_px: 512, size_voxels: [128, 128, 64]}\n"
+                           "place: {count: 6, size_px: 512}\n")};
   fs::path whole = folder.path() / "whole", skipping = folder.path() / "skipping";
 };
 
@@ -77,7 +77,7 @@ TEST_F(Skip, OfViewsOutsideAConeSavesCameras) {
                                           "--set", "place.candidates=512",
                                           "--set", "place.samples=2048"};
   std::vector<std::string> inside = cover;
-  inside.insert(inside.end(), {"--set", "place.cone_angle=0.5235987755982988"});
+  inside.insert(inside.end(), {"--set", "place.cone_angle_deg=30"});
   baker.bake(whole, cover);
   baker.bake(skipping, inside);
   const auto saved = [](double all, double part) { return 100 * (1 - part / all); };

@@ -75,10 +75,10 @@ void promise_converged(const TriangleMesh& proxy, const MechanicsModel& model,
     linear.push_back((held_shape(proxy, model, load, {60, 1200}) - truth).norm() / truth.norm());
   }
   const std::string what = "finite elements, " + name + ": ";
-  expect(Figure{what + "shape 2 s after a dead load of 10 mm from the converged one, median", "%",
-                100 * median(early), 1});
-  expect(Figure{what + "shape under a dead load of 0.1 mm from linear FEM's, median", "%",
-                100 * median(linear), 1});
+  expect({what + "shape 2 s after a dead load of 10 mm from the converged one, median", "%",
+          100 * median(early), 1});
+  expect({what + "shape under a dead load of 0.1 mm from linear FEM's, median", "%",
+          100 * median(linear), 1});
 }
 
 TEST(Statics, OfElementsAndSpringsAreNearLinearOnes) {
@@ -94,8 +94,8 @@ TEST(Statics, OfElementsAndSpringsAreNearLinearOnes) {
   promise_converged(proxy, model, loads.fitted, name);
   const SpringFitReport fit = fit_springs_to_fem(proxy, model);
   const std::string what = "springs fitted to linear FEM, " + name + ": shape under ";
-  expect(Figure{what + "the dead loads of the fit, median error", "%", 100 * fit.fitted, 10});
-  expect(Figure{what + "dead loads held out, median error", "%", 100 * fit.held_out, 25});
+  expect({what + "the dead loads of the fit, median error", "%", 100 * fit.fitted, 10});
+  expect({what + "dead loads held out, median error", "%", 100 * fit.held_out, 25});
 }
 
 }  // namespace

@@ -109,13 +109,13 @@ TEST(Tracking, FollowsAClipThroughInstrumentsAndBlindFrames) {
     if (ok && i > frames / 2 && after_blind < 0) after_blind = i - frames / 2 - 2;
   }
   const std::string what = "a clip of " + std::to_string(frames) + " frames, 2 mm and 2° a frame";
-  expect(Figure{what + ": mTRE of ok ones, median", "mm",
-                errors_mm.empty() ? 1e9 : spread_of(errors_mm).median, 0.3});
-  expect(Figure{what + ": ok", "%", 100.0 * static_cast<double>(errors_mm.size()) / seen, 90,
-                Figure::Goal::at_least});
-  expect(Figure{what + ": wrong or blind frames called ok", "", double(wrong_ok + blind_ok), 0});
-  expect(Figure{what + ": frames after five blind ones until it is found", "",
-                after_blind < 0 ? 1e9 : double(after_blind), 10});
+  expect({what + ": mTRE of ok ones, median", "mm",
+          errors_mm.empty() ? 1e9 : spread_of(errors_mm).median, 0.3});
+  expect({what + ": ok", "%", 100.0 * static_cast<double>(errors_mm.size()) / seen, 90,
+          Figure::Goal::at_least});
+  expect({what + ": wrong or blind frames called ok", "", double(wrong_ok + blind_ok), 0});
+  expect({what + ": frames after five blind ones until it is found", "",
+          after_blind < 0 ? 1e9 : double(after_blind), 10});
 }
 
 }  // namespace

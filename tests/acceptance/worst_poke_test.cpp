@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <optional>
 
 #include "measuring/player_bundles.h"
@@ -17,6 +19,14 @@ namespace organbake {
 namespace {
 
 constexpr double kWhite_levels = 48;  // of 255: most errors are edges of the texture
+
+// The largest of a pixel's three differences, in levels of 8 bits. Both have one size.
+Rgb8Image heat_map_of(const Rgb8Image& a, const Rgb8Image& b, double scale_levels) {
+  std::vector<double> levels(a.pixels.size() / 3);
+  for (std::size_t i = 0; i < a.pixels.size(); ++i)
+    levels[i / 3] = std::max<double>(levels[i / 3], std::abs(a.pixels[i] - b.pixels[i]));
+  return heat_map(levels, a.width, scale_levels);
+}
 
 struct PokedView {
   double angle_rad = 0, psnr_db = 0;

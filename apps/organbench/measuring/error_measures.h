@@ -28,12 +28,4 @@ Rgb8Image with_noise(Rgb8Image image, std::uint64_t seed);
 Ray texel_ray(const PosedCamera& camera, std::size_t texel);
 Eigen::Vector3d texel_point(const PosedCamera& camera, std::size_t texel, double depth_mm);
 
-// Places in which two sequences of one length are not the same.
-template <class Sequence>
-double count_different(const Sequence& a, const Sequence& b) {
-  double count = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) count += a[k] != b[k];
-  return count;
-}
-
 }  // namespace organbake

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "organbake/image/srgb.h"
 
@@ -25,13 +24,6 @@ Rgb8Image heat_map(const std::vector<double>& values, int width, double scale) {
     for (int c = 0; c < 3; ++c) image.pixels[3 * i + c] = srgb8_from_linear(color[c]);
   }
   return image;
-}
-
-Rgb8Image heat_map_of(const Rgb8Image& a, const Rgb8Image& b, double scale_levels) {
-  std::vector<double> levels(a.pixels.size() / 3);
-  for (std::size_t i = 0; i < a.pixels.size(); ++i)
-    levels[i / 3] = std::max<double>(levels[i / 3], std::abs(a.pixels[i] - b.pixels[i]));
-  return heat_map(levels, a.width, scale_levels);
 }
 
 }  // namespace organbake

@@ -15,7 +15,5 @@ Eigen::Vector3f heat_color(double share_of_scale);
 
 // One value per pixel, row-major; `scale` is what is drawn white.
 Rgb8Image heat_map(const std::vector<double>& values, int width, double scale);
-// The largest of a pixel's three differences, in levels of 8 bits. Both have one size.
-Rgb8Image heat_map_of(const Rgb8Image& a, const Rgb8Image& b, double scale_levels);
 
 }  // namespace organbake

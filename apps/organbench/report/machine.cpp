@@ -29,14 +29,8 @@ std::string memory() {
   return std::to_string(int(bytes / kBytesPerGb + 0.5)) + " GB";
 }
 
-std::string openmesh() {
-  return std::to_string((OM_VERSION & 0xF0000) >> 16) + "." +
-         std::to_string((OM_VERSION & 0xFF00) >> 8);
-}
-
-std::string meshoptimizer() {
-  const int version = MESHOPTIMIZER_VERSION;  // 1000 × major + 10 × minor + patch
-  return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+std::string version(int major, int minor) {
+  return std::to_string(major) + "." + std::to_string(minor);
 }
 
 }  // namespace
@@ -50,8 +44,9 @@ std::map<std::string, std::string> describe_machine() {
       {"organbake", ORGANBAKE_VERSION},
       {"VTK", VTK_VERSION},
       {"CGAL", CGAL_VERSION_STR},
-      {"OpenMesh", openmesh()},
-      {"meshoptimizer", meshoptimizer()},
+      {"OpenMesh", version((OM_VERSION & 0xF0000) >> 16, (OM_VERSION & 0xFF00) >> 8)},
+      // 1000 × major + 10 × minor + patch
+      {"meshoptimizer", version(MESHOPTIMIZER_VERSION / 1000, MESHOPTIMIZER_VERSION % 1000 / 10)},
       {"Embree", RTC_VERSION_STRING},
       {"Eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) +
                     "." + std::to_string(EIGEN_MINOR_VERSION)}};

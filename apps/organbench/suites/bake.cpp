@@ -112,10 +112,9 @@ void run_bake(Bench& bench) {
   sweep_map_sizes(bench, scene);
 }
 
-const RegisteredSuite kBake(
-    {"bake",
-     "a whole CT to a bundle: draft, standard, fine and what lies between, against the picture",
-     run_bake});
+const RegisteredPart kBake(
+    "bake", run_bake,
+    "a whole CT to a bundle: draft, standard, fine and what lies between, against the picture");
 
 }  // namespace
 }  // namespace organbake

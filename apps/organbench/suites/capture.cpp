@@ -2,34 +2,25 @@
 #include <tbb/parallel_for.h>
 
 #include "bench.h"
+#include "measuring/capture_scene.h"
 #include "measuring/error_measures.h"
 #include "measuring/material_picture.h"
 #include "organbake/bundle/map_files.h"
 #include "organbake/capture/capture.h"
-#include "organbake/decimate/decimate.h"
 #include "organbake/geometry/shell_binder.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/image/srgb.h"
-#include "organbake/phantom/phantom.h"
-#include "organbake/viewpoints/placement.h"
 #include "peers/embree_depth.h"
 #include "peers/openexr_writer.h"
-#include "suites/capture_maps.h"
 
 namespace organbake {
 namespace fs = std::filesystem;
 
 namespace {
 
-CaptureScenario capture_scenario(const Bench& bench, int cameras, int map_size) {
-  CaptureScenario scene;
-  scene.surface = OrganPhantom({}).surface(bench.quick() ? 5 : 6, bench.context());
-  scene.proxy = decimate(scene.surface, {}, bench.context()).proxy;
-  PlacementOptions options;
-  options.count = cameras;
-  options.map_size = map_size;
-  scene.cameras = place_cameras(scene.surface, options, bench.context()).cameras;
-  return scene;
+CaptureScene scene_of(const Bench& bench, int cameras, int map_size) {
+  bench.now("preparing the phantom, its proxy and cameras");
+  return capture_scene(cameras, map_size, bench.quick() ? 5 : 6);
 }
 
 // What OpenEXR gets to write, made beforehand.
@@ -38,7 +29,7 @@ struct ReadyImage {
   ChannelImage image;
 };
 
-std::vector<ReadyImage> ready_images(const CaptureResult& captured, const CaptureScenario& scene,
+std::vector<ReadyImage> ready_images(const CaptureResult& captured, const CaptureScene& scene,
                                      const fs::path& folder) {
   std::vector<ReadyImage> images;
   images.push_back({folder / "base.exr", base_layer_to_image(captured.base)});
@@ -54,7 +45,7 @@ std::vector<ReadyImage> ready_images(const CaptureResult& captured, const Captur
 }
 
 std::vector<Eigen::Vector3d> stored_points(const CaptureResult& captured,
-                                           const CaptureScenario& scene) {
+                                           const CaptureScene& scene) {
   std::vector<Eigen::Vector3d> points;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     const CameraMaps& maps = captured.maps[c];
@@ -66,7 +57,7 @@ std::vector<Eigen::Vector3d> stored_points(const CaptureResult& captured,
   return points;
 }
 
-void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureScenario& scene) {
+void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureScene& scene) {
   bench.now("binding");
   std::vector<Eigen::Vector3d> points = stored_points(captured, scene);
   constexpr std::size_t kMost = 1'000'000;
@@ -84,14 +75,13 @@ void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureS
 
 void promise_capture_time(Bench& bench) {
   const int cameras = bench.quick() ? 4 : 16, size = bench.quick() ? 256 : 1024;
-  bench.now("preparing the phantom, its proxy and cameras");
-  const CaptureScenario scene = capture_scenario(bench, cameras, size);
+  const CaptureScene scene = scene_of(bench, cameras, size);
   const auto color = make_vertex_color(scene.surface);
   CaptureOptions options;
   options.rays_per_texel_side = 1;
   CaptureResult captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
   const std::vector<ReadyImage> images =
-      ready_images(captured, scene, new_folder(bench.scratch() / "openexr"));
+      ready_images(captured, scene, empty_folder(bench.scratch() / "openexr"));
   const EmbreeDepth embree(scene.surface);
   std::vector<std::vector<float>> depths_mm;
 
@@ -100,7 +90,7 @@ void promise_capture_time(Bench& bench) {
   const std::vector<Timing> timings = bench.time(
       {[&] {
          captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options);
-         write_map_files(new_folder(bench.scratch() / "ours"), captured.maps, scene.cameras,
+         write_map_files(empty_folder(bench.scratch() / "ours"), captured.maps, scene.cameras,
                          captured.base);
        },
        [&] { captured = capture(scene.surface, scene.proxy, scene.cameras, *color, options); },
@@ -136,7 +126,7 @@ double map_error_levels(const CameraMaps& map, const MaterialPicture& truth) {
 }
 
 // Run time against error: rays through a texel.
-void sweep_rays(Bench& bench, const CaptureScenario& scene) {
+void sweep_rays(Bench& bench, const CaptureScene& scene) {
   const MaterialTruth material(scene.surface);
   std::vector<MaterialPicture> truths;
   for (const PosedCamera& camera : scene.cameras) truths.push_back(material.draw(camera));
@@ -161,13 +151,12 @@ void sweep_rays(Bench& bench, const CaptureScenario& scene) {
 
 void run_capture(Bench& bench) {
   promise_capture_time(bench);
-  sweep_packings(bench, capture_scenario(bench, 8, bench.quick() ? 256 : 1024));
-  sweep_rays(bench, capture_scenario(bench, 8, bench.quick() ? 128 : 512));
+  sweep_rays(bench, scene_of(bench, 8, bench.quick() ? 128 : 512));
 }
 
-const RegisteredSuite kCapture(
-    {"capture", "surface and photos to maps: rays and packing against error, time and size",
-     run_capture});
+const RegisteredPart kCapture(
+    "capture", run_capture,
+    "surface and photos to maps: rays and packing against error, time and size");
 
 }  // namespace
 }  // namespace organbake

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "suites/capture_maps.h"
-
 #include <cmath>
 
 #include "bench.h"
+#include "measuring/capture_scene.h"
 #include "measuring/error_measures.h"
 #include "organbake/bundle/map_files.h"
 #include "organbake/capture/capture.h"
@@ -22,7 +21,7 @@ struct SplitError {
 };
 
 SplitError split_error(const fs::path& folder, const CaptureResult& captured,
-                       const CaptureScenario& scene) {
+                       const CaptureScene& scene) {
   const std::vector<ShellMatrix> shells = shell_matrices(scene.proxy);
   SplitError error;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
@@ -70,7 +69,7 @@ const NamedPacking kPackings[] = {
 };
 
 // Of eight photographs.
-CaptureResult photographed_maps(const Bench& bench, const CaptureScenario& scene) {
+CaptureResult photographed_maps(const Bench& bench, const CaptureScene& scene) {
   bench.now("photographing the phantom");
   OrganPhantomOptions options;
   options.photo_count = bench.quick() ? 4 : 8;
@@ -83,15 +82,8 @@ CaptureResult photographed_maps(const Bench& bench, const CaptureScenario& scene
   return capture(scene.surface, scene.proxy, scene.cameras, *color, {});
 }
 
-}  // namespace
-
-fs::path new_folder(const fs::path& folder) {
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  return folder;
-}
-
-void sweep_packings(Bench& bench, const CaptureScenario& scene) {
+void sweep_packings(Bench& bench) {
+  const CaptureScene scene = capture_scene(8, bench.quick() ? 256 : 1024, bench.quick() ? 5 : 6);
   const CaptureResult captured = photographed_maps(bench, scene);
   const std::string task = std::to_string(scene.cameras.size()) + " cameras of " +
                            std::to_string(scene.cameras.front().intrinsics.width) +
@@ -100,7 +92,7 @@ void sweep_packings(Bench& bench, const CaptureScenario& scene) {
     bench.now(std::string("packing: ") + name);
     fs::path folder;
     const Timing timing = bench.time([&] {
-      folder = new_folder(bench.scratch() / "packed");
+      folder = empty_folder(bench.scratch() / "packed");
       write_map_files(folder, captured.maps, scene.cameras, captured.base, packing);
     });
     const SplitError error = split_error(folder, captured, scene);
@@ -117,4 +109,7 @@ void sweep_packings(Bench& bench, const CaptureScenario& scene) {
   }
 }
 
+const RegisteredPart kCaptureMaps("capture", sweep_packings);
+
+}  // namespace
 }  // namespace organbake

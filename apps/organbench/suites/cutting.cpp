@@ -92,9 +92,8 @@ void run_cutting(Bench& bench) {
   promise_frames_of_cut(bench, cut, whole);
 }
 
-const RegisteredSuite kCutting({"cutting",
-                                "blades: the step in which a cut grows, and frames of what was cut",
-                                run_cutting});
+const RegisteredPart kCutting("cutting", run_cutting,
+                              "blades: the step in which a cut grows, and frames of what was cut");
 
 }  // namespace
 }  // namespace organbake

@@ -186,33 +186,22 @@ Rgb8Image distance_picture(TriangleMesh surface, const TriangleMesh& proxy, cons
   return at_rest.draw(surface.vertices, view, kGround).color;
 }
 
-// The surface seen from one side, painted by its distance to each of its proxies.
-void show_distances(Bench& bench, const TriangleMesh& surface,
-                    const std::vector<std::pair<std::string, TriangleMesh>>& proxies) {
+// The surface seen from one side, painted by its distance to each method's proxy.
+void show_methods(Bench& bench, const TriangleMesh& surface) {
   bench.now("pictures of distances");
   constexpr double kWhiteShare = 0.02;  // of the diagonal
-  PlacementOptions four;
-  four.count = 4;
-  const Placement placed = place_cameras(surface, four);
+  const Placement placed = place_cameras(surface, {.count = 4});
   const View view = orbit_view({placed.cameras, {}, placed.manifold}, {0.4, 0.2}, 320, 320);
   const double white_mm = kWhiteShare * bounds(surface).diagonal();
   std::vector<Rgb8Image> pictures;
   std::string names;
-  for (const auto& [name, proxy] : proxies) {
-    pictures.push_back(distance_picture(surface, proxy, view, white_mm));
-    names += (names.empty() ? "" : ", ") + name;
+  for (const Competitor& c : {kFitted, kLindstromTurk, kCluster}) {
+    pictures.push_back(distance_picture(surface, c.reduce(surface, 80), view, white_mm));
+    names += (names.empty() ? "" : ", ") + c.subject;
   }
   bench.show(tile_pictures(pictures, int(pictures.size()), 2),
-             "Distance from the surface to a proxy of " +
-                 std::to_string(proxies.front().second.faces.size()) + " faces: " + names +
+             "Distance from the surface to a proxy of 80 faces: " + names +
                  ". Black is none, white " + to_text(white_mm, 2) + " mm or more.");
-}
-
-void show_methods(Bench& bench, const TriangleMesh& surface) {
-  std::vector<std::pair<std::string, TriangleMesh>> proxies;
-  for (const Competitor& c : {kFitted, kLindstromTurk, kCluster})
-    proxies.push_back({c.subject, c.reduce(surface, 80)});
-  show_distances(bench, surface, proxies);
 }
 
 void sweep_faces(Bench& bench, const TriangleMesh& surface) {
@@ -236,8 +225,8 @@ void run_decimate(Bench& bench) {
   million_faces(bench, phantom.surface(8));
 }
 
-const RegisteredSuite kDecimate({"decimate", "surface to proxy: faces and method against distance",
-                                 run_decimate});
+const RegisteredPart kDecimate("decimate", run_decimate,
+                               "surface to proxy: faces and method against distance");
 
 }  // namespace
 }  // namespace organbake

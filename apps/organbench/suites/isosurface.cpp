@@ -29,46 +29,26 @@ IsosurfaceOptions at_level(double iso_hu, bool refine = false) {
   return options;
 }
 
-struct ContourMethod {
-  std::string subject;
-  bool peer;
-  std::function<TriangleMesh()> surface;
-};
-
-// All of them on one CT; `error` tells how far a mesh is from the truth.
-void compete(Bench& bench, const std::string& task, const Quantities& knobs,
-             const std::vector<ContourMethod>& competitors,
-             const std::function<double(const TriangleMesh&)>& error) {
-  bench.now(task);
-  std::vector<TriangleMesh> surfaces(competitors.size());
-  std::vector<std::function<void()>> work;
-  for (std::size_t c = 0; c < competitors.size(); ++c) {
-    work.push_back([&, c] { surfaces[c] = competitors[c].surface(); });
-  }
-  const std::vector<Timing> timings = bench.time(work);
-  for (std::size_t c = 0; c < competitors.size(); ++c) {
-    bench.add(Point{task,
-                    competitors[c].subject,
-                    competitors[c].peer,
-                    knobs,
-                    timings[c],
-                    {{"radial error, RMS", "mm", error(surfaces[c])}}});
-  }
-}
-
 void sweep_voxels(Bench& bench) {
+  const std::string task = "ball of 40 mm radius, cubic voxels";
   const std::vector<double> sizes =
       bench.quick() ? std::vector{2.0, 1.0} : std::vector{3.0, 2.0, 1.4, 1.0, 0.7, 0.5};
   for (const double size : sizes) {
+    bench.now(task);
     const Volume ct = scan_ball(kRadius_mm, Eigen::Vector3d::Constant(size));
     const double level = std::ceil(kBallHalfWay_hu) - 0.5;
-    compete(bench, "ball of 40 mm radius, cubic voxels", {{"voxel", "mm", size}},
-            {{"organbake", false,
-              [&] { return extract_isosurface(ct, at_level(kBallHalfWay_hu)).mesh; }},
-             {"organbake --refine", false,
-              [&] { return extract_isosurface(ct, at_level(kBallHalfWay_hu, true)).mesh; }},
-             {"vtkMarchingCubes", true, [&] { return vtk_marching_cubes(ct, level); }}},
-            [](const TriangleMesh& mesh) { return radial_rms_mm(mesh, kRadius_mm); });
+    TriangleMesh plain, refined, by_vtk;
+    const std::vector<Timing> timings = bench.time(std::vector<std::function<void()>>{
+        [&] { plain = extract_isosurface(ct, at_level(kBallHalfWay_hu)).mesh; },
+        [&] { refined = extract_isosurface(ct, at_level(kBallHalfWay_hu, true)).mesh; },
+        [&] { by_vtk = vtk_marching_cubes(ct, level); }});
+    const auto error = [](const TriangleMesh& mesh) {
+      return Quantities{{"radial error, RMS", "mm", radial_rms_mm(mesh, kRadius_mm)}};
+    };
+    const Quantities voxel = {{"voxel", "mm", size}};
+    bench.point(task, "organbake", timings[0], error(plain), voxel);
+    bench.point(task, "organbake --refine", timings[1], error(refined), voxel);
+    bench.peer(task, "vtkMarchingCubes", timings[2], error(by_vtk), voxel);
   }
 }
 
@@ -111,8 +91,8 @@ void run_isosurface(Bench& bench) {
   promise_time_and_memory(bench);
 }
 
-const RegisteredSuite kIsosurface({"isosurface", "CT to surface: voxel size against radial error",
-                                   run_isosurface});
+const RegisteredPart kIsosurface("isosurface", run_isosurface,
+                                 "CT to surface: voxel size against radial error");
 
 }  // namespace
 }  // namespace organbake

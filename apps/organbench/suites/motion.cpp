@@ -9,8 +9,6 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/geometry/ply.h"
 #include "organbake/image/exr_reader.h"
-#include "organbake/pipelines/stage.h"
-#include "suites/motion_video.h"
 
 namespace organbake {
 namespace {
@@ -29,7 +27,7 @@ fs::path clip_of(const Bench& bench, const Promise& promise) {
   std::vector<std::string> options = promise.phantom;
   if (bench.quick())
     options.insert(options.end(),
-                   {"--frames", "60", "--frame-width", "640", "--frame-height", "360"});
+                   {"--frames", "60", "--frame-width-px", "640", "--frame-height-px", "360"});
   return make_motion_clip(bench.scratch() / promise.name, options, bench.context());
 }
 
@@ -106,24 +104,17 @@ void promise_clip(Bench& bench, const Promise& promise) {
 // Clips of the phantom with their truth: path, depth, area seen.
 void promise_motion_of_phantom(Bench& bench) {
   const std::vector<std::string> tour = {"--path", "tour", "--no-instrument"};
-  const std::vector<std::string> hard = {"--path",    "tour", "--breathing", "3",
-                                         "--blurred", "0.1",  "--bit-rate",  "4"};
+  const std::vector<std::string> hard = {"--path",    "tour", "--breathing-mm",        "3",
+                                         "--blurred", "0.1",  "--bit-rate-mbit-per-s", "4"};
   promise_clip(bench, {"tour, lens given", "tour", tour, true, 0.5, 1.0, 90});
   promise_clip(bench, {"tour, lens unknown", "tour", tour, false, 1.0, 1.5, 90});
   promise_clip(bench, {"breathing, instrument, blur, H.264", "hard", hard, true, 1.5, 2.5, 80});
   promise_clip(bench, {"clip sideways", "slide", {"--path", "slide"}, true, 0.5, 1.0, 90});
 }
 
-void run_motion_suite(Bench& bench) {
-  if (!find_stage("motion"))
-    return bench.skip("motion", "this organbake has no stage of that name");
-  promise_motion_of_phantom(bench);
-  promise_motion_of_video(bench);
-}
-
-const RegisteredSuite kMotion(
-    {"motion", "a moving scope's clip to poses, depth and a surface: truth, and COLMAP beside it",
-     run_motion_suite});
+const RegisteredPart kMotion(
+    "motion", promise_motion_of_phantom,
+    "a moving scope's clip to poses, depth and a surface: truth, and COLMAP beside it");
 
 }  // namespace
 }  // namespace organbake

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "suites/motion_video.h"
 #include <algorithm>
-
 #include <cmath>
 #include <set>
 
@@ -179,8 +177,6 @@ void promise_beside_colmap(Bench& bench, const fs::path& video, const MotionRun&
                 ours.timing.cpu_ms.median / theirs->timing.cpu_ms.median, 0.1);
 }
 
-}  // namespace
-
 void promise_motion_of_video(Bench& bench) {
   if (bench.quick()) return;
   const fs::path video = bench.data("video/laparoscopy_720p_25fps.mp4");
@@ -196,4 +192,7 @@ void promise_motion_of_video(Bench& bench) {
   if (quality) promise_beside_colmap(bench, video, free, *quality);
 }
 
+const RegisteredPart kMotionVideo("motion", promise_motion_of_video);
+
+}  // namespace
 }  // namespace organbake

@@ -40,9 +40,7 @@ std::vector<NamedSurface> surfaces(Bench& bench) {
 }
 
 PlacementOptions covering(int candidates, int samples) {
-  PlacementOptions options;
-  options.coverage = CoverageGoal{.candidates = candidates, .samples = samples};
-  return options;
+  return {.coverage = CoverageGoal{.candidates = candidates, .samples = samples}};
 }
 
 struct PlaceOutcome {
@@ -92,9 +90,7 @@ void sweep(Bench& bench, const NamedSurface& surface) {
   std::vector<int> counts = {8, 12, 16, 24, 32, 48, found};
   std::sort(counts.begin(), counts.end());  // for the curve's sake
   for (const int count : counts) {
-    PlacementOptions even;
-    even.count = count;
-    place(bench, surface, even, "evenly spread", true);
+    place(bench, surface, {.count = count}, "evenly spread", true);
   }
   if (bench.quick() || surface.name != "phantom") return;
   for (const int candidates : {256, 512, 2048}) {
@@ -111,8 +107,8 @@ void run_place(Bench& bench) {
   for (const NamedSurface& surface : surfaces(bench)) sweep(bench, surface);
 }
 
-const RegisteredSuite kPlace(
-    {"place", "surface to cameras: candidates and samples against coverage and count", run_place});
+const RegisteredPart kPlace(
+    "place", run_place, "surface to cameras: candidates and samples against coverage and count");
 
 }  // namespace
 }  // namespace organbake

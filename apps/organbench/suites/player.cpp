@@ -8,9 +8,6 @@
 #include "organbake/pipelines/worker_process.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/truth_tracker.h"
-#include "suites/player_deformation.h"
-#include "suites/player_frames.h"
-#include "suites/player_motion.h"
 
 namespace organbake {
 namespace {
@@ -86,16 +83,13 @@ void promise_program(Bench& bench, PlayerBundles& bundles) {
 }
 
 void run_player(Bench& bench) {
-  promise_deformation(bench);
   PlayerBundles bundles(bench.scratch(), bench.context(), bench.quick());
-  promise_frames(bench, bundles);
-  promise_motion(bench, bundles);
   promise_truth(bench, bundles);
   promise_program(bench, bundles);
 }
 
-const RegisteredSuite kPlayer(
-    {"player", "poked frames: maps against image error and time, deformation, start", run_player});
+const RegisteredPart kPlayer("player", run_player,
+                             "poked frames: maps against image error and time, deformation, start");
 
 }  // namespace
 }  // namespace organbake

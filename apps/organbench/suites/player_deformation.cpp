@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "suites/player_deformation.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -49,9 +47,7 @@ class Poking {
 void promise_step(Bench& bench, const TriangleMesh& organ, std::size_t faces, double target_ms,
                   TissueSolver solver = TissueSolver::springs) {
   bench.now("deformation of a proxy of " + std::to_string(faces) + " faces");
-  DecimateOptions options;
-  options.faces = faces;
-  const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
+  const TriangleMesh proxy = decimate(organ, {.faces = faces}, bench.context()).proxy;
   const Poking poking(proxy);
   const int steps = bench.quick() ? 60 : 300;
   MechanicsOptions mechanics;
@@ -98,9 +94,7 @@ double mean_square(const std::vector<Eigen::Vector3d>& a, const std::vector<Eige
 void sweep_iterations(Bench& bench, const TriangleMesh& organ) {
   constexpr int kConverged = 64;
   bench.now("iterations of a step");
-  DecimateOptions options;
-  options.faces = 996;
-  const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
+  const TriangleMesh proxy = decimate(organ, {.faces = 996}, bench.context()).proxy;
   const MechanicsModel mechanics = make_mechanics(proxy, {});
   const Poking poking(proxy);
   const auto deformer_of = [&](int iterations) {
@@ -135,17 +129,13 @@ void promise_skin_bake(Bench& bench, const TriangleMesh& organ) {
   constexpr double kEdge_mm = 6;  // as bundles are baked
   for (const std::size_t faces : {80u, 300u, 1000u}) {
     bench.now("the smooth skin of " + std::to_string(faces) + " faces");
-    DecimateOptions options;
-    options.faces = faces;
-    const TriangleMesh proxy = decimate(organ, options, bench.context()).proxy;
+    const TriangleMesh proxy = decimate(organ, {.faces = faces}, bench.context()).proxy;
     const Timing bake =
         bench.time([&] { bake_smooth_skin(organ, proxy, kEdge_mm, bench.context()); });
     bench.at_most("the smooth skin of " + std::to_string(faces) + " faces: baked in", "ms",
                   bake.wall_ms.median, 300);
   }
 }
-
-}  // namespace
 
 void promise_deformation(Bench& bench) {
   const TriangleMesh organ = OrganPhantom({}).surface(bench.quick() ? 5 : 6);
@@ -157,4 +147,7 @@ void promise_deformation(Bench& bench) {
   promise_skin_bake(bench, bench.quick() ? OrganPhantom({}).surface(6) : organ);
 }
 
+const RegisteredPart kPlayerDeformation("player", promise_deformation);
+
+}  // namespace
 }  // namespace organbake

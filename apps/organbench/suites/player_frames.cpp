@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "suites/player_frames.h"
-
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -214,9 +212,8 @@ void promise_threads(Bench& bench, PlayerBundles& bundles, const FrameSize& size
                  gain(0) / gain(2), 0.8);
 }
 
-}  // namespace
-
-void promise_frames(Bench& bench, PlayerBundles& bundles) {
+void promise_frames(Bench& bench) {
+  PlayerBundles bundles(bench.scratch(), bench.context(), bench.quick());
   const FrameSize hd{1280, 720, 7.5}, full_hd{1920, 1080, 14.5};
   compete(bench, bundles, hd);
   if (!bench.quick()) compete(bench, bundles, full_hd);
@@ -229,4 +226,7 @@ void promise_frames(Bench& bench, PlayerBundles& bundles) {
   promise_threads(bench, bundles, hd);
 }
 
+const RegisteredPart kPlayerFrames("player", promise_frames);
+
+}  // namespace
 }  // namespace organbake

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "suites/player_motion.h"
-
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -137,12 +135,14 @@ void time_light(Bench& bench, PlayerBundles& bundles, const FrameSize& size) {
                 ms_of(timings[2]) / ms_of(timings[0]), 1.4);
 }
 
-}  // namespace
-
-void promise_motion(Bench& bench, PlayerBundles& bundles) {
+void promise_motion(Bench& bench) {
+  PlayerBundles bundles(bench.scratch(), bench.context(), bench.quick());
   const FrameSize hd{1280, 720};
   time_light(bench, bundles, hd);
   promise_partial_frames(bench, bundles, hd);
 }
 
+const RegisteredPart kPlayerMotion("player", promise_motion);
+
+}  // namespace
 }  // namespace organbake

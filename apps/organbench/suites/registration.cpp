@@ -143,9 +143,8 @@ void run_registration(Bench& bench) {
   if (bench.wants("tracking")) promise_tracking(bench, scene);
 }
 
-const RegisteredSuite kRegistration({"registration",
-                                     "photo to pose: pyramid and iterations against mTRE",
-                                     run_registration});
+const RegisteredPart kRegistration("registration", run_registration,
+                                   "photo to pose: pyramid and iterations against mTRE");
 
 }  // namespace
 }  // namespace organbake

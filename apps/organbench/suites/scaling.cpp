@@ -102,8 +102,7 @@ std::vector<Growth> face_growths(bool quick) {
     const double faces = double(surface.faces.size());
     for (const auto& [at, method] :
          {std::pair{0, DecimateMethod::fitted}, std::pair{1, DecimateMethod::quadric}}) {
-      DecimateOptions options;
-      options.method = method;
+      const DecimateOptions options{.method = method};
       growths[std::size_t(at)].loads.push_back(
           {faces, [surface, options] { decimate(surface, options); }});
     }
@@ -112,12 +111,7 @@ std::vector<Growth> face_growths(bool quick) {
   return growths;
 }
 
-PlacementOptions four_cameras(int map_size) {
-  PlacementOptions options;
-  options.count = 4;
-  options.map_size = map_size;
-  return options;
-}
+PlacementOptions four_cameras(int map_size) { return {.count = 4, .map_size = map_size}; }
 
 // Placed beforehand: what is timed is capture alone.
 std::function<void()> capture_work(const TriangleMesh& surface, const TriangleMesh& proxy,
@@ -202,9 +196,9 @@ void run_scaling(Bench& bench) {
   });
 }
 
-const RegisteredSuite kScaling(
-    {"scaling", "time against work: the exponent of every stage's main size, and threads",
-     run_scaling});
+const RegisteredPart kScaling(
+    "scaling", run_scaling,
+    "time against work: the exponent of every stage's main size, and threads");
 
 }  // namespace
 }  // namespace organbake

@@ -208,10 +208,9 @@ void run_shading(Bench& bench) {
   stereo_rates(bench);
 }
 
-const RegisteredSuite kShading(
-    {"shading",
-     "frames to depth: surfaces, noise and lights against truth, clips and eyes a second",
-     run_shading});
+const RegisteredPart kShading(
+    "shading", run_shading,
+    "frames to depth: surfaces, noise and lights against truth, clips and eyes a second");
 
 }  // namespace
 }  // namespace organbake

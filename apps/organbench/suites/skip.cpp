@@ -34,11 +34,12 @@ void save(Bench& bench, const SkipScene& scene) {
 
 // Smaller ones take no longer than the programs take to start, which nothing can skip.
 std::string skip_recipe(bool quick) {
-  return organ_recipe("what is skipped",
-                      quick ? "phantom: {photos: 2, photo_size: 64, size: [64, 64, 32]}\n"
-                              "place: {count: 6, size: 256}\nquality: draft\n"
-                            : "phantom: {photos: 8, photo_size: 512, size: [128, 128, 64]}\n"
-                              "place: {count: 6, size: 512}\n");
+  return organ_recipe(
+      "what is skipped",
+      quick ? "phantom: {photos: 2, photo_size_px: 64, size_voxels: [64, 64, 32]}\n"
+              "place: {count: 6, size_px: 256}\nquality: draft\n"
+            : "phantom: {photos: 8, photo_size_px: 512, size_voxels: [128, 128, 64]}\n"
+              "place: {count: 6, size_px: 512}\n");
 }
 
 // Leaves a bundle in the folder "whole".
@@ -50,18 +51,14 @@ void skip_baking(Bench& bench) {
                [&] { baker.bake(skipping); }, 30});
   // Every round asks for a number of faces that the cache has not seen yet.
   int faces = 80;
-  const auto asked = [&] {
-    return std::vector<std::string>{"--set", "decimate.faces=" + std::to_string(faces)};
-  };
+  const auto with_faces = [&] { return "decimate.faces=" + std::to_string(faces); };
   save(bench, {"another number of faces",
                [&] {
-                 auto arguments = asked();
-                 arguments.push_back("--force");
-                 baker.bake(whole, arguments);
+                 baker.bake(whole, {"--force", "--set", with_faces()});
                },
                [&] {
                  faces += 2;  // a closed mesh has an even number
-                 baker.bake(skipping, asked());
+                 baker.bake(skipping, {"--set", with_faces()});
                }});
 }
 
@@ -131,9 +128,9 @@ void run_skip(Bench& bench) {
   skip_pixels(bench, bench.scratch() / "whole");
 }
 
-const RegisteredSuite kSkip(
-    {"skip", "what a scene does not need: the time of everything against that of skipping",
-     run_skip});
+const RegisteredPart kSkip(
+    "skip", run_skip,
+    "what a scene does not need: the time of everything against that of skipping");
 
 }  // namespace
 }  // namespace organbake

@@ -24,14 +24,5 @@ TEST(HeatColor, TellsWhatIsNotFiniteFromAnyError) {
   EXPECT_GT(color[2], color[0]) << "no error is bluer than red";
 }
 
-TEST(HeatMap, OfEqualPicturesIsBlackAndTakesTheLargestOfThreeDifferences) {
-  Rgb8Image a(2, 1), b(2, 1);
-  b.at(1, 0)[2] = 40;
-  const Rgb8Image heat = heat_map_of(a, b, 40);
-  EXPECT_EQ(heat.at(0, 0)[0], 0);
-  EXPECT_EQ(heat.at(1, 0)[0], 255);
-  EXPECT_EQ(heat.at(1, 0)[2], 255);
-}
-
 }  // namespace
 }  // namespace organbake

@@ -16,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 
 SuiteResult run(void (*suite)(Bench&), const BenchOptions& options = {}) {
-  return run_suite({"suite", "summary", suite}, options, {});
+  return run_suite({"suite", "summary", {suite}}, options, {});
 }
 
 TEST(RunSuite, KeepsWhatWasFoundBeforeACrash) {
@@ -30,10 +30,10 @@ TEST(RunSuite, KeepsWhatWasFoundBeforeACrash) {
 
 TEST(RunSuite, KeepsWhatWasFoundBeforeItWasStopped) {
   const std::atomic<bool> stop_asked{true};
-  const Suite slow{"suite", "summary", [](Bench& bench) {
+  const Suite slow{"suite", "summary", {[](Bench& bench) {
                      bench.at_most("first", "mm", 1, 2);
                      for (;;) ::pause();
-                   }};
+                   }}};
   const SuiteResult result = run_suite(slow, {}, {{}, {}, &stop_asked});
   EXPECT_EQ(result.figures.size(), 1u);
   EXPECT_EQ(result.failure, "stopped");

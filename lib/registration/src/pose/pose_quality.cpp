@@ -32,7 +32,7 @@ Eigen::MatrixXd sandwich_covariance(const Curvature& curvature) {
 }
 
 // Bounds of the verdict. They were set on photographs of the phantom with known poses, right and
-// wrong ones, so that no wrong one passes (organbench, suite registration).
+// wrong ones, so that no wrong one passes (tests/acceptance, RegistrationLights).
 constexpr double kLeastVisible = 0.6;
 constexpr double kLeastVisibleOpen = 0.25;  // of a piece: it was cut anyway
 constexpr double kLeastCorrelation = 0.55, kSureCorrelation = 0.7;
