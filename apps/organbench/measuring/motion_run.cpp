@@ -5,6 +5,7 @@
 
 #include "measuring/path_alignment.h"
 #include "organbake/core/error.h"
+#include "organbake/core/files.h"
 #include "organbake/core/text.h"
 #include "organbake/image/exr_reader.h"
 #include "organbake/pipelines/worker_process.h"

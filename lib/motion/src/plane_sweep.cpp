@@ -13,6 +13,7 @@
 #include "organbake/core/text.h"
 #include "organbake/shading/grid_filters.h"
 #include "organbake/shading/local_pattern.h"
+#include "organbake/shading/prepared_frame.h"
 #include "semi_global.h"
 #include "sweep_costs.h"
 

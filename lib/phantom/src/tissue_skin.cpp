@@ -21,7 +21,8 @@ constexpr int kVesselTrees = 280;
 constexpr double kFullAlbedo = std::numeric_limits<std::uint16_t>::max();
 constexpr double kFullTilt = std::numeric_limits<std::int16_t>::max();
 
-const Vector3d kLiver(0.24, 0.062, 0.045), kGallbladder(0.44, 0.31, 0.19), kFat(0.58, 0.38, 0.15);
+const Vector3d kLiverAlbedo(0.24, 0.062, 0.045), kGallbladderAlbedo(0.44, 0.31, 0.19),
+    kFatAlbedo(0.58, 0.38, 0.15);
 // What a vessel on each leaves of its light.
 const Vector3d kOnLiver(0.58, 0.52, 0.52), kOnGallbladder(0.62, 0.24, 0.22),
     kOnFat(0.55, 0.2, 0.25);
@@ -61,7 +62,8 @@ Vector2d film_tilt(std::uint64_t seed, const Vector3d& point) {
 }
 
 Vector3d albedo_at(const Vector3d& share, double light, double vessel) {
-  const Vector3d tissue = share[0] * kLiver + share[1] * kGallbladder + share[2] * kFat;
+  const Vector3d tissue =
+      share[0] * kLiverAlbedo + share[1] * kGallbladderAlbedo + share[2] * kFatAlbedo;
   const Vector3d left = share[0] * kOnLiver + share[1] * kOnGallbladder + share[2] * kOnFat;
   return light * tissue.cwiseProduct(Vector3d::Ones() - vessel * (Vector3d::Ones() - left));
 }

@@ -8,6 +8,7 @@
 
 #include "organbake/core/files.h"
 #include "organbake/core/temporary_folder.h"
+#include "organbake/image/exr_reader.h"
 
 namespace organbake {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "cameras/opencv_xml.h"
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 #include "organbake/geometry/rigid_transform.h"
 
 namespace organbake {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "dicom/dicom_directory.h"
 #include "dicom/dicom_structure.h"
 #include "organbake/core/error.h"
 

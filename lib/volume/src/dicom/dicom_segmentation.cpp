@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "dicom/dicom_codec.h"
 #include "dicom/dicom_codestream.h"
 #include "dicom/dicom_document.h"
 #include "files/byte_stream.h"
