@@ -72,8 +72,8 @@ std::vector<NonzeroWords> nonzero_words_of(const CandidateVisibility& seen) {
 
 // What all chains work on.
 struct CoverProblem {
-  explicit CoverProblem(const CandidateVisibility& problem)
-      : seen(problem), words(nonzero_words_of(problem)), candidates(problem) {}
+  explicit CoverProblem(const CandidateVisibility& visibility)
+      : seen(visibility), words(nonzero_words_of(visibility)), candidates(visibility) {}
 
   std::size_t samples() const { return seen[0].size(); }
 

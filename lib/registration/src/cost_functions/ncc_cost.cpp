@@ -101,11 +101,11 @@ NccCost::Linearization NccCost::linearization() const {
   };
   Linearization both{Eigen::VectorXd(block_.size()), RowMajor(block_.size(), 7 + basis)};
   for_rows(pixels_, similarity_, value,
-           [&](Eigen::Index i, const Row& row) { rows.derivative.row(i) = row; });
+           [&](Eigen::Index i, const Row& row) { both.derivative.row(i) = row; });
   const Eigen::VectorXd b = predicted();
-  block_.correlate(b, rows.residual.data());
-  block_.to_residual_derivative(b, rows.derivative);
-  return rows;
+  block_.correlate(b, both.residual.data());
+  block_.to_residual_derivative(b, both.derivative);
+  return both;
 }
 
 bool NccCost::Evaluate(double const* const* parameters, double* residuals,

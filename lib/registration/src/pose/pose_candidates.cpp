@@ -18,12 +18,6 @@
 namespace organbake {
 namespace {
 
-// What stands out from the background that the picture's border shows.
-struct Foreground {
-  double area_px = 0;
-  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
-};
-
 using Eigen::Quaterniond;
 using Eigen::Vector2d;
 using Eigen::Vector3d;

@@ -11,6 +11,12 @@
 
 namespace organbake {
 
+// What stands out from the background that the picture's border shows.
+struct Foreground {
+  double area_px = 0;
+  Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
+};
+
 // The share of the photograph's variance that lamp and background explain over all that counts: R²
 // at the best gain, offset and background level. What is far off costs no more than so much, so
 // that an instrument draws no pose its way. Negative when the lamp would have to darken.

@@ -156,10 +156,11 @@ Curvature curvature(const RegisteredSurface& surface, const PhotoLevel& level,
   if (pixels.size() < kFewestRefinedPixels) return result;
   fit_appearance(level, live.prediction(), basis, pixels);
   const int motion = options.free_focal ? 7 : 6, light = basis.size(), all = motion + light;
-  const NccCost::Rows rows = NccCost(live, pixels, Similarity::radiance).rows();
-  const Eigen::VectorXd& r = rows.residual;
+  const NccCost::Linearization at_pose =
+      NccCost(live, pixels, Similarity::radiance).linearization();
+  const Eigen::VectorXd& r = at_pose.residual;
   NccBlock::RowMajor j(r.size(), all);
-  j << rows.derivative.leftCols(motion), rows.derivative.rightCols(light);
+  j << at_pose.derivative.leftCols(motion), at_pose.derivative.rightCols(light);
 
   // Marginalised: the motion's columns less what the light's explain of them.
   Eigen::MatrixXd normal = j.transpose() * j;

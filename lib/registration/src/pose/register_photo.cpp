@@ -67,9 +67,9 @@ SearchResult search_with_any_light(const RegisteredSurface& surface,
                                    RefineOptions& options, std::vector<LightTrial>& left,
                                    const RunContext& context) {
   options.light.model = LightModel::camera;
-  SearchResult at_lens = search(surface, pyramid, start, reach, options, context);
+  SearchResult at_lens = search(surface, pyramid, start, range, options, context);
   options.light.model = LightModel::estimated;
-  SearchResult anywhere = search(surface, pyramid, start, reach, options, context);
+  SearchResult anywhere = search(surface, pyramid, start, range, options, context);
   std::vector<LightTrial> starts;
   for (const LightModel model : kLights)
     starts.push_back({model, model == LightModel::estimated ? anywhere.best : at_lens.best});
