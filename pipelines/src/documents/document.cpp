@@ -8,7 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "organbake/bundle/json_fields.h"
+#include "organbake/bundle/json_structure.h"
 #include "organbake/core/error.h"
 
 namespace organbake {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "organbake/bundle/json_fields.h"
+#include "organbake/bundle/json_structure.h"
 #include "organbake/core/error.h"
 
 namespace organbake {
