@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "organbake/bundle/json_structure.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "organbake/bundle/json_structure.h"
+#include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
 
 namespace organbake {
