@@ -43,7 +43,7 @@ struct DrawOptions {
   bool operator==(const DrawOptions& other) const = default;
 };
 
-// Milliseconds by phase; zero unless measured.
+// Milliseconds of processor time by phase; zero unless measured.
 struct DrawTimes {
   double transform = 0;  // faces and chunks placed, culled and listed by tile
   double splat = 0, base = 0, resolve = 0, fill = 0;

@@ -25,9 +25,10 @@ namespace organbake {
 //              three active cameras is placed in the view, culled whole, and listed by the tiles
 //              that it touches. A view that stays, and faces that stay, are not placed again.
 //   light      when the skin is lit anew: gains and normals at the nodes of every face in view.
-//   drawing    per tile, one thread from first to last: samples bid for pixels with 64-bit keys of
-//              depth and slot, which stay in the second-level cache; the base layer goes where they
-//              leave gaps; resolve_tile() gathers the winners' colours, lights and blends them.
+//   drawing    per tile, or part of a dear one, one thread from first to last: samples bid for
+//              pixels with 64-bit keys of depth and slot, which stay in the second-level cache; the
+//              base layer goes where they leave gaps; resolve_tile() gathers the winners' colours,
+//              lights and blends them.
 //   finishing  over the whole picture: slits and holes filled, tools drawn, outlines smoothed.
 //   paper      the paper's own warp, a baseline beside all this.
 //
