@@ -70,6 +70,12 @@ refused 65 "no key frame shows a straight shaft" organbake motion slide/frames \
 # The maps go on to fuse.
 expect 0 organbake fuse moved --poses moved/cameras.json --light camera -o fused.ply
 
+mkdir mixed
+cp still/frames/00000[0-5].png mixed
+expect 0 organbake phantom --kind laparoscopy --frames 1 --frame-width 160 --frame-height 120 -o small
+cp small/frames/000000.png mixed/000003.png
+refused 65 "frame 3: is 160x120" organbake motion mixed -o made
+refused 65 "160x120" organbake motion still/frames --intrinsics small/cameras.json -o made
 refused 65 "stands still" organbake motion still/frames -o made
 refused 65 "motion" organbake motion turn/frames -o made
 refused 65 "too short" organbake motion still/frames/000000.png -o made

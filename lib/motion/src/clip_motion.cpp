@@ -181,6 +181,12 @@ class MotionSearch {
 ClipMotion find_motion(const MotionOptions& options, const ClipTracks& clip,
                        const std::vector<double>& sharpness, const Intrinsics& lens,
                        const PictureLoader& load, const RunContext& context) {
+  if (clip.tracks.empty()) {
+    ClipMotion nothing;
+    nothing.failure =
+        "nothing can be followed: the frames are black, or instruments and highlights cover them";
+    return nothing;
+  }
   std::deque<Frames> shots;
   for (std::size_t i = 0; i < clip.shots.size(); ++i) {
     const std::size_t end = i + 1 < clip.shots.size() ? clip.shots[i + 1] : clip.frames;

@@ -65,7 +65,7 @@ struct SpanFinder::Impl {
   };
 
   SpanOptions options;
-  UsablePixels usable;
+  UsablePixels usable{1};  // a picture has little to do with the one before
   FeatureTracker tracker{tracking()};
   std::vector<Sample> samples;
   std::vector<ClipSpan> spans;

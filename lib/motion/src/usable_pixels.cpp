@@ -11,7 +11,6 @@
 namespace organbake {
 namespace {
 
-constexpr std::size_t kLookEvery = 5;  // frames
 // Features at the rim are of the stop, not of tissue: their window reaches over it.
 constexpr int kRim = 80;  // of the width one such part
 
@@ -35,7 +34,7 @@ void UsablePixels::look_for_what_is_slow(const Rgb8Image& half) {
 
 Mask UsablePixels::next(const Rgb8Image& frame) {
   const Rgb8Image half = half_size(frame);
-  if (count_++ % kLookEvery == 0) look_for_what_is_slow(half);
+  if (count_++ % look_every_ == 0) look_for_what_is_slow(half);
   const Mask usable = without(slow_, dilated(find_highlights(half, field_), 2));
   Mask full(frame.width, frame.height);
   cv::Mat target = cv_view(full);

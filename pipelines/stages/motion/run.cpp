@@ -204,7 +204,7 @@ StageReport run(const StageCall& call) {
   report_motion(clip, motion, report);
   tell_motion(clip, motion, call.context, report);
   if (!motion.failure.empty()) {
-    report.declined = motion.failure;
+    report.declined = clip.damage.empty() ? motion.failure : clip.damage + "; " + motion.failure;
     return report;
   }
   std::vector<KeyDepth> keys = key_depths({options.key_frames, options.halvings, options.shading},

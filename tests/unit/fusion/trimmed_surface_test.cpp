@@ -60,7 +60,7 @@ TEST(TrimmedSurface, LeavesWhatIsPoorlySeenInside) {
   const Sheet sheet([](int, int) { return true; },
                     [](int x, int y) { return std::hypot(x - 20, y - 20) < 5 ? 0.02F : 1.F; });
   const TriangleMesh trimmed = trimmed_surface(sheet.mesh, sheet.volume, 0.25);
-  EXPECT_EQ(analyse_topology(largest_components(trimmed, 1)).euler_characteristic(), 1);
+  EXPECT_EQ(analyse_topology(largest_components(trimmed, 1)).euler_characteristic, 1);
 }
 
 TEST(TrimmedSurface, RoundsTheStepsOfABorder) {

@@ -67,6 +67,12 @@ TEST(ClipMotion, TellsNoShapeOfAScopeThatStandsStill) {
   EXPECT_NE(motion.failure.find("stands still"), std::string::npos) << motion.failure;
 }
 
+TEST(ClipMotion, SaysThatNothingCouldBeFollowed) {
+  TrackedScene tracked = tracks_of(swinging_scope(10));
+  tracked.clip.tracks.clear();
+  EXPECT_NE(motion_of(tracked, plain()).failure.find("nothing can be followed"), std::string::npos);
+}
+
 TEST(ClipMotion, TellsNoShapeOfAPureTurn) {
   std::vector<PosedCamera> turning;
   for (int i = 0; i < 30; ++i) {

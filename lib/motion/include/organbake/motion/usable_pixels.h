@@ -7,10 +7,12 @@
 namespace organbake {
 
 // Where the frames of a clip show tissue that features can lie on: inside the field of view, away
-// from its rim, from highlights and from instruments. What moves slowly is looked for in some
-// frames only, and all of it at half size.
+// from its rim, from highlights and from instruments. All of it is looked for
+// at half size.
 class UsablePixels {
  public:
+  // What moves slowly is looked for in one of so many frames.
+  explicit UsablePixels(std::size_t look_every = 5) : look_every_(look_every) {}
   // Of the next frame of the clip, in its size; non-zero = usable.
   Mask next(const Rgb8Image& frame);
   // Mean share of the frames so far that an instrument covers.
@@ -22,7 +24,7 @@ class UsablePixels {
  private:
   void look_for_what_is_slow(const Rgb8Image& half);
 
-  std::size_t count_ = 0, looked_ = 0;
+  std::size_t look_every_, count_ = 0, looked_ = 0;
   double instruments_sum_ = 0, instruments_now_ = 0;
   bool colourless_ = false;
   Mask field_, slow_;  // at half size
