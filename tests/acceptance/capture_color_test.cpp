@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measuring/capture_scene.h"
+#include "measuring/capture_scenario.h"
 #include "organbake/capture/camera_rays.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/photo_view.h"
@@ -137,7 +137,7 @@ class Sights {
 };
 
 // Random stored texels of the organ in all maps.
-std::vector<ColorProbe> probes_of(const CaptureResult& captured, const CaptureScene& scene,
+std::vector<ColorProbe> probes_of(const CaptureResult& captured, const CaptureScenario& scene,
                                   const FlatScene& flat, const Sights& sights) {
   constexpr int kProbes = 60'000;
   constexpr std::uint64_t kSeed = 7;
@@ -193,7 +193,7 @@ OrganPhantom six_photographs() {
 
 TEST(CaptureColor, OfPhotographsIsTheAlbedo) {
   const OrganPhantom phantom = six_photographs();
-  const CaptureScene scene = capture_scene(8, 512);
+  const CaptureScenario scene = capture_scenario(8, 512);
   const FlatScene flat(scene.surface, scene.surface.faces.size(), phantom);
   const std::vector<Photo> photos = photographs(flat, phantom.photo_cameras());
   const auto color = make_photo_color(scene.surface, flat.rays(), photos);
@@ -242,7 +242,7 @@ TriangleMesh bar_before(const TriangleMesh& organ, const PosedCamera& camera) {
 
 TEST(CaptureColor, OfAnOccluderBleedsOnNothing) {
   const OrganPhantom phantom = six_photographs();
-  CaptureScene scene = capture_scene(8, 512);
+  CaptureScenario scene = capture_scenario(8, 512);
   const std::size_t organ_faces = scene.surface.faces.size();
   const auto base = static_cast<std::uint32_t>(scene.surface.vertices.size());
   const std::vector<PosedCamera> cameras = phantom.photo_cameras();

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "exact_depth.h"
-#include "measuring/capture_scene.h"
+#include "measuring/capture_scenario.h"
 #include "measuring/error_measures.h"
 #include "organbake/capture/capture.h"
 #include "organbake/capture/smooth_normals.h"
@@ -23,7 +23,7 @@ bool kept_for_sure(const RayScene& scene, const SmoothNormals& normals, const Ra
 }
 
 TEST(CaptureDepth, IsThatOfAnExactOracle) {
-  const CaptureScene scene = capture_scene(8, 1024);
+  const CaptureScenario scene = capture_scenario(8, 1024);
   const CaptureResult captured =
       capture(scene.surface, scene.proxy, scene.cameras, *make_vertex_color(scene.surface), {});
   constexpr int kTexels = 10'000;

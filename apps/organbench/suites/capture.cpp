@@ -2,7 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include "bench.h"
-#include "measuring/capture_scene.h"
+#include "measuring/capture_scenario.h"
 #include "measuring/error_measures.h"
 #include "measuring/material_picture.h"
 #include "organbake/bundle/map_files.h"
@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-CaptureScene scene_of(const Bench& bench, int cameras, int map_size) {
+CaptureScenario scene_of(const Bench& bench, int cameras, int map_size) {
   bench.now("preparing the phantom, its proxy and cameras");
-  return capture_scene(cameras, map_size, bench.quick() ? 5 : 6);
+  return capture_scenario(cameras, map_size, bench.quick() ? 5 : 6);
 }
 
 // What OpenEXR gets to write, made beforehand.
@@ -29,7 +29,7 @@ struct ReadyImage {
   ChannelImage image;
 };
 
-std::vector<ReadyImage> ready_images(const CaptureResult& captured, const CaptureScene& scene,
+std::vector<ReadyImage> ready_images(const CaptureResult& captured, const CaptureScenario& scene,
                                      const fs::path& folder) {
   std::vector<ReadyImage> images;
   images.push_back({folder / "base.exr", base_layer_to_image(captured.base)});
@@ -45,7 +45,7 @@ std::vector<ReadyImage> ready_images(const CaptureResult& captured, const Captur
 }
 
 std::vector<Eigen::Vector3d> stored_points(const CaptureResult& captured,
-                                           const CaptureScene& scene) {
+                                           const CaptureScenario& scene) {
   std::vector<Eigen::Vector3d> points;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
     const CameraMaps& maps = captured.maps[c];
@@ -57,7 +57,7 @@ std::vector<Eigen::Vector3d> stored_points(const CaptureResult& captured,
   return points;
 }
 
-void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureScene& scene) {
+void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureScenario& scene) {
   bench.now("binding");
   std::vector<Eigen::Vector3d> points = stored_points(captured, scene);
   constexpr std::size_t kMost = 1'000'000;
@@ -75,7 +75,7 @@ void promise_binding(Bench& bench, const CaptureResult& captured, const CaptureS
 
 void promise_capture_time(Bench& bench) {
   const int cameras = bench.quick() ? 4 : 16, size = bench.quick() ? 256 : 1024;
-  const CaptureScene scene = scene_of(bench, cameras, size);
+  const CaptureScenario scene = scene_of(bench, cameras, size);
   const auto color = make_vertex_color(scene.surface);
   CaptureOptions options;
   options.rays_per_texel_side = 1;
@@ -126,7 +126,7 @@ double map_error_levels(const CameraMaps& map, const MaterialPicture& truth) {
 }
 
 // Run time against error: rays through a texel.
-void sweep_rays(Bench& bench, const CaptureScene& scene) {
+void sweep_rays(Bench& bench, const CaptureScenario& scene) {
   const MaterialTruth material(scene.surface);
   std::vector<MaterialPicture> truths;
   for (const PosedCamera& camera : scene.cameras) truths.push_back(material.draw(camera));

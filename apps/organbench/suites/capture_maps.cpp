@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "bench.h"
-#include "measuring/capture_scene.h"
+#include "measuring/capture_scenario.h"
 #include "measuring/error_measures.h"
 #include "organbake/bundle/map_files.h"
 #include "organbake/capture/capture.h"
@@ -22,7 +22,7 @@ struct SplitError {
 };
 
 SplitError split_error(const fs::path& folder, const CaptureResult& captured,
-                       const CaptureScene& scene) {
+                       const CaptureScenario& scene) {
   const std::vector<ShellMatrix> shells = shell_matrices(scene.proxy);
   SplitError error;
   for (std::size_t c = 0; c < scene.cameras.size(); ++c) {
@@ -70,7 +70,7 @@ const NamedPacking kPackings[] = {
 };
 
 // Of eight photographs.
-CaptureResult photographed_maps(const Bench& bench, const CaptureScene& scene) {
+CaptureResult photographed_maps(const Bench& bench, const CaptureScenario& scene) {
   bench.now("photographing the phantom");
   OrganPhantomOptions options;
   options.photo_count = bench.quick() ? 4 : 8;
@@ -84,7 +84,8 @@ CaptureResult photographed_maps(const Bench& bench, const CaptureScene& scene) {
 }
 
 void sweep_packings(Bench& bench) {
-  const CaptureScene scene = capture_scene(8, bench.quick() ? 256 : 1024, bench.quick() ? 5 : 6);
+  const CaptureScenario scene =
+      capture_scenario(8, bench.quick() ? 256 : 1024, bench.quick() ? 5 : 6);
   const CaptureResult captured = photographed_maps(bench, scene);
   const std::string task = std::to_string(scene.cameras.size()) + " cameras of " +
                            std::to_string(scene.cameras.front().intrinsics.width) +

@@ -11,11 +11,11 @@ namespace organbake {
 
 // The phantom organ of 20 · 4^subdivisions faces, coloured, its proxy, and virtual cameras round
 // it.
-struct CaptureScene {
+struct CaptureScenario {
   TriangleMesh surface, proxy;
   std::vector<PosedCamera> cameras;
 };
-CaptureScene capture_scene(int cameras, int map_size, int subdivisions = 6);
+CaptureScenario capture_scenario(int cameras, int map_size, int subdivisions = 6);
 
 // An empty folder, made anew.
 std::filesystem::path empty_folder(const std::filesystem::path& folder);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "measuring/capture_scene.h"
+#include "measuring/capture_scenario.h"
 
 #include "organbake/decimate/decimate.h"
 #include "organbake/phantom/phantom.h"
@@ -7,8 +7,8 @@
 
 namespace organbake {
 
-CaptureScene capture_scene(int cameras, int map_size, int subdivisions) {
-  CaptureScene scene;
+CaptureScenario capture_scenario(int cameras, int map_size, int subdivisions) {
+  CaptureScenario scene;
   scene.surface = OrganPhantom({}).surface(subdivisions);
   scene.proxy = decimate(scene.surface, {}).proxy;
   scene.cameras = place_cameras(scene.surface, {.count = cameras, .map_size = map_size}).cameras;
