@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "bench.h"
+#include "dataset_run.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
@@ -18,8 +20,10 @@
 #include "organbake/player/script_camera.h"
 #include "organbake/truth/scope_lens.h"
 #include "organbake/truth/truth_recorder.h"
+#include "outputs.h"
 #include "results.h"
 #include "truth_files.h"
+#include "window_module.h"
 
 namespace organbake {
 namespace {
@@ -151,7 +155,7 @@ DrawOptions drawing(const Command& command, const Player& player,
     return options;
   }
   const std::optional<DrawnLight> asked = command.light ? command.light : of_script;
-  options.light = asked.value_or(player.usual_light());
+  options.light = asked.value_or(player.default_light());
   if (options.light != DrawnLight::baked && !player.can_relight())
     throw UsageError(command.bundles.front().string() + " does not say in what light its colours " +
                      "were taken: light " + to_string(options.light) +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "actions.h"
+#include "dataset_run.h"
 
 #include <dlfcn.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "actions.h"
+#include "outputs.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -46,7 +46,7 @@ LiveOrgan::LiveOrgan(Bundle frame) : supplied_(frame.cameras.cameras.size()) {
   options.time_step_s = kTimeStep_s;
   player_ = std::make_unique<Player>(std::move(frame), read, options);
   session_ = std::make_unique<LiveSession>(*player_, kTimeStep_s);
-  drawing_.light = player_->usual_light();
+  drawing_.light = player_->default_light();
 }
 
 void LiveOrgan::supply(std::size_t camera, std::vector<std::byte> maps) {
@@ -64,7 +64,7 @@ bool LiveOrgan::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind) 
     if (!has_tetrahedra())
       throw UsageError("this organ cannot be cut: it was baked without --set mechanics.fem=true");
     if (!all_bound_) throw UsageError("all cameras must be loaded before the organ is cut");
-    play_by(TissueSolver::fem);
+    set_solver(TissueSolver::fem);
   }
   return session_->touch(at_px, kind);
 }
@@ -91,7 +91,7 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   script.frames = std::min(script.frames, std::max(1, wanted + 1));
   if (script.time_step_s != kTimeStep_s)
     throw UsageError("the script's time step is not the page's, a 60th of a second");
-  play_by(script.solver.value_or(TissueSolver::springs));
+  set_solver(script.solver.value_or(TissueSolver::springs));
   PlayOptions options;
   options.draw = drawing_;
   if (script.light) options.draw.light = *script.light;
@@ -103,15 +103,15 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   return script.frames;
 }
 
-void LiveOrgan::play_by(TissueSolver solver) {
+void LiveOrgan::set_solver(TissueSolver solver) {
   if (player_->solver() == solver) return;
-  player_->play_by(solver);
+  player_->set_solver(solver);
   session_->reset();
 }
 
 void LiveOrgan::reset() {
   if (player_->solver() == TissueSolver::springs) return session_->reset();
-  play_by(TissueSolver::springs);
+  set_solver(TissueSolver::springs);
 }
 
 void LiveOrgan::set_light(int light) {

@@ -63,7 +63,7 @@ class LiveOrgan {
 
  private:
   bool has_tetrahedra() const { return player_->bundle().mechanics.body.has_value(); }
-  void play_by(TissueSolver solver);
+  void set_solver(TissueSolver solver);
   void show(const Frame& frame);
 
   std::vector<std::vector<std::byte>> supplied_;  // by camera; empty when it is not there, or bound

@@ -72,15 +72,9 @@ DrawnPicture SharedPlayer::draw(const View& view, const LayerSet& layers, bool t
   const std::lock_guard lock(mutex_);
   Player& player = open();
   DrawOptions options;
-  options.light = light_.value_or(player.usual_light());
+  options.light = light_.value_or(player.default_light());
   options.keep_bound = layers.any();
-  for (std::size_t i = 0; tools && i < instruments_.size(); ++i) {
-    if (!instruments_[i].active) continue;
-    for (Solid part : tool_solids(instruments_[i], {}, player.bundle())) {
-      part.instrument = static_cast<std::uint32_t>(i);
-      options.solids.push_back(part);
-    }
-  }
+  if (tools) options.solids = solids_of(instruments_, player.bundle());
   player.draw(view, options, frame_);
   player.load_ahead();  // the next views won't wait
   DrawnPicture picture;
@@ -108,24 +102,14 @@ std::size_t SharedPlayer::organ_count() {
   return open().organ_count();
 }
 
-namespace {
-void check_organ(const Player& player, std::size_t organ) {
-  if (organ >= player.organ_count())
-    throw UsageError("there is no organ " + std::to_string(organ) + " of " +
-                     std::to_string(player.organ_count()));
-}
-}  // namespace
-
 std::vector<Eigen::Vector3d> SharedPlayer::proxy_positions(std::size_t organ) {
   const std::lock_guard lock(mutex_);
-  check_organ(open(), organ);
-  return player_->proxy_positions(organ);
+  return open().proxy_positions(organ);
 }
 
 std::vector<Face> SharedPlayer::proxy_faces(std::size_t organ) {
   const std::lock_guard lock(mutex_);
-  check_organ(open(), organ);
-  return player_->bundle_now(organ).proxy.faces;
+  return open().bundle_now(organ).proxy.faces;
 }
 
 Eigen::Vector3d SharedPlayer::skin_point(const Eigen::Vector3d& direction) {

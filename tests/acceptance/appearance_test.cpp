@@ -116,7 +116,7 @@ void measure_look(const std::string& look, const std::string& capture,
             {"--set", "ct=" + shared_data("ct/abdomen/example_ct.nii.gz").string(), "--set",
              "mask=" + shared_data("ct/abdomen/example_seg.nii.gz").string(), "--set", "label=5"});
   Player player(bundle);
-  const std::vector<TissuePicture> rendered = rendered_pictures(player, player.usual_light());
+  const std::vector<TissuePicture> rendered = rendered_pictures(player, player.default_light());
   const std::vector<TissueAppearance> of_real = appearances(real);
   add_distance("CT liver, " + look + ", against the video's liver",
                mean_parts(appearances(rendered), of_real), mean_parts(of_real, of_real), target);

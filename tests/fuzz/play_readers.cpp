@@ -94,7 +94,7 @@ void play_script(std::span<const std::byte> bytes, const InputFolder&) {
   expect_same_pictures([&] {
     Pictures pictures;
     Player player(bundle_for(script));
-    if (script.solver) player.play_by(*script.solver);
+    if (script.solver) player.set_solver(*script.solver);
     play(player, script, options,
          [&](int, const Frame& frame) { add_sound(player, frame, pictures); });
     return pictures;

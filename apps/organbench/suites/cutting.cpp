@@ -51,7 +51,7 @@ void promise_growth(Bench& bench, Player& player) {
   std::vector<double> growing, others;
   std::size_t faces = 0;
   const auto start = std::chrono::steady_clock::now();
-  for (int i = 0; i <= kSteps + 2 * Player::kPartingSteps; ++i) {
+  for (int i = 0; i <= kSteps + 2 * Player::kCutDelaySteps; ++i) {
     std::vector<Instrument> tips;
     if (i <= kSteps) tips.push_back(blade_at(player.bundle(), double(i) / kSteps));
     const double ms = step_ms(player, tips);

@@ -45,7 +45,7 @@ OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
       session_(player_, kTimeStep_s),
       truth_(bundles.front(), player_.bundle().shell()) {
   options_.measure = true;
-  if (player_.can_relight()) options_.light = light.value_or(player_.usual_light());
+  if (player_.can_relight()) options_.light = light.value_or(player_.default_light());
 }
 
 void OrganView::show(Display& display) {

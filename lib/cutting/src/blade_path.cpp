@@ -13,8 +13,8 @@ constexpr double kLeastWay_mm = 0.4;  // shorter ways wait for more
 constexpr double kLongestPiece_mm =
     2.5;  // of a way: what lies between two places must not be missed
 constexpr int kMostPieces = 256;
-constexpr double kFeelEvery_mm = 2;  // tissue along the edge
-constexpr int kMostFeelers = 64;
+constexpr double kSampleEvery_mm = 2;  // tissue along the edge
+constexpr int kMostSamples = 64;
 // On either side of what a blade felt of tissue it may have cut more.
 constexpr double kBeside_mm = 3;
 
@@ -62,8 +62,8 @@ std::optional<BladePath::Carried> BladePath::carried(const CuttingEdge& blade,
                                                      const PosedBody& posed,
                                                      const SkinInside& inside, double reach_mm) {
   const double length_mm = (blade.top_mm - blade.tip_mm).norm();
-  const int last =
-      static_cast<int>(std::clamp(std::ceil(length_mm / kFeelEvery_mm), 8.0, double(kMostFeelers)));
+  const int last = static_cast<int>(
+      std::clamp(std::ceil(length_mm / kSampleEvery_mm), 8.0, double(kMostSamples)));
   const std::vector<std::uint32_t> near =
       posed.near(blade.tip_mm.cwiseMin(blade.top_mm), blade.tip_mm.cwiseMax(blade.top_mm));
   std::vector<std::pair<double, std::uint32_t>> in;  // share of the edge, copy

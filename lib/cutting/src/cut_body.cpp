@@ -6,16 +6,24 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
+
+#include "edge_bisection.h"
+#include "sheet_neighbourhood.h"
 
 namespace organbake {
 namespace {
+
+// Edges that are cut open in steps of their length; shorter ones cost more than they show.
+constexpr double kFineBody_mm = 3;
+constexpr std::size_t kMostTetrahedra = 40'000;  // a step takes too long beyond
+constexpr std::uint32_t kRankOfBodyMiddles = 0x8000'0000;
 
 // Of a tetrahedron's box: beyond it, too, skin may lie that it carries.
 constexpr double kWider = 0.25;
 // A place farther out is carried as the nearest of a tetrahedron's is.
 constexpr double kFarthestWeight = 0.5;
-constexpr double kRoundedWeight = 1e-9;
 
 Bounds bounds_of(const TetrahedralBody& body) {
   Bounds box;
@@ -90,9 +98,9 @@ void CutBody::build_cells() {
 
 bool CutBody::add(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
   const bool finer = refine(triangles, first_new);
-  const std::span fresh = triangles.subspan(first_new);
-  add_barriers(fresh);
-  if (!edges_.add(fresh) && !finer) return false;
+  const std::span added = triangles.subspan(first_new);
+  add_barriers(added);
+  if (!edges_.add(added) && !finer) return false;
   CutTetrahedra now(body_, edges_);
   const bool changed = finer || !now.same_as(cut_);
   if (changed) cut_ = std::move(now);
@@ -189,60 +197,70 @@ bool CutBody::holds(std::uint32_t copy, const Eigen::Vector3d& at_mm) const {
   return !cut_.split(t) || copy_of(t, at_mm).copy == copy;
 }
 
-PosedBody::PosedBody(const CutBody& body, const std::vector<Eigen::Vector3d>& nodes_mm)
-    : body_(body), nodes_mm_(nodes_mm) {
-  for (const CutTetrahedra::Copy& copy : body.cut().copies()) {
-    Eigen::Vector3d low = nodes_mm[copy.nodes[0]], high = low;
-    for (const std::uint32_t n : copy.nodes)
-      low = low.cwiseMin(nodes_mm[n]), high = high.cwiseMax(nodes_mm[n]);
-    low_.push_back(low), high_.push_back(high);
+// Those tetrahedra are halved that a sheet passes through, or next to.
+bool CutBody::refine(std::span<const CutSheet::Triangle> triangles, std::size_t first_new) {
+  part_of_.resize(body_.tetrahedra.size());
+  std::iota(part_of_.begin(), part_of_.end(), 0u);
+  const SheetNeighbourhood near(grid_, triangles.subspan(first_new));
+  if (near.empty()) return false;
+  Bisection halved = bisect(body_, [&](std::uint32_t t) {
+    const Tetrahedron& tetrahedron = body_.tetrahedra[t];
+    std::array<Eigen::Vector3d, 4> corners;
+    for (int k = 0; k < 4; ++k) corners[k] = body_.nodes_mm[tetrahedron.nodes[k]];
+    return body_.tetrahedra.size() < kMostTetrahedra && near.meets(corners) &&
+           longest_edge_mm(body_, tetrahedron) > kFineBody_mm;
+  });
+  if (halved.none()) return false;
+  part_of_ = std::move(halved.part_of);
+  edges_ = edges_.finer(body_.nodes_mm, grid_, kRankOfBodyMiddles, edges_of(body_.tetrahedra),
+                        triangles.first(first_new));
+  measure();
+  std::vector<std::vector<std::uint32_t>> near_barriers(body_.tetrahedra.size());
+  for (std::uint32_t t = 0; t < near_barriers.size(); ++t) {
+    for (const std::uint32_t b : near_barriers_[part_of_[t]])
+      if (boxes_[t].meets(barriers_[b].box)) near_barriers[t].push_back(b);
   }
+  near_barriers_ = std::move(near_barriers);
+  return true;
 }
 
-std::array<double, 4> PosedBody::weights(std::uint32_t copy,
-                                         const Eigen::Vector3d& world_mm) const {
-  const auto& nodes = body_.cut().copies()[copy].nodes;
-  Eigen::Matrix3d edges;
-  for (int k = 0; k < 3; ++k) edges.col(k) = nodes_mm_[nodes[k + 1]] - nodes_mm_[nodes[0]];
-  const Eigen::Vector3d share = edges.inverse() * (world_mm - nodes_mm_[nodes[0]]);
-  return {1 - share.sum(), share[0], share[1], share[2]};
-}
-
-Eigen::Vector3d PosedBody::mixed(std::uint32_t copy, const std::array<double, 4>& weights) const {
-  const CutTetrahedra& cut = body_.cut();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int k = 0; k < 4; ++k)
-    sum += weights[k] * body_.uncut().nodes_mm[cut.original(cut.copies()[copy].nodes[k])];
-  return sum;
-}
-
-std::vector<std::uint32_t> PosedBody::near(const Eigen::Vector3d& low_mm,
-                                           const Eigen::Vector3d& high_mm) const {
-  std::vector<std::uint32_t> copies;
-  for (std::uint32_t copy = 0; copy < low_.size(); ++copy) {
-    if ((low_mm.array() <= high_[copy].array()).all() &&
-        (high_mm.array() >= low_[copy].array()).all())
-      copies.push_back(copy);
+std::vector<NodeSource> CutBody::sources(const CutBody& before) const {
+  std::vector<NodeSource> sources(cut_.node_count());
+  std::vector<std::uint8_t> known(sources.size(), 0);
+  for (std::uint32_t n = 0; n < first_nodes_; ++n) sources[n] = {{n, n, n, n}, {1, 0, 0, 0}};
+  for (std::uint32_t c = 0; c < cut_.copies().size(); ++c) {
+    const CutTetrahedra::Copy& copy = cut_.copies()[c];
+    const std::uint32_t part_of = part_of_[copy.tetrahedron];
+    const int held = cut_.held_corner(c).corner;
+    const std::uint32_t node = body_.tetrahedra[copy.tetrahedron].nodes[held];
+    const auto& nodes = before.body_.tetrahedra[part_of].nodes;
+    const auto corner = std::find(nodes.begin(), nodes.end(), node);
+    const std::uint32_t was =
+        corner != nodes.end()
+            ? before.cut_.copy_at({part_of, static_cast<int>(corner - nodes.begin())})
+            : before.copy_of(part_of, body_.nodes_mm[node]).copy;
+    for (int k = 0; k < 4; ++k) {
+      if (std::exchange(known[copy.nodes[k]], 1)) continue;
+      sources[copy.nodes[k]] = before.place_of(part_of, body_.tetrahedra[copy.tetrahedron].nodes[k],
+                                               body_.nodes_mm, was);
+    }
   }
-  return copies;
+  return sources;
 }
 
-std::optional<PosedBody::Found> PosedBody::find(const Eigen::Vector3d& world_mm,
-                                                const std::vector<std::uint32_t>& copies) const {
-  for (const std::uint32_t copy : copies) {
-    if ((world_mm.array() < low_[copy].array()).any() ||
-        (world_mm.array() > high_[copy].array()).any())
-      continue;
-    const std::array<double, 4> w = weights(copy, world_mm);
-    if (!(least(w) >= -kRoundedWeight)) continue;  // or a flattened element, not a number
-    const Eigen::Vector3d at = mixed(copy, w);
-    if (body_.holds(copy, at)) return Found{copy, at};
+// A node of the body, or the middle of an edge of it, by the nodes of a tetrahedron's copy.
+NodeSource CutBody::place_of(std::uint32_t tetrahedron, std::uint32_t node,
+                             const std::vector<Eigen::Vector3d>& nodes_mm,
+                             std::uint32_t copy) const {
+  const auto& own = body_.tetrahedra[tetrahedron].nodes;
+  NodeSource source{cut_.copies()[copy].nodes, {}};
+  const auto corner = std::find(own.begin(), own.end(), node);
+  if (corner == own.end()) {
+    source.weights = weights_in(tetrahedron, nodes_mm[node]);
+  } else {
+    source.weights[static_cast<std::size_t>(corner - own.begin())] = 1;
   }
-  return std::nullopt;
-}
-
-Eigen::Vector3d PosedBody::at_rest(std::uint32_t copy, const Eigen::Vector3d& world_mm) const {
-  return mixed(copy, weights(copy, world_mm));
+  return source;
 }
 
 }  // namespace organbake

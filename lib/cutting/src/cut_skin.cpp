@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "drawn_back_skin.h"
+#include "skin_path.h"
+
 namespace organbake {
 namespace {
 
@@ -201,7 +204,7 @@ CutSkin::CutSkin(const TriangleMesh& skin, const EdgeCrossings& edges, const Cut
   if (ends_.empty()) return;
   for (std::uint32_t f = 0; f < skin.faces.size(); ++f)
     FaceCutter(*this, skin, edges, sheet, f).cut();
-  draw_back(sheet);
+  draw_skin_back(*this, sheet, vertices_);
 }
 
 Vector3d CutSkin::normal_beside(const SkinBorder& border) const {

@@ -97,12 +97,12 @@ EdgeCrossings EdgeCrossings::finer(const std::vector<Eigen::Vector3d>& points_mm
   for (std::size_t p = points.size(); p < points_mm.size(); ++p)
     points.push_back(grid.snapped(points_mm[p], first_rank + static_cast<std::uint32_t>(p)));
   EdgeCrossings finer(std::move(points), std::move(edges));
-  finer.take_over(*this, taken);
+  finer.keep_crossings(*this, taken);
   return finer;
 }
 
-void EdgeCrossings::take_over(const EdgeCrossings& before,
-                              std::span<const CutSheet::Triangle> taken) {
+void EdgeCrossings::keep_crossings(const EdgeCrossings& before,
+                                   std::span<const CutSheet::Triangle> taken) {
   const Boxes boxes(taken);
   auto was = before.edges_.begin();
   for (std::uint32_t e = 0; e < edges_.size(); ++e) {

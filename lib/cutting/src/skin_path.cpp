@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "skin_path.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
-
-#include "organbake/cutting/cut_skin.h"
 
 namespace organbake {
 namespace {

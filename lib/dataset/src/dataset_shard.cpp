@@ -83,7 +83,7 @@ void make_shard(const DatasetSpec& spec, const std::shared_ptr<const LensPicture
   Json clips = Json::array();
   for (int c = 0; c < shard.clips; ++c) {
     const DatasetClip clip = make_clip(spec, player.bundle(), shard.organ, shard.first_clip + c);
-    draw.light = clip.script.light.value_or(player.usual_light());
+    draw.light = clip.script.light.value_or(player.default_light());
     TruthClip part;
     part.first_frame = c * spec.clip_frames;
     part.light = draw.light;

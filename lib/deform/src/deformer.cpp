@@ -6,6 +6,7 @@
 
 #include "contact/tool_contacts.h"
 #include "organbake/core/error.h"
+#include "organbake/core/text.h"
 #include "organbake/instruments/instrument_sweep.h"
 #include "solver/shape_solver.h"
 
@@ -25,6 +26,29 @@ const DeformOptions& checked(const DeformOptions& options) {
 
 }  // namespace
 
+const char* to_string(TissueSolver solver) {
+  return solver == TissueSolver::fem ? "fem" : "springs";
+}
+
+std::optional<TissueSolver> tissue_solver(std::string_view name) {
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    if (name == to_string(solver)) return solver;
+  }
+  return std::nullopt;
+}
+
+void DeformOptions::check() const {
+  if (!(time_step_s >= 1e-5 && time_step_s <= 1)) {
+    throw UsageError("time step is " + to_text(time_step_s) + " s; it must be 0.00001 to 1");
+  }
+  if (iterations < 1 || iterations > 1000) {
+    throw UsageError("iterations is " + std::to_string(iterations) + "; it must be 1 to 1000");
+  }
+  if (!(friction >= 0 && friction <= 10)) {
+    throw UsageError("friction is " + to_text(friction) + "; it must be 0 to 10");
+  }
+}
+
 struct Deformer::Impl {
   Impl(const DeformBodies& bodies, const DeformOptions& options)
       : solver(bodies, checked(options)) {
@@ -36,7 +60,7 @@ struct Deformer::Impl {
     to_rest();
   }
 
-  void take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
+  void continue_from(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
   const StepReport& step(const std::vector<Instrument>& asked);
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
@@ -63,7 +87,8 @@ void Deformer::Impl::to_rest() {
   asleep = solver.relaxed_at_rest();
 }
 
-void Deformer::Impl::take_over(Impl& before, const std::vector<std::vector<NodeSource>>& sources) {
+void Deformer::Impl::continue_from(Impl& before,
+                                   const std::vector<std::vector<NodeSource>>& sources) {
   std::vector<NodeSource> all;
   std::vector<std::uint32_t> first(sources.size() + 1, 0);
   for (const std::uint32_t slot : before.solver.tissue().slot_of_node())
@@ -76,7 +101,7 @@ void Deformer::Impl::take_over(Impl& before, const std::vector<std::vector<NodeS
     }
   }
   held = before.held;
-  solver.take_over(before.solver, all, held);
+  solver.continue_from(before.solver, all, held);
   report = before.report;
   asleep = false;
   publish();
@@ -173,9 +198,9 @@ ContactPoint Deformer::Impl::contact_point(const deform::Contact& c) const {
   point.position_mm = c.point.head<3>();
   point.carried = c.as<deform::Carried>() != nullptr;
   // What the lever makes of it on the points that give way: Σ of their weights is 1/φ.
-  const double on_points = 1 / c.lever.free_share;
+  const double on_points = 1 / c.response.free_share;
   point.force_n = -on_points / deform::kMilliNewtonPerNewton * c.force.head<3>();
-  const deform::Row pushed = c.point - c.anchored_at;
+  const deform::PaddedVector pushed = c.point - c.anchored_at;
   if (c.lasts()) {
     point.normal = point.force_n.normalized();
     point.depth_mm = pushed.norm();
@@ -237,8 +262,9 @@ std::vector<Eigen::Vector3d> Deformer::node_positions(std::size_t organ) const {
   }
   return positions;
 }
-void Deformer::take_over(Deformer& before, const std::vector<std::vector<NodeSource>>& sources) {
-  impl_->take_over(*before.impl_, sources);
+void Deformer::continue_from(Deformer& before,
+                             const std::vector<std::vector<NodeSource>>& sources) {
+  impl_->continue_from(*before.impl_, sources);
 }
 bool Deformer::moved() const { return impl_->moved; }
 void Deformer::reset() {

@@ -70,12 +70,12 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
   for (const double share : {0.08, 0.16, 0.3}) {
     player.reset();
     const auto tip = hold_poke(player, front, share, radius);
-    add({kAside, 0.25}, tool_solids(tip, {}, bundle));
+    add({kAside, 0.25}, solids_of({tip}, bundle));
   }
   player.reset();
   for (const double azimuth : {-1.3, 1.3, 3.1416}) add({azimuth, 0.1}, {});
   const auto tip = hold_poke(player, front, 0.3, radius);
-  add({0, 0.35}, tool_solids(tip, {}, bundle));
+  add({0, 0.35}, solids_of({tip}, bundle));
   player.reset();
   return tile_pictures(pictures, 4, 6);
 }

@@ -32,14 +32,6 @@ View view_of(const EmbeddedPlayer::Camera& camera) {
   return view;
 }
 
-const std::vector<Eigen::Vector3d>& positions_of(const Player& player, std::size_t organ) {
-  if (organ >= player.organ_count()) {
-    throw UsageError("there is no organ " + std::to_string(organ) + " of " +
-                     std::to_string(player.organ_count()));
-  }
-  return player.proxy_positions(organ);
-}
-
 std::optional<DrawnLight> light_for(EmbeddedPlayer::Options::Light light) {
   using Light = EmbeddedPlayer::Options::Light;
   if (light == Light::baked) return DrawnLight::baked;
@@ -103,7 +95,7 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
                      std::to_string(row_bytes) + " apart");
   }
   DrawOptions options;
-  options.light = impl_->light.value_or(impl_->player.usual_light());
+  options.light = impl_->light.value_or(impl_->player.default_light());
   impl_->player.draw(view, options, impl_->frame);
   impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)
@@ -111,11 +103,11 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
 }
 
 std::size_t EmbeddedPlayer::vertex_count(std::size_t organ) const {
-  return positions_of(impl_->player, organ).size();
+  return impl_->player.proxy_positions(organ).size();
 }
 
 std::array<double, 3> EmbeddedPlayer::vertex_mm(std::size_t vertex, std::size_t organ) const {
-  const std::vector<Eigen::Vector3d>& positions = positions_of(impl_->player, organ);
+  const std::vector<Eigen::Vector3d>& positions = impl_->player.proxy_positions(organ);
   if (vertex >= positions.size()) {
     throw UsageError("there is no vertex " + std::to_string(vertex) + " of " +
                      std::to_string(positions.size()));

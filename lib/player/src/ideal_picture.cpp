@@ -21,7 +21,7 @@ struct Read {
 };
 
 // Weights of four texels, the point between the second and third at t (Catmull & Rom 1974).
-std::array<float, 4> catmull_rom(float t) {
+std::array<float, 4> catmull_rom_weights(float t) {
   return {0.5f * t * (-1 + t * (2 - t)), 0.5f * (2 + t * t * (-5 + 3 * t)),
           0.5f * t * (1 + t * (4 - 3 * t)), 0.5f * t * t * (-1 + t)};
 }
@@ -35,8 +35,8 @@ std::optional<Read> read_at(const CameraMaps& maps, const PosedCamera& camera,
   const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
   if (!(u >= 1 && v >= 1 && u < maps.width - 2 && v < maps.height - 2)) return std::nullopt;
   const int x = static_cast<int>(u), y = static_cast<int>(v);
-  const auto wx = catmull_rom(static_cast<float>(u - x)),
-             wy = catmull_rom(static_cast<float>(v - y));
+  const auto wx = catmull_rom_weights(static_cast<float>(u - x)),
+             wy = catmull_rom_weights(static_cast<float>(v - y));
   const double same_mm = kSameSurfaceTexels * p.z() / camera.intrinsics.fx;
   Read read{Vector3f::Zero(), 1};
   float sum = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/instrument_motion.h"
 
-#include <algorithm>
+#include <optional>
 #include <string>
 
 #include "organbake/core/error.h"
@@ -20,6 +20,30 @@ Eigen::Vector3d tip_at_depth(const Waypoint& waypoint, double radius_mm, const B
 std::string place_of(const Script& script, std::size_t instrument, std::size_t waypoint) {
   return "script '" + script.name + "': /instruments/" + std::to_string(instrument) + "/path/" +
          std::to_string(waypoint) + "/direction: ";
+}
+
+std::vector<Solid> parts_of(const Instrument& instrument,
+                            const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle) {
+  const Eigen::Vector3d &tip = instrument.position_mm, end = instrument.end_mm();
+  const Eigen::Vector3d outward = tip - bundle.cameras.manifold.center_world_mm;
+  const Scissors* scissors = std::get_if<Scissors>(&instrument.kind);
+  const bool along_axis = scissors || instrument.is<Needle>();
+  const Eigen::Vector3d along =
+      shaft.value_or(along_axis ? instrument.axis_mm : outward).normalized();
+  const double length_mm = bounds(bundle.proxy).diagonal(), radius_mm = instrument.radius_mm;
+  const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
+                        dark_steel = Eigen::Vector3f::Constant(0.2f);
+  if (scissors) {
+    return {{tip - 0.5 * scissors->opening_mm, end, radius_mm, steel},
+            {tip + 0.5 * scissors->opening_mm, end, radius_mm, steel},
+            {end, end + length_mm * along, 1.5 * radius_mm, dark_steel}};
+  }
+  if (instrument.is<Needle>()) {
+    return {{tip, end, radius_mm, steel},
+            {end, end + length_mm * along, 3 * radius_mm, dark_steel}};
+  }
+  return {{tip, end, radius_mm, steel},
+          {tip, tip + length_mm * along, 0.4 * radius_mm, dark_steel}};
 }
 
 }  // namespace
@@ -47,40 +71,18 @@ std::vector<Instrument> InstrumentMotion::at(double time_s) const {
   return instruments;
 }
 
-std::vector<Solid> InstrumentMotion::solids(const std::vector<Instrument>& instruments) const {
+std::vector<Solid> solids_of(const std::vector<Instrument>& instruments, const Bundle& bundle,
+                             const std::vector<InstrumentPath>& paths) {
   std::vector<Solid> solids;
   for (std::size_t i = 0; i < instruments.size(); ++i) {
     if (!instruments[i].active) continue;
-    for (Solid part : tool_solids(instruments[i], paths_[i].shaft, *bundle_)) {
+    for (Solid part :
+         parts_of(instruments[i], i < paths.size() ? paths[i].shaft : std::nullopt, bundle)) {
       part.instrument = static_cast<std::uint32_t>(i);
       solids.push_back(part);
     }
   }
   return solids;
-}
-
-std::vector<Solid> tool_solids(const Instrument& instrument,
-                               const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle) {
-  const Eigen::Vector3d &tip = instrument.position_mm, end = instrument.end_mm();
-  const Eigen::Vector3d outward = tip - bundle.cameras.manifold.center_world_mm;
-  const Scissors* scissors = std::get_if<Scissors>(&instrument.kind);
-  const bool along_axis = scissors || instrument.is<Needle>();
-  const Eigen::Vector3d along =
-      shaft.value_or(along_axis ? instrument.axis_mm : outward).normalized();
-  const double length_mm = bounds(bundle.proxy).diagonal(), radius_mm = instrument.radius_mm;
-  const Eigen::Vector3f steel = Eigen::Vector3f::Constant(0.35f),
-                        dark_steel = Eigen::Vector3f::Constant(0.2f);
-  if (scissors) {
-    return {{tip - 0.5 * scissors->opening_mm, end, radius_mm, steel},
-            {tip + 0.5 * scissors->opening_mm, end, radius_mm, steel},
-            {end, end + length_mm * along, 1.5 * radius_mm, dark_steel}};
-  }
-  if (instrument.is<Needle>()) {
-    return {{tip, end, radius_mm, steel},
-            {end, end + length_mm * along, 3 * radius_mm, dark_steel}};
-  }
-  return {{tip, end, radius_mm, steel},
-          {tip, tip + length_mm * along, 0.4 * radius_mm, dark_steel}};
 }
 
 }  // namespace organbake

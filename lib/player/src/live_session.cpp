@@ -181,10 +181,7 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   played.deform_ms = watch.lap();
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   options.keep_depth = true;
-  options.solids.clear();
-  if (holding_) {
-    options.solids = tool_solids(tips_.back(), tool_record_.back().shaft, player_->bundle());
-  }
+  options.solids = solids_of(tips_, player_->bundle(), tool_record_);
   played.draw = player_->draw(view_, options, frame_);
   played.draw_ms = watch.lap();
   return played;

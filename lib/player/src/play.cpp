@@ -1,12 +1,88 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/player/play.h"
 
+#include <algorithm>
+
+#include "organbake/bundle/json_fields.h"
 #include "organbake/core/error.h"
+#include "organbake/core/median.h"
 #include "organbake/core/stopwatch.h"
 #include "organbake/player/instrument_motion.h"
 #include "organbake/player/script_camera.h"
 
 namespace organbake {
+namespace {
+
+Json frame_json(const PlayedFrame& f) {
+  Json forces = Json::array();
+  for (const auto& force : f.step.tip_force_n) forces.push_back(to_json(force));
+  Json places = Json::array();
+  for (const auto& place : f.step.tip_position_mm) places.push_back(to_json(place));
+  return {
+      {"deform_ms", f.deform_ms},
+      {"draw_ms", f.draw_ms},
+      {"phases_ms",
+       {{"transform", f.draw.times.transform},
+        {"splat", f.draw.times.splat},
+        {"base", f.draw.times.base},
+        {"resolve", f.draw.times.resolve},
+        {"fill", f.draw.times.fill},
+        {"tools", f.draw.times.tools}}},
+      {"unchanged", f.draw.unchanged},
+      {"tiles", {{"drawn", f.draw.tiles_drawn}, {"kept", f.draw.tiles_kept}}},
+      {"cameras", f.draw.weights.cameras},
+      {"weights", f.draw.weights.weights},
+      {"samples",
+       {{"drawn", f.draw.samples_drawn},
+        {"skipped_facing_away", f.draw.samples_facing_away},
+        {"skipped_outside_view", f.draw.samples_outside_view}}},
+      {"faces",
+       {{"drawn", f.draw.faces_drawn},
+        {"skipped_facing_away", f.draw.faces_facing_away},
+        {"skipped_outside_view", f.draw.faces_outside_view}}},
+      {"pixels", {{"from_samples", f.draw.sample_pixels}, {"from_base_layer", f.draw.base_pixels}}},
+      {"base_triangles", f.draw.base_triangles},
+      {"stretch_px_per_texel", f.draw.largest_stretch_px},
+      {"holes_before_fill", f.draw.holes_before},
+      {"holes_after_fill", f.draw.holes_after},
+      {"contacts", f.step.contacts},
+      {"tissue_contacts", f.step.tissue_contacts},
+      {"tool_contacts", f.step.tool_contacts},
+      {"collision_ms", f.step.collision_ms},
+      {"tip_force_n", forces},
+      {"tip_position_mm", places},
+      {"tip_too_fast", f.step.tip_too_fast},
+      {"recovered", f.step.recovered}};
+}
+
+Json summary_json(const std::vector<PlayedFrame>& frames) {
+  std::vector<double> deform, draw, total;
+  double collision_ms = 0, all_ms = 0;
+  std::size_t unchanged = 0, holes = 0, recovered = 0;
+  for (const PlayedFrame& f : frames) {
+    unchanged += f.draw.unchanged;
+    recovered += f.step.recovered;
+    holes = std::max(holes, f.draw.holes_after);
+    deform.push_back(f.deform_ms);
+    collision_ms += f.step.collision_ms;
+    all_ms += f.deform_ms + f.draw_ms;
+    if (f.draw.unchanged) continue;  // a frame that was not drawn says nothing of drawing
+    draw.push_back(f.draw_ms);
+    total.push_back(f.deform_ms + f.draw_ms);
+  }
+  const double frame_ms = median(total);
+  return {{"frames", frames.size()},
+          {"frames_unchanged", unchanged},
+          {"frames_recovered", recovered},
+          {"median_deform_ms", median(deform)},
+          {"median_draw_ms", median(draw)},
+          {"collision_share_of_time", all_ms > 0 ? collision_ms / all_ms : 0},
+          {"median_frames_per_second", frame_ms > 0 ? 1000 / frame_ms : 0},
+          {"most_holes_after_fill", holes}};
+}
+
+}  // namespace
+
 void PlayOptions::check() const {
   if (width < 1 || height < 1 || width > kLargestSide_px || height > kLargestSide_px) {
     throw UsageError("a size of " + std::to_string(width) + "x" + std::to_string(height) +
@@ -58,6 +134,19 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     context.progress(double(frame + 1) / script.frames);
   }
   return played;
+}
+
+std::string play_report(const Script& script, const Player& player,
+                        const std::vector<PlayedFrame>& frames) {
+  Json list = Json::array();
+  for (const PlayedFrame& frame : frames) list.push_back(frame_json(frame));
+  return json_text({{"schema", "organbake/play-report/1"},
+                    {"script", script.name},
+                    {"time_step_s", script.time_step_s},
+                    {"solver", to_string(player.solver())},
+                    {"organs", player.organ_count()},
+                    {"summary", summary_json(frames)},
+                    {"frames", list}});
 }
 
 }  // namespace organbake

@@ -2,13 +2,11 @@
 #include "organbake/player/player.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
-#include "organ_layers.h"
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
-#include "organbake/warp/front_edges.h"
-#include "organbake/warp/light_meter.h"
 
 namespace organbake {
 
@@ -37,10 +35,10 @@ Player::Organ Player::opened(const std::filesystem::path& bundle_folder, bool ke
                      faces = shell_face_count(bundle)](std::size_t c) {
     return reader.read_maps(c, cameras[c].intrinsics, faces);
   };
-  return framed(std::move(bundle), read);
+  return streamed(std::move(bundle), read);
 }
 
-Player::Organ Player::framed(Bundle frame, Warper::ReadMaps read) {
+Player::Organ Player::streamed(Bundle frame, Warper::ReadMaps read) {
   Warper warper(frame, std::move(read));
   frame.maps.clear();
   std::vector<Eigen::Vector3d> positions = frame.proxy.vertices;
@@ -80,7 +78,7 @@ Player::Player(Bundle bundle, const DeformOptions& options, bool keep_maps)
     : Player(std::vector<Bundle>{std::move(bundle)}, options, keep_maps) {}
 
 Player::Player(Bundle frame, Warper::ReadMaps read, const DeformOptions& options)
-    : Player(one_of(framed(std::move(frame), std::move(read))), options) {}
+    : Player(one_of(streamed(std::move(frame), std::move(read))), options) {}
 
 Player::Player(const std::filesystem::path& bundle_folder, const DeformOptions& options,
                bool keep_maps)
@@ -103,6 +101,12 @@ bool Player::load_next() {
                      [](Organ& organ) { return organ.warper.bind_next(); });
 }
 
+const Player::Organ& Player::organ_at(std::size_t organ) const {
+  if (organ < organs_.size()) return organs_[organ];
+  throw UsageError("there is no organ " + std::to_string(organ) + " of " +
+                   std::to_string(organs_.size()));
+}
+
 bool Player::can_relight() const {
   return std::any_of(organs_.begin(), organs_.end(),
                      [](const Organ& organ) { return organ.warper.can_relight(); });
@@ -110,9 +114,9 @@ bool Player::can_relight() const {
 
 bool Player::can_cut() const { return options_.solver == TissueSolver::fem; }
 
-DrawnLight Player::usual_light() const {
+DrawnLight Player::default_light() const {
   DrawnLight usual = DrawnLight::baked;
-  for (const Organ& organ : organs_) usual = std::max(usual, organ.warper.usual_light());
+  for (const Organ& organ : organs_) usual = std::max(usual, organ.warper.default_light());
   return usual;
 }
 
@@ -130,7 +134,7 @@ void Player::reset() {
   take_positions();
 }
 
-void Player::play_by(TissueSolver solver) {
+void Player::set_solver(TissueSolver solver) {
   DeformOptions options = options_;
   options.solver = solver;
   make_whole();  // of springs it changes nothing: they cannot be cut
@@ -140,7 +144,7 @@ void Player::play_by(TissueSolver solver) {
 }
 
 bool Player::make_whole() {
-  parting_.reset();
+  pending_cut_.reset();
   cutting_edges_.forget();
   bool was_cut = false;
   for (Organ& organ : organs_) {
@@ -173,49 +177,14 @@ DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& fra
   return paper_->draw(organ.bundle, organ.positions, view, options, frame);
 }
 
-// The organs are lit by one light: by that of the first that has one, metered over all.
-double Player::metered_mm(const View& view, const DrawOptions& options) const {
-  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
-    return options.scope_reference_mm;
-  ScopeLight scope;
-  for (auto organ = organs_.rbegin(); organ != organs_.rend(); ++organ)
-    if (const auto& lighting = organ->bundle.lighting; lighting && lighting->scope)
-      scope = *lighting->scope;
-  LightMeter meter(scope, view);
-  for (const Organ& organ : organs_) meter.add(organ.bundle.proxy);
-  return meter.reference_mm();
-}
-
 DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Frame& frame) {
   if (options.method != WarpMethod::bound) {
     throw UsageError("the paper's own warp draws one organ alone");
   }
-  const double reference_mm = metered_mm(view, options);
-  std::vector<DrawReport> reports;
-  std::vector<const Frame*> layers;
-  bool unchanged = joined_ != 0 && frame.serial == joined_;
-  for (Organ& organ : organs_) {
-    DrawOptions own = options;
-    own.keep_depth = true;
-    own.smooth_outline = false;  // theirs together is
-    if (!organ.warper.can_relight()) own.light = DrawnLight::baked;
-    own.scope_reference_mm = reference_mm;
-    reports.push_back(organ.shown().draw(organ.positions, view, own, organ.picture));
-    layers.push_back(&organ.picture);
-    unchanged = unchanged && reports.back().unchanged;
-  }
-  // Of a frame asked for with less, what it lacks now would be missing.
-  unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
-              frame.shown.empty() == !options.keep_shown &&
-              frame.bound.empty() == !options.keep_bound;
-  const DrawReport joined = joined_report(reports, unchanged);
-  if (!unchanged) {
-    frame.serial = 0;
-    join_layers(layers, options, kStepTexels * joined.texel_mm, frame);
-    for (const Frame* layer : layers) joined_ = std::max(joined_, layer->serial);
-    frame.serial = joined_;
-  }
-  return joined;
+  std::vector<JointDrawing::Organ> drawn;
+  for (Organ& organ : organs_)
+    drawn.push_back({organ.shown(), organ.positions, organ.bundle.proxy, organ.bundle.lighting});
+  return joint_drawing_.draw(drawn, view, options, frame);
 }
 
 }  // namespace organbake

@@ -11,7 +11,7 @@
 namespace organbake {
 
 // The organs as they are once what blades have swept has parted, in the making.
-struct Player::Parting {
+struct Player::PendingCut {
   struct Organ {
     std::optional<CutSheet> sheet;  // none: no blade was near
     std::unique_ptr<CutOrgan> cutting;
@@ -22,9 +22,9 @@ struct Player::Parting {
   };
   std::vector<Organ> organs;
   std::optional<Deformer> deformer;  // when any has
-  int steps_left = kPartingSteps;
+  int steps_left = kCutDelaySteps;
   // What was shown before ends on the next thread: to take it down takes as long as a frame.
-  std::shared_ptr<Parting> retired;
+  std::shared_ptr<PendingCut> retired;
   std::exception_ptr failed;
   bool done = false;
   std::optional<BackgroundThread> thread;  // last: it works on the rest
@@ -39,19 +39,20 @@ struct Player::Parting {
   void part(std::span<const Player::Organ> shown, const DeformOptions& options);
 };
 
-void Player::Parting::begin(std::span<const Player::Organ> shown, const DeformOptions& options) {
+void Player::PendingCut::begin(std::span<const Player::Organ> shown, const DeformOptions& options) {
   thread.emplace();
   thread->start([this, shown, options](const std::atomic<bool>&) { run(shown, options); });
 }
 
 // A build without threads does it all now.
-void Player::Parting::finish(std::span<const Player::Organ> shown, const DeformOptions& options) {
+void Player::PendingCut::finish(std::span<const Player::Organ> shown,
+                                const DeformOptions& options) {
   thread.reset();
   if (!done) run(shown, options);
   if (failed) std::rethrow_exception(failed);
 }
 
-void Player::Parting::run(std::span<const Player::Organ> shown, const DeformOptions& options) {
+void Player::PendingCut::run(std::span<const Player::Organ> shown, const DeformOptions& options) {
   try {
     part(shown, options);
   } catch (...) {
@@ -60,7 +61,7 @@ void Player::Parting::run(std::span<const Player::Organ> shown, const DeformOpti
   done = true;
 }
 
-void Player::Parting::part(std::span<const Player::Organ> shown, const DeformOptions& options) {
+void Player::PendingCut::part(std::span<const Player::Organ> shown, const DeformOptions& options) {
   retired.reset();
   DeformBodies bodies;
   for (std::size_t o = 0; o < shown.size(); ++o) {
@@ -80,9 +81,10 @@ void Player::Parting::part(std::span<const Player::Organ> shown, const DeformOpt
 }
 
 void Player::cut(const std::vector<Instrument>& instruments) {
-  if (parting_ && parting_->under_way() && --parting_->steps_left == 0) end_parting();
+  if (pending_cut_ && pending_cut_->under_way() && --pending_cut_->steps_left == 0)
+    end_pending_cut();
   sweep(instruments);
-  if (!parting_ || !parting_->under_way()) begin_parting();
+  if (!pending_cut_ || !pending_cut_->under_way()) begin_pending_cut();
 }
 
 void Player::sweep(const std::vector<Instrument>& instruments) {
@@ -125,27 +127,27 @@ void Player::begin_cutting(Organ& organ) {
 }
 
 // When blades have swept more than was taken.
-void Player::begin_parting() {
+void Player::begin_pending_cut() {
   const auto has_more = [](const Organ& organ) {
     return organ.sweeps && organ.sweeps->sheet().triangles().size() > organ.cutting->taken();
   };
   if (std::none_of(organs_.begin(), organs_.end(), has_more)) return;
-  auto next = std::make_shared<Parting>();
-  next->retired = std::move(parting_);
+  auto next = std::make_shared<PendingCut>();
+  next->retired = std::move(pending_cut_);
   next->organs.resize(organs_.size());
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     if (has_more(organs_[o])) next->organs[o].sheet = organs_[o].sweeps->sheet();
   }
   next->begin(organs_, options_);
-  parting_ = std::move(next);
+  pending_cut_ = std::move(next);
 }
 
-void Player::end_parting() {
-  parting_->finish(organs_, options_);
+void Player::end_pending_cut() {
+  pending_cut_->finish(organs_, options_);
   std::vector<std::vector<NodeSource>> sources;
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     Organ& organ = organs_[o];
-    Parting::Organ& next = parting_->organs[o];
+    PendingCut::Organ& next = pending_cut_->organs[o];
     if (next.cutting) std::swap(organ.cutting, next.cutting);
     if (next.changed) {
       std::swap(organ.cut_warper, next.warper);
@@ -157,14 +159,14 @@ void Player::end_parting() {
     for (std::uint32_t n = 0; n < organ.now().mechanics.body->nodes_mm.size(); ++n)
       sources.back().push_back({{n, n, n, n}});
   }
-  if (!parting_->deformer) return;
-  parting_->deformer->take_over(deformer_, sources);
-  std::swap(deformer_, *parting_->deformer);
+  if (!pending_cut_->deformer) return;
+  pending_cut_->deformer->continue_from(deformer_, sources);
+  std::swap(deformer_, *pending_cut_->deformer);
   take_positions();
 }
 
 std::size_t Player::piece_count(std::size_t organ) const {
-  const Organ& asked = organs_[organ];
+  const Organ& asked = organ_at(organ);
   return asked.cut_warper ? asked.cutting->body().cut().fragment_count() : 1;
 }
 

@@ -80,7 +80,7 @@ double catmull_rom(double before, double a, double b, double after, double t) {
                   t * (2 * before - 5 * a + 4 * b - after + t * (3 * (a - b) + after - before)));
 }
 
-KeyframeStretch keyframes_at(const Script& script, int frame) {
+KeyframeSpan keyframes_at(const Script& script, int frame) {
   const auto& keys = script.camera;
   const int count = static_cast<int>(keys.size());
   const auto next = std::find_if(keys.begin(), keys.end(),
@@ -94,7 +94,7 @@ KeyframeStretch keyframes_at(const Script& script, int frame) {
 }
 
 OrbitPose camera_at(const Script& script, int frame) {
-  const KeyframeStretch at = keyframes_at(script, frame);
+  const KeyframeSpan at = keyframes_at(script, frame);
   const auto pose_of = [&](int key) -> const OrbitPose& { return script.camera[key].pose; };
   const OrbitPose &before = pose_of(at.before), &a = pose_of(at.a), &b = pose_of(at.b),
                   &after = pose_of(at.after);

@@ -140,7 +140,7 @@ Json keyframe_json(const CameraKeyframe& key) {
 }
 
 RigidTransform free_pose_at(const Script& script, int frame) {
-  const KeyframeStretch at = keyframes_at(script, frame);
+  const KeyframeSpan at = keyframes_at(script, frame);
   const auto pose = [&](int key) { return *script.camera[key].camera_from_world; };
   if (at.a == at.b) return pose(at.a);
   const Eigen::Quaterniond from(pose(at.a).rotation), to(pose(at.b).rotation);

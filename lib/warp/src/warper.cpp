@@ -6,14 +6,14 @@
 #include "drawing/base_drawing.h"
 #include "drawing/resolve.h"
 #include "drawing/tile_drawing.h"
+#include "finishing/cover_mask.h"
 #include "finishing/post_process.h"
 #include "last_drawing.h"
 #include "light/lattice_normals.h"
+#include "light/light_meter.h"
 #include "light/relit_skin.h"
 #include "organbake/core/error.h"
 #include "organbake/core/parallel.h"
-#include "organbake/warp/cover_mask.h"
-#include "organbake/warp/light_meter.h"
 #include "picture/phase_clock.h"
 #include "picture/tile_grid.h"
 #include "placing/active_cameras.h"
@@ -272,7 +272,7 @@ DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
 
 bool Warper::can_relight() const { return impl_->relit.has_value(); }
 
-DrawnLight Warper::usual_light() const {
+DrawnLight Warper::default_light() const {
   if (!impl_->relit) return DrawnLight::baked;
   return impl_->scope ? DrawnLight::scope : DrawnLight::world;
 }

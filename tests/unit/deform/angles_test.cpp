@@ -14,17 +14,17 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kPolynomial = 2e-11;  // of the angle: what angles_of promises
 constexpr double kRounding = 1e-11;    // a small angle's sine has lost digits
 
-Row at_angle(double radians) { return {std::cos(radians), std::sin(radians), 0, 0}; }
+PaddedVector at_angle(double radians) { return {std::cos(radians), std::sin(radians), 0, 0}; }
 
 TEST(AnglesOf, AreTheArctangents) {
   RandomStream random(1);
   for (int i = 0; i < 10000; ++i) {
-    Lanes sine, cosine;
+    Double4 sine, cosine;
     for (int lane = 0; lane < 4; ++lane) {
       const double size = std::pow(10, random.uniform(-12, 12)), at = random.uniform(0, kPi);
       sine[lane] = size * std::sin(at), cosine[lane] = size * std::cos(at);
     }
-    const Lanes angles = angles_of(sine, cosine);
+    const Double4 angles = angles_of(sine, cosine);
     for (int lane = 0; lane < 4; ++lane) {
       const double exact = std::atan2(sine[lane], cosine[lane]);
       EXPECT_NEAR(angles[lane], exact, kPolynomial * exact);
@@ -33,7 +33,7 @@ TEST(AnglesOf, AreTheArctangents) {
 }
 
 TEST(AnglesOf, AtTheEndsAndInTheMiddle) {
-  const Lanes angles = angles_of(Lanes{0, 0, 2, 1e-140}, Lanes{3, -3, 0, 1e-140});
+  const Double4 angles = angles_of(Double4{0, 0, 2, 1e-140}, Double4{3, -3, 0, 1e-140});
   const double exact[] = {0, kPi, kPi / 2, kPi / 4};
   for (int lane = 0; lane < 4; ++lane) EXPECT_NEAR(angles[lane], exact[lane], 4 * kPolynomial);
 }

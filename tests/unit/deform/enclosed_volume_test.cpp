@@ -26,7 +26,7 @@ TEST(EnclosedVolume, GradientIsTheDerivative) {
   const TriangleMesh mesh = test::lumpy_organ(2, 40, 2);
   const SpringNetwork network({{mesh, test::spring_body(mesh), {}}}, kTimeStep_s);
   const EnclosedVolume volume(network, {1});
-  Rows x = network.rest(), gradient(x.size());
+  PaddedVectors x = network.rest(), gradient(x.size());
   volume.gradient(x, gradient);
   constexpr double kStep_mm = 1e-4;
   std::vector<double> above, below;

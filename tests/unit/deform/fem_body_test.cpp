@@ -20,15 +20,15 @@ namespace {
 constexpr double kStep_s = 1.0 / 60;
 
 // What the elements alone push with at x: inertia has nothing to say where a step begins and ends.
-Rows elastic_forces(const FemBody& tissue, const Rows& x) {
-  Rows force(tissue.size());
+PaddedVectors elastic_forces(const FemBody& tissue, const PaddedVectors& x) {
+  PaddedVectors force(tissue.size());
   tissue.local_step(x, x, x, force);
   return force;
 }
 
-Rows mapped(const FemBody& tissue, const Eigen::Affine3d& map) {
-  Rows x = tissue.rest();
-  for (Row& row : x) row = to_row(map * Eigen::Vector3d(row.head<3>()));
+PaddedVectors mapped(const FemBody& tissue, const Eigen::Affine3d& map) {
+  PaddedVectors x = tissue.rest();
+  for (PaddedVector& row : x) row = padded(map * Eigen::Vector3d(row.head<3>()));
   return x;
 }
 
@@ -38,9 +38,9 @@ Eigen::Affine3d turned() {
   return map;
 }
 
-double largest(const Rows& rows) {
+double largest(const PaddedVectors& rows) {
   double norm = 0;
-  for (const Row& row : rows) norm = std::max(norm, row.norm());
+  for (const PaddedVector& row : rows) norm = std::max(norm, row.norm());
   return norm;
 }
 
@@ -50,7 +50,7 @@ TEST(FemBody, AnAffineMapLeavesInnerNodesAlone) {
   const FemBody tissue({{bar.mesh, bar.mechanics, {}}}, kStep_s);
   Eigen::Affine3d map = Eigen::Affine3d::Identity();
   map.linear() << 1.1, 0.2, -0.1, 0.05, 0.9, 0.1, 0, -0.15, 1.2;
-  const Rows force = elastic_forces(tissue, mapped(tissue, map));
+  const PaddedVectors force = elastic_forces(tissue, mapped(tissue, map));
   const double scale = largest(force);
   ASSERT_GT(scale, 1);
   const Eigen::Vector3d size = bar.size_mm();
@@ -61,7 +61,7 @@ TEST(FemBody, AnAffineMapLeavesInnerNodesAlone) {
     ++inner;
     // The node itself, not the vertex that it carries.
     for (std::size_t slot = 0; slot < tissue.free_count(); ++slot) {
-      if (tissue.rest()[slot] != to_row(at)) continue;
+      if (tissue.rest()[slot] != padded(at)) continue;
       EXPECT_LT(force[slot].norm(), 1e-12 * scale) << v;
     }
   }
@@ -77,8 +77,8 @@ TEST(FemBody, AStretchedBarPullsByYoungsModulus) {
     const FemBody tissue({{bar.mesh, bar.mechanics, {}}}, kStep_s);
     constexpr double kStrain = 0.02;
     const Eigen::Affine3d map(Eigen::Scaling(1 + kStrain, 1 - nu * kStrain, 1 - nu * kStrain));
-    const Rows force = elastic_forces(tissue, mapped(tissue, map));
-    Row end = Row::Zero();
+    const PaddedVectors force = elastic_forces(tissue, mapped(tissue, map));
+    PaddedVector end = PaddedVector::Zero();
     double aside = 0;
     for (std::size_t slot = 0; slot < tissue.free_count(); ++slot) {
       if (tissue.rest()[slot].x() == bar.size_mm().x()) end += force[slot];
@@ -105,14 +105,15 @@ TEST(FemBody, ForcesAreTheEnergysSlope) {
   const TriangleMesh mesh = test::lumpy_organ(1, 40, 2);
   const FemBody tissue({{mesh, test::fem_ball(mesh), {}}}, kStep_s);
   RandomStream random(11);
-  Rows x = tissue.rest();
-  for (Row& row : x) row += to_row({random.normal(), random.normal(), random.normal()}) * 15;
-  const Rows force = elastic_forces(tissue, x);
-  const Rows start = x;
+  PaddedVectors x = tissue.rest();
+  for (PaddedVector& row : x)
+    row += padded({random.normal(), random.normal(), random.normal()}) * 15;
+  const PaddedVectors force = elastic_forces(tissue, x);
+  const PaddedVectors start = x;
   for (std::size_t slot = 0; slot < tissue.free_count(); ++slot) {
     for (int axis = 0; axis < 3; ++axis) {
       const auto energy_at = [&](double moved) {
-        Rows aside = x;
+        PaddedVectors aside = x;
         aside[slot][axis] += moved;
         return tissue.energy(aside, aside);
       };
@@ -129,10 +130,10 @@ TEST(FemBody, DampingKnowsStrainAlone) {
   options.damping_s = 0.1;
   const FemBody tissue({{mesh, test::fem_ball(mesh, options), {}}}, kStep_s);
   const auto damping = [&](const Eigen::Affine3d& map) {
-    Rows force(tissue.size());
-    const Rows x = mapped(tissue, map);
+    PaddedVectors force(tissue.size());
+    const PaddedVectors x = mapped(tissue, map);
     tissue.local_step(x, tissue.rest(), x, force);
-    const Rows elastic = elastic_forces(tissue, x);
+    const PaddedVectors elastic = elastic_forces(tissue, x);
     for (std::size_t i = 0; i < force.size(); ++i) force[i] -= elastic[i];
     return largest(force);
   };
@@ -149,11 +150,11 @@ TEST(FemBody, WeighsWhatTheTissueDoes) {
   test::FemOptions options;
   options.anchored_below = -2;
   const FemBody tissue({{mesh, test::fem_ball(mesh, options), {}}}, kStep_s);
-  Rows coasted = tissue.rest(), force(tissue.size());
-  for (Row& row : coasted) row.x() += 1;
+  PaddedVectors coasted = tissue.rest(), force(tissue.size());
+  for (PaddedVector& row : coasted) row.x() += 1;
   tissue.local_step(tissue.rest(), tissue.rest(), coasted, force);
-  Row sum = Row::Zero();
-  for (const Row& row : force) sum += row;
+  PaddedVector sum = PaddedVector::Zero();
+  for (const PaddedVector& row : force) sum += row;
   const double expected = 1060e-9 * signed_volume(mesh) * 60 * 60;
   EXPECT_NEAR(sum.x(), expected, 1e-9 * expected);
 }

@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(Solvers, NeedleInTissue,
 TEST(NeedleChecks, ItNeedsALength) {
   Instrument tip = needle(0);
   tip.axis_mm.setZero();
-  EXPECT_THROW(Deformer::check({tip}), UsageError);
+  EXPECT_THROW(check_instruments({tip}), UsageError);
 }
 
 }  // namespace

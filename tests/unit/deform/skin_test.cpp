@@ -25,14 +25,14 @@ struct Posed {
   MechanicsModel mechanics = test::spring_body(mesh);
   SpringNetwork network{{{mesh, mechanics, base}}, kSkinStep_s};
   Skin skin{network, {{mesh, mechanics, base}}};
-  Rows x = network.rest();
+  PaddedVectors x = network.rest();
 
   // A seeded deformation, in the mesh and in the slots alike.
   Posed() {
     RandomStream random(11);
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
       mesh.vertices[v] += 2 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
-      x[network.slot_of_vertex()[v]] = to_row(mesh.vertices[v]);
+      x[network.slot_of_vertex()[v]] = padded(mesh.vertices[v]);
     }
     skin.pose(x);
   }
@@ -45,7 +45,7 @@ TEST(Skin, IsTheShellMapOfTheDeformedProxy) {
   for (std::uint32_t f = 0; f < p.mesh.faces.size(); ++f) {
     const double b1 = random.uniform(0, 0.5), b2 = random.uniform(0, 0.5), h = random.normal();
     const Eigen::Vector3d expected = shell_point(shell_matrix(p.mesh, normals, f), b1, b2, h);
-    const SkinHit hit = p.skin.hit({f, b1, b2, h}, Row::Zero());
+    const SkinHit hit = p.skin.hit({f, b1, b2, h}, PaddedVector::Zero());
     EXPECT_LT((hit.point.head<3>() - expected).norm(), kSame_mm);
     EXPECT_NEAR(hit.distance_mm, expected.norm(), kSame_mm);
     EXPECT_NEAR(hit.normal.norm(), 1, kSame_mm);
@@ -56,11 +56,11 @@ TEST(Skin, AllNormalsAtOnceAreThoseOnDemand) {
   Posed p;
   std::vector<SkinHit> on_demand;
   for (std::uint32_t f = 0; f < p.mesh.faces.size(); ++f)
-    on_demand.push_back(p.skin.hit({f, 0.2, 0.3, 1}, Row::Zero()));
+    on_demand.push_back(p.skin.hit({f, 0.2, 0.3, 1}, PaddedVector::Zero()));
   p.skin.pose(p.x);
   p.skin.pose_all_normals();
   for (std::uint32_t f = 0; f < p.mesh.faces.size(); ++f) {
-    const SkinHit at_once = p.skin.hit({f, 0.2, 0.3, 1}, Row::Zero());
+    const SkinHit at_once = p.skin.hit({f, 0.2, 0.3, 1}, PaddedVector::Zero());
     EXPECT_LT((at_once.point - on_demand[f].point).norm(), kSame_mm);
     EXPECT_LT((at_once.normal - on_demand[f].normal).norm(), kSame_mm);
   }
@@ -73,9 +73,10 @@ TEST(Skin, NearestPointBeatsAFineSampling) {
   for (int trial = 0; trial < 40; ++trial) {
     const auto face = static_cast<std::uint32_t>(random.below(p.mesh.faces.size()));
     // Near the face, as a tip is when it touches.
-    const SkinHit start = p.skin.hit({face, 0.3, 0.3, 0}, Row::Zero());
-    const Row center = start.point + random.uniform(2, 8) * start.normal +
-                       2 * Row(random.normal(), random.normal(), random.normal(), 0);
+    const SkinHit start = p.skin.hit({face, 0.3, 0.3, 0}, PaddedVector::Zero());
+    const PaddedVector center =
+        start.point + random.uniform(2, 8) * start.normal +
+        2 * PaddedVector(random.normal(), random.normal(), random.normal(), 0);
     const SkinHit found = p.skin.nearest(face, center);
     double sampled = 1e300;
     for (int i = 0; i <= kFine; ++i) {
@@ -116,10 +117,10 @@ TEST(Skin, WithoutABaseItIsTheProxy) {
   const Eigen::Vector3d middle =
       (mesh.vertices[f[0]] + mesh.vertices[f[1]] + mesh.vertices[f[2]]) / 3;
   const Eigen::Vector3d out = face_normal(mesh, 5);
-  const SkinHit hit = skin.nearest(5, to_row(middle + 3 * out));
+  const SkinHit hit = skin.nearest(5, padded(middle + 3 * out));
   EXPECT_NEAR(hit.distance_mm, 3, kSame_mm);
   EXPECT_LT((hit.point.head<3>() - middle).norm(), kSame_mm);
-  EXPECT_NEAR(skin.least_distance(5, to_row(middle + 3 * out)), 3, kSame_mm);
+  EXPECT_NEAR(skin.least_distance(5, padded(middle + 3 * out)), 3, kSame_mm);
 }
 
 TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
@@ -127,9 +128,9 @@ TEST(Skin, ACollapsedFaceStillHasANearestPoint) {
   const MechanicsModel mechanics = test::spring_body(mesh);
   const SpringNetwork network({{mesh, mechanics, {}}}, kSkinStep_s);
   Skin skin(network, {{mesh, mechanics, test::sphere_base(mesh, 41, 4)}});
-  const Rows collapsed(network.size(), Row(1, 2, 3, 0));
+  const PaddedVectors collapsed(network.size(), PaddedVector(1, 2, 3, 0));
   skin.pose(collapsed);
-  const SkinHit hit = skin.nearest(0, Row(1, 2, 8, 0));
+  const SkinHit hit = skin.nearest(0, PaddedVector(1, 2, 8, 0));
   EXPECT_TRUE(hit.point.allFinite());
   EXPECT_LT(hit.distance_mm, 8);
 }
@@ -143,17 +144,17 @@ TEST(Skin, ASmoothOneIsMetWhereItsNodesLie) {
   const DeformBodies with = {{mesh, mechanics, none, &smooth}}, without = {{mesh, mechanics, none}};
   const SpringNetwork network(without, kSkinStep_s);
   Skin skin(network, with), proxy(network, without);
-  Rows x = network.rest();
+  PaddedVectors x = network.rest();
   RandomStream random(12);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     x[network.slot_of_vertex()[v]] +=
-        Row(2 * random.normal(), 2 * random.normal(), 2 * random.normal(), 0);
+        PaddedVector(2 * random.normal(), 2 * random.normal(), 2 * random.normal(), 0);
   skin.pose(x), proxy.pose(x);
   for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
     ASSERT_TRUE(skin.smooth(f));
-    const SkinHit start = proxy.hit({f, 0.3, 0.4, 0}, Row::Zero());
-    const Row center =
-        start.point + 4 * start.normal + Row(random.normal(), random.normal(), random.normal(), 0);
+    const SkinHit start = proxy.hit({f, 0.3, 0.4, 0}, PaddedVector::Zero());
+    const PaddedVector center = start.point + 4 * start.normal +
+                                PaddedVector(random.normal(), random.normal(), random.normal(), 0);
     const SkinHit found = skin.nearest(f, center), expected = proxy.nearest(f, center);
     EXPECT_NEAR(found.distance_mm, expected.distance_mm, kSame_mm);
     EXPECT_LT((found.point - expected.point).norm(), 1e-6);

@@ -35,13 +35,13 @@ double relative_residual(std::uint32_t size, const std::vector<Coefficient>& ent
                          std::uint64_t seed, UnknownOrder order = UnknownOrder::to_be_found) {
   const SparseFactor factor(size, entries, order);
   RandomStream random(seed);
-  Rows right_side(size), solved(size);
+  PaddedVectors right_side(size), solved(size);
   for (auto& row : right_side) {
-    row = Row(random.normal(), random.normal(), random.normal(), random.normal());
+    row = PaddedVector(random.normal(), random.normal(), random.normal(), random.normal());
   }
   for (std::uint32_t i = 0; i < size; ++i) solved[factor.position()[i]] = right_side[i];
   factor.solve(solved.data());
-  Rows residual = right_side;
+  PaddedVectors residual = right_side;
   double norm = 0, error = 0;
   for (const auto& [i, j, value] : entries) {
     residual[i] -= value * solved[factor.position()[j]];
@@ -73,9 +73,9 @@ TEST(SparseFactor, SolvesPointsAlikeAloneAndInPairs) {
   for (const std::uint32_t edges : {20u, 600u}) {
     const SparseFactor factor(kSize, random_system(kSize, edges, 9));
     RandomStream random(3);
-    Rows all(kSize);
-    for (auto& row : all) row = Row(random.normal(), random.normal(), random.normal(), 0);
-    Rows alone = all, first = all, second = all;
+    PaddedVectors all(kSize);
+    for (auto& row : all) row = PaddedVector(random.normal(), random.normal(), random.normal(), 0);
+    PaddedVectors alone = all, first = all, second = all;
     for (auto& row : second) row *= 2;
     factor.solve(all.data());
     factor.solve_points(alone.data());

@@ -38,7 +38,7 @@ Instrument blade_at(double share) {
 }
 
 void let_part(Player& player) {
-  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
+  for (int i = 0; i < 2 * Player::kCutDelaySteps; ++i) player.step({});
 }
 
 Script cutting_script() {

@@ -100,16 +100,16 @@ TEST(PlayerCuts, ChangesItsSolver) {
   const Script poke = short_script(6);
   const std::vector<std::uint8_t> by_springs = bytes_of(springs, poke);
   EXPECT_EQ(bytes_of(player, poke), by_springs);
-  player.play_by(TissueSolver::fem);
+  player.set_solver(TissueSolver::fem);
   EXPECT_EQ(bytes_of(player, poke), bytes_of(elements, poke));
   cut_in_two(player);
   ASSERT_EQ(player.piece_count(), 2u);
-  player.play_by(TissueSolver::springs);
+  player.set_solver(TissueSolver::springs);
   EXPECT_FALSE(player.is_cut());
   EXPECT_EQ(bytes_of(player, poke), by_springs);
 
   Player without(organ_to_play());
-  EXPECT_THROW(without.play_by(TissueSolver::fem), UsageError);
+  EXPECT_THROW(without.set_solver(TissueSolver::fem), UsageError);
   EXPECT_EQ(without.solver(), TissueSolver::springs);
   EXPECT_EQ(bytes_of(without, poke), by_springs);
 }

@@ -146,7 +146,7 @@ TEST(PlayerTools, AnEmbeddedPlayersTipsSnip) {
                   .snips = true,
                   .opening_mm = {0, 0, 300 - 15.0 * i}}});
   }
-  for (int i = 0; i < 2 * Player::kPartingSteps; ++i) player.step({});
+  for (int i = 0; i < 2 * Player::kCutDelaySteps; ++i) player.step({});
   EXPECT_GT(player.vertex_count(), before);
 }
 

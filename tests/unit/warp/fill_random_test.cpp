@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "finishing/cover_mask.h"
 #include "organbake/core/random.h"
-#include "organbake/warp/cover_mask.h"
 #include "unit/warp/filled_frame.h"
 
 namespace organbake {

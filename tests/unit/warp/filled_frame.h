@@ -3,7 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "finishing/holes.h"
+#include "finishing/hole_fill.h"
+#include "finishing/slit_fill.h"
 
 namespace organbake {
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drawing/pixel_key.h"
+#include "drawing/tile_keys.h"
 #include "organbake/core/random.h"
 
 namespace organbake {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/warp/outline.h"
+#include "finishing/outline.h"
 
 #include <gtest/gtest.h>
 

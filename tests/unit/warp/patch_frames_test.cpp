@@ -74,7 +74,7 @@ TEST(PatchFrames, ABatchIsPlacedAsEachPatchAlone) {
       ChunkFrame alone;
       place_patches(PatchTable(std::span(&patches[i], 1)), 0, 1, face, view, &alone);
       ASSERT_EQ(together[i], alone) << round << ' ' << i;
-      ++fates[static_cast<int>(alone.fate)];
+      ++fates[static_cast<int>(alone.visibility)];
       uncut += alone.uncut;
     }
   }
@@ -93,7 +93,7 @@ TEST(PatchFrames, BoxesHoldTheirPatches) {
     const Patch patch = random_patch(random);
     ChunkFrame frame;
     place_patches(PatchTable(std::span(&patch, 1)), 0, 1, face, view, &frame);
-    if (frame.fate != ChunkFate::drawn) continue;
+    if (frame.visibility != ChunkVisibility::drawn) continue;
     ShellMatrix shell = face.metric.topRows<3>().cast<double>();
     for (int corner = 0; corner < 8; ++corner) {
       const auto at = [&](int axis) {
@@ -124,7 +124,7 @@ TEST(PatchFrames, PatchesThatFaceAwayShowNowhere) {
     patch.cone = NormalCone(0);
     ChunkFrame frame;
     place_patches(PatchTable(std::span(&patch, 1)), 0, 1, face, view, &frame);
-    if (frame.fate != ChunkFate::faces_away) continue;
+    if (frame.visibility != ChunkVisibility::faces_away) continue;
     ++away;
     const ShellMatrix shell = face.metric.topRows<3>().cast<double>();
     for (int corner = 0; corner < 4; ++corner) {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <set>
 
-#include "drawing/pixel_key.h"
+#include "drawing/tile_keys.h"
 #include "samples/texel_detail.h"
 #include "samples/texel_order.h"
 #include "support/synthetic_bundle.h"

@@ -8,11 +8,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "light/light_meter.h"
 #include "light/scope_shine.h"
 #include "organbake/core/error.h"
 #include "organbake/image/difference.h"
 #include "organbake/image/srgb.h"
-#include "organbake/warp/light_meter.h"
 #include "organbake/warp/warper.h"
 #include "support/synthetic_bundle.h"
 
@@ -175,10 +175,10 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
   ScopeSkin skin;
   ScopeLit lit;
   SkinDirections color;
-  std::array<float, kStretch> white;
+  std::array<float, kSpan> white;
   white.fill(1);
   constexpr int kAngles = 16;  // round the eye's direction, by pairs of a normal and its opposite
-  for (int i = 0; i < kStretch; ++i) {
+  for (int i = 0; i < kSpan; ++i) {
     const double angle = 0.01 + 1.5 * (i / 2 % kAngles) / kAngles;
     const Vector3d normal =
         world_from_view * Vector3d(std::sin(angle), 0, -std::cos(angle)) * (i % 2 ? -1 : 1);
@@ -189,12 +189,12 @@ TEST(ScopeLight, SkinSeenFromBehindIsLitAsItsOtherSide) {
     skin.depth_mm[i] = 120;
   }
   const Intrinsics& lens = view.camera.intrinsics;
-  const StretchColors colors{static_cast<int>(lens.cx),
-                             static_cast<int>(lens.cy),
-                             2 * kAngles,
-                             color.planes(),
-                             white.data(),
-                             skin.depth_mm};
+  const SpanColors colors{static_cast<int>(lens.cx),
+                          static_cast<int>(lens.cy),
+                          2 * kAngles,
+                          color.planes(),
+                          white.data(),
+                          skin.depth_mm};
   EXPECT_TRUE(shine.light(skin, colors, lit));
   for (int i = 0; i < 2 * kAngles; i += 2) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(color.of[c][i], color.of[c][i + 1], 0.02f) << i;
@@ -322,13 +322,13 @@ TEST(ScopeLight, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
 
 TEST(ScopeLight, EachBundleHasTheLightItIsMeantFor) {
   Bundle bundle = organ_in(scope_light(), 0.5f);
-  EXPECT_EQ(Warper(bundle).usual_light(), DrawnLight::scope);
+  EXPECT_EQ(Warper(bundle).default_light(), DrawnLight::scope);
   bundle.lighting->scope.reset();
-  EXPECT_EQ(Warper(bundle).usual_light(), DrawnLight::world);
+  EXPECT_EQ(Warper(bundle).default_light(), DrawnLight::world);
   const View view = front_of(bundle);
   EXPECT_NO_THROW(drawn_by_scope(bundle, view)) << "a known light is enough to be lit by a scope";
   bundle.lighting.reset();
-  EXPECT_EQ(Warper(bundle).usual_light(), DrawnLight::baked);
+  EXPECT_EQ(Warper(bundle).default_light(), DrawnLight::baked);
   EXPECT_THROW(drawn_by_scope(bundle, view), UsageError);
 }
 

@@ -12,23 +12,23 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kTexel_mm = 0.25f;  // steps of 1 mm are smooth, of 2 mm are not
-// A plane over a stretch of this depth: number_of tells what it is at the pixels that are asked
+// A plane over a span of this depth: number_of tells what it is at the pixels that are asked
 // for, and −1 stands elsewhere.
 template <class NumberOf>
 std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
                          int* asked = nullptr) {
-  const SparseShading stretch(depth.data(), static_cast<int>(depth.size()), kTexel_mm);
-  const int posts = stretch.post_count();
+  const SparseShading span(depth.data(), static_cast<int>(depth.size()), kTexel_mm);
+  const int knots = span.knot_count();
   std::vector<std::int32_t> at;
   ShadedPosts table;
-  for (int k = 0; k < posts; ++k) {
-    at.push_back(stretch.post(k));
+  for (int k = 0; k < knots; ++k) {
+    at.push_back(span.knot(k));
     table.rows[k][3] = number_of(at.back());
   }
-  table.rows[posts][3] = -1;
-  if (asked) *asked = posts;
-  alignas(64) std::array<std::array<float, kStretch>, 3> planes;
-  ShadingInterpolation(stretch, at.data(), posts)(
+  table.rows[knots][3] = -1;
+  if (asked) *asked = knots;
+  alignas(64) std::array<std::array<float, kSpan>, 3> planes;
+  ShadingInterpolation(span, at.data(), knots)(
       table, 3, {planes[0].data(), planes[1].data(), planes[2].data()});
   return {planes[0].begin(), planes[0].begin() + static_cast<std::ptrdiff_t>(depth.size())};
 }
@@ -36,17 +36,17 @@ std::vector<float> mixed(const std::vector<float>& depth, NumberOf&& number_of,
 TEST(SparseShading, WhatRisesEvenlyIsMixedExactlyFromThreeOfEight) {
   int asked = 0;
   const auto number = [](int i) { return 0.5f + 0.25f * static_cast<float>(i); };
-  const auto plane = mixed(std::vector<float>(kStretch, 300), number, &asked);
-  EXPECT_EQ(asked, kStretch * 3 / SparseShading::kGroup);
-  for (int i = 0; i < kStretch; ++i) EXPECT_NEAR(plane[i], number(i), 1e-5) << i;
+  const auto plane = mixed(std::vector<float>(kSpan, 300), number, &asked);
+  EXPECT_EQ(asked, kSpan * 3 / SparseShading::kGroup);
+  for (int i = 0; i < kSpan; ++i) EXPECT_NEAR(plane[i], number(i), 1e-5) << i;
 }
 
 TEST(SparseShading, EqualNumbersAreNotRounded) {
-  for (const float value : mixed(std::vector<float>(kStretch, 300), [](int) { return 1 / 3.0f; }))
+  for (const float value : mixed(std::vector<float>(kSpan, 300), [](int) { return 1 / 3.0f; }))
     EXPECT_EQ(value, 1 / 3.0f);
 }
 
-// Where the skin breaks off or falls away, and in a group that the stretch's end cuts, every pixel
+// Where the skin breaks off or falls away, and in a group that the span's end cuts, every pixel
 // is asked for, however its light jumps.
 TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
   std::vector<float> depth(38, 300);
@@ -61,8 +61,8 @@ TEST(SparseShading, BrokenSkinIsAskedForByThePixel) {
 }
 
 TEST(SparseShading, NoSkinAsksForNoLight) {
-  EXPECT_EQ(SparseShading(std::vector<float>(40, kInfinity).data(), 40, kTexel_mm).post_count(), 0);
-  EXPECT_EQ(SparseShading(nullptr, 0, kTexel_mm).post_count(), 0);
+  EXPECT_EQ(SparseShading(std::vector<float>(40, kInfinity).data(), 40, kTexel_mm).knot_count(), 0);
+  EXPECT_EQ(SparseShading(nullptr, 0, kTexel_mm).knot_count(), 0);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "drawing/landing.h"
-#include "drawing/pixel_key.h"
+#include "drawing/tile_keys.h"
 #include "organbake/core/random.h"
 #include "organbake/warp/view.h"
 #include "picture/tile_grid.h"
@@ -96,7 +96,7 @@ void for_scenes(int count, const Visit& visit) {
   const std::array<std::uint32_t, 7> counts = {1, 8, 15, 16, 17, 63, 64};
   for (int i = 0; count > 0; ++i) {
     const Scene scene(random, counts[i % counts.size()], i % 2 == 1);
-    if (scene.chunk.fate != ChunkFate::drawn) continue;
+    if (scene.chunk.visibility != ChunkVisibility::drawn) continue;
     visit(scene, random);
     --count;
   }
@@ -133,19 +133,19 @@ TEST(Splat, SamplesLandWhereTheShellMapPutsThem) {
   std::array<std::size_t, 2> landed_by_bend{};
   for_scenes(600, [&](const Scene& scene, RandomStream&) {
     const TileKeys keys = scene.keys(kSplatTile, true);
-    Landed landed;
-    land_chunk(scene.set, 0, scene.chunk, scene.face, kNear_mm, keys, kAnySplat, landed);
+    PlacedSamples placed;
+    place_samples(scene.set, 0, scene.chunk, scene.face, kNear_mm, keys, kAnySplat, placed);
     const ShellMatrix shell = scene.face.metric.topRows<3>().cast<double>();
     const Intrinsics& k = scene.view.camera.intrinsics;
-    for (int i = 0; i < landed.count; ++i) {
-      const auto [b1, b2, h] = scene.set.bound((*landed.sample)[i]);
+    for (int i = 0; i < placed.count; ++i) {
+      const auto [b1, b2, h] = scene.set.bound((*placed.sample)[i]);
       const Eigen::Vector3d p = shell_point(shell, b1, b2, h);
       if (p.z() < 2 * kNear_mm) continue;  // nearer, rounding moves whole pixels
       const Eigen::Vector2d at = project(k, p);
-      const double column = kAnySplat.column(landed.cell[i]) + 0.5 * scene.chunk.columns,
-                   row = kAnySplat.row(landed.cell[i]) + 0.5 * scene.chunk.rows;
+      const double column = kAnySplat.column(placed.cell[i]) + 0.5 * scene.chunk.columns,
+                   row = kAnySplat.row(placed.cell[i]) + 0.5 * scene.chunk.rows;
       if (!(at.cwiseAbs().maxCoeff() < 400)) continue;  // held at the guard band's end
-      ASSERT_NEAR(landed.z[i], p.z(), kFloatShare * p.z());
+      ASSERT_NEAR(placed.z[i], p.z(), kFloatShare * p.z());
       ASSERT_NEAR(column, at.x(), 0.5 + kFloat_px);
       ASSERT_NEAR(row, at.y(), 0.5 + kFloat_px);
       ++landed_by_bend[scene.face.bent];
@@ -180,7 +180,7 @@ TEST(Splat, AbsurdPlacesStayWithinTheGuardBand) {
       scene.face.pixel.col(3).array() *= static_cast<float>(far_mm);
       ChunkFrame& chunk = scene.chunk;
       chunk.uncut = true;
-      chunk.fate = ChunkFate::drawn;
+      chunk.visibility = ChunkVisibility::drawn;
       chunk.box = {100, 50, 120, 60};
       chunk.columns = chunk.rows = TileKeys::kGuard;
       scene.keys(kSplatTile, true);  // the sanitizers look on

@@ -31,20 +31,20 @@ ElementStress::ElementStress(const Matrices& f) : f_(f) {
 }
 
 void ElementStress::keep_volume() {
-  Lanes trace = Lanes{} - 3;
+  Double4 trace = Double4{} - 3;
   for (int e = 0; e < 9; ++e) trace += rotation_[e] * f_[e];
   for (int e = 0; e < 9; ++e) from_kept_[e] = trace * rotation_[e];
   // The bound bites where S − (tr/3 − 1 + least) 1 is not positive, S = RᵀF: by its leading minors.
-  const Lanes shift = trace / 3 + kLeastStretch;
-  Lanes s[6];  // xx, yy, zz, xy, xz, yz
+  const Double4 shift = trace / 3 + kLeastStretch;
+  Double4 s[6];  // xx, yy, zz, xy, xz, yz
   constexpr int kRow[6] = {0, 1, 2, 0, 0, 1}, kColumn[6] = {0, 1, 2, 1, 2, 2};
   for (int i = 0; i < 6; ++i) {
     s[i] = rotation_[kRow[i]] * f_[kColumn[i]] + rotation_[3 + kRow[i]] * f_[3 + kColumn[i]] +
            rotation_[6 + kRow[i]] * f_[6 + kColumn[i]];
     if (i < 3) s[i] -= shift;
   }
-  const Lanes second = s[0] * s[1] - s[3] * s[3];
-  const Lanes third =
+  const Double4 second = s[0] * s[1] - s[3] * s[3];
+  const Double4 third =
       s[2] * second - s[0] * s[5] * s[5] - s[1] * s[4] * s[4] + 2 * s[3] * s[4] * s[5];
   for (int lane = 0; lane < 4; ++lane) {
     if (!(s[0][lane] > 0 && second[lane] > 0 && third[lane] > 0)) keep_volume_of_lane(lane);
@@ -67,13 +67,13 @@ void ElementStress::keep_volume_of_lane(int lane) {
   for (int e = 0; e < 9; ++e) from_kept_[e][lane] = from_kept(e / 3, e % 3);
 }
 
-void ElementStress::stress(const Lanes& shear, const Lanes& bulk, Matrices& stress) const {
+void ElementStress::stress(const Double4& shear, const Double4& bulk, Matrices& stress) const {
   for (int e = 0; e < 9; ++e) {
     stress[e] = shear * (f_[e] - rotation_[e]) + bulk * from_kept_[e];
   }
 }
 
-void ElementStress::add_viscous(const Lanes& viscosity, const Matrices& f_start,
+void ElementStress::add_viscous(const Double4& viscosity, const Matrices& f_start,
                                 Matrices& stress) const {
   Matrices change, turned;
   for (int e = 0; e < 9; ++e) change[e] = f_[e] - f_start[e];
@@ -81,15 +81,15 @@ void ElementStress::add_viscous(const Lanes& viscosity, const Matrices& f_start,
     for (int j = 0; j < 3; ++j)
       turned[3 * i + j] = rotation_[i] * change[j] + rotation_[3 + i] * change[3 + j] +
                           rotation_[6 + i] * change[6 + j];
-  const Lanes half = viscosity / 2;
+  const Double4 half = viscosity / 2;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       for (int k = 0; k < 3; ++k)
         stress[3 * i + j] += half * rotation_[3 * i + k] * (turned[3 * k + j] + turned[3 * j + k]);
 }
 
-Lanes ElementStress::energy(const Lanes& shear, const Lanes& bulk) const {
-  Lanes turned{}, swollen{};
+Double4 ElementStress::energy(const Double4& shear, const Double4& bulk) const {
+  Double4 turned{}, swollen{};
   for (int e = 0; e < 9; ++e) {
     turned += (f_[e] - rotation_[e]) * (f_[e] - rotation_[e]);
     swollen += from_kept_[e] * from_kept_[e];

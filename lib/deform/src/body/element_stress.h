@@ -18,10 +18,10 @@ class ElementStress {
   explicit ElementStress(const Matrices& f);
 
   // ∂W/∂F.
-  void stress(const Lanes& shear, const Lanes& bulk, Matrices& stress) const;
+  void stress(const Double4& shear, const Double4& bulk, Matrices& stress) const;
   // The same of a viscosity of shear strain (mN·mm): R sym(Rᵀ (F − F_start)) viscosity.
-  void add_viscous(const Lanes& viscosity, const Matrices& f_start, Matrices& stress) const;
-  Lanes energy(const Lanes& shear, const Lanes& bulk) const;
+  void add_viscous(const Double4& viscosity, const Matrices& f_start, Matrices& stress) const;
+  Double4 energy(const Double4& shear, const Double4& bulk) const;
 
   static constexpr double kLeastStretch = 0.1;
 

@@ -24,8 +24,8 @@ Embedding::Embedding(std::uint32_t first_slot, std::vector<CarriedPoint> points)
   if (first_slot == 0) points_.clear(), free_shares_.clear();  // nothing moves, nor is carried
 }
 
-void Embedding::carry(Rows& displacements) const {
-  Lanes* rows = as_lanes(displacements.data());
+void Embedding::carry(PaddedVectors& displacements) const {
+  Double4* rows = as_double4(displacements.data());
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const auto& [slots, weights] = points_[i];
     rows[first_slot_ + i] = weights[0] * rows[slots[0]] + weights[1] * rows[slots[1]] +
@@ -33,11 +33,11 @@ void Embedding::carry(Rows& displacements) const {
   }
 }
 
-void Embedding::carry_positions(const Rows& rest, Rows& x) const {
-  Lanes* at = as_lanes(x.data());
-  const Lanes* from = as_lanes(rest.data());
+void Embedding::carry_positions(const PaddedVectors& rest, PaddedVectors& x) const {
+  Double4* at = as_double4(x.data());
+  const Double4* from = as_double4(rest.data());
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    Lanes moved{};
+    Double4 moved{};
     for (int k = 0; k < 4; ++k) {
       const std::uint32_t slot = points_[i].slots[k];
       moved += points_[i].weights[k] * (at[slot] - from[slot]);
@@ -47,14 +47,14 @@ void Embedding::carry_positions(const Rows& rest, Rows& x) const {
 }
 
 void Embedding::spread_force(std::uint32_t slot, double force, Eigen::Index lane,
-                             Rows& rows) const {
+                             PaddedVectors& rows) const {
   const auto& [slots, weights] = points_[slot - first_slot_];
   for (int k = 0; k < 4; ++k) rows[slots[k]][lane] += force * weights[k];
 }
 
-void Embedding::spread(Rows& force) const {
+void Embedding::spread(PaddedVectors& force) const {
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    Row& own = force[first_slot_ + i];
+    PaddedVector& own = force[first_slot_ + i];
     for (int k = 0; k < 4; ++k) force[points_[i].slots[k]] += points_[i].weights[k] * own;
     own.setZero();
   }

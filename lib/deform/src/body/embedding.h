@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
@@ -28,13 +28,13 @@ class Embedding {
   double free_share(std::uint32_t slot) const { return free_shares_[slot - first_slot_]; }
 
   // Sets the carried rows of displacements from their carriers', anchors' taken for 0.
-  void carry(Rows& displacements) const;
+  void carry(PaddedVectors& displacements) const;
   // The same for positions (mm), by how far the carriers are from rest.
-  void carry_positions(const Rows& rest, Rows& x) const;
+  void carry_positions(const PaddedVectors& rest, PaddedVectors& x) const;
   // Adds to one lane of the free rows what a unit force on a carried slot does to them.
-  void spread_force(std::uint32_t slot, double force, Eigen::Index lane, Rows& rows) const;
+  void spread_force(std::uint32_t slot, double force, Eigen::Index lane, PaddedVectors& rows) const;
   // Moves the forces on carried rows to their free carriers.
-  void spread(Rows& force) const;
+  void spread(PaddedVectors& force) const;
 
  private:
   std::uint32_t first_slot_ = 0;

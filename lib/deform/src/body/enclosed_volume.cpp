@@ -50,7 +50,7 @@ EnclosedVolume::EnclosedVolume(const Tissue& tissue, const std::vector<double>& 
     if (body_of_part[part] == kNoBody) {
       body_of_part[part] = static_cast<std::uint32_t>(bodies_.size());
       stiffness_of_part[part] = volume_stiffness[tissue.organ_of_slot()[f[0]]];
-      bodies_.push_back({to_row(box[part].center()), 0, 0});
+      bodies_.push_back({padded(box[part].center()), 0, 0});
     }
     faces_.push_back({f, body_of_part[part]});
   }
@@ -94,35 +94,35 @@ std::vector<std::uint8_t> EnclosedVolume::closed_parts(const Tissue& tissue) con
   return closed;
 }
 
-void EnclosedVolume::measure(const Rows& x, std::vector<double>& volumes_mm3) const {
+void EnclosedVolume::measure(const PaddedVectors& x, std::vector<double>& volumes_mm3) const {
   volumes_mm3.assign(bodies_.size(), 0.0);
-  const Lanes* at = as_lanes(x.data());
+  const Double4* at = as_double4(x.data());
   for (auto f = faces_.begin(); f != faces_.end();) {  // by runs of one body
     const std::uint32_t body = f->body;
-    const Lanes origin = *as_lanes(&bodies_[body].origin);
-    Lanes products{};
+    const Double4 origin = *as_double4(&bodies_[body].origin);
+    Double4 products{};
     for (; f != faces_.end() && f->body == body; ++f) {
-      const Lanes a = at[f->slots[0]] - origin, b = at[f->slots[1]] - origin;
+      const Double4 a = at[f->slots[0]] - origin, b = at[f->slots[1]] - origin;
       products += a * cross(b, at[f->slots[2]] - origin);
     }
     volumes_mm3[body] += (products[0] + products[1] + products[2]) / 6;
   }
 }
 
-void EnclosedVolume::gradient(const Rows& x, Rows& gradient) const {
-  std::fill(gradient.begin(), gradient.end(), Row::Zero());
-  const Lanes* at = as_lanes(x.data());
-  Lanes* sum = as_lanes(gradient.data());
+void EnclosedVolume::gradient(const PaddedVectors& x, PaddedVectors& gradient) const {
+  std::fill(gradient.begin(), gradient.end(), PaddedVector::Zero());
+  const Double4* at = as_double4(x.data());
+  Double4* sum = as_double4(gradient.data());
   for (const BodyFace& f : faces_) {
-    const Lanes origin = *as_lanes(&bodies_[f.body].origin);
+    const Double4 origin = *as_double4(&bodies_[f.body].origin);
     const auto [i, j, k] = f.slots;
-    const Lanes a = at[i] - origin, b = at[j] - origin, c = at[k] - origin;
+    const Double4 a = at[i] - origin, b = at[j] - origin, c = at[k] - origin;
     sum[i] += cross(b, c) / 6;
     sum[j] += cross(c, a) / 6;
     sum[k] += cross(a, b) / 6;
   }
   std::fill(gradient.begin() + static_cast<std::ptrdiff_t>(free_count_), gradient.end(),
-            Row::Zero());
+            PaddedVector::Zero());
 }
 
 }  // namespace organbake::deform

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "body/tissue.h"
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
@@ -17,7 +17,7 @@ class EnclosedVolume {
  public:
   static constexpr std::uint32_t kNoBody = 0xFFFFFFFFu;
   struct Body {
-    Row origin = Row::Zero();  // volumes are measured about it, mm
+    PaddedVector origin = PaddedVector::Zero();  // volumes are measured about it, mm
     double rest_mm3 = 0;
     // mm³ per mN/mm². With volume stiffness s the pressure is s/(1−s) times the bulk modulus of the
     // part's own springs times its volume strain: 1 keeps the volume, 0.5 doubles the resistance.
@@ -30,9 +30,9 @@ class EnclosedVolume {
   const std::vector<Body>& bodies() const { return bodies_; }
   std::uint32_t body_of_slot(std::uint32_t slot) const { return body_of_slot_[slot]; }
   // mm³ of each body at x.
-  void measure(const Rows& x, std::vector<double>& volumes_mm3) const;
+  void measure(const PaddedVectors& x, std::vector<double>& volumes_mm3) const;
   // ∂V/∂x of every vertex's own body, mm²; zero outside bodies and on anchors.
-  void gradient(const Rows& x, Rows& gradient) const;
+  void gradient(const PaddedVectors& x, PaddedVectors& gradient) const;
 
  private:
   std::vector<std::uint8_t> closed_parts(const Tissue& tissue) const;

@@ -145,14 +145,14 @@ void FemBody::place_slots(const Solid& solid, const std::vector<std::uint32_t>& 
     const std::uint32_t i = free_of_node[n];
     const std::uint32_t slot = i == kAnchored ? next_anchor++ : factor_.position()[i];
     slot_of_node_.push_back(slot);
-    rest_[slot] = to_row(solid.nodes_mm[n]);
+    rest_[slot] = padded(solid.nodes_mm[n]);
     organ_of_slot_[slot] = solid.organ_of_node[n];
   }
   std::vector<CarriedPoint> carried = solid.carried;
   for (std::uint32_t v = 0; v < vertices; ++v) {
     for (std::uint32_t& slot : carried[v].slots) slot = slot_of_node_[slot];
     slot_of_vertex_.push_back(first_carried + v);
-    rest_[first_carried + v] = to_row(solid.vertices_mm[v]);
+    rest_[first_carried + v] = padded(solid.vertices_mm[v]);
     organ_of_slot_[first_carried + v] = solid.organ_of_vertex[v];
   }
   embedding_ = Embedding(first_carried, std::move(carried));
@@ -178,12 +178,12 @@ void FemBody::place_elements(const Solid& solid) {
 }
 
 // F = Σ x_k ∇φ_kᵀ of each element.
-Matrices FemBody::deformation_of(const Block& block, const Lanes* at) {
+Matrices FemBody::deformation_of(const Block& block, const Double4* at) {
   Matrices edges;  // column k: to corner k + 1
   for (int lane = 0; lane < 4; ++lane) {
     const auto& slots = block.slots[lane];
     for (int k = 0; k < 3; ++k) {
-      const Lanes edge = at[slots[k + 1]] - at[slots[0]];
+      const Double4 edge = at[slots[k + 1]] - at[slots[0]];
       for (int i = 0; i < 3; ++i) edges[3 * i + k][lane] = edge[i];
     }
   }
@@ -198,7 +198,7 @@ Matrices FemBody::deformation_of(const Block& block, const Lanes* at) {
 }
 
 // The force on corner k is −P ∇φ_k, and all four sum up to nothing.
-void FemBody::push(const Block& block, const Matrices& stress, Lanes* force) {
+void FemBody::push(const Block& block, const Matrices& stress, Double4* force) {
   Matrices on;  // row k: on corner k + 1
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < 3; ++i) {
@@ -210,18 +210,18 @@ void FemBody::push(const Block& block, const Matrices& stress, Lanes* force) {
   for (int lane = 0; lane < 4; ++lane) {
     const auto& slots = block.slots[lane];
     for (int k = 0; k < 3; ++k) {
-      const Lanes own = {on[3 * k][lane], on[3 * k + 1][lane], on[3 * k + 2][lane], 0};
+      const Double4 own = {on[3 * k][lane], on[3 * k + 1][lane], on[3 * k + 2][lane], 0};
       force[slots[k + 1]] += own;
       force[slots[0]] -= own;
     }
   }
 }
 
-void FemBody::local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
-                         Rows& force) const {
-  const Lanes* at = as_lanes(x.data());
-  const Lanes* from = as_lanes(x_start.data());
-  Lanes* sum = as_lanes(force.data());
+void FemBody::local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                         const PaddedVectors& x_coasted, PaddedVectors& force) const {
+  const Double4* at = as_double4(x.data());
+  const Double4* from = as_double4(x_start.data());
+  Double4* sum = as_double4(force.data());
   put_inertia(x, x_coasted, force);
   Matrices stress;
   for (const Block& block : blocks_) {
@@ -231,15 +231,15 @@ void FemBody::local_step(const Rows& x, const Rows& x_start, const Rows& x_coast
     if (damped_) element.add_viscous(block.viscous, deformation_of(block, from), stress);
     push(block, stress, sum);
   }
-  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Lanes{};
+  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Double4{};
 }
 
-double FemBody::energy(const Rows& x, const Rows& x_start) const {
-  const Lanes* at = as_lanes(x.data());
+double FemBody::energy(const PaddedVectors& x, const PaddedVectors& x_start) const {
+  const Double4* at = as_double4(x.data());
   double held = 0;
   for (const Block& block : blocks_) {
     const Matrices f = deformation_of(block, at);
-    const Lanes energy = ElementStress(f).energy(block.shear, block.bulk);
+    const Double4 energy = ElementStress(f).energy(block.shear, block.bulk);
     held += energy[0] + energy[1] + energy[2] + energy[3];
   }
   return twice_kinetic_energy(x, x_start) / 2 + held;

@@ -23,23 +23,23 @@ class FemBody final : public Tissue {
   // fit the proxy or have a value out of range.
   FemBody(const DeformBodies& bodies, double time_step_s);
 
-  void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
-                  Rows& force) const override;
-  double energy(const Rows& x, const Rows& x_start) const override;
+  void local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                  const PaddedVectors& x_coasted, PaddedVectors& force) const override;
+  double energy(const PaddedVectors& x, const PaddedVectors& x_start) const override;
 
  private:
   // Four elements side by side.
   struct Block {
     std::array<std::array<std::uint32_t, 4>, 4> slots{};  // [element][corner]
     Matrices gradients{};                                 // row k: ∇φ of corner k + 1, 1/mm
-    Lanes shear{}, bulk{};                                // 2 μ V and λ V, mN·mm
-    Lanes viscous{};                                      // 2 μ V damping/dt, mN·mm
+    Double4 shear{}, bulk{};                              // 2 μ V and λ V, mN·mm
+    Double4 viscous{};                                    // 2 μ V damping/dt, mN·mm
   };
   struct Solid;
   void place_slots(const Solid& solid, const std::vector<std::uint32_t>& free_of_node);
   void place_elements(const Solid& solid);
-  static Matrices deformation_of(const Block& block, const Lanes* at);
-  static void push(const Block& block, const Matrices& stress, Lanes* force);
+  static Matrices deformation_of(const Block& block, const Double4* at);
+  static void push(const Block& block, const Matrices& stress, Double4* force);
 
   bool damped_ = false;
   std::vector<Block> blocks_;  // filled up with elements that do nothing

@@ -14,15 +14,16 @@ namespace {
 
 // Of normals that are weighed by angles, as in geometry/triangle_mesh.h; nothing for a face of no
 // area.
-Lanes shares(const Lanes& area, const Lanes& cosine) {
-  return area > 0 ? angles_of(area, cosine) / area : Lanes{};
+Double4 shares(const Double4& area, const Double4& cosine) {
+  return area > 0 ? angles_of(area, cosine) / area : Double4{};
 }
 
-Row from_lanes(const Lanes& v) { return {v[0], v[1], v[2], 0}; }
+PaddedVector from_lanes(const Double4& v) { return {v[0], v[1], v[2], 0}; }
 
 // Barycentric weights of the nearest point.
-Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, const Lanes& c) {
-  const auto point = [](const Lanes& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+Eigen::Vector3d nearest_weights(const Double4& p, const Double4& a, const Double4& b,
+                                const Double4& c) {
+  const auto point = [](const Double4& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
   return nearest_on_triangle(point(p), point(a), point(b), point(c));
 }
 
@@ -31,7 +32,7 @@ Eigen::Vector3d nearest_weights(const Lanes& p, const Lanes& a, const Lanes& b, 
 Skin::Skin(const Tissue& tissue, const DeformBodies& bodies)
     : tissue_(&tissue),
       faces_of_slot_(tissue.faces(), tissue.size()),
-      normals_(tissue.size(), Row::Zero()),
+      normals_(tissue.size(), PaddedVector::Zero()),
       posed_(tissue.size(), 0) {
   std::size_t first_vertex = 0;
   for (const DeformBody& body : bodies) {
@@ -135,7 +136,7 @@ SkinPoint Skin::point_over(std::uint32_t face, double b1, double b2) const {
   return {face, b1, b2, height_mm};
 }
 
-void Skin::pose(const Rows& x) {
+void Skin::pose(const PaddedVectors& x) {
   x_ = &x;
   nodes_.pose(x);
   if (++pose_ == 0) {  // the counter came round: no old stamp may look current
@@ -144,45 +145,45 @@ void Skin::pose(const Rows& x) {
   }
 }
 
-const Row& Skin::vertex_normal(std::uint32_t slot) {
+const PaddedVector& Skin::vertex_normal(std::uint32_t slot) {
   if (posed_[slot] == pose_) return normals_[slot];
-  const Lanes* x = as_lanes(x_->data());
-  Lanes sum{};
+  const Double4* x = as_double4(x_->data());
+  Double4 sum{};
   const std::span around = faces_of_slot_.of(slot);
   for (std::size_t k = 0; k < around.size(); k += 4) {
     const std::size_t count = std::min<std::size_t>(around.size() - k, 4);
-    Lanes normal[4], squared{}, cosine{};
+    Double4 normal[4], squared{}, cosine{};
     for (std::size_t i = 0; i < count; ++i) {
       const Face& f = faces()[around[k + i]];
       const int corner = f[0] == slot ? 0 : f[1] == slot ? 1 : 2;
-      const Lanes u = x[f[(corner + 1) % 3]] - x[slot], v = x[f[(corner + 2) % 3]] - x[slot];
+      const Double4 u = x[f[(corner + 1) % 3]] - x[slot], v = x[f[(corner + 2) % 3]] - x[slot];
       normal[i] = cross(u, v);
       squared[i] = dot(normal[i], normal[i]);
       cosine[i] = dot(u, v);
     }
-    const Lanes share = shares(square_roots(squared), cosine);
+    const Double4 share = shares(square_roots(squared), cosine);
     for (std::size_t i = 0; i < count; ++i) sum += share[i] * normal[i];
   }
   set_normal(slot, sum);
   return normals_[slot];
 }
 
-void Skin::set_normal(std::uint32_t slot, const Lanes& sum) {
+void Skin::set_normal(std::uint32_t slot, const Double4& sum) {
   const double length = std::sqrt(dot(sum, sum));
-  normals_[slot] = length > 0 ? from_lanes(sum / length) : Row(0, 0, 1, 0);
+  normals_[slot] = length > 0 ? from_lanes(sum / length) : PaddedVector(0, 0, 1, 0);
   posed_[slot] = pose_;
 }
 
 void Skin::pose_all_normals() {
-  std::fill(normals_.begin(), normals_.end(), Row::Zero());
-  const Lanes* x = as_lanes(x_->data());
-  Lanes* sum = as_lanes(normals_.data());
+  std::fill(normals_.begin(), normals_.end(), PaddedVector::Zero());
+  const Double4* x = as_double4(x_->data());
+  Double4* sum = as_double4(normals_.data());
   for (const auto& [i, j, k] : faces()) {
-    const Lanes ij = x[j] - x[i], jk = x[k] - x[j], ki = x[i] - x[k];
-    const Lanes normal = cross(jk, ki);
+    const Double4 ij = x[j] - x[i], jk = x[k] - x[j], ki = x[i] - x[k];
+    const Double4 normal = cross(jk, ki);
     const double area = std::sqrt(dot(normal, normal));
-    const Lanes share =
-        shares(Lanes{} + area, Lanes{-dot(ij, ki), -dot(jk, ij), -dot(ki, jk), area});
+    const Double4 share =
+        shares(Double4{} + area, Double4{-dot(ij, ki), -dot(jk, ij), -dot(ki, jk), area});
     sum[i] += share[0] * normal;
     sum[j] += share[1] * normal;
     sum[k] += share[2] * normal;
@@ -190,24 +191,24 @@ void Skin::pose_all_normals() {
   for (std::uint32_t slot = 0; slot < normals_.size(); ++slot) set_normal(slot, sum[slot]);
 }
 
-FaceFrame Skin::frame(std::uint32_t face) {
+SkinFace Skin::frame(std::uint32_t face) {
   const auto [i, j, k] = faces()[face];
-  const Lanes* x = as_lanes(x_->data());
-  const Lanes ni = *as_lanes(&vertex_normal(i));
-  const Lanes nj = *as_lanes(&vertex_normal(j));
-  const Lanes nk = *as_lanes(&vertex_normal(k));
+  const Double4* x = as_double4(x_->data());
+  const Double4 ni = *as_double4(&vertex_normal(i));
+  const Double4 nj = *as_double4(&vertex_normal(j));
+  const Double4 nk = *as_double4(&vertex_normal(k));
   return {x[i], x[j] - x[i], x[k] - x[i], ni, nj - ni, nk - ni};
 }
 
 // S(b, h) is linear in h for fixed b and in b for fixed h.
-std::array<Row, 6> Skin::skin_prism(std::uint32_t face) {
-  const FaceFrame f = frame(face);
+std::array<PaddedVector, 6> Skin::skin_prism(std::uint32_t face) {
+  const SkinFace f = frame(face);
   const double low = lowest_mm_[face], high = highest_mm_[face];
   return {from_lanes(f.at(0, 0, low)),  from_lanes(f.at(1, 0, low)),  from_lanes(f.at(0, 1, low)),
           from_lanes(f.at(0, 0, high)), from_lanes(f.at(1, 0, high)), from_lanes(f.at(0, 1, high))};
 }
 
-SkinHit Skin::hit(const SkinPoint& at, const Row& center) {
+SkinHit Skin::hit(const SkinPoint& at, const PaddedVector& center) {
   SkinHit hit{at};
   if (smooth(at.face)) {
     const auto& [corners, weights] = cell_at(at.face, at.b1, at.b2);
@@ -217,7 +218,7 @@ SkinHit Skin::hit(const SkinPoint& at, const Row& center) {
       hit.normal += weights[k] * nodes_.normal(n);
     }
   } else {
-    const FaceFrame f = frame(at.face);
+    const SkinFace f = frame(at.face);
     hit.point = from_lanes(f.at(at.b1, at.b2, at.height_mm));
     hit.normal = from_lanes(f.normal_at(at.b1, at.b2));
   }
@@ -251,53 +252,53 @@ Skin::Box Skin::node_box(std::uint32_t face) {
   const std::size_t first = lattices_[face].first_node, n = steps(face);
   Box box{nodes_.point(node_of_[first]), nodes_.point(node_of_[first])};
   for (std::size_t k = first + 1; k < first + (n + 1) * (n + 2) / 2; ++k) {
-    const Row& point = nodes_.point(node_of_[k]);
+    const PaddedVector& point = nodes_.point(node_of_[k]);
     box.low = box.low.cwiseMin(point);
     box.high = box.high.cwiseMax(point);
   }
   return box;
 }
 
-double Skin::least_distance(std::uint32_t face, const Row& center) {
+double Skin::least_distance(std::uint32_t face, const PaddedVector& center) {
   if (smooth(face)) {
     const Box box = node_box(face);
     return (box.low - center).cwiseMax(center - box.high).cwiseMax(0).norm();
   }
   const auto [i, j, k] = faces()[face];
-  const Lanes* x = as_lanes(x_->data());
-  const Lanes p = *as_lanes(&center);
+  const Double4* x = as_double4(x_->data());
+  const Double4 p = *as_double4(&center);
   const Eigen::Vector3d w = nearest_weights(p, x[i], x[j], x[k]);
-  const Lanes d = w[0] * x[i] + w[1] * x[j] + w[2] * x[k] - p;
+  const Double4 d = w[0] * x[i] + w[1] * x[j] + w[2] * x[k] - p;
   return std::sqrt(dot(d, d));
 }
 
 // Where a node lies now; `frame` is the face's, and not looked at of a smooth one.
-Lanes Skin::node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i,
-                       std::uint32_t j) {
-  if (smooth(face)) return *as_lanes(&nodes_.point(node(face, i, j)));
+Double4 Skin::node_point(const SkinFace& frame, std::uint32_t face, std::uint32_t i,
+                         std::uint32_t j) {
+  if (smooth(face)) return *as_double4(&nodes_.point(node(face, i, j)));
   return frame.at(double(i) / steps(face), double(j) / steps(face), height(face, i, j));
 }
 
-SkinPoint Skin::nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
+SkinPoint Skin::nearest_in_cell(const SkinFace& frame, std::uint32_t face, const Double4& center,
                                 const std::uint32_t (&corners)[3][2], double& squared) {
   const auto& [p, q, r] = corners;
-  const Lanes a = node_point(frame, face, p[0], p[1]), b = node_point(frame, face, q[0], q[1]),
-              c = node_point(frame, face, r[0], r[1]);
+  const Double4 a = node_point(frame, face, p[0], p[1]), b = node_point(frame, face, q[0], q[1]),
+                c = node_point(frame, face, r[0], r[1]);
   const Eigen::Vector3d w = nearest_weights(center, a, b, c);
   const SkinPoint at{face, (w[0] * p[0] + w[1] * q[0] + w[2] * r[0]) / steps(face),
                      (w[0] * p[1] + w[1] * q[1] + w[2] * r[1]) / steps(face),
                      w[0] * height(face, p[0], p[1]) + w[1] * height(face, q[0], q[1]) +
                          w[2] * height(face, r[0], r[1])};
-  const Lanes found =
-      smooth(face) ? Lanes(w[0] * a + w[1] * b + w[2] * c) : frame.at(at.b1, at.b2, at.height_mm);
-  const Lanes d = found - center;
+  const Double4 found =
+      smooth(face) ? Double4(w[0] * a + w[1] * b + w[2] * c) : frame.at(at.b1, at.b2, at.height_mm);
+  const Double4 d = found - center;
   squared = dot(d, d);
   return at;
 }
 
-SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
-  const FaceFrame f = smooth(face) ? FaceFrame{} : frame(face);
-  const Lanes c = *as_lanes(&center);
+SkinHit Skin::nearest(std::uint32_t face, const PaddedVector& center) {
+  const SkinFace f = smooth(face) ? SkinFace{} : frame(face);
+  const Double4 c = *as_double4(&center);
   if (tallest_mm_[face] == 0 && !smooth(face)) {
     const Eigen::Vector3d w =
         nearest_weights(c, f.origin, f.origin + f.along1, f.origin + f.along2);
@@ -308,7 +309,7 @@ SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
   double best = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i <= steps; ++i) {
     for (std::uint32_t j = 0; i + j <= steps; ++j) {
-      const Lanes d = node_point(f, face, i, j) - c;
+      const Double4 d = node_point(f, face, i, j) - c;
       const double squared = dot(d, d);
       if (squared < best) best = squared, ni = i, nj = j;
     }
@@ -331,7 +332,7 @@ SkinHit Skin::nearest(std::uint32_t face, const Row& center) {
   return hit(at, center);
 }
 
-void Skin::nodes_within(std::uint32_t face, const Row& center, double radius_mm,
+void Skin::nodes_within(std::uint32_t face, const PaddedVector& center, double radius_mm,
                         std::vector<SkinHit>& hits) {
   const std::uint32_t steps = this->steps(face);
   for (std::uint32_t i = 0; i <= steps; ++i) {

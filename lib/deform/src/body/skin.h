@@ -8,7 +8,7 @@
 
 #include "body/smooth_nodes.h"
 #include "body/tissue.h"
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 #include "organbake/deform/deform_body.h"
 #include "organbake/geometry/adjacency.h"
 
@@ -22,20 +22,20 @@ struct SkinPoint {
 };
 
 // The shell over one face as it lies now: the rows of the face's shell matrix.
-struct FaceFrame {
-  Lanes origin, along1, along2;    // of the proxy's face
-  Lanes normal, normal1, normal2;  // of its vertex normals
+struct SkinFace {
+  Double4 origin, along1, along2;    // of the proxy's face
+  Double4 normal, normal1, normal2;  // of its vertex normals
 
-  Lanes normal_at(double b1, double b2) const { return normal + b1 * normal1 + b2 * normal2; }
-  Lanes at(double b1, double b2, double height_mm) const {
+  Double4 normal_at(double b1, double b2) const { return normal + b1 * normal1 + b2 * normal2; }
+  Double4 at(double b1, double b2, double height_mm) const {
     return origin + b1 * along1 + b2 * along2 + height_mm * normal_at(b1, b2);
   }
 };
 
 struct SkinHit {
   SkinPoint at;
-  Row point = Row::Zero();   // mm
-  Row normal = Row::Zero();  // outward, unit: the shell's direction at the point
+  PaddedVector point = PaddedVector::Zero();   // mm
+  PaddedVector normal = PaddedVector::Zero();  // outward, unit: the shell's direction at the point
   double distance_mm = 0;
 };
 
@@ -55,15 +55,15 @@ class Skin {
   double lowest_mm(std::uint32_t face) const { return lowest_mm_[face]; }
   double highest_mm(std::uint32_t face) const { return highest_mm_[face]; }
   // The corners of the prism that holds a face's skin: convex, and it bounds it.
-  std::array<Row, 6> skin_prism(std::uint32_t face);
+  std::array<PaddedVector, 6> skin_prism(std::uint32_t face);
   double tallest_mm() const { return tallest_of_all_mm_; }
 
   // Takes x (mm, by slot; kept by reference until the next pose) as the current shape. Vertex
   // normals are made on demand, once per pose: a contact sees a handful of them.
-  void pose(const Rows& x);
+  void pose(const PaddedVectors& x);
   // All of them at once, for one who needs all: the same up to rounding.
   void pose_all_normals();
-  const Rows& shape() const { return *x_; }
+  const PaddedVectors& shape() const { return *x_; }
   // Whether a smooth skin lies over any face.
   bool smooth() const { return nodes_.count() > 0; }
   bool smooth(std::uint32_t face) const { return lattices_[face].first_node != kFlat; }
@@ -80,24 +80,24 @@ class Skin {
   std::vector<Carrier> carriers(const SkinPoint& at) const;
   // The box about a smooth face's nodes as they lie now.
   struct Box {
-    Row low, high;
+    PaddedVector low, high;
   };
   Box node_box(std::uint32_t face);
-  FaceFrame frame(std::uint32_t face);
-  SkinHit hit(const SkinPoint& at, const Row& center);
+  SkinFace frame(std::uint32_t face);
+  SkinHit hit(const SkinPoint& at, const PaddedVector& center);
   // The skin over a place of a face, between the lattice's nodes.
   SkinPoint point_over(std::uint32_t face, double b1, double b2) const;
   // The nearest skin point of one face: the nearest lattice node's neighbourhood.
-  SkinHit nearest(std::uint32_t face, const Row& center);
+  SkinHit nearest(std::uint32_t face, const PaddedVector& center);
   // How near the face may come: the distance to the proxy's face or, of a smooth one, to its box.
-  double least_distance(std::uint32_t face, const Row& center);
+  double least_distance(std::uint32_t face, const PaddedVector& center);
   // All lattice nodes of a face within `radius_mm` of `center`, in lattice order.
-  void nodes_within(std::uint32_t face, const Row& center, double radius_mm,
+  void nodes_within(std::uint32_t face, const PaddedVector& center, double radius_mm,
                     std::vector<SkinHit>& hits);
 
  private:
-  const Row& vertex_normal(std::uint32_t slot);
-  void set_normal(std::uint32_t slot, const Lanes& sum);
+  const PaddedVector& vertex_normal(std::uint32_t slot);
+  void set_normal(std::uint32_t slot, const Double4& sum);
   // The lattice over one face.
   struct FaceLattice {
     std::uint32_t steps = 1;
@@ -126,8 +126,8 @@ class Skin {
   void add_smooth_lattices(const DeformBody& body, const std::uint32_t* slot_of_vertex);
   void add_lattice(std::uint32_t steps, const float* heights_mm);
   void find_carriers();
-  Lanes node_point(const FaceFrame& frame, std::uint32_t face, std::uint32_t i, std::uint32_t j);
-  SkinPoint nearest_in_cell(const FaceFrame& frame, std::uint32_t face, const Lanes& center,
+  Double4 node_point(const SkinFace& frame, std::uint32_t face, std::uint32_t i, std::uint32_t j);
+  SkinPoint nearest_in_cell(const SkinFace& frame, std::uint32_t face, const Double4& center,
                             const std::uint32_t (&corners)[3][2], double& squared);
 
   const Tissue* tissue_;
@@ -142,8 +142,8 @@ class Skin {
   std::vector<double> lowest_mm_, highest_mm_;  // of each face's heights
   double tallest_of_all_mm_ = 0;
   VertexFaces faces_of_slot_;
-  const Rows* x_ = nullptr;
-  Rows normals_;
+  const PaddedVectors* x_ = nullptr;
+  PaddedVectors normals_;
   std::vector<std::uint32_t> posed_;
   std::uint32_t pose_ = 0;
 };

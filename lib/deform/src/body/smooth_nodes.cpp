@@ -25,7 +25,7 @@ void SmoothNodes::add(const DeformBody& body, const std::uint32_t* slot_of_verte
   posed_normals_.assign(count(), 0);
 }
 
-void SmoothNodes::pose(const Rows& x) {
+void SmoothNodes::pose(const PaddedVectors& x) {
   x_ = &x;
   if (++pose_ == 0) {  // the counter came round: no old stamp may look current
     std::fill(posed_points_.begin(), posed_points_.end(), 0u);
@@ -34,30 +34,30 @@ void SmoothNodes::pose(const Rows& x) {
   }
 }
 
-const Row& SmoothNodes::point(std::uint32_t node) {
+const PaddedVector& SmoothNodes::point(std::uint32_t node) {
   if (posed_points_[node] != pose_) {
-    const Lanes* x = as_lanes(x_->data());
-    Lanes sum{};
+    const Double4* x = as_double4(x_->data());
+    Double4 sum{};
     for (const auto& [slot, weight] : carriers(node)) sum += weight * x[slot];
-    *as_lanes(&points_[node]) = sum;
+    *as_double4(&points_[node]) = sum;
     posed_points_[node] = pose_;
   }
   return points_[node];
 }
 
 // By area: the faces of a skin are all of a size.
-const Row& SmoothNodes::normal(std::uint32_t node) {
+const PaddedVector& SmoothNodes::normal(std::uint32_t node) {
   if (posed_normals_[node] != pose_) {
-    Lanes sum{};
+    Double4 sum{};
     for (const std::uint32_t face : faces_of_.of(node)) {
       const Face& f = faces_[face];
-      const Lanes a = *as_lanes(&point(f[0])), b = *as_lanes(&point(f[1])),
-                  c = *as_lanes(&point(f[2]));
+      const Double4 a = *as_double4(&point(f[0])), b = *as_double4(&point(f[1])),
+                    c = *as_double4(&point(f[2]));
       sum += cross(b - a, c - a);
     }
     const double length = std::sqrt(dot(sum, sum));
-    normals_[node] = Row(0, 0, 1, 0);
-    if (length > 0) *as_lanes(&normals_[node]) = sum / length;
+    normals_[node] = PaddedVector(0, 0, 1, 0);
+    if (length > 0) *as_double4(&normals_[node]) = sum / length;
     posed_normals_[node] = pose_;
   }
   return normals_[node];

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 #include "organbake/deform/deform_body.h"
 #include "organbake/geometry/adjacency.h"
 
@@ -29,17 +29,17 @@ class SmoothNodes {
   }
 
   // Takes x (mm, by slot; kept by reference until the next pose) as the current shape.
-  void pose(const Rows& x);
-  const Row& point(std::uint32_t node);   // mm
-  const Row& normal(std::uint32_t node);  // unit, outward
+  void pose(const PaddedVectors& x);
+  const PaddedVector& point(std::uint32_t node);   // mm
+  const PaddedVector& normal(std::uint32_t node);  // unit, outward
 
  private:
   std::vector<std::uint32_t> first_ = {0};  // of each node's carriers, and the end
   std::vector<Carrier> carriers_;
   std::vector<Face> faces_;  // of nodes
   VertexFaces faces_of_;
-  const Rows* x_ = nullptr;
-  Rows points_, normals_;
+  const PaddedVectors* x_ = nullptr;
+  PaddedVectors points_, normals_;
   std::vector<std::uint32_t> posed_points_, posed_normals_;  // in which pose
   std::uint32_t pose_ = 0;
 };

@@ -3,20 +3,21 @@
 
 namespace organbake::deform {
 
-void Tissue::put_inertia(const Rows& x, const Rows& x_coasted, Rows& force) const {
-  const Lanes* at = as_lanes(x.data());
-  const Lanes* coasted = as_lanes(x_coasted.data());
-  Lanes* sum = as_lanes(force.data());
+void Tissue::put_inertia(const PaddedVectors& x, const PaddedVectors& x_coasted,
+                         PaddedVectors& force) const {
+  const Double4* at = as_double4(x.data());
+  const Double4* coasted = as_double4(x_coasted.data());
+  Double4* sum = as_double4(force.data());
   for (std::size_t i = 0; i < free_count(); ++i) sum[i] = inertia_[i] * (coasted[i] - at[i]);
-  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Lanes{};
+  for (std::size_t i = free_count(); i < size(); ++i) sum[i] = Double4{};
 }
 
-double Tissue::twice_kinetic_energy(const Rows& x, const Rows& x_start) const {
-  const Lanes* at = as_lanes(x.data());
-  const Lanes* from = as_lanes(x_start.data());
+double Tissue::twice_kinetic_energy(const PaddedVectors& x, const PaddedVectors& x_start) const {
+  const Double4* at = as_double4(x.data());
+  const Double4* from = as_double4(x_start.data());
   double twice = 0;
   for (std::size_t i = 0; i < free_count(); ++i) {
-    const Lanes move = at[i] - from[i];
+    const Double4 move = at[i] - from[i];
     twice += inertia_[i] * dot(move, move);
   }
   return twice;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "body/embedding.h"
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 #include "organbake/geometry/triangle_mesh.h"
 #include "solver/sparse_factor.h"
 
@@ -31,7 +31,7 @@ class Tissue {
   const std::vector<std::uint32_t>& slot_of_vertex() const { return slot_of_vertex_; }
   // Of the tetrahedra's nodes, one organ's after the other's; springs have none.
   const std::vector<std::uint32_t>& slot_of_node() const { return slot_of_node_; }
-  const Rows& rest() const { return rest_; }                 // mm, by slot
+  const PaddedVectors& rest() const { return rest_; }        // mm, by slot
   const std::vector<Face>& faces() const { return faces_; }  // of slots
   const SparseFactor& factor() const { return factor_; }
   const Embedding& embedding() const { return embedding_; }
@@ -57,17 +57,18 @@ class Tissue {
   // forces (mN) that are left there, free points only, the other rows 0. A solves them for the way
   // towards the minimiser, so that a factor that is slightly off costs no accuracy where the steps
   // converge.
-  virtual void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
-                          Rows& force) const = 0;
+  virtual void local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                          const PaddedVectors& x_coasted, PaddedVectors& force) const = 0;
   // Kinetic energy of the step from x_start to x, and what the tissue holds at x (mN·mm = µJ).
-  virtual double energy(const Rows& x, const Rows& x_start) const = 0;
+  virtual double energy(const PaddedVectors& x, const PaddedVectors& x_start) const = 0;
 
  protected:
   Tissue() : factor_(0, {}) {}
 
   // What every local step begins with: the forces of inertia on free points, 0 in the other rows.
-  void put_inertia(const Rows& x, const Rows& x_coasted, Rows& force) const;
-  double twice_kinetic_energy(const Rows& x, const Rows& x_start) const;  // mN·mm
+  void put_inertia(const PaddedVectors& x, const PaddedVectors& x_coasted,
+                   PaddedVectors& force) const;
+  double twice_kinetic_energy(const PaddedVectors& x, const PaddedVectors& x_start) const;  // mN·mm
 
   SparseFactor factor_;
   Embedding embedding_;
@@ -75,7 +76,7 @@ class Tissue {
   std::uint32_t part_count_ = 0;
   std::vector<double> bulk_energy_;
   std::vector<double> inertia_;  // m/dt² by slot, kg/s²; of free points at least
-  Rows rest_;
+  PaddedVectors rest_;
   std::vector<Face> faces_;
   bool relaxed_at_rest_ = true;
 };

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
-inline Lanes square_roots(const Lanes& v) {
+inline Double4 square_roots(const Double4& v) {
   using Array = Eigen::Array<double, 4, 1>;
-  Lanes roots;
+  Double4 roots;
   *reinterpret_cast<Array*>(&roots) = reinterpret_cast<const Array*>(&v)->sqrt();
   return roots;
 }
@@ -20,7 +20,7 @@ inline Lanes square_roots(const Lanes& v) {
 // Angles in 0…π, four at once, by their sines (none negative) and cosines, each pair times a
 // number > 0 of its own (1e-150…1e150: it is squared); of 0 and 0 no number. Within 2·10⁻¹¹ of
 // themselves, in a fifth of the time of libm's atan2.
-inline Lanes angles_of(const Lanes& sine, const Lanes& cosine) {
+inline Double4 angles_of(const Double4& sine, const Double4& cosine) {
   // atan(t)/t on 0…1 as a polynomial in t²: interpolated at the Chebyshev points.
   constexpr double kCoefficients[] = {
       0.9999999999887356,  -0.3333333295162058,  0.1999997833507059,  -0.1428522559330104,
@@ -29,12 +29,12 @@ inline Lanes angles_of(const Lanes& sine, const Lanes& cosine) {
       0.000419229233207611};
   constexpr int kDegree = 12;
   // The tangent of half the angle to the nearer of the directions 0 and π.
-  const Lanes length = square_roots(sine * sine + cosine * cosine);
-  const Lanes t = sine / (length + (cosine < 0 ? -cosine : cosine));
-  const Lanes square = t * t;
-  Lanes quotient = Lanes{} + kCoefficients[kDegree];
+  const Double4 length = square_roots(sine * sine + cosine * cosine);
+  const Double4 t = sine / (length + (cosine < 0 ? -cosine : cosine));
+  const Double4 square = t * t;
+  Double4 quotient = Double4{} + kCoefficients[kDegree];
   for (int i = kDegree; i-- > 0;) quotient = quotient * square + kCoefficients[i];
-  const Lanes angle = 2 * t * quotient;
+  const Double4 angle = 2 * t * quotient;
   return cosine < 0 ? std::numbers::pi - angle : angle;
 }
 
@@ -42,7 +42,7 @@ inline Lanes angles_of(const Lanes& sine, const Lanes& cosine) {
 struct Angle {
   double cosine = -1, sine = 0;
 
-  static Angle between(const Row& a, const Row& b) {  // unit vectors
+  static Angle between(const PaddedVector& a, const PaddedVector& b) {  // unit vectors
     const double cosine = std::clamp(a.dot(b), -1.0, 1.0);
     return {cosine, std::sqrt(1 - cosine * cosine)};
   }

@@ -3,8 +3,8 @@
 
 namespace organbake::deform {
 
-Lever against(const Lever& point, const Lever& other) {
-  Lever both = point;
+VertexResponse against(const VertexResponse& point, const VertexResponse& other) {
+  VertexResponse both = point;
   both.count = 6;
   for (int k = 0; k < 3; ++k) {
     both.slots[3 + k] = other.slots[k];
@@ -14,16 +14,17 @@ Lever against(const Lever& point, const Lever& other) {
   return both;
 }
 
-Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest) {
-  Row point = contact.anchored_at;
+PaddedVector constrained_point(const Contact& contact, const PaddedVectors& x,
+                               const PaddedVectors& rest) {
+  PaddedVector point = contact.anchored_at;
   if (const Carried* carried = contact.as<Carried>()) {
-    for (const auto& [slot, weight] : carried->grip.carriers)
-      point += carried->grip.scale * weight * (x[slot] - rest[slot]);
+    for (const auto& [slot, weight] : carried->response.carriers)
+      point += carried->response.scale * weight * (x[slot] - rest[slot]);
     return point;
   }
-  for (int k = 0; k < contact.lever.count; ++k) {
-    const std::uint32_t slot = contact.lever.slots[k];
-    point += contact.lever.weights[k] * (x[slot] - rest[slot]);
+  for (int k = 0; k < contact.response.count; ++k) {
+    const std::uint32_t slot = contact.response.slots[k];
+    point += contact.response.weights[k] * (x[slot] - rest[slot]);
   }
   return point;
 }

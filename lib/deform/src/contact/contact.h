@@ -9,29 +9,29 @@
 #include <vector>
 
 #include "body/skin.h"
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 #include "organbake/instruments/instrument_sweep.h"
 
 namespace organbake::deform {
 
 // A tip where it is at one moment (mm): a sphere about `center`, or a capsule along its axis.
 struct TipPose {
-  Row center = Row::Zero(), axis = Row::Zero();
+  PaddedVector center = PaddedVector::Zero(), axis = PaddedVector::Zero();
   double radius_mm = 0;
 
   // Where along the axis (0…1) a point is nearest to it.
-  double along(const Row& point) const {
+  double along(const PaddedVector& point) const {
     const double squared = axis.squaredNorm();
     if (squared == 0) return 0;
     return std::clamp((point - center).dot(axis) / squared, 0.0, 1.0);
   }
   // The sphere of the capsule that is nearest to a point, by its centre.
-  Row center_near(const Row& point) const { return center + along(point) * axis; }
+  PaddedVector center_near(const PaddedVector& point) const { return center + along(point) * axis; }
 };
 
 // A tip where it is at a share of its way through the step.
 inline TipPose tip_at(const InstrumentSweep& sweep, double fraction) {
-  return {to_row(sweep.position_mm(fraction)), to_row(sweep.axis_mm(fraction)), sweep.to.radius_mm};
+  return {padded(sweep.position_mm(fraction)), padded(sweep.axis_mm(fraction)), sweep.to.radius_mm};
 }
 
 // How a skin point answers to its face's three vertices. A face that is partly anchored gives way
@@ -40,7 +40,7 @@ inline TipPose tip_at(const InstrumentSweep& sweep, double fraction) {
 // press they would have to move 1/φ times as far, and skin beside the anchors would be flung about.
 // Of a skin point that is held off another, both faces' vertices answer: the constrained point is
 // the one relative to the other, whose weights are negative.
-struct Lever {
+struct VertexResponse {
   int count = 3;  // 6 of two skin points
   std::array<std::uint32_t, 6> slots{};
   std::array<double, 6> weights{};  // b_i/φ², 0 for anchors
@@ -49,7 +49,7 @@ struct Lever {
 
 inline constexpr double kMinFreeShare = 0.05;  // what has a smaller one cannot give way
 
-Lever against(const Lever& point, const Lever& other);
+VertexResponse against(const VertexResponse& point, const VertexResponse& other);
 
 // How a skin point that a grasper carries answers: to all vertices that carry it, as it is drawn.
 // To the three of its face alone the points of a grip, which lie close together on a coarse face,
@@ -60,7 +60,7 @@ Lever against(const Lever& point, const Lever& other);
 // constrained point is p0 + Σ w_c u_c/(φ Φ), with φ = Σ w_c of what is free. Vertices that follow
 // the grasper together, each by Φ times its way, then meet all of its points; held to its own
 // share each point would ask them for another way.
-struct Grip {
+struct CarrierResponse {
   std::vector<Carrier> carriers;  // those that are free, none by nothing
   double scale = 1;               // 1/(φ Φ)
   // Whether where it would lie with its carriers at rest is known, and no turning of a shell moves
@@ -81,18 +81,18 @@ struct Pressed {
 
 // A grasper carries it: p = target.
 struct Carried {
-  Row offset = Row::Zero();  // from the tip's centre, mm
-  Grip grip;
+  PaddedVector offset = PaddedVector::Zero();  // from the tip's centre, mm
+  CarrierResponse response;
 };
 
 // A needle has gone through it: p lies on the line from the target along the normal, with friction.
-struct Threaded {
+struct OnNeedle {
   double most_friction_mn = 0;
 };
 
 // Other skin holds it off: p is then relative to that skin's point.
 struct OnTissue {
-  std::uint32_t feeler = 0;  // which of its points
+  std::uint32_t probe = 0;  // which of its points
 };
 
 // A skin point that something holds. Its force persists from step to step as the next solve's first
@@ -100,21 +100,22 @@ struct OnTissue {
 struct Contact {
   static constexpr std::uint32_t kNoInstrument = 0xFFFFFFFFu;
 
-  std::variant<Pressed, Carried, Threaded, OnTissue> kind;
+  std::variant<Pressed, Carried, OnNeedle, OnTissue> kind;
   std::uint32_t instrument = kNoInstrument;  // none of tissue
   SkinPoint at;
   double touched_at = 0;  // fraction of the step's sweep, for friction
 
   // Set by each refresh, for the shape and the tip's place of that moment.
-  Row point = Row::Zero();  // mm
-  Lever lever;
-  Row normal = Row::Zero();  // unit, from the tip into the tissue; of a needle up its shaft
-  Row target = Row::Zero();  // mm
+  PaddedVector point = PaddedVector::Zero();  // mm
+  VertexResponse response;
+  PaddedVector normal =
+      PaddedVector::Zero();  // unit, from the tip into the tissue; of a needle up its shaft
+  PaddedVector target = PaddedVector::Zero();  // mm
   // Where the point would lie with its lever's slots, or its grip's carriers, at rest, mm.
-  Row anchored_at = Row::Zero();
-  Row tip_motion = Row::Zero();  // of the tip since it touched, mm
+  PaddedVector anchored_at = PaddedVector::Zero();
+  PaddedVector tip_motion = PaddedVector::Zero();  // of the tip since it touched, mm
 
-  Row force = Row::Zero();  // on the tissue, mN
+  PaddedVector force = PaddedVector::Zero();  // on the tissue, mN
 
   template <class Kind>
   Kind* as() {
@@ -126,16 +127,17 @@ struct Contact {
   }
   bool of_tissue() const { return as<OnTissue>() != nullptr; }
   // Whether it is there for as long as the instrument is, be it loaded or not.
-  bool lasts() const { return as<Carried>() || as<Threaded>(); }
+  bool lasts() const { return as<Carried>() || as<OnNeedle>(); }
 };
 
-// How far a threaded contact's point lies up the needle, mm.
-inline double up_needle(const Contact& contact, const Row& point) {
+// How far a on_needle contact's point lies up the needle, mm.
+inline double up_needle(const Contact& contact, const PaddedVector& point) {
   return (point - contact.target).dot(contact.normal);
 }
 
 // The point that a contact's constraint acts on when the vertices lie at x (mm): away from anchors
 // the skin point itself, its shell offset held.
-Row constrained_point(const Contact& contact, const Rows& x, const Rows& rest);
+PaddedVector constrained_point(const Contact& contact, const PaddedVectors& x,
+                               const PaddedVectors& rest);
 
 }  // namespace organbake::deform

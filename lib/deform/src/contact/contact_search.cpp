@@ -26,16 +26,17 @@ constexpr double kFriction_mn_per_mm = 20;
 // The unit direction of the push and its signed clearance (negative inside the tip). A tip on the
 // wrong side of the skin pushes it back along the skin's normal: it came through, not round.
 struct Push {
-  Row normal;
+  PaddedVector normal;
   double clearance_mm;
   double cosine;  // 1: the tip stands squarely on its side of the skin, < 0: on the wrong side
 };
 
-Push push_of(const SkinHit& hit, const Row& center, double radius_mm, bool from_front) {
-  const Row away = hit.point - center;
+Push push_of(const SkinHit& hit, const PaddedVector& center, double radius_mm, bool from_front) {
+  const PaddedVector away = hit.point - center;
   const double side = from_front ? 1 : -1;
   const double before = -side * away.dot(hit.normal);
-  const Row normal = before > 0 ? Row(away / hit.distance_mm) : Row(-side * hit.normal);
+  const PaddedVector normal =
+      before > 0 ? PaddedVector(away / hit.distance_mm) : PaddedVector(-side * hit.normal);
   return {normal, normal.dot(away) - radius_mm,
           hit.distance_mm > 0 ? before / hit.distance_mm : -1};
 }
@@ -45,7 +46,7 @@ Push push_of(const SkinHit& hit, const Row& center, double radius_mm, bool from_
 ContactSearch::ContactSearch(Skin& skin, const Tissue& tissue)
     : skin_(skin), tissue_(tissue), front_mark_(tissue.size(), 0) {}
 
-void ContactSearch::find_faces(const Rows& x, const std::vector<InstrumentSweep>& sweeps) {
+void ContactSearch::find_faces(const PaddedVectors& x, const std::vector<InstrumentSweep>& sweeps) {
   near_.resize(sweeps.size());
   if (sweeps.empty()) return;
   beyond_.resize(x.size());
@@ -55,10 +56,10 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<InstrumentSweep>
     near_[s].clear();
     const Instrument &tip_from = sweeps[s].from, &tip_to = sweeps[s].to;
     const double reach = (tip_to.is<Grasper>() ? 2 : 1 + kReachMargin) * tip_to.radius_mm;
-    const Row from = to_row(tip_from.position_mm), from_end = to_row(tip_from.end_mm());
-    const Row to = to_row(tip_to.position_mm), to_end = to_row(tip_to.end_mm());
-    const Row low = from.cwiseMin(to).cwiseMin(from_end).cwiseMin(to_end).array() - reach;
-    const Row high = from.cwiseMax(to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
+    const PaddedVector from = padded(tip_from.position_mm), from_end = padded(tip_from.end_mm());
+    const PaddedVector to = padded(tip_to.position_mm), to_end = padded(tip_to.end_mm());
+    const PaddedVector low = from.cwiseMin(to).cwiseMin(from_end).cwiseMin(to_end).array() - reach;
+    const PaddedVector high = from.cwiseMax(to).cwiseMax(from_end).cwiseMax(to_end).array() + reach;
     mark_beyond(x, low.array() - skin_.tallest_mm(), high.array() + skin_.tallest_mm());
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
       if (skin_.smooth(f)) {
@@ -69,9 +70,9 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<InstrumentSweep>
       }
       // Most faces lie on one side of the box with all corners, even under the tallest skin.
       if (beyond_[faces[f][0]] & beyond_[faces[f][1]] & beyond_[faces[f][2]]) continue;
-      const Row& a = x[faces[f][0]];
-      const Row& b = x[faces[f][1]];
-      const Row& c = x[faces[f][2]];
+      const PaddedVector& a = x[faces[f][0]];
+      const PaddedVector& b = x[faces[f][1]];
+      const PaddedVector& c = x[faces[f][2]];
       const double tall = skin_.tallest_mm(f);
       const bool beyond = ((a.cwiseMin(b).cwiseMin(c).array() - tall) > high.array()).any() ||
                           ((a.cwiseMax(b).cwiseMax(c).array() + tall) < low.array()).any();
@@ -82,7 +83,7 @@ void ContactSearch::find_faces(const Rows& x, const std::vector<InstrumentSweep>
 
 // Carrying all of a skin takes as long as a solve: a face's box has some slack, and holds until
 // what carries the face has used it up.
-void ContactSearch::keep_boxes(const Rows& x) {
+void ContactSearch::keep_boxes(const PaddedVectors& x) {
   constexpr double kSlack_mm = 1;
   if (boxes_.empty()) {
     boxes_.resize(skin_.faces().size());
@@ -107,9 +108,10 @@ void ContactSearch::keep_boxes(const Rows& x) {
 }
 
 // One bit for each side of the box that a vertex lies beyond.
-void ContactSearch::mark_beyond(const Rows& x, const Row& low, const Row& high) {
-  const Lanes* at = as_lanes(x.data());
-  const Lanes lowest = *as_lanes(&low), highest = *as_lanes(&high);
+void ContactSearch::mark_beyond(const PaddedVectors& x, const PaddedVector& low,
+                                const PaddedVector& high) {
+  const Double4* at = as_double4(x.data());
+  const Double4 lowest = *as_double4(&low), highest = *as_double4(&high);
   for (std::size_t i = 0; i < x.size(); ++i) {
     const auto under = at[i]<lowest, over = at[i]> highest;
     beyond_[i] = static_cast<std::uint8_t>((under[0] & 1) | (under[1] & 2) | (under[2] & 4) |
@@ -141,10 +143,10 @@ double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double
       return c.instrument == sweep.instrument && !update(tip, c);
     });
     touches_.clear();
-    const bool threaded = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-      return c.as<Threaded>() && c.instrument == sweep.instrument;
+    const bool on_needle = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return c.as<OnNeedle>() && c.instrument == sweep.instrument;
     });
-    if (!sweep.to.is<Grasper>() && !threaded) {
+    if (!sweep.to.is<Grasper>() && !on_needle) {
       for (const std::uint32_t face : near_[s]) touch(sweep, tip, face);
     }
     std::sort(touches_.begin(), touches_.end(), [](const Touch& p, const Touch& q) {
@@ -154,7 +156,7 @@ double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double
     for (Contact& c : contacts) {
       if (c.instrument != sweep.instrument) continue;
       if (const Pressed* pressed = c.as<Pressed>(); pressed && pressed->just_found) update(tip, c);
-      c.tip_motion = (fraction - c.touched_at) * to_row(sweep.motion_mm(tip.along(c.point)));
+      c.tip_motion = (fraction - c.touched_at) * padded(sweep.motion_mm(tip.along(c.point)));
       deepest = std::max(deepest, violation(c));
     }
     for (const Touch& t : touches_) {
@@ -164,9 +166,9 @@ double ContactSearch::refresh(const std::vector<InstrumentSweep>& sweeps, double
   return deepest;
 }
 
-Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
+PaddedVector ContactSearch::anchored(const SkinPoint& at, const PaddedVector& point) const {
   const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
-  Row anchored = point;
+  PaddedVector anchored = point;
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t slot = skin_.faces()[at.face][k];
     anchored -= b[k] * (skin_.shape()[slot] - tissue_.rest()[slot]);
@@ -174,16 +176,16 @@ Row ContactSearch::anchored(const SkinPoint& at, const Row& point) const {
   return anchored;
 }
 
-SkinHit ContactSearch::place(Contact& contact, const Row& center) const {
+SkinHit ContactSearch::place(Contact& contact, const PaddedVector& center) const {
   const SkinHit hit = skin_.hit(contact.at, center);
   contact.point = hit.point;
   if (const Carried* carried = contact.as<Carried>()) {
-    if (carried->grip.fixed_at_rest) return hit;
+    if (carried->response.fixed_at_rest) return hit;
     contact.anchored_at = hit.point;
-    for (const auto& [slot, weight] : carried->grip.carriers)
+    for (const auto& [slot, weight] : carried->response.carriers)
       contact.anchored_at -= weight * (skin_.shape()[slot] - tissue_.rest()[slot]);
   } else {
-    contact.lever = lever(contact.at);
+    contact.response = response_of(contact.at);
     contact.anchored_at = anchored(contact.at, hit.point);
   }
   return hit;
@@ -197,15 +199,15 @@ bool ContactSearch::update(const TipPose& tip, Contact& contact) {
     contact.target = tip.center + carried->offset;
     return true;
   }
-  if (Threaded* threaded = contact.as<Threaded>()) {
+  if (OnNeedle* on_needle = contact.as<OnNeedle>()) {
     contact.normal = tip.axis.normalized();
     contact.target = tip.center;
-    threaded->most_friction_mn =
+    on_needle->most_friction_mn =
         kFriction_mn_per_mm * std::max(0.0, up_needle(contact, contact.point));
     return true;
   }
   const bool from_front = std::get<Pressed>(contact.kind).from_front;
-  const Row center = tip.center_near(hit.point);
+  const PaddedVector center = tip.center_near(hit.point);
   hit.distance_mm = (hit.point - center).norm();
   const Push push = push_of(hit, center, tip.radius_mm, from_front);
   contact.normal = push.normal;
@@ -222,46 +224,47 @@ bool ContactSearch::borders_front(std::uint32_t face) const {
                      [this](std::uint32_t slot) { return front_mark_[slot] == mark_; });
 }
 
-Lever ContactSearch::lever(const SkinPoint& at) const {
-  Lever lever;
-  std::copy_n(skin_.faces()[at.face].begin(), 3, lever.slots.begin());
+VertexResponse ContactSearch::response_of(const SkinPoint& at) const {
+  VertexResponse response;
+  std::copy_n(skin_.faces()[at.face].begin(), 3, response.slots.begin());
   const double b[3] = {1 - at.b1 - at.b2, at.b1, at.b2};
   bool whole = true;
   for (int k = 0; k < 3; ++k) {
-    const double share = tissue_.free_share(lever.slots[k]);
-    lever.free_share += share * b[k];
+    const double share = tissue_.free_share(response.slots[k]);
+    response.free_share += share * b[k];
     whole = whole && share == 1;
   }
-  if (whole) lever.free_share = 1;
-  if (lever.free_share < kMinFreeShare) {
-    lever.free_share = 0;
-    return lever;
+  if (whole) response.free_share = 1;
+  if (response.free_share < kMinFreeShare) {
+    response.free_share = 0;
+    return response;
   }
   for (int k = 0; k < 3; ++k) {
-    if (tissue_.free_share(lever.slots[k]) == 0) continue;
-    lever.weights[k] = b[k] / (lever.free_share * lever.free_share);
+    if (tissue_.free_share(response.slots[k]) == 0) continue;
+    response.weights[k] = b[k] / (response.free_share * response.free_share);
   }
-  return lever;
+  return response;
 }
 
 double ContactSearch::violation(const Contact& contact) const {
   if (const Carried* carried = contact.as<Carried>()) {  // as far as its carriers have moved it
-    const Row moved = contact.point - contact.anchored_at;
-    return (contact.anchored_at + carried->grip.scale * moved - contact.target).norm();
+    const PaddedVector moved = contact.point - contact.anchored_at;
+    return (contact.anchored_at + carried->response.scale * moved - contact.target).norm();
   }
-  const Row miss = constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
-  if (contact.as<Threaded>()) return (miss - contact.normal.dot(miss) * contact.normal).norm();
+  const PaddedVector miss =
+      constrained_point(contact, skin_.shape(), tissue_.rest()) - contact.target;
+  if (contact.as<OnNeedle>()) return (miss - contact.normal.dot(miss) * contact.normal).norm();
   return -contact.normal.dot(miss);
 }
 
 // The face's skin point that is nearest to the tip, and the tip's sphere there: nearest points of
 // skin and axis in turn, which closes in on a common pair.
-SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, Row& center) {
+SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, PaddedVector& center) {
   const auto [i, j, k] = skin_.faces()[face];
   center = tip.center_near((skin_.shape()[i] + skin_.shape()[j] + skin_.shape()[k]) / 3);
   SkinHit hit = skin_.nearest(face, center);
   for (int round = 0; round < kMostAlternations && !tip.axis.isZero(0); ++round) {
-    const Row next = tip.center_near(hit.point);
+    const PaddedVector next = tip.center_near(hit.point);
     if ((next - center).norm() < kAlternationWithin * tip.radius_mm) break;
     center = next;
     hit = skin_.nearest(face, center);
@@ -270,14 +273,14 @@ SkinHit ContactSearch::deepest(const TipPose& tip, std::uint32_t face, Row& cent
 }
 
 void ContactSearch::touch(const InstrumentSweep& sweep, const TipPose& tip, std::uint32_t face) {
-  Row center = tip.center;
+  PaddedVector center = tip.center;
   const double reach = tip.radius_mm + skin_.tallest_mm(face);
   // About the middle of a capsule: its own half length is added to what it can reach.
-  const Row middle = center + 0.5 * tip.axis;
+  const PaddedVector middle = center + 0.5 * tip.axis;
   if (skin_.least_distance(face, middle) > reach + 0.5 * tip.axis.norm()) return;
   const SkinHit hit = deepest(tip, face, center);
   if (hit.distance_mm >= tip.radius_mm) return;
-  const double free_share = lever(hit.at).free_share;
+  const double free_share = response_of(hit.at).free_share;
   if (free_share == 0) return;
   const double before = (center - hit.point).dot(hit.normal);
   bool from_front = true;

@@ -19,7 +19,7 @@ class ContactSearch {
   ContactSearch(Skin& skin, const Tissue& tissue);
 
   // Broad phase: the faces whose shell may come within a tip's reach on its sweep, x in mm.
-  void find_faces(const Rows& x, const std::vector<InstrumentSweep>& sweeps);
+  void find_faces(const PaddedVectors& x, const std::vector<InstrumentSweep>& sweeps);
   // How far the skin may move till the faces have to be sought anew.
   static double slack_mm(const std::vector<InstrumentSweep>& sweeps);
   bool found_any() const;
@@ -31,12 +31,12 @@ class ContactSearch {
   double refresh(const std::vector<InstrumentSweep>& sweeps, double fraction,
                  std::vector<Contact>& contacts);
   // Where a skin point that lies at `point` would lie with its face's vertices at rest.
-  Row anchored(const SkinPoint& at, const Row& point) const;
+  PaddedVector anchored(const SkinPoint& at, const PaddedVector& point) const;
   // The lever of a skin point; its free share is 0 where nothing can give way.
-  Lever lever(const SkinPoint& at) const;
+  VertexResponse response_of(const SkinPoint& at) const;
   const Tissue& tissue() const { return tissue_; }
   // Sets where a contact's skin point is and how it answers, in the skin's pose.
-  SkinHit place(Contact& contact, const Row& center) const;
+  SkinHit place(Contact& contact, const PaddedVector& center) const;
 
  private:
   struct Touch {
@@ -45,12 +45,12 @@ class ContactSearch {
     double depth_mm;
     double free_share;
   };
-  void keep_boxes(const Rows& x);
-  void mark_beyond(const Rows& x, const Row& low, const Row& high);
+  void keep_boxes(const PaddedVectors& x);
+  void mark_beyond(const PaddedVectors& x, const PaddedVector& low, const PaddedVector& high);
   bool update(const TipPose& tip, Contact& contact);
   double violation(const Contact& contact) const;
   void touch(const InstrumentSweep& sweep, const TipPose& tip, std::uint32_t face);
-  SkinHit deepest(const TipPose& tip, std::uint32_t face, Row& center);
+  SkinHit deepest(const TipPose& tip, std::uint32_t face, PaddedVector& center);
   void admit(const InstrumentSweep& sweep, double fraction, const Touch& touch,
              std::vector<Contact>& contacts);
   bool borders_front(std::uint32_t face) const;
@@ -59,7 +59,7 @@ class ContactSearch {
   const Tissue& tissue_;
   std::vector<std::vector<std::uint32_t>> near_;
   std::vector<Skin::Box> boxes_;                  // of the smooth faces, with some slack for motion
-  Rows x_of_boxes_;                               // mm: the shape that they were last looked at in
+  PaddedVectors x_of_boxes_;                      // mm: the shape that they were last looked at in
   std::vector<double> slack_left_mm_, moved_mm_;  // by face; by slot
   std::vector<std::uint8_t> beyond_;              // by slot: sides of the box that it lies beyond
   std::vector<Touch> touches_;

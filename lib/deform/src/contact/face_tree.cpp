@@ -11,11 +11,12 @@ namespace {
 
 constexpr std::uint32_t kLeafFaces = 4;
 
-Row normal_of(const Row& a, const Row& b, const Row& c) {
-  const Row u = b - a, v = c - a;
-  const Lanes n = cross(*as_lanes(&u), *as_lanes(&v));
+PaddedVector normal_of(const PaddedVector& a, const PaddedVector& b, const PaddedVector& c) {
+  const PaddedVector u = b - a, v = c - a;
+  const Double4 n = cross(*as_double4(&u), *as_double4(&v));
   const double length = std::sqrt(dot(n, n));
-  return length > 0 ? Row(n[0] / length, n[1] / length, n[2] / length, 0) : Row(Row::Zero());
+  return length > 0 ? PaddedVector(n[0] / length, n[1] / length, n[2] / length, 0)
+                    : PaddedVector(PaddedVector::Zero());
 }
 
 bool share_a_vertex(const Face& f, const Face& g) {
@@ -30,7 +31,7 @@ FaceTree::FaceTree(const Tissue& tissue, Skin& skin)
       order_(tissue.faces().size()),
       box_(order_.size()),
       normal_(order_.size()) {
-  const Rows& x = tissue.rest();
+  const PaddedVectors& x = tissue.rest();
   for (const auto& [i, j, k] : tissue.faces()) {
     rest_center_.push_back((x[i] + x[j] + x[k]) / 3);
     rest_normal_.push_back(normal_of(x[i], x[j], x[k]));
@@ -59,7 +60,7 @@ std::uint32_t FaceTree::build(std::uint32_t first, std::uint32_t last) {
 std::uint32_t FaceTree::split(std::uint32_t first, std::uint32_t last) {
   const auto begin = order_.begin() + first, end = order_.begin() + last;
   const std::uint32_t middle = (first + last) / 2;
-  Row low = rest_center_[order_[first]], high = low;
+  PaddedVector low = rest_center_[order_[first]], high = low;
   std::for_each(begin, end, [&](std::uint32_t f) {
     low = low.cwiseMin(rest_center_[f]), high = high.cwiseMax(rest_center_[f]);
   });
@@ -81,13 +82,13 @@ void FaceTree::find_pairs(double margin_mm, std::vector<FacePair>& pairs) {
 
 void FaceTree::fit(double margin_mm) {
   margin_mm_ = margin_mm;
-  const Rows& x = skin_.shape();
+  const PaddedVectors& x = skin_.shape();
   skin_.pose_all_normals();
   for (std::uint32_t f = 0; f < order_.size(); ++f) {
     const auto [i, j, k] = tissue_.faces()[f];
     const Prism prism = skin_.skin_prism(f);
     Box& box = box_[f] = {prism[0], prism[0]};
-    for (const Row& corner : prism) {
+    for (const PaddedVector& corner : prism) {
       box.low = box.low.cwiseMin(corner), box.high = box.high.cwiseMax(corner);
     }
     box.low.array() -= margin_mm / 2;
@@ -105,7 +106,7 @@ void FaceTree::fit(double margin_mm) {
 
 void FaceTree::fit_leaf(Node& node) {
   node.box = box_[order_[node.first]];
-  Row sum = Row::Zero();
+  PaddedVector sum = PaddedVector::Zero();
   for (std::uint32_t k = node.first; k < node.last; ++k) {
     const Box& box = box_[order_[k]];
     node.box.low = node.box.low.cwiseMin(box.low);
@@ -113,7 +114,7 @@ void FaceTree::fit_leaf(Node& node) {
     sum += normal_[order_[k]];
   }
   const double length = sum.norm();
-  node.cone = {length > 0 ? Row(sum / length) : sum, length > 0 ? kNoAngle : kHalfTurn};
+  node.cone = {length > 0 ? PaddedVector(sum / length) : sum, length > 0 ? kNoAngle : kHalfTurn};
   for (std::uint32_t k = node.first; k < node.last; ++k) {
     node.cone.half = wider(node.cone.half, Angle::between(node.cone.axis, normal_[order_[k]]));
   }
@@ -123,9 +124,9 @@ void FaceTree::join(Node& node) const {
   const Node& left = nodes_[node.left];
   const Node& right = nodes_[node.right];
   node.box = {left.box.low.cwiseMin(right.box.low), left.box.high.cwiseMax(right.box.high)};
-  const Row sum = left.cone.axis + right.cone.axis;
+  const PaddedVector sum = left.cone.axis + right.cone.axis;
   const double length = sum.norm();
-  node.cone = {length > 0 ? Row(sum / length) : sum, kHalfTurn};
+  node.cone = {length > 0 ? PaddedVector(sum / length) : sum, kHalfTurn};
   if (!(length > 0)) return;
   node.cone.half = wider(Angle::between(node.cone.axis, left.cone.axis) + left.cone.half,
                          Angle::between(node.cone.axis, right.cone.axis) + right.cone.half);
@@ -171,10 +172,10 @@ void FaceTree::meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair
 
 // Whether a slab along a face's normal that holds its skin and the margin leaves out all of the
 // other's.
-bool FaceTree::apart_along(const Row& normal, const Prism& own, const Prism& other) const {
+bool FaceTree::apart_along(const PaddedVector& normal, const Prism& own, const Prism& other) const {
   const auto span = [&](const Prism& prism) {
     double low = normal.dot(prism[0]), high = low;
-    for (const Row& corner : prism) {
+    for (const PaddedVector& corner : prism) {
       const double at = normal.dot(corner);
       low = std::min(low, at), high = std::max(high, at);
     }
@@ -186,7 +187,7 @@ bool FaceTree::apart_along(const Row& normal, const Prism& own, const Prism& oth
 }
 
 bool FaceTree::front_and_back_at_rest(std::uint32_t f, std::uint32_t g) const {
-  const Row way = rest_center_[g] - rest_center_[f];
+  const PaddedVector way = rest_center_[g] - rest_center_[f];
   return rest_normal_[f].dot(rest_normal_[g]) < 0 && way.dot(rest_normal_[f]) < 0 &&
          way.dot(rest_normal_[g]) > 0;
 }

@@ -7,7 +7,7 @@
 #include "body/skin.h"
 #include "body/tissue.h"
 #include "contact/angles.h"
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
@@ -30,14 +30,14 @@ class FaceTree {
 
  private:
   struct Box {
-    Row low, high;
+    PaddedVector low, high;
     bool meets(const Box& other) const {
       return (low.array() <= other.high.array()).all() && (other.low.array() <= high.array()).all();
     }
   };
-  using Prism = std::array<Row, 6>;  // Skin::skin_prism
+  using Prism = std::array<PaddedVector, 6>;  // Skin::skin_prism
   struct Cone {
-    Row axis;
+    PaddedVector axis;
     Angle half;  // half a turn holds everything
   };
   struct Node {
@@ -54,16 +54,16 @@ class FaceTree {
   void meet_itself(std::uint32_t node, std::vector<FacePair>& pairs) const;
   void meet(std::uint32_t a, std::uint32_t b, std::vector<FacePair>& pairs) const;
   void meet_faces(std::uint32_t f, std::uint32_t g, std::vector<FacePair>& pairs) const;
-  bool apart_along(const Row& normal, const Prism& own, const Prism& other) const;
+  bool apart_along(const PaddedVector& normal, const Prism& own, const Prism& other) const;
   bool front_and_back_at_rest(std::uint32_t f, std::uint32_t g) const;
 
   const Tissue& tissue_;
   Skin& skin_;
-  Rows rest_center_, rest_normal_;    // of the faces
-  std::vector<std::uint32_t> order_;  // faces
-  std::vector<Node> nodes_;           // parents before their children
-  std::vector<Box> box_;              // of the faces' skin, now
-  Rows normal_;
+  PaddedVectors rest_center_, rest_normal_;  // of the faces
+  std::vector<std::uint32_t> order_;         // faces
+  std::vector<Node> nodes_;                  // parents before their children
+  std::vector<Box> box_;                     // of the faces' skin, now
+  PaddedVectors normal_;
   double margin_mm_ = 0;
 };
 

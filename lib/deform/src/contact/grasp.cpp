@@ -18,28 +18,28 @@ struct Shares {
 };
 
 Shares shares_of(const Contact& c, const ContactSearch& search, const Skin& skin) {
-  const double of_face = search.lever(c.at).free_share;
+  const double of_face = search.response_of(c.at).free_share;
   if (!skin.smooth(c.at.face)) return {of_face, of_face};
   double free = 0;
-  for (const auto& [slot, weight] : std::get<Carried>(c.kind).grip.carriers)
+  for (const auto& [slot, weight] : std::get<Carried>(c.kind).response.carriers)
     free += weight * search.tissue().free_share(slot);
   return {free, of_face};
 }
 
 }  // namespace
 
-void grip(const Row& center, const ContactSearch& search, const Skin& skin,
-          std::vector<Contact>& contacts, std::size_t first) {
+void tie_to_grasper(const PaddedVector& center, const ContactSearch& search, const Skin& skin,
+                    std::vector<Contact>& contacts, std::size_t first) {
   double together = 0;  // Φ
   const auto cannot_hold = [&](Contact& c) {
-    Grip& grip = std::get<Carried>(c.kind).grip;
-    grip = {skin.carriers(c.at)};
-    std::erase_if(grip.carriers, [&](const Carrier& carrier) {
+    CarrierResponse& response = std::get<Carried>(c.kind).response;
+    response = {skin.carriers(c.at)};
+    std::erase_if(response.carriers, [&](const Carrier& carrier) {
       return carrier.weight == 0 || search.tissue().free_share(carrier.slot) == 0;
     });
     const auto [free, gives_way] = shares_of(c, search, skin);
     if (free < kMinFreeShare || gives_way == 0) return true;
-    grip.scale = 1 / free;
+    response.scale = 1 / free;
     together = std::max(together, gives_way == free ? free : gives_way * gives_way / free);
     return false;
   };
@@ -48,10 +48,10 @@ void grip(const Row& center, const ContactSearch& search, const Skin& skin,
   for (std::size_t i = first; i < contacts.size(); ++i) {
     Contact& c = contacts[i];
     Carried& carried = std::get<Carried>(c.kind);
-    carried.grip.scale /= together;
-    c.lever.free_share = together;
+    carried.response.scale /= together;
+    c.response.free_share = together;
     search.place(c, center);
-    carried.grip.fixed_at_rest = skin.smooth(c.at.face);
+    carried.response.fixed_at_rest = skin.smooth(c.at.face);
     carried.offset = constrained_point(c, skin.shape(), search.tissue().rest()) - center;
   }
 }
@@ -59,7 +59,7 @@ void grip(const Row& center, const ContactSearch& search, const Skin& skin,
 void close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t>& faces,
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts) {
   const double radius = sweep.to.radius_mm;
-  const Row center = to_row(sweep.to.position_mm);
+  const PaddedVector center = padded(sweep.to.position_mm);
   std::vector<SkinHit> candidates;
   for (const std::uint32_t face : faces) {
     const double farthest = kFarthestRadii * radius + skin.tallest_mm(face);
@@ -80,7 +80,7 @@ void close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t
     const auto near_hit = [&](const Contact& c) {
       return (c.point - hit.point).norm() < kSpreadRadii * radius;
     };
-    if (search.lever(hit.at).free_share == 0 ||
+    if (search.response_of(hit.at).free_share == 0 ||
         std::any_of(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
                     near_hit)) {
       continue;
@@ -92,7 +92,7 @@ void close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t
     c.point = hit.point;
     contacts.push_back(c);
   }
-  grip(center, search, skin, contacts, first);
+  tie_to_grasper(center, search, skin, contacts, first);
 }
 
 }  // namespace organbake::deform

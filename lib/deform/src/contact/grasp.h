@@ -14,8 +14,8 @@ void close_grasper(const InstrumentSweep& sweep, const std::vector<std::uint32_t
                    const ContactSearch& search, Skin& skin, std::vector<Contact>& contacts);
 
 // Ties the points from `first` on to the tip that carries them, as the skin lies, and to each other
-// (Grip). Drops those that cannot give way.
-void grip(const Row& center, const ContactSearch& search, const Skin& skin,
-          std::vector<Contact>& contacts, std::size_t first);
+// (CarrierResponse). Drops those that cannot give way.
+void tie_to_grasper(const PaddedVector& center, const ContactSearch& search, const Skin& skin,
+                    std::vector<Contact>& contacts, std::size_t first);
 
 }  // namespace organbake::deform

@@ -28,14 +28,14 @@ const Contact* pierced(const InstrumentSweep& sweep, const std::vector<Contact>&
 std::vector<Contact> let_needles_through(const std::vector<InstrumentSweep>& sweeps,
                                          std::vector<Contact>& contacts) {
   std::erase_if(contacts,
-                [](const Contact& c) { return c.as<Threaded>() && up_needle(c, c.point) < 0; });
+                [](const Contact& c) { return c.as<OnNeedle>() && up_needle(c, c.point) < 0; });
   std::vector<Contact> punctures;
   for (const InstrumentSweep& sweep : sweeps) {
     const Contact* pushed = sweep.to.is<Needle>() ? pierced(sweep, contacts) : nullptr;
     if (!pushed) continue;
     punctures.push_back(*pushed);
     Contact through = *pushed;
-    through.kind = Threaded{};
+    through.kind = OnNeedle{};
     through.force.setZero();
     std::erase_if(contacts, [&](const Contact& c) { return c.instrument == sweep.instrument; });
     contacts.push_back(through);

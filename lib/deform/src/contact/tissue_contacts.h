@@ -23,7 +23,7 @@ class TissueContacts {
   static constexpr std::size_t kMost = 48;
 
   // All outlive this. diagonal_mm: how large what may meet is.
-  TissueContacts(Skin& skin, const Tissue& tissue, const ContactSearch& levers, double diagonal_mm);
+  TissueContacts(Skin& skin, const Tissue& tissue, const ContactSearch& search, double diagonal_mm);
 
   // Back to what was in front of what at rest.
   void reset();
@@ -41,46 +41,46 @@ class TissueContacts {
   double refresh(std::vector<Contact>& contacts);
 
  private:
-  struct Felt {  // by one feeler
+  struct Probed {  // by one probe
     SkinHit other;
     double depth_mm = 0;  // below the other skin, < 0 above it
-    bool felt = false, has_contact = false;
+    bool found = false, has_contact = false;
   };
   struct Prism;
-  void spread_feelers();
+  void spread_probes();
   void measure_rest();
   void find_pairs();
-  void feel(std::uint32_t face, std::uint32_t other);
-  void feel_all();
+  void probe(std::uint32_t face, std::uint32_t other);
+  void probe_all();
   void see_fronts();
   // Of which two organs, into overlap_mm_.
   std::size_t organ_pair(std::uint32_t face, std::uint32_t other) const {
     return tissue_.organ_of_face(face) * organ_count_ + tissue_.organ_of_face(other);
   }
-  double allowed_mm(std::uint32_t feeler) const;
-  double sunk_mm(std::uint32_t feeler) const;
+  double allowed_mm(std::uint32_t probe) const;
+  double sunk_mm(std::uint32_t probe) const;
   double clearance_mm() const;
   void update(Contact& contact) const;
 
   Skin& skin_;
   const Tissue& tissue_;
-  const ContactSearch& levers_;
+  const ContactSearch& search_;
   double margin_mm_;
   FaceTree tree_;
-  std::vector<SkinPoint> feelers_;
-  std::vector<std::uint32_t> first_feeler_;  // by face, and the end
+  std::vector<SkinPoint> probes_;
+  std::vector<std::uint32_t> first_probe_;  // by face, and the end
   std::vector<FacePair> pairs_;
-  Rows x_of_pairs_;          // mm; empty: not searched yet
-  Rows x_felt_;              // where nothing touched, and
-  double clearance_mm_ = 0;  // what was left then
+  PaddedVectors x_of_pairs_;  // mm; empty: not searched yet
+  PaddedVectors x_probed_;    // where nothing touched, and
+  double clearance_mm_ = 0;   // what was left then
   std::size_t organ_count_ = 1;
   std::vector<double> overlap_mm_;  // of two organs at rest, by how much the deepest point
-  std::vector<Felt> felt_;
-  std::vector<SkinHit> own_;  // each feeler's place in the pose, made when asked for
+  std::vector<Probed> probed_;
+  std::vector<SkinHit> own_;  // each probe's place in the pose, made when asked for
   std::vector<std::uint8_t> has_own_;
-  std::vector<std::uint8_t> in_front_, in_front_at_rest_;  // of other skin, by feeler
+  std::vector<std::uint8_t> in_front_, in_front_at_rest_;  // of other skin, by probe
   std::vector<std::uint8_t> released_;                     // counts for nothing until it has parted
-  std::vector<std::uint32_t> touched_;  // feelers that felt something, in increasing order
+  std::vector<std::uint32_t> touched_;  // probes that felt something, in increasing order
 };
 
 }  // namespace organbake::deform

@@ -37,7 +37,7 @@ void ComplianceColumns::require(const std::vector<std::uint32_t>& slots) {
 }
 
 void ComplianceColumns::make(const std::uint32_t* slots, std::size_t count) {
-  std::fill(scratch_.begin(), scratch_.end(), Row::Zero());
+  std::fill(scratch_.begin(), scratch_.end(), PaddedVector::Zero());
   for (std::size_t lane = 0; lane < count; ++lane) put(slots[lane], 1, lane);
   solve();
   for (std::size_t lane = 0; lane < count; ++lane) {
@@ -46,17 +46,17 @@ void ComplianceColumns::make(const std::uint32_t* slots, std::size_t count) {
   }
 }
 
-void ComplianceColumns::make(std::span<Grip* const> grips) {
-  std::fill(scratch_.begin(), scratch_.end(), Row::Zero());
-  for (std::size_t lane = 0; lane < grips.size(); ++lane) {
-    for (const auto& [slot, weight] : grips[lane]->carriers)
-      put(slot, grips[lane]->scale * weight, lane);
+void ComplianceColumns::make(std::span<CarrierResponse* const> responses) {
+  std::fill(scratch_.begin(), scratch_.end(), PaddedVector::Zero());
+  for (std::size_t lane = 0; lane < responses.size(); ++lane) {
+    for (const auto& [slot, weight] : responses[lane]->carriers)
+      put(slot, responses[lane]->scale * weight, lane);
   }
   solve();
-  for (std::size_t lane = 0; lane < grips.size(); ++lane) {
+  for (std::size_t lane = 0; lane < responses.size(); ++lane) {
     std::vector<double> column;
     read(lane, column);
-    grips[lane]->column = std::make_shared<const std::vector<double>>(std::move(column));
+    responses[lane]->column = std::make_shared<const std::vector<double>>(std::move(column));
   }
 }
 

@@ -7,7 +7,7 @@
 
 #include "body/tissue.h"
 #include "contact/contact.h"
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
@@ -19,8 +19,8 @@ class ComplianceColumns {
 
   // Makes the columns of `slots` (all moving) that are missing, four at a time. May drop others.
   void require(const std::vector<std::uint32_t>& slots);
-  // Makes the columns of up to four grips.
-  void make(std::span<Grip* const> grips);
+  // Makes the columns of up to four carrier responses.
+  void make(std::span<CarrierResponse* const> responses);
   // moving_count values; valid until the next require().
   const double* column(std::uint32_t slot) const { return columns_[place_of_slot_[slot]].data(); }
 
@@ -34,7 +34,7 @@ class ComplianceColumns {
   std::size_t capacity_;
   std::vector<std::uint32_t> place_of_slot_;
   std::vector<std::vector<double>> columns_;
-  Rows scratch_;
+  PaddedVectors scratch_;
 };
 
 }  // namespace organbake::deform

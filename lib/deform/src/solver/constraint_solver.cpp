@@ -25,17 +25,17 @@ constexpr double kNoSoftness = 1e-300;
 constexpr double kLinearWithin = 0.5;
 
 // Coulomb: no pull, and no more friction than the push allows.
-Lanes into_cone(const Lanes& force, const Lanes& normal, double friction) {
+Double4 into_cone(const Double4& force, const Double4& normal, double friction) {
   const double along = dot(force, normal);
-  if (!(along > 0)) return Lanes{};
-  const Lanes across = force - along * normal;
+  if (!(along > 0)) return Double4{};
+  const Double4 across = force - along * normal;
   const double squared = dot(across, across), limit = friction * along;
   if (!(squared > limit * limit)) return along * normal + across;
   return along * normal + limit / std::sqrt(squared) * across;
 }
 
 // Along a needle's shaft no more than friction.
-Lanes along_shaft(const Lanes& force, const Lanes& shaft, double most) {
+Double4 along_shaft(const Double4& force, const Double4& shaft, double most) {
   const double along = dot(force, shaft);
   return force - (along - std::clamp(along, -most, most)) * shaft;
 }
@@ -48,8 +48,8 @@ ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& v
       volume_(volume),
       friction_(friction),
       columns_(tissue),
-      gradient_(tissue.size(), Row::Zero()),
-      response_(tissue.size(), Row::Zero()),
+      gradient_(tissue.size(), PaddedVector::Zero()),
+      response_(tissue.size(), PaddedVector::Zero()),
       pressure_(volume.bodies().size(), 0.0),
       softness_(volume.bodies().size(), 0.0),
       most_pressure_(volume.bodies().size(), 0.0),
@@ -57,14 +57,14 @@ ConstraintSolver::ConstraintSolver(const Tissue& tissue, const EnclosedVolume& v
 
 void ConstraintSolver::reset() { std::fill(pressure_.begin(), pressure_.end(), 0.0); }
 
-void ConstraintSolver::begin_step(const Rows& x_start) {
+void ConstraintSolver::begin_step(const PaddedVectors& x_start) {
   if (pressure_.empty()) return;
   volume_.gradient(x_start, gradient_);
   response_ = gradient_;
   response_due_ = true;
 }
 
-void ConstraintSolver::solve_along(Row* rows) {
+void ConstraintSolver::solve_along(PaddedVector* rows) {
   if (!response_due_) return tissue_.factor().solve_points(rows);
   tissue_.factor().solve_points(rows, response_.data());
   response_due_ = false;
@@ -88,9 +88,9 @@ void ConstraintSolver::measure_softness() {
   }
 }
 
-void ConstraintSolver::solve(const Rows& x_start, const Rows& x_free,
-                             std::vector<Contact>& contacts, Rows& x) {
-  complete_grips(contacts);
+void ConstraintSolver::solve(const PaddedVectors& x_start, const PaddedVectors& x_free,
+                             std::vector<Contact>& contacts, PaddedVectors& x) {
+  complete_carriers(contacts);
   gather(x_start, x_free, contacts);
   couple();
   if (!pressure_.empty()) measure_volume_gap(x_free, x);
@@ -98,16 +98,16 @@ void ConstraintSolver::solve(const Rows& x_start, const Rows& x_free,
   apply(x_free, x);
 }
 
-void ConstraintSolver::complete_grips(std::vector<Contact>& contacts) {
-  std::vector<Grip*> missing;
+void ConstraintSolver::complete_carriers(std::vector<Contact>& contacts) {
+  std::vector<CarrierResponse*> missing;
   for (Contact& c : contacts)
-    if (Carried* carried = c.as<Carried>(); carried && !carried->grip.column)
-      missing.push_back(&carried->grip);
+    if (Carried* carried = c.as<Carried>(); carried && !carried->response.column)
+      missing.push_back(&carried->response);
   for (std::size_t i = 0; i < missing.size(); i += 4)
     columns_.make(std::span(missing).subspan(i, std::min<std::size_t>(4, missing.size() - i)));
 }
 
-void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
+void ConstraintSolver::gather(const PaddedVectors& x_start, const PaddedVectors& x_free,
                               const std::vector<Contact>& contacts) {
   slots_.clear();
   parts_.clear();
@@ -132,13 +132,13 @@ void ConstraintSolver::gather(const Rows& x_start, const Rows& x_free,
 void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
   u.first = static_cast<std::uint32_t>(parts_.size());
   if (const Carried* carried = c.as<Carried>()) {
-    u.column = carried->grip.column->data();
-    for (const auto& [slot, weight] : carried->grip.carriers)
-      parts_.push_back({slot, 0, carried->grip.scale * weight});
+    u.column = carried->response.column->data();
+    for (const auto& [slot, weight] : carried->response.carriers)
+      parts_.push_back({slot, 0, carried->response.scale * weight});
   } else {
-    for (int k = 0; k < c.lever.count; ++k) {
-      parts_.push_back({c.lever.slots[k], 0, c.lever.weights[k]});
-      if (c.lever.weights[k] != 0) slots_.push_back(c.lever.slots[k]);
+    for (int k = 0; k < c.response.count; ++k) {
+      parts_.push_back({c.response.slots[k], 0, c.response.weights[k]});
+      if (c.response.weights[k] != 0) slots_.push_back(c.response.slots[k]);
     }
   }
   u.end = static_cast<std::uint32_t>(parts_.size());
@@ -151,10 +151,10 @@ void ConstraintSolver::add_parts(const Contact& c, Unknown& u) {
 }
 
 // Where a grasper carries it; else on the tip or the needle, and there where friction holds it.
-Row ConstraintSolver::aim_of(const Contact& c, const Rows& x_start) const {
+PaddedVector ConstraintSolver::aim_of(const Contact& c, const PaddedVectors& x_start) const {
   if (c.as<Carried>()) return c.target;
-  const Row stuck = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
-  if (c.as<Threaded>()) return c.target + up_needle(c, stuck) * c.normal;
+  const PaddedVector stuck = constrained_point(c, x_start, tissue_.rest()) + c.tip_motion;
+  if (c.as<OnNeedle>()) return c.target + up_needle(c, stuck) * c.normal;
   return stuck - c.normal.dot(stuck - c.target) * c.normal;
 }
 
@@ -164,7 +164,7 @@ void ConstraintSolver::add_side(Unknown& u, std::uint32_t first, std::uint32_t e
   const std::uint32_t body = volume_.body_of_slot(parts_[first].slot);
   if (body == EnclosedVolume::kNoBody) return;
   Side& side = u.sides[u.side_count++];
-  side = {body, Row::Zero()};
+  side = {body, PaddedVector::Zero()};
   for (std::uint32_t k = first; k < end; ++k) {
     const auto& [slot, local, weight] = parts_[k];
     if (weight != 0) side.volume_move += weight * response_[slot];
@@ -198,18 +198,18 @@ void ConstraintSolver::add_coupling(std::size_t i, double force, const double* c
   }
 }
 
-void ConstraintSolver::measure_volume_gap(const Rows& x_free, const Rows& x) {
+void ConstraintSolver::measure_volume_gap(const PaddedVectors& x_free, const PaddedVectors& x) {
   volume_.measure(x, volumes_);
   for (std::size_t b = 0; b < volumes_.size(); ++b) {
     volume_gap_[b] = volume_.bodies()[b].rest_mm3 - volumes_[b];
   }
-  const Lanes* gradient = as_lanes(gradient_.data());
-  const Lanes* free = as_lanes(x_free.data());
-  const Lanes* at = as_lanes(x.data());
+  const Double4* gradient = as_double4(gradient_.data());
+  const Double4* free = as_double4(x_free.data());
+  const Double4* at = as_double4(x.data());
   const auto count = static_cast<std::uint32_t>(tissue_.free_count());
   for (std::uint32_t i = 0; i < count;) {  // by runs of one body
     const std::uint32_t body = volume_.body_of_slot(i);
-    Lanes products{};
+    Double4 products{};
     for (; i < count && volume_.body_of_slot(i) == body; ++i)
       products += gradient[i] * (free[i] - at[i]);
     if (body != EnclosedVolume::kNoBody)
@@ -230,26 +230,26 @@ void ConstraintSolver::iterate(std::vector<Contact>& contacts) {
 // Each returns the largest displacement (mm) that its change of a force makes at its own point.
 double ConstraintSolver::sweep_contacts(const std::vector<Contact>& contacts) {
   const std::size_t n = unknowns_.size();
-  Lanes* force = as_lanes(force_.data());
+  Double4* force = as_double4(force_.data());
   double largest = 0;  // squared
   for (std::size_t i = 0; i < n; ++i) {
     const Unknown& u = unknowns_[i];
     const Contact& c = contacts[i];
     if (u.per_own == 0) continue;
     const double* coupling = coupling_.data() + i * n;
-    Lanes point = *as_lanes(&u.free_point);
+    Double4 point = *as_double4(&u.free_point);
     for (std::size_t j = 0; j < n; ++j) point += coupling[j] * force[j];
     for (int s = 0; s < u.side_count; ++s)
-      point += pressure_[u.sides[s].body] * *as_lanes(&u.sides[s].volume_move);
+      point += pressure_[u.sides[s].body] * *as_double4(&u.sides[s].volume_move);
 
-    Lanes next = force[i] - u.per_own * (point - *as_lanes(&u.aim));
-    if (const Threaded* threaded = c.as<Threaded>()) {
-      next = along_shaft(next, *as_lanes(&c.normal), threaded->most_friction_mn);
+    Double4 next = force[i] - u.per_own * (point - *as_double4(&u.aim));
+    if (const OnNeedle* on_needle = c.as<OnNeedle>()) {
+      next = along_shaft(next, *as_double4(&c.normal), on_needle->most_friction_mn);
     } else if (!c.as<Carried>()) {  // wet skin slides on skin
-      next = into_cone(next, *as_lanes(&c.normal), c.of_tissue() ? 0 : friction_);
+      next = into_cone(next, *as_double4(&c.normal), c.of_tissue() ? 0 : friction_);
     }
     next *= u.kept;
-    const Lanes moved = u.own * (next - force[i]);
+    const Double4 moved = u.own * (next - force[i]);
     largest = std::max(largest, dot(moved, moved));
     force[i] = next;
   }
@@ -281,8 +281,8 @@ double ConstraintSolver::sweep_pressures() {
   return largest;
 }
 
-void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
-  Rows force(slots_.size(), Row::Zero());
+void ConstraintSolver::apply(const PaddedVectors& x_free, PaddedVectors& x) const {
+  PaddedVectors force(slots_.size(), PaddedVector::Zero());
   for (std::size_t i = 0; i < unknowns_.size(); ++i) {
     const Unknown& u = unknowns_[i];
     for (std::uint32_t k = u.first; k < u.end && !u.column; ++k) {
@@ -290,15 +290,15 @@ void ConstraintSolver::apply(const Rows& x_free, Rows& x) const {
     }
   }
   const std::size_t moving = tissue_.moving_count();
-  const Lanes* from = as_lanes(x_free.data());
-  const Lanes* swell = as_lanes(response_.data());
-  Lanes* to = as_lanes(x.data());
+  const Double4* from = as_double4(x_free.data());
+  const Double4* swell = as_double4(response_.data());
+  Double4* to = as_double4(x.data());
   for (std::uint32_t i = 0; i < moving; ++i) {
     const std::uint32_t body = volume_.body_of_slot(i);
     to[i] = body == EnclosedVolume::kNoBody ? from[i] : from[i] + pressure_[body] * swell[i];
   }
-  const auto add = [&](const double* column, const Row& by) {
-    const Lanes f = *as_lanes(&by);
+  const auto add = [&](const double* column, const PaddedVector& by) {
+    const Double4 f = *as_double4(&by);
     for (std::size_t i = 0; i < moving; ++i) to[i] += column[i] * f;
   };
   for (std::size_t s = 0; s < slots_.size(); ++s) add(columns_.column(slots_[s]), force[s]);
@@ -314,7 +314,7 @@ double ConstraintSolver::energy() const {
   return twice / 2;
 }
 
-double ConstraintSolver::volume_error(const Rows& x) {
+double ConstraintSolver::volume_error(const PaddedVectors& x) {
   if (pressure_.empty()) return 0;
   volume_.measure(x, volumes_);
   double largest = 0;

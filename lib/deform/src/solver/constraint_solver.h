@@ -21,14 +21,15 @@ class ConstraintSolver {
   ConstraintSolver(const Tissue& tissue, const EnclosedVolume& volume, double friction);
 
   // Takes ∇V at the shape a step starts from.
-  void begin_step(const Rows& x_start);
+  void begin_step(const PaddedVectors& x_start);
   // Replaces three right sides by A⁻¹ times them. The step's first one solves the A⁻¹∇V that its
   // pressures act along, too, in little more time; it has to come before the first solve().
-  void solve_along(Row* rows);
+  void solve_along(PaddedVector* rows);
   // x: in, the shape that the contacts were refreshed at; out, the constrained shape (mm).
-  void solve(const Rows& x_start, const Rows& x_free, std::vector<Contact>& contacts, Rows& x);
+  void solve(const PaddedVectors& x_start, const PaddedVectors& x_free,
+             std::vector<Contact>& contacts, PaddedVectors& x);
   // Largest |V + compliance · p − V(rest)| / V(rest) over the bodies.
-  double volume_error(const Rows& x);
+  double volume_error(const PaddedVectors& x);
   // What soft pressures hold (µJ): ½ compliance p².
   double energy() const;
   void reset();
@@ -36,7 +37,7 @@ class ConstraintSolver {
  private:
   struct Side {  // the vertices of one face
     std::uint32_t body;
-    Row volume_move;  // of the constrained point, mm per unit of the body's pressure
+    PaddedVector volume_move;  // of the constrained point, mm per unit of the body's pressure
   };
   struct Part {  // a vertex of a lever, or a carrier of a grip
     std::uint32_t slot;
@@ -46,8 +47,8 @@ class ConstraintSolver {
   struct Unknown {             // one contact in the dense system
     std::uint32_t first, end;  // of its parts
     const double* column;      // of a grip, or none
-    Row free_point;            // mm, without any force
-    Row aim;                   // where it would come to lie if all forces were allowed, mm
+    PaddedVector free_point;   // mm, without any force
+    PaddedVector aim;          // where it would come to lie if all forces were allowed, mm
     Side sides[2];
     int side_count;  // of those whose body has a pressure
     double own;      // w_ii, mm/mN: how far a force moves its own point
@@ -55,32 +56,33 @@ class ConstraintSolver {
     double kept;     // of a force: the rest is give
   };
   void measure_softness();
-  void complete_grips(std::vector<Contact>& contacts);
-  void gather(const Rows& x_start, const Rows& x_free, const std::vector<Contact>& contacts);
-  Row aim_of(const Contact& contact, const Rows& x_start) const;
+  void complete_carriers(std::vector<Contact>& contacts);
+  void gather(const PaddedVectors& x_start, const PaddedVectors& x_free,
+              const std::vector<Contact>& contacts);
+  PaddedVector aim_of(const Contact& contact, const PaddedVectors& x_start) const;
   void add_parts(const Contact& contact, Unknown& u);
   void add_side(Unknown& u, std::uint32_t first, std::uint32_t end) const;
   void couple();
   void add_coupling(std::size_t contact, double force, const double* column);
-  void measure_volume_gap(const Rows& x_free, const Rows& x);
+  void measure_volume_gap(const PaddedVectors& x_free, const PaddedVectors& x);
   void iterate(std::vector<Contact>& contacts);
   double sweep_contacts(const std::vector<Contact>& contacts);
   double sweep_pressures();
-  void apply(const Rows& x_free, Rows& x) const;
+  void apply(const PaddedVectors& x_free, PaddedVectors& x) const;
 
   const Tissue& tissue_;
   const EnclosedVolume& volume_;
   double friction_;
   ComplianceColumns columns_;
   std::vector<Unknown> unknowns_;
-  std::vector<Part> parts_;           // of all contacts
-  Rows force_;                        // one per contact, mN
-  std::vector<std::uint32_t> slots_;  // of all levers, increasing
-  std::vector<double> coupling_;      // w_ij, mm/mN, row-major
-  Rows gradient_, response_;          // ∇V (mm²) and A⁻¹∇V
-  bool response_due_ = false;         // response_ holds ∇V still
-  std::vector<double> pressure_;      // mN/mm², one per body
-  std::vector<double> softness_;      // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
+  std::vector<Part> parts_;            // of all contacts
+  PaddedVectors force_;                // one per contact, mN
+  std::vector<std::uint32_t> slots_;   // of all levers, increasing
+  std::vector<double> coupling_;       // w_ij, mm/mN, row-major
+  PaddedVectors gradient_, response_;  // ∇V (mm²) and A⁻¹∇V
+  bool response_due_ = false;          // response_ holds ∇V still
+  std::vector<double> pressure_;       // mN/mm², one per body
+  std::vector<double> softness_;  // ∇Vᵀ A⁻¹ ∇V + compliance, mm³ per unit of pressure
   std::vector<double> most_pressure_;  // that the linearised volume can be asked about
   std::vector<double> volume_gap_;     // V(rest) − V(x_free), linearised
   std::vector<double> volumes_;

@@ -13,13 +13,13 @@ constexpr int kScaledRounds = 3;     // beyond, Newton converges quadratically b
 constexpr double kChange = 1e-16;    // squared; the next round's is about its square
 constexpr double kFlatShare = 1e-4;  // det / |F|³ below which Newton's inverse loses digits
 
-Lanes root(const Lanes& v) {
-  return Lanes{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+Double4 root(const Double4& v) {
+  return Double4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 }
 
-Lanes squared_norm(const Matrices& m) {
-  Lanes sum{};
-  for (const Lanes& entry : m.entries) sum += entry * entry;
+Double4 squared_norm(const Matrices& m) {
+  Double4 sum{};
+  for (const Double4& entry : m.entries) sum += entry * entry;
   return sum;
 }
 
@@ -33,7 +33,7 @@ void cofactors(const Matrices& m, Matrices& c) {
   }
 }
 
-Lanes determinant(const Matrices& m, const Matrices& cofactor) {
+Double4 determinant(const Matrices& m, const Matrices& cofactor) {
   return m[0] * cofactor[0] + m[1] * cofactor[1] + m[2] * cofactor[2];
 }
 
@@ -53,13 +53,13 @@ Eigen::Matrix3d rotation_by_svd(const Matrices& f, int lane) {
 }
 
 // One round: X ← (γX + X⁻ᵀ/γ)/2. Returns the squared change, summed over the four.
-double newton_round(Matrices& x, const Matrices& cofactor, const Lanes& det, bool scaled) {
-  Lanes gamma = Lanes{} + 1;
+double newton_round(Matrices& x, const Matrices& cofactor, const Double4& det, bool scaled) {
+  Double4 gamma = Double4{} + 1;
   if (scaled) gamma = root(root(squared_norm(cofactor) / (det * det * squared_norm(x))));
-  const Lanes own = 0.5 * gamma, inverse = 0.5 / (gamma * det);
-  Lanes change{};
+  const Double4 own = 0.5 * gamma, inverse = 0.5 / (gamma * det);
+  Double4 change{};
   for (int e = 0; e < 9; ++e) {
-    const Lanes next = own * x[e] + inverse * cofactor[e];
+    const Double4 next = own * x[e] + inverse * cofactor[e];
     change += (next - x[e]) * (next - x[e]);
     x[e] = next;
   }
@@ -72,8 +72,8 @@ void nearest_rotations(const Matrices& f, Matrices& rotation) {
   rotation = f;
   Matrices cofactor;
   cofactors(rotation, cofactor);
-  Lanes det = determinant(rotation, cofactor);
-  const Lanes size = root(squared_norm(f));
+  Double4 det = determinant(rotation, cofactor);
+  const Double4 size = root(squared_norm(f));
   std::array<bool, 4> flat{};
   for (int lane = 0; lane < 4; ++lane) {
     flat[lane] = !(det[lane] > kFlatShare * size[lane] * size[lane] * size[lane]);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 
 namespace organbake::deform {
 
 // Four 3×3 matrices side by side: entry (row i, column j) of each in [3 i + j].
 struct Matrices {
-  Lanes entries[9] = {};
-  Lanes& operator[](int entry) { return entries[entry]; }
-  const Lanes& operator[](int entry) const { return entries[entry]; }
+  Double4 entries[9] = {};
+  Double4& operator[](int entry) { return entries[entry]; }
+  const Double4& operator[](int entry) const { return entries[entry]; }
 };
 
 // The rotations nearest to four matrices (Frobenius): the polar factor, by Newton's iteration with

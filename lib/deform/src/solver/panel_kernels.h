@@ -5,7 +5,7 @@
 #include <cstdint>
 
 // The inner loops of SparseFactor: one panel against right sides kept as rows of floats, four
-// lanes to a lot, kLots lots to a row. Lanes beyond kLanes are zero and stay so.
+// lanes to a lot, kLots lots to a row. Double4 beyond kLanes are zero and stay so.
 namespace organbake::deform {
 
 using Floats4 [[gnu::vector_size(16), gnu::may_alias, gnu::aligned(4)]] = float;
@@ -103,11 +103,11 @@ Floats4 sums_of_planes(const Floats8* planes) {
 // a substitution does.
 template <int kLots>
 void add_block(const PanelView& panel, float* own) {
-  using Row = typename RowOf<kLots>::Type;
-  Row* row = reinterpret_cast<Row*>(own);
+  using PaddedVector = typename RowOf<kLots>::Type;
+  PaddedVector* row = reinterpret_cast<PaddedVector*>(own);
   for (std::size_t k = panel.width; k-- > 1;) {
     const float* value = panel.diagonal + k * panel.width;
-    Row sum{};
+    PaddedVector sum{};
     for (std::size_t q = 0; q < k; ++q) sum += value[q] * row[q];
     row[k] += sum;
   }
@@ -115,11 +115,11 @@ void add_block(const PanelView& panel, float* own) {
 
 template <int kLots>
 void add_transposed_block(const PanelView& panel, float* own) {
-  using Row = typename RowOf<kLots>::Type;
-  Row* row = reinterpret_cast<Row*>(own);
+  using PaddedVector = typename RowOf<kLots>::Type;
+  PaddedVector* row = reinterpret_cast<PaddedVector*>(own);
   for (std::size_t k = 1; k < panel.width; ++k) {
     const float* value = panel.diagonal + k * panel.width;
-    const Row known = row[k];
+    const PaddedVector known = row[k];
     for (std::size_t q = 0; q < k; ++q) row[q] += value[q] * known;
   }
 }

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "body/fem_body.h"
-#include "body/mechanics_checks.h"
 #include "contact/grasp.h"
+#include "contact/held_contacts.h"
 #include "contact/needles.h"
+#include "contact/pull.h"
 #include "organbake/core/stopwatch.h"
-#include "solver/spring_network.h"
+#include "solver/make_tissue.h"
 
 namespace organbake::deform {
 namespace {
@@ -32,56 +32,28 @@ constexpr int kMostPieces = 2048;  // a tip that is faster still may pass throug
 constexpr double kRunaway = 10;    // diagonals away from rest: the state is lost
 constexpr double kUnknownEnergy = std::numeric_limits<double>::infinity();
 
-const DeformBodies& checked(const DeformBodies& bodies) {
-  for (const DeformBody& body : bodies) {
-    if (body.skin) {
-      check_smooth_skin(*body.skin, body.proxy, "smooth skin");
-    } else {
-      check_base_fits(body.proxy, body.base);
-    }
-  }
-  return bodies;
-}
-
 double largest_diagonal(const DeformBodies& bodies) {
   double largest = 0;
   for (const DeformBody& body : bodies) largest = std::max(largest, bounds(body.proxy).diagonal());
   return largest;
 }
 
-std::unique_ptr<const Tissue> make_tissue(const DeformBodies& bodies,
-                                          const DeformOptions& options) {
-  if (options.solver == TissueSolver::fem) {
-    return std::make_unique<FemBody>(bodies, options.time_step_s);
-  }
-  return std::make_unique<SpringNetwork>(bodies, options.time_step_s);
-}
-
-// Springs don't know of volume; elements resist its change by Poisson's ratio.
-std::vector<double> kept_volumes(const DeformBodies& bodies, const DeformOptions& options) {
-  std::vector<double> kept;
-  for (const DeformBody& body : bodies) {
-    kept.push_back(options.solver == TissueSolver::fem ? 0 : body.mechanics.volume_stiffness);
-  }
-  return kept;
-}
-
 // In how many pieces a step's sweeps have to be followed, so that none carries a tip past the skin.
 double pieces_of(const std::vector<InstrumentSweep>& sweeps) {
   double most = 1;
   for (const InstrumentSweep& s : sweeps) {
-    const double way_mm = std::max(to_row(s.motion_mm(0)).norm(), to_row(s.motion_mm(1)).norm());
+    const double way_mm = std::max(padded(s.motion_mm(0)).norm(), padded(s.motion_mm(1)).norm());
     if (!s.to.is<Grasper>()) most = std::max(most, way_mm / (kPieceOfRadius * s.to.radius_mm));
   }
   return most;
 }
 
-double largest_distance(const Rows& a, const Rows& b) {
-  const Lanes* p = as_lanes(a.data());
-  const Lanes* q = as_lanes(b.data());
+double largest_distance(const PaddedVectors& a, const PaddedVectors& b) {
+  const Double4* p = as_double4(a.data());
+  const Double4* q = as_double4(b.data());
   double squared = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
-    const Lanes d = p[i] - q[i];
+    const Double4 d = p[i] - q[i];
     squared = std::max(squared, dot(d, d));
   }
   return std::sqrt(squared);
@@ -94,18 +66,18 @@ ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& option
       diagonal_mm_(largest_diagonal(bodies)),
       tissue_(make_tissue(bodies, options)),
       volume_(*tissue_, kept_volumes(bodies, options)),
-      skin_(*tissue_, checked(bodies)),
+      skin_(*tissue_, checked_skins(bodies)),
       search_(skin_, *tissue_),
       constraints_(*tissue_, volume_, options.friction) {
   if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
-  force_.assign(tissue_->size(), Row::Zero());
+  force_.assign(tissue_->size(), PaddedVector::Zero());
   x_coasted_ = tissue_->rest();
   to_rest();
 }
 
 void ShapeSolver::to_rest() {
   x_ = x_start_ = x_free_ = x_before_ = tissue_->rest();
-  velocity_.assign(tissue_->size(), Row::Zero());
+  velocity_.assign(tissue_->size(), PaddedVector::Zero());
   contacts_.clear(), punctures_.clear();
   constraints_.reset();
   if (tissue_search_) tissue_search_->reset();
@@ -169,7 +141,32 @@ Penetration ShapeSolver::step(const std::vector<InstrumentSweep>& sweeps) {
     x_coasted_[i] = x_[i] + options_.time_step_s * velocity_[i];
   }
   slipped_ = 0;
-  return carries() ? pull(sweeps) : move(sweeps);
+  return any_carried(contacts_) ? pull(sweeps) : move(sweeps);
+}
+
+// A step with graspers. Jaws hold by friction: where tissue would have to follow them beyond any
+// shape, because they are too far away or contradict each other, it slips from the one that pulls
+// the most, and the step is taken again from where it began.
+Penetration ShapeSolver::pull(const std::vector<InstrumentSweep>& sweeps) {
+  std::vector<Contact> before = contacts_;
+  std::optional<TissueContacts::Sides> sides;
+  if (tissue_search_) sides = tissue_search_->sides();
+  Penetration deepest = move(sweeps);
+  while (any_carried(contacts_) &&
+         pulled_too_far(contacts_, {x_, x_start_, tissue_->rest(), diagonal_mm_})) {
+    const std::uint32_t slips = most_loaded(contacts_);
+    std::erase_if(before,
+                  [slips](const Contact& c) { return c.as<Carried>() && c.instrument == slips; });
+    contacts_ = before;
+    if (sides) tissue_search_->go_back_to(*sides);
+    x_ = x_start_;
+    constraints_.reset();
+    tip_too_fast_ = touched_on_the_way_ = false;
+    find_faces(sweeps);
+    ++slipped_;
+    deepest = move(sweeps);
+  }
+  return deepest;
 }
 
 Penetration ShapeSolver::move(const std::vector<InstrumentSweep>& sweeps) {
@@ -210,9 +207,9 @@ void ShapeSolver::set_load(const std::vector<Eigen::Vector3d>& force_n) {
   load_.clear();
   last_energy_ = kUnknownEnergy;
   if (force_n.empty()) return;
-  load_.assign(tissue_->size(), Row::Zero());
+  load_.assign(tissue_->size(), PaddedVector::Zero());
   for (std::size_t v = 0; v < force_n.size(); ++v) {
-    load_[tissue_->slot_of_vertex()[v]] = to_row(kMilliNewtonPerNewton * force_n[v]);
+    load_[tissue_->slot_of_vertex()[v]] = padded(kMilliNewtonPerNewton * force_n[v]);
   }
   tissue_->embedding().spread(load_);
   load_.resize(tissue_->free_count());  // what anchors bear moves nothing
@@ -237,7 +234,7 @@ void ShapeSolver::solve(const std::vector<InstrumentSweep>& sweeps, bool with_fo
 
 // One local and global step without contacts and volume, from the shape given to x_free_ (which may
 // be the same).
-void ShapeSolver::move_freely(const Rows& from) {
+void ShapeSolver::move_freely(const PaddedVectors& from) {
   tissue_->local_step(from, x_start_, x_coasted_, force_);
   for (std::size_t i = 0; i < load_.size(); ++i) force_[i] += load_[i];
   constraints_.solve_along(force_.data());
@@ -248,10 +245,10 @@ void ShapeSolver::move_freely(const Rows& from) {
 // Where the first local step takes its directions from: on along the last step's motion. Far from
 // converged (stiff springs, few iterations) the steps then act as a heavy-ball iteration (Polyak
 // 1964), whose slow modes die out several times faster; converged steps don't depend on it.
-const Rows& ShapeSolver::foreseen() {
+const PaddedVectors& ShapeSolver::foreseen() {
   const double limit = kForesightLimit * diagonal_mm_;
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
-    const Row move = kForesight * options_.time_step_s * velocity_[i];
+    const PaddedVector move = kForesight * options_.time_step_s * velocity_[i];
     const double length = move.norm();
     x_free_[i] = x_start_[i] + (length > limit ? limit / length : 1) * move;
   }
@@ -297,7 +294,7 @@ Penetration ShapeSolver::close_gaps(const std::vector<InstrumentSweep>& sweeps) 
 double ShapeSolver::settle_motion() {
   const double fastest = kFastestPerStep * diagonal_mm_;
   for (std::size_t i = 0; i < tissue_->free_count(); ++i) {
-    const Row move = x_[i] - x_start_[i];
+    const PaddedVector move = x_[i] - x_start_[i];
     const double length = move.norm();
     velocity_[i] = (length > fastest ? fastest / length : 1) / options_.time_step_s * move;
   }
@@ -307,12 +304,34 @@ double ShapeSolver::settle_motion() {
 
 bool ShapeSolver::lost() const {
   const double limit = kRunaway * diagonal_mm_;
-  return !std::all_of(x_.begin(), x_.end(), [&](const Row& row) {
+  return !std::all_of(x_.begin(), x_.end(), [&](const PaddedVector& row) {
     // Written so that NaN is lost too.
     return (row - tissue_->rest()[static_cast<std::size_t>(&row - x_.data())]).norm() <= limit;
   });
 }
 
 double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, tissue_->rest()); }
+
+void ShapeSolver::continue_from(ShapeSolver& before, const std::vector<NodeSource>& sources,
+                                const std::vector<Instrument>& instruments) {
+  to_rest();
+  for (std::size_t n = 0; n < sources.size(); ++n) {
+    const std::uint32_t slot = tissue_->slot_of_node()[n];
+    if (slot >= tissue_->free_count()) continue;  // anchors stay
+    x_[slot].setZero(), velocity_[slot].setZero();
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double weight = sources[n].weights[k];
+      if (weight == 0) continue;
+      const std::uint32_t was = before.tissue_->slot_of_node()[sources[n].nodes[k]];
+      x_[slot] += weight * before.x_[was];
+      velocity_[slot] += weight * before.velocity_[was];
+    }
+  }
+  tissue_->embedding().carry_positions(tissue_->rest(), x_);
+  x_start_ = x_free_ = x_before_ = x_coasted_ = x_;
+  const auto held =
+      held_contacts(before.contacts_, before.skin_, before.tissue_->rest(), before.x_);
+  hold_anew(held, instruments, search_, {skin_, x_}, contacts_);
+}
 
 }  // namespace organbake::deform

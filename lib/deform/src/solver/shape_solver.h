@@ -30,7 +30,7 @@ class ShapeSolver {
   ShapeSolver(const DeformBodies& bodies, const DeformOptions& options);
 
   const Tissue& tissue() const { return *tissue_; }
-  const Rows& shape() const { return x_; }  // mm, by slot
+  const PaddedVectors& shape() const { return x_; }  // mm, by slot
   const std::vector<Contact>& contacts() const { return contacts_; }
   // Forces (N) on the proxy's vertices from now on; empty: none.
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
@@ -60,8 +60,8 @@ class ShapeSolver {
 
   // Takes over how the bodies lie and move, and what instruments carry, from before they were cut.
   // sources: where each node of the tetrahedra lay in those of `before`.
-  void take_over(ShapeSolver& before, const std::vector<NodeSource>& sources,
-                 const std::vector<Instrument>& instruments);
+  void continue_from(ShapeSolver& before, const std::vector<NodeSource>& sources,
+                     const std::vector<Instrument>& instruments);
 
   bool lost() const;  // not finite, or far beyond anything that tissue does
   double farthest_from_rest() const;
@@ -72,17 +72,14 @@ class ShapeSolver {
  private:
   Penetration move(const std::vector<InstrumentSweep>& sweeps);
   Penetration pull(const std::vector<InstrumentSweep>& sweeps);
-  bool carries() const;
-  bool pulled_too_far() const;
   void advance(const std::vector<InstrumentSweep>& sweeps);
   void solve(const std::vector<InstrumentSweep>& sweeps, bool with_foresight);
-  void move_freely(const Rows& from);
-  const Rows& foreseen();
+  void move_freely(const PaddedVectors& from);
+  const PaddedVectors& foreseen();
   void follow_sweeps(const std::vector<InstrumentSweep>& sweeps);
   bool tools_touch() const;
   void constrain(const std::vector<InstrumentSweep>& sweeps, double fraction);
   double energy() const;
-  bool find_anew(Contact& contact, const Row& at_rest);
   Penetration close_gaps(const std::vector<InstrumentSweep>& sweeps);
   void find_faces(const std::vector<InstrumentSweep>& sweeps);
   Penetration refresh(const std::vector<InstrumentSweep>& sweeps, double fraction);
@@ -96,11 +93,11 @@ class ShapeSolver {
   std::optional<TissueContacts> tissue_search_;
   ConstraintSolver constraints_;
 
-  Rows x_, x_start_, x_free_, x_before_;  // mm, by slot
-  Rows velocity_;                         // mm/s
-  Rows x_coasted_;                        // where inertia alone would end the step
-  Rows force_;                            // left at a shape, mN; then the way from there, mm
-  Rows load_;                             // dead, on the free slots, mN; or empty
+  PaddedVectors x_, x_start_, x_free_, x_before_;  // mm, by slot
+  PaddedVectors velocity_;                         // mm/s
+  PaddedVectors x_coasted_;                        // where inertia alone would end the step
+  PaddedVectors force_;  // left at a shape, mN; then the way from there, mm
+  PaddedVectors load_;   // dead, on the free slots, mN; or empty
   std::vector<Contact> contacts_, punctures_;
   double moved_since_found_mm_ = 0;  // skin, since faces near the tips were sought
   bool tip_too_fast_ = false, touched_on_the_way_ = false;

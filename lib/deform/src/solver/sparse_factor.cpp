@@ -125,7 +125,7 @@ PanelView SparseFactor::view(const Panel& panel) const {
 }
 
 template <int kLots, int kLanes>
-void SparseFactor::solve_lots(const std::array<Row*, kLots>& lots) const {
+void SparseFactor::solve_lots(const std::array<PaddedVector*, kLots>& lots) const {
   if (size() == 0) return;
   constexpr std::size_t kStride = std::size_t{4} * kLots;
   float* rows = rows_.data();
@@ -134,7 +134,7 @@ void SparseFactor::solve_lots(const std::array<Row*, kLots>& lots) const {
   };
   for (std::size_t i = 0; i < size(); ++i) {
     for (int lot = 0; lot < kLots; ++lot) {
-      const Lanes scaled = scale_[i] * *as_lanes(lots[lot] + i);
+      const Double4 scaled = scale_[i] * *as_double4(lots[lot] + i);
       *floats(i, lot) = __builtin_convertvector(scaled, Floats4);
     }
   }
@@ -149,14 +149,14 @@ void SparseFactor::solve_lots(const std::array<Row*, kLots>& lots) const {
   }
   for (std::size_t i = 0; i < size(); ++i) {
     for (int lot = 0; lot < kLots; ++lot) {
-      *as_lanes(lots[lot] + i) = scale_[i] * __builtin_convertvector(*floats(i, lot), Lanes);
+      *as_double4(lots[lot] + i) = scale_[i] * __builtin_convertvector(*floats(i, lot), Double4);
     }
   }
 }
 
-void SparseFactor::solve(Row* rows) const { solve_lots<1, 4>({rows}); }
-void SparseFactor::solve_points(Row* rows) const { solve_lots<1, 3>({rows}); }
-void SparseFactor::solve_points(Row* first, Row* second) const {
+void SparseFactor::solve(PaddedVector* rows) const { solve_lots<1, 4>({rows}); }
+void SparseFactor::solve_points(PaddedVector* rows) const { solve_lots<1, 3>({rows}); }
+void SparseFactor::solve_points(PaddedVector* first, PaddedVector* second) const {
   solve_lots<2, 3>({first, second});
 }
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/rows.h"
+#include "contact/padded_vector.h"
 #include "solver/panel_kernels.h"
 
 namespace organbake::deform {
@@ -41,11 +41,11 @@ class SparseFactor {
   const std::vector<std::uint32_t>& position() const { return position_; }
   // rows: size() × 4 right sides in elimination order, replaced by the solution. One solve at a
   // time.
-  void solve(Row* rows) const;
+  void solve(PaddedVector* rows) const;
   // The same for three right sides: the fourth lane has to be 0, and stays.
-  void solve_points(Row* rows) const;
+  void solve_points(PaddedVector* rows) const;
   // And for two lots of three, in little more time than one takes.
-  void solve_points(Row* first, Row* second) const;
+  void solve_points(PaddedVector* first, PaddedVector* second) const;
 
  private:
   struct Panel {
@@ -56,7 +56,7 @@ class SparseFactor {
   };
   PanelView view(const Panel& panel) const;
   template <int kLots, int kLanes>
-  void solve_lots(const std::array<Row*, kLots>& lots) const;
+  void solve_lots(const std::array<PaddedVector*, kLots>& lots) const;
   void add_panel(const FactorPanel& panel);
 
   std::vector<std::uint32_t> position_;

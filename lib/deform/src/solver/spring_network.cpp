@@ -17,11 +17,11 @@ constexpr double kNoLength = 1e-300;  // mm²; keeps a spring between coincident
 constexpr double kRelaxedWithin_mm = 1e-4;
 
 // The sum of the lanes of each of four.
-Lanes sums(const Lanes (&v)[4]) {
-  const auto pairs = [](const Lanes& a, const Lanes& b) {
+Double4 sums(const Double4 (&v)[4]) {
+  const auto pairs = [](const Double4& a, const Double4& b) {
     return __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);
   };
-  const Lanes low = pairs(v[0], v[1]), high = pairs(v[2], v[3]);
+  const Double4 low = pairs(v[0], v[1]), high = pairs(v[2], v[3]);
   return __builtin_shufflevector(low, high, 0, 1, 4, 5) +
          __builtin_shufflevector(low, high, 2, 3, 6, 7);
 }
@@ -108,7 +108,7 @@ void SpringNetwork::place_slots(const Net& net, double time_step_s,
     const std::uint32_t slot = i == kAnchored ? next_anchor++ : factor_.position()[i];
     slot_of_vertex_[v] = slot;
     organ_of_slot_[slot] = net.organ_of_vertex[v];
-    rest_[slot] = to_row(net.vertices[v]);
+    rest_[slot] = padded(net.vertices[v]);
     inertia_[slot] = net.mass_kg[v] / (time_step_s * time_step_s);
   }
   faces_.reserve(net.faces.size());
@@ -175,26 +175,26 @@ void SpringNetwork::find_parts(const Net& net) {
 // In blocks, so that roots and divisions are taken four at a time.
 struct SpringNetwork::SpringBlock {
   using Values = Eigen::Array<double, kBlock, 1>;
-  Lanes edge[kBlock];
+  Double4 edge[kBlock];
   Values squared, along;  // |e|² and e · Δe, mm²
   Values extended;        // 1, or 0 where e is a stand-in for an edge of no length
   Values pull;            // on each spring's b, mN per mm of e
 };
 
 // The edge that a spring pulls along, its square and its product with the edge's change.
-void SpringNetwork::measure_block(std::size_t begin, const Lanes* at, const Lanes* from,
+void SpringNetwork::measure_block(std::size_t begin, const Double4* at, const Double4* from,
                                   SpringBlock& block) const {
   for (int i = 0; i < kBlock; i += 4) {
-    Lanes square[4], along[4];
+    Double4 square[4], along[4];
     for (int k = 0; k < 4; ++k) {
       const auto [a, b] = ends_[begin + i + k];
-      const Lanes edge = at[a] - at[b];
+      const Double4 edge = at[a] - at[b];
       block.edge[i + k] = edge;
       square[k] = edge * edge;
       along[k] = edge * (edge - (from[a] - from[b]));
     }
-    *reinterpret_cast<Lanes*>(block.squared.data() + i) = sums(square);
-    *reinterpret_cast<Lanes*>(block.along.data() + i) = sums(along);
+    *reinterpret_cast<Double4*>(block.squared.data() + i) = sums(square);
+    *reinterpret_cast<Double4*>(block.along.data() + i) = sums(along);
   }
   block.extended.setOnes();
   if ((block.squared > 0).all()) return;
@@ -204,11 +204,11 @@ void SpringNetwork::measure_block(std::size_t begin, const Lanes* at, const Lane
 }
 
 // A spring collapsed to a point: only the rest shape knows a direction.
-void SpringNetwork::stand_in(std::size_t spring, const Lanes* from, SpringBlock& block,
+void SpringNetwork::stand_in(std::size_t spring, const Double4* from, SpringBlock& block,
                              int i) const {
   const auto [a, b] = ends_[spring];
-  const Lanes* at_rest = as_lanes(rest_.data());
-  const Lanes edge = at_rest[a] - at_rest[b];
+  const Double4* at_rest = as_double4(rest_.data());
+  const Double4 edge = at_rest[a] - at_rest[b];
   block.edge[i] = edge;
   block.extended[i] = 0;
   block.squared[i] = std::max(dot(edge, edge), kNoLength);
@@ -224,24 +224,24 @@ void SpringNetwork::pull_block(std::size_t begin, SpringBlock& block) const {
                of(damper_) * block.along * inverse_length * inverse_length;
 }
 
-void SpringNetwork::local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
-                               Rows& force) const {
-  const Lanes* at = as_lanes(x.data());
-  const Lanes* from = as_lanes(x_start.data());
-  Lanes* sum = as_lanes(force.data());
+void SpringNetwork::local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                               const PaddedVectors& x_coasted, PaddedVectors& force) const {
+  const Double4* at = as_double4(x.data());
+  const Double4* from = as_double4(x_start.data());
+  Double4* sum = as_double4(force.data());
   put_inertia(x, x_coasted, force);
   SpringBlock block;
   std::uint32_t slot = 0;
-  Lanes on_slot{};  // springs run in order of a: its sum need not go through memory
+  Double4 on_slot{};  // springs run in order of a: its sum need not go through memory
   for (std::size_t begin = 0; begin < ends_.size(); begin += kBlock) {
     measure_block(begin, at, from, block);
     pull_block(begin, block);
     for (int i = 0; i < kBlock; ++i) {
       const auto [a, b] = ends_[begin + i];
-      const Lanes on_b = block.pull[i] * block.edge[i];
+      const Double4 on_b = block.pull[i] * block.edge[i];
       if (a != slot) {
         sum[slot] -= on_slot;
-        on_slot = Lanes{};
+        on_slot = Double4{};
         slot = a;
       }
       on_slot += on_b;
@@ -251,11 +251,11 @@ void SpringNetwork::local_step(const Rows& x, const Rows& x_start, const Rows& x
   if (!ends_.empty()) sum[slot] -= on_slot;
 }
 
-double SpringNetwork::energy(const Rows& x, const Rows& x_start) const {
-  const Lanes* at = as_lanes(x.data());
+double SpringNetwork::energy(const PaddedVectors& x, const PaddedVectors& x_start) const {
+  const Double4* at = as_double4(x.data());
   double twice = twice_kinetic_energy(x, x_start);
   for (std::size_t i = 0; i < ends_.size(); ++i) {
-    const Lanes edge = at[ends_[i].a] - at[ends_[i].b];
+    const Double4 edge = at[ends_[i].a] - at[ends_[i].b];
     const double stretch = std::sqrt(dot(edge, edge)) - length_[i];
     twice += stiffness_[i] * stretch * stretch;
   }

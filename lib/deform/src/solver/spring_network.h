@@ -21,18 +21,18 @@ class SpringNetwork final : public Tissue {
   SpringNetwork(const DeformBodies& bodies, double time_step_s);
 
   // The forces of inertia, springs and dampers.
-  void local_step(const Rows& x, const Rows& x_start, const Rows& x_coasted,
-                  Rows& force) const override;
-  double energy(const Rows& x, const Rows& x_start) const override;
+  void local_step(const PaddedVectors& x, const PaddedVectors& x_start,
+                  const PaddedVectors& x_coasted, PaddedVectors& force) const override;
+  double energy(const PaddedVectors& x, const PaddedVectors& x_start) const override;
 
  private:
   struct Ends {
     std::uint32_t a = 0, b = 0;  // slots, a < b
   };
   struct SpringBlock;
-  void measure_block(std::size_t begin, const Lanes* at, const Lanes* from,
+  void measure_block(std::size_t begin, const Double4* at, const Double4* from,
                      SpringBlock& block) const;
-  void stand_in(std::size_t spring, const Lanes* from, SpringBlock& block, int i) const;
+  void stand_in(std::size_t spring, const Double4* from, SpringBlock& block, int i) const;
   void pull_block(std::size_t begin, SpringBlock& block) const;
   struct Net;
   std::vector<Coefficient> matrix_of_free(const Net& net, double time_step_s,

@@ -250,7 +250,7 @@ void BaseDrawing::choose_piece(std::size_t first, std::size_t last, const Placed
         is_placed = true;
       }
       const ChunkFrame& frame = placed[b - first];
-      if (frame.fate == ChunkFate::drawn)
+      if (frame.visibility == ChunkVisibility::drawn)
         chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps});
     }
   }

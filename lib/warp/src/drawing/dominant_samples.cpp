@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <limits>
 
-#include "organbake/warp/vector_loops.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 namespace {
 
-ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerStretch& __restrict row,
-                                        int count, NearestSamples& __restrict nearest) {
+ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerSpan& __restrict row, int count,
+                                        NearestSamples& __restrict nearest) {
   ORGANBAKE_LANES(4)
   for (unsigned i = 0; i < whole_vectors(count); ++i) {
     nearest.layer[i] = row.depth[i] < nearest.depth[i] ? l : nearest.layer[i];
@@ -18,8 +18,8 @@ ORGANBAKE_MULTIVERSION void take_nearer(std::int32_t l, const LayerStretch& __re
   }
 }
 
-ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerStretch& __restrict row,
-                                   const SumStretch& __restrict sum, float tolerance_mm, int count,
+ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerSpan& __restrict row,
+                                   const SumSpan& __restrict sum, float tolerance_mm, int count,
                                    DominantSamples& __restrict leading) {
   ORGANBAKE_LANES(4)
   for (unsigned i = 0; i < whole_vectors(count); ++i)
@@ -28,14 +28,14 @@ ORGANBAKE_MULTIVERSION void prefer(std::int32_t l, const LayerStretch& __restric
 
 }  // namespace
 
-NearestSamples::NearestSamples(const LayerStretches& rows, int layers, int count) {
+NearestSamples::NearestSamples(const LayerSpans& rows, int layers, int count) {
   std::fill_n(layer, whole_vectors(count), 0);
   std::fill_n(depth, whole_vectors(count), std::numeric_limits<float>::infinity());
   for (int l = 0; l < layers; ++l) take_nearer(l, rows[l], count, *this);
 }
 
-DominantSamples::DominantSamples(const LayerShares& shares, const LayerStretches& rows,
-                                 const SumStretch& sum, float tolerance_mm, int count) {
+DominantSamples::DominantSamples(const LayerShares& shares, const LayerSpans& rows,
+                                 const SumSpan& sum, float tolerance_mm, int count) {
   std::copy_n(NearestSamples(rows, shares.count, count).layer, whole_vectors(count), layer);
   std::array<int, 3> by_share = {0, 1, 2};
   const auto used = by_share.begin() + shares.count;

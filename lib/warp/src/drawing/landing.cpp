@@ -3,13 +3,13 @@
 
 #include <cmath>
 
-#include "drawing/left_pack.h"
+#include "drawing/compaction.h"
 
 namespace organbake {
 namespace {
 
-constexpr Landed::Numbers kAllSamples = [] {
-  Landed::Numbers all{};
+constexpr PlacedSamples::Numbers kAllSamples = [] {
+  PlacedSamples::Numbers all{};
   for (std::uint32_t i = 0; i < kChunk; ++i) all[i] = i;
   return all;
 }();
@@ -70,10 +70,10 @@ struct Sampled {
 // first pixel. It runs over all slots of the chunk. Where the tile cuts the chunk, it tells which
 // of its `count` samples are inside.
 template <bool kCut, bool kBent>
-[[gnu::always_inline]] inline void land(const Sampled& sampled, int count,
-                                        const ShellColumns& matrix, const ChunkFrame& c,
-                                        const Placement& at, float near_mm,
-                                        Landed& __restrict out) {
+[[gnu::always_inline]] inline void place(const Sampled& sampled, int count,
+                                         const ShellColumns& matrix, const ChunkFrame& c,
+                                         const Placement& at, float near_mm,
+                                         PlacedSamples& __restrict out) {
   float m[3][9];
   for (int r = 0; r < 3; ++r) {
     for (int k = 0; k < 9; ++k) m[r][k] = matrix(r, k);
@@ -105,47 +105,47 @@ template <bool kCut, bool kBent>
   }
 }
 
-ORGANBAKE_MULTIVERSION void land_cut(const Sampled& sampled, int count, const ShellColumns& matrix,
-                                     const ChunkFrame& c, const Placement& at, float near_mm,
-                                     Landed& __restrict out) {
-  land<true, false>(sampled, count, matrix, c, at, near_mm, out);
+ORGANBAKE_MULTIVERSION void place_cut(const Sampled& sampled, int count, const ShellColumns& matrix,
+                                      const ChunkFrame& c, const Placement& at, float near_mm,
+                                      PlacedSamples& __restrict out) {
+  place<true, false>(sampled, count, matrix, c, at, near_mm, out);
 }
 
 // None at rest; a deep poke bends most faces.
-ORGANBAKE_MULTIVERSION void land_cut_bent(const Sampled& sampled, int count,
-                                          const ShellColumns& matrix, const ChunkFrame& c,
-                                          const Placement& at, float near_mm,
-                                          Landed& __restrict out) {
-  land<true, true>(sampled, count, matrix, c, at, near_mm, out);
+ORGANBAKE_MULTIVERSION void place_cut_bent(const Sampled& sampled, int count,
+                                           const ShellColumns& matrix, const ChunkFrame& c,
+                                           const Placement& at, float near_mm,
+                                           PlacedSamples& __restrict out) {
+  place<true, true>(sampled, count, matrix, c, at, near_mm, out);
 }
 
-ORGANBAKE_MULTIVERSION void land_uncut(const Sampled& sampled, const ShellColumns& matrix,
-                                       const ChunkFrame& c, const Placement& at,
-                                       Landed& __restrict out) {
-  land<false, false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
+ORGANBAKE_MULTIVERSION void place_uncut(const Sampled& sampled, const ShellColumns& matrix,
+                                        const ChunkFrame& c, const Placement& at,
+                                        PlacedSamples& __restrict out) {
+  place<false, false>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
 }
 
-ORGANBAKE_MULTIVERSION void land_uncut_bent(const Sampled& sampled, const ShellColumns& matrix,
-                                            const ChunkFrame& c, const Placement& at,
-                                            Landed& __restrict out) {
-  land<false, true>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
+ORGANBAKE_MULTIVERSION void place_uncut_bent(const Sampled& sampled, const ShellColumns& matrix,
+                                             const ChunkFrame& c, const Placement& at,
+                                             PlacedSamples& __restrict out) {
+  place<false, true>(sampled, static_cast<int>(kChunk), matrix, c, at, 0, out);
 }
 
 // Moves the samples that touch the tile together.
-void compact(Landed& landed) {
-  landed.left = kAllSamples;
-  landed.sample = &landed.left;
+void compact(PlacedSamples& placed) {
+  placed.left = kAllSamples;
+  placed.sample = &placed.left;
   int kept = 0;
   for (std::uint32_t i = 0; i < kChunk; i += 8) {
-    const LeftPack packed(lanes_unlike(&landed.inside[i], 0));
-    packed(&landed.u[i], &landed.u[kept]);
-    packed(&landed.v[i], &landed.v[kept]);
-    packed(&landed.z[i], &landed.z[kept]);
-    packed(&landed.cell[i], &landed.cell[kept]);
-    packed(&landed.left[i], &landed.left[kept]);
+    const Compaction packed(lanes_unlike(&placed.inside[i], 0));
+    packed(&placed.u[i], &placed.u[kept]);
+    packed(&placed.v[i], &placed.v[kept]);
+    packed(&placed.z[i], &placed.z[kept]);
+    packed(&placed.cell[i], &placed.cell[kept]);
+    packed(&placed.left[i], &placed.left[kept]);
     kept += packed.count();
   }
-  landed.count = kept;
+  placed.count = kept;
 }
 
 // Whether moving the inner samples together is not worth it: those outside are placed beyond the
@@ -157,19 +157,20 @@ bool mostly_within(const PixelBox& box, const PixelBox& tile) {
 
 }  // namespace
 
-void land_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
-                const FaceFrame& face, float near_mm, const TileKeys& tile, const CellGrid& cells,
-                Landed& landed) {
+void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
+                   const FaceFrame& face, float near_mm, const TileKeys& tile,
+                   const CellGrid& cells, PlacedSamples& placed) {
   const std::size_t first = std::size_t{chunk} * kChunk;
   const Placement at = placement(frame, tile, cells);
   const ShellColumns matrix = patch_matrix(face.pixel, set.chunks[chunk].patch);
   const Sampled sampled{set.b1.data() + first, set.b2.data() + first, set.h.data() + first};
-  landed.count = static_cast<int>(set.chunks[chunk].count);
-  landed.sample = &kAllSamples;
+  placed.count = static_cast<int>(set.chunks[chunk].count);
+  placed.sample = &kAllSamples;
   if (frame.uncut && mostly_within(frame.box, tile.box))
-    return (face.bent ? land_uncut_bent : land_uncut)(sampled, matrix, frame, at, landed);
-  (face.bent ? land_cut_bent : land_cut)(sampled, landed.count, matrix, frame, at, near_mm, landed);
-  compact(landed);
+    return (face.bent ? place_uncut_bent : place_uncut)(sampled, matrix, frame, at, placed);
+  (face.bent ? place_cut_bent : place_cut)(sampled, placed.count, matrix, frame, at, near_mm,
+                                           placed);
+  compact(placed);
 }
 
 }  // namespace organbake

@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "drawing/tile_keys.h"
-#include "organbake/warp/vector_loops.h"
 #include "picture/tile_grid.h"
+#include "picture/vector_loops.h"
 #include "placing/chunk_frame.h"
 #include "placing/placed_faces.h"
 #include "samples/sample_set.h"
@@ -27,7 +27,7 @@ static_assert((TileGrid::kHeight + 2 * kAnySplat.guard) * kAnySplat.stride <= 1 
 
 // Where those of a chunk's samples land that touch a tile: offset from each to its first pixel's
 // centre, depth, and that pixel's cell.
-struct Landed {
+struct PlacedSamples {
   using Numbers = std::array<std::uint32_t, kChunk>;
   static_assert(kChunk % kLanes == 0);
 
@@ -38,8 +38,8 @@ struct Landed {
   alignas(64) Numbers inside, left;  // of a chunk that the tile cuts
 };
 
-void land_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
-                const FaceFrame& face, float near_mm, const TileKeys& tile, const CellGrid& cells,
-                Landed& landed);
+void place_samples(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& frame,
+                   const FaceFrame& face, float near_mm, const TileKeys& tile,
+                   const CellGrid& cells, PlacedSamples& placed);
 
 }  // namespace organbake

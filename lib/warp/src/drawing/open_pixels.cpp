@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drawing/open_pixels.h"
 
-#include "drawing/pixel_key.h"
+#include "drawing/tile_keys.h"
 
 namespace organbake {
 namespace {

@@ -11,7 +11,7 @@
 
 namespace organbake {
 
-// Which pixels of a tile no camera's sample landed on: one bit each, so that whole boxes without
+// Which pixels of a tile no camera's sample placed on: one bit each, so that whole boxes without
 // any are passed over in a few words.
 class OpenPixels {
  public:

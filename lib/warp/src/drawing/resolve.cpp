@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "drawing/dominant_samples.h"
-#include "drawing/pixel_key.h"
+#include "drawing/tile_keys.h"
 #include "light/sparse_shading.h"
-#include "organbake/warp/vector_loops.h"
-#include "picture/sum_stretch.h"
+#include "picture/sum_span.h"
+#include "picture/vector_loops.h"
 #include "samples/sample_set.h"
 
 namespace organbake {
@@ -18,7 +18,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Whole vectors of a stretch.
+// Whole vectors of a span.
 struct Part {
   std::size_t first = 0;
   int count = 0;
@@ -31,11 +31,11 @@ struct Part {
   }
 };
 
-// The stretch's keys into their places. Beyond a row's end lie its own guard and the next row's.
+// The span's keys into their places. Beyond a row's end lie its own guard and the next row's.
 // (That the count is one of whole vectors already is what the compiler has to see, here and below.)
 static_assert(2 * TileKeys::kGuard >= kLanes - 1);
 ORGANBAKE_MULTIVERSION void decode(const std::uint64_t* __restrict keys, const Part& part,
-                                   float tie_mm, LayerStretch& __restrict row) {
+                                   float tie_mm, LayerSpan& __restrict row) {
   ORGANBAKE_LANES(4)
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
@@ -71,26 +71,26 @@ inline float linear_color(float value) {
   return clamped * clamped;
 }
 
-// Fetches the details of a stretch's samples. One copy each, taken apart in registers afterwards,
+// Fetches the details of a span's samples. One copy each, taken apart in registers afterwards,
 // beats scattered loads of bytes.
-void fetch(const LayerStretch& row, const PackedDetail* __restrict detail, const Part& part,
+void fetch(const LayerSpan& row, const PackedDetail* __restrict detail, const Part& part,
            PackedDetail* __restrict fetched) {
   for (std::size_t i = part.first; i < part.first + part.count; ++i)
     fetched[i] = detail[row.slot[i]];
 }
 
-ORGANBAKE_MULTIVERSION void find_nearest(const LayerStretch& __restrict row, const Part& part,
-                                         SumStretch& __restrict sum) {
+ORGANBAKE_MULTIVERSION void find_nearest(const LayerSpan& __restrict row, const Part& part,
+                                         SumSpan& __restrict sum) {
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
     const std::size_t i = part.first + k;
     sum.nearest[i] = row.depth[i] < sum.nearest[i] ? row.depth[i] : sum.nearest[i];
   }
 }
 
-ORGANBAKE_MULTIVERSION void add_layer(const LayerStretch& __restrict row,
+ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
                                       const PackedDetail* __restrict detail, const Part& part,
                                       float weight, float inverse_tolerance,
-                                      SumStretch& __restrict sum) {
+                                      SumSpan& __restrict sum) {
   const float byte_weight = weight / 255;
   ORGANBAKE_LANES(4)
   for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
@@ -113,10 +113,10 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerStretch& __restrict row,
   }
 }
 
-// Tells what a stretch's pixels show: their leading samples, and the point beside each that the
+// Tells what a span's pixels show: their leading samples, and the point beside each that the
 // pixel's centre looks at.
-void tell_shown(const TileLayers& tile, const LayerStretches& rows, int count,
-                const SumStretch& sum, Shown* shown) {
+void write_shown(const TileLayers& tile, const LayerSpans& rows, int count, const SumSpan& sum,
+                 Shown* shown) {
   const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
   for (int i = 0; i < count; ++i) {
     const int layer = leading.layer[i];
@@ -138,10 +138,10 @@ void tell_shown(const TileLayers& tile, const LayerStretches& rows, int count,
   }
 }
 
-// Where the skin of a stretch's pixels is bound: by their leading samples, and by the base layer
+// Where the skin of a span's pixels is bound: by their leading samples, and by the base layer
 // where it hides them or there are none.
-void tell_bound(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
-                const SumStretch& sum, BoundPixel* bound) {
+void write_bound(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
+                 const SumSpan& sum, BoundPixel* bound) {
   const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
   for (int i = 0; i < count; ++i) {
     const int layer = leading.layer[i];
@@ -163,11 +163,11 @@ void tell_bound(const TileLayers& tile, const LayerStretches& rows, int y, int x
   }
 }
 
-// Lights what the samples of a stretch summed to, by pixels' leading samples: the others that count
+// Lights what the samples of a span summed to, by pixels' leading samples: the others that count
 // lie on the same skin.
-void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, int count,
-             SumStretch& sum) {
-  alignas(64) float depth[kStretch], white[kStretch];
+void relight(const TileLayers& tile, const LayerSpans& rows, int y, int x0, int count,
+             SumSpan& sum) {
+  alignas(64) float depth[kSpan], white[kSpan];
   for (int i = 0; i < count; ++i) {
     depth[i] = sum.weight[i] > 0 ? sum.nearest[i] : kInfinity;
     white[i] = sum.weight[i] * kFullScale;
@@ -175,8 +175,8 @@ void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, 
   const SparseShading lit(depth, count, tile.texel_mm);
   const DominantSamples leading(tile.shares(), rows, sum, tile.same_surface_mm, count);
   SkinPixels skin;
-  for (int k = 0; k < lit.post_count(); ++k) {
-    const int i = lit.post(k), layer = leading.layer[i];
+  for (int k = 0; k < lit.knot_count(); ++k) {
+    const int i = lit.knot(k), layer = leading.layer[i];
     const SampleSet& set = *tile.layers[layer].set;
     const auto slot = static_cast<std::uint32_t>(rows[layer].slot[i]);
     if (tile.relit->unchanged(set.face(slot))) continue;
@@ -193,7 +193,7 @@ void relight(const TileLayers& tile, const LayerStretches& rows, int y, int x0, 
 }
 
 void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tolerance,
-              SumStretch& sum) {
+              SumSpan& sum) {
   const int row = y - base.box.y0, offset = x0 - base.box.x0;
   const int last = std::min(base.spans.last(row), offset + count);
   for (int column = std::max(base.spans.first(row), offset); column < last; ++column) {
@@ -212,7 +212,7 @@ void add_base(const BaseTile& base, int y, int x0, int count, float inverse_tole
 }
 
 // Marks the pixels that only the base layer covers.
-void mark_base(const LayerStretches& rows, int layers, int count, Cover* __restrict cover) {
+void mark_base(const LayerSpans& rows, int layers, int count, Cover* __restrict cover) {
   const NearestSamples nearest(rows, layers, count);
   for (int i = 0; i < count; ++i) {
     const bool base = (nearest.depth[i] == kInfinity) & (cover[i] == Cover::samples);
@@ -220,14 +220,13 @@ void mark_base(const LayerStretches& rows, int layers, int count, Cover* __restr
   }
 }
 
-// Fills a plane of a stretch. The library's fill takes longer to begin than this to end.
+// Fills a plane of a span. The library's fill takes longer to begin than this to end.
 void fill(float* plane, float value) {
-  Eigen::Map<Eigen::Array<float, kStretch, 1>, Eigen::Aligned64>(plane).setConstant(value);
+  Eigen::Map<Eigen::Array<float, kSpan, 1>, Eigen::Aligned64>(plane).setConstant(value);
 }
 
-// The stretch's layers, base included, as colour and weight sums.
-void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretches& rows,
-                 SumStretch& sum) {
+// The span's layers, base included, as colour and weight sums.
+void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows, SumSpan& sum) {
   const float inverse_tolerance = 1 / tile.same_surface_mm;
   fill(sum.nearest, kInfinity);
   if (tile.base) std::copy_n(tile.base->depth.data() + tile.base->at(x0, y), count, sum.nearest);
@@ -243,7 +242,7 @@ void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretche
     find_nearest(rows[l], parts[l], sum);
   }
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);
-  alignas(64) std::array<PackedDetail, kStretch> fetched;
+  alignas(64) std::array<PackedDetail, kSpan> fetched;
   for (int l = 0; l < tile.count; ++l) {
     fetch(rows[l], tile.layers[l].set->detail.data(), parts[l], fetched.data());
     add_layer(rows[l], fetched.data(), parts[l], tile.layers[l].weight, inverse_tolerance, sum);
@@ -256,15 +255,15 @@ void sum_stretch(const TileLayers& tile, int y, int x0, int count, LayerStretche
 
 void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox& box,
                   const Background& background, SkinDepth& depth, Frame& frame) {
-  LayerStretches rows;
-  SumStretch sum;
+  LayerSpans rows;
+  SumSpan sum;
   const auto blend = [&](int x0, int count, int y) {
-    sum_stretch(tile, y, x0, count, rows, sum);
+    sum_span(tile, y, x0, count, rows, sum);
     const std::size_t first = std::size_t(y) * frame.color.width + x0;
     Cover* const cover = &frame.cover[first];
     encode(sum, count, background.color(), frame.color.pixels.data() + 3 * first, cover);
-    if (tile.rest) tell_shown(tile, rows, count, sum, &frame.shown[first]);
-    if (tile.keep_bound) tell_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
+    if (tile.rest) write_shown(tile, rows, count, sum, &frame.shown[first]);
+    if (tile.keep_bound) write_bound(tile, rows, y, x0, count, sum, &frame.bound[first]);
     if (tile.base) mark_base(rows, tile.count, count, cover);
     depth.put(x0, y, count, sum.nearest);
     if (!frame.depth_mm.empty()) std::copy_n(sum.nearest, count, &frame.depth_mm[first]);
@@ -279,7 +278,7 @@ void resolve_tile(const TileLayers& tile, const RowSpans& spans, const PixelBox&
     }
     background.fill({box.x0, y, x0, y + 1}, depth, frame);
     background.fill({x1, y, box.x1, y + 1}, depth, frame);
-    for (int x = x0; x < x1; x += kStretch) blend(x, std::min(kStretch, x1 - x), y);
+    for (int x = x0; x < x1; x += kSpan) blend(x, std::min(kSpan, x1 - x), y);
   }
 }
 

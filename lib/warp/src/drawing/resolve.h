@@ -10,8 +10,8 @@
 #include "light/relit_skin.h"
 #include "organbake/geometry/shell_map.h"
 #include "organbake/warp/frame.h"
-#include "organbake/warp/skin_depth.h"
 #include "picture/row_spans.h"
+#include "picture/skin_depth.h"
 
 namespace organbake {
 
@@ -20,7 +20,7 @@ struct TileLayers {
   struct Layer {
     const SampleSet* set = nullptr;
     const TileKeys* keys = nullptr;
-    const RowSpans* spans = nullptr;  // where its samples may have landed
+    const RowSpans* spans = nullptr;  // where its samples may have placed
     float weight = 0;                 // the camera's share in the view
   };
   std::array<Layer, 3> layers;

@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "drawing/compaction.h"
 #include "drawing/landing.h"
-#include "drawing/left_pack.h"
-#include "drawing/pixel_key.h"
-#include "organbake/warp/vector_loops.h"
+#include "drawing/tile_keys.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 namespace {
@@ -33,36 +33,36 @@ inline Key make_key(float u, float v, float z, const ChunkFrame& c, float tie_mm
 }
 
 // What a chunk's samples bring to the cells: halves of their keys.
-struct Bids {
+struct KeyHalves {
   alignas(64) std::array<std::uint32_t, kChunk> low, high;
 };
-struct PackedBids {
+struct PackedKeys {
   alignas(64) std::array<std::uint64_t, kChunk> key;
   alignas(64) std::array<std::int32_t, kChunk> cell;
 };
 
-// Bids of all samples for the pixel (du, dv) beyond their first one.
-ORGANBAKE_MULTIVERSION void make_bids(const Landed& landed, std::uint32_t first_slot, float du,
-                                      float dv, const ChunkFrame& c, float tie_mm,
-                                      Bids& __restrict bids) {
-  const std::uint32_t* const sample = landed.sample->data();
-  for (unsigned i = 0; i < whole_vectors(landed.count); ++i) {
-    const Key key = make_key(landed.u[i] + du, landed.v[i] + dv, landed.z[i], c, tie_mm,
+// KeyHalves of all samples for the pixel (du, dv) beyond their first one.
+ORGANBAKE_MULTIVERSION void make_keys(const PlacedSamples& placed, std::uint32_t first_slot,
+                                      float du, float dv, const ChunkFrame& c, float tie_mm,
+                                      KeyHalves& __restrict keys) {
+  const std::uint32_t* const sample = placed.sample->data();
+  for (unsigned i = 0; i < whole_vectors(placed.count); ++i) {
+    const Key key = make_key(placed.u[i] + du, placed.v[i] + dv, placed.z[i], c, tie_mm,
                              first_slot + sample[i]);
-    bids.low[i] = key.low;
-    bids.high[i] = key.high;
+    keys.low[i] = key.low;
+    keys.high[i] = key.high;
   }
 }
 
-// Of two to four pixels that a splat tries, its sample stands for about one. Moves those bids
+// Of two to four pixels that a splat tries, its sample stands for about one. Moves those keys
 // together and returns how many they are.
-int pack(const Bids& in, const Landed& landed, PackedBids& out) {
+int pack(const KeyHalves& in, const PlacedSamples& placed, PackedKeys& out) {
   int kept = 0;
-  for (int i = 0; i < landed.count; i += 8) {
-    const unsigned there = lanes_unlike(&in.high[i], kEmptyHigh) & first_lanes(landed.count - i);
-    const LeftPack packed(there);
+  for (int i = 0; i < placed.count; i += 8) {
+    const unsigned there = lanes_unlike(&in.high[i], kEmptyHigh) & first_lanes(placed.count - i);
+    const Compaction packed(there);
     packed(&in.low[i], &in.high[i], &out.key[kept]);
-    packed(&landed.cell[i], &out.cell[kept]);
+    packed(&placed.cell[i], &out.cell[kept]);
     kept += packed.count();
   }
   return kept;
@@ -78,19 +78,19 @@ bool reaches(const ChunkFrame& c, int tx, int ty) {
 }
 
 // Splats of at most kGuard pixels a side: all samples of a chunk, pixel after pixel.
-void splat_small(const Landed& landed, std::uint32_t first_slot, const ChunkFrame& c, float tie_mm,
-                 TileKeys& tile) {
-  Bids bids;
-  PackedBids own;
+void splat_small(const PlacedSamples& placed, std::uint32_t first_slot, const ChunkFrame& c,
+                 float tie_mm, TileKeys& tile) {
+  KeyHalves keys;
+  PackedKeys own;
   for (int ty = 0; ty < c.rows; ++ty) {
     for (int tx = 0; tx < c.columns; ++tx) {
       if (!reaches(c, tx, ty)) continue;
       const float du = c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
       const float dv = c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
-      make_bids(landed, first_slot, du, dv, c, tie_mm, bids);
-      const int bidding = pack(bids, landed, own);
+      make_keys(placed, first_slot, du, dv, c, tie_mm, keys);
+      const int packed = pack(keys, placed, own);
       std::uint64_t* const cells = tile.keys.data() + std::size_t(ty) * tile.stride + tx;
-      for (int i = 0; i < bidding; ++i) {
+      for (int i = 0; i < packed; ++i) {
         std::uint64_t& cell = cells[own.cell[i]];
         cell = own.key[i] < cell ? own.key[i] : cell;
       }
@@ -99,12 +99,12 @@ void splat_small(const Landed& landed, std::uint32_t first_slot, const ChunkFram
 }
 
 // Larger splats, seen from very near: sample after sample, clipped to the tile.
-void splat_large(const Landed& landed, std::uint32_t first_slot, const ChunkFrame& c, float tie_mm,
-                 TileKeys& tile) {
+void splat_large(const PlacedSamples& placed, std::uint32_t first_slot, const ChunkFrame& c,
+                 float tie_mm, TileKeys& tile) {
   const int width = tile.box.width(), height = tile.box.height();
-  for (int i = 0; i < landed.count; ++i) {
-    const int column = kAnySplat.column(landed.cell[i]);
-    const int row = kAnySplat.row(landed.cell[i]);
+  for (int i = 0; i < placed.count; ++i) {
+    const int column = kAnySplat.column(placed.cell[i]);
+    const int row = kAnySplat.row(placed.cell[i]);
     const int first_x = std::max(0, -column), last_x = std::min(c.columns, width - column);
     const int first_y = std::max(0, -row), last_y = std::min(c.rows, height - row);
     for (int ty = first_y; ty < last_y; ++ty) {
@@ -112,11 +112,11 @@ void splat_large(const Landed& landed, std::uint32_t first_slot, const ChunkFram
           tile.keys.data() + std::size_t(row + ty + kGuard) * tile.stride + column + kGuard;
       for (int tx = first_x; tx < last_x; ++tx) {
         const float u =
-            landed.u[i] + c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
+            placed.u[i] + c.u_x * static_cast<float>(tx) + c.u_y * static_cast<float>(ty);
         const float v =
-            landed.v[i] + c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
-        const std::uint32_t slot = first_slot + (*landed.sample)[i];
-        cells[tx] = std::min(cells[tx], make_key(u, v, landed.z[i], c, tie_mm, slot).value());
+            placed.v[i] + c.v_x * static_cast<float>(tx) + c.v_y * static_cast<float>(ty);
+        const std::uint32_t slot = first_slot + (*placed.sample)[i];
+        cells[tx] = std::min(cells[tx], make_key(u, v, placed.z[i], c, tie_mm, slot).value());
       }
     }
   }
@@ -124,7 +124,7 @@ void splat_large(const Landed& landed, std::uint32_t first_slot, const ChunkFram
 
 }  // namespace
 
-void send_for_chunk(const SampleSet& set, std::uint32_t chunk) {
+void prefetch_chunk(const SampleSet& set, std::uint32_t chunk) {
   constexpr std::uint32_t kLine = 64;  // bytes of a cache's
   const std::size_t first = std::size_t{chunk} * kChunk;
   for (std::uint32_t i = 0; i < kChunk; i += kLine / sizeof(PatchCoordinate)) {
@@ -139,11 +139,11 @@ void splat_chunk(const SampleSet& set, std::uint32_t chunk, const ChunkFrame& fr
                  const FaceFrame& face, float near_mm, float tie_mm, TileKeys& tile) {
   const bool small = frame.columns <= kGuard && frame.rows <= kGuard;
   const CellGrid cells = small ? CellGrid{tile.stride, kGuard} : kAnySplat;
-  Landed landed;
-  land_chunk(set, chunk, frame, face, near_mm, tile, cells, landed);
-  if (landed.count == 0) return;
+  PlacedSamples placed;
+  place_samples(set, chunk, frame, face, near_mm, tile, cells, placed);
+  if (placed.count == 0) return;
   const auto splat = small ? splat_small : splat_large;
-  splat(landed, chunk * kChunk, frame, tie_mm, tile);
+  splat(placed, chunk * kChunk, frame, tie_mm, tile);
 }
 
 }  // namespace organbake

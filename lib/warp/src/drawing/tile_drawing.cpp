@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drawing/pixel_key.h"
+#include "drawing/tile_keys.h"
 #include "light/sparse_shading.h"
 #include "picture/phase_clock.h"
 
@@ -13,17 +13,17 @@ namespace {
 constexpr int kTileShift = 40;  // of a triangle's number, BaseTile::cut_triangles
 
 // Lights `count` pixels of a row of the base layer from column x0 on.
-void light_base_stretch(const RelitSkin& relit, int x0, int count, int y, float texel_mm,
-                        BaseTile& base) {
+void light_base_span(const RelitSkin& relit, int x0, int count, int y, float texel_mm,
+                     BaseTile& base) {
   const std::size_t first = base.at(x0, y);
   const SparseShading lit(&base.depth[first], count, texel_mm);
   SkinPixels skin;
-  for (int k = 0; k < lit.post_count(); ++k) {
-    const BaseTile::BoundPoint& bound = base.bound[first + lit.post(k)];
-    if (!relit.unchanged(bound.face)) skin.add(lit.post(k), bound.face, bound.b1, bound.b2);
+  for (int k = 0; k < lit.knot_count(); ++k) {
+    const BaseTile::BoundPoint& bound = base.bound[first + lit.knot(k)];
+    if (!relit.unchanged(bound.face)) skin.add(lit.knot(k), bound.face, bound.b1, bound.b2);
   }
   if (skin.count == 0) return;
-  alignas(64) float red[kStretch], green[kStretch], blue[kStretch], white[kStretch];
+  alignas(64) float red[kSpan], green[kSpan], blue[kSpan], white[kSpan];
   BaseTile::Shade* const shade = &base.shade[first];
   for (int i = 0; i < count; ++i)
     red[i] = shade[i][0], green[i] = shade[i][1], blue[i] = shade[i][2], white[i] = 1;
@@ -36,8 +36,8 @@ void light_base(const RelitSkin& relit, float texel_mm, BaseTile& base) {
   for (int y = box.y0; y < box.y1; ++y) {
     const int first = base.spans.first(y - box.y0) & ~(SparseShading::kGroup - 1);
     const int x0 = box.x0 + first, x1 = box.x0 + base.spans.last(y - box.y0);
-    for (int x = x0; x < x1; x += kStretch)
-      light_base_stretch(relit, x, std::min(kStretch, x1 - x), y, texel_mm, base);
+    for (int x = x0; x < x1; x += kSpan)
+      light_base_span(relit, x, std::min(kSpan, x1 - x), y, texel_mm, base);
   }
 }
 
@@ -74,7 +74,7 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
       return !intersected(camera.chunks[chunks[at]].box, part).empty();
     };
     if (i + kAhead < chunks.size() && touches(i + kAhead))
-      send_for_chunk(*camera.set, chunks[i + kAhead]);
+      prefetch_chunk(*camera.set, chunks[i + kAhead]);
     if (!touches(i)) continue;
     const std::uint32_t c = chunks[i];
     spans.add(camera.chunks[c].box);

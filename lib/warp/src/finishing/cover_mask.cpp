@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/warp/cover_mask.h"
+#include "finishing/cover_mask.h"
 
 #if defined(__AVX2__)
 #include <immintrin.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/warp/front_edges.h"
+#include "finishing/front_edges.h"
 
 #if defined(__AVX2__)
 #include <immintrin.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "finishing/holes.h"
+#include "finishing/hole_fill.h"
 
 #include <algorithm>
 #include <array>

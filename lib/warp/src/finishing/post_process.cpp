@@ -5,7 +5,9 @@
 #include <cstring>
 #include <limits>
 
-#include "finishing/holes.h"
+#include "finishing/hole_fill.h"
+#include "finishing/see_through.h"
+#include "finishing/slit_fill.h"
 #include "organbake/warp/draw_options.h"
 #include "picture/phase_clock.h"
 

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "drawing/resolve.h"
-#include "organbake/warp/cover_mask.h"
+#include "finishing/cover_mask.h"
+#include "finishing/front_edges.h"
+#include "finishing/outline.h"
 #include "organbake/warp/frame.h"
-#include "organbake/warp/front_edges.h"
-#include "organbake/warp/outline.h"
 #include "organbake/warp/pixel_box.h"
-#include "organbake/warp/skin_depth.h"
 #include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
+#include "picture/skin_depth.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "finishing/holes.h"
+#include "finishing/slit_fill.h"
 
 #include <atomic>
 #include <cstdint>

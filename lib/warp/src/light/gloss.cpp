@@ -46,7 +46,7 @@ void Gloss::shine(const SkinDirections& normals, const SkinDirections& toward_ey
   const float least_cosine = least_cosine_, inverse_range = inverse_range_;
   for (const Lamp& lamp : lamps_) {
     const float lx = lamp.toward.x(), ly = lamp.toward.y(), lz = lamp.toward.z();
-    alignas(32) float place[kStretch], share[kStretch];
+    alignas(32) float place[kSpan], share[kSpan];
     for (int i = 0; i < count; ++i) {
       const float nx = normals.of[0][i], ny = normals.of[1][i], nz = normals.of[2][i];
       const float ex = toward_eye.of[0][i], ey = toward_eye.of[1][i], ez = toward_eye.of[2][i];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/warp/light_meter.h"
+#include "light/light_meter.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -12,8 +12,8 @@ using Eigen::Vector3f;
 // Each pixel's lattice triangle: the one that holds its place, or the nearest for a place outside
 // the face. By its nodes, and the weights of the second and the third.
 struct RelitSkin::Triangles {
-  alignas(32) std::int32_t corner[kStretch], below[kStretch], beside[kStretch];
-  alignas(32) float along[kStretch], down[kStretch];
+  alignas(32) std::int32_t corner[kSpan], below[kSpan], beside[kSpan];
+  alignas(32) float along[kSpan], down[kSpan];
 };
 
 void RelitSkin::find_triangles(const SkinPixels& skin, Triangles& out) const {
@@ -58,14 +58,14 @@ void RelitSkin::mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& else
   std::copy(elsewhere.mixed.begin(), elsewhere.mixed.end(), mixed.rows[count]);
 }
 
-void RelitSkin::light(const SkinPixels& skin, const SparseShading& stretch,
-                      const StretchColors& colors) const {
+void RelitSkin::light(const SkinPixels& skin, const SparseShading& span,
+                      const SpanColors& colors) const {
   if (skin.count == 0) return;
   Triangles triangles;
   find_triangles(skin, triangles);
   ShadedPosts mixed;
   mix_nodes(nodes_, Node(), triangles, skin.count, mixed);
-  const ShadingInterpolation spread(stretch, skin.at, skin.count);
+  const ShadingInterpolation spread(span, skin.at, skin.count);
   SkinPlanes<3> gains;
   spread(mixed, 0, gains.planes());
   for (int c = 0; c < 3; ++c) {
@@ -87,8 +87,8 @@ void RelitSkin::light(const SkinPixels& skin, const SparseShading& stretch,
 // Where skin lies at rest is asked for only where gloss may show: the relief is bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
                             const ShadingInterpolation& spread, ScopeSkin& scope_skin,
-                            const StretchColors& colors) const {
-  std::fill_n(scope_skin.depth_mm, kStretch, 1.0f);
+                            const SpanColors& colors) const {
+  std::fill_n(scope_skin.depth_mm, kSpan, 1.0f);
   for (int i = 0; i < colors.count; ++i) {
     const float depth = colors.depth_mm[i];
     scope_skin.depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
@@ -103,8 +103,8 @@ void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
   shine_.add_gloss(lit, scope_skin, at_rest, colors);
 }
 
-// By the pixel: a highlight may be narrower than the distance of posts.
-void RelitSkin::add_gloss(const SkinDirections& normals, const StretchColors& colors) const {
+// By the pixel: a highlight may be narrower than the distance of knots.
+void RelitSkin::add_gloss(const SkinDirections& normals, const SpanColors& colors) const {
   SkinDirections toward_eye;
   const Vector3f row = ray_origin_ + (static_cast<float>(colors.y) + 0.5f) * ray_down_;
   for (int c = 0; c < 3; ++c) {

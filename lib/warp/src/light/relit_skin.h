@@ -48,9 +48,8 @@ class RelitSkin {
   // Whether a face's colours stay as they are.
   bool unchanged(std::uint32_t face) const { return (turned_[face] | shines_[face]) == 0; }
 
-  // Lights a stretch, its posts in `skin`; those that are not among them keep their light.
-  void light(const SkinPixels& skin, const SparseShading& stretch,
-             const StretchColors& colors) const;
+  // Lights a span, its knots in `skin`; those that are not among them keep their light.
+  void light(const SkinPixels& skin, const SparseShading& span, const SpanColors& colors) const;
 
  private:
   // Its gain and its normal, mixed as a whole in one register; two numbers are unused.
@@ -77,10 +76,10 @@ class RelitSkin {
   template <class AnyNode>
   static void mix_nodes(const std::vector<AnyNode>& nodes, const AnyNode& elsewhere,
                         const Triangles& triangles, int count, ShadedPosts& mixed);
-  void add_gloss(const SkinDirections& normals, const StretchColors& colors) const;
+  void add_gloss(const SkinDirections& normals, const SpanColors& colors) const;
   void light_scope(const SkinPixels& skin, const Triangles& triangles,
                    const ShadingInterpolation& spread, ScopeSkin& scope_skin,
-                   const StretchColors& colors) const;
+                   const SpanColors& colors) const;
   void light_by(bool scope);
   void place_rest_nodes();
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "organbake/warp/vector_loops.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 namespace {
@@ -276,7 +276,7 @@ bool any_shows(const float* shows, unsigned count) {
 
 }  // namespace
 
-bool ScopeShine::light(const ScopeSkin& skin, const StretchColors& colors, ScopeLit& lit) const {
+bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const {
   const auto& [red, green, blue] = colors.planes;
   light_pixels(Direction(skin.normals), skin.depth_mm, colors.white, frame_, finish_, least_cosine_,
                colors.x0, colors.y, colors.count, lit, red, green, blue);
@@ -284,7 +284,7 @@ bool ScopeShine::light(const ScopeSkin& skin, const StretchColors& colors, Scope
 }
 
 void ScopeShine::add_gloss(const ScopeLit& lit, const ScopeSkin& skin,
-                           const ScopeSkinAtRest& at_rest, const StretchColors& colors) const {
+                           const ScopeSkinAtRest& at_rest, const SpanColors& colors) const {
   const GlossPlanes planes = {lit.share,
                               lit.shows,
                               colors.white,

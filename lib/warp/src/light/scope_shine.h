@@ -10,10 +10,10 @@
 
 namespace organbake {
 
-// What a stretch of skin is to the light at the scope, by pixel.
+// What a span of skin is to the light at the scope, by pixel.
 struct ScopeSkin {
-  alignas(64) float depth_mm[kStretch];  // planar z; any where there is no skin
-  SkinDirections normals;                // now, world, any length; 0 where there is no skin
+  alignas(64) float depth_mm[kSpan];  // planar z; any where there is no skin
+  SkinDirections normals;             // now, world, any length; 0 where there is no skin
 };
 // Where that skin lies at rest.
 struct ScopeSkinAtRest {
@@ -22,9 +22,9 @@ struct ScopeSkinAtRest {
 
 // What is worked out for all pixels, and asked for again where gloss may show.
 struct ScopeLit {
-  alignas(64) float share[kStretch];  // of full exposure
-  alignas(64) float shows[kStretch];  // 0…1, of gloss
-  SkinDirections normal, half_way;    // unit
+  alignas(64) float share[kSpan];   // of full exposure
+  alignas(64) float shows[kSpan];   // 0…1, of gloss
+  SkinDirections normal, half_way;  // unit
 };
 
 // Lights skin by a ScopeLight with a SkinFinish, pixel by pixel:
@@ -47,9 +47,9 @@ class ScopeShine {
 
   // `colors` hold the albedo × weight before, and what is seen but for the
   // gloss after. Whether gloss may show anywhere.
-  bool light(const ScopeSkin& skin, const StretchColors& colors, ScopeLit& lit) const;
+  bool light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const;
   void add_gloss(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
-                 const StretchColors& colors) const;
+                 const SpanColors& colors) const;
 
   static constexpr int kFine = 8, kCoarse = 4, kMostLobes = 4;
 

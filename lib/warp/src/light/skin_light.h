@@ -4,16 +4,16 @@
 #include <array>
 #include <cstdint>
 
-#include "picture/sum_stretch.h"
+#include "picture/sum_span.h"
 
 namespace organbake {
 
-// Pixels of a stretch whose light is worked out, and the place on the proxy whose skin each shows.
+// Pixels of a span whose light is worked out, and the place on the proxy whose skin each shows.
 struct SkinPixels {
   int count = 0;
-  alignas(32) std::int32_t at[kStretch];  // of the stretch
-  alignas(32) std::uint32_t face[kStretch];
-  alignas(32) float b1[kStretch], b2[kStretch];
+  alignas(32) std::int32_t at[kSpan];  // of the span
+  alignas(32) std::uint32_t face[kSpan];
+  alignas(32) float b1[kSpan], b2[kSpan];
 
   void add(int pixel, std::uint32_t on_face, float at_b1, float at_b2) {
     at[count] = pixel;
@@ -23,9 +23,9 @@ struct SkinPixels {
   }
 };
 
-// The colours of a stretch: `count` pixels of the picture's row y from column x0 on. Gloss is added
+// The colours of a span: `count` pixels of the picture's row y from column x0 on. Gloss is added
 // in parts of `white`. All planes have room for whole vectors (wide.h).
-struct StretchColors {
+struct SpanColors {
   int x0 = 0, y = 0, count = 0;
   std::array<float*, 3> planes;
   const float* white = nullptr;
@@ -35,7 +35,7 @@ struct StretchColors {
 // One plane for each of a pixel's numbers.
 template <int numbers>
 struct SkinPlanes {
-  alignas(64) float of[numbers][kStretch];
+  alignas(64) float of[numbers][kSpan];
 
   std::array<float*, numbers> planes() {
     std::array<float*, numbers> all;

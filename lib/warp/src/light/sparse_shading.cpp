@@ -39,36 +39,36 @@ inline bool all_run_on(const std::uint8_t* runs_on) {
 SparseShading::SparseShading(const float* depth_mm, int count, float texel_mm) : count_(count) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const float smooth_mm = kSmoothTexels * texel_mm;
-  alignas(64) std::array<std::uint8_t, kStretch>
+  alignas(64) std::array<std::uint8_t, kSpan>
       runs_on;  // to the next pixel; not where either is +inf
   for (int i = 0; i + 1 < count; ++i)
     runs_on[i] = std::abs(depth_mm[i + 1] - depth_mm[i]) <= smooth_mm;
   for (int first = 0; first < count; first += kGroup) {
     smooth_[first / kGroup] = first + kGroup <= count && all_run_on(&runs_on[first]);
     if (smooth_[first / kGroup]) {
-      for (const int at : {0, kMiddle, kGroup - 1}) posts_[post_count_++] = first + at;
+      for (const int at : {0, kMiddle, kGroup - 1}) knots_[post_count_++] = first + at;
       continue;
     }
     for (int i = first; i < std::min(first + kGroup, count); ++i) {
-      posts_[post_count_] = i;
+      knots_[post_count_] = i;
       post_count_ += depth_mm[i] < kInfinity;
     }
   }
 }
 
-ShadingInterpolation::ShadingInterpolation(const SparseShading& stretch, const std::int32_t* at,
+ShadingInterpolation::ShadingInterpolation(const SparseShading& span, const std::int32_t* at,
                                            int count)
-    : stretch_(stretch) {
+    : span_(span) {
   row_.fill(static_cast<std::int16_t>(count));
   for (int k = 0; k < count; ++k) row_[at[k]] = static_cast<std::int16_t>(k);
 }
 
 void ShadingInterpolation::operator()(const ShadedPosts& table, int first,
                                       const std::array<float*, 3>& planes) const {
-  const int groups = static_cast<int>(whole_vectors(stretch_.count())) / kGroup;
+  const int groups = static_cast<int>(whole_vectors(span_.count())) / kGroup;
   for (int g = 0; g < groups; ++g) {
     const std::int16_t* const row = &row_[std::size_t(g) * kGroup];
-    if (stretch_.smooth(g)) {
+    if (span_.smooth(g)) {
       const float *const begin = table.rows[row[0]] + first,
                          *const middle = table.rows[row[kMiddle]] + first,
                          *const end = table.rows[row[kGroup - 1]] + first;

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "picture/sum_stretch.h"
+#include "picture/sum_span.h"
 
 namespace organbake {
 
@@ -16,44 +16,44 @@ class SparseShading {
  public:
   static constexpr int kGroup = 8;
 
-  // depth_mm: of the stretch's skin, +inf where none is to be lit; its first column is a multiple
+  // depth_mm: of the span's skin, +inf where none is to be lit; its first column is a multiple
   // of kGroup. texel_mm: of the cameras, on the surface.
   SparseShading(const float* depth_mm, int count, float texel_mm);
 
-  // The pixels that are asked for, by their place in the stretch, ascending.
-  int post_count() const { return post_count_; }
-  int post(int k) const { return posts_[k]; }
+  // The pixels that are asked for, by their place in the span, ascending.
+  int knot_count() const { return post_count_; }
+  int knot(int k) const { return knots_[k]; }
 
-  // Whether group g runs on: it has three posts, its first, middle and last pixel.
+  // Whether group g runs on: it has three knots, its first, middle and last pixel.
   bool smooth(int g) const { return smooth_[g]; }
   int count() const { return count_; }  // pixels
 
  private:
   int count_;
-  std::array<bool, kStretch / kGroup> smooth_{};
+  std::array<bool, kSpan / kGroup> smooth_{};
   int post_count_ = 0;
-  std::array<std::int32_t, kStretch> posts_;
+  std::array<std::int32_t, kSpan> knots_;
 };
 
-// What is known of some of a stretch's posts, eight numbers each; row `count` holds what stands
+// What is known of some of a span's knots, eight numbers each; row `count` holds what stands
 // where nothing is known.
 struct ShadedPosts {
-  alignas(32) float rows[kStretch + 1][8];
+  alignas(32) float rows[kSpan + 1][8];
 };
 
-// Spreads such tables over all pixels of their stretch, three numbers at a time.
+// Spreads such tables over all pixels of their span, three numbers at a time.
 class ShadingInterpolation {
  public:
-  // at[k]: the pixel that row k is known of, one of the stretch's posts.
-  ShadingInterpolation(const SparseShading& stretch, const std::int32_t* at, int count);
+  // at[k]: the pixel that row k is known of, one of the span's knots.
+  ShadingInterpolation(const SparseShading& span, const std::int32_t* at, int count);
 
-  // Planes of the numbers first, first + 1 and first + 2, whole vectors of the stretch. Equal
+  // Planes of the numbers first, first + 1 and first + 2, whole vectors of the span. Equal
   // numbers stay what they are.
   void operator()(const ShadedPosts& table, int first, const std::array<float*, 3>& planes) const;
 
  private:
-  const SparseShading& stretch_;
-  std::array<std::int16_t, kStretch> row_;
+  const SparseShading& span_;
+  std::array<std::int16_t, kSpan> row_;
 };
 
 }  // namespace organbake

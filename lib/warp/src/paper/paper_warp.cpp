@@ -84,9 +84,9 @@ bool look_up(const CameraMaps& maps, const std::vector<float>& micro, const Eige
 
 // One camera's view of the deformed organ, warped into the picture.
 struct PaperWarp::Warped {
-  std::vector<float> depth_mm;  // +inf where nothing landed
+  std::vector<float> depth_mm;  // +inf where nothing placed
   std::vector<Eigen::Vector3f> color;
-  std::vector<Eigen::Vector3f> rest_mm;  // the skin that landed, at rest; empty unless asked for
+  std::vector<Eigen::Vector3f> rest_mm;  // the skin that placed, at rest; empty unless asked for
   // Of its texels, and the widest square.
   std::size_t drawn = 0, outside_view = 0;
   double widest_px = 0;
@@ -213,7 +213,7 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
       ++out.outside_view;
       continue;
     }
-    const Eigen::Vector2d landed = project(k, p);
+    const Eigen::Vector2d placed = project(k, p);
     const Eigen::Vector3f color = at.mixed(Eigen::Vector3f(Eigen::Vector3f::Zero()),
                                            [&](std::size_t t) { return maps.color[t]; });
     const double texel_px = k.fx / p.z() * z / camera.intrinsics.fx;
@@ -224,7 +224,7 @@ void PaperWarp::warp(const Bundle& bundle, std::size_t number, const TriangleMes
       const Eigen::Vector3d in_camera = depth * unproject(camera.intrinsics, rest_pixel[i]);
       at_rest = (camera.camera_from_world.inverse() * in_camera).cast<float>();
     }
-    out.splat(landed, texel_px, static_cast<float>(p.z()), color, at_rest, k);
+    out.splat(placed, texel_px, static_cast<float>(p.z()), color, at_rest, k);
   }
 }
 
@@ -279,6 +279,14 @@ DrawReport PaperWarp::draw(const Bundle& bundle, const std::vector<Eigen::Vector
       static_cast<float>(kStepTexels / kSameSurfaceTexels * same_surface * distance_mm);
   PostProcess().apply(view, options, {0, 0, width, height}, depth, deeper_mm, frame, report);
   return report;
+}
+
+void smooth_outline(Frame& frame) {
+  CoverMask skin;
+  skin.read_with_border({0, 0, frame.color.width, frame.color.height}, frame);
+  FrontEdges edges;
+  edges.find(skin);
+  Outline().soften(edges, frame);
 }
 
 }  // namespace organbake

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "organbake/warp/skin_depth.h"
+#include "picture/skin_depth.h"
 
 #include <array>
 #include <limits>
 
-#include "picture/sum_stretch.h"
+#include "picture/sum_span.h"
 
 namespace organbake {
 namespace {
@@ -31,9 +31,9 @@ void SkinDepth::resize(int width, int height, float reach_mm) {
 }
 
 void SkinDepth::put(int x, int y, int count, const float* depth_mm) {
-  alignas(64) std::array<Level, kStretch> levels;
-  for (int done = 0; done < count; done += kStretch) {
-    const int now = std::min(kStretch, count - done);
+  alignas(64) std::array<Level, kSpan> levels;
+  for (int done = 0; done < count; done += kSpan) {
+    const int now = std::min(kSpan, count - done);
     to_levels(depth_mm + done, now, 1 / level_mm_, levels.data());
     std::copy_n(levels.data(), now, at(x + done, y));
   }

@@ -67,7 +67,7 @@ namespace {
 // What is counted of some of a camera's faces, and of all of them together.
 struct ChunkCounts {
   PixelBox box;
-  std::array<std::size_t, 3> samples{}, faces{};  // by ChunkFate
+  std::array<std::size_t, 3> samples{}, faces{};  // by ChunkVisibility
   int largest_px = 0;
 
   void add(const ChunkCounts& more) {
@@ -99,8 +99,8 @@ ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::siz
     int face_px = 0;
     for (; c < chunks.size() && face_of(c) == face; ++c) {
       const ChunkFrame& chunk = camera.chunks[c];
-      samples[static_cast<int>(chunk.fate)] += chunks[c].count;
-      if (chunk.fate != ChunkFate::drawn) continue;
+      samples[static_cast<int>(chunk.visibility)] += chunks[c].count;
+      if (chunk.visibility != ChunkVisibility::drawn) continue;
       face_px = std::max({face_px, chunk.columns, chunk.rows});
       box = united(box, chunk.box);
     }
@@ -108,9 +108,9 @@ ChunkCounts count_chunks(const ActiveCamera& camera, std::size_t first, std::siz
     counts.largest_px = std::max(counts.largest_px, face_px);
     if (samples[0] > 0) flag(visibility.shown[face]);
     if (face_px >= kMostSplat) flag(visibility.stretched[face]);
-    const ChunkFate fate = samples[0] > 0   ? ChunkFate::drawn
-                           : samples[2] > 0 ? ChunkFate::outside_view
-                                            : ChunkFate::faces_away;
+    const ChunkVisibility fate = samples[0] > 0   ? ChunkVisibility::drawn
+                                 : samples[2] > 0 ? ChunkVisibility::outside_view
+                                                  : ChunkVisibility::faces_away;
     ++counts.faces[static_cast<int>(fate)];
   }
   counts.box = box;

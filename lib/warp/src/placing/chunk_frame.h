@@ -13,7 +13,7 @@ namespace organbake {
 // pixel where texels are smaller than that, 5 dB over the union of both silhouettes.
 inline constexpr float kReach = 0.65f;
 
-enum class ChunkFate : std::uint8_t { drawn, faces_away, outside_view };
+enum class ChunkVisibility : std::uint8_t { drawn, faces_away, outside_view };
 
 // One chunk in one frame. Offsets from a sample to a pixel's centre are shares of the sample's
 // reach (kReach), so that −1…1 is what a sample stands for.
@@ -22,7 +22,7 @@ struct ChunkFrame {
   float z_u, z_v;            // depth per offset
   int columns, rows;         // pixels to try per sample, ≥ 1
   PixelBox box;              // of all pixels it may touch, clipped to the view
-  ChunkFate fate;
+  ChunkVisibility visibility;
   bool uncut;  // neither the view's border nor its near plane cuts it
 
   bool operator==(const ChunkFrame&) const = default;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organbake/geometry/shell_map.h"
-#include "organbake/warp/vector_loops.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 namespace {
@@ -232,7 +232,7 @@ template <bool kBent>
 ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
   ChunkFrame out{};
   if (b.away[i] && !two_sided) {
-    out.fate = ChunkFate::faces_away;
+    out.visibility = ChunkVisibility::faces_away;
     return out;
   }
   out.u_x = b.u_x[i], out.u_y = b.u_y[i], out.v_x = b.v_x[i], out.v_y = b.v_y[i];
@@ -240,7 +240,7 @@ ChunkFrame frame_at(const Batch& b, int i, bool two_sided) {
   out.columns = b.columns[i], out.rows = b.rows[i];
   out.box = {b.x0[i], b.y0[i], b.x1[i], b.y1[i]};
   out.uncut = b.uncut[i] != 0;
-  out.fate = out.box.empty() ? ChunkFate::outside_view : ChunkFate::drawn;
+  out.visibility = out.box.empty() ? ChunkVisibility::outside_view : ChunkVisibility::drawn;
   return out;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "samples/patch.h"
 
-#include "organbake/warp/vector_loops.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 

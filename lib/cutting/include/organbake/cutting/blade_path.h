@@ -4,9 +4,9 @@
 #include <array>
 #include <optional>
 
-#include "organbake/cutting/cut_body.h"
 #include "organbake/cutting/cut_sheet.h"
 #include "organbake/cutting/cutting_edges.h"
+#include "organbake/cutting/posed_body.h"
 #include "organbake/cutting/skin_inside.h"
 
 namespace organbake {

@@ -74,9 +74,6 @@ class CutSkin {
   };
   class FaceCutter;
   void cut_edges(const TriangleMesh& skin, const EdgeCrossings& edges);
-  void draw_back(const CutSheet& sheet);
-  void draw_lips_back(const CutSheet& sheet);
-  void draw_skin_back();
   std::uint32_t add_vertex(const Vertex& vertex);
 
   std::vector<Vertex> vertices_;
@@ -84,15 +81,5 @@ class CutSkin {
   std::vector<SkinBorder> borders_;
   std::map<std::uint32_t, EdgeEnds> ends_;  // of the edges that fall in two
 };
-
-// Where sheets' lines of one stroke, between two of its places, meet a face: from the first place
-// to the second, without what lies on the straight way between them to `within_mm`.
-struct PathPoint {
-  Eigen::Vector2d in_face;
-  SheetPlace place;
-};
-std::vector<PathPoint> path_within(const std::array<Eigen::Vector3d, 3>& face,
-                                   const PathPoint& from, const PathPoint& to,
-                                   const CutSheet& sheet, double within_mm);
 
 }  // namespace organbake

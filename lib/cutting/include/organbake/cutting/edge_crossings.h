@@ -58,7 +58,7 @@ class EdgeCrossings {
   bool add(std::span<const CutSheet::Triangle> triangles);
 
  private:
-  void take_over(const EdgeCrossings& before, std::span<const CutSheet::Triangle> taken);
+  void keep_crossings(const EdgeCrossings& before, std::span<const CutSheet::Triangle> taken);
   bool cross(std::uint32_t edge, std::span<const CutSheet::Triangle> triangles,
              std::span<const GridBox> boxes, const GridBox& all);
 

@@ -87,7 +87,7 @@ class Deformer {
   // Goes on where another stands, of the same organs before blades have cut some of them: as they
   // lie and move there, with what instruments hold. sources: by organ, where each node of its
   // tetrahedra lay in those of `before`. Loads are dropped.
-  void take_over(Deformer& before, const std::vector<std::vector<NodeSource>>& sources);
+  void continue_from(Deformer& before, const std::vector<std::vector<NodeSource>>& sources);
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
   // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.

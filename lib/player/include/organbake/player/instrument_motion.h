@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -10,6 +9,12 @@
 
 namespace organbake {
 
+// The active instruments as a viewer sees them, each part with its instrument's number: a ball, a
+// capsule or the blades of scissors, and a thin shaft. Where no path of the same number gives the
+// shaft a direction, it leads away from the organ, that of scissors on from their pivot.
+std::vector<Solid> solids_of(const std::vector<Instrument>& instruments, const Bundle& bundle,
+                             const std::vector<InstrumentPath>& paths = {});
+
 // A script's instruments with every waypoint brought to world millimetres.
 class InstrumentMotion {
  public:
@@ -17,17 +22,13 @@ class InstrumentMotion {
   InstrumentMotion(const Script& script, const Bundle& bundle);
 
   std::vector<Instrument> at(double time_s) const;  // InstrumentPath::at() of each
-  // What a viewer sees of the active ones, each part with its instrument's number.
-  std::vector<Solid> solids(const std::vector<Instrument>& instruments) const;
+  std::vector<Solid> solids(const std::vector<Instrument>& instruments) const {
+    return solids_of(instruments, *bundle_, paths_);
+  }
 
  private:
   const Bundle* bundle_;
   std::vector<InstrumentPath> paths_;
 };
-
-// An instrument as a viewer sees it: a ball, a capsule or the blades of scissors, and a thin shaft;
-// without a direction it leads away from the organ, that of scissors on from their pivot.
-std::vector<Solid> tool_solids(const Instrument& instrument,
-                               const std::optional<Eigen::Vector3d>& shaft, const Bundle& bundle);
 
 }  // namespace organbake

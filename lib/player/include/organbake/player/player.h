@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -13,6 +11,7 @@
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/cutting/cutting_edges.h"
 #include "organbake/deform/deformer.h"
+#include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
 
@@ -55,38 +54,39 @@ class Player {
   bool load_next();
 
   // Instruments with blades need the solver fem and organs baked with tetrahedra: else UsageError.
-  // What blades sweep parts kPartingSteps later: all that hangs on it is worked out meanwhile on a
+  // What blades sweep parts kCutDelaySteps later: all that hangs on it is worked out meanwhile on a
   // thread of its own, and the step in which a cut grows takes no longer than others.
   StepReport step(const std::vector<Instrument>& instruments);
-  static constexpr int kPartingSteps = 6;
+  static constexpr int kCutDelaySteps = 6;
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
   bool can_relight() const;  // DrawOptions::light, any organ
   // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
-  DrawnLight usual_light() const;
+  DrawnLight default_light() const;
   // Back to rest, and whole.
   void reset();
   // The same, and from now on played by another solver. Throws UsageError, and changes nothing, for
   // finite elements where an organ was baked without tetrahedra.
-  void play_by(TissueSolver solver);
+  void set_solver(TissueSolver solver);
 
   std::size_t organ_count() const { return organs_.size(); }
-  const Bundle& bundle(std::size_t organ = 0) const { return organs_[organ].bundle; }
+  // Of one organ by its number; each throws UsageError where there is none.
+  const Bundle& bundle(std::size_t organ = 0) const { return organ_at(organ).bundle; }
   // The same as blades have cut it, without maps: its proxy is then the skin and the cuts' walls.
-  const Bundle& bundle_now(std::size_t organ = 0) const { return organs_[organ].now(); }
-  bool is_cut(std::size_t organ = 0) const { return organs_[organ].cut_warper.has_value(); }
+  const Bundle& bundle_now(std::size_t organ = 0) const { return organ_at(organ).now(); }
+  bool is_cut(std::size_t organ = 0) const { return organ_at(organ).cut_warper.has_value(); }
   // Whether blades can cut the organs: all are played with tetrahedra.
   bool can_cut() const;
   // In how many pieces blades have cut an organ.
   std::size_t piece_count(std::size_t organ = 0) const;
   // Of the proxy of bundle_now(), mm.
   const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
-    return organs_[organ].positions;
+    return organ_at(organ).positions;
   }
   // Of one organ's shell, as it was last drawn, world mm, by face.
   const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
-    return organs_[organ].shown().shell_matrices();
+    return organ_at(organ).shown().shell_matrices();
   }
   TissueSolver solver() const { return options_.solver; }
 
@@ -95,7 +95,6 @@ class Player {
     Bundle bundle;
     Warper warper;
     std::vector<Eigen::Vector3d> positions;    // of the proxy, mm
-    Frame picture = {};                        // of this organ alone; only where there are others
     std::unique_ptr<CutOrgan> cutting = {};    // once a blade was near
     std::unique_ptr<BladeSweeps> sweeps = {};  // through it
     std::optional<Warper> cut_warper = {};     // once it has cut
@@ -108,10 +107,11 @@ class Player {
   static std::vector<Organ> one_of(Organ organ);
   static Organ bound(Bundle bundle, bool keep_maps);
   static std::vector<Organ> bound(std::vector<Bundle> bundles, bool keep_maps);
-  static Organ framed(Bundle frame, Warper::ReadMaps read);
+  static Organ streamed(Bundle frame, Warper::ReadMaps read);
   static Organ opened(const std::filesystem::path& bundle_folder, bool keep_maps);
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);
+  const Organ& organ_at(std::size_t organ) const;
   bool make_whole();  // false when nothing was cut
   void take_positions();
   static DeformBody deform_body(const Bundle& organ);
@@ -121,21 +121,20 @@ class Player {
   void begin_cutting(Organ& organ);
   void leave_holes(const std::vector<Instrument>& instruments,
                    const std::vector<ContactPoint>& punctures);
-  void begin_parting();
-  void end_parting();
-  double metered_mm(const View& view, const DrawOptions& options) const;
+  void begin_pending_cut();
+  void end_pending_cut();
   DrawReport draw_organs(const View& view, const DrawOptions& options, Frame& frame);
 
   std::vector<Organ> organs_;
   DeformOptions options_;
   Deformer deformer_;
   std::unique_ptr<PaperWarp> paper_;  // made when first asked for
-  std::uint64_t joined_ = 0;          // serial of the last picture of several organs
+  JointDrawing joint_drawing_;        // of several organs
   CuttingEdges cutting_edges_;
   // Organs on their way to be as blades have cut them. Last: it waits for its thread, which reads
   // the rest.
-  struct Parting;
-  std::shared_ptr<Parting> parting_;
+  struct PendingCut;
+  std::shared_ptr<PendingCut> pending_cut_;
 };
 
 }  // namespace organbake

@@ -48,11 +48,11 @@ std::string script_to_json(const Script& script);
 
 // The keyframes before and behind a frame, and theirs; before the first and after the last a and b
 // are the same.
-struct KeyframeStretch {
+struct KeyframeSpan {
   int before, a, b, after;
   double share;  // of the way from a to b
 };
-KeyframeStretch keyframes_at(const Script& script, int frame);
+KeyframeSpan keyframes_at(const Script& script, int frame);
 double catmull_rom(double before, double a, double b, double after, double t);
 
 // The camera on the orbit at a frame: Catmull–Rom between keyframes, so that it never jerks; held

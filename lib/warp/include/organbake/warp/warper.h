@@ -18,7 +18,7 @@
 namespace organbake {
 
 // The way of a frame, room by room of this module (each includes from those before it only):
-//   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, stretches of a row.
+//   picture    what all share: boxes of pixels, tiles of 192 × 128, rows, spans of a row.
 //   samples    once per bundle: a camera's maps become samples, bound to the shell's faces, in
 //              chunks of 64 that lie together. SampleStore makes a camera's when a view needs it.
 //   placing    the proxy's vertices pose the shell (PosedShell); each face and each chunk of the
@@ -62,7 +62,7 @@ class Warper {
   bool can_relight() const;
   // The light that it is meant to be seen in: at the scope when its lighting has that, else the
   // world's, else what was baked.
-  DrawnLight usual_light() const;
+  DrawnLight default_light() const;
 
   // The shell as it was last drawn, world mm, by face.
   const std::vector<ShellMatrix>& shell_matrices() const;

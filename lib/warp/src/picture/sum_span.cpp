@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "picture/sum_stretch.h"
+#include "picture/sum_span.h"
 
-#include "organbake/warp/vector_loops.h"
+#include "picture/vector_loops.h"
 
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -49,12 +49,12 @@ void pack_rgb(const std::int32_t* pixels, int count, std::uint8_t* rgb) {
 
 }  // namespace
 
-ORGANBAKE_MULTIVERSION void encode(const SumStretch& sum, int count,
+ORGANBAKE_MULTIVERSION void encode(const SumSpan& sum, int count,
                                    const std::array<std::uint8_t, 3>& background,
                                    std::uint8_t* __restrict rgb, Cover* __restrict cover) {
-  alignas(64) std::int32_t level[3][kStretch];
-  alignas(64) float scale[kStretch];
-  alignas(64) Cover covered[kStretch];
+  alignas(64) std::int32_t level[3][kSpan];
+  alignas(64) float scale[kSpan];
+  alignas(64) Cover covered[kSpan];
   const unsigned padded = whole_vectors(count);
   for (unsigned i = 0; i < padded; ++i) {
     scale[i] = 1 / (kFullScale * (sum.weight[i] > 0 ? sum.weight[i] : 1.0f));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "drawing/left_pack.h"
+#include "drawing/compaction.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 namespace organbake {
 namespace {
 
-TEST(LeftPack, MovesTheChosenLanesToTheFrontInOrder) {
+TEST(Compaction, MovesTheChosenLanesToTheFrontInOrder) {
   std::array<std::uint32_t, 8> low, high;
   std::iota(low.begin(), low.end(), 100u);
   std::iota(high.begin(), high.end(), 0xFFFF0000u);
@@ -18,7 +18,7 @@ TEST(LeftPack, MovesTheChosenLanesToTheFrontInOrder) {
     for (unsigned lane = 0; lane < 8; ++lane) {
       if (mask >> lane & 1) lanes.push_back(lane);
     }
-    const LeftPack packed(mask);
+    const Compaction packed(mask);
     ASSERT_EQ(packed.count(), int(lanes.size()));
     std::array<std::uint32_t, 8> alone;
     std::array<std::uint64_t, 8> together;
@@ -31,7 +31,7 @@ TEST(LeftPack, MovesTheChosenLanesToTheFrontInOrder) {
   }
 }
 
-TEST(LeftPack, LanesUnlikeAValueAreTold) {
+TEST(Compaction, LanesUnlikeAValueAreTold) {
   const std::array<std::uint32_t, 8> numbers = {7, 0xFF000000u, 0, 7, 0xFF000000u, 1, 2, 0};
   EXPECT_EQ(lanes_unlike(numbers.data(), 7), 0b11110110u);
   EXPECT_EQ(lanes_unlike(numbers.data(), 0xFF000000u), 0b11101101u);

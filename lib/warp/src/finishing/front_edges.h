@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "organbake/warp/cover_mask.h"
-#include "organbake/warp/skin_depth.h"
+#include "finishing/cover_mask.h"
+#include "picture/skin_depth.h"
 
 namespace organbake {
 

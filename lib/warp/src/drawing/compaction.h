@@ -13,16 +13,17 @@
 
 namespace organbake {
 
-// LeftPack moves those of eight lanes whose bit is set in a mask to the front, in their order: what
-// follows then works on them alone, without a branch each that nobody can predict. The compiler has
-// no loop for it. Each call writes all eight lanes; those after count() are to be overwritten.
-// lanes_unlike() makes such a mask: one bit for each of eight numbers that is not `value`.
+// Compaction moves those of eight lanes whose bit is set in a mask to the front, in their order:
+// what follows then works on them alone, without a branch each that nobody can predict. The
+// compiler has no loop for it. Each call writes all eight lanes; those after count() are to be
+// overwritten. lanes_unlike() makes such a mask: one bit for each of eight numbers that is not
+// `value`.
 
 #if defined(__AVX2__)
 
-class LeftPack {
+class Compaction {
  public:
-  explicit LeftPack(unsigned mask)
+  explicit Compaction(unsigned mask)
       : order_(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(kOrders[mask]))),
         count_(std::popcount(mask)) {}
 
@@ -74,9 +75,9 @@ inline unsigned lanes_unlike(const std::uint32_t* numbers, std::uint32_t value) 
 
 #elif defined(__wasm_simd128__)
 
-class LeftPack {
+class Compaction {
  public:
-  explicit LeftPack(unsigned mask)
+  explicit Compaction(unsigned mask)
       : low_(wasm_v128_load(kOrders[mask & 15].data())),
         high_(wasm_v128_load(kOrders[mask >> 4].data())),
         low_count_(std::popcount(mask & 15)),
@@ -130,9 +131,9 @@ inline unsigned lanes_unlike(const std::uint32_t* numbers, std::uint32_t value) 
 
 #else
 
-class LeftPack {
+class Compaction {
  public:
-  explicit LeftPack(unsigned mask) : mask_(mask) {}
+  explicit Compaction(unsigned mask) : mask_(mask) {}
 
   int count() const { return std::popcount(mask_); }
   template <class Number>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "organbake/warp/pixel_box.h"
-#include "organbake/warp/vector_loops.h"
+#include "picture/vector_loops.h"
 
 namespace organbake {
 

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pictures of several organs by their depths (z-buffer compositing, Duff 1985, "Compositing 3-D
+// rendered images"): each warper keeps its own samples and its own last picture, so an organ that
+// did not move is not drawn again.
+#include "organbake/warp/joint_drawing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "finishing/front_edges.h"
+#include "finishing/outline.h"
+#include "light/light_meter.h"
+#include "organbake/core/parallel.h"
+#include "picture/skin_depth.h"
+
+namespace organbake {
+namespace {
+
+// The pixels of one organ's picture from `begin` to `end` that lie before those of the frame.
+struct OrganLayer {
+  const Frame& picture;
+  std::uint8_t organ;
+};
+
+void take_nearer(const OrganLayer& nearer, std::size_t begin, std::size_t end, Frame& frame,
+                 std::vector<float>& depth_mm) {
+  const auto& [layer, organ] = nearer;
+  const bool shown = !frame.shown.empty() && !layer.shown.empty();
+  const bool bound = !frame.bound.empty() && !layer.bound.empty();
+  for (std::size_t i = begin; i < end; ++i) {
+    if (!(layer.depth_mm[i] < depth_mm[i])) continue;
+    depth_mm[i] = layer.depth_mm[i];
+    frame.cover[i] = layer.cover[i];
+    std::copy_n(layer.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                frame.color.pixels.begin() + static_cast<std::ptrdiff_t>(3 * i));
+    if (shown) frame.shown[i] = layer.shown[i];
+    if (bound) frame.bound[i] = layer.bound[i], frame.organ[i] = organ;
+  }
+}
+
+void smooth_outlines(const std::vector<float>& depth_mm, float deeper_mm, Frame& frame) {
+  const int width = frame.color.width, height = frame.color.height;
+  float reach_mm = deeper_mm;
+  for (const float depth : depth_mm)
+    if (std::isfinite(depth)) reach_mm = std::max(reach_mm, depth);
+  SkinDepth depth;
+  depth.resize(width, height, reach_mm);
+  std::vector<float> row(whole_vectors(width));
+  for (int y = 0; y < height; ++y) {
+    std::copy_n(&depth_mm[std::size_t(y) * width], width, row.begin());
+    depth.put(0, y, width, row.data());
+  }
+  CoverMask skin;
+  skin.read({0, 0, width, height}, frame);
+  FrontEdges edges;
+  edges.find(skin, depth, deeper_mm);
+  Outline().soften(edges, frame);
+}
+
+// The sums of what was drawn and skipped, the largest texels; the cameras are the first organ's.
+DrawReport joined_report(const std::vector<DrawReport>& reports, bool unchanged) {
+  DrawReport sum = reports.front();
+  sum.unchanged = unchanged;
+  for (std::size_t r = 1; r < reports.size(); ++r) {
+    const DrawReport& more = reports[r];
+    sum.tiles_drawn += more.tiles_drawn;
+    sum.tiles_kept += more.tiles_kept;
+    sum.samples_drawn += more.samples_drawn;
+    sum.samples_facing_away += more.samples_facing_away;
+    sum.samples_outside_view += more.samples_outside_view;
+    sum.faces_drawn += more.faces_drawn;
+    sum.faces_facing_away += more.faces_facing_away;
+    sum.faces_outside_view += more.faces_outside_view;
+    sum.base_triangles += more.base_triangles;
+    sum.sample_pixels += more.sample_pixels;
+    sum.base_pixels += more.base_pixels;
+    sum.holes_before += more.holes_before;
+    sum.holes_after += more.holes_after;
+    sum.texel_mm = std::max(sum.texel_mm, more.texel_mm);
+    sum.largest_stretch_px = std::max(sum.largest_stretch_px, more.largest_stretch_px);
+    sum.times += more.times;
+    sum.critical_path += more.critical_path;
+  }
+  return sum;
+}
+
+// The organs are lit by one light: by that of the first that has one, metered over all.
+double metered_mm(const std::vector<JointDrawing::Organ>& organs, const View& view,
+                  const DrawOptions& options) {
+  if (options.light != DrawnLight::scope || options.scope_reference_mm > 0)
+    return options.scope_reference_mm;
+  ScopeLight scope;
+  for (auto organ = organs.rbegin(); organ != organs.rend(); ++organ)
+    if (const auto& lighting = organ->lighting; lighting && lighting->scope)
+      scope = *lighting->scope;
+  LightMeter meter(scope, view);
+  for (const JointDrawing::Organ& organ : organs) meter.add(organ.proxy_at_rest);
+  return meter.reference_mm();
+}
+
+}  // namespace
+
+void JointDrawing::join(const DrawOptions& options, float deeper_mm, Frame& frame) const {
+  const Frame& first = pictures_.front();
+  frame.color = first.color;
+  frame.cover = first.cover;
+  frame.shown = options.keep_shown ? first.shown : std::vector<Shown>{};
+  frame.bound = options.keep_bound ? first.bound : std::vector<BoundPixel>{};
+  frame.organ.assign(frame.bound.size(), 0);
+  std::vector<float> depth_mm = first.depth_mm;
+  constexpr std::size_t kGrain = 1 << 14;
+  parallel_pieces(std::size_t{0}, depth_mm.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t o = 1; o < pictures_.size(); ++o)
+      take_nearer({pictures_[o], static_cast<std::uint8_t>(o)}, begin, end, frame, depth_mm);
+  });
+  if (options.smooth_outline) smooth_outlines(depth_mm, deeper_mm, frame);
+  frame.depth_mm = options.keep_depth ? std::move(depth_mm) : std::vector<float>{};
+}
+
+DrawReport JointDrawing::draw(const std::vector<Organ>& organs, const View& view,
+                              const DrawOptions& options, Frame& frame) {
+  DrawOptions own = options;
+  own.keep_depth = true;
+  own.smooth_outline = false;  // theirs together is
+  own.scope_reference_mm = metered_mm(organs, view, options);
+  bool unchanged = serial_ != 0 && frame.serial == serial_;
+  std::vector<DrawReport> reports;
+  pictures_.resize(organs.size());
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    const auto& [warper, positions_mm, proxy, lighting] = organs[o];
+    own.light = warper.can_relight() ? options.light : DrawnLight::baked;
+    reports.push_back(warper.draw(positions_mm, view, own, pictures_[o]));
+    unchanged = unchanged && reports.back().unchanged;
+  }
+  // Of a frame asked for with less, what it lacks now would be missing.
+  unchanged = unchanged && frame.depth_mm.empty() == !options.keep_depth &&
+              frame.shown.empty() == !options.keep_shown &&
+              frame.bound.empty() == !options.keep_bound;
+  const DrawReport joined = joined_report(reports, unchanged);
+  if (unchanged) return joined;
+  frame.serial = 0;
+  join(options, kStepTexels * joined.texel_mm, frame);
+  for (const Frame& picture : pictures_) serial_ = std::max(serial_, picture.serial);
+  frame.serial = serial_;
+  return joined;
+}
+
+}  // namespace organbake
