@@ -37,8 +37,8 @@ std::vector<double> seen_depths(const Scene& scene, std::size_t view) {
   return depths;
 }
 
-// What a view can show: all but the outermost places, and some way beyond. What is nearest is smooth
-// lobes' bellies, which hold few features: much of it lies before the first of those.
+// What a view can show: all but the outermost places, and some way beyond. What is nearest is
+// smooth lobes' bellies, which hold few features: much of it lies before the first of those.
 DepthRange range_of(const std::vector<double>& depths) {
   constexpr double kOutermost = 0.01, kNearer = 0.65, kFarther = 1.15;
   const auto at = [&](double share) {

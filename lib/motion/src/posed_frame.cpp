@@ -36,8 +36,8 @@ PosedFrame posed_frame(const ClipPicture& frame, const Intrinsics& lens, int hal
   PosedFrame posed{{"", pinhole_of(small), camera_from_world}, {}, {}};
   // The glow round a highlight moves with it, and would be matched behind the surface.
   constexpr int kGlow = 213;  // of the width one such part
-  posed.counts = eroded(of_size(frame.usable, small.width, small.height),
-                        std::max(1, small.width / kGlow));
+  posed.counts =
+      eroded(of_size(frame.usable, small.width, small.height), std::max(1, small.width / kGlow));
   if (small.has_distortion()) {
     picture.color = undistorted(picture.color, small, posed.camera.intrinsics);
     posed.counts = undistorted(posed.counts, small, posed.camera.intrinsics);
