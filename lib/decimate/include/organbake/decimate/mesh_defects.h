@@ -39,6 +39,6 @@ std::vector<BodyPair> overlapping_bodies(const TriangleMesh& mesh,
 // the volume is negative; single components are left as they are, for an inward one may be a
 // cavity. Throws BadDataError with the count when edges have three or more faces, or neighbouring
 // faces are wound against each other: such a surface has no unique repair.
-[[nodiscard]] TriangleMesh manifold_faces(const TriangleMesh& surface);
+TriangleMesh manifold_faces(const TriangleMesh& surface);
 
 }  // namespace organbake

@@ -23,7 +23,7 @@ struct RefinedMesh {
 // per vertex (colour) gets as fine as wanted. Neighbours stay joined. Vertices without a face keep
 // place 0. Throws UsageError unless longest_mm is positive, or when the result would pass
 // most_faces.
-[[nodiscard]] RefinedMesh refine_edges(const TriangleMesh& coarse, double longest_mm,
-                                       std::size_t most_faces = 50'000'000);
+RefinedMesh refine_edges(const TriangleMesh& coarse, double longest_mm,
+                         std::size_t most_faces = 50'000'000);
 
 }  // namespace organbake

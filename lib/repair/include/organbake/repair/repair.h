@@ -50,7 +50,7 @@ struct RepairSummary {
 // et al. 2022) and pulls the wrap back onto it. A surface that is in order comes back as it is. The
 // same for any number of threads. Changes of the volume above 1 % are warned of. Throws
 // BadDataError when nothing is left, and for a volume that changes by more than is allowed.
-[[nodiscard]] RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
-                                   const RunContext& context = {});
+RepairSummary repair(const TriangleMesh& surface, const RepairOptions& options,
+                     const RunContext& context = {});
 
 }  // namespace organbake
