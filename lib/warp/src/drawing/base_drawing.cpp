@@ -220,20 +220,20 @@ void BaseDrawing::place(const PlacedFaces& faces, const std::vector<std::uint8_t
 void BaseDrawing::choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
                          const View& view) {
   constexpr std::size_t kPiece = 256;
-  chosen_of_piece_.resize((blocks_.size() + kPiece - 1) / kPiece);
-  parallel_for(std::size_t{0}, chosen_of_piece_.size(), [&](std::size_t piece) {
+  std::vector<std::vector<Chosen>> pieces((blocks_.size() + kPiece - 1) / kPiece);
+  parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t piece) {
     const std::size_t first = piece * kPiece, last = std::min(first + kPiece, blocks_.size());
-    choose_piece(first, last, faces, may_have_gaps, view, chosen_of_piece_[piece]);
+    pieces[piece] = chosen_of(first, last, faces, may_have_gaps, view);
   });
   chosen_.clear();
-  for (const std::vector<Chosen>& chosen : chosen_of_piece_)
-    chosen_.insert(chosen_.end(), chosen.begin(), chosen.end());
+  for (const std::vector<Chosen>& piece : pieces)
+    chosen_.insert(chosen_.end(), piece.begin(), piece.end());
 }
 
-void BaseDrawing::choose_piece(std::size_t first, std::size_t last, const PlacedFaces& faces,
-                               const std::vector<std::uint8_t>& may_have_gaps, const View& view,
-                               std::vector<Chosen>& chosen) const {
-  chosen.clear();
+std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(
+    std::size_t first, std::size_t last, const PlacedFaces& faces,
+    const std::vector<std::uint8_t>& may_have_gaps, const View& view) const {
+  std::vector<Chosen> chosen;
   std::array<ChunkFrame, kPatchBatch> placed;
   const auto face_of = [this](std::size_t b) { return blocks_[b].patch.face; };
   for (std::size_t end = 0; first < last; first = end) {
@@ -254,6 +254,7 @@ void BaseDrawing::choose_piece(std::size_t first, std::size_t last, const Placed
         chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps});
     }
   }
+  return chosen;
 }
 
 void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const View& view,

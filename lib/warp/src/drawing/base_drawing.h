@@ -100,16 +100,15 @@ class BaseDrawing {
   bool weighs(const Block& block) const;
   void choose(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
               const View& view);
-  void choose_piece(std::size_t first, std::size_t last, const PlacedFaces& faces,
-                    const std::vector<std::uint8_t>& may_have_gaps, const View& view,
-                    std::vector<Chosen>& chosen) const;
+  std::vector<Chosen> chosen_of(std::size_t first, std::size_t last, const PlacedFaces& faces,
+                                const std::vector<std::uint8_t>& may_have_gaps,
+                                const View& view) const;
   void mark_moved(const PlacedFaces& faces, DirtyCells& cells) const;
 
   BaseLayer layer_;
   std::vector<Block> blocks_;  // by face
   PatchTable patches_;         // theirs, once more
   std::vector<Chosen> chosen_;
-  std::vector<std::vector<Chosen>> chosen_of_piece_;
   TileLists tiles_;                           // of them
   std::array<std::uint32_t, 3> active_ = {};  // the frame's cameras
   std::array<float, 8> weight_by_active_ = {};
