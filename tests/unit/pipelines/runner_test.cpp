@@ -199,7 +199,7 @@ TEST_F(RunnerTest, SingleStagesWriteTheBytesOfTheBake) {
       const Option& option = *options.list.find("seed");
       option.set(parse_option(option, seed, "seed"));
     }
-    write_stage_outputs(runner.run(plan_stage(stage, options.list, inputs), {}).front(), to);
+    write_stage_outputs(runner.run(plan_stage(stage, options, inputs), {}).front(), to);
   };
   const fs::path out = folder_.path() / "steps";
   run_stage("phantom", {"7"}, {}, out / "phantom");
