@@ -29,7 +29,8 @@ constexpr double kLeastTissue = 0.25;      // likewise
 constexpr double kBlurred = 0.3;           // of the usual sharpness
 constexpr double kStill_px = 2;            // in a second, of 640
 constexpr double kLeastParallax_px = 1, kGoodParallax_px = 4;  // likewise
-constexpr double kSteady = 0.6;  // of the features, what one rigid scene explains
+// Of the features, what one rigid scene explains; of living tissue that can be baked, half.
+constexpr double kSteady = 0.4;
 
 struct PairFigures {
   double moved_px = 0, parallax_px = 0, steady = 0;
