@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A blade's edge is carried back to the body at rest, line by line: sheets are kept there, where
+// nothing moves, and the strips of many steps join without gaps.
 #include "organbake/cutting/blade_path.h"
 
 #include <algorithm>

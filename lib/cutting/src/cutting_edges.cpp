@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Scissors cut where their edges cross. That crossing runs from the pivot to the tips as the
+// opening goes to nothing, in proportion to it, which holds for blades that are straight.
 #include "organbake/cutting/cutting_edges.h"
 
 namespace organbake {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// What a wide blade takes away is not carved out of the tetrahedra: the lips are drawn back by half
+// the width each instead, and the skin beside them gives way, so no new elements are needed.
 #include "drawn_back_skin.h"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// From the world back to the tissue: barycentric weights in the deformed tetrahedron are those at
+// rest, as linear elements have it.
 #include "organbake/cutting/posed_body.h"
 
 #include <Eigen/LU>

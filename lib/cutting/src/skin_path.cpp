@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// A cut's border within a face follows the blade's way, with no more corners than its shape needs
+// (Douglas & Peucker 1973): each is a vertex that has to be carried from then on.
 #include "skin_path.h"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The numbers of a kind are read and written by the list in each_number(), so that a new one needs
+// no line here, and one of another kind is refused instead of passed over.
 #include "organbake/instruments/instrument_json.h"
 
 #include <algorithm>

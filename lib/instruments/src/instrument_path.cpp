@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Straight lines between waypoints, not splines: a recording has a waypoint for every step, and
+// must repeat it to the last bit.
 #include "organbake/instruments/instrument_path.h"
 
 #include <algorithm>

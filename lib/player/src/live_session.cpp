@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Every step is recorded as waypoints of a script, from what the pointer asked for, not from where
+// tools were held: played again, the same solver holds them off in the same way.
 #include "organbake/player/live_session.h"
 
 #include <algorithm>

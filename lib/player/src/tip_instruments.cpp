@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// The one place where flags become a kind: what an embedding program sees may not change with what
+// an Instrument is inside.
 #include "organbake/player/tip_instruments.h"
 
 #include <string>

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Blades make another skin, and the old contacts' faces are none of it. What lasts is found again
+// by its place at rest, which a cut does not change.
 #include "contact/held_contacts.h"
 
 #include <limits>

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// When jaws lose what they hold. A solver that holds a point at any price flings the rest of a body
+// about once the point cannot follow; real jaws hold by friction, and slip. So a step whose shape
+// went farther than its graspers can explain is taken again without the one that pulls the most.
 #include "contact/pull.h"
 
 #include <algorithm>

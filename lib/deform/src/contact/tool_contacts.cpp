@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Tools are capsules and much stiffer than tissue: overlaps are taken back pair by pair in rounds,
+// as in position-based dynamics (Müller et al. 2007), half by each. The step's way is followed in
+// pieces that bring no centre past another's, or fast tools would pass through each other.
 #include "contact/tool_contacts.h"
 
 #include <Eigen/Geometry>

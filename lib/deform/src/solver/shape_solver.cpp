@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+// Projective dynamics (Bouaziz et al. 2014): local steps of the elements and one linear solve with
+// a factor that is made once; contacts enter as constraints through that factor, so none
+// refactorises. A fast tip is followed in pieces, or it would end up behind the skin.
 #include "solver/shape_solver.h"
 
 #include <algorithm>
