@@ -288,6 +288,7 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
   Recipe recipe;
   std::map<std::string, StageOptions> sections = default_options(recipe.bundle);
   Document document = read_document(file, sections);
+  check_text(document);
   recipe.notes = take_former_names(document, sections);
   std::set<std::string> set_by_user;
   for (const std::string& text : settings) {

@@ -176,7 +176,7 @@ TEST_F(RecipeTest, AQualityStandsBelowTheRecipeAndItsSettings) {
   EXPECT_EQ(recipe.quality, "draft");
   EXPECT_EQ(integer(recipe, "capture", "rays_per_texel_side"), 1) << "the draft's";
   EXPECT_EQ(integer(recipe, "place", "count"), 5) << "the recipe's";
-  EXPECT_EQ(integer(recipe, "place", "size"), 300) << "the setting's";
+  EXPECT_EQ(integer(recipe, "place", "size_px"), 300) << "the setting's";
   ASSERT_EQ(recipe.outranked.size(), 3u);
   EXPECT_EQ(recipe.outranked[1].option, "place.count");
   EXPECT_EQ(recipe.outranked[1].value, "5");

@@ -106,7 +106,10 @@ const BaseTile* TileDrawing::draw_base(std::span<const std::uint32_t> blocks, co
 }
 
 int TileDrawing::draw(const TileGrid& grid, DirtyCells& cells, SkinDepth& depth, Frame& frame) {
-  plan_.make(grid, cells, allowed_threads(), [this](int tile) {
+  // By the world's light a span of a row is given gloss where any of its faces may shine: parts
+  // would make other spans of it.
+  const bool parts_differ = placed_->relit && !placed_->relit->from_scope();
+  plan_.make(grid, cells, parts_differ ? 1 : allowed_threads(), [this](int tile) {
     std::size_t items = base_blocks(tile).size();
     for (const ActiveCamera& camera : placed_->cameras) items += camera.tiles[tile].size();
     return items;
