@@ -13,7 +13,7 @@ for stage in $stages; do
   xmllint --noout --schema "$SOURCE/tests/cli/slicer_module.xsd" $stage.xml 2>err ||
     fail "$stage: $(grep -v 'fails to validate' err | head -3)"
   # Every flag of its own help but those that only a terminal has a use for.
-  for flag in $(organbake $stage --help | sed -n '/^Shared/q;s/^  \(-., \)\?\(--[a-z-]*\).*/\2/p'); do
+  for flag in $(organbake $stage --help | sed -n '/^Shared/q;s/^  \(-., \)\?\(--[a-z0-9-]*\).*/\2/p'); do
     [[ $flag =~ ^--(force|cache|xml|strict)$ ]] && continue
     grep -qE -- "<longflag>(--no-${flag#--}|$flag)</longflag>" $stage.xml ||
       fail "$stage: Slicer is not told of $flag"
