@@ -102,7 +102,7 @@ class Cutting {
   void put(const BatchCase& one, const fs::path& video, const VideoSpan& span) {
     constexpr std::size_t kDigits = 4;
     const std::string name =
-        one.name + "_" + padded(static_cast<std::size_t>(span.begin_s), kDigits) + "s";
+        one.name + "_" + padded(static_cast<std::size_t>(std::lround(span.begin_s)), kDigits) + "s";
     if (!span.chosen) {
       BatchRow row;
       row.name = name;
