@@ -51,21 +51,14 @@ Setting parse_setting(const std::string& text) {
           text.substr(equals + 1), "--set " + text};
 }
 
-// A setting of an option's former name, as one of its present name.
-Setting with_present_name(Setting setting, const std::map<std::string, StageOptions>& sections,
-                          std::vector<std::string>& notes) {
-  const auto section = sections.find(setting.section);
-  if (section == sections.end() || section->second.list.find(setting.key)) return setting;
-  const Option* option = section->second.list.find_former(setting.key);
-  if (!option) return setting;
+// What is wrong with an option's value is wrong with the recipe.
+template <class Work>
+auto as_recipe_error(const Work& work) {
   try {
-    setting.value = option_text(parse_former_option(*option, setting.value, setting.origin));
+    return work();
   } catch (const UsageError& error) {
     throw RecipeError(error.what());
   }
-  setting.key = option->name;
-  notes.push_back(setting.section + "." + former_name_note(*option));
-  return setting;
 }
 
 bool is_input(const std::string& key) {
@@ -76,11 +69,8 @@ bool is_input(const std::string& key) {
 Json input_value(const Setting& setting) {
   if (setting.key == "label") return plain_scalar(setting.value);
   if (!is_input_frame_key(setting.key)) return setting.value;
-  try {
-    return to_json(parse_input_frame(setting.key, setting.value, setting.origin));
-  } catch (const UsageError& error) {
-    throw RecipeError(error.what());
-  }
+  return as_recipe_error(
+      [&] { return to_json(parse_input_frame(setting.key, setting.value, setting.origin)); });
 }
 
 // Keys come from a command line: "/" and "~" mean something else in a JSON pointer.
@@ -88,18 +78,22 @@ std::string pointer_to(const std::string& section, const std::string& key) {
   return (Json::json_pointer() / section / key).to_string();
 }
 
-void apply_option(Document& document, const OptionList* options, const Setting& setting) {
+// `notes` gets what an option under its former name is called now.
+void apply_option(Document& document, const OptionList* options, const Setting& setting,
+                  std::vector<std::string>& notes) {
   const Option* option = options ? options->find(setting.key) : nullptr;
-  if (!option) {  // left to the schema check, which knows the nearest key
+  const Option* former = options && !option ? options->find_former(setting.key) : nullptr;
+  if (!option && !former) {  // left to the schema check, which knows the nearest key
     document.set(pointer_to(setting.section, setting.key), setting.value, setting.origin);
     return;
   }
-  try {
-    const OptionValue value = parse_option(*option, setting.value, setting.origin);
-    document.set(pointer_to(setting.section, option->name), to_json(value), setting.origin);
-  } catch (const UsageError& error) {
-    throw RecipeError(error.what());
-  }
+  if (former) notes.push_back(setting.section + "." + former_name_note(*former));
+  const OptionValue value = as_recipe_error([&] {
+    return former ? parse_former_option(*former, setting.value, setting.origin)
+                  : parse_option(*option, setting.value, setting.origin);
+  });
+  const std::string& name = (former ? former : option)->name;
+  document.set(pointer_to(setting.section, name), to_json(value), setting.origin);
 }
 
 void apply_input(Document& document, const std::map<std::string, StageOptions>& sections,
@@ -119,14 +113,14 @@ void apply_input(Document& document, const std::map<std::string, StageOptions>& 
 }
 
 void apply(Document& document, const std::map<std::string, StageOptions>& sections,
-           const Setting& setting) {
+           const Setting& setting, std::vector<std::string>& notes) {
   if (setting.section.empty() && (setting.key == "name" || setting.key == "quality")) {
     document.set("/" + setting.key, setting.value, setting.origin);
   } else if (setting.section.empty()) {
     apply_input(document, sections, setting);
   } else {
     const auto found = sections.find(setting.section);
-    apply_option(document, found == sections.end() ? nullptr : &found->second.list, setting);
+    apply_option(document, found == sections.end() ? nullptr : &found->second.list, setting, notes);
   }
 }
 
@@ -147,13 +141,9 @@ void rename(Document& document, const std::string& section, const std::string& k
   if (given.contains(option.name))
     throw RecipeError(where + ": " + section + "." + key + " and " + option.name +
                       " are one option; keep the second");
-  try {
-    const OptionValue value =
-        parse_former_option(option, text_of(given.at(key)), where + ": " + key);
-    document.set(pointer_to(section, option.name), to_json(value), where);
-  } catch (const UsageError& error) {
-    throw RecipeError(error.what());
-  }
+  const OptionValue value = as_recipe_error(
+      [&] { return parse_former_option(option, text_of(given.at(key)), where + ": " + key); });
+  document.set(pointer_to(section, option.name), to_json(value), where);
   document.remove(old_pointer);
 }
 
@@ -292,8 +282,8 @@ Recipe read_recipe(const fs::path& file, const std::vector<std::string>& setting
   recipe.notes = take_former_names(document, sections);
   std::set<std::string> set_by_user;
   for (const std::string& text : settings) {
-    const Setting setting = with_present_name(parse_setting(text), sections, recipe.notes);
-    apply(document, sections, setting);
+    const Setting setting = parse_setting(text);
+    apply(document, sections, setting, recipe.notes);
     if (setting.section.empty()) set_by_user.insert(setting.key);
   }
   check_text(document);
