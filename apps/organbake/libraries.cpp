@@ -27,7 +27,7 @@ namespace {
 // What people know them by; one of several files of a library stands for all.
 constexpr std::pair<const char*, const char*> kFiles[] = {
     {"libvtkCommonCore-", "VTK"},       {"libopencv_core.so", "OpenCV"},
-    {"libceres.so", "Ceres"},           {"libembree3.so", "Embree"},
+    {"libceres.so", "Ceres"},           {"libembree", "Embree"},
     {"libOpenMeshCore.so", "OpenMesh"}, {"libgdcmMSFF.so", "GDCM"},
     {"libcholmod.so", "CHOLMOD"},       {"libyaml-cpp.so", "yaml-cpp"},
     {"libavcodec.so", "libavcodec"},    {"libtbb.so", "TBB"}};

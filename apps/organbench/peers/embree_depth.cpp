@@ -14,7 +14,6 @@ constexpr int kPacketRays = kPacketSide * kPacketSide;
 void trace_packet(RTCScene scene, const EmbreeLens& lens, int left, int top,
                   std::vector<float>& depth_mm) {
   const auto& [width, height] = std::pair(lens.intrinsics.width, lens.intrinsics.height);
-  RTCIntersectContext context = coherent_rays();
   alignas(64) int valid[kPacketRays];
   RTCRayHit16 packet;
   for (int i = 0; i < kPacketRays; ++i) {
@@ -22,7 +21,7 @@ void trace_packet(RTCScene scene, const EmbreeLens& lens, int left, int top,
     valid[i] = x < width && y < height ? -1 : 0;
     lens.set_ray(packet, i, x, y);
   }
-  rtcIntersect16(valid, scene, &context, &packet);
+  intersect_coherent(valid, scene, packet);
   for (int i = 0; i < kPacketRays; ++i) {
     if (valid[i] == 0) continue;
     const std::size_t texel = std::size_t(top + i / kPacketSide) * width + left + i % kPacketSide;

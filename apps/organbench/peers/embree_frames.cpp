@@ -40,7 +40,6 @@ void EmbreeFrames::draw(const std::vector<Eigen::Vector3d>& positions, const Vie
 }
 
 void EmbreeFrames::trace_row(const EmbreeLens& lens, int y, Rgb8Image& picture) const {
-  RTCIntersectContext context = coherent_rays();
   for (int x0 = 0; x0 < picture.width; x0 += kPacket) {
     alignas(32) int valid[kPacket];
     RTCRayHit8 packet;
@@ -48,7 +47,7 @@ void EmbreeFrames::trace_row(const EmbreeLens& lens, int y, Rgb8Image& picture) 
       valid[i] = x0 + i < picture.width ? -1 : 0;
       lens.set_ray(packet, i, x0 + i, y);
     }
-    rtcIntersect8(valid, scene_->scene, &context, &packet);
+    intersect_coherent(valid, scene_->scene, packet);
     for (int i = 0; i < kPacket && x0 + i < picture.width; ++i) {
       std::uint8_t* pixel = picture.at(x0 + i, y);
       const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;

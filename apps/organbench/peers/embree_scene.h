@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>  // Debian 13
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/triangle_mesh.h"
@@ -51,11 +55,34 @@ struct EmbreeLens {
   Eigen::Matrix3f world_from_camera;
 };
 
-inline RTCIntersectContext coherent_rays() {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  return context;
+inline void intersect(const int* valid, RTCScene scene, RTCRayHit8& rays, auto* mode) {
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect8(valid, scene, &rays, mode);
+#else
+  rtcIntersect8(valid, scene, mode, &rays);
+#endif
+}
+
+inline void intersect(const int* valid, RTCScene scene, RTCRayHit16& rays, auto* mode) {
+#if RTC_VERSION_MAJOR >= 4
+  rtcIntersect16(valid, scene, &rays, mode);
+#else
+  rtcIntersect16(valid, scene, mode, &rays);
+#endif
+}
+
+// Rays that run together; Embree 3 and 4 differ in how they are told so.
+void intersect_coherent(const int* valid, RTCScene scene, auto& rays) {
+#if RTC_VERSION_MAJOR >= 4
+  RTCIntersectArguments mode;
+  rtcInitIntersectArguments(&mode);
+  mode.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+#else
+  RTCIntersectContext mode;
+  rtcInitIntersectContext(&mode);
+  mode.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+#endif
+  intersect(valid, scene, rays, &mode);
 }
 
 }  // namespace organbake

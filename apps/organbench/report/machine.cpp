@@ -2,7 +2,6 @@
 #include "report/machine.h"
 
 #include <CGAL/version.h>
-#include <embree3/rtcore_config.h>
 #include <meshoptimizer.h>
 #include <unistd.h>
 #include <vtkVersionMacros.h>
@@ -11,6 +10,8 @@
 #include <Eigen/Core>
 #include <fstream>
 #include <thread>
+
+#include "peers/embree_scene.h"
 
 namespace organbake {
 namespace {

@@ -76,8 +76,8 @@ class BoundedPlacement {
   template <typename Profile>
   auto operator()(const Profile& profile) const {
     constexpr std::size_t kMostNeighbours = 64;
-    return profile.link().size() > kMostNeighbours ? boost::optional<typename Profile::Point>()
-                                                   : placement_(profile);
+    using MaybePlace = decltype(placement_(profile));  // boost's optional, from CGAL 6 on std's
+    return profile.link().size() > kMostNeighbours ? MaybePlace() : placement_(profile);
   }
 
  private:

@@ -5,11 +5,11 @@
 // watertight and the answer independent of the order of search.
 #include "organbake/raycast/ray_scene.h"
 
-#include <embree3/rtcore.h>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "embree.h"
 #include "traced_mesh.h"
 
 namespace organbake {
@@ -101,15 +101,6 @@ bool coherent(const RTCRay8& rays, const int* valid) {
   return true;
 }
 
-RTCIntersectContext context_for(const Packet& packet) {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  if (coherent(packet.embree.ray, packet.valid)) {
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  }
-  return context;
-}
-
 RayHit hit_at(std::uint32_t face, const PlaneCrossing& at) {
   const double u = std::clamp(at.u, 0.0, 1.0), v = std::clamp(at.v, 0.0, 1.0 - u);
   return {face, at.t, static_cast<float>(u), static_cast<float>(v)};
@@ -152,9 +143,7 @@ std::uint32_t next_face(const TracedMesh& mesh, const Packet& packet, std::size_
              0};
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   if (!(ray.ray.tnear <= ray.ray.tfar)) return kNoHit;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(mesh.scene.get(), &context, &ray);
+  intersect(mesh.scene.get(), ray);
   from = ray.ray.tfar;
   return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? kNoHit : ray.hit.primID;
 }
@@ -229,8 +218,8 @@ void RayScene::first_hits(std::span<const Ray> rays, std::span<RayHit> hits) con
     const auto batch = rays.subspan(i, std::min(kPacket, rays.size() - i));
     std::fill_n(packet.embree.hit.geomID, kPacket, RTC_INVALID_GEOMETRY_ID);
     if (fill_packet(mesh, batch, packet)) {
-      RTCIntersectContext context = context_for(packet);
-      rtcIntersect8(packet.valid, mesh.scene.get(), &context, &packet.embree);
+      const bool together = coherent(packet.embree.ray, packet.valid);
+      intersect(packet.valid, mesh.scene.get(), packet.embree, together);
     }
     for (std::size_t k = 0; k < batch.size(); ++k) {
       const bool hit = packet.embree.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;
@@ -246,8 +235,8 @@ void RayScene::occluded(std::span<const Ray> rays, std::span<std::uint8_t> occlu
   for (std::size_t i = 0; i < rays.size(); i += kPacket) {
     const auto batch = rays.subspan(i, std::min(kPacket, rays.size() - i));
     if (fill_packet(mesh, batch, packet)) {
-      RTCIntersectContext context = context_for(packet);
-      rtcOccluded8(packet.valid, mesh.scene.get(), &context, &packet.embree.ray);
+      const bool together = coherent(packet.embree.ray, packet.valid);
+      find_occluded(packet.valid, mesh.scene.get(), packet.embree.ray, together);
     }
     // Embree marks an occluded ray by tfar = −infinity.
     for (std::size_t k = 0; k < batch.size(); ++k) {

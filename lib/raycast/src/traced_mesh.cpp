@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "traced_mesh.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 #include <new>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "embree.h"
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
 

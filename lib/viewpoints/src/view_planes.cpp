@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <boost/optional.hpp>
+#include <optional>
 
 namespace organbake {
 namespace {
@@ -18,6 +19,11 @@ namespace {
 // a few hundred planes: milliseconds.
 using Kernel = CGAL::Exact_predicates_exact_constructions_kernel;
 using Polyhedron = CGAL::Surface_mesh<Kernel::Point_3>;
+#if CGAL_VERSION_NR >= 1060000000
+using MaybePoint = std::optional<Kernel::Point_3>;
+#else
+using MaybePoint = boost::optional<Kernel::Point_3>;
+#endif
 
 std::vector<Kernel::Plane_3> half_spaces(const std::vector<Eigen::Vector3d>& directions,
                                          double box) {
@@ -89,8 +95,7 @@ class OrderedPolyhedron {
 PlanePolyhedron intersect_view_planes(const std::vector<Eigen::Vector3d>& directions, double box) {
   const std::vector<Kernel::Plane_3> planes = half_spaces(directions, box);
   Polyhedron polyhedron;
-  CGAL::halfspace_intersection_3(planes.begin(), planes.end(), polyhedron,
-                                 boost::make_optional(Kernel::Point_3(0, 0, 0)));
+  CGAL::halfspace_intersection_3(planes.begin(), planes.end(), polyhedron, MaybePoint({0, 0, 0}));
   const OrderedPolyhedron ordered(polyhedron);
   PlanePolyhedron result;
   for (const auto v : ordered.vertices()) {
