@@ -54,6 +54,11 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
   const std::size_t equals = arguments[position].find('=');
   const std::string flag = long_flag(arguments[position].substr(0, equals));
   if (!flag.starts_with("--")) unknown_flag(flag, options);
+  const std::string retired = options.retired_note(flag.substr(flag.starts_with("--no-") ? 5 : 2));
+  if (!retired.empty()) {  // only switches have been retired so far: there is no value to pass over
+    notes.push_back(retired);
+    return position + 1;
+  }
   const Option* option = options.find(flag.substr(2));
   if (!option && flag.starts_with("--no-")) {
     option = options.find(flag.substr(5));

@@ -148,8 +148,8 @@ int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   app.add_option("--data", c.options.data, "folder of real data (CT, meshes, video)");
   app.add_option("--only", c.options.only,
                  "only this part of the suite registration; colmap: the suite motion with COLMAP\n"
-                 "beside it")
-      ->check(CLI::IsMember({"colmap", "open patches", "time", "tracking"}));
+                 "beside it; refit: fits the suite relief's model anew")
+      ->check(CLI::IsMember({"colmap", "open patches", "refit", "time", "tracking"}));
   app.add_flag("--quiet", c.quiet, "no log");
   app.footer(suite_list());
   app.set_version_flag("--version", "organbench " ORGANBAKE_VERSION);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a re-encoding, a gain, a shift by a pixel or noise does to depth: nothing, ideally.
-#include <turbojpeg.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
+#include "measuring/jpeg_loss.h"
 #include "organbake/core/random.h"
 #include "organbake/image/png.h"
 #include "organbake/image/srgb.h"
@@ -17,22 +16,6 @@
 
 namespace organbake {
 namespace {
-
-Rgb8Image through_jpeg(const Rgb8Image& image, int quality, int sampling) {
-  Rgb8Image back(image.width, image.height);
-  unsigned char* bytes = nullptr;
-  unsigned long count = 0;
-  tjhandle handle = tjInitCompress();
-  tjCompress2(handle, image.pixels.data(), image.width, 0, image.height, TJPF_RGB, &bytes, &count,
-              sampling, quality, TJFLAG_ACCURATEDCT);
-  tjDestroy(handle);
-  handle = tjInitDecompress();
-  tjDecompress2(handle, bytes, count, back.pixels.data(), image.width, 0, image.height, TJPF_RGB,
-                TJFLAG_ACCURATEDCT);
-  tjDestroy(handle);
-  tjFree(bytes);
-  return back;
-}
 
 Rgb8Image of_gain(Rgb8Image image, float gain) {
   for (std::uint8_t& level : image.pixels)
@@ -65,9 +48,12 @@ struct HarmlessChange {
 
 std::vector<HarmlessChange> harmless_changes() {
   return {
-      {"JPEG 100, 4:4:4", [](const Rgb8Image& i) { return through_jpeg(i, 100, TJSAMP_444); }},
-      {"JPEG 95, 4:2:0", [](const Rgb8Image& i) { return through_jpeg(i, 95, TJSAMP_420); }},
-      {"JPEG 90, 4:2:0", [](const Rgb8Image& i) { return through_jpeg(i, 90, TJSAMP_420); }},
+      {"JPEG 100, 4:4:4",
+       [](const Rgb8Image& i) { return through_jpeg(i, 100, ChromaSampling::full); }},
+      {"JPEG 95, 4:2:0",
+       [](const Rgb8Image& i) { return through_jpeg(i, 95, ChromaSampling::halved); }},
+      {"JPEG 90, 4:2:0",
+       [](const Rgb8Image& i) { return through_jpeg(i, 90, ChromaSampling::halved); }},
       {"gain +2 %", [](const Rgb8Image& i) { return of_gain(i, 1.02F); }},
       {"gain -2 %", [](const Rgb8Image& i) { return of_gain(i, 0.98F); }},
       {"a pixel aside", shifted, 1},
@@ -99,24 +85,20 @@ DepthChange change_between(const Plane& before, const Plane& after, double shift
   return {sum / double(logs.size()), *high};
 }
 
-Plane depth_of(const Rgb8Image& image, bool full_relief) {
+Plane depth_of(const Rgb8Image& image) {
   constexpr double kFieldOfView = 1.22;
-  ShadingOptions options;
-  options.full_relief = full_relief;
   const Intrinsics camera = assumed_camera(image.width, image.height, kFieldOfView);
-  return shade_frame(prepare_frame(image, camera, {.halvings = 1}), options).depth;
+  return shade_frame(prepare_frame(image, camera, {.halvings = 1}), {}).depth;
 }
 
-void add_figures(const std::string& what, const std::vector<Rgb8Image>& frames, bool full_relief,
-                 bool promised) {
-  constexpr double kMostMean = 1, kMostP99 = 3, kReportedOnly = 100;
+void add_figures(const std::string& what, const std::vector<Rgb8Image>& frames) {
+  constexpr double kMostMean = 1, kMostP99 = 3;
   DepthChange worst;
   for (const HarmlessChange& change : harmless_changes()) {
     DepthChange of_change;
     for (const Rgb8Image& frame : frames) {
       const DepthChange found =
-          change_between(depth_of(frame, full_relief), depth_of(change.apply(frame), full_relief),
-                         change.shift_px / 2);
+          change_between(depth_of(frame), depth_of(change.apply(frame)), change.shift_px / 2);
       of_change.mean = std::max(of_change.mean, found.mean);
       of_change.p99 = std::max(of_change.p99, found.p99);
     }
@@ -124,10 +106,8 @@ void add_figures(const std::string& what, const std::vector<Rgb8Image>& frames, 
     worst.mean = std::max(worst.mean, of_change.mean);
     worst.p99 = std::max(worst.p99, of_change.p99);
   }
-  expect({what + ": mean, worst frame and change", "%", worst.mean,
-          promised ? kMostMean : kReportedOnly});
-  expect({what + ": 99th percentile, worst frame and change", "%", worst.p99,
-          promised ? kMostP99 : kReportedOnly});
+  expect({what + ": mean, worst frame and change", "%", worst.mean, kMostMean});
+  expect({what + ": 99th percentile, worst frame and change", "%", worst.p99, kMostP99});
 }
 
 std::vector<Rgb8Image> real_frames() {
@@ -145,16 +125,14 @@ TEST(HarmlessChanges, OfRenderedTissueChangeItsDepthLittle) {
   for (int seed = 1; seed <= cases(2, 5); ++seed)
     rendered.push_back(
         LaparoscopyPhantom({.seed = std::uint64_t(seed), .two_tissues = true}).frame(0).image);
-  add_figures("harmless changes, rendered tissue", rendered, false, true);
+  add_figures("harmless changes, rendered tissue", rendered);
 }
 
 TEST(HarmlessChanges, OfRealTissueChangeItsDepthLittle) {
   REQUIRE_SHARED_DATA("video/laparoscopy_720p_25fps.mp4");
   REQUIRE_SHARED_DATA("photo/laparoscopy/liver_gallbladder_1080p.png");
   const std::vector<Rgb8Image> real = real_frames();
-  add_figures("harmless changes, shared video and photograph", real, false, true);
-  // What the solver does by itself, where the picture does not support a shape.
-  add_figures("harmless changes, the same with full relief (reported)", real, true, false);
+  add_figures("harmless changes, shared video and photograph", real);
 }
 
 }  // namespace

@@ -226,14 +226,14 @@ class ShadeTest(unittest.TestCase):
         srgb = 255 * np.clip(1.055 * (0.6 * light / light.max()) ** (1 / 2.4) - 0.055, 0, 1)
         image = np.repeat(srgb[..., None], 3, 2).round().astype(np.uint8)
         shaded = organbake.shade(image, (f, f, w / 2, h / 2), range_mm=float(np.median(ranges)),
-                                 masks=False, full_relief=True)
+                                 masks=False)
         self.assertTrue(shaded.metric)
         self.assertTrue(shaded.tissue.all())
         relative = shaded.depth / depth - 1
         self.assertLess(np.sqrt((relative ** 2).mean()), 0.02)
         self.assertGreater((shaded.normals @ normal).mean(), np.cos(np.radians(5)))
         self.assertEqual(shaded.depth.shape, (h, w))
-        without = organbake.shade(image, (f, f, w / 2, h / 2), masks=False, full_relief=True)
+        without = organbake.shade(image, (f, f, w / 2, h / 2), masks=False)
         self.assertFalse(without.metric)
         self.assertAlmostEqual(float(np.median(without.depth)), 1, delta=0.05)
 

@@ -96,8 +96,7 @@ struct ShadedPicture {
 
 ShadedPicture shade(const py::object& image, const py::object& intrinsics, double field_of_view_rad,
                     double range_mm, double albedo, double texture, double beam_exponent,
-                    bool masks, bool piecewise_albedo, const py::object& instruments,
-                    bool full_relief) {
+                    bool masks, bool piecewise_albedo, const py::object& instruments) {
   Rgb8Image picture = picture_from(image, "image");
   const int width = picture.width, height = picture.height;
   const Intrinsics lens = intrinsics.is_none() ? assumed_camera(width, height, field_of_view_rad)
@@ -110,7 +109,7 @@ ShadedPicture shade(const py::object& image, const py::object& intrinsics, doubl
   Mask tools(given.width, given.height);
   for (std::size_t i = 0; i < tools.size(); ++i) tools.values[i] = given.pixels[3 * i];
   ShadingOptions options;
-  options.range_mm = range_mm, options.albedo = albedo, options.full_relief = full_relief;
+  options.range_mm = range_mm, options.albedo = albedo;
   options.laparoscope.texture = texture, options.laparoscope.beam_exponent = beam_exponent;
   options.check();
   FrameOptions frame_options;
@@ -175,7 +174,7 @@ void bind_shade(py::module_& m) {
         py::arg("field_of_view_rad") = 1.2217304763960306, py::arg("range_mm") = 0.0,
         py::arg("albedo") = 0.0, py::arg("texture") = 0.03, py::arg("beam_exponent") = 0.0,
         py::arg("masks") = true, py::arg("piecewise_albedo") = true,
-        py::arg("instruments") = py::none(), py::arg("full_relief") = false,
+        py::arg("instruments") = py::none(),
         "The shape of what a laparoscope's picture, (h, w, 3) uint8, shows, from its shading. "
         "intrinsics: as of register; None: a field of view of so many radians across. range_mm: "
         "the tissue's median range, or albedo: either makes the depth metric. instruments: (h, "

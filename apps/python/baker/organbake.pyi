@@ -114,5 +114,4 @@ def register(vertices_mm: ArrayLike, faces: ArrayLike, image: NDArray[np.uint8],
 def shade(image: NDArray[np.uint8], intrinsics: Optional[ArrayLike] = None, *,
           field_of_view_rad: float = 1.2217304763960306, range_mm: float = 0.0, albedo: float = 0.0,
           texture: float = 0.03, beam_exponent: float = 0.0, masks: bool = True,
-          piecewise_albedo: bool = True, instruments: Optional[ArrayLike] = None,
-          full_relief: bool = False) -> Shaded: ...
+          piecewise_albedo: bool = True, instruments: Optional[ArrayLike] = None) -> Shaded: ...

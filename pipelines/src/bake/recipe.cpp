@@ -81,6 +81,8 @@ std::string pointer_to(const std::string& section, const std::string& key) {
 // `notes` gets what an option under its former name is called now.
 void apply_option(Document& document, const OptionList* options, const Setting& setting,
                   std::vector<std::string>& notes) {
+  const std::string retired = options ? options->retired_note(setting.key) : "";
+  if (!retired.empty()) return notes.push_back(setting.section + "." + retired);
   const Option* option = options ? options->find(setting.key) : nullptr;
   const Option* former = options && !option ? options->find_former(setting.key) : nullptr;
   if (!option && !former) {  // left to the schema check, which knows the nearest key
@@ -157,6 +159,11 @@ std::vector<std::string> take_former_names(Document& document,
     if (found == document.json().end() || !found->is_object()) continue;
     const Json given = *found;
     for (const auto& [key, value] : given.items()) {
+      if (const std::string retired = section.list.retired_note(key); !retired.empty()) {
+        document.remove(pointer_to(name, key));
+        notes.push_back(name + "." + retired);
+        continue;
+      }
       const Option* option = section.list.find(key) ? nullptr : section.list.find_former(key);
       if (!option) continue;
       rename(document, name, key, *option);

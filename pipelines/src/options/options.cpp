@@ -227,8 +227,14 @@ OptionList& OptionList::append(Option option) {
   return *this;
 }
 
+OptionList& OptionList::retire(std::string name, std::string instead) {
+  retired_.push_back({std::move(name), std::move(instead)});
+  return *this;
+}
+
 OptionList& OptionList::append(const OptionList& other) {
   options_.insert(options_.end(), other.options_.begin(), other.options_.end());
+  retired_.insert(retired_.end(), other.retired_.begin(), other.retired_.end());
   return *this;
 }
 
@@ -245,6 +251,13 @@ const Option* OptionList::find_former(std::string_view name) const {
     if (!former.empty() && same_name(former, name)) return &option;
   }
   return nullptr;
+}
+
+std::string OptionList::retired_note(std::string_view name) const {
+  for (const Retired& retired : retired_)
+    if (same_name(retired.name, name))
+      return retired.name + " is no longer a setting: " + retired.instead;
+  return {};
 }
 
 OptionList& OptionList::add(std::string name, Degrees target, OptionTraits traits) {

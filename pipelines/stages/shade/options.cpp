@@ -86,10 +86,7 @@ void bind(OptionList& list, ShadeStageOptions& o) {
            {.help = "bring tissues of different colour to one albedo"})
       .add("from_previous", &o.from_previous,
            {.help = "a frame like the one before starts from its depth"})
-      .add("full_relief", &o.shading.full_relief,
-           {.help =
-                "keep all relief, also where the picture does not support it (verdict doubtful); "
-                "else depth there is near flat"});
+      .retire("full_relief", "how much relief is kept follows what each frame tells");
   bind_key_frame(list, o.keep_light, o.strict, o.mesh_frame, o.mesh);
 }
 

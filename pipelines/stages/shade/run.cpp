@@ -4,6 +4,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/photo.h"
 #include "organbake/geometry/ply.h"
@@ -83,11 +84,12 @@ void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& opt
   const std::string what = count_verdicts(records, report);
   if (what.empty()) return;
   if (options.strict) report.quality_gate = what;
-  const bool flattened =
-      options.shading.model == ShadingModel::laparoscope && !options.shading.full_relief;
-  context.warn(what + (flattened ? "; where a picture does not support its relief, depth is drawn "
-                                   "to a flat plane (--full-relief keeps it)"
-                                 : ""));
+  if (options.shading.model != ShadingModel::laparoscope) return context.warn(what);
+  std::vector<double> kept;
+  for (const FrameRecord& record : records) kept.push_back(record.quality.support);
+  context.warn(what + "; of the relief that shading finds " +
+               to_text(100 * median(std::move(kept)), 0) +
+               " % is kept (median of the frames), the rest is drawn to a plane");
 }
 
 // The colours of the surface: the frame's own, or its tissue's with the light that belongs to it.

@@ -153,6 +153,19 @@ TEST_F(RecipeTest, NamesWithoutTheirUnitAreTakenWithANote) {
                   "shade.light, in radians, is called light_deg now, in degrees"));
 }
 
+TEST_F(RecipeTest, ARetiredSettingIsPassedOverWithANote) {
+  for (const auto& [text, setting] :
+       {std::pair("shade: {full_relief: true, texture: 0.1}\n", ""),
+        std::pair("shade: {texture: 0.1}\n", "shade.full-relief=true")}) {
+    const Recipe recipe =
+        read(text, *setting ? std::vector<std::string>{setting} : std::vector<std::string>{});
+    EXPECT_EQ(recipe.options.at("shade").list.find("texture")->get(), OptionValue(0.1));
+    EXPECT_THAT(
+        recipe.notes,
+        testing::ElementsAre(testing::StartsWith("shade.full_relief is no longer a setting: ")));
+  }
+}
+
 TEST_F(RecipeTest, ErrorsOfSettingsNameTheSetting) {
   EXPECT_THAT(error("", {"decimate.facs=3"}), HasSubstr("--set decimate.facs=3: unknown key"));
   // A group that is nowhere in the file is the setting's own.

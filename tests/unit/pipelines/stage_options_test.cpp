@@ -88,5 +88,13 @@ TEST(StageOptions, AnAngleUnderItsFormerNameStaysInRadians) {
   EXPECT_NEAR(set("texel", "1").placement.field_of_view_rad, std::numbers::pi / 4, 1e-15);
 }
 
+TEST(StageOptions, ARetiredSettingIsKnownByBothItsSpellingsAndIsNoOption) {
+  const StageOptions options = find_stage("shade")->make_options();
+  EXPECT_EQ(options.list.find("full_relief"), nullptr);
+  EXPECT_FALSE(options.list.retired_note("full_relief").empty());
+  EXPECT_EQ(options.list.retired_note("full-relief"), options.list.retired_note("full_relief"));
+  EXPECT_TRUE(options.list.retired_note("texture").empty());
+}
+
 }  // namespace
 }  // namespace organbake

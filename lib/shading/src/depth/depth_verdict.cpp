@@ -10,27 +10,20 @@
 
 #include "organbake/core/median.h"
 #include "organbake/core/text.h"
+#include "organbake/shading/relief_share.h"
 
 namespace organbake {
 namespace {
 
-// Chosen from the misfit of the coarsest fit: rendered tissue left 0.018 at most with a tenth of
-// texture (its depth within 1 %), 0.046 with three tenths; ten frames of a real clip and a
-// photograph, which have no truth, 0.059 to 0.128. That real shading is worse than flat is known
-// from another set.
-constexpr double kSupported = 0.025, kUnsupported = 0.05;
-constexpr double kOkFrom = 0.9;      // of the support
+// Of the brightness that stays unexplained. Rendered tissue leaves 0.018 at most with a tenth of
+// texture, its depth within 1 %; real frames, whose depth is not ok, 0.06 to 0.21.
+constexpr double kMostUnexplained = 0.03;
 constexpr double kLeastSeen = 0.02;  // of the frame, to tell a shape from
 
 double share(const Mask& mask) {
   const auto zeros = std::count(mask.values.begin(), mask.values.end(), 0);
   return 1 -
          static_cast<double>(zeros) / static_cast<double>(std::max<std::size_t>(1, mask.size()));
-}
-
-double smooth_step(double x) {
-  x = std::clamp(x, 0.0, 1.0);
-  return x * x * (3 - 2 * x);
 }
 
 std::string percent(double value) { return to_text(100 * value, 1) + " %"; }
@@ -49,7 +42,8 @@ const char* name_of(DepthVerdict verdict) {
   return "failed";
 }
 
-DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate) {
+DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate,
+                         const DepthQuality* previous) {
   DepthQuality quality;
   const double seen = share(frame.diffuse);
   if (!estimate.usable || seen < kLeastSeen) {
@@ -58,9 +52,15 @@ DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estima
     return quality;
   }
   quality.unexplained = estimate.unexplained;
-  quality.support =
-      1 - smooth_step((estimate.unexplained - kSupported) / (kUnsupported - kSupported));
-  quality.verdict = quality.support >= kOkFrom ? DepthVerdict::ok : DepthVerdict::doubtful;
+  const bool taken_over = estimate.warm && estimate.refinements == 0;
+  if (previous && taken_over) {
+    quality.support = previous->support;
+  } else {
+    quality.support = relief_share(relief_evidence(frame, estimate));
+    if (previous) quality.support = 0.5 * (quality.support + previous->support);
+  }
+  quality.verdict =
+      estimate.unexplained <= kMostUnexplained ? DepthVerdict::ok : DepthVerdict::doubtful;
   if (frame.stereo != StereoLayout::none) {
     quality.verdict = DepthVerdict::doubtful;
     quality.reason = "the frame holds two like pictures, as of a stereo endoscope";
@@ -68,7 +68,7 @@ DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estima
     quality.reason = percent(estimate.unexplained) +
                      " of the brightness is explained by no smooth shape under a lamp at the lens "
                      "(more than " +
-                     percent(kSupported) +
+                     percent(kMostUnexplained) +
                      "): texture, several tissues or another light explain the picture as well";
   }
   return quality;

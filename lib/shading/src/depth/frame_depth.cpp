@@ -63,8 +63,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   result.refinements = estimate.refinements;
   result.residual = estimate.misfit;
   result.noise = estimate.noise;
-  result.quality = judge_depth(frame, estimate);
-  const double support = options.full_relief ? 1 : result.quality.support;
+  result.quality = judge_depth(frame, estimate, previous ? &previous->quality : nullptr);
   result.confidence =
       confidence_map(frame, estimate.log_range, normals_from_log_range(estimate.log_range, rays),
                      rays, estimate.intensity_unit, estimate.noise);
@@ -74,7 +73,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   for (float& value : result.confidence.values)
     value *= kLeft + (1 - kLeft) * static_cast<float>(result.quality.support);
   Plane scaled = estimate.log_range;
-  keep_supported_relief(rays, frame.tissue, support, scaled);
+  keep_supported_relief(rays, frame.tissue, result.quality.support, scaled);
   result.normals = normals_from_log_range(scaled, rays);
   double shift = -median_where(scaled, frame.tissue);
   result.metric = true;

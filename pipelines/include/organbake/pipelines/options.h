@@ -74,6 +74,10 @@ class OptionList {
   OptionList& add(std::string name, Enum* target, OptionTraits traits,
                   std::vector<std::pair<std::string, Enum>> choices);
 
+  // A setting that there was once, and what stands in its place: who still gives it is told so, and
+  // goes on without it.
+  OptionList& retire(std::string name, std::string instead);
+
   // Puts another list's options behind this one's.
   OptionList& append(const OptionList& other);
 
@@ -81,11 +85,17 @@ class OptionList {
   // Nothing when unknown. '-' and '_' are the same here, so that flags and keys share one name.
   const Option* find(std::string_view name) const;
   const Option* find_former(std::string_view name) const;  // by former_name() alone
+  // "full_relief is no longer a setting: …"; empty for any other name.
+  std::string retired_note(std::string_view name) const;
   std::vector<std::string> names() const;
 
  private:
   OptionList& append(Option option);
 
+  struct Retired {
+    std::string name, instead;
+  };
+  std::vector<Retired> retired_;
   std::vector<Option> options_;
 };
 

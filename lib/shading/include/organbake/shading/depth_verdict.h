@@ -22,9 +22,11 @@ struct DepthQuality {
 
 // A small misfit proves no shape, but a large one disproves the model: brightness that no smooth
 // surface explains is texture, several tissues or another light, and then the rest, which one does
-// explain, is as likely the same. Support falls smoothly, so that a slightly other picture keeps
-// its depth.
-[[nodiscard]] DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate);
+// explain, is as likely the same. What is kept of the relief is relief_share() of the frame, evened
+// with what was kept of `previous`, the frame before it where that looks alike (else null): shares
+// follow a clip without flicker, and a depth that was taken over keeps its own.
+[[nodiscard]] DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate,
+                                       const DepthQuality* previous = nullptr);
 
 // Draws ln r to the plane across the axis that lies at the tissue's median depth: all of it for
 // support 0, nothing for 1.

@@ -27,8 +27,6 @@ struct ShadingOptions {
   // albedo (intensity = albedo · cos θ / r², r in mm). 0 = unknown: depth is relative, median 1.
   double range_mm = 0;
   double albedo = 0;
-  // Keep all of the laparoscope's relief, also where the picture does not support it.
-  bool full_relief = false;
 
   void check() const;  // throws UsageError
 };

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How much of the relief that shading finds is safe to keep (shading/relief_share.h): held against
+// scenes of known depth, and, by `organbench relief --only refit`, fitted to others.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "bench.h"
+#include "measuring/relief_scenes.h"
+#include "organbake/core/text.h"
+#include "organbake/shading/depth_maps.h"
+#include "organbake/shading/relief_share.h"
+
+namespace organbake {
+namespace {
+
+// Scenes that are tested, and those that the model is fitted to: no seed is in both.
+constexpr std::uint64_t kFirstTested = 1, kFirstFitted = 1000;
+constexpr int kFitted = 120;
+
+constexpr std::size_t kShares = 11;  // 0, 0.1 … 1
+
+// A scene, as the fit and the figures need it.
+struct Judged {
+  ReliefEvidence evidence;
+  double kept = 0;  // by the frame's own depth
+  std::array<double, kShares> errors =
+      {};  // mean relative error of depth, by share; the plane first
+
+  // Of a share, by a plane's.
+  double ratio(double share) const {
+    const double place = std::clamp(share, 0.0, 1.0) * (kShares - 1);
+    const std::size_t below = std::min(static_cast<std::size_t>(place), kShares - 2);
+    const double part = place - static_cast<double>(below);
+    return ((1 - part) * errors[below] + part * errors[below + 1]) / errors[0];
+  }
+};
+
+double error_percent(const ReliefScene& scene, const PreparedFrame& frame, const Plane& depth) {
+  DepthPairs pairs;
+  for (const SeenPoint& point : scene.truth)
+    pairs.add(depth_between(depth, project(frame.camera, unproject(scene.camera, point.pixel))),
+              point.depth);
+  return agreement_of(pairs).mean_percent;
+}
+
+Judged judged(const ReliefScene& scene) {
+  const PreparedFrame frame = prepare_frame(scene.picture, scene.camera, scene.frame);
+  const FrameDepth depth = shade_frame(frame, scene.shading);
+  const RayGrid rays = ray_grid(frame.camera);
+  Judged result{relief_evidence(frame, depth.range), depth.quality.support};
+  for (std::size_t i = 0; i < kShares; ++i) {
+    Plane log_range = depth.range.log_range;
+    keep_supported_relief(rays, frame.tissue, double(i) / (kShares - 1), log_range);
+    result.errors[i] =
+        error_percent(scene, frame, depth_from_log_range(log_range, rays, frame.tissue));
+  }
+  return result;
+}
+
+// Mean over the scenes, with a penalty on those that are worse than a plane.
+double cost_of(const ReliefShareModel& model, const std::vector<Judged>& scenes) {
+  constexpr double kHarmless = 1.03, kPenalty = 12, kShrink = 1e-4;
+  double sum = 0;
+  for (const Judged& scene : scenes) {
+    const double ratio = scene.ratio(relief_share(scene.evidence, model));
+    sum += ratio + kPenalty * std::max(0.0, ratio - kHarmless);
+  }
+  double size = 0;
+  for (const double coefficient : model) size += coefficient * coefficient;
+  return sum / static_cast<double>(scenes.size()) + kShrink * size;
+}
+
+// Compass search (Hooke & Jeeves 1961): the cost has kinks, and four coefficients are few.
+ReliefShareModel fitted(const std::vector<Judged>& scenes) {
+  constexpr double kFirstStep = 1, kLastStep = 0.01;
+  ReliefShareModel model = kReliefShareModel;
+  double least = cost_of(model, scenes);
+  for (double step = kFirstStep; step > kLastStep;) {
+    const double before = least;
+    for (double& coefficient : model)
+      for (const double move : {step, -step}) {
+        coefficient += move;
+        const double cost = cost_of(model, scenes);
+        if (cost < least) {
+          least = cost;
+          break;
+        }
+        coefficient -= move;
+      }
+    if (!(least < before)) step /= 2;
+  }
+  return model;
+}
+
+void refit(Bench& bench) {
+  std::vector<Judged> scenes;
+  for (int i = 0; i < kFitted; ++i) {
+    bench.now("relief: scene " + std::to_string(i + 1) + " of " + std::to_string(kFitted));
+    scenes.push_back(judged(seeded_relief_scene(kFirstFitted + i)));
+  }
+  const ReliefShareModel model = fitted(scenes);
+  std::string text;
+  for (const double coefficient : model)
+    text += (text.empty() ? "" : ", ") + to_text(coefficient, 2);
+  bench.now("relief: kReliefShareModel = {" + text + "}; cost " +
+            to_text(cost_of(kReliefShareModel, scenes), 4) + " before, " +
+            to_text(cost_of(model, scenes), 4) + " after");
+}
+
+// Each scene's error by the plane's.
+void promise(Bench& bench, const std::string& what, const std::vector<Judged>& scenes,
+             double most_on_average) {
+  double sum = 0, worst = 0, full = 0, full_worst = 0, kept = 0;
+  for (const Judged& scene : scenes) {
+    const double ratio = scene.ratio(scene.kept), of_full = scene.errors.back() / scene.errors[0];
+    bench.point(what, "organbake", {}, {{"depth error by a plane's", "×", ratio}},
+                {{"share kept", "", scene.kept},
+                 {"unexplained", "", scene.evidence.unexplained},
+                 {"plane", "%", scene.errors[0]},
+                 {"full relief", "%", scene.errors.back()}});
+    sum += ratio, full += of_full, kept += scene.kept;
+    worst = std::max(worst, ratio), full_worst = std::max(full_worst, of_full);
+  }
+  const auto count = static_cast<double>(scenes.size());
+  bench.now(what + ": all relief would be " + to_text(full / count, 2) + " on average, " +
+            to_text(full_worst, 2) + " at worst; " + to_text(100 * kept / count, 0) + " % is kept");
+  bench.at_most(what + ": depth error by a plane's, mean", "×", sum / count, most_on_average);
+  bench.at_most(what + ": depth error by a plane's, the worst", "×", worst, 1.1);
+}
+
+void run_relief(Bench& bench) {
+  if (bench.options().only == "refit") return refit(bench);
+  std::vector<Judged> seeded, clip;
+  for (int i = 0; i < bench.count(4, 60, 60); ++i) {
+    bench.now("relief: seed " + std::to_string(kFirstTested + i));
+    seeded.push_back(judged(seeded_relief_scene(kFirstTested + i)));
+  }
+  promise(bench, "seeded scenes", seeded, 0.9);
+  const auto video = bench.data("video/laparoscopy_720p_25fps.mp4");
+  const auto model = bench.data("video/colmap_model");
+  if (video.empty() || model.empty()) return;
+  bench.now("relief: the shared video");
+  for (const ReliefScene& scene : clip_relief_scenes(video, model, bench.count(2, 10, 10)))
+    clip.push_back(judged(scene));
+  // The plane is as good as a single frame's shading gets here: its hues are its brightness.
+  promise(bench, "shared video against COLMAP's points", clip, 1.02);
+}
+
+const RegisteredPart kRelief(
+    "relief", run_relief,
+    "how much relief shading may keep: depth error by a plane's; --only refit fits the model");
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How much relief? Shading under a lamp at the lens errs less than a plane where its model holds,
+// and up to five times as much where texture, several tissues or an unknown beam were read as
+// shape. Stein's way out of such a choice is to shrink towards the plane; the share that is kept
+// follows what the frame itself tells, by a logistic model of three measures. Others were tried on
+// the same scenes (noise, JPEG's loss, the relief's size, a bowl's share, fine relief, contrast of
+// brightness and of hue, misfit by hue): none added anything on scenes that it was not fitted to.
+#include "organbake/shading/relief_share.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "organbake/image/srgb.h"
+#include "organbake/shading/ray_grid.h"
+
+namespace organbake {
+
+// Fitted by `organbench relief --only refit` to 120 seeded scenes that no test uses: least mean of
+// the depth's error by a plane's, with a penalty on every scene that is worse than the plane.
+const ReliefShareModel kReliefShareModel = {-9.6, -2.82, 3.29, 0.77};
+
+namespace {
+
+// Rendered tissue leaves 0.018 at most with a tenth of texture (its depth is within 1 %), 0.046
+// with three tenths; frames of real clips 0.06 to 0.21.
+constexpr double kExplained = 0.025, kUnexplained = 0.05;
+
+double smooth_step(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
+// Means over a cell's diffuse pixels.
+struct Cell {
+  double x, y;   // normalised image coordinates
+  double log_z;  // as shading found it
+  double hue;    // ln of green by red
+};
+
+class Cells {
+ public:
+  Cells(const PreparedFrame& frame, const RangeEstimate& estimate)
+      : frame_(frame), log_range_(estimate.log_range), rays_(ray_grid(frame.camera)) {
+    constexpr int kAlong = 50;
+    const int side = std::max(1, std::max(rays_.width, rays_.height) / kAlong);
+    for (int y = 0; y + side <= rays_.height; y += side)
+      for (int x = 0; x + side <= rays_.width; x += side) add(x, y, side);
+  }
+  const std::vector<Cell>& list() const { return cells_; }
+
+ private:
+  void add(int left, int top, int side) {
+    constexpr double kLeastSeen = 0.5, kDarkest = 1e-3;
+    Cell cell{};
+    double count = 0, red = 0, green = 0;
+    for (int y = top; y < top + side; ++y)
+      for (int x = left; x < left + side; ++x) {
+        if (!frame_.diffuse.at(x, y)) continue;
+        const double u = rays_.x(x), v = rays_.y(y);
+        ++count;
+        cell.x += u, cell.y += v;
+        cell.log_z += log_range_.at(x, y) - 0.5 * std::log1p(u * u + v * v);
+        red += linear_from_srgb8()[frame_.color.at(x, y)[0]];
+        green += linear_from_srgb8()[frame_.color.at(x, y)[1]];
+      }
+    if (count < kLeastSeen * side * side || red < kDarkest * count || green < kDarkest * count)
+      return;
+    cell.x /= count, cell.y /= count, cell.log_z /= count;
+    cell.hue = std::log(green / red);
+    cells_.push_back(cell);
+  }
+
+  const PreparedFrame& frame_;
+  const Plane& log_range_;
+  RayGrid rays_;
+  std::vector<Cell> cells_;
+};
+
+}  // namespace
+
+ReliefEvidence relief_evidence(const PreparedFrame& frame, const RangeEstimate& estimate) {
+  constexpr std::size_t kFewest = 12;
+  ReliefEvidence evidence{.unexplained = estimate.unexplained};
+  const Cells cells(frame, estimate);
+  if (cells.list().size() < kFewest) return evidence;
+  Eigen::Vector4d mean = Eigen::Vector4d::Zero();
+  for (const Cell& cell : cells.list())
+    mean += Eigen::Vector4d(cell.x, cell.y, cell.log_z, cell.hue);
+  mean /= static_cast<double>(cells.list().size());
+  Eigen::Matrix4d spread = Eigen::Matrix4d::Zero();
+  for (const Cell& cell : cells.list()) {
+    const Eigen::Vector4d off = Eigen::Vector4d(cell.x, cell.y, cell.log_z, cell.hue) - mean;
+    spread += off * off.transpose();
+  }
+  constexpr double kNothing = 1e-12;
+  const double relief = spread(2, 2), hue = spread(3, 3);
+  if (!(relief > kNothing)) return evidence;
+  const Eigen::Vector2d with_place = spread.block<2, 1>(0, 2);
+  const Eigen::Vector2d slopes = spread.topLeftCorner<2, 2>().ldlt().solve(with_place);
+  evidence.tilt_share = std::clamp(slopes.dot(with_place) / relief, 0.0, 1.0);
+  if (hue > kNothing) evidence.hue_correlation = spread(2, 3) / std::sqrt(relief * hue);
+  return evidence;
+}
+
+double relief_share(const ReliefEvidence& evidence, const ReliefShareModel& model) {
+  const double explained =
+      1 - smooth_step((evidence.unexplained - kExplained) / (kUnexplained - kExplained));
+  const double logit = model[0] + model[1] * std::log(std::max(evidence.unexplained, kExplained)) +
+                       model[2] * evidence.tilt_share + model[3] * evidence.hue_correlation;
+  return explained + (1 - explained) / (1 + std::exp(-logit));
+}
+
+}  // namespace organbake
