@@ -55,6 +55,15 @@ double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron) {
   return (at(1) - at(0)).cross(at(2) - at(0)).dot(at(3) - at(0)) / 6;
 }
 
+std::vector<double> node_masses_kg(const TetrahedralBody& body, double density_kg_per_m3) {
+  constexpr double kCubicMetres = 1e-9;  // of mm³
+  std::vector<double> masses(body.nodes_mm.size(), 0.0);
+  for (const Tetrahedron& t : body.tetrahedra)
+    for (const std::uint32_t node : t.nodes)
+      masses[node] += 0.25 * t.fill * density_kg_per_m3 * kCubicMetres * volume_of(body, t);
+  return masses;
+}
+
 Eigen::Matrix<double, 4, 3> gradients_of(const TetrahedralBody& body,
                                          const Tetrahedron& tetrahedron) {
   Eigen::Matrix3d edges;

@@ -61,6 +61,8 @@ struct Deformer::Impl {
   }
 
   void continue_from(Impl& before, const std::vector<std::vector<NodeSource>>& sources);
+  void place(std::size_t organ, const std::vector<Eigen::Vector3d>& points_mm);
+  std::vector<Eigen::Vector3d> contact_force_n() const;
   const StepReport& step(const std::vector<Instrument>& asked);
   void set_load(const std::vector<Eigen::Vector3d>& force_n);
   void to_rest();
@@ -105,6 +107,34 @@ void Deformer::Impl::continue_from(Impl& before,
   report = before.report;
   asleep = false;
   publish();
+}
+
+void Deformer::Impl::place(std::size_t organ, const std::vector<Eigen::Vector3d>& points_mm) {
+  const deform::Tissue& tissue = solver.tissue();
+  std::vector<std::uint32_t> slots =
+      tissue.slot_of_node().empty() ? tissue.slot_of_vertex() : tissue.slot_of_node();
+  std::erase_if(slots, [&](std::uint32_t s) { return tissue.organ_of_slot()[s] != organ; });
+  if (slots.size() != points_mm.size()) {
+    throw UsageError(std::to_string(points_mm.size()) + " places for the " +
+                     std::to_string(slots.size()) + " points of an organ");
+  }
+  solver.place(slots, points_mm);
+  held.clear();
+  report = {};
+  still_steps = 0;
+  asleep = false;
+  moved = publish();
+}
+
+std::vector<Eigen::Vector3d> Deformer::Impl::contact_force_n() const {
+  const std::vector<std::uint32_t>& slot_of_vertex = solver.tissue().slot_of_vertex();
+  deform::PaddedVectors on_slots(solver.tissue().size(), deform::PaddedVector::Zero());
+  for (const deform::Contact& c : solver.contacts())
+    if (!c.of_tissue() && !c.force.isZero(0)) deform::share_out_force(c, on_slots);
+  std::vector<Eigen::Vector3d> on_vertices;
+  for (const std::uint32_t slot : slot_of_vertex)
+    on_vertices.emplace_back(on_slots[slot].head<3>() / deform::kMilliNewtonPerNewton);
+  return on_vertices;
 }
 
 const StepReport& Deformer::Impl::step(const std::vector<Instrument>& asked) {
@@ -266,6 +296,10 @@ void Deformer::continue_from(Deformer& before,
                              const std::vector<std::vector<NodeSource>>& sources) {
   impl_->continue_from(*before.impl_, sources);
 }
+void Deformer::place(std::size_t organ, const std::vector<Eigen::Vector3d>& points_mm) {
+  impl_->place(organ, points_mm);
+}
+std::vector<Eigen::Vector3d> Deformer::contact_force_n() const { return impl_->contact_force_n(); }
 bool Deformer::moved() const { return impl_->moved; }
 void Deformer::reset() {
   impl_->to_rest();

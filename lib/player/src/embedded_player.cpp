@@ -3,10 +3,13 @@
 
 #include <cstring>
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "organbake/core/error.h"
+#include "organbake/player/instrument_motion.h"
 #include "organbake/player/orbit.h"
+#include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
 #include "organbake/player/tip_instruments.h"
 
@@ -40,6 +43,12 @@ std::optional<DrawnLight> light_for(EmbeddedPlayer::Options::Light light) {
   return std::nullopt;
 }
 
+template <class Number>
+std::span<const Number> numbers_at(const Number* xyz, std::size_t points) {
+  if (xyz == nullptr) throw UsageError("there are no positions: the pointer to them is null");
+  return {xyz, 3 * points};
+}
+
 }  // namespace
 
 struct EmbeddedPlayer::Impl {
@@ -66,12 +75,38 @@ EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
 EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
   const StepReport report = impl_->player.step(instruments_from(tips));
   StepResult result{{}, report.penetration_mm, report.recovered};
-  for (const Eigen::Vector3d& f : report.tip_force_n)
-    result.force_n.push_back({f.x(), f.y(), f.z()});
+  result.force_n = points_of(report.tip_force_n);
   return result;
 }
 
 void EmbeddedPlayer::reset() { impl_->player.reset(); }
+
+void EmbeddedPlayer::set_vertices(const float* xyz_mm, std::size_t vertices, std::size_t organ) {
+  impl_->player.set_vertices(numbers_at(xyz_mm, vertices), organ);
+}
+void EmbeddedPlayer::set_vertices(const double* xyz_mm, std::size_t vertices, std::size_t organ) {
+  impl_->player.set_vertices(numbers_at(xyz_mm, vertices), organ);
+}
+void EmbeddedPlayer::set_nodes(const float* xyz_mm, std::size_t nodes, std::size_t organ) {
+  impl_->player.set_nodes(numbers_at(xyz_mm, nodes), organ);
+}
+void EmbeddedPlayer::set_nodes(const double* xyz_mm, std::size_t nodes, std::size_t organ) {
+  impl_->player.set_nodes(numbers_at(xyz_mm, nodes), organ);
+}
+
+EmbeddedPlayer::Mesh EmbeddedPlayer::mesh(std::size_t organ) const {
+  return organ_mesh(impl_->player.bundle_now(organ));
+}
+
+std::vector<EmbeddedPlayer::Point> EmbeddedPlayer::contact_force_n(const std::vector<Tip>& tips,
+                                                                   std::size_t organ) {
+  return points_of(impl_->player.contact_force_n(instruments_from(tips), organ));
+}
+std::vector<EmbeddedPlayer::Point> EmbeddedPlayer::contact_force_on_nodes_n(
+    const std::vector<Tip>& tips, std::size_t organ) {
+  return points_of(forces_on_nodes(impl_->player.bundle_now(organ),
+                                   impl_->player.contact_force_n(instruments_from(tips), organ)));
+}
 
 EmbeddedPlayer::Camera EmbeddedPlayer::camera_on_orbit(double azimuth_rad, double elevation_rad,
                                                        int width, int height) const {
@@ -85,6 +120,11 @@ EmbeddedPlayer::Camera EmbeddedPlayer::camera_on_orbit(double azimuth_rad, doubl
 }
 
 void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_t row_bytes) {
+  draw(camera, {}, pixels, row_bytes);
+}
+
+void EmbeddedPlayer::draw(const Camera& camera, const std::vector<Tip>& tools, std::uint8_t* pixels,
+                          std::size_t row_bytes) {
   if (pixels == nullptr) throw UsageError("a frame needs memory to be drawn into");
   const View view = view_of(camera);
   view.check();
@@ -96,6 +136,9 @@ void EmbeddedPlayer::draw(const Camera& camera, std::uint8_t* pixels, std::size_
   }
   DrawOptions options;
   options.light = impl_->light.value_or(impl_->player.default_light());
+  const std::vector<Instrument> instruments = instruments_from(tools);
+  check_instruments(instruments);
+  options.solids = solids_of(instruments, impl_->player.bundle());
   impl_->player.draw(view, options, impl_->frame);
   impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)

@@ -107,6 +107,14 @@ const Player::Organ& Player::organ_at(std::size_t organ) const {
                    std::to_string(organs_.size()));
 }
 
+Warper Player::warper_beside() const {
+  const Organ& organ = organs_.front();
+  if (organ.cut_warper)
+    throw UsageError("several pictures at once are drawn of organs as they were baked, and '" +
+                     organ.bundle.manifest.name + "' has been cut; reset it first");
+  return organ.warper.beside(organ.bundle);
+}
+
 bool Player::can_relight() const {
   return std::any_of(organs_.begin(), organs_.end(),
                      [](const Organ& organ) { return organ.warper.can_relight(); });
@@ -121,9 +129,10 @@ DrawnLight Player::default_light() const {
 }
 
 StepReport Player::step(const std::vector<Instrument>& instruments) {
+  const bool placed = go_on_from_placed();
   cut(instruments);
   StepReport report = deformer_.step(instruments);
-  if (deformer_.moved()) take_positions();
+  if (placed || deformer_.moved()) take_positions();
   leave_holes(instruments, report.punctures);
   return report;
 }
@@ -152,6 +161,7 @@ bool Player::make_whole() {
     organ.cut_warper.reset();
     organ.cutting.reset();
     organ.sweeps.reset();
+    organ.placed.reset();
     organ.positions.resize(organ.bundle.proxy.vertices.size());
   }
   return was_cut;

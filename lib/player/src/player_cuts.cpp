@@ -151,6 +151,7 @@ void Player::end_pending_cut() {
     if (next.cutting) std::swap(organ.cutting, next.cutting);
     if (next.changed) {
       std::swap(organ.cut_warper, next.warper);
+      organ.placed.reset();
       organ.positions = organ.cutting->now().proxy.vertices;
       sources.push_back(std::move(next.node_sources));
       continue;

@@ -8,15 +8,16 @@
 
 namespace organbake {
 
-void Moment::take(const Player& player, const View& from, const std::vector<Solid>& tools) {
+void Moment::take(const std::vector<DrawnOrgan>& organs, const View& from,
+                  const std::vector<Solid>& tools) {
   view = from;
   solids = tools;
   const RigidTransform& pose = view.camera.camera_from_world;
   bases.clear();
-  for (std::size_t o = 0; o < player.organ_count(); ++o) bases.push_back(&player.bundle(o).base);
-  shells.resize(player.organ_count());
+  for (const DrawnOrgan& organ : organs) bases.push_back(&organ.base);
+  shells.resize(organs.size());
   for (std::size_t o = 0; o < shells.size(); ++o) {
-    const std::vector<ShellMatrix>& world = player.shell_matrices(o);
+    const std::vector<ShellMatrix>& world = organs[o].shell;
     std::vector<Columns>& placed = shells[o];
     placed.resize(world.size());
     constexpr std::size_t kGrain = 1 << 10;

@@ -259,6 +259,10 @@ Warper Warper::cut(const Bundle& now, const CutOrgan::FaceParts& parts) const {
   return Warper(std::make_unique<Impl>(now, std::move(store), impl_.get(), parts));
 }
 
+Warper Warper::beside(const Bundle& bundle) const {
+  return Warper(std::make_unique<Impl>(bundle, impl_->store));
+}
+
 DrawReport Warper::draw(const std::vector<Eigen::Vector3d>& positions, const View& view,
                         const DrawOptions& options, Frame& frame) {
   impl_->check(positions, view, options);

@@ -14,6 +14,20 @@ VertexResponse against(const VertexResponse& point, const VertexResponse& other)
   return both;
 }
 
+void share_out_force(const Contact& contact, PaddedVectors& on_slots) {
+  std::vector<Carrier> answer;
+  if (const Carried* carried = contact.as<Carried>()) {
+    answer = carried->response.carriers;
+  } else {
+    for (int k = 0; k < 3; ++k)
+      answer.push_back({contact.response.slots[k], contact.response.weights[k]});
+  }
+  double sum = 0;
+  for (const Carrier& carrier : answer) sum += carrier.weight;
+  for (const Carrier& carrier : answer)
+    on_slots[carrier.slot] += carrier.weight / sum * contact.felt_force();
+}
+
 PaddedVector constrained_point(const Contact& contact, const PaddedVectors& x,
                                const PaddedVectors& rest) {
   PaddedVector point = contact.anchored_at;

@@ -116,6 +116,8 @@ struct Contact {
   PaddedVector tip_motion = PaddedVector::Zero();  // of the tip since it touched, mm
 
   PaddedVector force = PaddedVector::Zero();  // on the tissue, mN
+  // What the points that give way bear of it in all, mN: the instrument's, with its lever.
+  PaddedVector felt_force() const { return 1 / response.free_share * force; }
 
   template <class Kind>
   Kind* as() {
@@ -134,6 +136,10 @@ struct Contact {
 inline double up_needle(const Contact& contact, const PaddedVector& point) {
   return (point - contact.target).dot(contact.normal);
 }
+
+// Shares the force on the tissue that an instrument's contact is told to have (mN) out to the
+// points that answer to it, by slot.
+void share_out_force(const Contact& contact, PaddedVectors& on_slots);
 
 // The point that a contact's constraint acts on when the vertices lie at x (mm): away from anchors
 // the skin point itself, its shell offset held.

@@ -315,6 +315,20 @@ bool ShapeSolver::lost() const {
 
 double ShapeSolver::farthest_from_rest() const { return largest_distance(x_, tissue_->rest()); }
 
+void ShapeSolver::place(const std::vector<std::uint32_t>& slots,
+                        const std::vector<Eigen::Vector3d>& at_mm) {
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (slots[i] >= tissue_->free_count()) continue;  // anchors stay
+    x_[slots[i]] = padded(at_mm[i]);
+    velocity_[slots[i]].setZero();
+  }
+  tissue_->embedding().carry_positions(tissue_->rest(), x_);
+  contacts_.clear(), punctures_.clear();
+  constraints_.reset();
+  if (tissue_search_) tissue_search_->reset();
+  last_energy_ = kUnknownEnergy;
+}
+
 void ShapeSolver::continue_from(ShapeSolver& before, const std::vector<NodeSource>& sources,
                                 const std::vector<Instrument>& instruments) {
   to_rest();

@@ -63,6 +63,10 @@ class ShapeSolver {
   void continue_from(ShapeSolver& before, const std::vector<NodeSource>& sources,
                      const std::vector<Instrument>& instruments);
 
+  // Lays points, by their slots, elsewhere, where they lie still; anchors stay. Nothing touches
+  // anything then, until the next step finds what does.
+  void place(const std::vector<std::uint32_t>& slots, const std::vector<Eigen::Vector3d>& at_mm);
+
   bool lost() const;  // not finite, or far beyond anything that tissue does
   double farthest_from_rest() const;
   void to_rest();

@@ -41,6 +41,8 @@ struct NodeSource {
 
 // Of one of its tetrahedra, mm³.
 double volume_of(const TetrahedralBody& body, const Tetrahedron& tetrahedron);
+// What each node carries, a quarter of each of its tetrahedra, kg.
+std::vector<double> node_masses_kg(const TetrahedralBody& body, double density_kg_per_m3);
 // Rows: ∇φ of its nodes' linear basis functions, 1/mm.
 Eigen::Matrix<double, 4, 3> gradients_of(const TetrahedralBody& body,
                                          const Tetrahedron& tetrahedron);

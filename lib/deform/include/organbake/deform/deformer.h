@@ -88,6 +88,14 @@ class Deformer {
   // lie and move there, with what instruments hold. sources: by organ, where each node of its
   // tetrahedra lay in those of `before`. Loads are dropped.
   void continue_from(Deformer& before, const std::vector<std::vector<NodeSource>>& sources);
+  // Lays an organ where another solver has brought it: its proxy's vertices, of springs, or its
+  // tetrahedra's nodes, mm. It lies still there, its anchors at rest, and instruments begin anew
+  // with what they touch. Throws UsageError for another count.
+  void place(std::size_t organ, const std::vector<Eigen::Vector3d>& points_mm);
+  // On each of the proxies' vertices, one organ after the other, by instruments in the last step:
+  // N, world. What they press beside anchors is borne by the vertices that give way. Their sum over
+  // an instrument's contacts is minus its tip_force_n.
+  std::vector<Eigen::Vector3d> contact_force_n() const;
   bool moved() const;  // whether any vertex changed in the last step
   void reset();
   // Dead loads from the next step on: a force (N, world) on each proxy vertex, or none when empty.

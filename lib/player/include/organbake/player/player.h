@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -11,6 +12,7 @@
 #include "organbake/cutting/cut_organ.h"
 #include "organbake/cutting/cutting_edges.h"
 #include "organbake/deform/deformer.h"
+#include "organbake/player/state_reader.h"
 #include "organbake/warp/joint_drawing.h"
 #include "organbake/warp/paper_warp.h"
 #include "organbake/warp/warper.h"
@@ -61,9 +63,29 @@ class Player {
   // The paper's own warp needs a player of one organ that keeps its maps, and throws UsageError
   // otherwise.
   DrawReport draw(const View& view, const DrawOptions& options, Frame& frame);
+  // Another warper of the first organ, with its samples, for a thread of its own (BatchDrawing).
+  // Throws UsageError for one that blades have cut.
+  Warper warper_beside() const;
   bool can_relight() const;  // DrawOptions::light, any organ
   // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
   DrawnLight default_light() const;
+  // Where another solver has brought an organ: x y z of each vertex of the proxy of bundle_now(), or
+  // of each node of its tetrahedra, which carry the vertices, world mm. draw() shows vertices to
+  // the byte as after a step that ended there. step() goes on from there: the organ lies still,
+  // anchors are back at rest, instruments begin anew with what they touch; of vertices alone the
+  // solver fem takes the smoothest inside that fits them. Throws UsageError, and changes nothing,
+  // for another count, for what is not finite, and for what cannot be this organ: another one, or
+  // another unit. Takes no memory but at the first calls.
+  void set_vertices(std::span<const float> xyz_mm, std::size_t organ = 0);
+  void set_vertices(std::span<const double> xyz_mm, std::size_t organ = 0);
+  void set_nodes(std::span<const float> xyz_mm, std::size_t organ = 0);
+  void set_nodes(std::span<const double> xyz_mm, std::size_t organ = 0);
+  // What instruments would push each vertex of an organ's proxy with (N, world) to keep it off or
+  // to carry it for one time step, as the organ lies now: for solvers that know no contact. All
+  // organs lie still where they were afterwards; blades push nothing.
+  std::vector<Eigen::Vector3d> contact_force_n(const std::vector<Instrument>& instruments,
+                                               std::size_t organ = 0);
+
   // Back to rest, and whole.
   void reset();
   // The same, and from now on played by another solver. Throws UsageError, and changes nothing, for
@@ -91,6 +113,7 @@ class Player {
   TissueSolver solver() const { return options_.solver; }
 
  private:
+  struct Placed;  // what another solver has set of an organ
   struct Organ {
     Bundle bundle;
     Warper warper;
@@ -98,6 +121,7 @@ class Player {
     std::unique_ptr<CutOrgan> cutting = {};    // once a blade was near
     std::unique_ptr<BladeSweeps> sweeps = {};  // through it
     std::optional<Warper> cut_warper = {};     // once it has cut
+    std::shared_ptr<Placed> placed = {};       // once another solver has moved what is shown now
 
     Warper& shown() { return cut_warper ? *cut_warper : warper; }
     const Warper& shown() const { return cut_warper ? *cut_warper : warper; }
@@ -112,7 +136,10 @@ class Player {
   static std::vector<Organ> opened(const std::vector<std::filesystem::path>& folders,
                                    bool keep_maps);
   const Organ& organ_at(std::size_t organ) const;
-  bool make_whole();  // false when nothing was cut
+  template <class Number>
+  void place(std::span<const Number> xyz_mm, StateOf of, std::size_t organ);
+  bool go_on_from_placed();  // false when no other solver has moved anything since the last step
+  bool make_whole();         // false when nothing was cut
   void take_positions();
   static DeformBody deform_body(const Bundle& organ);
   static DeformBodies deform_bodies(const std::vector<Organ>& organs);

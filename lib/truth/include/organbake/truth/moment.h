@@ -4,13 +4,19 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "organbake/bundle/base_layer.h"
 #include "organbake/geometry/shell_map.h"
-#include "organbake/player/player.h"
 #include "organbake/warp/frame.h"
 #include "organbake/warp/solids.h"
 #include "organbake/warp/view.h"
 
 namespace organbake {
+
+// An organ as it was last drawn.
+struct DrawnOrgan {
+  const BaseLayer& base;
+  const std::vector<ShellMatrix>& shell;  // world mm, by face
+};
 
 // Where everything lay when a picture was drawn: enough to say where any of its points was then.
 struct Moment {
@@ -22,8 +28,8 @@ struct Moment {
   std::vector<Solid> solids;
   std::vector<const BaseLayer*> bases;  // by organ; the player's
 
-  // As the player was last drawn.
-  void take(const Player& player, const View& from, const std::vector<Solid>& tools);
+  void take(const std::vector<DrawnOrgan>& organs, const View& from,
+            const std::vector<Solid>& tools);
 
   // Of a bound point, camera mm.
   Eigen::Vector3f place(std::size_t organ, const BoundPixel& p) const {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "organbake/player/player.h"
 #include "organbake/truth/flow.h"
 #include "organbake/truth/layer_set.h"
 #include "organbake/truth/moment.h"
@@ -21,6 +22,9 @@ class TruthTracker {
   // out of it. tools: those that were drawn.
   void advance(const Player& player, const View& view, const std::vector<Solid>& tools,
                Frame& picture);
+  // The same of organs that are drawn without a player, uncut.
+  void advance(const std::vector<DrawnOrgan>& organs, const View& view,
+               const std::vector<Solid>& tools, Frame& picture);
   void forget() { pictures_ = 0; }
 
   const LayerSet& layers() const { return layers_; }

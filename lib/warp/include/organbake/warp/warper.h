@@ -47,6 +47,9 @@ class Warper {
   // One that draws the organ as blades have cut it, with the samples of this uncut one, which it
   // shares. `now` needs no maps.
   Warper cut(const Bundle& now, const CutOrgan::FaceParts& parts) const;
+  // Another that draws the same uncut organ beside this one, from a thread of its own, with the
+  // samples of this one, which it shares. `bundle` is the one that this was made of, without maps.
+  Warper beside(const Bundle& bundle) const;
   ~Warper();
   Warper(Warper&&) noexcept;
   Warper& operator=(Warper&&) noexcept;

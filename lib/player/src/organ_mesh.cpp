@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/organ_mesh.h"
+
+#include "organbake/core/error.h"
+
+namespace organbake {
+namespace {
+
+void add_tetrahedra(const MechanicsModel& mechanics, EmbeddedPlayer::Mesh& mesh) {
+  const TetrahedralBody& body = *mechanics.body;
+  mesh.nodes_mm = points_of(body.nodes_mm);
+  for (const Tetrahedron& t : body.tetrahedra) {
+    mesh.tetrahedra.push_back(t.nodes);
+    mesh.fill.push_back(t.fill);
+  }
+  mesh.node_mass_kg = node_masses_kg(body, mechanics.density_kg_per_m3);
+  mesh.node_anchors = body.anchors;
+  for (const EmbeddedVertex& v : body.vertices) {
+    mesh.vertex_tetrahedron.push_back(v.tetrahedron);
+    mesh.vertex_weights.push_back(v.weights);
+  }
+  mesh.poisson_ratio = body.poisson_ratio;
+  mesh.damping_s = body.damping_s;
+}
+
+}  // namespace
+
+std::vector<EmbeddedPlayer::Point> points_of(const std::vector<Eigen::Vector3d>& vectors) {
+  std::vector<EmbeddedPlayer::Point> points;
+  points.reserve(vectors.size());
+  for (const Eigen::Vector3d& v : vectors) points.push_back({v.x(), v.y(), v.z()});
+  return points;
+}
+
+EmbeddedPlayer::Mesh organ_mesh(const Bundle& bundle) {
+  const MechanicsModel& mechanics = bundle.mechanics;
+  EmbeddedPlayer::Mesh mesh;
+  mesh.vertices_mm = points_of(bundle.proxy.vertices);
+  mesh.faces = bundle.proxy.faces;
+  mesh.vertex_mass_kg = mechanics.mass_kg;
+  mesh.vertex_anchors = mechanics.anchors;
+  for (const Spring& s : mechanics.springs) {
+    mesh.spring_ends.push_back({s.a, s.b});
+    mesh.spring_length_mm.push_back(s.rest_length_mm);
+    mesh.spring_stiffness_n_per_mm.push_back(s.stiffness_n_per_mm);
+    mesh.spring_damping_n_s_per_mm.push_back(s.damping_n_s_per_mm);
+  }
+  mesh.young_modulus_kpa = mechanics.young_modulus_kpa;
+  mesh.density_kg_per_m3 = mechanics.density_kg_per_m3;
+  mesh.thickness_mm = mechanics.thickness_mm;
+  mesh.volume_stiffness = mechanics.volume_stiffness;
+  if (mechanics.body) add_tetrahedra(mechanics, mesh);
+  if (bundle.skin) {
+    mesh.skin_first = bundle.skin->first;
+    mesh.skin_carriers = bundle.skin->carrier;
+    mesh.skin_weights = bundle.skin->weight;
+    mesh.skin_faces = smooth_skin_faces(bundle.proxy, bundle.skin->steps);
+  }
+  return mesh;
+}
+
+std::vector<Eigen::Vector3d> forces_on_nodes(const Bundle& bundle,
+                                             const std::vector<Eigen::Vector3d>& on_vertices) {
+  if (!bundle.mechanics.body)
+    throw UsageError(
+        "this organ has no tetrahedra whose nodes could be pushed; bake it with --set "
+        "mechanics.fem=true");
+  const TetrahedralBody& body = *bundle.mechanics.body;
+  std::vector<Eigen::Vector3d> on_nodes(body.nodes_mm.size(), Eigen::Vector3d::Zero());
+  for (std::size_t v = 0; v < on_vertices.size(); ++v) {
+    const auto& [tetrahedron, weights] = body.vertices[v];
+    for (int k = 0; k < 4; ++k)
+      on_nodes[body.tetrahedra[tetrahedron].nodes[k]] += weights[k] * on_vertices[v];
+  }
+  return on_nodes;
+}
+
+}  // namespace organbake
