@@ -90,6 +90,32 @@ Eigen::Matrix<double, 3, 4> pose_matrix_from(const py::object& argument, const s
   return matrix;
 }
 
+RawNumbers raw_numbers(const py::object& argument, const std::string& name, int axes) {
+  const std::string wanted = "a C-contiguous float32 or float64 array of shape " +
+                             std::string(axes == 2 ? "(n, 3)" : "(states, n, 3)");
+  if (!py::isinstance<py::array>(argument)) throw UsageError(name + " must be " + wanted);
+  const auto array = py::reinterpret_borrow<py::array>(argument);
+  const bool single = py::isinstance<py::array_t<float>>(array),
+             twice = py::isinstance<py::array_t<double>>(array);
+  if (!single && !twice)
+    throw UsageError(name + " holds " + std::string(py::str(array.dtype())) + "; it must be " +
+                     wanted);
+  if (array.ndim() != axes || array.shape(axes - 1) != 3)
+    throw UsageError(name + " has the shape " + shape_text(array) + "; it must be " + wanted);
+  if (!(array.flags() & py::array::c_style))
+    throw UsageError(
+        name + " is not C-contiguous (numpy.ascontiguousarray makes it so); it must be " + wanted);
+  RawNumbers numbers;
+  numbers.rows = static_cast<std::size_t>(array.shape(0));
+  const auto size = static_cast<std::size_t>(array.size());
+  if (single) {
+    numbers.values = std::span(static_cast<const float*>(array.data()), size);
+  } else {
+    numbers.values = std::span(static_cast<const double*>(array.data()), size);
+  }
+  return numbers;
+}
+
 py::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
   auto* const kept = new std::vector<Eigen::Vector3d>(vectors);

@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace organbake {
@@ -25,6 +27,14 @@ Eigen::Vector3d vector_from(const pybind11::object& argument, const std::string&
 // 3 × 4, or 4 × 4 with the last row 0 0 0 1.
 Eigen::Matrix<double, 3, 4> pose_matrix_from(const pybind11::object& argument,
                                              const std::string& name);
+
+// Numbers where they lie in the caller's array, which must stay as it is meanwhile.
+struct RawNumbers {
+  std::variant<std::span<const float>, std::span<const double>> values;
+  std::size_t rows = 0;  // along its first axis
+};
+// A C-contiguous float32 or float64 array of that many axes, the last of 3.
+RawNumbers raw_numbers(const pybind11::object& argument, const std::string& name, int axes);
 
 // (n, 3), over memory of its own.
 pybind11::array_t<double> array_of(const std::vector<Eigen::Vector3d>& vectors);

@@ -7,8 +7,7 @@
 #include <string>
 
 #include "array_arguments.h"
-#include "organbake/core/error.h"
-#include "organbake/player/tip_instruments.h"
+#include "tip_arguments.h"
 
 namespace organbake {
 namespace py = pybind11;
@@ -40,50 +39,7 @@ py::array_t<ContactRow> rows_of(const std::vector<ContactPoint>& points) {
   return rows;
 }
 
-using Tip = EmbeddedPlayer::Tip;
-
-// Each takes one of step()'s arguments: one for all tips, or one each.
-void take_numbers(const py::object& given, const char* name, double Tip::*of,
-                  std::vector<Tip>& tips) {
-  const auto numbers = numbers_from(given, name, tips.size());
-  for (std::size_t i = 0; i < tips.size(); ++i) tips[i].*of = numbers[i];
-}
-
-void take_flags(const py::object& given, const char* name, bool Tip::*of, std::vector<Tip>& tips) {
-  const auto flags = flags_from(given, name, tips.size());
-  for (std::size_t i = 0; i < tips.size(); ++i) tips[i].*of = flags[i];
-}
-
-void take_vectors(const py::object& given, const char* name, std::array<double, 3> Tip::*of,
-                  std::vector<Tip>& tips) {
-  if (given.is_none()) return;
-  const auto vectors = vectors_from(given, name);
-  if (vectors.size() != tips.size())
-    throw UsageError(std::string(name) + " holds " + std::to_string(vectors.size()) + " rows for " +
-                     std::to_string(tips.size()) + " tips");
-  for (std::size_t i = 0; i < tips.size(); ++i)
-    tips[i].*of = {vectors[i].x(), vectors[i].y(), vectors[i].z()};
-}
-
-StepReport step(SharedPlayer& player, const py::object& positions_mm, const py::object& radius_mm,
-                const py::object& axis_mm, const py::object& grabs, const py::object& cuts,
-                const py::object& snips, const py::object& opening_mm,
-                const py::object& cut_width_mm, const py::object& pierces,
-                const py::object& active) {
-  const auto positions = vectors_from(positions_mm, "positions_mm");
-  std::vector<Tip> tips(positions.size());
-  for (std::size_t i = 0; i < tips.size(); ++i)
-    tips[i].position_mm = {positions[i].x(), positions[i].y(), positions[i].z()};
-  take_numbers(radius_mm, "radius_mm", &Tip::radius_mm, tips);
-  take_numbers(cut_width_mm, "cut_width_mm", &Tip::cut_width_mm, tips);
-  take_flags(grabs, "grabs", &Tip::grabs, tips);
-  take_flags(cuts, "cuts", &Tip::cuts, tips);
-  take_flags(snips, "snips", &Tip::snips, tips);
-  take_flags(pierces, "pierces", &Tip::pierces, tips);
-  take_flags(active, "active", &Tip::active, tips);
-  take_vectors(axis_mm, "axis_mm", &Tip::axis_mm, tips);
-  take_vectors(opening_mm, "opening_mm", &Tip::opening_mm, tips);
-  const auto instruments = instruments_from(tips);
+StepReport step(SharedPlayer& player, const std::vector<Instrument>& instruments) {
   const py::gil_scoped_release release;
   return player.step(instruments);
 }
@@ -119,11 +75,8 @@ void bind_step_class(py::module_& m) {
 
 void bind_step(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<SharedPlayer>>& player) {
   bind_step_class(m);
-  player.def(
-      "step", &step, py::arg("positions_mm") = py::list(), py::kw_only(),
-      py::arg("radius_mm") = 5.0, py::arg("axis_mm") = py::none(), py::arg("grabs") = false,
-      py::arg("cuts") = false, py::arg("snips") = false, py::arg("opening_mm") = py::none(),
-      py::arg("cut_width_mm") = 0.0, py::arg("pierces") = false, py::arg("active") = true,
+  def_with_tips(
+      player, "step", &step,
       "One time step under n tips. positions_mm: (n, 3); a tip keeps its place in the list "
       "from step to step. radius_mm, cut_width_mm, grabs, cuts, snips, pierces, active: one "
       "for all, or (n,). axis_mm: (n, 3), to a capsule's other end; None: spheres. A tip "
@@ -133,6 +86,14 @@ void bind_step(py::module_& m, py::class_<SharedPlayer, std::shared_ptr<SharedPl
       "of the solver fem alone; cut_width_mm is taken away across the blade's way. One that "
       "pierces is a needle along its axis. Returns a Step. Raises ValueError for a tip that "
       "makes no sense.");
+  def_with_tips(
+      player, "place_tools",
+      [](SharedPlayer& self, const std::vector<Instrument>& instruments) {
+        const py::gil_scoped_release release;
+        self.place_tools(instruments);
+      },
+      "Tools for the next pictures alone, until the next step: n tips as step() takes them, which "
+      "push nothing. For states that set_vertices() and set_nodes() set.");
 }
 
 }  // namespace organbake

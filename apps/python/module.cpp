@@ -7,6 +7,8 @@
 #include <new>
 
 #include "array_arguments.h"
+#include "bind_mesh.h"
+#include "bind_states.h"
 #include "bind_step.h"
 #include "bind_view.h"
 #include "organbake/core/error.h"
@@ -120,6 +122,7 @@ void bind_player(py::module_& m) {
       "(LPS). Threads may share one: their calls follow each other, without the interpreter's "
       "lock.");
   bind_step(m, player);
+  bind_states(m, player);
   player
       .def(py::init(&load), py::arg("bundles"), py::kw_only(), py::arg("time_step_s") = 1.0 / 60,
            py::arg("solver") = "springs", py::arg("light") = py::none(),
@@ -147,7 +150,8 @@ void bind_player(py::module_& m) {
            py::arg("tools") = true, py::arg("out") = py::none(),
            "Draws a Picture. layers: of depth, flow, normals, mask, id, weight, comma-separated, "
            "or all. Flow is to the last picture that was drawn with the same layers. tools: show "
-           "the tips of the last step. out: a uint8 array (h, w, 3) to draw into.")
+           "the tips of the last step, or those of place_tools(). out: a uint8 array (h, w, 3) to "
+           "draw into.")
       .def(
           "proxy_mm",
           [](SharedPlayer& self, std::size_t organ) {
@@ -204,12 +208,13 @@ void bind_organplay(py::module_& m) {
   py::register_exception_translator(&translate_error);
   bind_view(m);
   bind_picture(m);
+  bind_mesh(m);
   bind_player(m);
 }
 
 }  // namespace organbake
 
-PYBIND11_MODULE(organplay, m) {
+PYBIND11_MODULE(_organplay, m) {
 #ifdef __AVX2__
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
     throw pybind11::import_error("organplay needs a processor with AVX2 and FMA");

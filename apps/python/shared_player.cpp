@@ -6,6 +6,7 @@
 #include "organbake/core/error.h"
 #include "organbake/player/instrument_motion.h"
 #include "organbake/player/orbit.h"
+#include "organbake/player/organ_mesh.h"
 #include "organbake/player/skin_point.h"
 
 namespace organbake {
@@ -48,6 +49,13 @@ StepReport SharedPlayer::step(const std::vector<Instrument>& instruments) {
   return report;
 }
 
+void SharedPlayer::place_tools(const std::vector<Instrument>& instruments) {
+  check_instruments(instruments);
+  const std::lock_guard lock(mutex_);
+  open();
+  instruments_ = instruments;
+}
+
 void SharedPlayer::reset() {
   const std::lock_guard lock(mutex_);
   open().reset();
@@ -57,6 +65,7 @@ void SharedPlayer::reset() {
 
 void SharedPlayer::close() {
   const std::lock_guard lock(mutex_);
+  batch_.reset();
   player_.reset();
   tracker_.reset();
   frame_ = {};
@@ -110,6 +119,38 @@ std::vector<Eigen::Vector3d> SharedPlayer::proxy_positions(std::size_t organ) {
 std::vector<Face> SharedPlayer::proxy_faces(std::size_t organ) {
   const std::lock_guard lock(mutex_);
   return open().bundle_now(organ).proxy.faces;
+}
+
+void SharedPlayer::set_state(const StateNumbers& xyz_mm, StateOf of, std::size_t organ) {
+  const std::lock_guard lock(mutex_);
+  Player& player = open();
+  std::visit(
+      [&](const auto& xyz) {
+        of == StateOf::nodes ? player.set_nodes(xyz, organ) : player.set_vertices(xyz, organ);
+      },
+      xyz_mm);
+}
+
+EmbeddedPlayer::Mesh SharedPlayer::mesh(std::size_t organ) {
+  const std::lock_guard lock(mutex_);
+  return organ_mesh(open().bundle_now(organ));
+}
+
+std::vector<Eigen::Vector3d> SharedPlayer::contact_forces(
+    const std::vector<Instrument>& instruments, std::size_t organ, bool on_nodes) {
+  const std::lock_guard lock(mutex_);
+  Player& player = open();
+  const auto forces = player.contact_force_n(instruments, organ);
+  return on_nodes ? forces_on_nodes(player.bundle_now(organ), forces) : forces;
+}
+
+void SharedPlayer::draw_many(const StateBatch& states, const std::vector<View>& views,
+                             const BatchPlanes& planes) {
+  const std::lock_guard lock(mutex_);
+  const Player& player = open();
+  if (player.is_cut()) batch_.reset();
+  if (!batch_) batch_.emplace(player);
+  batch_->draw(states, views, light_.value_or(player.default_light()), planes);
 }
 
 Eigen::Vector3d SharedPlayer::skin_point(const Eigen::Vector3d& direction) {

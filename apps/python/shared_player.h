@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "organbake/player/embedded_player.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
+#include "organbake/truth/batch_drawing.h"
 #include "organbake/truth/flow.h"
 #include "organbake/truth/truth_tracker.h"
 
@@ -24,6 +26,8 @@ struct DrawnPicture {
   Flow backward, forward;  // from this picture to the last one, and from that to this
 };
 
+using StateNumbers = decltype(StateBatch::xyz_mm);
+
 // A player that several threads may call, one after the other: without the interpreter's lock,
 // which no call needs. Throws what Player throws, and UsageError once it was closed.
 class SharedPlayer {
@@ -32,6 +36,7 @@ class SharedPlayer {
                std::optional<DrawnLight> light);
 
   StepReport step(const std::vector<Instrument>& instruments);
+  void place_tools(const std::vector<Instrument>& instruments);  // for pictures alone
   void reset();
   void close();
   View orbit(const OrbitPose& pose, int width, int height);
@@ -41,6 +46,12 @@ class SharedPlayer {
   std::size_t organ_count();
   std::vector<Eigen::Vector3d> proxy_positions(std::size_t organ);
   std::vector<Face> proxy_faces(std::size_t organ);
+  void set_state(const StateNumbers& xyz_mm, StateOf of, std::size_t organ);
+  EmbeddedPlayer::Mesh mesh(std::size_t organ);
+  std::vector<Eigen::Vector3d> contact_forces(const std::vector<Instrument>& instruments,
+                                              std::size_t organ, bool on_nodes);
+  void draw_many(const StateBatch& states, const std::vector<View>& views,
+                 const BatchPlanes& planes);
   Eigen::Vector3d skin_point(const Eigen::Vector3d& direction);
 
  private:
@@ -52,6 +63,7 @@ class SharedPlayer {
   std::vector<Instrument> instruments_;  // of the last step, where they were held
   Frame frame_;
   std::optional<TruthTracker> tracker_;
+  std::optional<BatchDrawing> batch_;  // once many were drawn
 };
 
 }  // namespace organbake

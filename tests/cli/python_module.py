@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# usage: python_module.py BUNDLE ORGANPLAY: tests of the module organplay against the program.
+# usage: python_module.py BUNDLE ORGANPLAY: tests of the package organplay against the program.
 import gc
 import inspect
 import os
@@ -18,7 +18,7 @@ import organplay
 
 BUNDLE, PROGRAM = sys.argv[1], sys.argv[2]
 EXAMPLES = pathlib.Path(__file__).parents[2] / "apps/python/examples"
-STUB = pathlib.Path(__file__).parents[2] / "apps/python/organplay.pyi"
+STUB = pathlib.Path(__file__).parents[2] / "apps/python/package/__init__.pyi"
 
 
 def resident_kb():
@@ -301,9 +301,129 @@ class PlayerTest(unittest.TestCase):
         gc.collect()
         self.assertLess(resident_kb() - before, 4096)  # 42 bytes a step
 
+    def test_set_states_are_drawn_as_steps_are(self):
+        own = organplay.Player(BUNDLE)
+        self.player.draw(self.view, "all")
+        own.draw(self.view, "all")
+        for depth in (3, 6):
+            own.step([self.skin + (5 - depth) * self.out])
+            positions = own.proxy_mm()
+            self.player.set_vertices(positions)
+            self.player.place_tools([self.skin + (5 - depth) * self.out])
+            for light in ("all", "depth,flow"):
+                mine, theirs = self.player.draw(self.view, light), own.draw(self.view, light)
+                for layer in ("rgb", "depth_mm", "normals", "mask", "weight", "flow_back",
+                              "flow_back_seen", "flow_from_last", "flow_from_last_seen"):
+                    one, other = getattr(mine, layer), getattr(theirs, layer)
+                    self.assertEqual(one is None, other is None, layer)
+                    if one is not None:
+                        np.testing.assert_array_equal(one, other, layer)
+        self.player.step()  # goes on from there
+        self.assertLess(np.abs(self.player.proxy_mm() - positions).max(), 6)
+
+    def test_the_mesh_is_what_the_player_carries(self):
+        mesh = self.player.mesh()
+        np.testing.assert_array_equal(mesh.vertices_mm, self.player.proxy_mm())
+        np.testing.assert_array_equal(mesh.faces, self.player.proxy_faces())
+        corners = mesh.nodes_mm[mesh.tetrahedra[mesh.vertex_tetrahedron]]
+        carried = (mesh.vertex_weights[:, :, None] * corners).sum(1)
+        np.testing.assert_allclose(carried, mesh.vertices_mm, atol=1e-6)
+        edges = [mesh.nodes_mm[mesh.tetrahedra[:, k]] - mesh.nodes_mm[mesh.tetrahedra[:, 0]] for k in (1, 2, 3)]
+        volume = np.einsum("ij,ij->i", np.cross(edges[0], edges[1]), edges[2]) / 6
+        self.assertGreater(volume.min(), 0)
+        np.testing.assert_allclose(mesh.node_mass_kg.sum(),
+                                   (volume * mesh.fill).sum() * mesh.density_kg_per_m3 * 1e-9)
+        weights = np.add.reduceat(mesh.skin_weights, mesh.skin_first[:-1])
+        np.testing.assert_allclose(weights, 1, atol=1e-9)
+        self.assertLess(mesh.skin_faces.max(), len(mesh.skin_first) - 1)
+        moved = mesh.nodes_mm + np.array([5.0, 0, 0])
+        self.player.set_nodes(moved)
+        np.testing.assert_allclose(self.player.proxy_mm(), mesh.vertices_mm + [5, 0, 0], atol=1e-9)
+
+    def test_many_are_drawn_as_one_by_one(self):
+        rest = self.player.mesh().vertices_mm
+        states = np.stack([rest + 2 * np.sin(rest / 20 + i) for i in range(5)])
+        views = [self.player.orbit(0.2 * i, 0.1, width=48, height=40) for i in range(5)]
+        many = self.player.draw_many(states, views, "depth,mask,flow")
+        np.testing.assert_array_equal(self.player.proxy_mm(), rest)
+        other = organplay.Player(BUNDLE)
+        for i, (state, view) in enumerate(zip(states, views)):
+            other.set_vertices(state)
+            one = other.draw(view, "depth,mask,flow")
+            for layer in ("rgb", "depth_mm", "mask") + (("flow_back", "flow_back_seen") if i else ()):
+                np.testing.assert_array_equal(getattr(many, layer)[i], getattr(one, layer), layer)
+        self.assertTrue((many.flow_back[0] == 0).all())
+        plain = self.player.draw_many(states.astype(np.float32), views[0])
+        self.assertIsNone(plain.depth_mm)
+        self.assertEqual(plain.rgb.shape, (5, 40, 48, 3))
+        nodes = np.repeat(self.player.mesh().nodes_mm[None], 2, 0)
+        same = self.player.draw_many(nodes, views[1], nodes=True).rgb
+        np.testing.assert_array_equal(same[0], same[1])
+        for wrong in (lambda: self.player.draw_many(states[:, 1:].copy(), views),
+                      lambda: self.player.draw_many(states, views[:2]),
+                      lambda: self.player.draw_many(states, []),
+                      lambda: self.player.draw_many(states, views, "normals"),
+                      lambda: self.player.draw_many(states[0], views),
+                      lambda: self.player.draw_many(states * np.nan, views)):
+            with self.assertRaises(ValueError):
+                wrong()
+
+    def test_states_that_cannot_be_are_refused(self):
+        good = self.player.proxy_mm() + 1
+        self.player.set_vertices(good)
+        bad = good.copy()
+        bad[3, 1] = np.nan
+        for state, words in ((bad, "number 3 is not finite"), (good[:-1].copy(), "for an organ of"),
+                             (good / 1000, "in metres"), (good[:, :2].copy(), "shape"),
+                             (good.T, "shape"), (np.asfortranarray(good), "C-contiguous"),
+                             (good.astype(int), "holds int64"), (good.tolist(), "must be"),
+                             (good[::-1] * 9, "ti|span|another"), (None, "must be")):
+            with self.assertRaisesRegex(ValueError, words):
+                self.player.set_vertices(state)
+            np.testing.assert_array_equal(self.player.proxy_mm(), good)
+        with self.assertRaisesRegex(ValueError, "nodes for an organ"):
+            self.player.set_nodes(good[:-1].copy())
+        with self.assertRaisesRegex(ValueError, "no organ 1"):
+            self.player.set_vertices(good, organ=1)
+
+    def test_forces_for_solvers_without_contact(self):
+        tip = [self.skin + 2 * self.out]
+        forces = self.player.contact_forces(tip)
+        self.assertLess(forces.sum(0) @ self.out, -0.01)
+        on_nodes = self.player.contact_forces(tip, nodes=True)
+        self.assertEqual(on_nodes.shape, self.player.mesh().nodes_mm.shape)
+        np.testing.assert_allclose(on_nodes.sum(0), forces.sum(0), atol=1e-9)
+        self.assertEqual(np.abs(self.player.contact_forces([self.skin + 90 * self.out])).max(), 0)
+
+    def test_sets_in_a_row_take_no_memory(self):
+        state = self.player.proxy_mm()
+        def run(count):
+            for _ in range(count):
+                self.player.set_vertices(state)
+        run(1000)
+        before = resident_kb()
+        run(int(os.environ.get("ORGANPLAY_SETS", 50000)))
+        self.assertLess(resident_kb() - before, 256)
+
+    def test_an_organ_shows_in_a_notebook(self):
+        still = organplay.show(self.player, 0.2, 0.1, width=160, height=120)._repr_png_()
+        self.assertTrue(still.startswith(b"\x89PNG"))
+        raw = subprocess.run(["ffmpeg", "-loglevel", "error", "-f", "image2pipe", "-i", "-", "-f",
+                              "rawvideo", "-pix_fmt", "rgb24", "-"], input=still, check=True,
+                             capture_output=True).stdout
+        np.testing.assert_array_equal(np.frombuffer(raw, np.uint8).reshape(120, 160, 3),
+                                      self.player.draw(self.view).rgb)
+        with tempfile.TemporaryDirectory() as folder:
+            page = pathlib.Path(folder, "organ.html")
+            page.write_text('<p title="x">organ</p>')
+            shown = organplay.show(page)._repr_html_()
+            self.assertIn("srcdoc=", shown)
+            self.assertNotIn('title="x"', shown)  # escaped
+
     def test_says_what_it_does(self):
         stub = STUB.read_text()
-        for kind in (organplay.Player, organplay.View, organplay.Picture, organplay.Step):
+        for kind in (organplay.Player, organplay.View, organplay.Picture, organplay.Pictures,
+                     organplay.Mesh, organplay.Step):
             for name, member in vars(kind).items():
                 if name.startswith("_") and name != "__init__":
                     continue

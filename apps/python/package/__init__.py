@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pokes and draws organs baked by organbake, on the CPU, with the truth beside every picture."""
+from ._organplay import Mesh, Picture, Pictures, Player, Step, View
+from .notebook import show
+
+__all__ = ["Mesh", "Picture", "Pictures", "Player", "Step", "View", "show"]
