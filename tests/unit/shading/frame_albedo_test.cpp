@@ -34,7 +34,9 @@ double scale_of(const PreparedFrame& frame, const LaparoscopyFrame& truth, const
                 const Have& have) {
   double both = 0, own = 0;
   for (std::size_t k = 0; k < frame.diffuse.size(); ++k) {
-    if (!frame.diffuse.values[k] || truth.highlights.values[k]) continue;
+    // Borders of the instrument that the mask leaves show no tissue either.
+    if (!frame.diffuse.values[k] || truth.highlights.values[k] || truth.instrument.values[k])
+      continue;
     const Eigen::Vector3d found = have(k);
     both += found.dot(want(k));
     own += found.squaredNorm();

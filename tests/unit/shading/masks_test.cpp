@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "organbake/core/error.h"
+#include "organbake/core/random.h"
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/shading/frame_preparation.h"
 #include "organbake/shading/masks.h"
@@ -69,14 +70,86 @@ TEST(Highlights, SpotsAreFoundAndTissueIsLeft) {
   EXPECT_LT(count(found), 200u);
 }
 
-TEST(Instruments, GreyRegionsFromTheRimOnly) {
+// Every channel as a camera, smoke or an editor changes it; what is black stays.
+template <class Change>
+Rgb8Image changed(Rgb8Image image, const Change& change) {
+  for (std::size_t k = 0; k < image.pixels.size(); k += 3) {
+    std::uint8_t* p = &image.pixels[k];
+    if (std::max({p[0], p[1], p[2]}) <= 16) continue;
+    const double grey = (p[0] + p[1] + p[2]) / 3.0;
+    for (int c = 0; c < 3; ++c)
+      p[c] = static_cast<std::uint8_t>(std::clamp(change(p[c], grey, c), 0.0, 255.0));
+  }
+  return image;
+}
+Rgb8Image paled(const Rgb8Image& image) {
+  return changed(image, [](double v, double grey, int) { return 0.5 * (v + grey); });
+}
+Rgb8Image in_smoke(const Rgb8Image& image) {
+  return changed(image, [](double v, double, int) { return 0.7 * v + 0.3 * 205; });
+}
+Rgb8Image tinted(const Rgb8Image& image) {
+  return changed(image, [](double v, double, int c) { return v * (1.1 - 0.1 * c); });
+}
+
+TEST(Instruments, StraightGreyStripsFromTheRimOnly) {
   Rgb8Image image = tissue(300, 200);
   paint(image, 200, 80, 300, 110, 120, 122, 125);  // a shaft from the right
   paint(image, 80, 80, 120, 120, 200, 190, 185);   // a blown highlight in the middle
+  paint(image, 140, 20, 220, 40, 120, 122, 125);   // a grey strip that comes from nowhere
+  for (int y = 120; y < 180; ++y)                  // pale tissue from the left
+    paint(image, 0, y, 60 - std::abs(y - 150), y + 1, 170, 110, 100);
   const Mask found = find_instruments(image, Mask(300, 200, 1));
   EXPECT_TRUE(found.at(250, 95));
+  EXPECT_TRUE(found.at(298, 95));
   EXPECT_FALSE(found.at(100, 100));
-  EXPECT_FALSE(found.at(30, 30));
+  EXPECT_FALSE(found.at(180, 30));
+  EXPECT_FALSE(found.at(30, 150));
+  EXPECT_NEAR(static_cast<double>(count(found)), 100 * 30, 300);
+}
+
+TEST(Instruments, TissueIsLeftAloneHoweverPale) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const LaparoscopyOptions scene{.seed = seed,
+                                   .width = 480,
+                                   .height = 360,
+                                   .frames = 1,
+                                   .texture = 0.3,
+                                   .two_tissues = true,
+                                   .instrument = false};
+    const Rgb8Image frame = LaparoscopyPhantom(scene).frame(0).image;
+    for (const Rgb8Image& seen : {frame, paled(frame), in_smoke(frame), tinted(frame)}) {
+      const Mask field = field_of_view(seen, 3);
+      EXPECT_LE(count(find_instruments(seen, field)), 0.02 * count(field)) << seed;
+    }
+  }
+}
+
+TEST(Instruments, AShaftIsFoundHoweverPaleTheTissue) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const LaparoscopyOptions scene{
+        .seed = seed, .width = 480, .height = 360, .frames = 1, .texture = 0.3};
+    const LaparoscopyFrame truth = LaparoscopyPhantom(scene).frame(0);
+    for (const Rgb8Image& seen :
+         {truth.image, paled(truth.image), in_smoke(truth.image), tinted(truth.image)}) {
+      const Mask field = field_of_view(seen, 3), tool = common(truth.instrument, field);
+      const Mask found = find_instruments(seen, field);
+      const double both = count(common(found, tool));
+      EXPECT_GE(both / (count(found) + count(tool) - both), 0.85) << seed;
+    }
+  }
+}
+
+TEST(Highlights, NoiseAndPaleTissueAreNone) {
+  Rgb8Image image = changed(tissue(300, 200), [](double v, double, int) { return 0.3 * v; });
+  RandomStream random(1);
+  for (std::uint8_t& value : image.pixels)
+    value = static_cast<std::uint8_t>(std::clamp(value + 12 * random.normal(), 0.0, 255.0));
+  paint(image, 150, 60, 220, 130, 170, 110, 100);  // fat beside dark tissue
+  paint(image, 50, 40, 56, 46, 255, 250, 248);
+  const Mask found = find_highlights(image, Mask(300, 200, 1));
+  EXPECT_TRUE(found.at(52, 42));
+  EXPECT_LT(count(found), 150u);
 }
 
 TEST(Deinterlace, CombsAreSeenAndRemoved) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Masks of what is not tissue in a frame: the black border, highlights, instruments. Each by a
-// property that holds for all endoscopes (what is joined to the largest bright region; white
-// against its surroundings; grey and joined to the rim), since there is no training set for every
-// one of them.
+// Masks of what is not tissue in a frame: the black border and highlights. Each by a property that
+// holds for all endoscopes (what is joined to the largest bright region; white against its
+// surroundings), since there is no training set for every one of them.
 #include "organbake/shading/masks.h"
 
 #include <algorithm>
@@ -10,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "masks/every_second.h"
 #include "organbake/shading/cv_grid.h"
 #include "organbake/shading/grid_filters.h"
 
@@ -37,6 +35,10 @@ constexpr float kSaturated = 250;
 // surroundings.
 constexpr float kWhiter = 32, kWhiterShare = 0.6F;
 
+// What is as white as tissue lies over more than a highlight's width, or is far from the whitest of
+// the picture.
+constexpr double kOfTheWhitest = 0.4, kBeyondNoise = 5;
+
 Plane least_channel(const Rgb8Image& frame) {
   Plane least(frame.width, frame.height);
   for (std::size_t k = 0; k < least.size(); ++k)
@@ -45,59 +47,24 @@ Plane least_channel(const Rgb8Image& frame) {
   return least;
 }
 
-// Of the smoothed frame: tissue reflects red; steel and plastic all colours alike.
-constexpr float kGreySaturation = 0.20F;
-constexpr float kLeastValue = 25;
-
-Plane channel(const Rgb8Image& frame, int c) {
-  Plane plane(frame.width, frame.height);
-  for (std::size_t k = 0; k < plane.size(); ++k) plane.values[k] = frame.pixels[3 * k + c];
-  return plane;
+// What rises above all that is wider than a square of 2·radius + 1 pixels (a white top-hat).
+Plane above_opening(const Plane& plane, int radius) {
+  Plane raised = plane;
+  cv::Mat view = cv_view(raised);
+  cv::morphologyEx(cv_view(plane), view, cv::MORPH_TOPHAT, square(radius));
+  return raised;
 }
 
-// The regions that reach the rim: instruments come in from outside, fat, film and blown highlights
-// lie in the middle.
-Mask entering(const Mask& regions, const Mask& middle) {
-  constexpr int kRim = 2;
-  Mask rim(regions.width, regions.height);
-  for (int y = 0; y < rim.height; ++y) {
-    for (int x = 0; x < rim.width; ++x) {
-      const bool edge = x < kRim || y < kRim || x >= rim.width - kRim || y >= rim.height - kRim;
-      rim.at(x, y) = edge || !middle.at(x, y);
-    }
-  }
-  return regions_touching(regions, rim);
+// But for one pixel in a thousand.
+double whitest(const Plane& white, const Mask& inside) {
+  std::vector<float> levels;
+  for (std::size_t k = 0; k < white.size(); ++k)
+    if (inside.values[k]) levels.push_back(white.values[k]);
+  if (levels.empty()) return 0;
+  const auto at = levels.begin() + static_cast<std::ptrdiff_t>(0.999 * (levels.size() - 1));
+  std::nth_element(levels.begin(), at, levels.end());
+  return *at;
 }
-
-// Lit pixels, and those of them that are as grey as metal, of the smoothed frame.
-struct GreyPixels {
-  Mask grey;
-  std::size_t grey_count = 0, lit_count = 0;
-};
-
-GreyPixels grey_pixels(const Rgb8Image& frame, const Mask& inside, int radius) {
-  const Plane red = box_mean(channel(frame, 0), inside, radius);
-  const Plane green = box_mean(channel(frame, 1), inside, radius);
-  const Plane blue = box_mean(channel(frame, 2), inside, radius);
-  GreyPixels found{Mask(frame.width, frame.height)};
-  for (std::size_t k = 0; k < found.grey.size(); ++k) {
-    const float most = std::max({red.values[k], green.values[k], blue.values[k]});
-    if (!inside.values[k] || most <= kLeastValue) continue;
-    ++found.lit_count;
-    found.grey.values[k] =
-        red.values[k] - std::max(green.values[k], blue.values[k]) < kGreySaturation * most &&
-        red.values[k] - blue.values[k] < kGreySaturation * most;
-    found.grey_count += found.grey.values[k];
-  }
-  return found;
-}
-
-int smoothing_radius(const Rgb8Image& frame) {
-  return std::max(1, std::max(frame.width, frame.height) / 200);
-}
-
-// Instruments are large: half the resolution shows them as well, in a quarter of the time.
-constexpr int kEnough = 400;
 
 }  // namespace
 
@@ -187,38 +154,24 @@ Mask field_of_view(const Rgb8Image& frame, int margin_px) {
 Mask find_highlights(const Rgb8Image& frame, const Mask& inside) {
   const Plane white = least_channel(frame);
   const int side = std::max(frame.width, frame.height);
+  const Plane raised = above_opening(white, std::max(3, side / 40));
+  const double faint = kOfTheWhitest * whitest(white, inside);
+  const double noise = kBeyondNoise * noise_level(white, inside);
+  const double least_rise = std::max(double(kWhiter), noise);
   // Twice: the first mean is raised by the highlights themselves.
   Mask usual = inside, found(frame.width, frame.height);
   for (int pass = 0; pass < 2; ++pass) {
     const Plane around = box_mean(white, usual, std::max(3, side / 20));
     for (std::size_t k = 0; k < white.size(); ++k) {
-      const float rise = white.values[k] - around.values[k];
+      const float level = white.values[k], rise = level - around.values[k];
       const bool bright =
-          white.values[k] >= kSaturated ||
-          (rise > kWhiter && rise > kWhiterShare * std::max(around.values[k], 20.F));
+          level >= kSaturated || (level >= faint && std::min(rise, raised.values[k]) > least_rise &&
+                                  rise > kWhiterShare * std::max(around.values[k], 20.F));
       found.values[k] = inside.values[k] && bright;
       usual.values[k] = inside.values[k] && !found.values[k];
     }
   }
   return common(dilated(found, std::max(1, side / 400)), inside);
-}
-
-Mask find_instruments(const Rgb8Image& frame, const Mask& inside) {
-  if (frame.width > kEnough)
-    return expanded(find_instruments(every_second(frame), every_second(inside)), inside);
-  const int radius = smoothing_radius(frame);
-  const Mask grey = grey_pixels(frame, inside, radius).grey;
-  // Opening and closing: what is left is large, whole, and a little larger than it was.
-  const int opening = std::max(2, std::max(frame.width, frame.height) / 100);
-  const Mask core = entering(eroded(grey, opening), eroded(inside, 2 * opening));
-  return common(dilated(core, opening + radius + 1), inside);
-}
-
-bool is_colourless(const Rgb8Image& frame, const Mask& inside) {
-  if (frame.width > kEnough) return is_colourless(every_second(frame), every_second(inside));
-  constexpr double kNearlyAll = 0.85;
-  const GreyPixels found = grey_pixels(frame, inside, smoothing_radius(frame));
-  return static_cast<double>(found.grey_count) > kNearlyAll * static_cast<double>(found.lit_count);
 }
 
 }  // namespace organbake

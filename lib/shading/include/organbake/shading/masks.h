@@ -28,17 +28,18 @@ namespace organbake {
 [[nodiscard]] Mask field_of_view(const Rgb8Image& frame, int margin_px);
 
 // Mirror reflections of the light on moist tissue: pixels that are saturated, or clearly brighter
-// and whiter than what lies round them (a window of about a tenth of the frame), with the rim that
-// coding and blooming leave. Non-zero = highlight.
+// and whiter than what lies round them (a window of about a tenth of the frame), beyond the frame's
+// noise, among its whitest and no wider than a highlight, with the rim that coding and blooming
+// leave. Non-zero = highlight.
 [[nodiscard]] Mask find_highlights(const Rgb8Image& frame, const Mask& inside);
 
-// Metal and plastic: grey or bluish where tissue is red or yellow, in regions that reach the rim of
-// what is inside, since instruments come in from there. Slivers are left out. Non-zero =
-// instrument.
+// Shafts of metal and plastic: strips between two straight, sharp borders that come in from the rim
+// of what is inside, longer than wide, greyer than what lies on both sides of them (of the
+// picture's own usual hue: pale, smoky and tinted pictures are the same here), and streaked along.
+// What is doubtful stays tissue. Non-zero = instrument.
 [[nodiscard]] Mask find_instruments(const Rgb8Image& frame, const Mask& inside);
 
-// Whether nearly all that is lit is as grey as metal: a grey frame, or one of a camera that is far
-// off balance. Colour then tells nothing.
+// Whether the usual hue of all that is lit is grey. Colour then tells nothing.
 [[nodiscard]] bool is_colourless(const Rgb8Image& frame, const Mask& inside);
 
 }  // namespace organbake

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Shafts of instruments by their shape. Line segments (von Gioi et al., LSD, 2010; OpenCV's) of the
+// brightness and of the hue are taken two by two as the borders of a strip; the strip is followed
+// both ways for as long as its inside differs from what lies right beside it, and its borders are
+// fitted anew to what was followed. No colour by itself makes an instrument: fat, film and paled or
+// smoky tissue are grey, too, but not straight, not sharp on both sides, and not from the rim.
+#include "masks/shaft_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "organbake/core/median.h"
+
+namespace organbake {
+namespace {
+
+// Of hue, against the picture's usual tissue.
+constexpr double kLessHue = 0.2, kGreyHue = 0.6;
+constexpr double kClearlyLess = 0.3, kClearlyGrey = 0.5;
+constexpr double kStreaks = 3, kStreaksOfGrey = 1.5;  // energy across to that along
+constexpr double kShortestSegment = 0.03;             // of the picture's longest side
+constexpr double kNarrowest = 4.0;                    // px of the reduced picture
+constexpr double kWidest = 0.3;                       // of its longest side
+constexpr double kLeastLength = 0.06;                 // the same
+constexpr double kMostOpening = 0.14;                 // rad between the borders
+
+struct Segment {
+  cv::Point2d a, b;
+  double length() const { return cv::norm(b - a); }
+  cv::Point2d direction() const { return (b - a) / length(); }
+};
+
+cv::Mat as_levels(const cv::Mat& values, double low, double high) {
+  cv::Mat levels;
+  values.convertTo(levels, CV_8U, 255 / (high - low), -255 * low / (high - low));
+  return levels;
+}
+
+void add_segments(const cv::Mat& levels, double shortest, std::vector<Segment>& segments) {
+  std::vector<cv::Vec4f> found;
+  cv::createLineSegmentDetector(cv::LSD_REFINE_STD, 1.0)->detect(levels, found);
+  for (const cv::Vec4f& line : found) {
+    const Segment segment{{line[0], line[1]}, {line[2], line[3]}};
+    if (segment.length() >= shortest) segments.push_back(segment);
+  }
+}
+
+// The strip between two segments, or nothing where they are no two borders of one.
+std::optional<Shaft> between(const Segment& one, const Segment& other, double longest_side) {
+  const cv::Point2d u = one.direction();
+  cv::Point2d v = other.direction();
+  if (u.dot(v) < 0) v = -v;
+  if (std::abs(u.cross(v)) > std::sin(kMostOpening)) return std::nullopt;
+  Shaft shaft;
+  shaft.along = (u + v) / cv::norm(u + v);
+  shaft.origin = 0.25 * (one.a + one.b + other.a + other.b);
+  double from[2], to[2];
+  for (int k = 0; k < 2; ++k) {
+    const Segment& segment = k ? other : one;
+    const cv::Point2d a = segment.a - shaft.origin, b = segment.b - shaft.origin;
+    const double ta = a.dot(shaft.along), tb = b.dot(shaft.along);
+    const double oa = a.dot(shaft.across()), ob = b.dot(shaft.across());
+    shaft.border[k][1] = (ob - oa) / (tb - ta);
+    shaft.border[k][0] = oa - shaft.border[k][1] * ta;
+    from[k] = std::min(ta, tb), to[k] = std::max(ta, tb);
+  }
+  shaft.from = std::max(from[0], from[1]), shaft.to = std::min(to[0], to[1]);
+  const double shorter = std::min(one.length(), other.length());
+  if (shaft.to - shaft.from < 0.4 * shorter) return std::nullopt;
+  if (shaft.border[0][0] > shaft.border[1][0]) std::swap(shaft.border[0], shaft.border[1]);
+  const double width = shaft.width(0.5 * (shaft.from + shaft.to));
+  if (width < kNarrowest || width > kWidest * longest_side) return std::nullopt;
+  if (shaft.to - shaft.from < 0.3 * width) return std::nullopt;
+  return shaft;
+}
+
+// Means over a stretch across a strip.
+struct StripMean {
+  double sum = 0, known = 0, count = 0;
+
+  void add(const ShaftView& view, const cv::Mat& values, cv::Point2d p) {
+    if (!view.holds(p.x, p.y)) return;
+    const int x = static_cast<int>(p.x), y = static_cast<int>(p.y);
+    const float weight = view.known.at<float>(y, x);
+    ++count;
+    known += weight;
+    sum += weight * values.at<float>(y, x);
+  }
+  bool tells() const { return count > 0 && known >= 0.5 * count; }
+  double mean() const { return sum / known; }
+};
+
+// One step along a strip: its inside, and both sides of both borders.
+struct StripStep {
+  StripMean inside, within[2], beside[2];
+};
+
+StripStep step_at(const ShaftView& view, const Shaft& shaft, double t) {
+  StripStep step;
+  const double low = shaft.edge(0, t), high = shaft.edge(1, t);
+  const int reach = std::clamp(static_cast<int>((high - low) / 4), 2, 6);
+  for (int row = -1; row <= 1; ++row) {
+    for (double o = low + 1; o <= high - 1; ++o)
+      step.inside.add(view, view.hue, shaft.at(t + row, o));
+    for (int k = 1; k <= reach; ++k) {
+      step.within[0].add(view, view.hue, shaft.at(t + row, low + k));
+      step.within[1].add(view, view.hue, shaft.at(t + row, high - k));
+      step.beside[0].add(view, view.hue, shaft.at(t + row, low - k));
+      step.beside[1].add(view, view.hue, shaft.at(t + row, high + k));
+    }
+  }
+  return step;
+}
+
+// How many sides have the hue that the inside has lost. One that lies outside the field of view
+// tells nothing: the picture's own edge is straight, too.
+int sides_told(const ShaftView& view, const Shaft& shaft, double t) {
+  const StripStep step = step_at(view, shaft, t);
+  if (!step.inside.tells() || step.inside.mean() > kGreyHue) return 0;
+  int told = 0;
+  for (int side = 0; side < 2; ++side)
+    if (step.beside[side].tells() && step.within[side].tells())
+      told += step.beside[side].mean() - step.within[side].mean() >= kLessHue;
+  return told;
+}
+
+// Where the strip, followed from `start`, ends; `direction` is 1 or −1. Both sides must tell it, or
+// one where `sides` is 1.
+double followed(const ShaftView& view, const Shaft& shaft, double start, int direction, int sides) {
+  constexpr double kGap = 12;  // px: highlights, dirt
+  double last = start;
+  for (double t = start; std::abs(t - last) <= kGap; t += direction) {
+    const cv::Point2d middle = shaft.at(t, 0.5 * (shaft.edge(0, t) + shaft.edge(1, t)));
+    if (shaft.width(t) < 0.6 * kNarrowest || !view.holds(middle.x, middle.y)) break;
+    if (sides_told(view, shaft, t) >= sides) last = t;
+  }
+  return last;
+}
+
+// Follows a strip both ways; false where not even its middle is one.
+bool follow(const ShaftView& view, Shaft& shaft) {
+  const double start = 0.5 * (shaft.from + shaft.to);
+  if (sides_told(view, shaft, start) < 2) return false;
+  shaft.from = followed(view, shaft, start, -1, 2);
+  shaft.to = followed(view, shaft, start, 1, 2);
+  return true;
+}
+
+// How far the inside is from the hue of the sides, and its own.
+struct HueVote {
+  double less = 0, hue = 0;
+};
+HueVote hue_vote(const ShaftView& view, const Shaft& shaft) {
+  std::vector<float> less, hue;
+  for (double t = shaft.from; t <= shaft.to; ++t) {
+    const StripStep step = step_at(view, shaft, t);
+    if (!step.inside.tells() || !step.beside[0].tells() || !step.beside[1].tells()) continue;
+    hue.push_back(step.inside.mean());
+    less.push_back(std::min(step.beside[0].mean(), step.beside[1].mean()) - step.inside.mean());
+  }
+  if (hue.empty()) return {};
+  return {median(std::move(less)), median(std::move(hue))};
+}
+
+// Goes on where one side alone tells the strip: the other is as grey itself, or in the dark.
+void extend(const ShaftView& view, Shaft& shaft) {
+  shaft.from = followed(view, shaft, shaft.from, -1, 1);
+  shaft.to = followed(view, shaft, shaft.to, 1, 1);
+}
+
+// Draws the strip out over what lies between its ends and the rim, where that is little: knobs and
+// blur have no straight borders. Whether it leaves the field of view at one of its ends, straight
+// on or by a corner.
+bool draw_out_to_rim(const ShaftView& view, Shaft& shaft) {
+  constexpr double kNear = 14;  // px
+  bool enters = false;
+  for (double* end : {&shaft.from, &shaft.to}) {
+    const double outward = end == &shaft.from ? -1 : 1;
+    const double beyond = *end + outward * (kNear + 0.25 * shaft.width(*end));
+    const double middle = 0.5 * (shaft.edge(0, beyond) + shaft.edge(1, beyond));
+    const cv::Point2d tried[] = {shaft.at(beyond, middle), shaft.at(*end, shaft.edge(0, *end)),
+                                 shaft.at(*end, shaft.edge(1, *end))};
+    if (std::all_of(std::begin(tried), std::end(tried),
+                    [&](const cv::Point2d& p) { return view.holds(p.x, p.y); }))
+      continue;
+    enters = true;
+    *end = beyond;
+  }
+  return enters;
+}
+
+double hue_at(const ShaftView& view, cv::Point2d p) {
+  if (!view.holds(p.x, p.y)) return 1;
+  return view.hue.at<float>(static_cast<int>(p.y), static_cast<int>(p.x));
+}
+
+// Fits the borders anew to where the hue changes most, along all that was followed.
+void fit_borders(const ShaftView& view, Shaft& shaft) {
+  constexpr int kSearch = 4;
+  for (int side = 0; side < 2; ++side) {
+    std::vector<cv::Point2f> points;
+    const double outward = side == 0 ? -1 : 1;
+    for (double t = shaft.from; t <= shaft.to; ++t) {
+      double best = 0, place = 0;
+      for (double o = -kSearch; o <= kSearch; o += 0.5) {
+        const double edge = shaft.edge(side, t) + o;
+        const double rise =
+            hue_at(view, shaft.at(t, edge + outward)) - hue_at(view, shaft.at(t, edge - outward));
+        if (rise > best) best = rise, place = edge;
+      }
+      if (best > 0.5 * kLessHue) points.emplace_back(t, place);
+    }
+    if (points.size() < 5) continue;
+    cv::Vec4f line;  // direction, point
+    cv::fitLine(points, line, cv::DIST_HUBER, 0, 0.01, 0.01);
+    if (std::abs(line[0]) < 0.9) continue;
+    shaft.border[side][1] = line[1] / line[0];
+    shaft.border[side][0] = line[3] - shaft.border[side][1] * line[2];
+  }
+}
+
+// How much more the brightness changes across the strip than along it, as shares of energy: a shaft
+// is a cylinder, whose light and reflections run along it; tissue is as uneven either way.
+double streaks(const ShaftView& view, const Shaft& shaft) {
+  constexpr double kEven = 0.01;  // change of the logarithm over 3 px that no tissue stays below
+  const auto level = [&](double t, double o) {
+    const cv::Point2d p = shaft.at(t, o);
+    const int x = std::clamp(static_cast<int>(p.x), 0, view.level.cols - 1);
+    const int y = std::clamp(static_cast<int>(p.y), 0, view.level.rows - 1);
+    return double(view.level.at<float>(y, x));
+  };
+  double across = 0, along = 0, count = 0;
+  for (double t = shaft.from + 1; t <= shaft.to - 1; ++t)
+    for (double o = shaft.edge(0, t) + 1.5; o <= shaft.edge(1, t) - 1.5; ++o) {
+      const cv::Point2d p = shaft.at(t, o);
+      if (!view.holds(p.x, p.y)) continue;
+      across += std::pow(level(t, o + 1.5) - level(t, o - 1.5), 2);
+      along += std::pow(level(t + 1.5, o) - level(t - 1.5, o), 2);
+      ++count;
+    }
+  const bool even = along < kEven * kEven * count;
+  return even ? std::numeric_limits<double>::infinity() : across / std::max(1e-9, along);
+}
+
+// What a strip must be to be an instrument: longer than wide, told by both sides over most of its
+// length, and streaked along. Where it is less clearly grey (steel mirrors the tissue),
+// more of the rest.
+bool is_instrument(const ShaftView& view, const Shaft& shaft, double told) {
+  const double longest = std::max(view.inside.cols, view.inside.rows);
+  const double length = shaft.to - shaft.from;
+  const double width = shaft.width(0.5 * (shaft.from + shaft.to));
+  if (told < 0.5 * length || length < kLeastLength * longest) return false;
+  const HueVote vote = hue_vote(view, shaft);
+  const bool grey = vote.less > kClearlyLess && vote.hue < kClearlyGrey;
+  if (length < (grey ? 1.5 : 2.5) * width) return false;
+  return streaks(view, shaft) >= (grey ? kStreaksOfGrey : kStreaks);
+}
+
+// Whether two segments are known as the borders of a shaft already.
+bool is_known(const std::vector<Shaft>& shafts, const Shaft& shaft) {
+  return std::any_of(shafts.begin(), shafts.end(), [&](const Shaft& known) {
+    const cv::Point2d middle = shaft.at(0.5 * (shaft.from + shaft.to), 0) - known.origin;
+    const double t = middle.dot(known.along), o = middle.dot(known.across());
+    return t > known.from && t < known.to && o > known.edge(0, t) && o < known.edge(1, t) &&
+           std::abs(known.along.dot(shaft.along)) > std::cos(kMostOpening);
+  });
+}
+
+}  // namespace
+
+std::vector<Shaft> find_shafts(const ShaftView& view) {
+  const double longest = std::max(view.inside.cols, view.inside.rows);
+  std::vector<Segment> segments;
+  add_segments(as_levels(view.level, 2.5, 5.7), kShortestSegment * longest, segments);
+  add_segments(as_levels(view.hue, -0.5, 1.5), kShortestSegment * longest, segments);
+  std::vector<Shaft> shafts;
+  for (std::size_t i = 0; i < segments.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      std::optional<Shaft> shaft = between(segments[i], segments[j], longest);
+      if (!shaft || is_known(shafts, *shaft) || !follow(view, *shaft)) continue;
+      fit_borders(view, *shaft);
+      if (!follow(view, *shaft)) continue;
+      const double told = shaft->to - shaft->from;
+      extend(view, *shaft);
+      if (is_instrument(view, *shaft, told) && draw_out_to_rim(view, *shaft))
+        shafts.push_back(*shaft);
+    }
+  return shafts;
+}
+
+}  // namespace organbake
