@@ -25,13 +25,9 @@ EyePair::EyePair(const LaparoscopyPhantom& phantom)
                      phantom.camera(0).camera_from_world.inverse()}) {}
 
 StereoDepth EyePair::matched(Mask* tissue) const {
-  const RectifiedEyes& eyes = rectifier.eyes();
-  const FrameOptions options{.piecewise_albedo = false};
-  const PreparedFrame a = prepare_frame(rectifier.left(left.image), eyes.camera, options);
-  const PreparedFrame b =
-      prepare_frame(rectifier.right(right.image), eyes.right().intrinsics, options);
-  if (tissue) *tissue = a.tissue;
-  return stereo_depth(a, b, eyes, {});
+  const PreparedEyes ready = prepare_eyes(left.image, right.image, rectifier, {});
+  if (tissue) *tissue = ready.left.tissue;
+  return stereo_depth(ready.left, ready.right, rectifier.eyes(), {});
 }
 
 }  // namespace organbake

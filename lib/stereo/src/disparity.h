@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "disparity.h"
 #include "organbake/image/channel_image.h"
 #include "organbake/shading/grid.h"
+#include "organbake/stereo/stereo_depth.h"
 
 namespace organbake {
 
@@ -29,6 +29,9 @@ struct Disparity {
 struct DisparityRange {
   double least_px = 0, most_px = 64;
 };
+// Of tissue from the nearest to the farthest that is asked for; `scale` is that of the pictures.
+DisparityRange disparity_range(const RectifiedEyes& eyes, const StereoOptions& options,
+                               double scale = 1);
 
 // Semi-global matching (Hirschmüller 2008; OpenCV's) of whole pixels and their halves, both ways;
 // known is what either eye finds alike.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Disparities to a fraction of a pixel by least squares along the row (Lucas & Kanade 1981), their
-// standard deviation from what is left, and gaps closed by planes through their surroundings where
-// these are seen on most sides.
+// standard deviation from what is left, and their mean over planes.
 #include "refine_disparity.h"
 
 #include <algorithm>
@@ -91,18 +90,6 @@ Plane certainty(const Plane& sd_px, const Mask& known) {
   return weight;
 }
 
-void smooth(const Plane& weight, Disparity& disparity) {
-  const LocalPlanes planes(disparity.px, weight, kSmooth_px);
-  for (int y = 0; y < disparity.px.height; ++y)
-    for (int x = 0; x < disparity.px.width; ++x) {
-      if (!disparity.known.at(x, y)) continue;
-      const LocalPlanes::Fit fit = planes.at(x, y);
-      const float keep = fit.variance / (fit.variance + kSmoothTo_px * kSmoothTo_px);
-      float& px = disparity.px.at(x, y);
-      px = fit.value + keep * (px - fit.value);
-    }
-}
-
 }  // namespace
 
 void refine_disparity(const EyeImage& left, const EyeImage& right, const MatchWindow& options,
@@ -180,25 +167,16 @@ void drop_strangers(Disparity& disparity) {
   }
 }
 
-Mask smooth_and_fill(const Plane& sd_px, const Mask& tissue, double reach, Disparity& disparity) {
-  const int width = tissue.width, height = tissue.height;
-  smooth(certainty(sd_px, disparity.known), disparity);
-  Mask filled(width, height);
-  const int radius = static_cast<int>(std::lround(reach * width));
-  if (radius < 1) return filled;
-  constexpr float kMostSides = 0.45F, kFlat = 0.02F;  // of the window; of the disparity
-  Plane known(width, height);
-  for (std::size_t k = 0; k < known.size(); ++k) known.values[k] = disparity.known.values[k];
-  const LocalPlanes around(disparity.px, known, radius);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      if (!tissue.at(x, y) || disparity.known.at(x, y) || around.weight(x, y) <= 0) continue;
-      const LocalPlanes::Fit fit = around.at(x, y);
-      disparity.px.at(x, y) = fit.value;
-      const float most = kFlat * fit.value;
-      filled.at(x, y) = around.weight(x, y) >= kMostSides && fit.variance <= most * most;
+void smooth_disparity(const Plane& sd_px, Disparity& disparity) {
+  const LocalPlanes planes(disparity.px, certainty(sd_px, disparity.known), kSmooth_px);
+  for (int y = 0; y < disparity.px.height; ++y)
+    for (int x = 0; x < disparity.px.width; ++x) {
+      if (!disparity.known.at(x, y)) continue;
+      const LocalPlanes::Fit fit = planes.at(x, y);
+      const float keep = fit.variance / (fit.variance + kSmoothTo_px * kSmoothTo_px);
+      float& px = disparity.px.at(x, y);
+      px = fit.value + keep * (px - fit.value);
     }
-  return filled;
 }
 
 }  // namespace organbake

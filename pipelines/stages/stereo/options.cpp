@@ -21,7 +21,7 @@ void bind(OptionList& list, StereoStageOptions& o) {
       .add("farthest_mm", &o.stereo.farthest_mm,
            {.help = "that tissue is from the lens", .unit = "mm", .min = 2, .max = 100000})
       .add("reach", &o.stereo.reach,
-           {.help = "gaps are closed over this share of the picture's width, where the surface "
+           {.help = "gaps up to this share of the picture's width are closed, where the surface "
                     "around them is smooth; 0 = none is",
             .min = 0,
             .max = 0.2})
@@ -34,7 +34,7 @@ void bind(OptionList& list, StereoStageOptions& o) {
 Stage stereo_stage() {
   return {
       .name = "stereo",
-      .version = 2,
+      .version = 3,
       .summary = "match the eyes of a stereo endoscope: metric depth, normals, and a surface",
       .inputs = {{"left", InputKind::frames,
                   "the left eye's frame (PNG, JPEG), folder of frames or video; or one file that "

@@ -4,6 +4,7 @@
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/core/median.h"
 #include "organbake/core/text.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/geometry/ply.h"
@@ -43,8 +44,12 @@ void report_pairs(const std::vector<PairRecord>& records, StageReport& report) {
   list("frame_mean_confidence", [](const PairRecord& r) { return r.frame.mean_confidence; });
   list("frame_matched_share", [](const PairRecord& r) { return r.matched_share; });
   list("frame_filled_share", [](const PairRecord& r) { return r.filled_share; });
+  list("frame_covered_share", [](const PairRecord& r) { return r.covered_share; });
   list("frame_relative_sd", [](const PairRecord& r) { return r.relative_sd; });
   list("frame_rows_apart_px", [](const PairRecord& r) { return r.rows_apart_px; });
+  list("frame_rows_corrected_px", [](const PairRecord& r) { return r.corrected.shift_px; });
+  list("frame_roll_corrected_deg",
+       [](const PairRecord& r) { return degrees(r.corrected.roll_rad); });
   list("frame_outside_share", [](const PairRecord& r) { return r.frame.outside_share; });
   list("frame_highlight_share", [](const PairRecord& r) { return r.frame.highlight_share; });
   list("frame_instrument_share", [](const PairRecord& r) { return r.frame.instrument_share; });
@@ -77,6 +82,25 @@ void judge_pairs(const std::vector<PairRecord>& records, const StereoStageOption
   if (what.empty()) return;
   if (options.strict) report.quality_gate = what;
   context.warn(what);
+}
+
+// Says what was taken out of the right pictures, as the median of those that needed it.
+void tell_of_rows(const std::vector<PairRecord>& records, const RunContext& context) {
+  std::vector<double> shifts, rolls;
+  for (const PairRecord& record : records) {
+    if (!record.corrected.needed()) continue;
+    shifts.push_back(record.corrected.shift_px);
+    rolls.push_back(degrees(record.corrected.roll_rad));
+  }
+  if (shifts.empty()) return;
+  const std::string frames = std::to_string(shifts.size()) + " of " +
+                             std::to_string(records.size()) +
+                             (records.size() == 1 ? " pair" : " pairs");
+  context.warn("the rows of the eyes were " + to_text(median(std::move(shifts)), 1) +
+               " px apart and the right picture rolled by " + to_text(median(std::move(rolls)), 2) +
+               " degrees, as features of both pictures tell; that was corrected in " + frames +
+               ". The calibration is not quite that of these pictures: calibrate anew where "
+               "depth must be exact");
 }
 
 // How the lamp falls off to the sides, as far as the clip tells.
@@ -174,6 +198,7 @@ StageReport run(const StageCall& call) {
   report.add("baseline_mm", eyes.baseline_mm);
   report.add("rectified", rectifier.changes_pictures() ? "by the calibration" : "as given");
   report_pairs(result.records, report);
+  tell_of_rows(result.records, call.context);
   judge_pairs(result.records, options, call.context, report);
   write_pair_surface(result, eyes, options, call, report);
   return report;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "stages/stereo/stereo_clip.h"
 
-#include <tbb/parallel_invoke.h>
 #include <tbb/parallel_pipeline.h>
 
 #include "organbake/core/error.h"
@@ -65,20 +64,21 @@ class PairPipeline {
   }
 
   PairItem match(PairItem item) const {
-    const FrameOptions prepare{.halvings = 0, .masks = options_.masks, .piecewise_albedo = false};
     const RectifiedEyes& eyes = rectifier_.eyes();
-    PreparedFrame right;
     const StoredPicture& both = item->selected.image;
-    tbb::parallel_invoke(
-        [&] { item->left = prepare_frame(rectifier_.left(left_of(both)), eyes.camera, prepare); },
-        [&] {
-          right = prepare_frame(rectifier_.right(right_of(both)), eyes.right().intrinsics, prepare);
-        });
+    PreparedEyes ready =
+        prepare_eyes(left_of(both), right_of(both), rectifier_, options_.stereo, options_.masks);
+    item->left = std::move(ready.left);
     item->selected.image = StoredPicture();
     try {
-      StereoDepth found = stereo_depth(item->left, right, eyes, options_.stereo);
-      item->record = {
-          {}, found.matched_share, found.filled_share, found.relative_sd, found.rows_apart_px};
+      StereoDepth found = stereo_depth(item->left, ready.right, eyes, options_.stereo);
+      item->record = {{},
+                      found.matched_share,
+                      found.filled_share,
+                      found.covered_share,
+                      found.relative_sd,
+                      found.rows_apart_px,
+                      ready.corrected};
       item->depth = std::make_shared<FrameDepth>(std::move(found.depth));
     } catch (const BadDataError& error) {
       throw BadDataError("frame " + std::to_string(item->selected.index) + ": " + error.what());

@@ -8,7 +8,7 @@
 
 #include "organbake/shading/beam_estimate.h"
 #include "organbake/shading/frame_source.h"
-#include "organbake/stereo/rectifier.h"
+#include "organbake/stereo/prepared_eyes.h"
 #include "stages/shared/clip_outputs.h"
 #include "stages/stereo/options.h"
 
@@ -17,7 +17,9 @@ namespace organbake {
 // What the report keeps of a pair of pictures besides.
 struct PairRecord {
   FrameRecord frame;
-  double matched_share = 0, filled_share = 0, relative_sd = 0, rows_apart_px = 0;
+  double matched_share = 0, filled_share = 0, covered_share = 0, relative_sd = 0;
+  double rows_apart_px = 0;
+  RowAlignment corrected;
 };
 
 struct StereoClipResult {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organbake/phantom/laparoscopy.h"
-#include "organbake/stereo/stereo_depth.h"
+#include "organbake/stereo/prepared_eyes.h"
 
 namespace organbake {
 
@@ -28,12 +28,9 @@ inline StereoRig rig_of(const LaparoscopyPhantom& phantom) {
 
 inline StereoDepth depth_of_pair(const Rectifier& rectifier, const Rgb8Image& left,
                                  const Rgb8Image& right, PreparedFrame* prepared = nullptr) {
-  const RectifiedEyes& eyes = rectifier.eyes();
-  const FrameOptions options{.piecewise_albedo = false};
-  const PreparedFrame a = prepare_frame(rectifier.left(left), eyes.camera, options);
-  const PreparedFrame b = prepare_frame(rectifier.right(right), eyes.right().intrinsics, options);
-  if (prepared) *prepared = a;
-  return stereo_depth(a, b, eyes, {});
+  const PreparedEyes ready = prepare_eyes(left, right, rectifier, {});
+  if (prepared) *prepared = ready.left;
+  return stereo_depth(ready.left, ready.right, rectifier.eyes(), {});
 }
 
 struct DepthErrors {

@@ -8,8 +8,8 @@ namespace organbake {
 
 struct StereoOptions {
   double nearest_mm = 20, farthest_mm = 400;  // of the tissue from the lens
-  // Gaps (highlights, what one eye alone sees) are closed where the surface around them is seen on
-  // most sides, within this share of the picture's width, and is smooth.
+  // Gaps (highlights, what one eye alone sees) that are no wider than this share of the picture's
+  // width are closed, where the surface around them is smooth.
   double reach = 0.02;
 
   void check() const;  // throws UsageError
@@ -18,8 +18,11 @@ struct StereoOptions {
 struct StereoDepth {
   FrameDepth depth;                            // of the left rectified picture, metric
   double matched_share = 0, filled_share = 0;  // of the tissue
-  double relative_sd = 0;                      // of the depth, median over what is matched
-  double rows_apart_px = 0;                    // up or down between the eyes, median
+  // Of the field of view, whatever the masks hide: that has a depth, matched or filled, of all that
+  // is lit enough to match or has one; that is lit enough.
+  double covered_share = 0, lit_share = 0;
+  double relative_sd = 0;    // of the depth, median over what is matched
+  double rows_apart_px = 0;  // up or down between the eyes, median
 };
 
 // Depth of what both eyes see. Confidence is 1 / (1 + (σ / 1 %)²) of the depth's relative standard
