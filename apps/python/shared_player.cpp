@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "organbake/core/error.h"
-#include "organbake/player/instrument_motion.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/organ_mesh.h"
 #include "organbake/player/skin_point.h"
@@ -27,7 +26,7 @@ void copy_layers(const PixelTruth& from, const LayerSet& layers, PixelTruth& to)
 
 SharedPlayer::SharedPlayer(const std::vector<std::filesystem::path>& bundles,
                            const DeformOptions& options, std::optional<DrawnLight> light)
-    : light_(light) {
+    : light_(light), time_step_s_(options.time_step_s) {
   options.check();
   player_ = std::make_unique<Player>(bundles, options);
   if (light && *light != DrawnLight::baked && !player_->can_relight())
@@ -43,6 +42,7 @@ Player& SharedPlayer::open() {
 StepReport SharedPlayer::step(const std::vector<Instrument>& instruments) {
   const std::lock_guard lock(mutex_);
   StepReport report = open().step(instruments);
+  time_s_ += time_step_s_;
   instruments_ = instruments;
   for (std::size_t i = 0; i < instruments_.size(); ++i)
     instruments_[i].position_mm = report.tip_position_mm[i];
@@ -67,6 +67,7 @@ void SharedPlayer::close() {
   const std::lock_guard lock(mutex_);
   batch_.reset();
   player_.reset();
+  tools_.reset();
   tracker_.reset();
   frame_ = {};
 }
@@ -83,7 +84,10 @@ DrawnPicture SharedPlayer::draw(const View& view, const LayerSet& layers, bool t
   DrawOptions options;
   options.light = light_.value_or(player.default_light());
   options.keep_bound = layers.any();
-  if (tools) options.solids = solids_of(instruments_, player.bundle());
+  if (tools) {
+    if (!tools_) tools_.emplace(player);
+    options.solids = tools_->solids(instruments_, view, time_s_);
+  }
   player.draw(view, options, frame_);
   player.load_ahead();  // the next views won't wait
   DrawnPicture picture;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "organbake/player/embedded_player.h"
+#include "organbake/player/held_tools.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/truth/batch_drawing.h"
@@ -61,6 +62,8 @@ class SharedPlayer {
   std::unique_ptr<Player> player_;
   std::optional<DrawnLight> light_;
   std::vector<Instrument> instruments_;  // of the last step, where they were held
+  double time_step_s_, time_s_ = 0;      // passed since it was loaded
+  std::optional<HeldTools> tools_;       // once they were drawn
   Frame frame_;
   std::optional<TruthTracker> tracker_;
   std::optional<BatchDrawing> batch_;  // once many were drawn

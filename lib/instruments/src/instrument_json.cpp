@@ -119,7 +119,7 @@ Json waypoint_json(const Waypoint& waypoint) {
 
 InstrumentPath instrument_from_json(const JsonField& field) {
   std::vector<std::string_view> keys = {"name",        "radius_mm", "mode", "axis_mm",
-                                        "opens_along", "shaft",     "path"};
+                                        "opens_along", "shaft",     "trocar_mm", "path"};
   each_number_of_any([&](const InstrumentKind&, const InstrumentNumber& number) {
     if (std::find(keys.begin(), keys.end(), number.name) == keys.end()) keys.push_back(number.name);
   });
@@ -144,6 +144,11 @@ InstrumentPath instrument_from_json(const JsonField& field) {
   read_numbers(field, instrument.kind);
   read_opening(field, instrument.kind);
   if (const auto shaft = field.find("shaft")) read.shaft = direction_from(*shaft);
+  if (const auto trocar = field.find("trocar_mm")) {
+    if (read.shaft) trocar->fail("stands beside shaft; a tool is held by the one or the other");
+    read.trocar_mm = trocar->vector3();
+    if (read.trocar_mm->norm() > kFar_mm) trocar->fail("lies more than a kilometre away");
+  }
   read.path = path_from(field["path"], instrument.is<Scissors>());
   return read;
 }
@@ -160,6 +165,7 @@ Json to_json(const InstrumentPath& instrument) {
   if (const Scissors* scissors = std::get_if<Scissors>(&tip.kind))
     json["opens_along"] = to_json(scissors->opening_mm);
   if (instrument.shaft) json["shaft"] = to_json(*instrument.shaft);
+  if (instrument.trocar_mm) json["trocar_mm"] = to_json(*instrument.trocar_mm);
   for (const Waypoint& waypoint : instrument.path) json["path"].push_back(waypoint_json(waypoint));
   return json;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "organbake/core/error.h"
-#include "organbake/player/instrument_motion.h"
+#include "organbake/player/held_tools.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/skin_point.h"
 
@@ -57,10 +57,12 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
   const Bundle& bundle = player.bundle();
   const Eigen::Vector3d front = poke_direction(bundle);
   std::vector<Rgb8Image> pictures;
-  const auto add = [&](const OrbitPose& pose, const std::vector<Solid>& solids) {
+  HeldTools held(player);
+  const auto add = [&](const OrbitPose& pose, const std::vector<Instrument>& tools) {
     context.throw_if_cancelled();
     DrawOptions options = drawing;
-    options.solids = solids;
+    options.solids =
+        held.solids(tools, orbit_view(bundle.cameras, pose, tile_width, tile_height), 0);
     pictures.push_back(picture(player, pose, tile_width, tile_height, options));
   };
   constexpr double kAside = 0.7;  // rad: sees the dent's profile and the tool's shaft
@@ -70,12 +72,12 @@ Rgb8Image contact_sheet(Player& player, int tile_width, int tile_height, const D
   for (const double share : {0.08, 0.16, 0.3}) {
     player.reset();
     const auto tip = hold_poke(player, front, share, radius);
-    add({kAside, 0.25}, solids_of({tip}, bundle));
+    add({kAside, 0.25}, {tip});
   }
   player.reset();
   for (const double azimuth : {-1.3, 1.3, 3.1416}) add({azimuth, 0.1}, {});
   const auto tip = hold_poke(player, front, 0.3, radius);
-  add({0, 0.35}, solids_of({tip}, bundle));
+  add({0, 0.35}, {tip});
   player.reset();
   return tile_pictures(pictures, 4, 6);
 }

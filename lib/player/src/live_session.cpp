@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "organbake/core/stopwatch.h"
-#include "organbake/player/instrument_motion.h"
 
 namespace organbake {
 namespace {
@@ -32,7 +31,8 @@ double smaller_side(const View& view) {
 LiveSession::LiveSession(Player& player, double time_step_s)
     : player_(&player),
       time_step_s_(time_step_s),
-      tool_radius_mm_(player.bundle().mechanics.instrument_radius_mm) {
+      tool_radius_mm_(player.bundle().mechanics.instrument_radius_mm),
+      tools_(player) {
   player.reset();
   view_ = orbit_view(player.bundle().cameras, pose_, 1, 1);
 }
@@ -97,10 +97,7 @@ void LiveSession::take_tool(const InstrumentKind& kind) {
   record.instrument = tool;
   if (Scissors* scissors = std::get_if<Scissors>(&record.instrument.kind)) {
     scissors->opening_mm = world_from_camera.col(0);
-    return;
   }
-  // A tool reaches into the picture from below, so that it does not hide what it touches.
-  record.shaft = world_from_camera * Eigen::Vector3d(0.3, 0.6, -0.74);
 }
 
 void LiveSession::drag(const Eigen::Vector2d& to_px) { pointer_px_ = to_px; }
@@ -170,6 +167,7 @@ void LiveSession::record_step() {
 
 PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions options) {
   PlayedFrame played;
+  const double time_s = double(steps_) * time_step_s_;  // at which the step begins
   if (holding_) {
     tips_.back().position_mm = tip_position_mm();
     if (tips_.back().is<Scissors>()) open_scissors();
@@ -183,7 +181,8 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   played.deform_ms = watch.lap();
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   options.keep_depth = true;
-  options.solids = solids_of(tips_, player_->bundle(), tool_record_);
+  options.solids = tools_.solids(tips_, view_, time_s);
+  if (holding_) tool_record_.back().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
   played.draw = player_->draw(view_, options, frame_);
   played.draw_ms = watch.lap();
   return played;

@@ -7,7 +7,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/stopwatch.h"
-#include "organbake/player/instrument_motion.h"
+#include "organbake/player/held_tools.h"
 #include "organbake/player/script_camera.h"
 
 namespace organbake {
@@ -97,6 +97,8 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
   const int width = script.width > 0 ? script.width : options.width;
   const int height = script.height > 0 ? script.height : options.height;
   const InstrumentMotion motion(script, player.bundle());
+  std::optional<ScriptTools> tools;
+  if (options.instruments) tools.emplace(script, motion, player);
   player.reset();
   std::vector<PlayedFrame> played;
   Frame picture;
@@ -113,7 +115,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
       instruments[i].position_mm = entry.step.tip_position_mm[i];  // tools hold each other off
     }
     DrawOptions draw = options.draw;
-    if (options.instruments) draw.solids = motion.solids(instruments);
+    if (tools) draw.solids = tools->solids(instruments, frame * script.time_step_s);
     watch.lap();
     entry.draw = player.draw(view, draw, picture);
     entry.draw_ms = watch.lap();

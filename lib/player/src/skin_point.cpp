@@ -4,27 +4,13 @@
 #include <Eigen/Geometry>
 #include <optional>
 
+#include "line_crossing.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/shell_map.h"
 
 namespace organbake {
 namespace {
-
-// How far along origin + t·direction the triangle lies, before (t > 0) or behind; nothing when it
-// is missed.
-std::optional<double> crossing(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
-                               const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                               const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a, ac = c - a, p = direction.cross(ac);
-  const double determinant = ab.dot(p);
-  if (determinant == 0) return std::nullopt;
-  const Eigen::Vector3d from_a = origin - a, q = from_a.cross(ab);
-  const double u = from_a.dot(p) / determinant, v = direction.dot(q) / determinant;
-  constexpr double kEdge = -1e-9;  // nothing slips between two triangles
-  if (u < kEdge || v < kEdge || u + v > 1 - kEdge) return std::nullopt;
-  return ac.dot(q) / determinant;
-}
 
 // How far from the organ's centre the skin lies along a unit direction, the farthest there is;
 // negative where all of it lies behind, as that of an open surface that is hollow may.
@@ -50,8 +36,8 @@ std::optional<double> distance_to_skin(const Bundle& bundle, const Eigen::Vector
     for (std::uint32_t i = 0; i < n; ++i) {
       for (std::uint32_t j = 0; i + j < n; ++j) {
         const Eigen::Vector3d a = node(i, j), b = node(i + 1, j), c = node(i, j + 1);
-        meet(crossing(center, d, a, b, c));
-        if (i + j + 1 < n) meet(crossing(center, d, b, node(i + 1, j + 1), c));
+        meet(line_crossing(center, d, a, b, c));
+        if (i + j + 1 < n) meet(line_crossing(center, d, b, node(i + 1, j + 1), c));
       }
     }
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "organbake/truth/flow.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,6 +44,22 @@ std::vector<int> partners(const std::vector<Solid>& from, const std::vector<Soli
   return found;
 }
 
+// Of a point of a solid, as its axis or its triangle moved; spin about an axis cannot be told.
+Eigen::Vector3d shift_of(const Eigen::Vector3d& point, const Solid& was, const Solid& is) {
+  const Eigen::Vector3d axis = was.to - was.from;
+  const double length2 = axis.squaredNorm();
+  if (was.corner && is.corner) {
+    Eigen::Matrix<double, 3, 2> sides;
+    sides << axis, *was.corner - was.from;
+    const Eigen::Vector2d b = sides.colPivHouseholderQr().solve(point - was.from);
+    return (1 - b.sum()) * (is.from - was.from) + b.x() * (is.to - was.to) +
+           b.y() * (*is.corner - *was.corner);
+  }
+  const double along =
+      length2 > 0 ? std::clamp((point - was.from).dot(axis) / length2, 0.0, 1.0) : 0;
+  return (1 - along) * (is.from - was.from) + along * (is.to - was.to);
+}
+
 class Mover {
  public:
   Mover(const PixelTruth& from, const Moment& then, const Moment& now)
@@ -59,12 +76,7 @@ class Mover {
     if (partners_[solid - 1] < 0) return std::nullopt;
     const Solid &was = then_.solids[solid - 1], &is = now_.solids[partners_[solid - 1]];
     const Eigen::Vector3d point = world_from_then_ * from_.point[pixel].cast<double>();
-    const Eigen::Vector3d axis = was.to - was.from;
-    const double length2 = axis.squaredNorm();
-    const double along =
-        length2 > 0 ? std::clamp((point - was.from).dot(axis) / length2, 0.0, 1.0) : 0;
-    const Eigen::Vector3d shift = (1 - along) * (is.from - was.from) + along * (is.to - was.to);
-    return (now_.view.camera.camera_from_world * (point + shift)).cast<float>();
+    return (now_.view.camera.camera_from_world * (point + shift_of(point, was, is))).cast<float>();
   }
 
  private:

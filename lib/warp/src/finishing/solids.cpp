@@ -21,23 +21,22 @@ using Eigen::Vector3d;
 struct Hit {
   double along = std::numeric_limits<double>::infinity();  // × ray; the ray has z = 1: depth
   Vector3d normal = Vector3d::Zero();
+  double most_facing = 1;  // the cosine to the eye that normals there reach, all round the axis
 };
 
-// A solid in the camera's frame, and what all rays ask of it.
-struct PlacedSolid {
+// A capsule in the camera's frame, and what all rays ask of it.
+struct PlacedCapsule {
   Vector3d from, to;
   double radius;
-  Eigen::Vector3f color;
   double length;
   Vector3d axis;                                        // of length 1; zero for a sphere
   Vector3d from_eye;                                    // of the eye, across the axis
   double from_clearance, to_clearance, side_clearance;  // squared distance to the eye − radius²
 
-  PlacedSolid(const Solid& solid, const RigidTransform& camera_from_world)
-      : from(camera_from_world * solid.from),
-        to(camera_from_world * solid.to),
-        radius(solid.radius_mm),
-        color(solid.color),
+  PlacedCapsule(const Vector3d& begin, const Vector3d& end, double radius_mm)
+      : from(begin),
+        to(end),
+        radius(radius_mm),
         length((to - from).norm()),
         axis(Vector3d::Zero()) {
     if (length > 0) axis = (to - from) / length;
@@ -45,6 +44,38 @@ struct PlacedSolid {
     from_clearance = from.squaredNorm() - radius * radius;
     to_clearance = to.squaredNorm() - radius * radius;
     side_clearance = from_eye.squaredNorm() - radius * radius;
+  }
+};
+
+// The flat sides of a rounded plate.
+struct PlacedPlate {
+  std::array<Vector3d, 3> corners;
+  Vector3d normal;                  // of length 1; zero where the triangle has no area
+  std::array<Vector3d, 3> inwards;  // across the edges that begin at the corners
+
+  explicit PlacedPlate(const std::array<Vector3d, 3>& at) : corners(at) {
+    normal = (at[1] - at[0]).cross(at[2] - at[0]).stableNormalized();
+    for (int k = 0; k < 3; ++k) inwards[k] = normal.cross(at[(k + 1) % 3] - at[k]);
+  }
+};
+
+// A solid in the camera's frame: a capsule, or the plate and the capsules round its edges.
+struct PlacedSolid {
+  std::vector<PlacedCapsule> capsules;
+  std::optional<PlacedPlate> plate;
+  Eigen::Vector3f color;
+  double reach;  // of all of it from the first capsule's axis
+
+  PlacedSolid(const Solid& solid, const RigidTransform& camera_from_world)
+      : color(solid.color), reach(solid.radius_mm) {
+    const Vector3d from = camera_from_world * solid.from, to = camera_from_world * solid.to;
+    capsules.emplace_back(from, to, solid.radius_mm);
+    if (!solid.corner) return;
+    const Vector3d corner = camera_from_world * *solid.corner;
+    capsules.emplace_back(to, corner, solid.radius_mm);
+    capsules.emplace_back(corner, from, solid.radius_mm);
+    plate.emplace(std::array{from, to, corner});
+    reach += std::min((corner - from).norm(), (corner - to).norm());
   }
 };
 
@@ -59,7 +90,7 @@ void hit_sphere(const Vector3d& d, const Vector3d& center, double clearance, dou
 }
 
 // The same with the side of a capsule.
-void hit_side(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+void hit_side(const Vector3d& d, const PlacedCapsule& solid, double near, Hit& hit) {
   const Vector3d& axis = solid.axis;
   const Vector3d across = d - axis * axis.dot(d);
   const double a = across.squaredNorm(), b = across.dot(solid.from_eye);
@@ -68,24 +99,47 @@ void hit_side(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit
   const double t = (-b - std::sqrt(discriminant)) / a;
   const double height = axis.dot(t * d - solid.from);
   if (t > near && t < hit.along && height >= 0 && height <= solid.length) {
-    hit = {t, (t * d - solid.from - axis * height) / solid.radius};
+    hit = {t, (t * d - solid.from - axis * height) / solid.radius, std::sqrt(a) / d.norm()};
   }
 }
 
-void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+void hit_capsule(const Vector3d& d, const PlacedCapsule& solid, double near, Hit& hit) {
   hit_sphere(d, solid.from, solid.from_clearance, solid.radius, near, hit);
   if (!(solid.length > 0)) return;
   hit_sphere(d, solid.to, solid.to_clearance, solid.radius, near, hit);
   hit_side(d, solid, near, hit);
 }
 
-// Brushed metal under a lamp at the eye: diffuse, a highlight, a darker rim.
+// The same with that of a plate's sides which faces the eye.
+void hit_plate(const Vector3d& d, const PlacedPlate& plate, double radius, double near, Hit& hit) {
+  const double facing = plate.normal.dot(d);
+  if (facing == 0) return;
+  const Vector3d outward = facing < 0 ? plate.normal : Vector3d(-plate.normal);
+  const double t = (outward.dot(plate.corners[0]) + radius) / outward.dot(d);
+  if (!(t > near && t < hit.along)) return;
+  for (int k = 0; k < 3; ++k)
+    if (plate.inwards[k].dot(t * d - plate.corners[k]) < 0) return;
+  hit = {t, outward};
+}
+
+void hit_solid(const Vector3d& d, const PlacedSolid& solid, double near, Hit& hit) {
+  for (const PlacedCapsule& capsule : solid.capsules) hit_capsule(d, capsule, near, hit);
+  if (solid.plate) hit_plate(d, *solid.plate, solid.capsules.front().radius, near, hit);
+}
+
+// Polished steel under a lamp at the eye: bands that fall off to the sides as metal's do, a bright
+// line along the middle of a rod, whichever way it leads, and a rim that mirrors what lies round
+// about.
 Eigen::Vector3f shade(const PlacedSolid& solid, const Hit& hit, const Vector3d& d) {
-  const float facing = static_cast<float>(std::max(0.0, -hit.normal.dot(d.normalized())));
-  const float lamp = 0.12f + 0.88f * facing;
-  const float squared = facing * facing, eighth = squared * squared * squared * squared;
-  const float highlight = 0.5f * eighth * (eighth * eighth) * (eighth * eighth);  // facing^40
-  return (solid.color * lamp + Eigen::Vector3f::Constant(highlight)).cwiseMin(1.0f);
+  const double cosine = std::max(0.0, -hit.normal.dot(d.normalized()));
+  const float facing = static_cast<float>(cosine);
+  const float middle = static_cast<float>(std::min(1.0, cosine / hit.most_facing));
+  const float squared = middle * middle, eighth = squared * squared * squared * squared;
+  const float aside = 1 - middle, rim = aside * aside * aside;
+  const float lamp = 0.06f + (0.35f + 0.55f * facing) * middle * squared + 0.35f * rim;
+  const float line = 0.6f * (eighth * eighth) * (eighth * eighth) * (0.3f + 0.7f * facing);
+  return (solid.color * lamp + std::sqrt(solid.color.mean()) * line * Eigen::Vector3f::Ones())
+      .cwiseMin(1.0f);
 }
 
 struct PixelHit {
@@ -138,8 +192,9 @@ using PieceEnds = std::array<Vector3d, kPieces + 1>;
 
 PieceEnds piece_ends(const PlacedSolid& solid) {
   PieceEnds ends;
+  const PlacedCapsule& along = solid.capsules.front();
   for (int i = 0; i <= kPieces; ++i)
-    ends[i] = solid.from + (double(i) / kPieces) * (solid.to - solid.from);
+    ends[i] = along.from + (double(i) / kPieces) * (along.to - along.from);
   return ends;
 }
 
@@ -195,10 +250,10 @@ std::vector<SolidBlock> solid_blocks(const std::vector<Solid>& solids, const Vie
   for (const PlacedSolid& solid : placed) {
     const PieceEnds ends = piece_ends(solid);
     const Pieces near =
-        pieces_beyond(ends, solid.radius, [&](const Vector3d& p) { return view.near_mm - p.z(); });
-    by_column.push_back(pieces_seen(ends, solid.radius, 0, k.fx, k.cx, k.width));
+        pieces_beyond(ends, solid.reach, [&](const Vector3d& p) { return view.near_mm - p.z(); });
+    by_column.push_back(pieces_seen(ends, solid.reach, 0, k.fx, k.cx, k.width));
     for (Pieces& pieces : by_column.back()) pieces &= ~near;
-    by_row.push_back(pieces_seen(ends, solid.radius, 1, k.fy, k.cy, k.height));
+    by_row.push_back(pieces_seen(ends, solid.reach, 1, k.fy, k.cy, k.height));
   }
   std::vector<SolidBlock> blocks;
   for (int y = 0; y < k.height; y += kBlock) {

@@ -28,8 +28,10 @@ struct InstrumentPath {
   Instrument instrument = {.radius_mm = 0};
   // Strictly later each; the tip is away before the first and after the last.
   std::vector<Waypoint> path = {};
-  // Where the shaft leads from the tip, any length; nothing = away from the organ's centre.
-  std::optional<Eigen::Vector3d> shaft = {};
+  // How the tool looks, which nothing that it does depends on: where its shaft leads at all times,
+  // any length, or the place of the world that it comes through and turns about. Neither: the
+  // player chooses such a place, once for the whole path.
+  std::optional<Eigen::Vector3d> shaft = {}, trocar_mm = {};
 
   // The instrument at a time: linear between waypoints, all of which must have their places of the
   // world; inactive before the first and after the last.

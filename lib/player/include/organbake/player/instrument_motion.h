@@ -5,15 +5,8 @@
 
 #include "organbake/bundle/bundle.h"
 #include "organbake/player/script.h"
-#include "organbake/warp/solids.h"
 
 namespace organbake {
-
-// The active instruments as a viewer sees them, each part with its instrument's number: a ball, a
-// capsule or the blades of scissors, and a thin shaft. Where no path of the same number gives the
-// shaft a direction, it leads away from the organ, that of scissors on from their pivot.
-std::vector<Solid> solids_of(const std::vector<Instrument>& instruments, const Bundle& bundle,
-                             const std::vector<InstrumentPath>& paths = {});
 
 // A script's instruments with every waypoint brought to world millimetres.
 class InstrumentMotion {
@@ -22,12 +15,9 @@ class InstrumentMotion {
   InstrumentMotion(const Script& script, const Bundle& bundle);
 
   std::vector<Instrument> at(double time_s) const;  // InstrumentPath::at() of each
-  std::vector<Solid> solids(const std::vector<Instrument>& instruments) const {
-    return solids_of(instruments, *bundle_, paths_);
-  }
+  const std::vector<InstrumentPath>& paths() const { return paths_; }
 
  private:
-  const Bundle* bundle_;
   std::vector<InstrumentPath> paths_;
 };
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "organbake/player/held_tools.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/script.h"
@@ -68,6 +69,7 @@ class LiveSession {
   OrbitPose pose_;
   View view_;  // of the last picture
   Frame frame_;
+  HeldTools tools_;
   std::vector<Instrument> tips_;  // one for each touch so far; the last may be active
   bool holding_ = false;
   Eigen::Vector2d touched_px_ = Eigen::Vector2d::Zero(), pointer_px_ = Eigen::Vector2d::Zero();

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/instruments/instrument.h"
+#include "organbake/warp/view.h"
+
+namespace organbake {
+
+// A tool at one moment of those that its trocar has to serve, and who looks at it then.
+struct ToolMoment {
+  Instrument tool;
+  View view;
+};
+
+// Finds the places through which tools come to organs, once for all moments of a tool.
+class TrocarChooser {
+ public:
+  // Of organs at rest; keeps nothing by reference. Throws BadDataError as Bundle::shell() does.
+  explicit TrocarChooser(const std::vector<const Bundle*>& organs);
+
+  // World mm. So far away that the tool's shaft turns by less than 30° between any two of the
+  // moments. Of the places round the tool the one from which the shaft stands on the skin rather
+  // than lies on it, is seen from its side, comes in from below or beside the picture, goes on from
+  // the tool's own axis, and meets neither the organ, nor the eye, nor other tools; where no place
+  // serves so well, the one that fails least. others_mm: shafts of other tools, from end to end.
+  using Shaft = std::array<Eigen::Vector3d, 2>;
+  Eigen::Vector3d choose(const std::vector<ToolMoment>& moments,
+                         const std::vector<Shaft>& others_mm = {}) const;
+
+ private:
+  struct Sight;
+  class Scene;
+
+  TriangleMesh skin_;  // of all organs
+  std::vector<Eigen::Vector3d> normals_;
+  double extent_mm_ = 0;
+};
+
+}  // namespace organbake

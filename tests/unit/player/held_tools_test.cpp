@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/held_tools.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numbers>
+
+#include "organ_to_play.h"
+#include "organbake/core/random.h"
+#include "organbake/player/play.h"
+#include "organbake/player/script_camera.h"
+#include "organbake/warp/solids.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kWidth = 320, kHeight = 240;
+
+// The organ of the tests as its formula has it, not as the player knows it.
+bool inside(const Vector3d& at_mm) {
+  const SyntheticOrgan& organ = organ_options().organ;
+  const Vector3d from_center = at_mm - organ.center;
+  constexpr double kLump_mm = 1;  // the skin that the player knows is smooth
+  return from_center.norm() < organ.radius(from_center.normalized()) - kLump_mm;
+}
+bool inside_between(const Vector3d& a, const Vector3d& b, double from = 0) {
+  constexpr int kTried = 60;
+  for (int i = 0; i <= kTried; ++i) {
+    const double share = from + (1 - from) * i / kTried;
+    if (inside(a + share * (b - a))) return true;
+  }
+  return false;
+}
+
+Vector3d any_direction(RandomStream& random) {
+  const double z = random.uniform(-1, 1), turn = random.uniform(0, 2 * std::numbers::pi);
+  return {std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z};
+}
+
+// Two tools of any kind go about the organ, which the eye goes round.
+Script any_script(std::uint64_t seed) {
+  RandomStream random(seed);
+  Script script;
+  script.name = "seed " + std::to_string(seed);
+  script.frames = 90;
+  for (const int frame : {0, 45, 89})
+    script.camera.push_back({frame,
+                             {.azimuth_rad = random.uniform(-0.6, 0.6),
+                              .elevation_rad = random.uniform(-0.4, 0.4),
+                              .distance = random.uniform(0.6, 1.2)}});
+  for (int tool = 0; tool < 2; ++tool) {
+    InstrumentPath& path = script.instruments.emplace_back();
+    path.name = "tool";
+    path.instrument.kind = instrument_kinds()[random.below(5)];
+    const bool blunt = path.instrument.is_blunt();
+    path.instrument.radius_mm = blunt ? random.uniform(2, 6) : random.uniform(0.4, 0.8);
+    // Half of the tips stay before the eye; the others go anywhere.
+    const Vector3d about = random.uniform(0, 1) < 0.5 ? Vector3d(0, -1, 0) : any_direction(random);
+    if (!blunt) path.instrument.axis_mm = random.uniform(20, 40) * about;
+    if (auto* scissors = std::get_if<Scissors>(&path.instrument.kind))
+      scissors->opening_mm = about.unitOrthogonal();
+    const std::size_t waypoints = 2 + random.below(4);
+    for (std::size_t w = 0; w < waypoints; ++w) {
+      Waypoint& waypoint = path.path.emplace_back();
+      waypoint.time_s = 0.1 + 1.3 * double(w) / double(waypoints - 1);
+      waypoint.direction = about + random.uniform(0, 0.6) * any_direction(random);
+      waypoint.depth_mm = random.uniform(-12, 10);
+      if (path.instrument.is<Scissors>()) waypoint.opening_mm = random.uniform(0, 15);
+    }
+  }
+  return script;
+}
+
+double degrees_between(const Vector3d& a, const Vector3d& b) {
+  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0)) * 180 /
+         std::numbers::pi;
+}
+
+// What was wrong with the tools of a script, in frames.
+struct Faults {
+  int frames = 0, no_parts = 0, turned = 0, in_tissue = 0, shaft_unseen = 0;
+
+  Faults& operator+=(const Faults& more) {
+    frames += more.frames, no_parts += more.no_parts, turned += more.turned;
+    in_tissue += more.in_tissue, shaft_unseen += more.shaft_unseen;
+    return *this;
+  }
+};
+
+// How far along the shaft the tissue may be that the tool enters or presses in: with an axis, none.
+double own_share(const Instrument& tool, const Solid& shaft) {
+  if (!tool.axis_mm.isZero(0)) return 0;
+  const Vector3d from_center = tool.position_mm - organ_options().organ.center;
+  const double below = organ_options().organ.radius(from_center.normalized()) - from_center.norm();
+  constexpr double kDimple = 3;  // times as wide as deep
+  const double own_mm = kDimple * std::max(0.0, below) + 2 * tool.radius_mm;
+  return std::min(1.0, own_mm / (shaft.to - shaft.from).norm());
+}
+
+// Whether a part of the shaft beyond the tip is seen in the picture, as far as the organ at rest
+// lets it be.
+bool shaft_seen(const Instrument& tool, const Solid& shaft, const View& view) {
+  const Vector3d eye = view.camera.center_world_mm();
+  const Eigen::Vector2d tip_px = project(view.camera, tool.position_mm);
+  const double radius_px = tool.radius_mm * view.camera.intrinsics.fx /
+                           (view.camera.camera_from_world * tool.position_mm).z();
+  for (double share = 0; share <= 1; share += 0.01) {
+    const Vector3d at = shaft.from + share * (shaft.to - shaft.from);
+    if (!((view.camera.camera_from_world * at).z() > view.near_mm)) continue;
+    const Eigen::Vector2d px = project(view.camera, at);
+    const bool in_picture = px.x() >= 0 && px.y() >= 0 && px.x() < kWidth && px.y() < kHeight;
+    if (in_picture && (px - tip_px).norm() > 1.5 * radius_px && !inside_between(at, eye))
+      return true;
+  }
+  return false;
+}
+
+bool tip_seen(const Instrument& tool, const View& view) {
+  const Eigen::Vector2d px = project(view.camera, tool.position_mm);
+  if (!(px.x() >= 0 && px.y() >= 0 && px.x() < kWidth && px.y() < kHeight)) return false;
+  const Vector3d eye = view.camera.center_world_mm();
+  return !inside_between(tool.position_mm + tool.radius_mm * (eye - tool.position_mm).normalized(),
+                         eye);
+}
+
+Faults faults_of(const Script& script, const Player& player) {
+  const InstrumentMotion motion(script, player.bundle());
+  const ScriptTools tools(script, motion, player);
+  Faults faults;
+  std::vector<std::optional<Vector3d>> before(script.instruments.size());
+  for (int frame = 0; frame < script.frames; ++frame) {
+    const double time_s = frame * script.time_step_s;
+    const std::vector<Instrument> instruments = motion.at(time_s);
+    const View view = view_at(script, frame, player.bundle().cameras, kWidth, kHeight);
+    const std::vector<Solid> solids = tools.solids(instruments, time_s);
+    for (std::size_t i = 0; i < instruments.size(); ++i) {
+      if (!instruments[i].active) continue;
+      ++faults.frames;
+      const auto shaft = std::find_if(solids.rbegin(), solids.rend(),
+                                      [&](const Solid& s) { return s.instrument == i; });
+      if (shaft == solids.rend() || std::next(shaft) == solids.rend()) {
+        ++faults.no_parts;
+        continue;
+      }
+      const Vector3d along = shaft->to - shaft->from;
+      faults.turned += before[i] && degrees_between(*before[i], along) > 30;
+      before[i] = along;
+      faults.in_tissue += inside_between(shaft->from, shaft->to, own_share(instruments[i], *shaft));
+      faults.shaft_unseen +=
+          tip_seen(instruments[i], view) && !shaft_seen(instruments[i], *shaft, view);
+    }
+  }
+  return faults;
+}
+
+TEST(ScriptTools, AreSeenTurnSlowlyAndMeetNoTissueInSeededScripts) {
+  const Player player(organ_to_play());
+  Faults all;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Faults faults = faults_of(any_script(seed), player);
+    if (faults.no_parts + faults.turned + faults.in_tissue + faults.shaft_unseen > 0)
+      std::printf("seed %d: %d frames: %d without parts, %d turned, %d in tissue, %d unseen\n",
+                  static_cast<int>(seed), faults.frames, faults.no_parts, faults.turned,
+                  faults.in_tissue, faults.shaft_unseen);
+    all += faults;
+  }
+  EXPECT_GT(all.frames, 20000);
+  EXPECT_EQ(all.no_parts, 0);
+  EXPECT_EQ(all.turned, 0);
+  EXPECT_EQ(all.in_tissue, 0);
+  EXPECT_EQ(all.shaft_unseen, 0);
+}
+
+TEST(ScriptTools, ComeThroughTheTrocarThatTheScriptGives) {
+  Script script = short_script(5);
+  const Player player(organ_to_play());
+  const Vector3d trocar(20, -180, -60);
+  script.instruments[0].trocar_mm = trocar;
+  const InstrumentMotion motion(script, player.bundle());
+  const ScriptTools tools(script, motion, player);
+  EXPECT_EQ(tools.trocar_mm(0), trocar);
+  const double time_s =
+      0.5 * (script.instruments[0].path.front().time_s + script.instruments[0].path.back().time_s);
+  const std::vector<Solid> solids = tools.solids(motion.at(time_s), time_s);
+  ASSERT_FALSE(solids.empty());
+  EXPECT_EQ(solids.back().to, trocar);
+}
+
+// Of the pixels in which the tool lies before the tissue each shows it.
+TEST(ScriptTools, AreCutByNoTissueBehindThemInPictures) {
+  Player player(organ_to_play());
+  for (const InstrumentKind& kind : {InstrumentKind(Ball{}), InstrumentKind(Grasper{}),
+                                     InstrumentKind(Needle{})}) {  // springs cannot be cut
+    Script script = short_script(3);
+    InstrumentPath& path = script.instruments[0];
+    path.instrument.kind = kind;
+    if (path.instrument.is<Needle>())
+      path.instrument.radius_mm = 1, path.instrument.axis_mm = Vector3d(0, -25, 0);
+    PlayOptions options;
+    options.width = kWidth, options.height = kHeight;
+    int drawn = 0;
+    options.watch = [&](const PlayedScene& scene) {
+      if (scene.solids.empty()) return;
+      Frame tissue;
+      player.draw(scene.view, {.keep_depth = true}, tissue);
+      std::atomic<int> before = 0, missing = 0;
+      trace_solids(scene.solids, scene.view, [&](int x, int y, const SolidSeen& seen) {
+        const std::size_t at = std::size_t(y) * kWidth + x;
+        if (!(seen.depth_mm < tissue.depth_mm[at])) return;
+        ++before;
+        missing += scene.picture.cover[at] != Cover::solid;
+      });
+      EXPECT_GT(before, 300) << mode_of(kind) << " in frame " << scene.frame;
+      EXPECT_EQ(missing, 0) << mode_of(kind) << " in frame " << scene.frame;
+      ++drawn;
+    };
+    play(player, script, options, {});
+    EXPECT_EQ(drawn, script.frames) << mode_of(kind);
+  }
+}
+
+}  // namespace
+}  // namespace organbake
