@@ -3,11 +3,12 @@
 
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "organbake/core/error.h"
-#include "organbake/player/instrument_motion.h"
+#include "organbake/player/held_tools.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
@@ -54,7 +55,10 @@ std::span<const Number> numbers_at(const Number* xyz, std::size_t points) {
 struct EmbeddedPlayer::Impl {
   Player player;
   std::optional<DrawnLight> light;
-  Frame frame;
+  double time_step_s;
+  double time_s = 0;                    // of all steps
+  std::optional<HeldTools> tools = {};  // once some were drawn
+  Frame frame = {};
 };
 
 EmbeddedPlayer::EmbeddedPlayer(const std::string& bundle_folder, double time_step_s)
@@ -66,14 +70,14 @@ EmbeddedPlayer::EmbeddedPlayer(const std::vector<std::string>& bundle_folders,
     : impl_(new Impl{
           Player(std::vector<std::filesystem::path>(bundle_folders.begin(), bundle_folders.end()),
                  options_for(options)),
-          light_for(options.light),
-          {}}) {}
+          light_for(options.light), options.time_step_s}) {}
 EmbeddedPlayer::~EmbeddedPlayer() = default;
 EmbeddedPlayer::EmbeddedPlayer(EmbeddedPlayer&&) noexcept = default;
 EmbeddedPlayer& EmbeddedPlayer::operator=(EmbeddedPlayer&&) noexcept = default;
 
 EmbeddedPlayer::StepResult EmbeddedPlayer::step(const std::vector<Tip>& tips) {
   const StepReport report = impl_->player.step(instruments_from(tips));
+  impl_->time_s += impl_->time_step_s;
   StepResult result{{}, report.penetration_mm, report.recovered};
   result.force_n = points_of(report.tip_force_n);
   return result;
@@ -138,7 +142,10 @@ void EmbeddedPlayer::draw(const Camera& camera, const std::vector<Tip>& tools, s
   options.light = impl_->light.value_or(impl_->player.default_light());
   const std::vector<Instrument> instruments = instruments_from(tools);
   check_instruments(instruments);
-  options.solids = solids_of(instruments, impl_->player.bundle());
+  if (!tools.empty()) {
+    if (!impl_->tools) impl_->tools.emplace(impl_->player);
+    options.solids = impl_->tools->solids(instruments, view, impl_->time_s);
+  }
   impl_->player.draw(view, options, impl_->frame);
   impl_->player.load_ahead();  // the first frame doesn't wait for it, the next views won't either
   for (int y = 0; y < camera.height; ++y)
