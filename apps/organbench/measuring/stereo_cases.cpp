@@ -232,6 +232,7 @@ StereoCases::Outcome StereoCases::outcome(const std::string& kind, double streng
   outcome.verdict = found.depth.quality.verdict;
   outcome.reason = found.depth.quality.reason;
   outcome.corrected = ready.corrected;
+  outcome.uneven = found.rows_uneven_px;
   std::vector<float> errors;
   double tissue = 0, masked = 0, common = 0, any = 0;
   for (std::size_t k = 0; k < left_.depth_mm.size(); ++k) {

@@ -27,6 +27,7 @@ class StereoCases {
     double covered = 0;         // share of the true tissue
     double masked = 0;          // share of the true tissue that is taken for instruments
     double instrument_iou = 1;  // of the mask of instruments, inside the field of view
+    double uneven = 0;          // rows, px
     RowAlignment corrected;
     // Of what a person who knew the truth would say.
     bool right() const { return error <= 0.02 && covered >= 0.6; }

@@ -66,15 +66,36 @@ cv::Mat common_slopes(const cv::Mat& a, const cv::Mat& b, Along along) {
   return slopes(0.5 * (a + b), along);
 }
 
-double median_rows_apart(const cv::Mat& pull, const cv::Mat& stiffness, const cv::Mat& share) {
+// How far up or down the windows of a part of the picture would have to move; nothing where too few
+// of them tell it.
+std::vector<float> rows_apart(const cv::Mat& pull, const cv::Mat& stiffness, const cv::Mat& share,
+                              const cv::Rect& part) {
   std::vector<float> shifts;
   constexpr int kEvery = 4;
   constexpr float kStiff = 0.02F;
-  for (int y = 0; y < pull.rows; y += kEvery)
-    for (int x = 0; x < pull.cols; x += kEvery)
+  for (int y = part.y; y < part.y + part.height; y += kEvery)
+    for (int x = part.x; x < part.x + part.width; x += kEvery)
       if (share.at<float>(y, x) > kLeastCounting && stiffness.at<float>(y, x) > kStiff)
         shifts.push_back(pull.at<float>(y, x) / stiffness.at<float>(y, x));
-  return shifts.empty() ? 0 : median(std::move(shifts));
+  return shifts;
+}
+
+double rows_uneven(const cv::Mat& pull, const cv::Mat& stiffness, const cv::Mat& share) {
+  constexpr int kParts = 8;
+  constexpr std::size_t kEnough = 25;
+  constexpr double kMost = 0.8;  // of the parts
+  std::vector<double> off;
+  const int width = pull.cols / kParts, height = pull.rows / kParts;
+  for (int j = 0; j < kParts; ++j)
+    for (int i = 0; i < kParts; ++i) {
+      std::vector<float> shifts =
+          rows_apart(pull, stiffness, share, {i * width, j * height, width, height});
+      if (shifts.size() >= kEnough) off.push_back(std::abs(median(std::move(shifts))));
+    }
+  if (off.empty()) return 0;
+  const auto at = off.begin() + static_cast<std::ptrdiff_t>(kMost * double(off.size() - 1));
+  std::nth_element(off.begin(), at, off.end());
+  return *at;
 }
 
 constexpr float kLeastSd_px = 0.03F;  // what is finer is not noise but the model
@@ -142,9 +163,11 @@ Agreement judge_disparity(const EyeImage& left, const EyeImage& right, const Mat
       agreement.sd_px.at(x, y) = static_cast<float>(
           std::sqrt(variance / (pixels * (stiffness.at<float>(y, x) + kDamping))));
     }
-  agreement.rows_apart_px =
-      median_rows_apart(tent_mean(w_difference.mul(down), radius),
-                        tent_mean(laid.weight.mul(down).mul(down), radius), share);
+  const cv::Mat pull = tent_mean(w_difference.mul(down), radius);
+  const cv::Mat stiff_down = tent_mean(laid.weight.mul(down).mul(down), radius);
+  std::vector<float> shifts = rows_apart(pull, stiff_down, share, {0, 0, width, height});
+  if (!shifts.empty()) agreement.rows_apart_px = median(std::move(shifts));
+  agreement.rows_uneven_px = rows_uneven(pull, stiff_down, share);
   return agreement;
 }
 

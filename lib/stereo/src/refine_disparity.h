@@ -12,6 +12,9 @@ struct Agreement {
   // Median of how far up or down the patterns would have to move to fit better, px: about 0 when
   // the calibration is that of these pictures.
   double rows_apart_px = 0;
+  // The same by parts of the picture, as most parts have it: a lens that is not the calibration's
+  // moves them each another way.
+  double rows_uneven_px = 0;
 };
 
 struct MatchWindow {

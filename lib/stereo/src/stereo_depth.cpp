@@ -122,6 +122,8 @@ Mask lit_enough(const PreparedFrame& frame) {
 // Chosen by the study of organbench's suite `stereo`.
 constexpr double kLeastCovered = 0.25, kMostlyCovered = 0.5, kLeastLit = 0.4;
 constexpr double kRowsApart_px = 1.0, kUnsure = 0.03;
+// Of the width; finer is the matching's own error, coarser than the most its windows do not follow.
+constexpr double kRowsUneven = 0.001, kLeastUneven_px = 0.42, kMostUneven_px = 0.75;
 constexpr double kLeastSeen = 0.02;  // of the frame
 
 std::string as_percent(double share) { return to_text(100 * share, 1) + " %"; }
@@ -149,6 +151,12 @@ DepthQuality judge_stereo(const StereoDepth& result, const PreparedFrame& left) 
                   "the rows of the eyes are " + to_text(result.rows_apart_px, 1) +
                       " px apart: the calibration is not that of these pictures, or they were not "
                       "taken at the same time");
+  if (result.rows_uneven_px >
+      std::clamp(kRowsUneven * left.color.width, kLeastUneven_px, kMostUneven_px))
+    return judged(DepthVerdict::doubtful,
+                  "parts of the pictures lie " + to_text(result.rows_uneven_px, 1) +
+                      " px above or below their rows, each otherwise: the calibration's lenses are "
+                      "not those of these pictures, or the scene has moved between them");
   if (result.covered_share < kMostlyCovered) return judged(DepthVerdict::doubtful, covered);
   if (result.lit_share < kLeastLit)
     return judged(DepthVerdict::doubtful, "only " + as_percent(result.lit_share) +
@@ -201,6 +209,7 @@ StereoDepth stereo_depth(const PreparedFrame& left, const PreparedFrame& right,
   const Mask filled = close_gaps(left.tissue, options.reach * left.tissue.width, disparity);
   result.filled_share = share_of(filled, left.tissue);
   result.rows_apart_px = agreement.rows_apart_px;
+  result.rows_uneven_px = agreement.rows_uneven_px;
   Mask inside = disparity.known;
   for (std::size_t k = 0; k < inside.size(); ++k) inside.values[k] |= filled.values[k];
   set_depth(disparity.px, inside, left, eyes, result.depth);

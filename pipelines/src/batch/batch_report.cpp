@@ -18,9 +18,12 @@ struct KeyFigure {
   const char *stage, *figure;
 };
 constexpr KeyFigure kKeyFigures[] = {
-    {"isosurface", "volume_ml"}, {"shade", "frames_shaded"},  {"shade", "surface_frame"},
-    {"motion", "frames_posed"},  {"motion", "mean_error_px"}, {"decimate", "faces"},
-    {"decimate", "rms_mm"},      {"decimate", "max_mm"},      {"decimate", "volume_change"}};
+    {"isosurface", "volume_ml"},   {"shade", "frames_shaded"},   {"shade", "surface_frame"},
+    {"shade", "frames_ok"},        {"shade", "frames_doubtful"}, {"shade", "frames_failed"},
+    {"stereo", "frames_matched"},  {"stereo", "surface_frame"},  {"stereo", "frames_ok"},
+    {"stereo", "frames_doubtful"}, {"stereo", "frames_failed"},  {"motion", "frames_read"},
+    {"motion", "frames_posed"},    {"motion", "mean_error_px"},  {"decimate", "faces"},
+    {"decimate", "rms_mm"},        {"decimate", "max_mm"},       {"decimate", "volume_change"}};
 
 std::string key_of(const KeyFigure& figure) {
   return std::string(figure.stage) + "." + figure.figure;

@@ -13,6 +13,7 @@
 #include "organbake/motion/usable_pixels.h"
 #include "organbake/motion/view_choice.h"
 #include "organbake/shading/frame_preparation.h"
+#include "organbake/shading/prepared_frame.h"
 #include "stages/shared/clip_source.h"
 
 namespace organbake {
@@ -99,13 +100,24 @@ class Following {
     context_.throw_if_cancelled();
     auto item = std::make_shared<Work>();
     try {
-      if (source_.next(item->frame.picture)) return item;
+      if (source_.next(item->frame.picture)) {
+        if (frames_taken_++ == 0) refuse_two_eyes(item->frame.picture.color);
+        return item;
+      }
     } catch (const BadDataError& error) {
       if (clip_.names.empty()) throw;
       clip_.damage = error.what();
     }
     flow.stop();
     return nullptr;
+  }
+
+  static void refuse_two_eyes(const Rgb8Image& first) {
+    if (find_stereo_layout(first) == StereoLayout::none) return;
+    throw BadDataError(
+        "the clip's first frame holds two like pictures, as of a stereo endoscope: no one lens has "
+        "seen it. Give it with its calibration to stereo (a recipe's inputs left and calibration), "
+        "or cut one eye out");
   }
 
   static Item prepare(Item item) {
@@ -129,6 +141,7 @@ class Following {
   }
 
   ShadeSource source_;
+  std::size_t frames_taken_ = 0;
   FeatureTracker tracker_;
   LikelyViews views_;
   UsablePixels usable_;

@@ -174,18 +174,26 @@ void report_frames(const std::vector<FrameRecord>& records, StageReport& report)
 void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
                          const RunContext& context) {
   constexpr double kMuch = 0.2, kNearlyAll = 0.6;
-  std::vector<double> shares;
-  for (const FrameRecord& record : records) shares.push_back(record.instrument_share);
-  const double usual = median(std::move(shares));
-  if (usual <= kMuch) return;
-  const std::string percent = to_text(100 * usual, 0) + " % of the picture";
+  std::vector<double> of_picture, of_field, highlights;
+  for (const FrameRecord& record : records) {
+    const double field = std::max(1e-9, 1 - record.outside_share);
+    of_picture.push_back(record.instrument_share);
+    of_field.push_back((record.instrument_share + record.highlight_share) / field);
+    highlights.push_back(record.highlight_share / field);
+  }
+  const double hidden = median(std::move(of_picture)), masked = median(std::move(of_field));
+  const auto percent = [](double share) { return to_text(100 * share, 0) + " %"; };
   if (given) {
-    context.warn("the mask of instruments hides " + percent +
-                 (usual > kNearlyAll ? ": is it inverted? It must be black where tissue is" : ""));
-  } else {
-    context.warn(percent +
-                 " is taken for instruments, and no depth is made there; where that is tissue, "
-                 "give a mask (shade's --instruments), or take --no-masks");
+    if (hidden > kMuch)
+      context.warn(
+          "the mask of instruments hides " + percent(hidden) + " of the picture" +
+          (hidden > kNearlyAll ? ": is it inverted? It must be black where tissue is" : ""));
+  } else if (masked > kMuch) {
+    context.warn(percent(masked) +
+                 " of the field of view is masked as instruments or highlights (" +
+                 percent(median(std::move(highlights))) +
+                 " as highlights), where nothing is measured; where that is tissue, give a mask of "
+                 "the instruments (shade's --instruments), or take --no-masks");
   }
 }
 

@@ -54,7 +54,7 @@ struct WrittenFrame {
 void write_frame(const std::filesystem::path& folder, const WrittenFrame& written,
                  const PreparedFrame& frame, const FrameDepth& depth);
 
-// Says where instruments hide much of the frames: a mask that was given may be inverted.
+// Says where masks hide more than a fifth of the field of view: one that was given may be inverted.
 void warn_of_instruments(const std::vector<FrameRecord>& records, bool given,
                          const RunContext& context);
 

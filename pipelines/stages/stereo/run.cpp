@@ -137,12 +137,30 @@ Rgb8Image surface_color(const KeyFrame& key, const BeamEstimate& beam,
   return write_albedo(call.output_folder, key.frame, smooth, learned_lamp(beam, report), 1, report);
 }
 
+// The surface that the bundle is made of; what of the depth it leaves out is said.
+TriangleMesh largest_piece(const KeyFrame& key, const Rgb8Image& color, DepthMeshOptions options,
+                           const RunContext& context) {
+  const auto meshed = [&](bool largest_only) {
+    options.largest_only = largest_only;
+    return mesh_from_depth(key.depth->depth, color, key.frame.camera, options);
+  };
+  TriangleMesh mesh = meshed(true);
+  const auto all = static_cast<double>(meshed(false).faces.size());
+  const double left_out = 1 - static_cast<double>(mesh.faces.size()) / all;
+  constexpr double kTold = 0.02;
+  if (left_out > kTold)
+    context.warn("surface.ply is the largest piece of the depth; " + to_text(100 * left_out, 0) +
+                 " % of it lies in other pieces, before or behind, and is left out (a larger "
+                 "--tear joins what is no farther apart; depth/ has all of it)");
+  return mesh;
+}
+
 TriangleMesh mesh_of(const KeyFrame& key, const BeamEstimate& beam,
                      const StereoStageOptions& options, const StageCall& call,
                      StageReport& report) {
   try {
     const Rgb8Image color = surface_color(key, beam, options, call, report);
-    return mesh_from_depth(key.depth->depth, color, key.frame.camera, options.mesh);
+    return largest_piece(key, color, options.mesh, call.context);
   } catch (const BadDataError& error) {
     const std::string& reason = key.record.quality.reason;
     throw BadDataError("the eyes' pictures give no surface: " +

@@ -21,8 +21,8 @@ struct StereoDepth {
   // Of the field of view, whatever the masks hide: that has a depth, matched or filled, of all that
   // is lit enough to match or has one; that is lit enough.
   double covered_share = 0, lit_share = 0;
-  double relative_sd = 0;    // of the depth, median over what is matched
-  double rows_apart_px = 0;  // up or down between the eyes, median
+  double relative_sd = 0;                        // of the depth, median over what is matched
+  double rows_apart_px = 0, rows_uneven_px = 0;  // up or down between the eyes, median
 };
 
 // Depth of what both eyes see. Confidence is 1 / (1 + (σ / 1 %)²) of the depth's relative standard
