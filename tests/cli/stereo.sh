@@ -48,6 +48,8 @@ open("metres.yml", "w").write(yaml([-0.0045, 0, 0]))
 right["cy"] += 1.6
 open("rows_apart.yml", "w").write(yaml([-4.5, 0, 0]))
 right["cy"] -= 1.6
+bent = yaml([-4.5, 0, 0]).replace(matrix("D2", 1, 5, [0] * 5), matrix("D2", 1, 5, [0.3] + [0] * 4))
+open("bent.yml", "w").write(bent)
 os.mkdir("rows")
 for eye, c in ("left", left), ("right", right):
     v = k(c)
@@ -86,13 +88,26 @@ expect 65 organbake stereo p/frames shorter --calibration k.yml -o kept
 expect_err "has ended"
 expect_equal "$(figure frames_matched kept/report.json)" 1
 
-# Pictures that do not belong together are not ok, nor are rows apart, and --strict says so.
+# Pictures that do not belong together are not ok, nor is a lens that is another, and --strict says
+# so. Rows that are apart are brought together, and that is said.
 expect 3 organbake stereo p/frames/000000.png p/frames/000000.png --calibration k.yml --strict -o odd
 expect_err "found again by the other eye"
-expect 3 organbake stereo p/frames/000000.png p/right/000000.png --calibration rows_apart.yml --strict \
-  -o apart
+expect 3 organbake stereo p/frames/000000.png p/right/000000.png --calibration bent.yml --strict -o bent
 expect_err "the frame's depth is"
+expect 0 organbake stereo p/frames/000000.png p/right/000000.png --calibration rows_apart.yml --strict \
+  -o apart
 expect_err "px apart"
+awk "BEGIN { exit !($(figure frame_rows_corrected_px apart/report.json | tr -d '[]') < -1.4) }" ||
+  fail "the rows are not brought together"
+
+# A wider --reach fills more.
+share() { figure frame_filled_share "$1/report.json" | tr -d '[]'; }
+for reach in 0 0.02 0.1; do
+  expect 0 organbake stereo p/frames/000000.png p/right/000000.png --calibration k.yml --reach $reach \
+    -o reach_$reach
+done
+awk "BEGIN { exit !($(share reach_0) == 0 && $(share reach_0.02) > 0 && $(share reach_0.1) > $(share reach_0.02)) }" ||
+  fail "a wider reach does not fill more"
 
 # A pair to a bundle.
 cat >r.yaml <<END
