@@ -36,6 +36,20 @@ SmoothSkin skin_of_itself(std::size_t vertices) {
   return skin;
 }
 
+std::vector<LipGape::Wall> ways_down(const CutWalls& walls) {
+  std::map<std::uint32_t, double> deepest_mm;  // by lip
+  for (const CutWalls::Vertex& v : walls.vertices) {
+    double& deepest = deepest_mm[v.lip];
+    deepest = std::max(deepest, v.depth_mm);
+  }
+  std::vector<LipGape::Wall> ways;
+  for (const CutWalls::Vertex& v : walls.vertices) {
+    const double deepest = deepest_mm[v.lip];
+    ways.push_back({v.lip, deepest > 0 ? v.depth_mm / deepest : 0});
+  }
+  return ways;
+}
+
 }  // namespace
 
 CutOrgan::CutOrgan(const Bundle& bundle)
@@ -108,6 +122,7 @@ void CutOrgan::remake(const CutSheet& sheet) {
   remake_face_parts(skin);
   remake_body(places);
   remake_base(skin, walls);
+  gape_ = LipGape(skin, ways_down(walls));
 }
 
 // A face that was neither halved nor cut is itself, and is not told.

@@ -176,11 +176,17 @@ void Player::take_positions() {
   }
 }
 
+std::vector<Eigen::Vector3d> Player::Organ::drawn_positions() const {
+  std::vector<Eigen::Vector3d> drawn = positions;
+  if (cut_warper) cutting->gape().open(drawn);
+  return drawn;
+}
+
 DrawReport Player::draw(const View& view, const DrawOptions& options, Frame& frame) {
   if (organs_.size() > 1) return draw_organs(view, options, frame);
   Organ& organ = organs_.front();
   if (options.method == WarpMethod::bound) {
-    return organ.shown().draw(organ.positions, view, options, frame);
+    return organ.shown().draw(organ.drawn_positions(), view, options, frame);
   }
   if (organ.cut_warper) throw UsageError("the paper's own warp draws no cuts");
   if (!paper_) paper_ = std::make_unique<PaperWarp>(organ.bundle);
@@ -192,8 +198,11 @@ DrawReport Player::draw_organs(const View& view, const DrawOptions& options, Fra
     throw UsageError("the paper's own warp draws one organ alone");
   }
   std::vector<JointDrawing::Organ> drawn;
-  for (Organ& organ : organs_)
-    drawn.push_back({organ.shown(), organ.positions, organ.bundle.proxy, organ.bundle.lighting});
+  std::vector<std::vector<Eigen::Vector3d>> positions;
+  for (const Organ& organ : organs_) positions.push_back(organ.drawn_positions());
+  for (std::size_t o = 0; o < organs_.size(); ++o)
+    drawn.push_back(
+        {organs_[o].shown(), positions[o], organs_[o].bundle.proxy, organs_[o].bundle.lighting});
   return joint_drawing_.draw(drawn, view, options, frame);
 }
 

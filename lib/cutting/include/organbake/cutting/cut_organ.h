@@ -10,6 +10,7 @@
 #include "organbake/cutting/cut_body.h"
 #include "organbake/cutting/cut_skin.h"
 #include "organbake/cutting/fine_skin.h"
+#include "organbake/cutting/lip_gape.h"
 #include "organbake/cutting/skin_inside.h"
 
 namespace organbake {
@@ -53,6 +54,9 @@ class CutOrgan {
   using FaceParts = std::map<std::uint32_t, std::vector<FacePart>>;
   const FaceParts& face_parts() const { return face_parts_; }
 
+  // Of now()'s proxy, when it is drawn.
+  const LipGape& gape() const { return gape_; }
+
   const CutBody& body() const { return body_; }
   const SkinInside& inside() const { return inside_; }
   const TriangleMesh& uncut_skin() const { return skin_; }
@@ -75,6 +79,7 @@ class CutOrgan {
   std::size_t taken_ = 0;  // triangles of the sheet
   Bundle now_;
   FaceParts face_parts_;
+  LipGape gape_;
   bool cut_ = false;
 };
 

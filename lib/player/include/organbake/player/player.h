@@ -125,6 +125,8 @@ class Player {
 
     Warper& shown() { return cut_warper ? *cut_warper : warper; }
     const Warper& shown() const { return cut_warper ? *cut_warper : warper; }
+    // As they are drawn: lips of cuts gape.
+    std::vector<Eigen::Vector3d> drawn_positions() const;
     const Bundle& now() const { return cut_warper ? cutting->now() : bundle; }
   };
   Player(std::vector<Organ> organs, const DeformOptions& options);
