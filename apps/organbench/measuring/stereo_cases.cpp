@@ -13,7 +13,7 @@
 namespace organbake {
 namespace {
 
-struct Eyes {
+struct SpoiltPair {
   Rgb8Image left, right;
 };
 
@@ -28,8 +28,8 @@ double sampled(const Rgb8Image& image, double x, double y, int channel) {
 }
 
 // Every channel of every pixel anew; what is black round the field of view stays so.
-using Change = std::function<double(double value, double grey, double radius)>;
-Rgb8Image changed(Rgb8Image image, const Change& change) {
+using LevelChange = std::function<double(double value, double grey, double radius)>;
+Rgb8Image changed(Rgb8Image image, const LevelChange& change) {
   const double half = 0.5 * std::hypot(image.width, image.height);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {
@@ -104,15 +104,15 @@ Rgb8Image distorted(const Rgb8Image& image, double k1) {
   });
 }
 
-using Spoil = std::function<Eyes(const Eyes&, double strength, std::uint64_t seed)>;
+using Spoil = std::function<SpoiltPair(const SpoiltPair&, double strength, std::uint64_t seed)>;
 Spoil both(const std::function<Rgb8Image(const Rgb8Image&, double)>& spoil) {
-  return [spoil](const Eyes& eyes, double s, std::uint64_t) {
-    return Eyes{spoil(eyes.left, s), spoil(eyes.right, s)};
+  return [spoil](const SpoiltPair& eyes, double s, std::uint64_t) {
+    return SpoiltPair{spoil(eyes.left, s), spoil(eyes.right, s)};
   };
 }
 Spoil right_only(const std::function<Rgb8Image(const Rgb8Image&, double)>& spoil) {
-  return [spoil](const Eyes& eyes, double s, std::uint64_t) {
-    return Eyes{eyes.left, spoil(eyes.right, s)};
+  return [spoil](const SpoiltPair& eyes, double s, std::uint64_t) {
+    return SpoiltPair{eyes.left, spoil(eyes.right, s)};
   };
 }
 
@@ -121,8 +121,8 @@ const std::map<std::string, Spoil>& spoils() {
   static const std::map<std::string, Spoil> all = {
       {"clean", both([](const Rgb8Image& p, double) { return p; })},
       {"noise",
-       [](const Eyes& eyes, double s, std::uint64_t seed) {
-         return Eyes{noisy(eyes.left, 40 * s, seed), noisy(eyes.right, 40 * s, seed + 1)};
+       [](const SpoiltPair& eyes, double s, std::uint64_t seed) {
+         return SpoiltPair{noisy(eyes.left, 40 * s, seed), noisy(eyes.right, 40 * s, seed + 1)};
        }},
       {"blurred", both([](const Rgb8Image& p, double s) { return blurred(p, 5 * s); })},
       {"one eye blurred",
@@ -148,21 +148,22 @@ const std::map<std::string, Spoil>& spoils() {
          return changed(p, [s](double v, double, double) { return v * (1 - 0.95 * s); });
        })},
       {"dark",
-       [](const Eyes& eyes, double s, std::uint64_t seed) {
+       [](const SpoiltPair& eyes, double s, std::uint64_t seed) {
          const auto dimmed = [s](const Rgb8Image& p) {
            return changed(p, [s](double v, double, double) { return v * (1 - 0.95 * s); });
          };
-         return Eyes{noisy(dimmed(eyes.left), 2, seed), noisy(dimmed(eyes.right), 2, seed + 1)};
+         return SpoiltPair{noisy(dimmed(eyes.left), 2, seed),
+                           noisy(dimmed(eyes.right), 2, seed + 1)};
        }},
-      {"swapped", [](const Eyes& eyes, double, std::uint64_t) {
-         return Eyes{eyes.right, eyes.left};
+      {"swapped", [](const SpoiltPair& eyes, double, std::uint64_t) {
+         return SpoiltPair{eyes.right, eyes.left};
        }}};
   return all;
 }
 
 double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
-LaparoscopyOptions scene_of(std::uint64_t seed, int width, int height, bool instrument) {
+LaparoscopyOptions stereo_scene_of(std::uint64_t seed, int width, int height, bool instrument) {
   RandomStream random(seed, 5);
   return {.seed = seed,
           .width = width,
@@ -187,9 +188,10 @@ LaparoscopyOptions without_texture(LaparoscopyOptions options) {
 }  // namespace
 
 StereoCases::StereoCases(std::uint64_t seed, int width, int height, bool instrument)
-    : StereoCases(LaparoscopyPhantom(scene_of(seed, width, height, instrument)),
-                  LaparoscopyPhantom(without_texture(scene_of(seed, width, height, instrument))),
-                  seed) {}
+    : StereoCases(
+          LaparoscopyPhantom(stereo_scene_of(seed, width, height, instrument)),
+          LaparoscopyPhantom(without_texture(stereo_scene_of(seed, width, height, instrument))),
+          seed) {}
 
 StereoCases::StereoCases(const LaparoscopyPhantom& phantom, const LaparoscopyPhantom& textureless,
                          std::uint64_t seed)
@@ -212,7 +214,7 @@ const std::vector<std::string>& StereoCases::kinds() {
 }
 
 StereoCases::Outcome StereoCases::outcome(const std::string& kind, double strength) const {
-  Eyes eyes{left_.image, right_.image};
+  SpoiltPair eyes{left_.image, right_.image};
   if (kind == "another time")
     eyes.right = later_.image;
   else if (kind == "another scene")

@@ -36,13 +36,29 @@ Disparity seen_by_right(const Disparity& left) {
   return right;
 }
 
-// Whether a region of the coarse picture lies on the surface around it, as far as that is seen.
-bool on_the_surface(const Mask& region, const Disparity& disparity) {
+// How much the pattern changes along the rows, which is what disparities are told by.
+double change_along_rows(const Plane& pattern, const Mask& where) {
+  double sum = 0, count = 0;
+  for (int y = 0; y < pattern.height; ++y)
+    for (int x = 1; x + 1 < pattern.width; ++x) {
+      if (!where.at(x, y)) continue;
+      sum += std::pow(double(pattern.at(x + 1, y)) - pattern.at(x - 1, y), 2);
+      ++count;
+    }
+  return sum / std::max(1.0, count);
+}
+
+// Whether a region of the coarse picture lies on the surface around it, as far as that is seen: a
+// shaft along the rows shows nothing to match, and takes on its surroundings' disparities.
+bool on_the_surface(const Mask& region, const Plane& pattern, const Disparity& disparity) {
+  constexpr double kAsUneven = 0.5;  // of the change beside it
   constexpr int kAround_px = 8;
   constexpr double kLeastKnown = 0.25, kOff_px = 0.5, kOffShare = 0.02;
   const int width = region.width, height = region.height;
   const Mask own = eroded(region, 1), near = dilated(region, 2);
   const Mask beside = without(dilated(region, 2 + kAround_px), near);
+  if (change_along_rows(pattern, own) < kAsUneven * change_along_rows(pattern, beside))
+    return false;
   Plane weight(width, height);
   double inside = 0, known = 0;
   for (std::size_t k = 0; k < weight.size(); ++k) {
@@ -63,7 +79,7 @@ bool on_the_surface(const Mask& region, const Disparity& disparity) {
   return std::abs(median(std::move(off))) < kOff_px + kOffShare * median(std::move(own_px));
 }
 
-void keep_what_is_off(const Disparity& disparity, PreparedFrame& frame) {
+void keep_what_is_off(const Plane& pattern, const Disparity& disparity, PreparedFrame& frame) {
   Grid<std::int32_t> labels(frame.instruments.width, frame.instruments.height);
   cv::Mat numbered(labels.height, labels.width, CV_32S, labels.values.data());
   const int count = cv::connectedComponents(cv_view(frame.instruments), numbered, 8, CV_32S);
@@ -75,7 +91,7 @@ void keep_what_is_off(const Disparity& disparity, PreparedFrame& frame) {
         region.at(x, y) =
             labels.at(std::min(labels.width - 1, static_cast<int>((x + 0.5) * step)),
                       std::min(labels.height - 1, static_cast<int>((y + 0.5) * step))) == label;
-    if (!on_the_surface(region, disparity)) continue;
+    if (!on_the_surface(region, pattern, disparity)) continue;
     for (std::size_t k = 0; k < labels.size(); ++k)
       if (labels.values[k] == label) frame.instruments.values[k] = 0;
   }
@@ -94,8 +110,8 @@ void keep_instruments_off_the_surface(const DisparityRange& range, PreparedFrame
       eye_pyramid(right.color, without(right.field, right.highlights), kGlance_px).back();
   const double scale = double(a.pattern.width) / left.color.width;
   const Disparity found = match_eyes(a, b, {range.least_px * scale, range.most_px * scale});
-  keep_what_is_off(found, left);
-  keep_what_is_off(seen_by_right(found), right);
+  keep_what_is_off(a.pattern, found, left);
+  keep_what_is_off(b.pattern, seen_by_right(found), right);
 }
 
 }  // namespace organbake

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "organbake/core/error.h"
 #include "stereo_scene.h"
 #include "support/error_message.h"
@@ -46,6 +48,50 @@ TEST(StereoDepth, SwappedEyesAreFound) {
   EXPECT_THAT(message_of(ExitCode::bad_data, [&] { depth_of_pair(rectifier, right, left); }),
               testing::HasSubstr("swapped"));
   EXPECT_NO_THROW(depth_of_pair(rectifier, left, right));
+}
+
+Rgb8Image lowered(const Rgb8Image& image, int rows) {
+  Rgb8Image result(image.width, image.height);
+  for (int y = rows; y < image.height; ++y)
+    std::copy_n(image.at(0, y - rows), 3 * std::size_t(image.width), result.at(0, y));
+  return result;
+}
+
+TEST(PreparedEyes, RowsThatAreApartAreBroughtTogether) {
+  const LaparoscopyPhantom phantom(stereo_scene(360, 288));
+  const Rectifier rectifier(rig_of(phantom));
+  const LaparoscopyFrame left = phantom.frame(0);
+  const Rgb8Image right = phantom.right_frame(0).image;
+  EXPECT_FALSE(prepare_eyes(left.image, right, rectifier, {}).corrected.needed());
+  const PreparedEyes apart = prepare_eyes(left.image, lowered(right, 3), rectifier, {});
+  EXPECT_NEAR(apart.corrected.shift_px, 3, 0.1);
+  EXPECT_NEAR(apart.corrected.roll_rad, 0, 1e-3);
+  const StereoDepth found = stereo_depth(apart.left, apart.right, rectifier.eyes(), {});
+  const DepthErrors errors = errors_of(found.depth.depth, left.depth_mm, apart.left.tissue);
+  EXPECT_LT(errors.mean, kMostError);
+  EXPECT_GT(errors.dense, kDense);
+  EXPECT_EQ(found.depth.quality.verdict, DepthVerdict::ok) << found.depth.quality.reason;
+}
+
+TEST(StereoDepth, ADarkRimIsNotMissed) {
+  const LaparoscopyPhantom phantom(stereo_scene(360, 288));
+  const auto dimmed = [](Rgb8Image image) {
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const double radius = std::hypot(x - 180, y - 144) / 144;
+        for (int c = 0; c < 3; ++c)
+          image.at(x, y)[c] = static_cast<std::uint8_t>(
+              std::max(17.0 * (image.at(x, y)[c] > 16),
+                       image.at(x, y)[c] * std::clamp(1.8 - 2 * radius, 0.0, 1.0)));
+      }
+    return image;
+  };
+  const StereoDepth found =
+      depth_of_pair(Rectifier(rig_of(phantom)), dimmed(phantom.frame(0).image),
+                    dimmed(phantom.right_frame(0).image));
+  EXPECT_EQ(found.depth.quality.verdict, DepthVerdict::ok) << found.depth.quality.reason;
+  EXPECT_GT(found.covered_share, 0.75);
+  EXPECT_LT(found.lit_share, 0.9);
 }
 
 }  // namespace
