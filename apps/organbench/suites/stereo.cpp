@@ -17,7 +17,6 @@ double percent(int part, int whole) { return whole > 0 ? 100.0 * part / whole : 
 
 // Each kind of every scene, of any strength.
 void verdicts(Bench& bench) {
-  if (!bench.wants("verdicts")) return;
   const int scenes = bench.count(2, 13, 40);
   const std::vector<std::string>& kinds = StereoCases::kinds();
   int right = 0, right_ok = 0, wrong = 0, wrong_ok = 0;
@@ -44,7 +43,6 @@ void verdicts(Bench& bench) {
 
 // What the changes of a day take, beside the clean pair.
 void bad_days(Bench& bench) {
-  if (!bench.wants("bad days")) return;
   struct Day {
     std::string kind;
     double strength;
