@@ -67,6 +67,44 @@ python3 -c 'import json
 d = json.load(open("grey.json"))
 assert not d["cameras"] and d["left_out"][0]["registration"]["verdict"] == "failed"' || fail "left_out"
 
+# Depth takes part: of a surface seen from the photograph's camera, from a start that is off; and of
+# relative maps. What is no depth of this photograph is refused.
+mkdir seen
+cp p/truth.ply seen/surface.ply
+cp p/photos/cameras.json seen/cameras.json
+python3 - <<'END'
+import json
+c = json.load(open("p/photos/cameras.json"))
+for camera in c["cameras"]:
+    camera["camera_from_world"]["translation_mm"][2] += 8
+    camera["camera_from_world"]["translation_mm"][0] -= 5
+json.dump(c, open("off.json", "w"))
+END
+code=0
+organbake register p/truth.ply $photo --intrinsics K.json --init off.json --light estimated \
+  --vertex-albedo --depth seen/surface.ply -o deep.json --json >out 2>err || code=$?
+[ $code -eq 0 ] || [ $code -eq 3 ] || fail "exit code $code: $(cat err)"
+at_most "$(off deep.json photo_00.png)" 1 "pose with depth"
+python3 -c 'import json
+d = json.load(open("deep.json"))
+depth = (d["cameras"] + d.get("left_out", []))[0]["registration"]["depth"]
+assert depth["agreeing_share"] > 0.9 and abs(depth["scale"] - 1) < 0.01, depth' || fail "depth's figures"
+organbake shade $photo --intrinsics K.json -o shaded >out 2>err || true
+[ -d shaded/depth ] || fail "no depth maps: $(cat err)"
+code=0
+organbake register p/truth.ply $photo --intrinsics K.json --init off.json --light estimated \
+  --depth shaded -o relative.json >out 2>err || code=$?
+[ $code -eq 0 ] || [ $code -eq 3 ] || fail "exit code $code: $(cat err)"
+expect 65 organbake register p/truth.ply grey.png --intrinsics small.json --init start.json \
+  --depth shaded -o x.json
+expect_err "not one camera's"
+mkdir none
+expect 65 organbake register p/truth.ply $photo --intrinsics K.json --depth none -o x.json
+expect_err "holds no depth map"
+expect 2 organbake register p/truth.ply $photo --intrinsics K.json --init off.json \
+  --depth seen/surface.ply --free-focal -o x.json
+expect_err "where depth is known"
+
 # What is wrong is named.
 expect 65 organbake register p/truth.ply $photo --intrinsics small.json -o x.json
 expect_err "small.json: is of pictures of 64x64"

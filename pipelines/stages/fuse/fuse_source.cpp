@@ -13,7 +13,7 @@
 #include "organbake/geometry/camera.h"
 #include "organbake/geometry/rigid_transform.h"
 #include "organbake/image/depth_notes.h"
-#include "organbake/image/exr_reader.h"
+#include "stages/shared/depth_maps.h"
 #include "stages/shared/matched_poses.h"
 
 namespace organbake {
@@ -21,33 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A depth map, and what lies beside it where `shade` and `stereo` put it.
-struct DepthFile {
-  fs::path depth;
-  std::optional<fs::path> confidence, picture;
-};
-
 std::optional<fs::path> if_there(const fs::path& path) {
   return fs::is_regular_file(path) ? std::optional(path) : std::nullopt;
-}
-
-// A folder as the stages write it, or one of depth maps alone.
-std::vector<DepthFile> files_in(const fs::path& folder) {
-  const bool ours = fs::is_directory(folder / "depth");
-  const fs::path depths = ours ? folder / "depth" : folder;
-  std::vector<DepthFile> files;
-  for (const fs::path& file : list_files(depths)) {
-    if (lower_ending(file) != ".exr") continue;
-    DepthFile found{depths / file, {}, {}};
-    const std::string picture = file.stem().string() + ".png";
-    if (ours) {
-      found.confidence = if_there(folder / "confidence" / picture);
-      found.picture = if_there(folder / "pictures" / picture);
-    }
-    files.push_back(std::move(found));
-  }
-  if (files.empty()) throw BadDataError(folder, "holds no depth map (EXR)");
-  return files;
 }
 
 std::vector<DepthFile> depth_files(const StageCall& call) {
@@ -57,46 +32,9 @@ std::vector<DepthFile> depth_files(const StageCall& call) {
       files.push_back({path, {}, {}});
       continue;
     }
-    for (DepthFile& file : files_in(path)) files.push_back(std::move(file));
+    for (DepthFile& file : depth_files_in(path)) files.push_back(std::move(file));
   }
   return files;
-}
-
-struct DepthMap {
-  Plane depth;  // as it is written
-  ExrFacts facts;
-};
-
-DepthMap read_depth(const fs::path& path, const RunContext& context) {
-  if (lower_ending(path) != ".exr") throw BadDataError(path, "is no depth map: an EXR is needed");
-  const std::vector<std::byte> bytes = read_file(path);
-  const ChannelImage image = parse_exr(bytes, path.string());
-  const Channel* channel = nullptr;
-  for (const char* name : {"Z", "Y", "depth", "depth.Z", "R"})
-    if (!channel) channel = image.find(name);
-  if (!channel || !std::holds_alternative<std::vector<float>>(channel->values))
-    throw BadDataError(path, "has no channel Z or Y of depths");
-  DepthMap map{Plane(image.width, image.height), parse_exr_facts(bytes, path.string())};
-  map.depth.values = channel->floats();
-  const auto odd = std::count_if(map.depth.values.begin(), map.depth.values.end(),
-                                 [](float z) { return std::isnan(z) || z < 0; });
-  if (odd > 0)
-    context.warn(path.filename().string() + ": " + std::to_string(odd) +
-                 " pixels are no number or negative; they count as holes");
-  return map;
-}
-
-bool has_note(const ExrFacts& facts, const char* note, const char* text) {
-  const auto found = facts.notes.find(note);
-  return found != facts.notes.end() && found->second == text;
-}
-
-Plane read_confidence(const fs::path& path) {
-  const Rgb8Image image = read_photo(path);
-  Plane confidence(image.width, image.height);
-  for (std::size_t k = 0; k < confidence.size(); ++k)
-    confidence.values[k] = static_cast<float>(image.pixels[3 * k]) / 255.F;
-  return confidence;
 }
 
 // In the folder that was given, or beside the document.
@@ -133,11 +71,11 @@ void set_camera(const fs::path& path, const PosedCamera& posed, const DepthMap& 
                 const RunContext& context, DepthView& view) {
   const int width = map.depth.width, height = map.depth.height;
   view.camera = posed;
-  const bool own = map.facts.camera && has_note(map.facts, kWorldNote, kScopesOwnAxes) &&
-                   !has_note(map.facts, kLensNote, kAssumedLens);
+  const bool own = map.facts.camera && map.has_note(kWorldNote, kScopesOwnAxes) &&
+                   !map.has_note(kLensNote, kAssumedLens);
   if (!own) {
     view.camera.intrinsics = lens_at_size(path, pinhole_of(posed.intrinsics), width, height);
-    if (has_note(map.facts, kLensNote, kAssumedLens))
+    if (map.has_note(kLensNote, kAssumedLens))
       context.warn(path.filename().string() +
                    " was made without a lens, with a field of view that was assumed; the poses' "
                    "lens is taken for it here, but give it to shade as well (--intrinsics)");
@@ -154,10 +92,10 @@ void set_camera(const fs::path& path, const PosedCamera& posed, const DepthMap& 
 
 DepthView read_view(const StageCall& call, const DepthFile& file, const CameraSet& set,
                     std::size_t at, double mm_per_unit) {
-  DepthMap map = read_depth(file.depth, call.context);
+  DepthMap map = read_depth_map(file.depth, call.context);
   DepthView view;
   view.name = file.depth.string();
-  view.relative = has_note(map.facts, kDepthUnitNote, kRelativeDepth);
+  view.relative = map.has_note(kDepthUnitNote, kRelativeDepth);
   set_camera(file.depth, set.cameras[at], map, call.context, view);
   view.depth_mm = std::move(map.depth);
   if (!view.relative && mm_per_unit != 1)

@@ -69,7 +69,7 @@ Stage motion_stage() {
                       false}},
           .outputs = {{"surface", "surface.ply", true},
                       {"lighting", "lighting.json", true},
-                      {"motion", "."}},
+                      {"scope_depth", "."}},
           .make_options = make_options<MotionStageOptions>,
           .on_request = true,
           .by_section_only = true};

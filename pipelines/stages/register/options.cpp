@@ -55,12 +55,14 @@ void bind(OptionList& list, RegisterStageOptions& o) {
 Stage register_stage() {
   return {
       .name = "register",
-      .version = 6,
+      .version = 7,
       .summary = "find a photograph's pose on the surface, with a verdict",
       .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
                  {.name = "photo",
                   .kind = InputKind::file,
-                  .help = "photographs, PNG or JPEG, or one video: each frame starts from the last",
+                  .help =
+                      "photographs, PNG or JPEG, or one video: each frame starts from the last, or "
+                      "follows the motion that depth tells",
                   .unless = "unposed",
                   .many = true},
                  {.name = "intrinsics",
@@ -83,6 +85,13 @@ Stage register_stage() {
                   .kind = InputKind::file,
                   .help = "text with lines 'x y z u v': surface points in mm and their pixels",
                   .required = false},
+                 {.name = "scope_depth",
+                  .kind = InputKind::frames,
+                  .help = "what is known of the photo's depth: a folder or depth map of stereo, "
+                          "motion or shade, or a fused surface; of a video the folder of motion",
+                  .required = false,
+                  .made_from = "left",
+                  .flag = "depth"},
                  {.name = "unposed",
                   .kind = InputKind::photos,
                   .help = "instead of photos and intrinsics: a cameras.json with images",

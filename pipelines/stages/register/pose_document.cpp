@@ -20,6 +20,12 @@ Json verdict_json(const RegisteredPhoto& registered) {
       {"surface_sd_mm", q.surface_sd_mm},   {"runner_up_margin", q.runner_up_margin},
       {"focal_scale", q.focal_scale}};
   for (const auto& [name, value] : figures) json[name] = value;
+  if (q.depth)
+    json["depth"] = {{"agreeing_share", q.depth->share},
+                     {"pierced_share", q.depth->pierced_share},
+                     {"noise_mm", q.depth->noise_mm},
+                     {"scale", q.depth->scale},
+                     {"runner_up_margin", q.depth->runner_up_margin}};
   return json;
 }
 

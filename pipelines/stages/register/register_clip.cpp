@@ -15,7 +15,6 @@
 #include "stages/register/straight_photo.h"
 
 namespace organbake {
-namespace {
 
 namespace fs = std::filesystem;
 
@@ -24,8 +23,6 @@ std::string frame_name(const fs::path& video, std::size_t index) {
   std::snprintf(number.data(), number.size(), "_%06zu.png", index);
   return video.stem().string() + number.data();
 }
-
-}  // namespace
 
 bool is_video(const fs::path& path) {
   constexpr std::array kVideos = {".mp4", ".m4v", ".mkv", ".avi", ".mov", ".webm", ".mpg", ".mpeg"};
@@ -36,7 +33,6 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
                                   const RegistrationOptions& options,
                                   const fs::path& overlay_folder, const RunContext& context,
                                   std::string& damage) {
-  constexpr std::size_t kOverlayEach = 25;  // frames: one a second
   VideoReader video(clip.video);
   std::unique_ptr<PoseTracker> tracker;
   std::vector<NamedPose> poses;
@@ -49,10 +45,10 @@ std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipTo
       if (!tracker) {
         lens = lens_of_photo(clip.intrinsics, name, frame, context);
         tracker = std::make_unique<PoseTracker>(
-            surface, straight_photo({{}, {}, lens, {}, {}}).intrinsics, options);
+            surface, straight_photo({{}, {}, lens, {}, {}, {}}).intrinsics, options);
         if (clip.start) tracker->start_from(*clip.start);
       }
-      const PhotoToRegister photo = straight_photo({frame, clip.mask, lens, {}, {}});
+      const PhotoToRegister photo = straight_photo({frame, clip.mask, lens, {}, {}, {}});
       RegisteredPhoto registered = tracker->next(photo.image, photo.mask, context);
       if (poses.size() % kOverlayEach == 0) {
         context.info("frame " + std::to_string(poses.size()) + ": " +

@@ -11,15 +11,18 @@ namespace organbake {
 
 bool is_video(const std::filesystem::path& path);
 
+inline constexpr std::size_t kOverlayEach = 25;  // frames: one a second
+// CLIP_000000.png and so on, as whoever takes the video apart would name them.
+std::string frame_name(const std::filesystem::path& video, std::size_t index);
+
 struct ClipToTrack {
   std::filesystem::path video, intrinsics;
   Rgb8Image mask;                       // of all frames; empty = all counts
   std::optional<RigidTransform> start;  // of the first frame: camera_from_world
 };
 
-// The poses of a video's frames, in their order, named CLIP_000000.png and so on, as whoever takes
-// the video apart would name them. Overlays of one frame in 25 go into the folder. A video that is
-// damaged ends there: `damage` then says where.
+// The poses of a video's frames, in their order. Overlays of one frame in 25 go into the folder. A
+// video that is damaged ends there: `damage` then says where.
 std::vector<NamedPose> track_clip(const RegisteredSurface& surface, const ClipToTrack& clip,
                                   const RegistrationOptions& options,
                                   const std::filesystem::path& overlay_folder,

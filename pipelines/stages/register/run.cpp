@@ -16,7 +16,9 @@
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
 #include "organbake/registration/overlay.h"
+#include "stages/register/follow_motion.h"
 #include "stages/register/options.h"
+#include "stages/register/photo_depth.h"
 #include "stages/register/pose_document.h"
 #include "stages/register/register_clip.h"
 #include "stages/register/straight_photo.h"
@@ -86,11 +88,12 @@ std::vector<NamedPhoto> read_photos(const StageCall& call, const RegisterStageOp
   return photos;
 }
 
-// Mask, start and point pairs hold for all photographs of the call.
+// Mask, start, point pairs and the depth's folder hold for all photographs of the call.
 void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
   const auto* mask = call.input("photo_mask");
   const auto* init = call.input("init");
   const auto* pairs = call.input("pairs");
+  const auto* depth = call.input("scope_depth");
   if (pairs && photos.size() > 1) throw UsageError("--pairs belongs to one photo");
   const CameraSet starts = init ? read_camera_file(*init) : CameraSet{};
   const Rgb8Image photo_mask = mask ? read_photo(*mask) : Rgb8Image{};  // empty: all counts
@@ -98,6 +101,8 @@ void complete(const StageCall& call, std::vector<NamedPhoto>& photos) {
     named.photo.mask = photo_mask;
     if (init) named.photo.start = start_for(starts, named.name, *init);
     if (pairs) named.photo.pairs = read_pairs(*pairs);
+    if (depth)
+      named.photo.depth = read_seen_depth(*depth, named.name, named.photo.intrinsics, call.context);
   }
 }
 
@@ -122,7 +127,7 @@ void write_cameras_for_others(const CameraSet& set, CameraExport also, const fs:
 }
 
 void tell(const std::vector<NamedPose>& poses, StageReport& report) {
-  std::vector<double> correlations, uncertainties_mm;
+  std::vector<double> correlations, uncertainties_mm, depth_shares, depth_scales;
   std::vector<std::string> verdicts, lights;
   for (const NamedPose& pose : poses) {
     const PoseQuality& q = pose.registered.quality;
@@ -130,6 +135,10 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
     lights.push_back(pose.image + ": " + name_of(pose.registered.light));
     correlations.push_back(q.correlation);
     uncertainties_mm.push_back(q.surface_sd_mm);
+    if (q.depth) {
+      depth_shares.push_back(q.depth->share);
+      depth_scales.push_back(q.depth->scale);
+    }
     if (q.verdict == Verdict::ok) continue;
     const std::string what = "photo " + pose.image;
     report.skipped.push_back({what, std::string(name_of(q.verdict)) + ": " + q.reason});
@@ -142,6 +151,9 @@ void tell(const std::vector<NamedPose>& poses, StageReport& report) {
   report.add("lights", lights);
   report.add("correlations", correlations);
   report.add("uncertainties_mm", uncertainties_mm);
+  if (depth_shares.empty()) return;
+  report.add("depth_agreeing_shares", depth_shares);
+  report.add("depth_scales", depth_scales);
 }
 
 // The video among the photographs; nothing without one. Throws UsageError when it is not alone.
@@ -162,6 +174,8 @@ std::vector<NamedPose> track(const StageCall& call, const RegisteredSurface& sur
   if (const auto* mask = call.input("photo_mask")) clip.mask = read_photo(*mask);
   if (const auto* init = call.input("init"))
     clip.start = start_for(read_camera_file(*init), video.stem().string() + "_000000.png", *init);
+  if (const auto* motion = call.input("scope_depth"))
+    return follow_motion(surface, clip, *motion, options, beside, call.context, report);
   return track_clip(surface, clip, options, beside, call.context, report.bad_data);
 }
 

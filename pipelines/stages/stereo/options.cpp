@@ -46,7 +46,7 @@ Stage stereo_stage() {
                   "(*left.intrinsics*, *l2r* …)"}},
       .outputs = {{"surface", "surface.ply"},
                   {"lighting", "lighting.json", true},
-                  {"stereo_depth", "."}},
+                  {"scope_depth", "."}},
       .make_options = make_options<StereoStageOptions>,
       .on_request = true};
 }

@@ -77,6 +77,7 @@ TEST(RegisterPhoto, FindsTheFocalLength) {
 TEST(RegisterPhoto, OtherFormsFindItToo) {
   const PhotoToRegister photo = started(lamp_studio().plain, {}, 5, 5, 5);
   RegistrationOptions whole, gradient, estimated;
+  whole.light = gradient.light = LightModel::camera;
   whole.window = SimilarityWindow::whole;
   gradient.similarity = Similarity::gradient;
   estimated.light = LightModel::estimated;
@@ -97,8 +98,10 @@ TEST(RegisterPhoto, AnInstrumentInFrontDoesLittleHarm) {
       std::fill_n(masked.mask.at(x, y), 3, 0);
     }
   masked.image = photo.image;
-  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, {})), 0.5);
-  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, masked, {})), 2 * kClean_mm);
+  RegistrationOptions options;
+  options.light = LightModel::camera;
+  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, photo, options)), 0.5);
+  EXPECT_LT(error_mm(register_photo(lamp_studio().surface, masked, options)), 2 * kClean_mm);
 }
 
 // A bright shaft across the organ, which fits no pose: the search has to look past it.

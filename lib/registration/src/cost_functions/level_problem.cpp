@@ -101,6 +101,10 @@ bool LevelProblem::add(const std::vector<WeightedPixel>& pixels, ceres::LossFunc
   return true;
 }
 
+void LevelProblem::add_depth(std::unique_ptr<ceres::CostFunction> cost) {
+  problem_.AddResidualBlock(cost.release(), nullptr, state_.pose.data(), &state_.log_depth_scale);
+}
+
 // R knows nothing of the light's scale, and a patch with its own gain and offset next to nothing of
 // some of its directions: there the least-squares fit stands, or steps would turn the light round.
 void LevelProblem::add_light_prior() {

@@ -3,6 +3,7 @@
 
 #include <ceres/problem.h>
 
+#include <memory>
 #include <vector>
 
 #include "cost_functions/live_prediction.h"
@@ -25,6 +26,8 @@ class LevelProblem {
   // sum is 1 − R's again when all fit. Patches of fewer than `least_weight` pixels are left out.
   [[nodiscard]] bool add_patches(const std::vector<WeightedPixel>& pixels, int side,
                                  double least_weight);
+  // What else is known of the pose, in units of the photograph's 1 − R: by pose and depth's scale.
+  void add_depth(std::unique_ptr<ceres::CostFunction> cost);
   void solve(int iterations);
 
  private:

@@ -18,7 +18,8 @@ namespace organbake {
 struct SolverState {
   std::array<double, 7> pose{};  // ObjectPose's, its z as it were with the given focal length
   ShadingBasis::Weights light = ShadingBasis::Weights::Zero();
-  double log_focal = 0;  // of the scale of the given focal lengths
+  double log_focal = 0;        // of the scale of the given focal lengths
+  double log_depth_scale = 0;  // of what the photograph's depth, where there is one, falls short by
 
   ObjectPose object_pose() const {
     ObjectPose found = ObjectPose::from_array(pose.data());

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "cost_functions/pose_manifold.h"
+#include "cost_functions/upper_factor.h"
 
 namespace organbake {
 namespace {
@@ -50,22 +51,6 @@ NccBlock photo_block(const PhotoLevel& level, const std::vector<WeightedPixel>& 
       [&](Eigen::Index i, const Scalar& value) { values[i] = value[0]; });
   for (std::size_t i = 0; i < rows; ++i) weights[i] = pixels[i / rows_per_pixel(similarity)].weight;
   return NccBlock(values, weights);
-}
-
-// U of a Gram matrix GᵀG = UᵀU; rows of what depends on those before are zero.
-Eigen::MatrixXd upper_factor(Eigen::MatrixXd gram) {
-  constexpr double kDependent = 1e-13;  // of the column's own square
-  const Eigen::Index n = gram.rows();
-  Eigen::MatrixXd upper = Eigen::MatrixXd::Zero(n, n);
-  const Eigen::VectorXd own = gram.diagonal();
-  for (Eigen::Index k = 0; k < n; ++k) {
-    if (!(gram(k, k) > kDependent * own[k])) continue;
-    const double pivot = std::sqrt(gram(k, k));
-    for (Eigen::Index j = k; j < n; ++j) upper(k, j) = gram(k, j) / pivot;
-    for (Eigen::Index i = k + 1; i < n; ++i)
-      for (Eigen::Index j = k + 1; j < n; ++j) gram(i, j) -= upper(k, i) * upper(k, j);
-  }
-  return upper;
 }
 
 }  // namespace

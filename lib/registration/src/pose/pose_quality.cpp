@@ -165,7 +165,11 @@ void measure_spread(const RegisteredSurface& surface, const Curvature& curvature
   if (curvature.pixels == 0) return;
   const Eigen::MatrixXd all = sandwich_covariance(curvature);
   if (!all.allFinite()) return;
-  const Eigen::Matrix<double, 6, 6> cov = all.topLeftCorner<6, 6>();
+  measure_spread(surface, Eigen::Matrix<double, 6, 6>(all.topLeftCorner<6, 6>()), pose, quality);
+}
+
+void measure_spread(const RegisteredSurface& surface, const Eigen::Matrix<double, 6, 6>& cov,
+                    const ObjectPose& pose, PoseQuality& quality) {
   quality.rotation_sd_deg =
       std::sqrt(std::max(0.0, cov.topLeftCorner<3, 3>().trace())) * 180 / std::numbers::pi;
   quality.position_sd_mm = std::sqrt(std::max(0.0, cov.bottomRightCorner<3, 3>().trace()));

@@ -8,7 +8,10 @@
 
 namespace organbake {
 
-// Standard deviations of a pose: of its place, its turn, and the surface's points.
+// Standard deviations of a pose: of its place, its turn, and the surface's points; by the
+// covariance of its motion, or by what a photograph says of that.
+void measure_spread(const RegisteredSurface& surface, const Eigen::Matrix<double, 6, 6>& covariance,
+                    const ObjectPose& pose, PoseQuality& quality);
 void measure_spread(const RegisteredSurface& surface, const Curvature& curvature,
                     const ObjectPose& pose, PoseQuality& quality);
 

@@ -88,6 +88,7 @@ void refine_on_level(const RegisteredSurface& surface, const PhotoLevel& level, 
     state.usable = whole ? problem.add_whole(pixels)
                          : problem.add_patches(pixels, options.patch_px, kFewestRefinedPixels);
     if (!state.usable) return;
+    if (options.add_terms) options.add_terms(state, problem);
     problem.solve(steps);
     if (std::abs(state.solver.log_focal) > kOtherLens) {
       state.usable = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "appearance/appearance.h"
@@ -9,6 +10,9 @@
 #include "organbake/core/run_context.h"
 
 namespace organbake {
+
+class LevelProblem;
+struct RefineState;
 
 struct RefineOptions {
   Light light;
@@ -21,6 +25,8 @@ struct RefineOptions {
   bool check_focal = true;    // of a finished pose
   int outer_iterations = 4;   // overlap, light and weights anew, per level
   int solver_iterations = 8;  // within each
+  // Adds what else is known of the pose to each problem before it is solved.
+  std::function<void(const RefineState&, LevelProblem&)> add_terms;
 };
 
 // Where the solver stands: pose, light, focal scale, and what the last overlap said of them.

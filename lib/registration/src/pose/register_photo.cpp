@@ -9,6 +9,7 @@
 #include "appearance/light_choice.h"
 #include "color/color_silhouette.h"
 #include "color/tissue_search.h"
+#include "depth/register_with_depth.h"
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/geometry/rigid_transform.h"
@@ -196,6 +197,20 @@ RegisteredPhoto by_silhouette(const RegisteredSurface& surface, const PhotoToReg
   return register_by_color(surface, photo, *start, context);
 }
 
+// Without a start the photograph finds one.
+RegisteredPhoto with_depth(const RegisteredSurface& surface, const PhotoToRegister& photo,
+                           std::optional<RigidTransform> start, const RegistrationOptions& options,
+                           const RunContext& context) {
+  if (options.free_focal)
+    throw UsageError("a focal length is not sought where depth is known: that holds with one lens");
+  if (!start) {
+    PhotoToRegister alone = photo;
+    alone.depth = {};
+    start = register_photo(surface, alone, options, context).camera.camera_from_world;
+  }
+  return register_with_depth(surface, photo, *start, options, context);
+}
+
 RefineOptions refine_options(const RegistrationOptions& o) {
   RefineOptions options;
   options.light.model = o.light;
@@ -242,6 +257,7 @@ RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRe
   std::optional<RigidTransform> start = photo.start;
   if (!photo.pairs.empty()) start = pose_from_pairs(photo.pairs, photo.intrinsics);
   if (start) result.camera.camera_from_world = *start;
+  if (!photo.depth.empty()) return with_depth(surface, photo, start, options, context);
   if (options.similarity == Similarity::silhouette)
     return by_silhouette(surface, photo, start, context);
   const bool as_tissue = seen_as_tissue(surface, start, options);

@@ -11,6 +11,7 @@
 #include "organbake/image/channel_image.h"
 #include "organbake/registration/light_model.h"
 #include "organbake/registration/registered_surface.h"
+#include "organbake/registration/seen_depth.h"
 #include "organbake/registration/similarity.h"
 
 namespace organbake {
@@ -51,10 +52,23 @@ struct PhotoToRegister {
   Intrinsics intrinsics;
   std::optional<RigidTransform> start;  // camera_from_world; none: searched for all round
   std::vector<PointPair> pairs;         // at least 6 make a start
+  SeenDepth depth;                      // takes part in the pose; empty = unknown
 };
 
 enum class Verdict { ok, doubtful, failed };
 const char* name_of(Verdict verdict);
+
+// How the depth that a photograph came with agrees with a pose.
+struct DepthFit {
+  // Of the depth's neighbourhoods that the surface covers: those where it is what is seen; those
+  // where it would stand before what is seen. In the others something stands before it.
+  double share = 0, pierced_share = 0;
+  // Robust standard deviation of the distance where it agrees; of the organ's distance that share.
+  double noise_mm = 0, noise_share = 0;
+  double scale = 1;  // mm of a unit of the depth
+  // By what share the pose leaves less of the depth unexplained than the best one elsewhere.
+  double runner_up_margin = 1;
+};
 
 // What a pose is worth. Standard deviations are of the sandwich estimator over patches of the
 // photograph, so that what the model leaves unexplained counts with its real correlation.
@@ -72,7 +86,8 @@ struct PoseQuality {
   // By what share the pose leaves less of the photograph unexplained than the best one of the
   // search that is turned by more than 15°; 1 without one.
   double runner_up_margin = 1;
-  double focal_scale = 1;  // found, or what a free focal length would want
+  double focal_scale = 1;               // found, or what a free focal length would want
+  std::optional<DepthFit> depth;  // where depth took part
 };
 
 struct RegisteredPhoto {
@@ -85,10 +100,11 @@ struct RegisteredPhoto {
 // Aligns the photograph with the surface by maximising the normalised cross-correlation of photo
 // and predicted shading (the paper, 2.1.1); where that fails near a start, or when
 // Similarity::silhouette asks for it, the surface's silhouette with what has its colours
-// (color_silhouette.h). Never throws for not finding the pose: that is what the verdict says.
-// Throws BadDataError when intrinsics, image and mask do not fit together, UsageError for too few
-// point pairs, and for a silhouette without a start or of an open surface. The same result for any
-// number of threads.
+// (color_silhouette.h). Depth, where it is known, is sought for first, and then photograph and
+// depth tell the pose together. Never throws for not finding the pose: that is what the verdict
+// says. Throws BadDataError when intrinsics, image and mask do not fit together, UsageError for too
+// few point pairs, and for a silhouette without a start or of an open surface. The same result for
+// any number of threads.
 RegisteredPhoto register_photo(const RegisteredSurface& surface, const PhotoToRegister& photo,
                                const RegistrationOptions& options, const RunContext& context = {});
 

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "organbake/registration/object_pose.h"
+#include "organbake/registration/registered_surface.h"
+#include "organbake/registration/seen_depth.h"
+
+namespace organbake {
+
+// Where an alignment stands: the surface's pose, and by how much the depth's lengths are too short.
+struct DepthState {
+  ObjectPose pose;
+  double log_scale = 0;  // mm = depth's length × exp(this)
+};
+
+// What is expected of the scale: of metric depth its bias, of relative depth next to nothing.
+struct ScalePrior {
+  double log_mean = 0, log_sd = 0.01;
+};
+
+// One point of the depth against the surface. Distances are shares of the point's own distance from
+// the camera, as depth's errors are.
+struct DepthMatch {
+  enum class Kind {
+    on,        // the surface's nearest place can be what is seen
+    beyond,    // the surface is cut there, or lies far off: what is seen is something else
+    in_front,  // the surface would hide what is seen
+  };
+  Kind kind = Kind::beyond;
+  Eigen::Vector3d place_world = Eigen::Vector3d::Zero(), normal_world = Eigen::Vector3d::Zero();
+};
+
+// The points' nearest places on the surface; `stride` takes every so-manieth point.
+std::vector<DepthMatch> match_depth(const RegisteredSurface& surface, const SeenDepth& depth,
+                                    const DepthState& state, std::size_t stride = 1);
+
+// A point's distance to the plane of its match over its distance from the camera, and the slopes of
+// that by the surface's motion and by log_scale. Scale makes no distance smaller (Umeyama's
+// similarity would shrink the depth to a point): both lengths carry it.
+struct DepthRow {
+  double distance = 0;
+  Eigen::Matrix<double, 7, 1> slope = Eigen::Matrix<double, 7, 1>::Zero();
+};
+DepthRow depth_row(const SeenDepth::Point& point, const DepthMatch& match, const DepthState& state,
+                   const Eigen::Vector3d& center_world_mm);
+
+// Robust spread of the distances of what matches.
+double depth_noise(const SeenDepth& depth, const std::vector<DepthMatch>& matches,
+                   const DepthState& state, const Eigen::Vector3d& center_world_mm);
+
+struct AlignOptions {
+  std::size_t stride = 1;
+  int iterations = 10;
+  double first_reach = 0.1, last_reach = 0.02;  // shares of the distance: where points lose weight
+};
+// Point-to-plane alignment (Chen & Medioni 1992) with a robust weight (Geman & McClure) whose reach
+// narrows. Moves `state`; the mean cost of all points, 0…1, each either on the surface, by its
+// distance, or not. Costs of one depth, stride and reach compare.
+double align_depth(const RegisteredSurface& surface, const SeenDepth& depth,
+                   const ScalePrior& prior, const AlignOptions& options, DepthState& state);
+
+}  // namespace organbake

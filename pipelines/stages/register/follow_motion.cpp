@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "stages/register/follow_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "organbake/bundle/cameras_json.h"
+#include "organbake/core/error.h"
+#include "organbake/image/png.h"
+#include "organbake/registration/overlay.h"
+#include "organbake/shading/video_reader.h"
+#include "stages/register/photo_depth.h"
+#include "stages/register/straight_photo.h"
+
+namespace organbake {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+
+// Frames are named by their number in the clip.
+std::optional<std::size_t> frame_number(const std::string& name) {
+  if (name.empty() || name.size() > 9 ||
+      !std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; }))
+    return std::nullopt;
+  return std::stoul(name);
+}
+
+// Where the scope was, in the scene's own unit of length, by frame.
+using Motions = std::map<std::size_t, RigidTransform>;
+
+Motions read_motion(const fs::path& folder) {
+  Motions motions;
+  for (const PosedCamera& camera : read_cameras(folder / "cameras.json").cameras)
+    if (const auto frame = frame_number(camera.name)) motions[*frame] = camera.camera_from_world;
+  if (motions.empty())
+    throw BadDataError(folder / "cameras.json",
+                       "names no camera by its frame's number, as motion does of a video");
+  return motions;
+}
+
+struct KeyMap {
+  std::size_t frame = 0;
+  DepthFile file;
+};
+
+// The first, the middle and the last one.
+std::vector<KeyMap> keys_of(const fs::path& folder, const Motions& motions) {
+  std::vector<KeyMap> keys;
+  for (const DepthFile& file : depth_files_in(folder))
+    if (const auto frame = frame_number(file.depth.stem().string());
+        frame && motions.contains(*frame))
+      keys.push_back({*frame, file});
+  if (keys.empty())
+    throw BadDataError(folder, "holds no depth map of a frame that its cameras.json has");
+  std::vector<KeyMap> chosen;
+  for (const std::size_t at : {std::size_t{0}, keys.size() / 2, keys.size() - 1})
+    if (chosen.empty() || chosen.back().frame != keys[at].frame) chosen.push_back(keys[at]);
+  return chosen;
+}
+
+// A frame's pose of the surface, and how many mm the scene's unit of length has.
+struct ScenePose {
+  std::size_t frame = 0;
+  RegisteredPhoto registered;
+  double scale = 1;
+
+  RigidTransform at(const Motions& motions, std::size_t other) const {
+    RigidTransform moved = motions.at(other) * motions.at(frame).inverse();
+    moved.translation *= scale;
+    return moved * registered.camera.camera_from_world;
+  }
+};
+
+class FollowedVideo {
+ public:
+  FollowedVideo(const RegisteredSurface& surface, const ClipToTrack& clip,
+                const RegistrationOptions& options, const RunContext& context)
+      : surface_(surface), clip_(clip), options_(options), context_(context) {}
+
+  // Calls take(frame, picture) for each frame in turn.
+  template <class Take>
+  void each_frame(const Take& take) {
+    VideoReader video(clip_.video);
+    StoredPicture stored;
+    for (std::size_t frame = 0; video.next(stored); ++frame) {
+      context_.throw_if_cancelled();
+      if (frame == 0)
+        lens_ = lens_of_photo(clip_.intrinsics, frame_name(clip_.video, 0), stored.color, context_);
+      take(frame, stored.color);
+    }
+  }
+
+  ScenePose register_key(const KeyMap& key, const Rgb8Image& picture,
+                         const std::optional<RigidTransform>& start) const {
+    PhotoToRegister photo = straight_photo({picture, clip_.mask, lens_, start, {}, {}});
+    const DepthPoints points = read_depth_points(key.file, lens_, context_);
+    photo.depth = thin_depth(points.places, points.trust, points.relative);
+    ScenePose pose{key.frame, register_photo(surface_, photo, options_, context_)};
+    if (pose.registered.quality.depth) pose.scale = pose.registered.quality.depth->scale;
+    return pose;
+  }
+
+  void draw(const Rgb8Image& picture, const RegisteredPhoto& registered,
+            const fs::path& file) const {
+    const PhotoToRegister photo = straight_photo({picture, {}, lens_, {}, {}, {}});
+    RegisteredPhoto straight = registered;
+    straight.camera.intrinsics = photo.intrinsics;
+    write_png(file, draw_overlay(surface_, photo.image, straight, options_), 1);
+  }
+
+  RegisteredPhoto at_frame(const ScenePose& pose, const Motions& motions, std::size_t frame) const {
+    RegisteredPhoto registered = pose.registered;
+    registered.camera.camera_from_world = pose.at(motions, frame);
+    registered.camera = camera_as_taken(registered, lens_);
+    return registered;
+  }
+
+ private:
+  const RegisteredSurface& surface_;
+  const ClipToTrack& clip_;
+  const RegistrationOptions& options_;
+  const RunContext& context_;
+  Intrinsics lens_;
+};
+
+bool surer(const ScenePose& a, const ScenePose& b) {
+  const PoseQuality &p = a.registered.quality, &q = b.registered.quality;
+  return p.verdict != q.verdict ? p.verdict < q.verdict : p.surface_sd_mm < q.surface_sd_mm;
+}
+
+double apart_mm(const RegisteredSurface& surface, const RigidTransform& a,
+                const RigidTransform& b) {
+  double sum = 0;
+  for (const SurfaceSample& sample : surface.samples())
+    sum += (a * sample.point - b * sample.point).norm();
+  return sum / static_cast<double>(std::max<std::size_t>(1, surface.samples().size()));
+}
+
+// RMS of what the middle one of three neighbouring frames is off the mean of the others: of errors
+// that are independent from frame to frame, their standard deviation.
+double jitter_mm(const RegisteredSurface& surface, const ScenePose& pose, const Motions& motions) {
+  constexpr double kOfThree = 1.5;  // variance of a middle less half of either neighbour
+  double squares = 0, count = 0;
+  for (const auto& [frame, camera] : motions) {
+    if (!motions.contains(frame + 1) || !motions.contains(frame + 2)) continue;
+    const Vector3d& center = surface.center();
+    const Vector3d off =
+        pose.at(motions, frame + 1) * center -
+        (pose.at(motions, frame) * center + pose.at(motions, frame + 2) * center) / 2;
+    squares += off.squaredNorm() / kOfThree;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(squares / count) : 0;
+}
+
+// The middle key frame's pose first, from which the others' are near.
+std::vector<ScenePose> register_keys(FollowedVideo& video, const std::vector<KeyMap>& keys,
+                                     const Motions& motions, const ClipToTrack& clip) {
+  std::map<std::size_t, Rgb8Image> pictures;
+  video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
+    if (std::any_of(keys.begin(), keys.end(),
+                    [&](const KeyMap& key) { return key.frame == frame; }))
+      pictures[frame] = picture;
+  });
+  const KeyMap& middle = keys[keys.size() / 2];
+  std::optional<RigidTransform> start = clip.start;
+  const auto first = motions.begin()->second;
+  if (start) start = motions.at(middle.frame) * first.inverse() * *start;
+  std::vector<ScenePose> poses;
+  const auto add = [&](const KeyMap& key, const std::optional<RigidTransform>& from) {
+    const auto picture = pictures.find(key.frame);
+    if (picture == pictures.end())
+      throw BadDataError(clip.video, "has no frame " + std::to_string(key.frame) +
+                                         ", of which the motion's folder has a depth map");
+    poses.push_back(video.register_key(key, picture->second, from));
+  };
+  add(middle, start);
+  for (const KeyMap& key : keys)
+    if (key.frame != middle.frame) add(key, poses.front().at(motions, key.frame));
+  return poses;
+}
+
+}  // namespace
+
+std::vector<NamedPose> follow_motion(const RegisteredSurface& surface, const ClipToTrack& clip,
+                                     const fs::path& motion, const RegistrationOptions& options,
+                                     const fs::path& overlay_folder, const RunContext& context,
+                                     StageReport& report) {
+  const Motions motions = read_motion(motion);
+  FollowedVideo video(surface, clip, options, context);
+  const std::vector<ScenePose> keys = register_keys(video, keys_of(motion, motions), motions, clip);
+  const ScenePose& surest = *std::min_element(keys.begin(), keys.end(), surer);
+  double drift_mm = 0;
+  for (const ScenePose& key : keys)
+    if (key.registered.quality.verdict != Verdict::failed)
+      drift_mm = std::max(drift_mm, apart_mm(surface, key.registered.camera.camera_from_world,
+                                             surest.at(motions, key.frame)));
+  std::vector<NamedPose> poses;
+  std::size_t unposed = 0;
+  video.each_frame([&](std::size_t frame, const Rgb8Image& picture) {
+    if (!motions.contains(frame)) {
+      ++unposed;
+      return;
+    }
+    const std::string name = frame_name(clip.video, frame);
+    if (poses.size() % kOverlayEach == 0) {
+      RegisteredPhoto drawn = surest.registered;
+      drawn.camera.camera_from_world = surest.at(motions, frame);
+      video.draw(picture, drawn,
+                 overlay_folder / ("overlay_" + fs::path(name).stem().string() + ".png"));
+    }
+    poses.push_back({name, video.at_frame(surest, motions, frame)});
+  });
+  report.add("scene_frame", surest.frame);
+  report.add("drift_mm", drift_mm);
+  report.add("jitter_mm", jitter_mm(surface, surest, motions));
+  if (unposed > 0)
+    report.skipped.push_back(
+        {std::to_string(unposed) + " frames of the video", "the motion has no pose of them"});
+  return poses;
+}
+
+}  // namespace organbake

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <cmath>
+
+#include "measuring/known_poses.h"
+#include "organbake/phantom/faulty_depth.h"
+#include "promises.h"
+#include "registration_cases.h"
+#include "support/ramp_volume.h"
+
+namespace organbake {
+namespace {
+
+// Stereo's depth of a seeded patch as it comes: rough by 2 %; or as that of real endoscopes errs.
+constexpr DepthFaults kRough{.noise = 0.02};
+constexpr DepthFaults kReal{.noise = 0.01, .bias = 0.02, .bumps_mm = 0.7, .hidden_share = 0.2};
+
+SeenDepth depth_of(const RegistrationCase& made, const RegisteredSurface& organ,
+                   const DepthFaults& faults, std::uint64_t seed) {
+  constexpr double kBehind_mm = 20;
+  const Intrinsics& lens = made.photo.intrinsics;
+  const PosedCamera camera{"", scaled_lens(lens, lens.width / 2, lens.height / 2),
+                           made.camera_from_world};
+  const double wall_mm = (made.camera_from_world * organ.center()).z() + kBehind_mm;
+  return thin_depth(faulty_depth(organ.scene(), camera, wall_mm, faults, seed), {},
+                    faults.mm_per_unit != 1);
+}
+
+struct DepthTally {
+  std::string what;
+  double right_mm = 1;
+  int cases = 0, right = 0, ok = 0, false_ok = 0;
+  double squares = 0;  // of error over standard deviation, where the verdict is ok
+  std::vector<double> mtre_mm;
+
+  void add(double error_mm, const PoseQuality& quality) {
+    const bool is_ok = quality.verdict == Verdict::ok;
+    ++cases;
+    right += error_mm <= right_mm;
+    ok += is_ok;
+    false_ok += is_ok && error_mm > right_mm;
+    if (is_ok) squares += std::pow(error_mm / quality.surface_sd_mm, 2);
+    mtre_mm.push_back(error_mm);
+  }
+  void expect_right(double least_percent) const {
+    expect({what + ": mTRE ≤ " + std::to_string(static_cast<int>(right_mm)) + " mm", "%",
+            100.0 * right / cases, least_percent, Figure::Goal::at_least});
+    expect({what + ": wrong ones that are ok", "", double(false_ok), 0});
+    report(what + ": mTRE, median", "mm", spread_of(mtre_mm).median);
+    report(what + ": ok", "%", 100.0 * ok / cases);
+    if (ok == 0) return;
+    const double ratio = std::sqrt(squares / ok);  // of an RMS distance
+    expect({what + ": RMS error / standard deviation", "×", ratio, 2});
+    expect({what + ": RMS error / standard deviation", "×", ratio, 0.5, Figure::Goal::at_least});
+  }
+};
+
+DepthTally run_patches(const RegistrationCases& organs, const std::string& what, int count,
+                       const DepthFaults& faults, double shift_mm, double turn_deg,
+                       double right_mm) {
+  DepthTally tally{what + ", " + std::to_string(count) + " patches", right_mm};
+  for (int i = 0; i < count; ++i) {
+    const std::size_t organ = static_cast<std::size_t>(i) % organs.organs().size();
+    const auto seed = static_cast<std::uint64_t>(i);
+    RegistrationCase made = organs.open_patch(organ, seed);
+    made.photo.depth = depth_of(made, *organs.organs()[organ].whole, faults, seed);
+    made.photo.start = start_from(*made.patch, made.camera_from_world, shift_mm, turn_deg, seed);
+    const RegisteredPhoto found = register_photo(*made.patch, made.photo, {});
+    tally.add(mean_distance_mm(*made.patch, made.camera_from_world, found.camera.camera_from_world),
+              found.quality);
+  }
+  return tally;
+}
+
+TEST(RegistrationDepth, OfRoughStereoHoldsPatches) {
+  const RegistrationCases organs(shared_data(""));
+  const int count = cases(6, 30);
+  run_patches(organs, "depth rough by 2 %, from 10 mm / 8°", count, kRough, 10, 8, 1)
+      .expect_right(95);
+  run_patches(organs, "depth rough by 2 %, from 30 mm / 20°", count, kRough, 30, 20, 1)
+      .expect_right(80);
+}
+
+TEST(RegistrationDepth, ThatErrsAsRealDepthHoldsPatches) {
+  const RegistrationCases organs(shared_data(""));
+  const int count = cases(6, 30);
+  run_patches(organs, "depth as endoscopes have it, from 5 mm / 3°", count, kReal, 5, 3, 2)
+      .expect_right(75);
+  run_patches(organs, "depth as endoscopes have it, from 10 mm / 8°", count, kReal, 10, 8, 2)
+      .expect_right(75);
+}
+
+TEST(RegistrationDepth, WithoutAScaleHoldsPatches) {
+  const RegistrationCases organs(shared_data(""));
+  DepthFaults faults = kRough;
+  faults.mm_per_unit = 3;
+  run_patches(organs, "relative depth, from 10 mm / 8°", cases(6, 30), faults, 10, 8, 2)
+      .expect_right(75);
+}
+
+// Another organ's patch where this one's is, at the truth's own distance.
+TEST(RegistrationDepth, OfAnotherOrganIsNeverOk) {
+  const RegistrationCases organs(shared_data(""));
+  const int count = cases(6, 30);
+  int ok = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::size_t organ = static_cast<std::size_t>(i) % organs.organs().size();
+    const std::size_t other = (organ + 1) % organs.organs().size();
+    const auto seed = static_cast<std::uint64_t>(i);
+    RegistrationCase made = organs.open_patch(organ, seed);
+    const RegistrationCase wrong = organs.open_patch(other, seed + 100);
+    made.photo.depth = depth_of(made, *organs.organs()[organ].whole, kReal, seed);
+    RigidTransform start = wrong.camera_from_world;
+    start.translation +=
+        made.camera_from_world * made.patch->center() - start * wrong.patch->center();
+    made.photo.start = start;
+    ok += register_photo(*wrong.patch, made.photo, {}).quality.verdict == Verdict::ok;
+  }
+  expect({"another organ's patch called ok, of " + std::to_string(count), "", double(ok), 0});
+}
+
+}  // namespace
+}  // namespace organbake

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cost_functions/depth_cost.h"
+#include "cost_functions/pose_manifold.h"
+#include "depth/depth_search.h"
+#include "lamp_studio.h"
+#include "organbake/core/error.h"
+#include "organbake/phantom/faulty_depth.h"
+#include "support/meshes.h"
+
+namespace organbake {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kWall_mm = 330;  // behind the studio's organ
+
+// Half of the studio's organ, and the depth of all of it.
+class Depth : public testing::Test {
+ protected:
+  const PosedCamera& camera_ = lamp_studio().cameras[0];
+  const RigidTransform& truth_ = camera_.camera_from_world;
+  const Vector3d up_ = truth_.rotation.row(1).transpose();
+  const RegisteredSurface half_{cut_in_half(lamp_studio().surface.mesh(), up_, -20)};
+
+  SeenDepth seen(const RegisteredSurface& organ, const DepthFaults& faults) const {
+    return thin_depth(faulty_depth(organ.scene(), camera_, kWall_mm, faults, 1), {},
+                      faults.mm_per_unit != 1);
+  }
+  SeenDepth seen(const DepthFaults& faults) const { return seen(lamp_studio().surface, faults); }
+  DepthState true_state() const { return {object_pose(truth_, half_.center()), 0}; }
+  double error_mm(const RigidTransform& found) const { return mtre_mm(half_, truth_, found); }
+  PhotoToRegister photo(const DepthFaults& faults, std::uint64_t seed) const {
+    PhotoToRegister photo =
+        lamp_studio().photo(lamp_studio().textured, {.gain = 0.9, .offset = 0.01, .noise = 0.01});
+    photo.depth = seen(faults);
+    photo.start = disturbed(half_, truth_, 20, 15, seed);
+    return photo;
+  }
+};
+
+TEST_F(Depth, IsThinnedToPointsOfOneSurfaceEach) {
+  std::vector<Vector3d> points;
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 200; ++x) {
+      const double z = x < 101 ? 50 : 80;  // a step within a cell
+      points.push_back(z * Vector3d((x - 100) / 200.0, (y - 100) / 200.0, 1));
+    }
+  points.push_back({0, 0, -5});
+  points.push_back(Vector3d::Constant(std::nan("")));
+  const SeenDepth seen = thin_depth(points, {}, true);
+  EXPECT_TRUE(seen.relative);
+  EXPECT_GT(seen.points.size(), 1000U);
+  for (const SeenDepth::Point& point : seen.points)
+    EXPECT_TRUE(std::abs(point.place.z() - 50) < 1e-9 || std::abs(point.place.z() - 80) < 1e-9)
+        << point.place.z();
+  EXPECT_TRUE(thin_depth({}, {}, false).empty());
+  EXPECT_TRUE(thin_depth({{0, 0, 5}}, {}, false).empty()) << "no view";
+}
+
+TEST_F(Depth, RowsSlopesAreTheFiniteDifferences) {
+  const SeenDepth depth = seen({.noise = 0.01});
+  DepthState state = true_state();
+  state.pose = moved(state.pose, Motion::Constant(0.02));
+  state.log_scale = 0.1;
+  const auto matches = match_depth(half_, depth, state);
+  constexpr double kStep = 1e-6, kTolerance = 1e-6;
+  int tried = 0;
+  for (std::size_t i = 0; i < matches.size() && tried < 20; i += 7) {
+    if (matches[i].kind != DepthMatch::Kind::on) continue;
+    ++tried;
+    const DepthRow row = depth_row(depth.points[i], matches[i], state, half_.center());
+    for (int j = 0; j < 7; ++j) {
+      const auto at = [&](double step) {
+        DepthState other = state;
+        if (j < 6) other.pose = moved(state.pose, step * Motion::Unit(j));
+        if (j == 6) other.log_scale += step;
+        return depth_row(depth.points[i], matches[i], other, half_.center()).distance;
+      };
+      EXPECT_NEAR(row.slope[j], (at(kStep) - at(-kStep)) / (2 * kStep), kTolerance) << j;
+    }
+  }
+  EXPECT_EQ(tried, 20);
+}
+
+TEST_F(Depth, CostHasItsOwnSlopes) {
+  const SeenDepth depth = seen({.noise = 0.01});
+  DepthState state = true_state();
+  state.pose = moved(state.pose, Motion::Constant(0.02));
+  const WeighedDepth weighed = weigh_depth(half_, depth, state);
+  const ScalePrior prior{0.01, 0.02};
+  const DepthCost cost(depth, weighed, prior, half_.center(), 0.5);
+  const auto pose = state.pose.to_array();
+  const double* parameters[] = {pose.data(), &state.log_scale};
+  const auto half_squares = [&](const DepthState& at) {
+    const auto numbers = at.pose.to_array();
+    const double* values[] = {numbers.data(), &at.log_scale};
+    Eigen::Matrix<double, 8, 1> r;
+    cost.Evaluate(values, r.data(), nullptr);
+    return 0.5 * r.squaredNorm();
+  };
+  Eigen::Matrix<double, 8, 1> r, by_scale;
+  Eigen::Matrix<double, 8, 7, Eigen::RowMajor> by_pose;
+  double* jacobians[] = {by_pose.data(), by_scale.data()};
+  ASSERT_TRUE(cost.Evaluate(parameters, r.data(), jacobians));
+  const Eigen::VectorXd gradient =
+      (by_pose * PoseManifold::plus_jacobian(pose.data())).transpose() * r;
+  constexpr double kStep = 1e-6;
+  for (int j = 0; j < 7; ++j) {
+    const auto at = [&](double step) {
+      DepthState other = state;
+      if (j < 6) other.pose = moved(state.pose, step * Motion::Unit(j));
+      if (j == 6) other.log_scale += step;
+      return half_squares(other);
+    };
+    const double expected = (at(kStep) - at(-kStep)) / (2 * kStep);
+    const double found = j < 6 ? gradient[j] : by_scale.dot(r);
+    EXPECT_NEAR(found, expected, 1e-4 * std::max(1.0, std::abs(expected))) << j;
+  }
+}
+
+// A bias of the depth moves the pose along the view, which the photograph's own size of things
+// holds; texture moves the photograph's, which depth holds.
+TEST_F(Depth, AndPhotographTogetherAreBetterThanEither) {
+  const DepthFaults faults{.noise = 0.01, .bias = 0.02, .bumps_mm = 0.7, .hidden_share = 0.15};
+  const PhotoToRegister both = photo(faults, 1);
+  PhotoToRegister alone = both;
+  alone.depth = {};
+  const RegisteredPhoto found = register_photo(half_, both, {});
+  const double together_mm = error_mm(found.camera.camera_from_world);
+  const FoundByDepth by_depth =
+      search_by_depth(half_, both.depth, object_pose(*both.start, half_.center()), {});
+  const double depth_mm = error_mm(rigid_transform(by_depth.state.pose, half_.center()));
+  constexpr double kTogether_mm = 2.5;  // at 300 mm, of which a percent is 3, and 0.9 mm a pixel
+  EXPECT_LT(together_mm, kTogether_mm);
+  EXPECT_LT(together_mm, depth_mm);
+  ASSERT_TRUE(found.quality.depth);
+  EXPECT_NE(found.quality.verdict, Verdict::failed) << found.quality.reason;
+  EXPECT_LT(together_mm, 3 * found.quality.surface_sd_mm) << "an RMS distance";
+  EXPECT_GT(found.quality.depth->share, 0.6);
+}
+
+TEST_F(Depth, InAUnitOfItsOwnFindsItsScale) {
+  const RegisteredPhoto found =
+      register_photo(half_, photo({.noise = 0.01, .mm_per_unit = 2.5}, 2), {});
+  EXPECT_LT(error_mm(found.camera.camera_from_world), 3);
+  ASSERT_TRUE(found.quality.depth);
+  EXPECT_NEAR(found.quality.depth->scale, 2.5, 0.05);
+}
+
+// A ball where the organ's piece should be.
+TEST_F(Depth, OfAnotherOrganIsNotOk) {
+  TriangleMesh ball = lamp_studio().surface.mesh();
+  for (Vector3d& v : ball.vertices)
+    v = lamp_studio().surface.center() + 55 * (v - lamp_studio().surface.center()).normalized();
+  PhotoToRegister other = photo({}, 3);
+  other.depth = seen(RegisteredSurface(ball), {.noise = 0.01});
+  EXPECT_NE(register_photo(half_, other, {}).quality.verdict, Verdict::ok);
+}
+
+TEST_F(Depth, GivesTheSameForAnyNumberOfThreads) {
+  const PhotoToRegister both = photo({.noise = 0.01}, 4);
+  const auto many = register_photo(half_, both, {});
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const auto alone = register_photo(half_, both, {});
+  EXPECT_EQ(many.camera.camera_from_world.rotation, alone.camera.camera_from_world.rotation);
+  EXPECT_EQ(many.camera.camera_from_world.translation, alone.camera.camera_from_world.translation);
+  EXPECT_EQ(many.quality.surface_sd_mm, alone.quality.surface_sd_mm);
+}
+
+TEST_F(Depth, LeavesTheFocalLengthAsItIs) {
+  RegistrationOptions options;
+  options.free_focal = true;
+  EXPECT_THROW(register_photo(half_, photo({}, 5), options), UsageError);
+}
+
+}  // namespace
+}  // namespace organbake
