@@ -8,7 +8,9 @@
 
 #include "organbake/bundle/map_code.h"
 #include "organbake/core/error.h"
+#include "organbake/player/instrument_motion.h"
 #include "organbake/player/play.h"
+#include "organbake/player/tip_instruments.h"
 
 namespace organbake {
 namespace {
@@ -103,6 +105,25 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   return script.frames;
 }
 
+void LiveOrgan::set_state(std::span<const float> xyz_mm, StateOf of) {
+  of == StateOf::nodes ? player_->set_nodes(xyz_mm) : player_->set_vertices(xyz_mm);
+}
+void LiveOrgan::set_state(std::span<const double> xyz_mm, StateOf of) {
+  of == StateOf::nodes ? player_->set_nodes(xyz_mm) : player_->set_vertices(xyz_mm);
+}
+
+void LiveOrgan::place_tools(const std::vector<EmbeddedPlayer::Tip>& tips) {
+  const std::vector<Instrument> instruments = instruments_from(tips);
+  check_instruments(instruments);
+  drawing_.solids = solids_of(instruments, player_->bundle());
+}
+
+std::vector<Eigen::Vector3d> LiveOrgan::contact_forces(const std::vector<EmbeddedPlayer::Tip>& tips,
+                                                       bool on_nodes) {
+  const auto forces = player_->contact_force_n(instruments_from(tips));
+  return on_nodes ? forces_on_nodes(player_->bundle_now(), forces) : forces;
+}
+
 void LiveOrgan::set_solver(TissueSolver solver) {
   if (player_->solver() == solver) return;
   player_->set_solver(solver);
@@ -110,6 +131,7 @@ void LiveOrgan::set_solver(TissueSolver solver) {
 }
 
 void LiveOrgan::reset() {
+  drawing_.solids.clear();
   if (player_->solver() == TissueSolver::springs) return session_->reset();
   set_solver(TissueSolver::springs);
 }

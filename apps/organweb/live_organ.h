@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "organbake/player/live_session.h"
+#include "organbake/player/organ_mesh.h"
 #include "organbake/player/player.h"
 
 namespace organbake {
@@ -36,6 +38,15 @@ class LiveOrgan {
   // Returns how many frames the script has. Throws as play() does, and MapsWanted.
   int play(const std::string& script, int frame);
   const std::uint8_t* pixels() const { return rgba_.data(); }
+
+  // Another solver's state, as Player takes it; then pictures without a step show it.
+  void set_state(std::span<const float> xyz_mm, StateOf of);
+  void set_state(std::span<const double> xyz_mm, StateOf of);
+  EmbeddedPlayer::Mesh mesh() const { return organ_mesh(player_->bundle_now()); }
+  // Tools in the next pictures that push nothing, beside those that hands hold.
+  void place_tools(const std::vector<EmbeddedPlayer::Tip>& tips);
+  std::vector<Eigen::Vector3d> contact_forces(const std::vector<EmbeddedPlayer::Tip>& tips,
+                                              bool on_nodes);
 
   void reset();
   void set_light(int light);  // a DrawnLight; throws UsageError

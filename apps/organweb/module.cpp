@@ -22,7 +22,47 @@ struct Module {
   std::vector<PackPart> parts;
   std::unique_ptr<LiveOrgan> organ;
   std::string message;
+  std::vector<double> room;  // of states and tools, which come once a step: kept
+  std::vector<std::byte> list;
 };
+
+// The tools in the room: position, radius and axis, and whether each grabs, are 8 numbers.
+constexpr std::size_t kNumbersPerTool = 8;
+std::vector<EmbeddedPlayer::Tip> tools_in(const std::vector<double>& room, std::uint32_t count) {
+  if (room.size() < kNumbersPerTool * count) throw UsageError("there is no room of so many tools");
+  std::vector<EmbeddedPlayer::Tip> tips(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    const double* n = &room[kNumbersPerTool * t];
+    tips[t].position_mm = {n[0], n[1], n[2]};
+    tips[t].radius_mm = n[3];
+    tips[t].axis_mm = {n[4], n[5], n[6]};
+    tips[t].grabs = n[7] != 0;
+  }
+  return tips;
+}
+
+template <class Item>
+void put_list(const std::vector<Item>& items, Module& m) {
+  const auto bytes = std::as_bytes(std::span(items));
+  m.list.assign(bytes.begin(), bytes.end());
+}
+
+// A list of the mesh by its place in organ.js.
+void put_mesh_list(const EmbeddedPlayer::Mesh& mesh, std::uint32_t which, Module& m) {
+  std::uint32_t place = 0;
+  const auto one = [&](const auto& list) {
+    if (place++ == which) put_list(list, m);
+  };
+  one(mesh.vertices_mm), one(mesh.faces), one(mesh.vertex_mass_kg), one(mesh.vertex_anchors);
+  one(mesh.spring_ends), one(mesh.spring_length_mm), one(mesh.spring_stiffness_n_per_mm);
+  one(mesh.spring_damping_n_s_per_mm), one(mesh.nodes_mm), one(mesh.tetrahedra), one(mesh.fill);
+  one(mesh.node_mass_kg), one(mesh.node_anchors), one(mesh.vertex_tetrahedron);
+  one(mesh.vertex_weights), one(mesh.skin_first), one(mesh.skin_carriers), one(mesh.skin_weights);
+  one(mesh.skin_faces);
+  one(std::vector<double>{mesh.young_modulus_kpa, mesh.density_kg_per_m3, mesh.thickness_mm,
+                          mesh.volume_stiffness, mesh.poisson_ratio, mesh.damping_s});
+  if (which >= place) throw UsageError("the mesh has no list " + std::to_string(which));
+}
 
 Module& module() {
   static Module one;
@@ -132,6 +172,54 @@ ORGAN_EXPORT(organ_script) int organ_script(int frame) {
   return with_organ([&](LiveOrgan& organ) {
     const auto bytes = std::exchange(module().buffer, {});
     return organ.play({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, frame);
+  });
+}
+
+// Room for a state or for tools; it stays until more is asked for. 0 when there is no such memory.
+ORGAN_EXPORT(organ_room) double* organ_room(std::uint32_t bytes) {
+  double* at = nullptr;
+  guarded([&](Module& m) {
+    if (bytes > kMostBytes) throw BadDataError("a state of so many places cannot be an organ's");
+    if (m.room.size() * sizeof(double) < bytes) m.room.resize((bytes + 7) / sizeof(double));
+    at = m.room.data();
+    return 0;
+  });
+  return at;
+}
+
+// The room holds x y z of each point: of vertices, or nodes ≠ 0; as doubles, or floats when single.
+ORGAN_EXPORT(organ_set_state) int organ_set_state(std::uint32_t numbers, int nodes, int single) {
+  return with_organ([&](LiveOrgan& organ) {
+    const std::vector<double>& room = module().room;
+    const StateOf of = nodes != 0 ? StateOf::nodes : StateOf::vertices;
+    const std::size_t bytes = std::size_t{numbers} * (single != 0 ? sizeof(float) : sizeof(double));
+    if (room.size() * sizeof(double) < bytes) throw UsageError("there is no room of such a state");
+    if (single != 0) {
+      organ.set_state(std::span(reinterpret_cast<const float*>(room.data()), numbers), of);
+    } else {
+      organ.set_state(std::span(room.data(), numbers), of);
+    }
+    return 0;
+  });
+}
+// A list of the mesh, as organ.js counts them: its bytes lie at organ_list().
+ORGAN_EXPORT(organ_mesh) int organ_mesh_list(std::uint32_t which) {
+  return with_organ([&](LiveOrgan& organ) {
+    put_mesh_list(organ.mesh(), which, module());
+    return static_cast<int>(module().list.size());
+  });
+}
+ORGAN_EXPORT(organ_list) const std::byte* organ_list() { return module().list.data(); }
+// The room holds tools, 8 numbers each.
+ORGAN_EXPORT(organ_place_tools) int organ_place_tools(std::uint32_t count) {
+  return with_organ(
+      [&](LiveOrgan& organ) { return organ.place_tools(tools_in(module().room, count)), 0; });
+}
+ORGAN_EXPORT(organ_contact_forces) int organ_contact_forces(std::uint32_t count, int nodes) {
+  return with_organ([&](LiveOrgan& organ) {
+    const auto tips = tools_in(module().room, count);
+    put_list(points_of(organ.contact_forces(tips, nodes != 0)), module());
+    return static_cast<int>(module().list.size());
   });
 }
 

@@ -22,3 +22,13 @@ expect 0 build/poke_organ organ poked.ppm
 expect_same first.ppm poked.ppm
 expect 1 build/poke_organ nowhere poked.ppm
 expect_err "nowhere"
+
+# A solver of the program's own drives the organ: it is pressed in, some millimetres.
+expect 0 build/drive_organ organ driven.ppm
+awk '{ exit !($1 > 0.001 && $1 < 1000 && $9 > 0.5 && $9 < 40) }' out || fail "driven: $(cat out)"
+cmp -s driven.ppm poked.ppm && fail "the driven organ looks like the poked one"
+cp driven.ppm first.ppm
+expect 0 build/drive_organ organ driven.ppm
+expect_same first.ppm driven.ppm
+expect 1 build/drive_organ nowhere driven.ppm
+expect_err "nowhere"

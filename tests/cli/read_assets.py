@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads the exports for physics engines and holds them against the bundle.
 
-usage: read_assets.py BUNDLE USD_FOLDER SOFA_FOLDER. Debian has neither USD nor SOFA: usda is read
-here by its grammar, the scene by Python's XML. Ends with an AssertionError at the first thing that
+usage: read_assets.py BUNDLE USD_FOLDER SOFA_FOLDER [RECORDING.npz]. Debian has neither USD nor SOFA:
+usda is read here by its grammar, the scene by Python's XML. Schemas and attributes are those of the
+proposal's own document (OpenUSD-proposals 111, wp_deformable_physics.md). A recording's vertices_mm,
+nodes_mm: what the layer's time samples must be. Ends with an AssertionError at the first thing that
 is wrong.
 """
 import json
@@ -14,7 +16,7 @@ import sys
 import xml.etree.ElementTree
 
 TOKEN = re.compile(r'\s*(?:#[^\n]*\n\s*)*("(?:[^"\\]|\\.)*"|@[^@]*@|<[^>]*>|[-+]?(?:\d+\.?\d*|\.\d+)'
-                   r'(?:[eE][-+]?\d+)?|[A-Za-z_][\w:.]*|[(){}\[\]=,])')
+                   r'(?:[eE][-+]?\d+)?|[A-Za-z_][\w:.]*|[(){}\[\]=,:])')
 
 
 class Usda:
@@ -54,6 +56,16 @@ class Usda:
             return items
         if token[0] in "\"@<":
             return token[1:-1]
+        if token == "{":  # time samples
+            found = {}
+            while self.peek() != "}":
+                time = self.value()
+                self.take(":")
+                found[time] = self.value()
+                if self.peek() == ",":
+                    self.take()
+            self.take()
+            return found
         try:
             return float(token)
         except ValueError:
@@ -75,7 +87,7 @@ class Usda:
         self.take("def")
         kind, name = self.take(), self.value()
         path = f"{parent}/{name}"
-        prim = {"type": kind, "values": {}, "schemas": []}
+        prim = {"type": kind, "values": {}, "schemas": [], "parent": parent}
         assert path not in self.prims
         self.prims[path] = prim
         if self.peek() == "(":
@@ -154,8 +166,51 @@ for name, prim in layer.prims.items():
         if key == "inputs:file":
             assert (usd / value).is_file(), value
 material = layer.prims["/Organ/Tissue"]["values"]
-assert abs(material["omniphysics:density"] - mechanics["tissue"]["density_kg_per_m3"]) <= 1e-6 * material["omniphysics:density"]
+tissue = mechanics["tissue"]
+for name, wanted in (("density", tissue["density_kg_per_m3"]), ("youngsModulus", 1000 * tissue["young_modulus_kpa"])):
+    assert abs(material["physics:" + name] - wanted) <= 1e-6 * wanted, name
 assert ("/Organ/Body" in layer.prims) == (solid is not None)
+
+# What the proposal asks of a deformable body: its root, one simulated geometry right below it, and
+# all that follows it tied by a bind pose of as many points.
+assert layer.prims["/Organ"]["schemas"] == ["PhysicsDeformableBodyAPI"]
+simulated = [p for p in layer.prims.values() if any(s.endswith("DeformableSimAPI") for s in p["schemas"])]
+assert len(simulated) == 1 and simulated[0]["parent"] == "/Organ"
+assert simulated[0]["values"]["material:binding:physics"] == "/Organ/Tissue"
+sim_masses = simulated[0]["values"]["physics:masses"]
+assert len(sim_masses) == len(simulated[0]["values"]["points"]) and min(sim_masses) > 0
+root_mass = layer.prims["/Organ"]["values"]["physics:mass"]
+assert abs(sum(sim_masses) - root_mass) <= 1e-6 * root_mass
+assert "PhysicsCollisionAPI" in layer.prims["/Organ/Proxy"]["schemas"]
+for name in ("Surface", "Proxy") + (("Body",) if solid else ()):
+    prim = layer.prims["/Organ/" + name]
+    assert "PhysicsDeformablePoseAPI:bind" in prim["schemas"], name
+    assert prim["values"]["physics:deformablePose:bind:purposes"] == ["bindPose"]
+    assert prim["values"]["physics:deformablePose:bind:points"] == prim["values"]["points"]
+assert not any("Omni" in s for p in layer.prims.values() for s in p["schemas"])
+
+if len(sys.argv) > 4:
+    import numpy
+    recording = numpy.load(sys.argv[4])
+    frames = len(recording["vertices_mm"])
+    assert layer.metadata["startTimeCode"] == 0 and layer.metadata["endTimeCode"] == frames - 1
+    assert abs(layer.metadata["timeCodesPerSecond"] * float(recording["time_step_s"]) - 1) < 1e-6
+    largest = 0
+    for name, key in (("Proxy", "vertices_mm"), ("Body", "nodes_mm")):
+        if "/Organ/" + name not in layer.prims or key not in recording:
+            continue
+        samples = layer.prims["/Organ/" + name]["values"]["points.timeSamples"]
+        assert sorted(samples) == list(range(frames))
+        got = numpy.array([samples[f] for f in range(frames)])
+        world = 1000 * numpy.stack([got[..., 0], -got[..., 2], got[..., 1]], axis=-1)
+        assert world.shape == recording[key].shape
+        largest = max(largest, numpy.abs(world - recording[key]).max())
+    assert 0 < largest <= 1.1e-6, f"time samples are {largest} mm off"
+    skin = layer.prims["/Organ/Surface"]["values"]
+    assert len(skin["points.timeSamples"]) == len(skin["normals.timeSamples"]) == frames
+    moved = numpy.abs(numpy.array(skin["points.timeSamples"][frames - 1]) - numpy.array(skin["points"])).max()
+    assert moved > 1e-3, "the surface did not move"
+    print(f"{frames} time samples, at most {largest:.2e} mm off the recording")
 
 scene_file = xml.etree.ElementTree.parse(sofa / "organ.scn").getroot()
 organ = scene_file.find("Node[@name='Organ']")
@@ -167,7 +222,8 @@ assert (sofa / organ.find("Node[@name='Visual']/MeshOBJLoader").get("filename"))
 assert (sofa / organ.find("Node[@name='Visual']/OglModel").get("texturename")).is_file()
 
 if solid is None:
-    assert "OmniPhysicsSurfaceDeformableSimAPI" in layer.prims["/Organ/Proxy"]["schemas"]
+    assert "PhysicsSurfaceDeformableSimAPI" in layer.prims["/Organ/Proxy"]["schemas"]
+    assert mesh["physics:restTriVertexIndices"] == [[float(i) for i in mesh["faceVertexIndices"][f:f + 3]] for f in range(0, len(mesh["faceVertexIndices"]), 3)]
     near(masses, mechanics["mass_kg"], 1e-9, "sofa: masses")
     assert anchored == mechanics["anchors"]
     springs = numbers(organ.find("StiffSpringForceField").get("spring"))
@@ -180,7 +236,11 @@ else:
     nodes = [scene(p) for p in solid["nodes_mm"]]
     cells = solid["corners"]
     body = layer.prims["/Organ/Body"]
-    assert body["type"] == "TetMesh" and "OmniPhysicsVolumeDeformableSimAPI" in body["schemas"]
+    assert body["type"] == "TetMesh" and "PhysicsVolumeDeformableSimAPI" in body["schemas"]
+    assert "PhysicsVolumeDeformableMaterialAPI" in layer.prims["/Organ/Tissue"]["schemas"]
+    assert abs(material["physics:poissonsRatio"] - solid["poisson_ratio"]) < 1e-6
+    assert body["values"]["physics:restTetVertexIndices"] == body["values"]["tetVertexIndices"]
+    assert body["values"]["physics:restShapePoints"] == body["values"]["points"]
     near(flat(body["values"]["points"]), flat(nodes), METRES, "usd: nodes")
     assert body["values"]["tetVertexIndices"] == [[float(i) for i in c] for c in cells]
     topology = organ.find("TetrahedronSetTopologyContainer")
@@ -195,7 +255,7 @@ else:
                   + u[2] * (v[0] * w[1] - v[1] * w[0])) / 6
         assert volume > 0, "a tetrahedron is inside out"
         mass += volume * fill * mechanics["tissue"]["density_kg_per_m3"]
-    for total in (sum(masses), sum(body["values"]["organbake:masses"]), body["values"]["omniphysics:mass"]):
+    for total in (sum(masses), sum(body["values"]["organbake:masses"]), sum(body["values"]["physics:masses"]), root_mass):
         assert abs(total - mass) <= RELATIVE * mass, f"{total} kg for {mass}"
     where = [[sum(w * nodes[n][k] for w, n in zip(weights, cells[int(t)])) for k in range(3)]
              for t, weights in zip(mesh["organbake:embeddingTetrahedra"], mesh["organbake:embeddingWeights"], strict=True)]

@@ -84,6 +84,8 @@ expect 0 node "$SOURCE/tests/web/cut.mjs" cuttable.html
 expect_out "cut, snipped, pierced"
 expect 0 node "$SOURCE/tests/web/cut.mjs" organ.html
 expect_out "no blades"
+expect 0 node "$SOURCE/tests/web/states.mjs" cuttable.html
+expect_out "states are drawn"
 expect 1 node "$SOURCE/tests/web/frames.mjs" organ.html cut.json none
 expect_err "has no tetrahedra"
 expect 0 node "$SOURCE/tests/web/poke_long.mjs" cuttable.html 1000

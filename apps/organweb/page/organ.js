@@ -11,6 +11,17 @@ const Figure = { step_ms: 0, draw_ms: 1, force_n: 2, depth_mm: 3, radius_mm: 4, 
                  cameras: 7, proxy_faces: 8, unchanged: 9, recovered: 10,
                  can_cut: 11, pieces: 12, cut_width_mm: 13 };
 
+// The lists of a mesh in the module's order, and their kinds of number.
+const kMeshLists = [
+  ["vertices", Float64Array], ["faces", Uint32Array], ["vertexMass", Float64Array],
+  ["vertexAnchors", Uint32Array], ["springEnds", Uint32Array], ["springLength", Float64Array],
+  ["springStiffness", Float64Array], ["springDamping", Float64Array], ["nodes", Float64Array],
+  ["tetrahedra", Uint32Array], ["fill", Float64Array], ["nodeMass", Float64Array],
+  ["nodeAnchors", Uint32Array], ["vertexTetrahedron", Uint32Array], ["vertexWeights", Float64Array],
+  ["skinFirst", Uint32Array], ["skinCarriers", Uint32Array], ["skinWeights", Float64Array],
+  ["skinFaces", Uint32Array], ["tissue", Float64Array]];
+const kTissue = ["youngModulusKPa", "density", "thickness", "volumeStiffness", "poissonRatio", "damping"];
+
 async function inflated(stream, bytes, what) {
   const refused = `the file is damaged where it holds the ${what}`;
   const result = new Uint8Array(bytes);
@@ -42,6 +53,7 @@ export class Organ {
   #supplies = new Map();  // by camera: the promise that the module gets its maps
   #failure = null;
   #next = 0;  // cameras before it are bound
+  #room = null;  // a view of the module's memory where states go
 
   // module: the bytes of organ.wasm, or a compiled WebAssembly.Module; pack: a Uint8Array. Throws an
   // Error whose message is a sentence for the reader.
@@ -159,6 +171,54 @@ export class Organ {
     const frames = this.#call("organ_script", frame);
     [this.#width, this.#height] = script.size ?? [1280, 720];
     return frames;
+  }
+
+  // What a solver of your own needs, at rest: millimetres, kilograms, N/mm; flat arrays of x y z, and
+  // of indices. `tissue` tells its constants. As embedded_player.h says of its Mesh.
+  mesh() {
+    const mesh = {};
+    kMeshLists.forEach(([name, Kind], which) => { mesh[name] = this.#list("organ_mesh", Kind, which); });
+    mesh.tissue = Object.fromEntries(kTissue.map((name, i) => [name, mesh.tissue[i]]));
+    return mesh;
+  }
+  // Where your solver has brought the proxy's vertices, or the tetrahedra's nodes: a Float64Array or
+  // Float32Array of x y z, world mm. draw(false, …) then shows it; a step goes on from there, from
+  // rest in that moment. Throws for another count, for what is not finite, for another organ's or
+  // other units, and has changed nothing then.
+  setVertices(xyz) { this.#setState(xyz, 0); }
+  setNodes(xyz) { this.#setState(xyz, 1); }
+  // Tools in the next pictures, which push nothing: [{position: [x, y, z], radius, axis: [x, y, z]}].
+  placeTools(tools) { this.#call("organ_place_tools", this.#giveTools(tools)); }
+  // For solvers without contact: x y z of the force (N) on each vertex, or each node, that keeps the
+  // tissue off tools, or carries it (grabs: true), for one time step.
+  contactForces(tools, { nodes = false } = {}) {
+    return this.#list("organ_contact_forces", Float64Array, this.#giveTools(tools), nodes ? 1 : 0);
+  }
+  #roomFor(Kind, numbers) {
+    const { memory } = this.#exports;
+    const fits = this.#room instanceof Kind && this.#room.length === numbers &&
+                 this.#room.buffer === memory.buffer;
+    if (fits) return this.#room;
+    const at = this.#exports.organ_room(numbers * Kind.BYTES_PER_ELEMENT);
+    if (at === 0 && numbers > 0) throw new Error(this.#message());
+    return this.#room = new Kind(memory.buffer, at, numbers);
+  }
+  #setState(xyz, nodes) {
+    const Kind = xyz instanceof Float32Array ? Float32Array : Float64Array;
+    if (!(xyz instanceof Kind)) throw new TypeError("a state must be a Float64Array or a Float32Array");
+    this.#roomFor(Kind, xyz.length).set(xyz);
+    this.#call("organ_set_state", xyz.length, nodes, Kind === Float32Array ? 1 : 0);
+  }
+  #giveTools(tools) {
+    const numbers = tools.flatMap(({ position, radius = 5, axis = [0, 0, 0], grabs = false }) =>
+      [...position, radius, ...axis, grabs ? 1 : 0]);
+    this.#roomFor(Float64Array, numbers.length).set(numbers);
+    return tools.length;
+  }
+  #list(name, Kind, ...values) {
+    const bytes = this.#call(name, ...values);
+    const at = this.#exports.organ_list();
+    return new Kind(this.#exports.memory.buffer.slice(at, at + bytes));
   }
 
   turn(x, y) { this.#exports.organ_turn(x, y); }    // the organ follows the pointer round its centre

@@ -11,9 +11,13 @@ def program():
     return str(own) if own.exists() else shutil.which("organplay")
 
 
-if __name__ == "__main__":
+def main():
     found = program()
     if not found:
         sys.exit("organplay: error: the program organplay is neither in this package nor in PATH; "
                  "install the wheel of scripts/package, or the Debian package organplay")
     os.execv(found, [found, *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    main()

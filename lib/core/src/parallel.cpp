@@ -18,7 +18,10 @@
 namespace organbake {
 namespace {
 
-thread_local WorkMeter* metering = nullptr;
+#ifndef ORGANBAKE_NO_THREADS
+thread_local
+#endif
+    WorkMeter* metering = nullptr;
 
 // Of this thread.
 double processor_ms() {

@@ -1,51 +1,64 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the inside of an organ does when its skin alone is known: membrane energy (Botsch and
-// Sorkine 2008, "On linear variational surface deformation methods", 3.1, in a volume), which takes
-// one sparse factor and has no parameter that tissue would have to tell.
+// Sorkine 2008, "On linear variational surface deformation methods", 3.1, in a volume), which has
+// no parameter that tissue would have to tell. By conjugate gradients without a matrix (Hestenes
+// and Stiefel 1952): it is asked for once, when a step follows a state, and stays small in a page.
 #include "inside_of_skin.h"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <array>
-
-#include "organbake/core/error.h"
+#include <cstdint>
+#include <utility>
 
 namespace organbake {
 namespace {
 
-using Matrix = Eigen::SparseMatrix<double>;
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+using Vectors = std::vector<Eigen::Vector3d>;
 
-// Of an edge, against 1 of a vertex: skin is met to a thousandth of what it moved.
+// Of an edge of a tetrahedron, against 1 of a vertex: skin is met to a thousandth of its motion.
 constexpr double kSmooth = 1e-4;
+constexpr int kMostRounds = 400;
+constexpr double kSmallest = 1e-10;  // of what is left of the residual's square
 
-struct System {
-  std::vector<Eigen::Triplet<double>> entries;
-  const std::vector<std::uint8_t>& anchored;
+void hold_anchors(const TetrahedralBody& body, Vectors& rows) {
+  for (const std::uint32_t anchor : body.anchors) rows[anchor].setZero();
+}
 
-  void add(std::uint32_t row, std::uint32_t column, double value) {
-    if (!anchored[row] && !anchored[column]) entries.emplace_back(row, column, value);
+// Wᵀ times rows of the vertices, added up by node.
+void spread(const TetrahedralBody& body, const auto& row_of_vertex, Vectors& rows) {
+  for (std::size_t v = 0; v < body.vertices.size(); ++v) {
+    const auto& [tetrahedron, weights] = body.vertices[v];
+    const Eigen::Vector3d row = row_of_vertex(v);
+    for (int k = 0; k < 4; ++k) rows[body.tetrahedra[tetrahedron].nodes[k]] += weights[k] * row;
   }
-};
+}
 
-Matrix matrix_of(const TetrahedralBody& body, const std::vector<std::uint8_t>& anchored) {
-  System system{{}, anchored};
-  for (const EmbeddedVertex& v : body.vertices) {
-    const auto& nodes = body.tetrahedra[v.tetrahedron].nodes;
-    for (int a = 0; a < 4; ++a)
-      for (int b = 0; b < 4; ++b) system.add(nodes[a], nodes[b], v.weights[a] * v.weights[b]);
-  }
+Eigen::Vector3d carried(const TetrahedralBody& body, std::size_t vertex, const Vectors& u) {
+  const auto& [tetrahedron, weights] = body.vertices[vertex];
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) moved += weights[k] * u[body.tetrahedra[tetrahedron].nodes[k]];
+  return moved;
+}
+
+// (WᵀW + ε L) u, anchors' rows 0.
+void apply(const TetrahedralBody& body, const Vectors& u, Vectors& result) {
+  std::fill(result.begin(), result.end(), Eigen::Vector3d::Zero());
+  spread(
+      body, [&](std::size_t v) { return carried(body, v, u); }, result);
   for (const Tetrahedron& t : body.tetrahedra) {
-    for (int a = 0; a < 4; ++a)
-      for (int b = 0; b < 4; ++b)
-        system.add(t.nodes[a], t.nodes[b], a == b ? 3 * kSmooth : -kSmooth);
+    const Eigen::Vector3d sum = u[t.nodes[0]] + u[t.nodes[1]] + u[t.nodes[2]] + u[t.nodes[3]];
+    for (const std::uint32_t n : t.nodes) result[n] += kSmooth * (4 * u[n] - sum);
   }
-  const auto count = static_cast<Eigen::Index>(anchored.size());
-  for (std::uint32_t n = 0; n < anchored.size(); ++n)
-    if (anchored[n]) system.entries.emplace_back(n, n, 1);
-  Matrix matrix(count, count);
-  matrix.setFromTriplets(system.entries.begin(), system.entries.end());
-  return matrix;
+  hold_anchors(body, result);
+}
+
+double dot(const Vectors& a, const Vectors& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+void add(double scale, const Vectors& from, Vectors& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] += scale * from[i];
 }
 
 }  // namespace
@@ -68,25 +81,25 @@ void carry_vertices(const TetrahedralBody& body, const std::vector<Eigen::Vector
 std::vector<Eigen::Vector3d> nodes_under(const TetrahedralBody& body,
                                          const std::vector<Eigen::Vector3d>& rest_mm,
                                          const std::vector<Eigen::Vector3d>& vertices_mm) {
-  std::vector<std::uint8_t> anchored(body.nodes_mm.size(), 0);
-  for (const std::uint32_t anchor : body.anchors) anchored[anchor] = 1;
-  Rows pulls = Rows::Zero(static_cast<Eigen::Index>(anchored.size()), 3);
-  for (std::size_t v = 0; v < rest_mm.size(); ++v) {
-    const auto& [tetrahedron, weights] = body.vertices[v];
-    const Eigen::RowVector3d moved = (vertices_mm[v] - rest_mm[v]).transpose();
-    for (int k = 0; k < 4; ++k) {
-      const std::uint32_t node = body.tetrahedra[tetrahedron].nodes[k];
-      if (!anchored[node]) pulls.row(node) += weights[k] * moved;
-    }
+  const std::size_t count = body.nodes_mm.size();
+  Vectors u(count, Eigen::Vector3d::Zero()), residual = u, product = u;
+  spread(
+      body, [&](std::size_t v) -> Eigen::Vector3d { return vertices_mm[v] - rest_mm[v]; },
+      residual);
+  hold_anchors(body, residual);
+  Vectors along = residual;
+  double left = dot(residual, residual);
+  const double enough = kSmallest * left;
+  for (int round = 0; round < kMostRounds && left > enough; ++round) {
+    apply(body, along, product);
+    const double step = left / dot(along, product);
+    add(step, along, u);
+    add(-step, product, residual);
+    const double before = std::exchange(left, dot(residual, residual));
+    for (std::size_t n = 0; n < count; ++n) along[n] = residual[n] + left / before * along[n];
   }
-  const Eigen::SimplicialLDLT<Matrix> factor(matrix_of(body, anchored));
-  const Rows moved = factor.solve(pulls);
-  if (factor.info() != Eigen::Success || !moved.allFinite())
-    throw BadDataError("the tetrahedra do not hang together: no inside fits the skin");
-  std::vector<Eigen::Vector3d> nodes = body.nodes_mm;
-  for (std::size_t n = 0; n < nodes.size(); ++n)
-    nodes[n] += moved.row(static_cast<Eigen::Index>(n)).transpose();
-  return nodes;
+  add(1, body.nodes_mm, u);
+  return u;
 }
 
 }  // namespace organbake

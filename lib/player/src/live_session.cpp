@@ -181,7 +181,8 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   played.deform_ms = watch.lap();
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   options.keep_depth = true;
-  options.solids = tools_.solids(tips_, view_, time_s);
+  const std::vector<Solid> held = tools_.solids(tips_, view_, time_s);
+  options.solids.insert(options.solids.end(), held.begin(), held.end());
   if (holding_) tool_record_.back().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
   played.draw = player_->draw(view_, options, frame_);
   played.draw_ms = watch.lap();

@@ -9,13 +9,17 @@ void bind(OptionList& list, ExportOptions& o) {
       {.help = "gltf, obj: the surface with colours and normals as textures, in metres, y up; "
                "colmap, transforms: cameras with pictures, masks, depth and points, in "
                "millimetres, LPS; usd, sofa: for physics engines, with masses, springs and "
-               "tetrahedra, in metres, y up; web: one page in which anyone can poke the organ"},
+               "tetrahedra, in metres, y up; mjcf: the tetrahedra as a flex of MuJoCo, in metres, "
+               "LPS; gmsh: the tetrahedra alone, in millimetres, LPS; web: one page in which "
+               "anyone can poke the organ"},
       {{"gltf", ExportFormat::gltf},
        {"colmap", ExportFormat::colmap},
        {"transforms", ExportFormat::transforms},
        {"obj", ExportFormat::obj},
        {"usd", ExportFormat::usd},
        {"sofa", ExportFormat::sofa},
+       {"mjcf", ExportFormat::mjcf},
+       {"gmsh", ExportFormat::gmsh},
        {"web", ExportFormat::web}});
   list.add("faces", &o.faces,
            {.help = "for formats with a surface, its most faces; 0 = all of the base layer's",
@@ -31,6 +35,12 @@ void bind(OptionList& list, ExportOptions& o) {
       "albedo", &o.albedo,
       {.help = "for formats with a surface, colours without the light that they were baked in, for "
                "viewers that light anew; else as organplay shows them with --light baked"});
+  list.add("vendor_names", &o.vendor_names,
+           {.help = "for usd, also the schemas of Omniverse (OmniPhysics…) beside those of the "
+                    "proposal for UsdPhysics"});
+  list.add("interaction", &o.interaction,
+           {.help = "for usd, a script (organplay --script) without blades, played by the "
+                    "tetrahedra where there are any; its motion becomes time samples"});
 }
 
 }  // namespace organbake

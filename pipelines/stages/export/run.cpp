@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <optional>
 
 #include "organbake/bundle/bundle_reader.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
+#include "organbake/deform/deformer.h"
 #include "organbake/exchange/base_surface.h"
 #include "organbake/exchange/cut_out.h"
 #include "organbake/exchange/map_sampler.h"
@@ -12,12 +14,17 @@
 #include "organbake/exchange/web_page.h"
 #include "organbake/formats/camera_files.h"
 #include "organbake/formats/gltf.h"
+#include "organbake/formats/gmsh.h"
+#include "organbake/formats/mjcf.h"
 #include "organbake/formats/sofa.h"
 #include "organbake/formats/usd.h"
 #include "organbake/image/png.h"
 #include "organbake/pipelines/export_options.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
+#include "organbake/player/carried_surface.h"
+#include "organbake/player/instrument_motion.h"
+#include "organbake/player/script.h"
 
 namespace organbake {
 namespace {
@@ -132,12 +139,54 @@ void write_web(const Bundle& bundle, const fs::path& folder, const RunContext& c
   write_file_atomically(folder / kWebPageFile, web_page(bundle, player, context));
 }
 
+// What blades cut has another mesh from then on, which no layer of USD holds.
+Script script_without_blades(const fs::path& file) {
+  Script script = read_script(file);
+  for (const InstrumentPath& path : script.instruments) {
+    if (has_blade(path.instrument.kind))
+      throw UsageError(file.string() + " cuts, and a mesh in USD keeps its faces; leave out '" +
+                       path.name + "'");
+  }
+  return script;
+}
+
+// Played without a picture.
+UsdMotion recorded(const Bundle& bundle, const TexturedMesh& surface, const Script& script,
+                   const RunContext& context) {
+  DeformOptions options;
+  options.time_step_s = script.time_step_s;
+  options.solver =
+      script.solver.value_or(bundle.mechanics.body ? TissueSolver::fem : TissueSolver::springs);
+  Deformer deformer(
+      {{bundle.proxy, bundle.mechanics, bundle.base, bundle.skin ? &*bundle.skin : nullptr}},
+      options);
+  TriangleMesh plain;
+  plain.vertices = surface.vertices;
+  for (const auto& face : surface.faces)
+    plain.faces.push_back({face[0].vertex, face[1].vertex, face[2].vertex});
+  const CarriedSurface carried(std::move(plain), bundle.shell());
+  const InstrumentMotion motion(script, bundle);
+  UsdMotion record;
+  record.frames_per_second = 1 / script.time_step_s;
+  for (int frame = 0; frame < script.frames; ++frame) {
+    context.throw_if_cancelled();
+    deformer.step(motion.at(frame * script.time_step_s));
+    record.vertices_mm.push_back(deformer.positions());
+    if (options.solver == TissueSolver::fem) record.nodes_mm.push_back(deformer.node_positions(0));
+    record.surface_mm.push_back(carried.carry(deformer.positions()));
+  }
+  return record;
+}
+
 void write_usd(const Bundle& bundle, const ExportOptions& options, const fs::path& folder,
                const RunContext& context) {
   constexpr int kUsualSide = 2048;
+  std::optional<Script> script;
+  if (!options.interaction.empty()) script = script_without_blades(options.interaction);
   const TexturedMesh mesh = surface_of(bundle, options, kUsualSide, context);
-  write_file_atomically(folder / "organ.usda",
-                        usd_text(bundle, mesh, "organ.png", "organ_normal.png"));
+  UsdOptions usd{"organ.png", "organ_normal.png", options.vendor_names, {}};
+  if (script) usd.motion = recorded(bundle, mesh, *script, context);
+  write_file_atomically(folder / "organ.usda", usd_text(bundle, mesh, usd));
   write_png(folder / "organ.png", mesh.color);
   write_png(folder / "organ_normal.png", mesh.normal_map);
 }
@@ -150,6 +199,8 @@ void write_sofa(const Bundle& bundle, const ExportOptions& options, const fs::pa
 
 StageReport run(const StageCall& call) {
   const auto options = call.options_as<ExportOptions>();
+  if (!options.interaction.empty() && options.format != ExportFormat::usd)
+    throw UsageError("--interaction is of --format usd, which alone holds motion");
   const Bundle bundle = BundleReader(*call.input("bundle")).read_all();
   switch (options.format) {
     case ExportFormat::gltf:
@@ -169,6 +220,12 @@ StageReport run(const StageCall& call) {
       break;
     case ExportFormat::usd:
       write_usd(bundle, options, call.output_folder, call.context);
+      break;
+    case ExportFormat::mjcf:
+      write_file_atomically(call.output_folder / "organ.xml", mjcf_text(bundle));
+      break;
+    case ExportFormat::gmsh:
+      write_file_atomically(call.output_folder / "organ.msh", gmsh_text(bundle));
       break;
     case ExportFormat::sofa:
       write_sofa(bundle, options, call.output_folder, call.context);

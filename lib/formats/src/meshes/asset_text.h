@@ -8,6 +8,8 @@
 
 namespace organbake {
 
+inline constexpr double kMetresAMillimetre = 0.001, kNewtonsAMetre = 1000;  // of N/mm
+inline constexpr double kPascals = 1000;                                    // of kPa
 inline constexpr int kAssetMetreDigits = 9;  // a millionth of a millimetre
 
 inline std::string metres_text(const Eigen::Vector3d& v, const char* between) {

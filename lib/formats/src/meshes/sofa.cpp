@@ -35,7 +35,6 @@ std::string anchors_text(const std::vector<std::uint32_t>& anchors) {
 }
 
 std::string solid_text(const TetrahedralBody& body, const MechanicsModel& m) {
-  constexpr double kPascals = 1000;  // of kPa
   // An element that is partly tissue is as much softer.
   const std::string moduli = joined(body.tetrahedra, " ", [&](const Tetrahedron& t) {
     return to_text(kPascals * m.young_modulus_kpa * t.fill);
@@ -52,7 +51,6 @@ std::string solid_text(const TetrahedralBody& body, const MechanicsModel& m) {
 }
 
 std::string springs_text(const Bundle& bundle) {
-  constexpr double kNewtonsAMetre = 1000, kMetresAMillimetre = 0.001;
   const MechanicsModel& m = bundle.mechanics;
   const auto spring = [](const Spring& s) {
     return std::to_string(s.a) + " " + std::to_string(s.b) + " " +

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+
+#include "organbake/bundle/bundle.h"
+#include "organbake/core/error.h"
+
+namespace organbake {
+
+// A bundle's tetrahedra; throws UsageError where there are none.
+inline const TetrahedralBody& tetrahedra_of(const Bundle& bundle, const std::string& what) {
+  if (bundle.mechanics.body) return *bundle.mechanics.body;
+  throw UsageError(what + " is made of tetrahedra, which '" + bundle.manifest.name +
+                   "' does not have; bake it with --set mechanics.fem=true");
+}
+
+}  // namespace organbake
