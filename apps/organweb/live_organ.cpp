@@ -113,9 +113,9 @@ void LiveOrgan::set_state(std::span<const double> xyz_mm, StateOf of) {
 }
 
 void LiveOrgan::place_tools(const std::vector<EmbeddedPlayer::Tip>& tips) {
-  const std::vector<Instrument> instruments = instruments_from(tips);
+  std::vector<Instrument> instruments = instruments_from(tips);
   check_instruments(instruments);
-  drawing_.solids = solids_of(instruments, player_->bundle());
+  session_->place_tools(std::move(instruments));
 }
 
 std::vector<Eigen::Vector3d> LiveOrgan::contact_forces(const std::vector<EmbeddedPlayer::Tip>& tips,
@@ -131,7 +131,6 @@ void LiveOrgan::set_solver(TissueSolver solver) {
 }
 
 void LiveOrgan::reset() {
-  drawing_.solids.clear();
   if (player_->solver() == TissueSolver::springs) return session_->reset();
   set_solver(TissueSolver::springs);
 }

@@ -32,7 +32,8 @@ LiveSession::LiveSession(Player& player, double time_step_s)
     : player_(&player),
       time_step_s_(time_step_s),
       tool_radius_mm_(player.bundle().mechanics.instrument_radius_mm),
-      tools_(player) {
+      tools_(player),
+      placed_tools_(player) {
   player.reset();
   view_ = orbit_view(player.bundle().cameras, pose_, 1, 1);
 }
@@ -181,8 +182,9 @@ PlayedFrame LiveSession::advance(bool step, int width, int height, DrawOptions o
   played.deform_ms = watch.lap();
   view_ = orbit_view(player_->bundle().cameras, pose_, width, height);
   options.keep_depth = true;
-  const std::vector<Solid> held = tools_.solids(tips_, view_, time_s);
-  options.solids.insert(options.solids.end(), held.begin(), held.end());
+  options.solids = tools_.solids(tips_, view_, time_s);
+  const std::vector<Solid> placed = placed_tools_.solids(placed_, view_, time_s);
+  options.solids.insert(options.solids.end(), placed.begin(), placed.end());
   if (holding_) tool_record_.back().trocar_mm = tools_.trocar_mm(tips_.size() - 1);
   played.draw = player_->draw(view_, options, frame_);
   played.draw_ms = watch.lap();
@@ -193,6 +195,7 @@ void LiveSession::reset() {
   let_go();
   player_->reset();
   tips_.clear();
+  placed_.clear();
   camera_record_.clear();
   tool_record_.clear();
   steps_ = 0;

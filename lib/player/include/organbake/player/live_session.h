@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "organbake/player/held_tools.h"
@@ -44,6 +45,8 @@ class LiveSession {
   // still and only the picture is made.
   PlayedFrame advance(bool step, int width, int height, DrawOptions options);
   const Frame& frame() const { return frame_; }
+  // Tools in the next pictures that push nothing, beside those that hands hold; until the reset.
+  void place_tools(std::vector<Instrument> tools) { placed_ = std::move(tools); }
 
   void reset();  // the organ at rest, a new record
   // All steps since the start or the last reset, as a script that play() repeats to the last bit.
@@ -69,8 +72,9 @@ class LiveSession {
   OrbitPose pose_;
   View view_;  // of the last picture
   Frame frame_;
-  HeldTools tools_;
+  HeldTools tools_, placed_tools_;
   std::vector<Instrument> tips_;  // one for each touch so far; the last may be active
+  std::vector<Instrument> placed_;
   bool holding_ = false;
   Eigen::Vector2d touched_px_ = Eigen::Vector2d::Zero(), pointer_px_ = Eigen::Vector2d::Zero();
   Eigen::Vector3d touched_mm_ = Eigen::Vector3d::Zero();  // the skin there, world
