@@ -144,6 +144,11 @@ if command -v ffmpeg >/dev/null; then
   expect 0 organbake stereo frames.mkv right.mkv --calibration k.yml --every 2 -o videos
   expect_equal "$(figure frames_read videos/report.json)" 2
   expect_equal "$(figure frames_matched videos/report.json)" 1
+  ffmpeg -v error -framerate 5 -i p/frames/%06d.png -framerate 5 -i p/right/%06d.png \
+    -filter_complex hstack -c:v ffv1 both.mkv
+  refused 65 "two like pictures" organbake motion both.mkv -o made
+  expect 0 organbake stereo both.mkv --calibration k.yml -o both
+  expect_same videos/depth/000000.exr both/depth/000000.exr
   ffmpeg -v error -framerate 2 -i p/right/%06d.png -c:v ffv1 slower.mkv
   expect 65 organbake stereo frames.mkv slower.mkv --calibration k.yml -o drifting
   expect_err "drift apart in time"
