@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <limits>
+#include <map>
 
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
@@ -36,6 +38,36 @@ TEST(DepthMesh, TornAtJumpsAndHolesStayHoles) {
   EXPECT_EQ(analyse_topology(front).components, 1u);
   EXPECT_EQ(analyse_topology(front).euler_characteristic, 0) << "a sheet with one hole";
   for (const auto& vertex : front.vertices) EXPECT_LT(vertex.z(), 60);
+}
+
+// Pixels end in stairs; what is cut out of them is round.
+TEST(DepthMesh, ADiscOfPixelsHasARoundBorder) {
+  const Intrinsics camera = assumed_camera(320, 240, 1.0);
+  constexpr double kRadius_px = 90, kStair_px = 4;
+  Plane depth(320, 240, std::numeric_limits<float>::infinity());
+  for (int y = 0; y < 240; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const double u = kStair_px * std::floor((x - 160) / kStair_px) + 0.5 * kStair_px;
+      const double v = kStair_px * std::floor((y - 120) / kStair_px) + 0.5 * kStair_px;
+      if (std::hypot(u, v) < kRadius_px) depth.at(x, y) = 50;
+    }
+  const TriangleMesh mesh = mesh_from_depth(depth, Rgb8Image(320, 240), camera, {.step_px = 3});
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+  for (const auto& face : mesh.faces)
+    for (int k = 0; k < 3; ++k) ++uses[std::minmax(face[k], face[(k + 1) % 3])];
+  double sum = 0, squares = 0, count = 0;
+  for (const auto& [edge, faces] : uses) {
+    if (faces != 1) continue;
+    for (const std::uint32_t vertex : {edge.first, edge.second}) {
+      const Eigen::Vector2d pixel = project(camera, mesh.vertices[vertex]);
+      const double radius = (pixel - Eigen::Vector2d(160, 120)).norm();
+      sum += radius, squares += radius * radius, ++count;
+    }
+  }
+  ASSERT_GT(count, 100);
+  const double mean = sum / count;
+  EXPECT_LT(std::sqrt(std::max(0.0, squares / count - mean * mean)), 0.85) << "stairs of 4 px alone are 1.2 px off";
+  EXPECT_NEAR(mean, kRadius_px, 4);
 }
 
 TEST(DepthMesh, NothingToMeshIsAnError) {

@@ -53,7 +53,8 @@ double error_percent(const FrameDepth& depth, const PreparedFrame& frame,
 
 // Noise also moves the rims of the masks, and so what counts of the pixels there.
 TEST(LaparoscopyClip, AStillSceneKeepsItsDepth) {
-  const LaparoscopyFrame scene = LaparoscopyPhantom({.frames = 2}).frame(0);
+  const LaparoscopyFrame scene =
+      LaparoscopyPhantom({.width = 480, .height = 360, .frames = 2}).frame(0);
   const auto shaded = [&](std::uint64_t seed, const FrameDepth* previous) {
     Rgb8Image image = scene.image;
     RandomStream random(seed);
@@ -94,9 +95,9 @@ TEST(LaparoscopyClip, DepthMasksAndWarmStart) {
 TEST(LaparoscopyClip, AlbedoThatGoesWithColourIsNotTakenForShape) {
   constexpr double kMostError = 1.5;     // percent
   constexpr double kWorseWithout = 1.5;  // times: what colour tells is worth using
-  for (std::uint64_t seed : {1U, 2U, 3U}) {
+  for (std::uint64_t seed : {1U, 2U}) {
     const LaparoscopyFrame truth =
-        LaparoscopyPhantom({.seed = seed, .width = 480, .height = 360, .two_tissues = true})
+        LaparoscopyPhantom({.seed = seed, .width = 320, .height = 240, .two_tissues = true})
             .frame(0);
     const auto error = [&](bool albedo) {
       const PreparedFrame frame =

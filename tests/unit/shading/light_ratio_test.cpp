@@ -31,8 +31,8 @@ TEST(OffsetLight, RatioIsOneForACentralEvenLight) {
 }
 
 TEST(OffsetLight, KnowingTheOffsetBringsTheErrorDown) {
-  const NearScene scene = near_scene(0.5, 128);
-  const Mask inside(128, 128, 1);
+  const NearScene scene = near_scene(0.5, 96);
+  const Mask inside(96, 96, 1);
   for (double offset : {2.0, 5.0, 10.0}) {
     const LaparoscopeOptions options{.light_offset_x_mm = offset};
     const Plane intensity = lit_from_beside(scene, options);

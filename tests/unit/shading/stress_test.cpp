@@ -2,6 +2,7 @@
 // Whatever comes in, what goes out is finite and bounded, and never much worse than a flat plane.
 #include <gmock/gmock.h>
 
+#include <array>
 #include <limits>
 #include <numbers>
 
@@ -64,10 +65,10 @@ TEST(ShadingStress, GainDoesNotMatter) {
   }
 }
 
-// All tilts and slants of a grid, the singular ones among them.
+// Tilts and slants of a grid, every second of them, the singular ones among them.
 TEST(ShadingStress, DistantLightsFromEverywhere) {
   for (int tilt = 0; tilt < 8; ++tilt)
-    for (double slant : {0.0, 0.4, 1.0, 0.5 * std::numbers::pi}) {
+    for (double slant : tilt % 2 ? std::array{0.4, 0.5 * std::numbers::pi} : std::array{0.0, 1.0}) {
       const DistantLight light{tilt * 0.25 * std::numbers::pi, slant};
       const DistantScene scene = distant_scene("gauss", 32, light);
       DistantOptions options;

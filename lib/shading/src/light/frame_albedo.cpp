@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A frame divided by its light. Highlights and their glow are told from tissue by the dichromatic
-// model (Shafer 1985): what is mirrored has the lamp's colour, the rest the tissue's own.
+// A frame divided by its light, as the shape that was found in it says, and without highlights.
 #include "organbake/shading/frame_albedo.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
+#include "light/divided_light.h"
+#include "light/highlight_fill.h"
+#include "light/linear_color.h"
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/image/srgb.h"
-#include "organbake/shading/grid_filters.h"
-#include "organbake/shading/masks.h"
 #include "organbake/shading/ray_grid.h"
 
 namespace organbake {
@@ -63,18 +62,6 @@ double median_range(const LitSurface& lit, const Mask& counts) {
   return median(std::move(ranges));
 }
 
-using LinearColor = std::array<Plane, 3>;
-
-LinearColor linear_color(const Rgb8Image& frame) {
-  LinearColor linear;
-  for (int c = 0; c < 3; ++c) {
-    linear[c] = Plane(frame.width, frame.height);
-    for (std::size_t k = 0; k < linear[c].size(); ++k)
-      linear[c].values[k] = linear_from_srgb8()[frame.pixels[3 * k + c]];
-  }
-  return linear;
-}
-
 // Of ln luminance with the logarithm of a light, over the pixels given.
 double correlation(const LinearColor& color, const Plane& light, const Mask& where) {
   double count = 0, sum_a = 0, sum_b = 0, aa = 0, bb = 0, ab = 0;
@@ -87,48 +74,6 @@ double correlation(const LinearColor& color, const Plane& light, const Mask& whe
   const double spread =
       std::max(0.0, aa - sum_a * sum_a / count) * std::max(0.0, bb - sum_b * sum_b / count);
   return count > 1 && spread > 0 ? (ab - sum_a * sum_b / count) / std::sqrt(spread) : 0;
-}
-
-int share_of_side(const PreparedFrame& frame, int share) {
-  return std::max(1, std::max(frame.color.width, frame.color.height) / share);
-}
-
-// Where the frame's own brightness stands for tissue: not on highlights nor on their rims.
-Mask clear_tissue(const PreparedFrame& frame) {
-  const Mask clear = without(frame.diffuse, dilated(frame.highlights, 1));
-  const bool any = std::any_of(clear.values.begin(), clear.values.end(),
-                               [](std::uint8_t value) { return value != 0; });
-  return any ? clear : frame.diffuse;
-}
-
-// Round a highlight lies its glow, and tissue that mirrors a little. What is mirrored is white, and
-// adds to the tissue's colour (the dichromatic model; Shafer 1985): with the colour of the tissue
-// around, least squares over the three channels tell the two apart, and the texture stays.
-void take_glow_out(const PreparedFrame& frame, const Mask& clear, LinearColor& color) {
-  constexpr int kGlowShare = 24, kAroundShare = 40;  // of the longer side
-  constexpr float kNoise = 0.05F;  // of the tissue's luminance: less white is no glow
-  constexpr float kLeast = 0.75F;  // of the colour around: pale tissue is white by itself
-  const Mask near = dilated(frame.highlights, share_of_side(frame, kGlowShare));
-  const Mask free = without(clear, near);
-  const Mask everywhere(clear.width, clear.height, 1);
-  LinearColor around = color;
-  for (Plane& plane : around) {
-    fill_outside(plane, free);
-    plane = box_mean(plane, everywhere, share_of_side(frame, kAroundShare));
-  }
-  for (std::size_t k = 0; k < clear.size(); ++k) {
-    if (!clear.values[k] || !near.values[k]) continue;
-    const Eigen::Vector3f tissue(around[0].values[k], around[1].values[k], around[2].values[k]);
-    const Eigen::Vector3f seen(color[0].values[k], color[1].values[k], color[2].values[k]);
-    const float own = tissue.sum() / 3;
-    const Eigen::Vector3f tint = tissue - Eigen::Vector3f::Constant(own);
-    if (tint.squaredNorm() < 1e-4F * own * own) continue;  // grey tissue: white tells nothing
-    const float amount = tint.dot(seen) / tint.squaredNorm();
-    const float white = std::min(seen.sum() / 3 - std::max(0.F, amount) * own,
-                                 std::max(0.F, (seen - kLeast * tissue).minCoeff()));
-    const float over = std::clamp(white / (kNoise * own) - 1, 0.F, 1.F);
-    for (Plane& plane : color) plane.values[k] = std::max(0.F, plane.values[k] - over * white);
-  }
 }
 
 Rgb8Image picture_of(const LinearColor& color, const Mask& tissue) {
@@ -186,17 +131,15 @@ FrameAlbedo divide_light_out(const PreparedFrame& frame, const FrameDepth& depth
   const Mask clear = clear_tissue(frame);
   FrameAlbedo albedo;
   albedo.reference_mm = mm_per_unit * median_range(lit, clear);
-  LinearColor color = linear_color(frame.color);
-  albedo.falloff_before = correlation(color, lit.falloff, clear);
-  albedo.cosine_before = correlation(color, lit.cosine, clear);
+  const LinearColor seen = linear_color(frame.color);
+  albedo.falloff_before = correlation(seen, lit.falloff, clear);
+  albedo.cosine_before = correlation(seen, lit.cosine, clear);
   const double reference = albedo.reference_mm / mm_per_unit;
   const auto full = static_cast<float>(reference * reference);
-  for (std::size_t k = 0; k < clear.size(); ++k) {
-    const float light = full * lit.falloff.values[k] * lit.cosine.values[k];
-    for (Plane& plane : color) plane.values[k] = light > 0 ? plane.values[k] / light : 0;
-  }
-  take_glow_out(frame, clear, color);
-  for (Plane& plane : color) fill_outside(plane, clear);
+  Plane light = lit.falloff;
+  for (std::size_t k = 0; k < light.size(); ++k) light.values[k] *= full * lit.cosine.values[k];
+  LinearColor color = divided_by_light(frame.color, light, clear);
+  take_highlights_out(frame, clear, color);
   albedo.falloff_left = correlation(color, lit.falloff, clear);
   albedo.cosine_left = correlation(color, lit.cosine, clear);
   albedo.color = picture_of(color, frame.tissue);

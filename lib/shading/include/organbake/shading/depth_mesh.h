@@ -17,9 +17,10 @@ struct DepthMeshOptions {
 };
 
 // The surface that a depth map shows, in camera axes taken as world, coloured by the frame
-// (linear). Two triangles per grid cell, front to the camera; cells with a gap or a jump stay open:
-// nothing is invented where one viewpoint cannot have seen. Throws BadDataError when sizes differ
-// or no cell is left.
+// (linear; means over a step's pixels). Two triangles per grid cell, front to the camera, cut along
+// a smooth curve a few pixels inside the border of the depth; cells with a gap or a jump stay
+// open: nothing is invented where one viewpoint cannot have seen. Throws BadDataError when sizes
+// differ or no cell is left.
 TriangleMesh mesh_from_depth(const Plane& depth_mm, const Rgb8Image& color,
                              const Intrinsics& camera, const DepthMeshOptions& options);
 

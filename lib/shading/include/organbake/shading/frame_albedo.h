@@ -28,8 +28,9 @@ Lighting laparoscope_lighting(const LaparoscopeOptions& options);
 // `name` for one without a light at the scope.
 LaparoscopeOptions lamp_of(const Lighting& lighting, const std::string& name);
 
-// Divides the frame by the light on the surface that was found in it. Highlights, and the glow
-// around them, take the albedo of their surroundings (push–pull). `mm_per_unit` of the depth.
+// Divides the frame by the light on the surface that was found in it, as far as its noise allows.
+// Highlights, the glow around them and what a camera cut off take the hue and the brightness of
+// their surroundings. `mm_per_unit` of the depth.
 // Throws BadDataError where no tissue counts.
 FrameAlbedo divide_light_out(const PreparedFrame& frame, const FrameDepth& depth,
                              const LaparoscopeOptions& options, double mm_per_unit);
