@@ -14,6 +14,7 @@
 #include "organbake/image/video_pipe.h"
 #include "organbake/player/comparison_table.h"
 #include "organbake/player/contact_sheet.h"
+#include "organbake/player/eye_inside.h"
 #include "organbake/player/play.h"
 #include "organbake/player/player.h"
 #include "organbake/player/reference_frames.h"
@@ -121,7 +122,8 @@ void draw_one(const Command& command, Player& player, Results& results, const Ru
   if (lens) view.camera.intrinsics = lens->pinhole();
   DrawOptions options = drawing(command, player);
   options.keep_bound = command.wants_truth();
-  player.draw(view, options, frame);
+  const DrawReport report = player.draw(view, options, frame);
+  if (const auto why = why_empty(player, view, report)) context.warn(*why);
   Rgb8Image seen;
   if (lens) lens->show(frame.color, seen);
   write_picture(command.frame_file, lens ? seen : frame.color, context);

@@ -7,6 +7,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/stopwatch.h"
+#include "organbake/player/eye_inside.h"
 #include "organbake/player/held_tools.h"
 #include "organbake/player/script_camera.h"
 
@@ -119,6 +120,8 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
     watch.lap();
     entry.draw = player.draw(view, draw, picture);
     entry.draw_ms = watch.lap();
+    if (const auto why = why_empty(player, view, entry.draw))
+      context.warn("frame " + std::to_string(frame) + ": " + *why);
     if (entry.step.recovered) {
       context.warn("frame " + std::to_string(frame) +
                    ": the tissue's state was lost and reset to rest");

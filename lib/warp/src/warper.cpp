@@ -27,6 +27,9 @@
 namespace organbake {
 namespace {
 
+// Pixels of a texel along its longest side from which on a picture counts as seen from near.
+constexpr double kNearSplat = 12;
+
 std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
                                   const RigidTransform& frame_from_world) {
   for (ShellMatrix& matrix : matrices) {
@@ -61,6 +64,7 @@ struct Warper::Impl {
   std::shared_ptr<SampleStore> store;
   std::optional<RelitSkin> relit;   // when the bundle knows its light
   std::optional<ScopeLight> scope;  // that the bundle is meant to be seen in
+  bool was_near = false;            // the last picture
   bool cut = false;                 // tissue beside cuts opens gaps between samples anywhere
   LastDrawing last;
   // What the passes of a frame make; the next frame goes on with it, or takes its memory.
@@ -84,7 +88,7 @@ struct Warper::Impl {
   ViewWeights choose_cameras(const View& view);
   void place_faces(const View& view, const DrawOptions& options, bool continued);
   VisibilitySummary place_samples(const View& view, const TileGrid& grid, DrawReport& report);
-  void place_base(const View& view, const TileGrid& grid, const ViewWeights& weights,
+  void place_base(const View& view, const TileGrid& grid, const DrawReport& report,
                   VisibilitySummary& visibility);
   double meter_light(const View& view, const DrawOptions& options) const;
   void light_faces(const View& view, const DrawOptions& options, double reference_mm,
@@ -152,7 +156,7 @@ DrawReport Warper::Impl::draw(const std::vector<Eigen::Vector3d>& positions, con
   VisibilitySummary visibility = place_samples(view, grid, report);
   clock.lap(report.times.transform, report.critical_path.transform);
   double reference_mm = 0;
-  parallel_both([&] { place_base(view, grid, report.weights, visibility); },
+  parallel_both([&] { place_base(view, grid, report, visibility); },
                 [&] { reference_mm = meter_light(view, options); });
   light_faces(view, options, reference_mm, visibility);
   clock.lap(report.times.base, report.critical_path.base);
@@ -189,11 +193,18 @@ VisibilitySummary Warper::Impl::place_samples(const View& view, const TileGrid& 
   return active.summarise(faces.size(), report);
 }
 
-void Warper::Impl::place_base(const View& view, const TileGrid& grid, const ViewWeights& weights,
+// From near, samples that lie side by side may leave gaps on any face, through which those of skin
+// behind it would show.
+void Warper::Impl::place_base(const View& view, const TileGrid& grid, const DrawReport& report,
                               VisibilitySummary& visibility) {
   std::vector<std::uint8_t> may_have_gaps = visibility.stretched;
+  const bool near = report.largest_stretch_px >= kNearSplat;
   for (std::size_t f = 0; f < faces.size(); ++f) may_have_gaps[f] |= shell.two_sided(f) || cut;
-  base.place(faces, may_have_gaps, weights, view, grid, dirty_cells, visibility);
+  if (near) may_have_gaps.assign(faces.size(), BaseDrawing::kDrawnWhole);
+  if (near != was_near)
+    dirty_cells.mark({0, 0, view.camera.intrinsics.width, view.camera.intrinsics.height});
+  was_near = near;
+  base.place(faces, may_have_gaps, report.weights, view, grid, dirty_cells, visibility);
 }
 
 // The range of full exposure of the light at the scope.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drawing/near_clip.h"
 #include "organbake/core/parallel.h"
 #include "organbake/warp/rasteriser.h"
 #include "placing/patch_frames.h"
@@ -26,13 +27,15 @@ std::array<float, 8> weight_table(const ViewWeights& weights) {
   return table;
 }
 
+bool is_beyond(const SnappedCorner& corner) { return corner.x == SnappedCorner::kBeyond; }
+
 }  // namespace
 
 // A block's nodes in one frame.
 class BaseDrawing::PlacedBlock {
  public:
   PlacedBlock(const BaseDrawing& base, const Block& block, const FaceFrame& frame, float near_mm)
-      : base_(base) {
+      : base_(base), matrix_(frame.pixel) {
     const std::uint32_t rows = base.block_end(block.i) - block.i;
     for (std::uint32_t i = 0; i <= rows; ++i) read_row(block, i);
     place(frame.pixel, near_mm);
@@ -40,6 +43,10 @@ class BaseDrawing::PlacedBlock {
 
   static constexpr std::uint32_t at(std::uint32_t i, std::uint32_t j) {
     return i * (kCells + 1) + j;
+  }
+  // Pixels × depth, and depth.
+  Eigen::Vector3f homogeneous(std::uint32_t at) const {
+    return shell_point(matrix_, b1_[at], b2_[at], h_[at]).head<3>();
   }
   float weight(std::uint32_t at) const { return weight_[at]; }
   float b1(std::uint32_t at) const { return b1_[at]; }
@@ -96,6 +103,7 @@ class BaseDrawing::PlacedBlock {
   using PerNode = std::array<Number, kNodes>;
 
   const BaseDrawing& base_;
+  const ShellColumns& matrix_;
   PerNode<Eigen::Vector4f> shade_;
   alignas(32) PerNode<float> b1_{}, b2_{}, h_{}, weight_{}, inverse_depth_;
   alignas(32) PerNode<std::int32_t> x_, y_;
@@ -251,7 +259,8 @@ std::vector<BaseDrawing::Chosen> BaseDrawing::chosen_of(
       }
       const ChunkFrame& frame = placed[b - first];
       if (frame.visibility == ChunkVisibility::drawn)
-        chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps});
+        chosen.push_back({static_cast<std::uint32_t>(b), face, frame.box, weighing, gaps,
+                          may_have_gaps[face] == kDrawnWhole});
     }
   }
   return chosen;
@@ -262,41 +271,55 @@ void BaseDrawing::draw(std::uint32_t number, const PlacedFaces& faces, const Vie
   const Chosen& chosen = chosen_[number];
   if (intersected(chosen.box, tile.box).empty()) return;  // another part's
   const bool fills = chosen.fills_gaps && open.any(chosen.box);
-  if (!chosen.weighs && !fills) return;
+  if (!chosen.weighs && !chosen.everywhere && !fills) return;
   const Block& block = blocks_[chosen.block];
   const FaceFrame& frame = faces[block.patch.face];
-  const PlacedBlock placed(*this, block, frame, static_cast<float>(view.near_mm));
+  const auto near_mm = static_cast<float>(view.near_mm);
+  const PlacedBlock placed(*this, block, frame, near_mm);
   PixelBox drawn;
   std::uint64_t id = std::uint64_t{number} << 6;
   const auto add = [&](std::uint32_t at_a, std::uint32_t at_b, std::uint32_t at_c) {
     ++id;
-    const bool weighs =
-        placed.weight(at_a) > 0 || placed.weight(at_b) > 0 || placed.weight(at_c) > 0;
+    const bool weighs = chosen.everywhere || placed.weight(at_a) > 0 || placed.weight(at_b) > 0 ||
+                        placed.weight(at_c) > 0;
     if (!weighs && !fills) return;
-    const SnappedCorner a = placed.corner(at_a), b = placed.corner(at_b), c = placed.corner(at_c);
-    // Most triangles of the blocks round a silhouette face away.
-    if (!frame.two_sided && doubled_area(a, b, c) >= 0) return;
-    const SnappedTriangle triangle(a, b, c);
-    const PixelBox box = intersected(triangle.box, tile.box);
-    if (box.empty() || (!weighs && !open.any(box))) return;
-    ++tile.triangles;
-    if (intersected(triangle.box, tile.drawn_of_tile) != box) tile.cut_triangles.push_back(id);
-    drawn = united(drawn, box);
     const Eigen::Vector4f of_a = placed.shade(at_a), of_b = placed.shade(at_b),
                           of_c = placed.shade(at_c);
-    const auto draw_pixel = [&](int x, int y, float depth, const std::array<float, 3>& w) {
-      const std::size_t at = tile.at(x, y);
-      if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
-      tile.depth[at] = depth;
-      tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
-      if (!tile.keeps_bound()) return;
-      const auto mean = [&w](float a, float b, float c) { return w[0] * a + w[1] * b + w[2] * c; };
-      tile.bound[at] = {
-          block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
-          mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)),
-          mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};
+    // weights_in: of a pixel's in the part of it that is drawn.
+    const auto paint = [&](const SnappedTriangle& triangle, const auto& weights_in) {
+      const PixelBox box = intersected(triangle.box, tile.box);
+      if (box.empty() || (!weighs && !open.any(box))) return;
+      ++tile.triangles;
+      if (intersected(triangle.box, tile.drawn_of_tile) != box) tile.cut_triangles.push_back(id);
+      drawn = united(drawn, box);
+      rasterise<float>(
+          triangle, tile.box, [&](int x, int y, float depth, const std::array<float, 3>& part) {
+            const std::size_t at = tile.at(x, y);
+            if (!(depth < tile.depth[at]) || (!weighs && !open.at(x, y))) return;
+            const std::array<float, 3> w = weights_in(part);
+            tile.depth[at] = depth;
+            tile.shade[at] = w[0] * of_a + w[1] * of_b + w[2] * of_c;
+            if (!tile.keeps_bound()) return;
+            const auto mean = [&w](float a, float b, float c) {
+              return w[0] * a + w[1] * b + w[2] * c;
+            };
+            tile.bound[at] = {
+                block.patch.face, mean(placed.b1(at_a), placed.b1(at_b), placed.b1(at_c)),
+                mean(placed.b2(at_a), placed.b2(at_b), placed.b2(at_c)),
+                mean(placed.height_mm(at_a), placed.height_mm(at_b), placed.height_mm(at_c))};
+          });
     };
-    rasterise<float>(triangle, tile.box, draw_pixel);
+    const SnappedCorner a = placed.corner(at_a), b = placed.corner(at_b), c = placed.corner(at_c);
+    if (is_beyond(a) || is_beyond(b) || is_beyond(c)) {
+      const ClippedTriangle clipped(
+          {placed.homogeneous(at_a), placed.homogeneous(at_b), placed.homogeneous(at_c)}, near_mm);
+      return clipped.each([&](const SnappedTriangle& triangle, const auto& weights_in) {
+        if (frame.two_sided || triangle.doubled_area < 0) paint(triangle, weights_in);
+      });
+    }
+    // Most triangles of the blocks round a silhouette face away.
+    if (!frame.two_sided && doubled_area(a, b, c) >= 0) return;
+    paint(SnappedTriangle(a, b, c), [](const std::array<float, 3>& part) { return part; });
   };
   const std::uint32_t n = layer_.steps;
   for (std::uint32_t i = 0; block.i + i < block_end(block.i); ++i) {

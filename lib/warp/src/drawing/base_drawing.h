@@ -58,9 +58,12 @@ class BaseDrawing {
   // rest: the proxy's shell matrices, undeformed, world.
   BaseDrawing(const BaseLayer& layer, const std::vector<ShellMatrix>& rest);
 
+  static constexpr std::uint8_t kDrawnWhole = 2;
+  bool empty() const { return blocks_.empty(); }
   // Chooses the blocks of one frame, and lists them by tile. may_have_gaps[f] ≠ 0 says that samples
-  // may leave face f open. Marks the pixels of moved faces' blocks, where they were and where they
-  // are, and adds all blocks to what is visible.
+  // may leave face f open; kDrawnWhole, that what lies behind may show through where they do. Marks
+  // the pixels of moved faces' blocks, where they were and where they are, and adds all blocks to
+  // what is visible.
   void place(const PlacedFaces& faces, const std::vector<std::uint8_t>& may_have_gaps,
              const ViewWeights& weights, const View& view, const TileGrid& grid, DirtyCells& cells,
              VisibilitySummary& visibility);
@@ -84,7 +87,7 @@ class BaseDrawing {
   struct Chosen {
     std::uint32_t block, face;
     PixelBox box;
-    bool weighs, fills_gaps;
+    bool weighs, fills_gaps, everywhere;
   };
   class PlacedBlock;
 

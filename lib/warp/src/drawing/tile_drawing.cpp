@@ -10,6 +10,10 @@
 namespace organbake {
 namespace {
 
+bool too_near(const ChunkFrame& chunk) {
+  return chunk.columns >= kMostSplat || chunk.rows >= kMostSplat;
+}
+
 constexpr int kTileShift = 40;  // of a triangle's number, BaseTile::cut_triangles
 
 // Lights `count` pixels of a row of the base layer from column x0 on.
@@ -77,6 +81,8 @@ void TileDrawing::splat(const ActiveCamera& camera, std::span<const std::uint32_
       prefetch_chunk(*camera.set, chunks[i + kAhead]);
     if (!touches(i)) continue;
     const std::uint32_t c = chunks[i];
+    // Texels larger than a splat may be would be squares in a lattice; the base layer is smooth.
+    if (placed_->base && !placed_->base->empty() && too_near(camera.chunks[c])) continue;
     spans.add(camera.chunks[c].box);
     splat_chunk(*camera.set, c, camera.chunks[c], placed_->faces[camera.set->chunks[c].patch.face],
                 static_cast<float>(placed_->view.near_mm), tie_mm, keys);

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/player/eye_inside.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "organbake/core/text.h"
+
+namespace organbake {
+
+bool eye_is_inside(const Player& player, const View& view) {
+  const Eigen::Vector3d eye = view.camera.center_world_mm();
+  constexpr double kSurelyInside = 0.75;  // of a whole turn; beside an open sheet it is half of one
+  for (std::size_t o = 0; o < player.organ_count(); ++o) {
+    const std::vector<Eigen::Vector3d>& at = player.proxy_positions(o);
+    double turns = 0;
+    for (const auto& [i, j, k] : player.bundle_now(o).proxy.faces) {
+      const Eigen::Vector3d a = at[i] - eye, b = at[j] - eye, c = at[k] - eye;
+      const double la = a.norm(), lb = b.norm(), lc = c.norm();
+      turns += std::atan2(a.dot(b.cross(c)),
+                          la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    }
+    if (turns / (2 * std::numbers::pi) > kSurelyInside) return true;
+  }
+  return false;
+}
+
+std::optional<std::string> why_empty(const Player& player, const View& view,
+                                     const DrawReport& report) {
+  if (report.unchanged || report.sample_pixels + report.base_pixels > 0) return std::nullopt;
+  if (!eye_is_inside(player, view)) return std::nullopt;
+  return "the eye is inside the organ, whose skin is seen from outside alone: go back, or leave at "
+         "least " +
+         to_text(kNearest_mm) + " mm between the lens and the skin";
+}
+
+}  // namespace organbake
