@@ -50,6 +50,20 @@ TEST(BatchReport, ARowIsOneLine) {
   EXPECT_THAT(csv, HasSubstr("\"a,b: \"\"wrong\"\" <mend> it\""));
 }
 
+TEST(BatchReport, TellsTheVerdictsOfFrames) {
+  const nlohmann::json bake = {
+      {"stages",
+       {{{"stage", "stereo"}, {"figures", {{"frames_ok", 3}, {"frames_doubtful", 1}}}},
+        {{"stage", "shade"}, {"figures", {{"frames_failed", 2}}}}}}};
+  BatchRow row = good("a", 1);
+  row.figures = key_figures(bake);
+  const std::map<std::string, double> told = {
+      {"stereo.frames_ok", 3}, {"stereo.frames_doubtful", 1}, {"shade.frames_failed", 2}};
+  EXPECT_EQ(row.figures, told);
+  EXPECT_THAT(batch_csv({row}), HasSubstr("stereo.frames_doubtful"));
+  EXPECT_THAT(batch_page("r", {row}), HasSubstr("<th>stereo.frames_ok"));
+}
+
 TEST(BatchReport, ThePageShowsTheWorstFirstAndOnlyWhatThereIs) {
   const std::string page = batch_page("r", {good("fine", 0.1), good("coarse", 2), bad("lost", 66)});
   EXPECT_LT(page.find("lost"), page.find("coarse"));

@@ -24,13 +24,4 @@ inline Rgb8Image every_second(const Rgb8Image& image) {
   return half;
 }
 
-// Back to the full size by the nearest pixel, 0 outside.
-inline Mask expanded(const Mask& half, const Mask& inside) {
-  Mask full(inside.width, inside.height);
-  for (int y = 0; y < full.height; ++y)
-    for (int x = 0; x < full.width; ++x)
-      if (inside.at(x, y)) full.at(x, y) = half.at(x / 2, y / 2);
-  return full;
-}
-
 }  // namespace organbake
