@@ -46,10 +46,14 @@ void bad_days(Bench& bench) {
   struct Day {
     std::string kind;
     double strength;
+    bool keeps_error = true;  // what is corrected by features errs by theirs
   };
-  const Day days[] = {{"pale", 0.5},         {"smoke", 0.3 / 0.95},
-                      {"vignette", 0.5},     {"right eye darker", 0.5},
-                      {"rows apart", 0.375}, {"rolled", 0.518}};
+  const Day days[] = {{"pale", 0.5},
+                      {"smoke", 0.3 / 0.95},
+                      {"vignette", 0.5},
+                      {"right eye darker", 0.5},
+                      {"rows apart", 0.375, false},
+                      {"rolled", 0.518, false}};
   const int scenes = bench.count(2, 10, 40);
   double masked = 0, least_iou = 1;
   std::vector<double> least_covered(std::size(days), 1), most_error(std::size(days), 0);
@@ -73,6 +77,7 @@ void bad_days(Bench& bench) {
   for (std::size_t i = 0; i < std::size(days); ++i) {
     bench.at_least(days[i].kind + ": covered, of the clean pair's, worst pair", "%",
                    100 * least_covered[i], 95);
+    if (!days[i].keeps_error) continue;
     bench.at_most(days[i].kind + ": error, times the clean pair's, worst pair", "", most_error[i],
                   1.2);
   }
