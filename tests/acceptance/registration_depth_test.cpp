@@ -58,7 +58,9 @@ struct DepthTally {
 DepthTally run_patches(const RegistrationCases& organs, const std::string& what, int count,
                        const DepthFaults& faults, double shift_mm, double turn_deg,
                        double right_mm) {
-  DepthTally tally{what + ", " + std::to_string(count) + " patches", right_mm};
+  DepthTally tally;
+  tally.what = what + ", " + std::to_string(count) + " patches";
+  tally.right_mm = right_mm;
   for (int i = 0; i < count; ++i) {
     const std::size_t organ = static_cast<std::size_t>(i) % organs.organs().size();
     const auto seed = static_cast<std::uint64_t>(i);

@@ -95,10 +95,12 @@ code=0
 organbake register p/truth.ply $photo --intrinsics K.json --init off.json --light estimated \
   --depth shaded -o relative.json >out 2>err || code=$?
 [ $code -eq 0 ] || [ $code -eq 3 ] || fail "exit code $code: $(cat err)"
-expect 65 organbake register p/truth.ply grey.png --intrinsics small.json --init start.json \
+echo '{"width": 64, "height": 64, "fx": 400, "fy": 400, "cx": 32, "cy": 32}' >narrow.json
+expect 65 organbake register p/truth.ply grey.png --intrinsics narrow.json --init start.json \
   --depth shaded -o x.json
 expect_err "not one camera's"
 mkdir none
+echo nothing >none/notes.txt
 expect 65 organbake register p/truth.ply $photo --intrinsics K.json --depth none -o x.json
 expect_err "holds no depth map"
 expect 2 organbake register p/truth.ply $photo --intrinsics K.json --init off.json \
