@@ -22,7 +22,7 @@ constexpr double kDepthLeastShare = 0.35, kDepthSureShare = 0.6;
 constexpr double kDepthMostPierced = 0.25, kDepthSurePierced = 0.1;
 constexpr double kDepthLargestNoise = 0.0125, kDepthLargestSurfaceSd_mm = 1.0;
 constexpr double kDepthLeastMargin = 0.06;
-constexpr double kDepthLeastVisible = 0.1;
+constexpr double kDepthLeastVisible = 0.25;
 
 std::string in_percent(double share) { return to_text(100 * share, 0) + " %"; }
 
