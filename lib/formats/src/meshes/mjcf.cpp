@@ -14,6 +14,9 @@ namespace {
 // MuJoCo asks for an inertia of every body, though these never turn: of a cube of this edge.
 constexpr double kCube_m = 0.005;
 constexpr double kLongestStep_s = 0.002;
+// MuJoCo's contacts are as stiff as their mass and time constant make them. Nodes are so light that
+// they give way to anything but the shortest one, which must not be mixed with the tool's.
+constexpr double kContactSteps = 2;
 // For contacts. Left to itself MuJoCo takes gigabytes for so many slides.
 constexpr const char* kMemory = "200M";
 
@@ -67,7 +70,8 @@ std::string flex_text(const TetrahedralBody& body, const MechanicsModel& m, doub
          joined(body.tetrahedra, "  ", nodes) + "\">\n      <elasticity young=\"" +
          to_text(m.young_modulus_kpa * kPascals) + "\" poisson=\"" + to_text(body.poisson_ratio) +
          "\" damping=\"" + to_text(std::min(body.damping_s, step_s)) +
-         "\"/>\n      <contact selfcollide=\"none\" internal=\"false\"/>\n    </flex>\n";
+         "\"/>\n      <contact selfcollide=\"none\" internal=\"false\" priority=\"1\" solref=\"" +
+         to_text(kContactSteps * step_s) + " 1\"/>\n    </flex>\n";
 }
 
 }  // namespace
