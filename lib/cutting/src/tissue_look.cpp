@@ -39,7 +39,10 @@ double noise(const Eigen::Vector3d& at) {
   return sum;
 }
 
-constexpr double kCapsule_mm = 1.1;
+constexpr double kCapsule_mm = 0.35;
+// Below the lips a fresh cut is wet with blood, and little light comes down between them.
+constexpr double kWet_mm = 2.2;
+constexpr float kWetDarkness = 0.72f;
 const Eigen::Vector3f kCapsule(0.60f, 0.40f, 0.32f);  // connective tissue with little blood
 
 }  // namespace
@@ -50,12 +53,13 @@ Eigen::Vector3f inner_albedo(const Eigen::Vector3d& at_mm, double depth_mm,
       0.5 * noise(at_mm / 6.0) + 0.3 * noise(at_mm / 2.3) + 0.2 * noise(at_mm / 1.1);
   const double fibres = noise({at_mm.x() / 1.4, at_mm.y() / 7.0, at_mm.z() / 1.4});
   const auto light = static_cast<float>(0.66 * (1 + 0.45 * mottled + 0.25 * fibres));
-  const Eigen::Vector3f inner =
-      light * skin_albedo.cwiseProduct(Eigen::Vector3f(1.0f, 0.62f, 0.62f));
+  const auto wet = static_cast<float>(std::exp(-std::pow(depth_mm / kWet_mm, 2)));
+  const Eigen::Vector3f inner = (1 - kWetDarkness * wet) * light *
+                                skin_albedo.cwiseProduct(Eigen::Vector3f(1.0f, 0.62f, 0.62f));
   // Right below the skin lies its pale capsule, here thinner, there thicker.
   const double capsule_mm = kCapsule_mm * (1 + 0.5 * noise(at_mm / 2.5));
   const auto pale = static_cast<float>(std::exp(-std::pow(depth_mm / capsule_mm, 2)));
-  return (1 - pale) * inner + pale * 0.5f * (skin_albedo + kCapsule);
+  return (1 - 0.4f * pale) * inner + 0.2f * pale * (skin_albedo + kCapsule);
 }
 
 }  // namespace organbake

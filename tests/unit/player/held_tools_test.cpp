@@ -19,7 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kWidth = 320, kHeight = 240;
+constexpr int kSeenWidth = 320, kSeenHeight = 240;
 
 // The organ of the tests as its formula has it, not as the player knows it.
 bool inside(const Vector3d& at_mm) {
@@ -102,19 +102,25 @@ double own_share(const Instrument& tool, const Solid& shaft) {
   return std::min(1.0, own_mm / (shaft.to - shaft.from).norm());
 }
 
-// Whether a part of the shaft beyond the tip is seen in the picture, as far as the organ at rest
-// lets it be.
+// Whether the tool beyond its tip, first its axis, then its shaft, is seen in the picture, as far
+// as the organ at rest lets it be, or leads out of it at once.
 bool shaft_seen(const Instrument& tool, const Solid& shaft, const View& view) {
   const Vector3d eye = view.camera.center_world_mm();
   const Eigen::Vector2d tip_px = project(view.camera, tool.position_mm);
   const double radius_px = tool.radius_mm * view.camera.intrinsics.fx /
                            (view.camera.camera_from_world * tool.position_mm).z();
-  for (double share = 0; share <= 1; share += 0.01) {
-    const Vector3d at = shaft.from + share * (shaft.to - shaft.from);
+  std::vector<Vector3d> places;
+  constexpr int kTried = 100;
+  for (int i = 0; i <= kTried; ++i)
+    places.push_back(tool.position_mm + double(i) / kTried * (shaft.from - tool.position_mm));
+  for (int i = 1; i <= kTried; ++i)
+    places.push_back(shaft.from + double(i) / kTried * (shaft.to - shaft.from));
+  for (const Vector3d& at : places) {
     if (!((view.camera.camera_from_world * at).z() > view.near_mm)) continue;
     const Eigen::Vector2d px = project(view.camera, at);
-    const bool in_picture = px.x() >= 0 && px.y() >= 0 && px.x() < kWidth && px.y() < kHeight;
-    if (in_picture && (px - tip_px).norm() > 1.5 * radius_px && !inside_between(at, eye))
+    const bool in_picture =
+        px.x() >= 0 && px.y() >= 0 && px.x() < kSeenWidth && px.y() < kSeenHeight;
+    if (!in_picture || ((px - tip_px).norm() > 1.5 * radius_px && !inside_between(at, eye)))
       return true;
   }
   return false;
@@ -122,7 +128,7 @@ bool shaft_seen(const Instrument& tool, const Solid& shaft, const View& view) {
 
 bool tip_seen(const Instrument& tool, const View& view) {
   const Eigen::Vector2d px = project(view.camera, tool.position_mm);
-  if (!(px.x() >= 0 && px.y() >= 0 && px.x() < kWidth && px.y() < kHeight)) return false;
+  if (!(px.x() >= 0 && px.y() >= 0 && px.x() < kSeenWidth && px.y() < kSeenHeight)) return false;
   const Vector3d eye = view.camera.center_world_mm();
   return !inside_between(tool.position_mm + tool.radius_mm * (eye - tool.position_mm).normalized(),
                          eye);
@@ -136,7 +142,7 @@ Faults faults_of(const Script& script, const Player& player) {
   for (int frame = 0; frame < script.frames; ++frame) {
     const double time_s = frame * script.time_step_s;
     const std::vector<Instrument> instruments = motion.at(time_s);
-    const View view = view_at(script, frame, player.bundle().cameras, kWidth, kHeight);
+    const View view = view_at(script, frame, player.bundle().cameras, kSeenWidth, kSeenHeight);
     const std::vector<Solid> solids = tools.solids(instruments, time_s);
     for (std::size_t i = 0; i < instruments.size(); ++i) {
       if (!instruments[i].active) continue;
@@ -202,15 +208,17 @@ TEST(ScriptTools, AreCutByNoTissueBehindThemInPictures) {
     if (path.instrument.is<Needle>())
       path.instrument.radius_mm = 1, path.instrument.axis_mm = Vector3d(0, -25, 0);
     PlayOptions options;
-    options.width = kWidth, options.height = kHeight;
+    options.width = kSeenWidth, options.height = kSeenHeight;
     int drawn = 0;
     options.watch = [&](const PlayedScene& scene) {
       if (scene.solids.empty()) return;
       Frame tissue;
-      player.draw(scene.view, {.keep_depth = true}, tissue);
+      DrawOptions with_depth;
+      with_depth.keep_depth = true;
+      player.draw(scene.view, with_depth, tissue);
       std::atomic<int> before = 0, missing = 0;
       trace_solids(scene.solids, scene.view, [&](int x, int y, const SolidSeen& seen) {
-        const std::size_t at = std::size_t(y) * kWidth + x;
+        const std::size_t at = std::size_t(y) * kSeenWidth + x;
         if (!(seen.depth_mm < tissue.depth_mm[at])) return;
         ++before;
         missing += scene.picture.cover[at] != Cover::solid;

@@ -106,6 +106,10 @@ class Player {
   const std::vector<Eigen::Vector3d>& proxy_positions(std::size_t organ = 0) const {
     return organ_at(organ).positions;
   }
+  // How its cuts' lips stand apart when it is drawn; none of an organ that is whole.
+  const LipGape* gape(std::size_t organ = 0) const {
+    return is_cut(organ) ? &organ_at(organ).cutting->gape() : nullptr;
+  }
   // Of one organ's shell, as it was last drawn, world mm, by face.
   const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
     return organ_at(organ).shown().shell_matrices();
