@@ -95,7 +95,7 @@ const char* const kToolScript = R"({"schema": "organbake/interaction/1", "name":
   {"name": "s", "mode": "snip", "axis_mm": [0, 0, 20], "opens_along": [1, 0, 0],
    "path": [{"time_s": 0, "position_mm": [1, 2, 3], "opening_mm": 8},
             {"time_s": 0.1, "direction": [0, 0, 1], "depth_mm": 1, "opening_mm": 0}]},
-  {"name": "n", "mode": "pierce", "radius_mm": 0.5, "axis_mm": [0, 0, 60],
+  {"name": "n", "mode": "pierce", "radius_mm": 0.5, "axis_mm": [0, 0, 60], "trocar_mm": [9, 8, 7],
    "path": [{"time_s": 0, "position_mm": [1, 2, 3]}]},
   {"name": "p", "mode": "poke", "shaft": [1, 2, 0],
    "path": [{"time_s": 0, "direction": [0, 1, 0], "depth_mm": 2}]}]})";

@@ -72,6 +72,8 @@ TEST(Script, HostileOnesAreRefusedByKey) {
   EXPECT_TRUE(names(refusal("[64, 48]", "[64]"), "/size"));
   EXPECT_TRUE(names(refusal("[0, 1, 0]", "[1e300, 1e300, 0]"), "/path/1/direction: is (1e+300"));
   EXPECT_TRUE(names(refusal("[0, 1, 0]", "[1e-200, 0, 0]"), "/path/1/direction"));
+  EXPECT_TRUE(names(refusal("\"radius_mm\": 4", "\"shaft\": [1, 0, 0], \"trocar_mm\": [9, 9, 9]"),
+                    "/0/trocar_mm"));
   EXPECT_TRUE(names(refusal("\"radius_mm\": 4", "\"shaft\": [1e300, 0, 0]"), "/0/shaft"));
   EXPECT_TRUE(names(refusal("\"position_mm\"", "\"depth_mm\": 5, \"position_mm\""), "/path/0"));
   EXPECT_TRUE(names(refusal("\"depth_mm\": 5", "\"depth_mm\": 5, \"position_mm\": [1, 2, 3]"),
