@@ -119,8 +119,7 @@ Warper::Impl::Impl(const Bundle& bundle, std::shared_ptr<SampleStore> samples, c
       rest(shell.matrices()),
       store(std::move(samples)),
       cut(whole != nullptr),
-      base(bundle.base, rest),
-      post_process(cut) {
+      base(bundle.base, rest) {
   organ = bounds(shell.at_rest());
   if (bundle.lighting && bundle.base.face_count > 0) {
     std::vector<Eigen::Vector3d> normals = lattice_normals(bundle.base, shell.at_rest());

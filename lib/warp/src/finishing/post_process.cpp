@@ -43,7 +43,7 @@ void PostProcess::apply(const View& view, const DrawOptions& options, const Pixe
   drawn_ = drawn;
   opened_.clear();
   hidden_.clear();
-  if (options.fill_holes && !shows_gaps_) open(drawn, depth, deeper_mm, frame);
+  if (options.fill_holes) open(drawn, depth, deeper_mm, frame);
   skin_.read_with_border(drawn, frame);
   const std::size_t slits = fill_slits(skin_, options.fill_holes, frame);
   const HoleCounts holes = fill_holes(skin_, options.fill_holes, frame);

@@ -25,8 +25,6 @@ struct DrawReport;
 // and draw the tiles that changed alone.
 class PostProcess {
  public:
-  // Whether what lies deeper between two lips is to be seen, as in a cut, and no slit to be closed.
-  explicit PostProcess(bool shows_gaps) : shows_gaps_(shows_gaps) {}
   // drawn: everything but the background. depth: of its skin. deeper_mm: skin at least so far
   // behind other skin is not one surface with it.
   void apply(const View& view, const DrawOptions& options, const PixelBox& drawn,
@@ -45,7 +43,6 @@ class PostProcess {
   void keep(const PixelBox& box, const Frame& frame);
   void open(const PixelBox& drawn, const SkinDepth& depth, float deeper_mm, Frame& frame);
 
-  bool shows_gaps_;
   PixelBox drawn_;
   CoverMask skin_;             // with a border
   std::vector<Pixel> opened_;  // as they were

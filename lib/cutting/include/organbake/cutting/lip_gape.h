@@ -19,7 +19,7 @@ class CutSkin;
 class LipGape {
  public:
   // By half of it each lip draws back, far from where the cut ends.
-  static constexpr double kWidest_mm = 1.6;
+  static constexpr double kWidest_mm = 1.2;
 
   LipGape() = default;
   // A wall's vertex below a lip, by its share of the way down to the wall's deepest.
