@@ -5,11 +5,12 @@ source "$(dirname "$0")/assert.sh"
 [ -x "$BIN/organplay" ] || { echo "SKIPPED: organplay was not built"; exit 0; }
 quick_recipe >r.yaml
 expect 0 organbake bake r.yaml -o b --quiet
+# The trocar is told: one that is chosen hangs on the views, which the right eye has others of.
 cat >s.json <<'END'
 {"schema": "organbake/interaction/1", "name": "s", "time_step_s": 0.02, "frames": 3, "size": [96, 64],
  "camera": {"keyframes": [{"frame": 0, "azimuth_rad": 0, "elevation_rad": 0},
                           {"frame": 2, "azimuth_rad": 0.2, "elevation_rad": 0}]},
- "instruments": [{"name": "probe", "mode": "poke",
+ "instruments": [{"name": "probe", "mode": "poke", "trocar_mm": [60, -200, 300],
    "path": [{"time_s": 0, "direction": [0, -1, 0], "depth_mm": -1},
             {"time_s": 0.2, "direction": [0, -1, 0], "depth_mm": 12}]}]}
 END

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A solver of one's own moves a baked organ: drive_organ BUNDLE PICTURE.ppm. Springs of the bundle's
-// mesh, stepped by symplectic Euler; the player tells what a tool's contact pushes, and draws.
+// A solver of one's own moves a baked organ: drive_organ BUNDLE PICTURE.ppm. Springs of the
+// bundle's mesh, stepped by symplectic Euler; the player tells what a tool's contact pushes, and
+// draws.
 #include <organbake/player/embedded_player.h>
 #include <algorithm>
 #include <cmath>
@@ -55,8 +56,7 @@ int main(int argc, char** argv) try {
   EmbeddedPlayer::Tip tip{top, kRadius_mm};
   double most_n = 0;
   for (int frame = 0; frame < 40; ++frame) {
-    for (int k = 0; k < 3; ++k)
-      tip.position_mm[k] = top[k] + (0.3 * frame - kRadius_mm) * sight[k];
+    for (int k = 0; k < 3; ++k) tip.position_mm[k] = top[k] + (0.3 * frame - kRadius_mm) * sight[k];
     organ.set_vertices(solver.x.front().data(), solver.x.size());
     const std::vector<Point> pushed_n = organ.contact_force_n({tip});
     for (const Point& f : pushed_n) most_n = std::max(most_n, std::hypot(f[0], f[1], f[2]));

@@ -27,7 +27,8 @@ struct ReliefScene {
 // liver, gallbladder and fat.
 ReliefScene seeded_relief_scene(std::uint64_t seed);
 
-// `count` frames of a clip, evenly spread over those that a COLMAP model of it has, with its points.
+// `count` frames of a clip, evenly spread over those that a COLMAP model of it has, with its
+// points.
 std::vector<ReliefScene> clip_relief_scenes(const std::filesystem::path& video,
                                             const std::filesystem::path& model, std::size_t count);
 

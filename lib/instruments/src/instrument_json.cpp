@@ -118,7 +118,7 @@ Json waypoint_json(const Waypoint& waypoint) {
 }  // namespace
 
 InstrumentPath instrument_from_json(const JsonField& field) {
-  std::vector<std::string_view> keys = {"name",        "radius_mm", "mode", "axis_mm",
+  std::vector<std::string_view> keys = {"name",        "radius_mm", "mode",      "axis_mm",
                                         "opens_along", "shaft",     "trocar_mm", "path"};
   each_number_of_any([&](const InstrumentKind&, const InstrumentNumber& number) {
     if (std::find(keys.begin(), keys.end(), number.name) == keys.end()) keys.push_back(number.name);

@@ -28,6 +28,12 @@ Vector3d turned_to_eye(const ToolMoment& moment, const Vector3d& trocar_mm) {
   return (moment.view.camera.center_world_mm() - joint).cross(trocar_mm - joint).stableNormalized();
 }
 
+// Blades of scissors open to the side that they cut to, where that is known.
+Vector3d aside_of(const Instrument& tool, const Vector3d& turned_to_eye) {
+  const auto* scissors = std::get_if<Scissors>(&tool.kind);
+  return scissors && !scissors->opening_mm.isZero(0) ? scissors->opening_mm : turned_to_eye;
+}
+
 // A grasper is seen to close when it comes.
 double jaws_open(double held_s) {
   constexpr double kClosing_s = 0.15;
@@ -74,6 +80,7 @@ struct ScriptTools::Held {
   ToolHold at(const Instrument& tool, double time_s) const {
     ToolHold now = *hold;
     if (towards) now.trocar_mm = tool.end_mm() + *towards;
+    now.aside = aside_of(tool, hold->aside);
     now.open = jaws_open(time_s - since_s);
     return now;
   }
@@ -98,8 +105,6 @@ ScriptTools::ScriptTools(const Script& script, const InstrumentMotion& motion,
       hold.trocar_mm = path.trocar_mm ? *path.trocar_mm : chooser.choose(moments, shafts);
     }
     hold.aside = turned_to_eye(first, hold.trocar_mm);
-    if (const auto* scissors = std::get_if<Scissors>(&path.instrument.kind))
-      hold.aside = scissors->opening_mm;
     shafts.push_back({first.tool.end_mm(), hold.trocar_mm});
   }
 }
@@ -152,8 +157,7 @@ std::vector<Solid> HeldTools::solids(const std::vector<Instrument>& instruments,
     }
     ToolHold hold = held_[i]->hold;
     hold.open = jaws_open(time_s - held_[i]->since_s);
-    if (const auto* scissors = std::get_if<Scissors>(&tool.kind))
-      if (!scissors->opening_mm.isZero(0)) hold.aside = scissors->opening_mm;
+    hold.aside = aside_of(tool, hold.aside);
     add_parts(tool, hold, i, solids);
   }
   return solids;

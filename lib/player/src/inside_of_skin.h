@@ -9,8 +9,8 @@
 namespace organbake {
 
 // Where the vertices lie when the nodes of the tetrahedra that they are embedded in lie elsewhere,
-// mm: by how far those are from rest, as the player's solver carries them to rounding. An anchor that
-// another solver has moved carries what hangs on it.
+// mm: by how far those are from rest, as the player's solver carries them to rounding. An anchor
+// that another solver has moved carries what hangs on it.
 void carry_vertices(const TetrahedralBody& body, const std::vector<Eigen::Vector3d>& rest_mm,
                     const std::vector<Eigen::Vector3d>& nodes_mm,
                     std::vector<Eigen::Vector3d>& vertices_mm);

@@ -9,6 +9,7 @@
 
 #include "organbake/core/error.h"
 #include "organbake/geometry/mesh_checks.h"
+#include "organbake/geometry/mesh_edges.h"
 #include "organbake/shading/prepared_frame.h"
 
 namespace organbake {
@@ -52,13 +53,13 @@ TEST(DepthMesh, ADiscOfPixelsHasARoundBorder) {
       if (std::hypot(u, v) < kRadius_px) depth.at(x, y) = 50;
     }
   const TriangleMesh mesh = mesh_from_depth(depth, Rgb8Image(320, 240), camera, {.step_px = 3});
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
+  std::map<std::uint64_t, int> uses;
   for (const auto& face : mesh.faces)
-    for (int k = 0; k < 3; ++k) ++uses[std::minmax(face[k], face[(k + 1) % 3])];
+    for (int k = 0; k < 3; ++k) ++uses[edge_key(face[k], face[(k + 1) % 3])];
   double sum = 0, squares = 0, count = 0;
   for (const auto& [edge, faces] : uses) {
     if (faces != 1) continue;
-    for (const std::uint32_t vertex : {edge.first, edge.second}) {
+    for (const auto vertex : {std::uint32_t(edge >> 32), std::uint32_t(edge)}) {
       const Eigen::Vector2d pixel = project(camera, mesh.vertices[vertex]);
       const double radius = (pixel - Eigen::Vector2d(160, 120)).norm();
       sum += radius, squares += radius * radius, ++count;
@@ -66,7 +67,8 @@ TEST(DepthMesh, ADiscOfPixelsHasARoundBorder) {
   }
   ASSERT_GT(count, 100);
   const double mean = sum / count;
-  EXPECT_LT(std::sqrt(std::max(0.0, squares / count - mean * mean)), 0.85) << "stairs of 4 px alone are 1.2 px off";
+  EXPECT_LT(std::sqrt(std::max(0.0, squares / count - mean * mean)), 0.85)
+      << "stairs of 4 px alone are 1.2 px off";
   EXPECT_NEAR(mean, kRadius_px, 4);
 }
 

@@ -8,7 +8,7 @@ namespace organbake {
 
 // How the depth lies to the surface at a pose.
 DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
-                               const DepthState& state);
+                   const DepthState& state);
 
 // The verdict of a pose that depth took part in, by `quality.depth`, the standard deviations and
 // what of the surface is in view.

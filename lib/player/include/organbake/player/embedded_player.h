@@ -101,10 +101,10 @@ class EmbeddedPlayer {
   void reset();  // back to rest
 
   // Another solver's state: x y z of all vertices of an organ's proxy, or of all nodes of its
-  // tetrahedra, world mm, copied and nothing else: no memory is taken but at the first calls. draw()
-  // then shows what it would after a step() that ended with these vertices, to the byte; nodes
-  // carry the vertices as mesh() tells. step() goes on from there: the tissue lies still in that
-  // moment, anchors are back at rest, tips begin anew with what they touch; of vertices alone
+  // tetrahedra, world mm, copied and nothing else: no memory is taken but at the first calls.
+  // draw() then shows what it would after a step() that ended with these vertices, to the byte;
+  // nodes carry the vertices as mesh() tells. step() goes on from there: the tissue lies still in
+  // that moment, anchors are back at rest, tips begin anew with what they touch; of vertices alone
   // finite elements take the smoothest inside that fits them. Throws an Error, and changes nothing,
   // for another count, for what is not finite, and for places that cannot be this organ's: another
   // organ's, or in another unit.

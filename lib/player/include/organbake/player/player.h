@@ -69,8 +69,8 @@ class Player {
   bool can_relight() const;  // DrawOptions::light, any organ
   // What the organs are meant to be seen in: at the scope when any of them is (DrawOptions::light).
   DrawnLight default_light() const;
-  // Where another solver has brought an organ: x y z of each vertex of the proxy of bundle_now(), or
-  // of each node of its tetrahedra, which carry the vertices, world mm. draw() shows vertices to
+  // Where another solver has brought an organ: x y z of each vertex of the proxy of bundle_now(),
+  // or of each node of its tetrahedra, which carry the vertices, world mm. draw() shows vertices to
   // the byte as after a step that ended there. step() goes on from there: the organ lies still,
   // anchors are back at rest, instruments begin anew with what they touch; of vertices alone the
   // solver fem takes the smoothest inside that fits them. Throws UsageError, and changes nothing,

@@ -86,7 +86,7 @@ struct PoseQuality {
   // By what share the pose leaves less of the photograph unexplained than the best one of the
   // search that is turned by more than 15°; 1 without one.
   double runner_up_margin = 1;
-  double focal_scale = 1;               // found, or what a free focal length would want
+  double focal_scale = 1;         // found, or what a free focal length would want
   std::optional<DepthFit> depth;  // where depth took part
 };
 
