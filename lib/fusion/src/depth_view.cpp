@@ -47,8 +47,7 @@ double noise_of(const Plane& depth, const Plane& known) {
     for (int x = 0; x < depth.width; x += kEvery)
       if (known.at(x, y) > 0 && planes.weight(x, y) > 0.9F)
         off.push_back(std::abs(planes.at(x, y).value - depth.at(x, y)));
-  constexpr double kOfMedian = 1.4826;
-  return off.empty() ? 0 : kOfMedian * median(std::move(off));
+  return off.empty() ? 0 : kSigmaOfMedianDeviation * median(std::move(off));
 }
 
 // So many that their mean is as good as the geometry is told; never wider than detail is.

@@ -27,13 +27,12 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kOfMedian = 1.4826;  // a normal deviation by the median of absolute ones
-
 KnownScale middle_of(const std::vector<double>& scales, double own_sd) {
   const double usual = median(scales);
   std::vector<double> off;
   for (const double scale : scales) off.push_back(std::abs(scale / usual - 1));
-  return {usual, std::hypot(kOfMedian * median(std::move(off)), own_sd), scales.size()};
+  return {usual, std::hypot(kSigmaOfMedianDeviation * median(std::move(off)), own_sd),
+          scales.size()};
 }
 
 // Planar depth of what a key frame has in the direction of `ray` (z = 1) of another camera, in that
@@ -82,7 +81,7 @@ std::optional<Line> line_through(std::vector<Vector2d> points) {
     line.offset = line.normal.dot(middle);
     std::vector<double> off;
     for (const Vector2d& p : points) off.push_back(std::abs(line.normal.dot(p) - line.offset));
-    const double most = std::max(kStraight_px, 2 * kOfMedian * median(off));
+    const double most = std::max(kStraight_px, 2 * kSigmaOfMedianDeviation * median(off));
     std::size_t i = 0;
     std::erase_if(points, [&](const Vector2d&) { return off[i++] > most; });
   }

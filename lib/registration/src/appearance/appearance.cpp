@@ -139,7 +139,6 @@ std::vector<WeightedPixel> overlap(const PhotoLevel& level, const Prediction& p,
 Appearance fit_appearance(const PhotoLevel& level, const Prediction& p, const ShadingBasis& basis,
                           std::vector<WeightedPixel>& pixels) {
   constexpr int kRounds = 4;
-  constexpr double kMadToSigma = 1.4826;
   constexpr double kLeastNoise = 2e-3;  // of the luminance range: 8 bits
   constexpr double kInlier = 3;         // standard deviations
   const Fit fit(level, p, basis.size());
@@ -151,7 +150,7 @@ Appearance fit_appearance(const PhotoLevel& level, const Prediction& p, const Sh
     std::vector<double> sizes;
     for (const WeightedPixel& pixel : some)
       if (fit.on_organ(pixel)) sizes.push_back(std::abs(fit.residual(pixel, solution)));
-    appearance.noise = std::max(kLeastNoise, kMadToSigma * median(std::move(sizes)));
+    appearance.noise = std::max(kLeastNoise, kSigmaOfMedianDeviation * median(std::move(sizes)));
     weigh(fit, solution, appearance.noise, some);
   }
   weigh(fit, solution, appearance.noise, pixels);

@@ -157,10 +157,10 @@ struct System {
   Column right = Column::Zero();
 
   System(const View& view, const std::vector<Row>& rows, const Prior& prior, TissueFit& fit) {
-    constexpr double kCutoff = 3, kFar = 0.6, kLeastNoise = 0.03, kMadToSigma = 1.4826;
+    constexpr double kCutoff = 3, kFar = 0.6, kLeastNoise = 0.03;
     std::vector<double> sizes;
     for (const Row& row : rows) sizes.push_back(std::abs(row.residual));
-    fit.noise = std::max(kLeastNoise, kMadToSigma * median(std::move(sizes)));
+    fit.noise = std::max(kLeastNoise, kSigmaOfMedianDeviation * median(std::move(sizes)));
     const double information = 1 / (fit.noise * fit.noise * view.pixels_a_sample());
     double left = 0, trusted = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {

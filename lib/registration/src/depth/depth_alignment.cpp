@@ -166,12 +166,12 @@ DepthRow depth_row(const SeenDepth::Point& point, const DepthMatch& match, const
 
 double depth_noise(const SeenDepth& depth, const std::vector<DepthMatch>& matches,
                    const DepthState& state, const Vector3d& center) {
-  constexpr double kMadToSigma = 1.4826, kLeast = 0.001;
+  constexpr double kLeast = 0.001;
   std::vector<double> sizes;
   for (std::size_t i = 0; i < matches.size(); ++i)
     if (matches[i].kind == DepthMatch::Kind::on)
       sizes.push_back(std::abs(depth_row(depth.points[i], matches[i], state, center).distance));
-  return std::max(kLeast, kMadToSigma * median(std::move(sizes)));
+  return std::max(kLeast, kSigmaOfMedianDeviation * median(std::move(sizes)));
 }
 
 double align_depth(const RegisteredSurface& surface, const SeenDepth& depth,

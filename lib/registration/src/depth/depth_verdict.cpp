@@ -30,7 +30,6 @@ std::string in_percent(double share) { return to_text(100 * share, 0) + " %"; }
 
 DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
                    const DepthState& state) {
-  constexpr double kMadToSigma = 1.4826;
   const RigidTransform world_from_camera = rigid_transform(state.pose, surface.center()).inverse();
   DepthFit fit;
   fit.scale = std::exp(state.log_scale);
@@ -57,7 +56,7 @@ DepthFit depth_fit(const RegisteredSurface& surface, const SeenDepth& depth,
   }
   fit.share = agreeing / std::max(1.0, covered);
   fit.pierced_share = pierced / std::max(1.0, covered);
-  fit.noise_mm = kMadToSigma * median(std::move(off_mm));
+  fit.noise_mm = kSigmaOfMedianDeviation * median(std::move(off_mm));
   fit.noise_share = fit.noise_mm / std::max(1e-9, state.pose.center_camera_mm.z());
   return fit;
 }

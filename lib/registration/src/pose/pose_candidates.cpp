@@ -52,14 +52,14 @@ std::vector<float> border_values(const PhotoLevel& level) {
 
 // Nothing when the border is not plain, or next to nothing or nearly all stands out from it.
 std::optional<Foreground> find_foreground(const PhotoLevel& level) {
-  constexpr float kMadToSigma = 1.4826f, kOutstanding = 6, kLeast = 0.015f;
+  constexpr float kOutstanding = 6, kLeast = 0.015f;
   constexpr float kPlain = 0.05f;  // spread of a plain border, of the luminance range
   constexpr double kFewest = 0.01, kMost = 0.85;  // of the picture
   std::vector<float> border = border_values(level);
   if (border.size() < 16) return std::nullopt;
   const float background = median(border);
   for (float& value : border) value = std::abs(value - background);
-  const float spread = kMadToSigma * median(border);
+  const float spread = static_cast<float>(kSigmaOfMedianDeviation) * median(border);
   if (spread > kPlain) return std::nullopt;
   const float threshold = std::max(kLeast, kOutstanding * spread);
   Foreground found;

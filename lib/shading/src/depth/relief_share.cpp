@@ -2,9 +2,7 @@
 // How much relief? Shading under a lamp at the lens errs less than a plane where its model holds,
 // and up to five times as much where texture, several tissues or an unknown beam were read as
 // shape. Stein's way out of such a choice is to shrink towards the plane; the share that is kept
-// follows what the frame itself tells, by a logistic model of three measures. Others were tried on
-// the same scenes (noise, JPEG's loss, the relief's size, a bowl's share, fine relief, contrast of
-// brightness and of hue, misfit by hue): none added anything on scenes that it was not fitted to.
+// follows what the frame itself tells, by a logistic model of three measures.
 #include "organbake/shading/relief_share.h"
 
 #include <Eigen/Cholesky>

@@ -111,8 +111,8 @@ double noise_level(const Plane& intensity, const Mask& inside) {
         }
       if (whole) responses.push_back(std::abs(sum));
     }
-  // The mask's weights have a root of squares of 6; 1.4826 makes a median a standard deviation.
-  return 1.4826 * median(std::move(responses)) / 6;
+  // The mask's weights have a root of squares of 6.
+  return kSigmaOfMedianDeviation * median(std::move(responses)) / 6;
 }
 
 ShadedImage halved(const ShadedImage& fine) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Instruments by what they are: shafts that come in from the rim of the field of view (see
-// shaft_search). Colours are taken against the
-// picture's own usual tissue, so that pale, smoky and dark pictures look alike here.
+// shaft_search). Colours are taken against the picture's own usual tissue, so that pale, smoky and
+// dark pictures look alike here.
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>

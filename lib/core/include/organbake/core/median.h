@@ -7,6 +7,9 @@
 
 namespace organbake {
 
+// Times the median of absolute deviations: the standard deviation, where values are normal.
+inline constexpr double kSigmaOfMedianDeviation = 1.4826;
+
 // The upper one of an even number; 0 of none.
 template <class T>
 T median(std::vector<T> values) {
