@@ -54,6 +54,23 @@ Corners corners_of(const TriangleMesh& mesh, std::size_t face) {
   return {mesh.vertices[f[0]], mesh.vertices[f[1]], mesh.vertices[f[2]]};
 }
 
+// The distance to one triangle is convex: over a piece it is largest at a corner.
+double to_one_triangle_mm(const Corners& piece, const TriangleMesh& to, std::uint32_t face) {
+  const Corners triangle = corners_of(to, face);
+  double largest_mm = 0;
+  for (const Eigen::Vector3d& corner : piece) {
+    const Eigen::Vector3d w = nearest_on_triangle(corner, triangle[0], triangle[1], triangle[2]);
+    const Eigen::Vector3d nearest = w[0] * triangle[0] + w[1] * triangle[1] + w[2] * triangle[2];
+    largest_mm = std::max(largest_mm, (corner - nearest).norm());
+  }
+  return largest_mm;
+}
+
+double longest_edge_mm(const Corners& face) {
+  return std::max(
+      {(face[1] - face[0]).norm(), (face[2] - face[1]).norm(), (face[0] - face[2]).norm()});
+}
+
 // Raises `upper_mm` to a bound of the distances of one face's points.
 class FaceSearch {
  public:
@@ -98,22 +115,15 @@ class FaceSearch {
     double radius_mm = 0;
     for (const Eigen::Vector3d& corner : piece)
       radius_mm = std::max(radius_mm, (corner - center).norm());
-    double bound_mm = std::min(near.distance_mm + radius_mm, to_one_triangle(piece, near.face));
+    double bound_mm =
+        std::min(near.distance_mm + radius_mm, to_one_triangle_mm(piece, to_, near.face));
     if (bound_mm <= found_mm_ * (1 + kSlack)) return bound_mm;
+    // A triangle smaller than the piece lies below one corner only: it bounds less than the middle.
+    if (longest_edge_mm(corners_of(to_, near.face)) < radius_mm) return bound_mm;
     for (const Eigen::Vector3d& corner : piece)
-      bound_mm = std::min(bound_mm, to_one_triangle(piece, scene_.closest_point(corner).face));
+      bound_mm =
+          std::min(bound_mm, to_one_triangle_mm(piece, to_, scene_.closest_point(corner).face));
     return bound_mm;
-  }
-
-  double to_one_triangle(const Corners& piece, std::uint32_t face) const {
-    const Corners triangle = corners_of(to_, face);
-    double largest_mm = 0;
-    for (const Eigen::Vector3d& corner : piece) {
-      const Eigen::Vector3d w = nearest_on_triangle(corner, triangle[0], triangle[1], triangle[2]);
-      const Eigen::Vector3d nearest = w[0] * triangle[0] + w[1] * triangle[1] + w[2] * triangle[2];
-      largest_mm = std::max(largest_mm, (corner - nearest).norm());
-    }
-    return largest_mm;
   }
 
   const TriangleMesh& to_;
@@ -123,16 +133,39 @@ class FaceSearch {
   int deepest_;
 };
 
-double longest_edge_mm(const Corners& face) {
-  return std::max(
-      {(face[1] - face[0]).norm(), (face[2] - face[1]).norm(), (face[0] - face[2]).norm()});
-}
-
 // The depth to which `pieces` of a face suffice: 1 + 4 + 16 …
 int depth_of(std::size_t pieces) {
   int depth = 0;
   for (std::size_t all = 1; 4 * all + 1 <= pieces; all = 4 * all + 1) ++depth;
   return depth;
+}
+
+// What the vertices of faces lie nearest to; the others are left out.
+std::vector<ClosestPoint> closest_to_vertices(const TriangleMesh& from, const RayScene& scene,
+                                              const RunContext& context) {
+  std::vector<std::uint8_t> is_used(from.vertices.size(), 0);
+  for (const Face& face : from.faces)
+    for (const std::uint32_t vertex : face) is_used[vertex] = 1;
+  std::vector<ClosestPoint> closest(from.vertices.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, closest.size(), kFacesAtOnce),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      context.throw_if_cancelled();
+                      for (std::size_t v = range.begin(); v != range.end(); ++v)
+                        if (is_used[v]) closest[v] = scene.closest_point(from.vertices[v]);
+                    });
+  return closest;
+}
+
+// Whether a face may reach beyond `limit_mm`, by what its corners lie nearest to: nothing more is
+// asked of the other surface.
+bool may_exceed(double limit_mm, const Corners& corners, const std::array<ClosestPoint, 3>& near,
+                const TriangleMesh& to) {
+  const double nearest_mm =
+      std::min({near[0].distance_mm, near[1].distance_mm, near[2].distance_mm});
+  if (nearest_mm + longest_edge_mm(corners) <= limit_mm) return false;
+  return std::none_of(near.begin(), near.end(), [&](const ClosestPoint& at_corner) {
+    return to_one_triangle_mm(corners, to, at_corner.face) <= limit_mm;
+  });
 }
 
 // The largest at(face) of each group's faces.
@@ -183,17 +216,29 @@ std::vector<double> largest_distances(const TriangleMesh& from, const FaceGroups
   const double smallest_mm = kSmallestShare * bounds(to).diagonal();
   const std::size_t over_flat =
       std::clamp(kPiecesOfAll / (from.faces.size() + 1), kFewestPieces, kMostPieces);
-  // All faces start from what their group's corners and centres show, so that few have to be cut.
+  // All faces start from what their group's corners and, where a face may reach beyond those, its
+  // middle show, so that few have to be searched.
+  const std::vector<ClosestPoint> at_vertex = closest_to_vertices(from, scene, context);
+  const auto at_corners = [&](std::size_t f) {
+    const Face& face = from.faces[f];
+    return std::array{at_vertex[face[0]], at_vertex[face[1]], at_vertex[face[2]]};
+  };
+  const std::vector<double> corners_mm = largest_of(groups, context, [&](std::size_t f) {
+    const auto near = at_corners(f);
+    return std::max({near[0].distance_mm, near[1].distance_mm, near[2].distance_mm});
+  });
+  std::vector<std::uint8_t> may_reach_beyond(from.faces.size());
   const std::vector<double> found_mm = largest_of(groups, context, [&](std::size_t f) {
+    const double start_mm = corners_mm[groups.of_face[f]];
     const Corners c = corners_of(from, f);
-    double largest_mm = scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm;
-    for (const Eigen::Vector3d& corner : c)
-      largest_mm = std::max(largest_mm, scene.closest_point(corner).distance_mm);
-    return largest_mm;
+    may_reach_beyond[f] = may_exceed(start_mm, c, at_corners(f), to);
+    if (!may_reach_beyond[f]) return start_mm;
+    return std::max(start_mm, scene.closest_point((c[0] + c[1] + c[2]) / 3).distance_mm);
   });
   return largest_of(groups, context, [&](std::size_t f) {
-    const Corners face = corners_of(from, f);
     const double start_mm = found_mm[groups.of_face[f]];
+    if (!may_reach_beyond[f]) return start_mm;
+    const Corners face = corners_of(from, f);
     const bool is_flat = start_mm < kFlatShare * longest_edge_mm(face);
     FaceSearch search(to, scene, start_mm, smallest_mm, is_flat ? over_flat : SIZE_MAX);
     search.search(face);
