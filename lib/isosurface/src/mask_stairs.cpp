@@ -75,31 +75,6 @@ class LabelSteps {
 
 }  // namespace
 
-LabelBox bounding_box(const Volume& mask, int label) {
-  std::array<int, 3> low = mask.size, high = {-1, -1, -1};
-  LabelBox box;
-  with_values(mask, [&](const auto values) {
-    std::size_t at = 0;
-    for (int k = 0; k < mask.size[2]; ++k) {
-      for (int j = 0; j < mask.size[1]; ++j) {
-        for (int i = 0; i < mask.size[0]; ++i, ++at) {
-          if (values[at] != label) continue;
-          ++box.label_voxels;
-          const std::array<int, 3> index = {i, j, k};
-          for (int axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], index[axis]);
-            high[axis] = std::max(high[axis], index[axis]);
-          }
-        }
-      }
-    }
-  });
-  if (box.label_voxels == 0) return box;
-  box.first = low;
-  for (int axis = 0; axis < 3; ++axis) box.size[axis] = high[axis] - low[axis] + 1;
-  return box;
-}
-
 Eigen::Vector3d stair_height_voxels(const Volume& mask, int label, const LabelBox& box) {
   const LabelSteps steps(mask, label, box);
   return {static_cast<double>(steps.typical_height(0)),

@@ -2,18 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 
+#include "organbake/volume/label_box.h"
 #include "organbake/volume/volume.h"
 
 namespace organbake {
-
-// The smallest box of voxels that holds a label.
-struct LabelBox {
-  std::array<int, 3> first{}, size{};
-  std::size_t label_voxels = 0;  // 0 when the label is absent
-};
-LabelBox bounding_box(const Volume& mask, int label);
 
 // How many voxels high the steps of a label's staircase are along each axis: 1 for a mask drawn on
 // its own grid; 3 for one drawn at 3 mm and brought onto a grid of 1 mm by nearest neighbour, as

@@ -2,6 +2,7 @@
 #include "organbake/isosurface/isosurface.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "organbake/core/error.h"
@@ -9,6 +10,7 @@
 #include "organbake/isosurface/label_surface.h"
 #include "organbake/pipelines/stage_binding.h"
 #include "organbake/pipelines/stage_module.h"
+#include "organbake/volume/label_box.h"
 #include "organbake/volume/label_names_file.h"
 #include "organbake/volume/mask_check.h"
 #include "organbake/volume/read_volume.h"
@@ -17,27 +19,33 @@
 namespace organbake {
 namespace {
 
+namespace fs = std::filesystem;
+
+// A grid alone is told of when its voxels are read.
 std::optional<Volume> read_input(const StageCall& call, const std::string& name,
                                  const VolumeReadOptions& options) {
   const auto* path = call.input(name);
   if (!path) return std::nullopt;
   Volume volume = read_volume(*path, options, call.context);
+  if (volume.voxel_count() == 0) return volume;
   for (const std::string& warning : volume.warnings) call.context.warn(name + ": " + warning);
   return volume;
 }
 
 // A mask lies where its own header puts it; the tissue below it tells whether that is right.
-void check_place(const Volume& ct, const Volume& mask, int label, const RunContext& context,
-                 StageReport& report) {
-  MaskCheckOptions options;
-  options.label = label;
-  const MaskCheck check = check_mask(ct, mask, options);
+void tell_place(const MaskCheck& check, const RunContext& context, StageReport& report) {
   if (check.overlap_share == 0) throw BadDataError("mask: " + check.message);
   if (!check.message.empty()) context.warn("mask: " + check.message);
   report.add("mask_plausible", check.plausible);
   report.add("mask_overlap_share", check.overlap_share);
   report.add("mask_soft_tissue_share", check.fit.soft_tissue_share);
   report.add("mask_deviation_hu", check.fit.deviation_hu);
+}
+
+MaskCheckOptions check_of(int label) {
+  MaskCheckOptions options;
+  options.label = label;
+  return options;
 }
 
 // A series and a time are of the CT; a mask of a whole scan is cut to the region like the CT.
@@ -55,22 +63,45 @@ VolumeReadOptions for_mask(const StageCall& call, const IsosurfaceStageOptions& 
   return reading;
 }
 
-Isosurface label_surface(const std::optional<Volume>& ct, const Volume& mask,
-                         IsosurfaceOptions options, const RunContext& context,
-                         StageReport& report) {
+// Of a CT in a file only the grid is read at first: the mask tells which voxels are needed. A DICOM
+// folder is read once, since all of its slices would be opened for their places alone.
+std::optional<Volume> read_grid(const StageCall& call, VolumeReadOptions options) {
+  const auto* path = call.input("ct");
+  options.grid_only = path && call.input("mask") && !options.region && fs::is_regular_file(*path);
+  return read_input(call, "ct", options);
+}
+
+// Where the CT's grid alone is known its voxels around the label are read, and all of them only
+// where those raise a doubt.
+MaskCheck check_on_ct(const StageCall& call, VolumeReadOptions reading, const Volume& ct,
+                      const Volume& mask) {
+  const MaskCheckOptions options = check_of(mask.chosen_label);
+  if (ct.voxel_count() > 0) return check_mask(ct, mask, options);
+  reading.region = region_around(mask, bounding_box(mask, mask.chosen_label));
+  if (voxels_within(ct, *reading.region)) {
+    const MaskCheck check = check_mask(*read_input(call, "ct", reading), mask, options);
+    if (check.plausible) return check;
+  }
+  reading.region.reset();
+  return check_mask(*read_input(call, "ct", reading), mask, options);
+}
+
+Isosurface label_surface(const Volume& mask, IsosurfaceOptions options, const RunContext& context,
+                         const std::optional<Volume>& ct) {
   options.label = mask.chosen_label;
-  if (ct) check_place(*ct, mask, options.label, context, report);
   return extract_label_surface(mask, options, context, ct ? &*ct : nullptr);
 }
 
 // The volumes end here: they are not needed while the mesh is written.
 Isosurface make_surface(const StageCall& call, const IsosurfaceStageOptions& options,
                         StageReport& report) {
-  const std::optional<Volume> ct = read_input(call, "ct", options.reading.resolved());
+  const VolumeReadOptions reading = options.reading.resolved();
+  const std::optional<Volume> ct = read_grid(call, reading);
   const std::optional<Volume> mask =
       read_input(call, "mask", for_mask(call, options, ct, options.label));
   if (!mask) return extract_isosurface(*ct, options.surface, call.context);
-  return label_surface(ct, *mask, options.surface, call.context, report);
+  if (ct) tell_place(check_on_ct(call, reading, *ct, *mask), call.context, report);
+  return label_surface(*mask, options.surface, call.context, ct);
 }
 
 // A label's name as the name of a file: "label_5" where it has none.
@@ -126,7 +157,8 @@ StageReport run_each_label(const StageCall& call, const IsosurfaceStageOptions& 
       one.chosen_label = label.label;
       one.chosen_name = text;
       StageReport placing;
-      const Isosurface surface = label_surface(ct, one, options.surface, call.context, placing);
+      if (ct) tell_place(check_mask(*ct, one, check_of(label.label)), call.context, placing);
+      const Isosurface surface = label_surface(one, options.surface, call.context, ct);
       write_ply(call.output_folder / (name + ".ply"), surface.mesh);
       report.add("volume_ml_" + name, signed_volume(surface.mesh) / 1000);
       written.push_back(std::to_string(label.label) + " " + name);

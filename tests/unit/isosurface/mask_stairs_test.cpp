@@ -40,20 +40,5 @@ TEST(MaskStairs, ABoxHasNone) {
   EXPECT_EQ(stairs(mask_of(box, grid_around_origin({1, 1, 1}, 30))), Eigen::Vector3d(1, 1, 1));
 }
 
-TEST(MaskStairs, BoundingBoxHoldsTheLabelAlone) {
-  Volume mask = grid_around_origin({1, 1, 1}, 10);
-  mask.voxels.assign(static_cast<std::size_t>(mask.size[0]) * mask.size[1] * mask.size[2], 0);
-  EXPECT_EQ(bounding_box(mask, 3).label_voxels, 0u);
-  const auto set = [&](int i, int j, int k) {
-    mask.voxels[(static_cast<std::size_t>(k) * mask.size[1] + j) * mask.size[0] + i] = 3;
-  };
-  set(2, 4, 6);
-  set(3, 1, 10);
-  const LabelBox box = bounding_box(mask, 3);
-  EXPECT_EQ(box.label_voxels, 2u);
-  EXPECT_EQ(box.first, (std::array<int, 3>{2, 1, 6}));
-  EXPECT_EQ(box.size, (std::array<int, 3>{2, 4, 5}));
-}
-
 }  // namespace
 }  // namespace organbake

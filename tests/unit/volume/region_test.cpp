@@ -63,6 +63,19 @@ TEST(Region, CropsFilesOfEveryKind) {
   expect_part_of(whole, read_volume(nifti, {.region = corner_of(whole)}), kRounding_hu);
 }
 
+TEST(Region, AGridAloneIsThatOfTheWholeFile) {
+  const TemporaryFolder folder;
+  const Volume ramp = ramp_volume(oblique_direction());
+  const auto packed = folder.path() / "ramp.mha", nifti = folder.path() / "ramp.nii.gz";
+  write_metaimage(packed, ramp);
+  write_bytes(nifti, gzipped(NiftiBytes(ramp).bytes()));
+  for (const auto& file : {packed, nifti}) {
+    const Volume grid = read_volume(file, {.grid_only = true});
+    EXPECT_EQ(grid.voxel_count(), 0u) << file;
+    EXPECT_TRUE(same_grid(grid, read_volume(file))) << file;
+  }
+}
+
 // Bytes that this process asked its files for; 0 where the kernel does not tell.
 double bytes_read() { return number_behind("rchar:", "/proc/self/io").value_or(0); }
 

@@ -142,6 +142,7 @@ struct PlacedGrid {
 
 Volume read_one(const NiftiHeader& header, const fs::path& header_path, const PlacedGrid& placed,
                 std::int64_t time, const VolumeReadOptions& options) {
+  if (options.grid_only && !placed.shear) return placed.grid;
   ByteStream stream = opened(header.voxels_apart ? voxel_file(header_path) : header_path);
   const VoxelEncoding encoding = header.encoding();
   const auto& [nx, ny, nz] = placed.grid.size;

@@ -185,7 +185,7 @@ Volume read_volume(const fs::path& path, const VolumeReadOptions& options,
   Volume volume = masks    ? read_folder_of_masks(path, options, context)
                   : folder ? read_dicom(path, options, context)
                            : read_file_by_content(path, options, context);
-  check_volume(volume, path.string());
+  if (!options.grid_only) check_volume(volume, path.string());
   if (options.is_mask) make_labels(volume);
   if (!options.label_names.empty() && !is_layered(volume)) volume.label_names = options.label_names;
   if (!options.label.empty() && volume.chosen_label == 0) {

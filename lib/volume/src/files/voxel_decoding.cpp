@@ -215,6 +215,7 @@ void expect_end(ByteStream& stream) {
 
 Volume decode_region(ByteStream stream, const VoxelLayout& layout, const VolumeReadOptions& options,
                      const Shear& shear, const std::string& name, Volume grid) {
+  if (options.grid_only && !shear) return grid;
   const bool crop = options.region && !shear;
   const IndexBox box = crop ? voxels_of_region(grid, *options.region, name) : IndexBox::whole(grid);
   if (layout.is_text) {

@@ -38,7 +38,7 @@ Region parse_region(const std::string& text, const std::string& where) {
   return region;
 }
 
-IndexBox voxels_of_region(const Volume& grid, const Region& region, const std::string& name) {
+std::optional<IndexBox> voxels_within(const Volume& grid, const Region& region) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d world;
@@ -54,14 +54,18 @@ IndexBox voxels_of_region(const Volume& grid, const Region& region, const std::s
     const double last = grid.size[axis] - 1;
     const double first = std::clamp(std::floor(low[axis]) - 1, 0.0, last);
     const double end = std::clamp(std::ceil(high[axis]) + 1, 0.0, last);
-    if (low[axis] > last + 0.5 || high[axis] < -0.5) {
-      throw BadDataError(name + ": the region of interest lies outside the volume, which covers " +
-                         world_range_text(grid) + " mm (LPS)");
-    }
+    if (low[axis] > last + 0.5 || high[axis] < -0.5) return std::nullopt;
     box.first[axis] = static_cast<int>(first);
     box.size[axis] = static_cast<int>(end - first) + 1;
   }
   return box;
+}
+
+IndexBox voxels_of_region(const Volume& grid, const Region& region, const std::string& name) {
+  const std::optional<IndexBox> box = voxels_within(grid, region);
+  if (box) return *box;
+  throw BadDataError(name + ": the region of interest lies outside the volume, which covers " +
+                     world_range_text(grid) + " mm (LPS)");
 }
 
 void crop_grid(Volume& grid, const IndexBox& box) {

@@ -9,6 +9,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/text.h"
 #include "organbake/volume/describe.h"
+#include "organbake/volume/label_box.h"
 #include "organbake/volume/label_names_file.h"
 
 namespace organbake {
@@ -48,9 +49,11 @@ struct Sum {
 std::vector<VoxelIndex> label_in_ct(const Volume& ct, const Volume& mask, int label) {
   const IndexMap ct_from_mask(ct, mask);
   std::vector<VoxelIndex> found;
-  for (int k = 0; k < mask.size[2]; ++k) {
-    for (int j = 0; j < mask.size[1]; ++j) {
-      for (int i = 0; i < mask.size[0]; ++i) {
+  const LabelBox box = bounding_box(mask, label);
+  found.reserve(box.label_voxels);
+  for (int k = box.first[2]; k < box.first[2] + box.size[2]; ++k) {
+    for (int j = box.first[1]; j < box.first[1] + box.size[1]; ++j) {
+      for (int i = box.first[0]; i < box.first[0] + box.size[0]; ++i) {
         if (mask.at(i, j, k) != label) continue;
         const Eigen::Vector3d index = ct_from_mask(Eigen::Vector3d(i, j, k));
         VoxelIndex nearest;

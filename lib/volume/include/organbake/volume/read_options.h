@@ -17,6 +17,8 @@ struct VolumeReadOptions {
   // Only the voxels round this box of the world are kept, and only the slices that they need are
   // read.
   std::optional<Region> region = {};
+  // Only where the voxels lie is asked for: a reader that can leaves their values out.
+  bool grid_only = false;
   int time = 0;            // which of several time points, from 1; 0 = there must be only one
   bool any_time = false;   // without `time`, the first of several stands for all: for a look
   std::string label = {};  // of a mask: a number, a name, or several; empty = all as they are

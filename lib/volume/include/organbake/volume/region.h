@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 
 #include "organbake/volume/volume.h"
@@ -28,7 +29,9 @@ struct IndexBox {
 
 // The smallest box of voxels that holds all of the region that lies in the grid, and one voxel
 // around it, so that a surface inside is the same with and without cropping. Only the grid's size
-// and place count, not its voxels. Throws BadDataError when the region misses the grid.
+// and place count, not its voxels. None where the region misses the grid.
+std::optional<IndexBox> voxels_within(const Volume& grid, const Region& region);
+// The same; throws BadDataError when the region misses the grid.
 IndexBox voxels_of_region(const Volume& grid, const Region& region, const std::string& name);
 
 // Makes the grid (size and origin) that of the box; the voxels are left alone.
