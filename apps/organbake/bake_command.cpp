@@ -34,7 +34,7 @@ OptionList flag_list(BakeFlags& flags) {
   std::vector<std::string> stages;
   for (const Stage& stage : all_stages()) stages.push_back(stage.name);
   OptionList list;
-  list.add("output", &flags.output, {.help = "the bundle's folder"})
+  list.add("output", &flags.output, {.help = "the bundle's folder", .short_flag = "-o"})
       .add("set", &flags.settings,
            {.help = "key=value, repeatable: an input (ct=scan.nii.gz) or an option "
                     "(decimate.faces=100)"})

@@ -9,7 +9,8 @@ namespace fs = std::filesystem;
 
 void add_case_flags(OptionList& list, CaseFlags& flags) {
   list.add("recipe", &flags.recipe, {.help = "what to bake every case with"})
-      .add("output", &flags.output, {.help = "folder that gets a folder for each case"})
+      .add("output", &flags.output,
+           {.help = "folder that gets a folder for each case", .short_flag = "-o"})
       .add("as", &flags.input, {.help = "the recipe's input that files given by name are"})
       .add("set", &flags.settings,
            {.help = "key=value for all cases, repeatable; a case's own settings go first"})

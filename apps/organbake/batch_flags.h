@@ -8,7 +8,7 @@
 #include "organbake/core/run_context.h"
 #include "organbake/pipelines/batch_cases.h"
 #include "organbake/pipelines/case_estimate.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

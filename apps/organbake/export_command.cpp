@@ -13,7 +13,9 @@ int run_export(const Arguments& arguments, Session& session) {
   fs::path output;
   OptionList options, own;
   bind(own, asked);
-  options.add("output", &output, {.help = "the folder to write; of web: the page"}).append(own);
+  options
+      .add("output", &output, {.help = "the folder to write; of web: the page", .short_flag = "-o"})
+      .append(own);
   const auto words = session.read_command(
       arguments, "export BUNDLE --format FORMAT -o OUTPUT",
       "Writes a bundle's surface, cameras and pictures for other programs.", options, 1);

@@ -25,7 +25,7 @@ std::string overview(const Session& session) {
   for (const Stage& stage : all_stages()) text += line(stage.name, stage.summary);
   text += "\nCommands:\n";
   for (const Verb& verb : all_verbs()) text += line(verb.name, verb.summary);
-  return text + "\nShared options:\n" + session.shared_help();
+  return text + session.shared_help();
 }
 
 [[noreturn]] void unknown_command(const std::string& name) {

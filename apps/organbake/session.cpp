@@ -23,22 +23,8 @@ struct Session::Threads {
   tbb::global_control limit;
 };
 
-Session::Session() : shared_(shared_options()) {}
+Session::Session() : shared_(flags_.options()) {}
 Session::~Session() = default;
-
-OptionList Session::shared_options() {
-  OptionList list;
-  list.add("threads", &threads_,
-           {.help = "at most this many threads; 0 = all. Results don't depend on it",
-            .min = 0,
-            .max = 4096})
-      .add("json", &json_, {.help = "the result as JSON"})
-      .add("quiet", &quiet_, {.help = "say nothing but warnings and errors"})
-      .add("verbose", &verbose_, {.help = "say more"})
-      .add("version", &version_, {.help = "print the version; with --json the libraries' too"})
-      .add("help", &help_, {.help = "print this"});
-  return list;
-}
 
 std::string Session::shared_help() const { return options_help(shared_); }
 
@@ -49,10 +35,11 @@ void Session::read_leading_flags(Arguments& arguments) {
 }
 
 void Session::obey_shared_flags() {
-  terminal_.set_verbosity(verbose_ ? Verbosity::verbose
-                          : quiet_ ? Verbosity::quiet
-                                   : Verbosity::normal);
-  if (threads_ > 0 && !thread_limit_) thread_limit_ = std::make_unique<Threads>(threads_);
+  terminal_.set_verbosity(flags_.verbose ? Verbosity::verbose
+                          : flags_.quiet ? Verbosity::quiet
+                                         : Verbosity::normal);
+  if (flags_.threads > 0 && !thread_limit_)
+    thread_limit_ = std::make_unique<Threads>(flags_.threads);
 }
 
 std::optional<std::vector<std::string>> Session::read_command(Arguments arguments,
@@ -70,10 +57,8 @@ std::optional<std::vector<std::string>> Session::read_command(Arguments argument
   all.append(shared_);
   std::vector<std::string> notes;
   const std::vector<std::string> words = read_arguments(arguments, all, notes);
-  if (help_) {
-    const std::string own = options_help(options);
-    write_to_stdout("organbake " + usage + "\n\n" + summary + "\n" +
-                    (own.empty() ? "" : "\nOptions:\n") + own + "\nShared options:\n" +
+  if (flags_.help) {
+    write_to_stdout("usage: organbake " + usage + "\n\n" + summary + "\n" + options_help(options) +
                     shared_help());
     return std::nullopt;
   }
@@ -106,7 +91,7 @@ Runner Session::runner(const std::filesystem::path& cache_folder) {
 void Session::print_result(const std::string& text, const nlohmann::json& json) const {
   // File names need not be UTF-8; JSON must be.
   constexpr auto kReplace = nlohmann::json::error_handler_t::replace;
-  write_to_stdout((json_ ? json.dump(2, ' ', false, kReplace) : text) + "\n");
+  write_to_stdout((flags_.json ? json.dump(2, ' ', false, kReplace) : text) + "\n");
 }
 
 void catch_signals() { stop_asked = &catch_stop_signals(); }

@@ -21,13 +21,13 @@ class Session {
   ~Session();
 
   Terminal& terminal() { return terminal_; }
-  bool json() const { return json_; }
-  int threads() const { return threads_; }  // 0 = all
+  bool json() const { return flags_.json; }
+  int threads() const { return flags_.threads; }  // 0 = all
 
   // The flags before the command's name; the first word left is the command.
   void read_leading_flags(Arguments& arguments);
-  bool help_asked() const { return help_; }
-  bool version_asked() const { return version_; }
+  bool help_asked() const { return flags_.help; }
+  bool version_asked() const { return flags_.version; }
 
   // Reads a command's own arguments into `options`, the shared flags with them, and makes the
   // session obey those. Nothing when help was asked for and shown. `usage` is what stands after
@@ -53,14 +53,12 @@ class Session {
   void print_result(const std::string& text, const nlohmann::json& json) const;
 
  private:
-  OptionList shared_options();
   void obey_shared_flags();
 
   struct Threads;
 
   Terminal terminal_;
-  int threads_ = 0;
-  bool quiet_ = false, verbose_ = false, json_ = false, version_ = false, help_ = false;
+  SharedFlags flags_;
   OptionList shared_;  // after what it sets: it reads the defaults from there
   std::unique_ptr<Threads> thread_limit_;
   CommandManual* described_ = nullptr;

@@ -24,7 +24,8 @@ struct StageFlags {
 OptionList flag_list(const Stage& stage, const StageOptions& options, StageFlags& flags) {
   OptionList list;
   list.add("output", &flags.output,
-           {.help = std::string("the ") + (stage.single_file ? "file" : "folder") + " to write"});
+           {.help = std::string("the ") + (stage.single_file ? "file" : "folder") + " to write",
+            .short_flag = "-o"});
   for (const StageInput& input : stage.inputs) {
     list.add(input.flag.empty() ? input.name : input.flag, &flags.inputs[input.name],
              {.help = input.help});

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <iostream>
 
+#include "command_line.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/core/nearest_name.h"
@@ -23,10 +22,10 @@ namespace fs = std::filesystem;
 
 struct Command {
   BenchOptions options;
-  std::vector<std::string> suites;
+  std::vector<std::string> suites;  // or diff and two runs
   std::string out;
-  std::vector<std::string> runs;  // of diff
-  bool quick = false, thorough = false, quiet = false;
+  bool quick = false, thorough = false;
+  SharedFlags shared;
 
   Effort effort() const {
     return quick ? Effort::quick : thorough ? Effort::thorough : Effort::standard;
@@ -35,8 +34,9 @@ struct Command {
 
 RunContext context_for(const Command& command, const std::string& suite,
                        const std::atomic<bool>& stop_asked) {
-  const auto log = [quiet = command.quiet, suite](LogLevel level, std::string_view message) {
-    if (level == LogLevel::debug || (quiet && level != LogLevel::warning)) return;
+  const auto log = [flags = command.shared, suite](LogLevel level, std::string_view message) {
+    if (flags.quiet && level != LogLevel::warning) return;
+    if (!flags.verbose && level == LogLevel::debug) return;
     std::fprintf(stderr, "organbench: %s: %.*s\n", suite.c_str(), static_cast<int>(message.size()),
                  message.data());
   };
@@ -108,7 +108,7 @@ RunReport read_run(const std::string& path) {
 
 int run_diff(const Command& command) {
   const Comparison comparison =
-      compare_runs(read_run(command.runs.at(0)), read_run(command.runs.at(1)));
+      compare_runs(read_run(command.suites.at(1)), read_run(command.suites.at(2)));
   const char* words[] = {"same  ", "better", "WORSE "};
   for (const Change& c : comparison.changes) {
     std::printf("%s  %6.3f×  %10.4g → %10.4g  %s\n", words[static_cast<int>(c.kind)],
@@ -119,54 +119,59 @@ int run_diff(const Command& command) {
   return static_cast<int>(comparison.regressed() ? ExitCode::quality_gate : ExitCode::ok);
 }
 
-std::string suite_list() {
-  std::string text = "\nSuites:\n";
+OptionList option_list(Command& c) {
+  OptionList list;
+  list.add("out", &c.out,
+           {.help = "folder for organbench.html and organbench.json",
+            .value = "DIR",
+            .short_flag = "-o"})
+      .add("quick", &c.quick, {.help = "small inputs, one round: two minutes for all suites"})
+      .add("thorough", &c.thorough,
+           {.help = "every case a figure was promised for, and more rounds: an hour instead of the "
+                    "20 minutes for all suites"})
+      .add("rounds", &c.options.rounds,
+           {.help = "of every timing; else 9, or as many as 2 s allow; quick 1; thorough 9, or as "
+                    "many, 3 at least, as 20 s allow",
+            .min = 1,
+            .max = 1000})
+      .add("data", &c.options.data,
+           {.help = "folder of real data (CT, meshes, video)", .value = "DIR"})
+      .add("only", &c.options.only,
+           {.help = "only this part of a suite; colmap: motion with COLMAP beside it; refit: fits "
+                    "the model of relief anew; the others are of registration",
+            .choices = {"colmap", "open patches", "refit", "time", "tracking"}});
+  list.append(c.shared.options());
+  return list;
+}
+
+std::string help(const OptionList& options) {
+  std::string text =
+      "organbench: run time against error, beside what others reach\n\n"
+      "usage: organbench [SUITE…] -o DIR [OPTIONS]   (no SUITE: all of them)\n"
+      "       organbench diff EARLIER LATER          (two runs: folders, or their JSON files; "
+      "ends with 3 on a regression)\n\nSuites:\n";
   for (const Suite& suite : all_suites()) {
     text += "  " + std::string(suite.name) + std::string(14 - std::string(suite.name).size(), ' ') +
             suite.summary + "\n";
   }
-  return text;
+  return text + options_help(options);
 }
 
 int dispatch(int argc, char** argv, const std::atomic<bool>& stop_asked) {
   Command c;
-  CLI::App app("organbench: run time against error, beside what others reach");
-  app.add_option("SUITE", c.suites, "suites to run (default: all)");
-  app.add_option("-o,--out", c.out, "folder for organbench.html and organbench.json");
-  CLI::Option* quick =
-      app.add_flag("--quick", c.quick, "small inputs, one round: two minutes for all suites");
-  app.add_flag("--thorough", c.thorough,
-               "every case a figure was promised for, and more rounds: an hour instead of the 20\n"
-               "minutes for all suites")
-      ->excludes(quick);
-  app.add_option("--rounds", c.options.rounds,
-                 "of every timing (default 9, or as many as 2 s allow; quick 1; thorough 9, or as\n"
-                 "many, 3 at least, as 20 s allow)")
-      ->check(CLI::Range(1, 1000));
-  app.add_option("--threads", c.options.threads, "threads to use, 0 = all")
-      ->check(CLI::Range(0, 1024));
-  app.add_option("--data", c.options.data, "folder of real data (CT, meshes, video)");
-  app.add_option("--only", c.options.only,
-                 "only this part of the suite registration; colmap: the suite motion with COLMAP\n"
-                 "beside it; refit: fits the suite relief's model anew")
-      ->check(CLI::IsMember({"colmap", "open patches", "refit", "time", "tracking"}));
-  app.add_flag("--quiet", c.quiet, "no log");
-  app.footer(suite_list());
-  app.set_version_flag("--version", "organbench " ORGANBAKE_VERSION);
-  CLI::App* diff = app.add_subcommand("diff", "compare two runs; exit code 3 on a regression");
-  diff->add_option("RUN", c.runs, "the earlier and the later run: folders, or their JSON files")
-      ->required()
-      ->expected(2);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    app.exit(asked, std::cout, std::cerr);
+  const OptionList options = option_list(c);
+  std::vector<std::string> arguments(argv + 1, argv + argc), notes;
+  c.suites = read_arguments(arguments, options, notes);
+  if (c.shared.help || c.shared.version) {
+    write_to_stdout(c.shared.help ? help(options) : version_text("organbench", c.shared.json));
     return 0;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + " (--help lists all)");
   }
+  if (c.quick && c.thorough) throw UsageError("--quick and --thorough: give one of them");
   c.options.effort = c.effort();
-  return diff->parsed() ? run_diff(c) : run_suites(c, stop_asked);
+  c.options.threads = c.shared.threads;
+  if (c.suites.empty() || c.suites.front() != "diff") return run_suites(c, stop_asked);
+  if (c.suites.size() != 3) throw UsageError("diff takes two runs: organbench diff EARLIER LATER");
+  return run_diff(c);
 }
 
 int run(int argc, char** argv) {

@@ -195,7 +195,7 @@ void run_command(const Command& given, const RunContext& context) {
   deform.solver = command.solver.value_or(deform.solver);
   Player player(command.bundles, deform, command.compare || command.paper_warp);
   context.throw_if_cancelled();
-  Results results(command.json);
+  Results results(command.shared.json);
   std::optional<ReferenceFrames> reference;
   if (script) reference = play_script(command, player, *script, results, context);
   if (reference) results.add("reference", reference_json(command, *reference), "");

@@ -148,7 +148,7 @@ void run_bench(const Command& command, const RunContext& context) {
     ms["frame"] = ms["frame"].get<double>() + truth.median_ms();
   }
   const double fps = 1000 / ms["frame"].get<double>();
-  if (command.json) {
+  if (command.shared.json) {
     write_to_stdout(json_text(
         {{"frames", script.frames},
          {"width", script.width},

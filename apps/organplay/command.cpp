@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.h"
 
-#include <CLI/CLI.hpp>
 #include <cmath>
-#include <iostream>
-#include <sstream>
+#include <limits>
 
-#include "manual.h"
 #include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/player/comparison_table.h"
@@ -29,12 +26,12 @@ void check(const Command& c) {
       throw UsageError("--dataset goes alone, with -o DIR: its SPEC says what is drawn");
   }
   if (c.wants_truth() && c.out_folder.empty() && c.frame_file.empty() && c.bench_frames == 0)
-    throw UsageError("--layers and --stereo need --script with --out DIR, or -o FILE");
+    throw UsageError("--layers and --stereo-mm need --script with --out DIR, or -o FILE");
   if (c.bench_frames > 0 && c.stereo_mm) throw UsageError("--bench draws one eye alone");
   if (c.layers.flow && !c.frame_file.empty())
     throw UsageError("--layers flow needs --script with --out DIR: one picture does not move");
   if (c.wants_truth() && c.paper_warp)
-    throw UsageError("--layers and --stereo do not go with --warp paper");
+    throw UsageError("--layers and --stereo-mm do not go with --warp paper");
   if (!c.lens.empty() && c.out_folder.empty() && c.video.empty() && c.reference.empty() &&
       c.frame_file.empty())
     throw UsageError("--lens needs --script with --out DIR, --video or --reference, or -o FILE");
@@ -58,95 +55,179 @@ void check(const Command& c) {
                      std::to_string(c.size->height) + ": --compare needs a height of " +
                      std::to_string(Compare::kSmallestSide_px) + "…" +
                      std::to_string(Compare::kLargestSide_px) + " pixels");
-  if (!std::isfinite(c.threshold_db)) throw UsageError("--threshold needs a number of dB");
+  if (!std::isfinite(c.threshold_db)) throw UsageError("--threshold-db needs a number of dB");
 }
 
 // What is more than one word or number, as it was written.
 struct Texts {
   std::string size, angles, angles_rad, view = "0,0", view_rad, warp = "bound", solver, light,
                                         layers, shell;
-  bool man = false;
+  double stereo_mm = std::numeric_limits<double>::quiet_NaN();  // one eye
+  bool man = false, baked_light = false;
 };
 
-void add_options(CLI::App& app, Command& c, Texts& texts) {
-  app.add_option("BUNDLE", c.bundles,
-                 "folder made by 'organbake bake'; several lie in one world and push each other, "
-                 "views and scripts go round the first");
-  app.add_option("--script", c.script,
-                 "interaction to play (JSON, see 'organbake schema interaction')");
-  app.add_option("--out", c.out_folder, "folder for the script's frames, frame_0000.png …");
-  app.add_option("--video", c.video, "video of the script's frames (needs ffmpeg)");
-  app.add_option("--report", c.report,
-                 "JSON report: times by phase, what was skipped, holes, forces");
-  app.add_option(
-      "--reference", c.reference,
-      "folder of the script's frames from another run: ends with 3 when one differs more");
-  app.add_option("--threshold", c.threshold_db, "least PSNR to the reference, dB")
-      ->capture_default_str();
-  app.add_option("--view-deg", texts.view,
-                 "azimuth,elevation[,distance]: degrees from camera 0, multiples of its distance")
-      ->capture_default_str();
-  app.add_option("--view", texts.view_rad, "the same in radians, as it was written once")
-      ->excludes("--view-deg");
-  app.add_option("-o,--frame", c.frame_file, "one frame at rest from --view-deg, as PNG");
-  app.add_option("--cameras", c.cameras,
-                 "cameras.json to look from: one camera for each of the script's frames, in the "
-                 "place of its own; its first camera for -o");
-  app.add_option("--layers", texts.layers,
-                 "the truth beside each frame, comma-separated: depth (mm), flow (px), normals, "
-                 "mask, id (the skin point), weight, or all; as EXR, the mask as PNG, with "
-                 "cameras.json and scenes.jsonl");
-  app.add_option(
-      "--lens", c.lens,
-      "calibration of a scope (JSON, see 'organbake schema scope-lens', or cameras.json) "
-      "whose distortion and vignette are put on pictures and layers; its size is theirs "
-      "unless --size or the script says another");
-  app.add_option("--stereo", c.stereo_mm,
-                 "draw a right eye as well, so many millimetres to the right of the view");
-  app.add_option("--dataset", c.dataset,
-                 "data set to make of the bundles, each on its own, in the folder -o DIR (YAML or "
-                 "JSON, see 'organbake schema dataset'); goes on where an earlier run ended");
-  app.add_option("--sheet", c.sheet, "contact sheet (PNG): rest, three pokes, views all round");
-  app.add_option("--size", texts.size,
-                 "size of a frame or of the window, WIDTHxHEIGHT pixels (default 1280x720, or the "
-                 "script's own); "
-                 "--compare's pictures are squares of its height (default 512)");
-  app.add_option("--warp", texts.warp, "bound, or the paper's own chain as a baseline: paper")
-      ->check(CLI::IsMember({"bound", "paper"}))
-      ->capture_default_str();
-  app.add_option(
-         "--solver", texts.solver,
-         "what stands for the tissue: springs (default), or fem, finite elements on the "
-         "tetrahedra of a bundle that was baked with --set mechanics.fem=true; a script may name "
-         "its own")
-      ->check(CLI::IsMember({"springs", "fem"}));
-  app.add_option(
-         "--light", texts.light,
-         "scope: one light that travels with the view; world: the baked one, on the skin as "
-         "it lies now; baked: as baked, wherever skin is pushed (default: what the bundle "
-         "is made for; a script may name its own)")
-      ->check(CLI::IsMember({"scope", "world", "baked"}));
-  app.add_flag_callback(
-      "--baked-light", [&texts] { texts.light = "baked"; }, "the same as --light baked");
-  app.add_flag_callback(
-      "--no-instruments", [&c] { c.instruments = false; }, "leave the tools out of the frames");
-  app.add_flag("--compare", c.compare, "compare with the truth: the paper's Table 1, seams, holes");
-  app.add_option("--angles-deg", texts.angles,
-                 "viewing angles of --compare, degrees, comma-separated");
-  app.add_option("--angles", texts.angles_rad, "the same in radians, as they were written once")
-      ->excludes("--angles-deg");
-  app.add_option("--bench", c.bench_frames,
-                 "the first frame from --view-deg, then N of an orbit with a poke; prints times by "
-                 "phase, with --layers theirs, too, the longest chain of work in each phase, and "
-                 "how much faster than one --threads threads can be at most")
-      ->check(CLI::Range(1, 1000000));
-  app.add_option("--threads", c.threads, "threads to use, 0 = all")->check(CLI::Range(0, 1024));
-  app.add_flag("--json", c.json, "print results as JSON");
-  app.add_flag("--quiet", c.quiet, "no log");
-  app.add_flag("--man", texts.man, "print the manual page, for man -l -");
-  app.add_option("--completions", texts.shell, "print the completions for a shell")
-      ->check(CLI::IsMember({"bash", "zsh"}));
-  app.set_version_flag("--version", "organplay " ORGANBAKE_VERSION);
+void add_pictures(OptionList& list, Command& c, Texts& texts) {
+  list.begin_group("Pictures")
+      .add("frame", &c.frame_file,
+           {.help = "one frame at rest from --view-deg, as PNG",
+            .value = "FILE",
+            .short_flag = "-o"})
+      .add("sheet", &c.sheet,
+           {.help = "contact sheet: rest, three pokes, views all round, as PNG", .value = "FILE"})
+      .add("view_deg", &texts.view,
+           {.help = "azimuth, elevation and, if need be, distance: degrees from camera 0, and "
+                    "multiples of its distance",
+            .value = "DEG,DEG[,X]"})
+      .add("view", &texts.view_rad,
+           {.help = "the same in radians, as it was written once", .value = "RAD,RAD[,X]"})
+      .add("cameras", &c.cameras,
+           {.help = "cameras.json to look from: one camera for each of the script's frames, in the "
+                    "place of its own; its first camera for -o",
+            .value = "FILE"})
+      .add("size", &texts.size,
+           {.help =
+                "size of a frame or of the window in pixels; else 1280x720, or the script's own; "
+                "--compare's pictures are squares of its height, else of 512",
+            .value = "WIDTHxHEIGHT"})
+      .add("lens", &c.lens,
+           {.help = "calibration of a scope (JSON, see 'organbake schema scope-lens', or "
+                    "cameras.json) whose distortion and vignette are put on pictures and layers; "
+                    "its size is theirs unless --size or the script says another",
+            .value = "FILE"})
+      .add("instruments", &c.instruments, {.help = "draw the tools"});
+}
+
+void add_scripts(OptionList& list, Command& c) {
+  list.begin_group("Scripts")
+      .add("script", &c.script,
+           {.help = "interaction to play (JSON, see 'organbake schema interaction')",
+            .value = "FILE"})
+      .add("out", &c.out_folder,
+           {.help = "folder for the script's frames, frame_0000.png …", .value = "DIR"})
+      .add("video", &c.video,
+           {.help = "video of the script's frames (needs ffmpeg)", .value = "FILE"})
+      .add(
+          "report", &c.report,
+          {.help = "JSON report: times by phase, what was skipped, holes, forces", .value = "FILE"})
+      .add("reference", &c.reference,
+           {.help = "folder of the script's frames from another run: ends with 3 when one differs "
+                    "more than --threshold-db allows",
+            .value = "DIR"})
+      .add("threshold_db", &c.threshold_db, {.help = "least PSNR to the reference", .unit = "dB"});
+}
+
+void add_truth(OptionList& list, Command& c, Texts& texts) {
+  list.begin_group("Truth and data sets")
+      .add("layers", &texts.layers,
+           {.help = "the truth beside each frame, comma-separated: depth (mm), flow (px), normals, "
+                    "mask, id (the skin point), weight, or all; as EXR, the mask as PNG, with "
+                    "cameras.json and scenes.jsonl",
+            .value = "NAME[,NAME]"})
+      .add("stereo_mm", &texts.stereo_mm,
+           {.help = "draw a right eye as well, so far to the right of the view", .unit = "mm"})
+      .add("dataset", &c.dataset,
+           {.help = "data set to make of the bundles, each on its own, in the folder -o DIR (YAML "
+                    "or JSON, see 'organbake schema dataset'); goes on where an earlier run ended",
+            .value = "FILE"});
+}
+
+void add_looks(OptionList& list, Texts& texts) {
+  list.begin_group("Tissue and light")
+      .add("solver", &texts.solver,
+           {.help = "what stands for the tissue: springs (default), or fem, finite elements on the "
+                    "tetrahedra of a bundle that was baked with --set mechanics.fem=true; a script "
+                    "may name its own",
+            .choices = {"springs", "fem"}})
+      .add("light", &texts.light,
+           {.help = "scope: one light that travels with the view; world: the baked one, on the "
+                    "skin as it lies now; baked: as baked, wherever skin is pushed; else what the "
+                    "bundle is made for, or what the script names",
+            .choices = {"scope", "world", "baked"}})
+      .add("baked_light", &texts.baked_light, {.help = "the same as --light baked"})
+      .add(
+          "warp", &texts.warp,
+          {.help = "bound, or the paper's own chain as a baseline", .choices = {"bound", "paper"}});
+}
+
+void add_measures(OptionList& list, Command& c, Texts& texts) {
+  list.begin_group("Measuring")
+      .add("compare", &c.compare,
+           {.help = "compare with the truth: the paper's Table 1, seams, holes"})
+      .add("angles_deg", &texts.angles,
+           {.help = "viewing angles of --compare, degrees", .value = "DEG[,DEG]"})
+      .add("angles", &texts.angles_rad,
+           {.help = "the same in radians, as they were written once", .value = "RAD[,RAD]"})
+      .add("bench", &c.bench_frames,
+           {.help = "the first frame from --view-deg, then N of an orbit with a poke; prints times "
+                    "by phase, with --layers theirs, too, the longest chain of work in each phase, "
+                    "and how much faster than one --threads threads can be at most",
+            .min = 1,
+            .max = 1000000});
+}
+
+void add_manuals(OptionList& list, Texts& texts) {
+  list.begin_group("Manuals")
+      .add("man", &texts.man, {.help = "print the manual page, for man -l -"})
+      .add("completions", &texts.shell,
+           {.help = "print the completions for a shell", .choices = {"bash", "zsh"}});
+}
+
+constexpr const char* kSummary = "poke a baked organ and draw it";
+constexpr const char* kBundles =
+    "folders made by 'organbake bake'; several lie in one world and push each other, views and "
+    "scripts go round the first";
+
+CommandManual manual_of(const OptionList& options) {
+  return {.program = "organplay",
+          .summary = kSummary,
+          .synopsis = "[BUNDLE…] [OPTIONS]",
+          .description =
+              "Plays bundles that organbake(1) made: tissue yields to instruments, and pictures "
+              "are warped from the baked ones, on the processor alone. Without any of --script, "
+              "--frame, --sheet, --compare and --bench it opens a window, which is a package of "
+              "its own (organplay-window).",
+          .options = manual_options(options),
+          .sections = {{.title = "arguments", .entries = {{"BUNDLE…", kBundles}}},
+                       exit_status_section()},
+          .see_also = {"organbake", "organbake-bake"}};
+}
+
+std::string help(const OptionList& options) {
+  return std::string("organplay: ") + kSummary +
+         "\n\nusage: organplay [BUNDLE…] [OPTIONS]   (without any of --script, -o, --sheet, "
+         "--compare, --bench a window opens)\n\n  BUNDLE…                   " +
+         kBundles + "\n" + options_help(options);
+}
+
+// What was asked about the program itself; nothing where it is to play.
+std::optional<std::string> answer(const OptionList& options, const Texts& texts,
+                                  const SharedFlags& shared) {
+  if (shared.help) return help(options);
+  if (shared.version) return version_text("organplay", shared.json);
+  if (texts.man) return man_page(manual_of(options), ORGANBAKE_VERSION, ORGANBAKE_RELEASE_DATE);
+  if (texts.shell == "bash") return bash_completion(manual_of(options), {});
+  if (texts.shell == "zsh") return zsh_completion(manual_of(options), {});
+  return std::nullopt;
+}
+
+void only_one(const std::string& one, const std::string& other, const char* names) {
+  if (!one.empty() && !other.empty()) throw UsageError(std::string(names) + ": give one of them");
+}
+
+// What the texts say, once they are all there.
+void interpret(const Texts& texts, Command& c) {
+  only_one(texts.angles, texts.angles_rad, "--angles-deg and --angles");
+  only_one(texts.view == "0,0" ? "" : texts.view, texts.view_rad, "--view-deg and --view");
+  c.view = texts.view_rad.empty() ? pose_from({"--view-deg"}, texts.view)
+                                  : pose_from({"--view", false}, texts.view_rad);
+  if (!texts.size.empty()) c.size = size_from(texts.size);
+  if (!texts.angles.empty()) c.angles_rad = angles_from({"--angles-deg"}, texts.angles);
+  if (!texts.angles_rad.empty()) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
+  if (!texts.layers.empty()) c.layers = layers_from(texts.layers);
+  if (!std::isnan(texts.stereo_mm)) c.stereo_mm = texts.stereo_mm;
+  c.paper_warp = texts.warp == "paper";
+  c.solver = tissue_solver(texts.solver);
+  c.light = drawn_light(texts.baked_light ? "baked" : texts.light);
 }
 
 }  // namespace
@@ -159,34 +240,22 @@ bool Command::wants_window() const {
 std::optional<Command> read_command(int argc, char** argv) {
   Command c;
   Texts texts;
-  CLI::App app(
-      "organplay: pokes a baked organ and draws it; in a window, or without a display by any of "
-      "--script, -o, --sheet, --compare, --bench");
-  add_options(app, c, texts);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    std::ostringstream answer;
-    app.exit(asked, answer, std::cerr);
-    write_to_stdout(answer.str());
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + " (--help lists all)");
-  }
-  const auto given = [&app](const char* option) { return app.count(option) > 0; };
-  if (texts.man || !texts.shell.empty()) {
-    write_to_stdout(texts.man ? manual_page(app) : completions(app, texts.shell));
+  OptionList options;
+  add_pictures(options, c, texts);
+  add_scripts(options, c);
+  add_truth(options, c, texts);
+  add_looks(options, texts);
+  add_measures(options, c, texts);
+  add_manuals(options, texts);
+  options.append(c.shared.options());
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  const std::vector<std::string> words = read_arguments(arguments, options, c.notes);
+  if (const auto text = answer(options, texts, c.shared)) {
+    write_to_stdout(*text);
     return std::nullopt;
   }
-  c.view = given("--view") ? pose_from({"--view", false}, texts.view_rad)
-                           : pose_from({"--view-deg"}, texts.view);
-  if (given("--size")) c.size = size_from(texts.size);
-  if (given("--angles-deg")) c.angles_rad = angles_from({"--angles-deg"}, texts.angles);
-  if (given("--angles")) c.angles_rad = angles_from({"--angles", false}, texts.angles_rad);
-  if (given("--layers")) c.layers = layers_from(texts.layers);
-  c.paper_warp = texts.warp == "paper";
-  c.solver = tissue_solver(texts.solver);
-  c.light = drawn_light(texts.light);
+  c.bundles.assign(words.begin(), words.end());
+  interpret(texts, c);
   check(c);
   return c;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "command_line.h"
 #include "option_values.h"
 #include "organbake/deform/deformer.h"
 #include "organbake/player/orbit.h"
@@ -33,8 +34,8 @@ struct Command {
   std::vector<double> angles_rad;
   int bench_frames = 0;
   double threshold_db = 45;
-  int threads = 0;  // 0 = all
-  bool json = false, quiet = false;
+  SharedFlags shared;
+  std::vector<std::string> notes;  // what options under former names are called now
 
   bool wants_truth() const { return layers.any() || stereo_mm; }
   PictureSize picture_size() const { return size.value_or(lens_size.value_or(PictureSize())); }
@@ -42,7 +43,8 @@ struct Command {
   bool wants_window() const;
 };
 
-// Throws UsageError. When help or the version was asked for, prints it and returns nothing.
+// Throws UsageError. When help, the version or a manual was asked for, prints it and returns
+// nothing.
 std::optional<Command> read_command(int argc, char** argv);
 
 }  // namespace organbake

@@ -51,7 +51,7 @@ void run_dataset(const Command& command, const RunContext& context) {
   }
   const DatasetSummary made = make_dataset(spec, command.bundles, command.frame_file,
                                            "organplay " ORGANBAKE_VERSION, context);
-  Results results(command.json);
+  Results results(command.shared.json);
   results.wrote("dataset", command.frame_file);
   context.info(std::to_string(made.frames) + " frames, " + std::to_string(made.shards_made) +
                " shards made now and " + std::to_string(made.shards_kept) + " before");

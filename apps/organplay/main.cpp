@@ -14,8 +14,9 @@ namespace organbake {
 namespace {
 
 RunContext context_for(const Command& command, const std::atomic<bool>& stop_asked) {
-  const auto log = [quiet = command.quiet](LogLevel level, std::string_view message) {
-    if (quiet && level != LogLevel::warning) return;
+  const auto log = [flags = command.shared](LogLevel level, std::string_view message) {
+    if (flags.quiet && level != LogLevel::warning) return;
+    if (!flags.verbose && level == LogLevel::debug) return;
     std::fprintf(stderr, "organplay: %s%.*s\n", level == LogLevel::warning ? "warning: " : "",
                  static_cast<int>(message.size()), message.data());
   };
@@ -28,8 +29,10 @@ int run(int argc, char** argv) {
     const std::optional<Command> command = read_command(argc, argv);
     if (!command) return 0;
     std::optional<ThreadLimit> threads;
-    if (command->threads > 0) threads.emplace(command->threads);
-    run_command(*command, context_for(*command, stop_asked));
+    if (command->shared.threads > 0) threads.emplace(command->shared.threads);
+    const RunContext context = context_for(*command, stop_asked);
+    for (const std::string& note : command->notes) context.info(note);
+    run_command(*command, context);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "organplay: error: %s\n", message_for(error).c_str());

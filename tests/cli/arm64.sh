@@ -33,7 +33,7 @@ for light in baked world scope; do
     rm -rf here there
     expect 0 arm organ --script script.json --out there --threads 1
     # One level of 255 in one channel of thirty pixels; most frames are the same bytes.
-    expect 0 organplay organ --script script.json --out here --reference there --threshold 80
+    expect 0 organplay organ --script script.json --out here --reference there --threshold-db 80
   done
 done
 if cmp -s here/frame_0000.png here/frame_0011.png; then fail "nothing moved"; fi

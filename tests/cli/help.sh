@@ -40,6 +40,28 @@ expect 2 organbake --threads -1 doctor
 expect 2 organbake schema recepi
 expect_err "did you mean 'recipe'?"
 
+# Three programs, one manner: what it is, how it is called, options in groups, the shared ones last.
+shared=
+for program in organbake organplay organbench; do
+  expect 0 $program --help
+  expect_out "usage: $program "
+  [ "$(head -c ${#program} out)" = $program ] || fail "$program --help does not begin with its name"
+  [ -z "$shared" ] && shared=$(sed -n '/^Shared options:/,$p' out)
+  expect_equal "$(sed -n '/^Shared options:/,$p' out)" "$shared"
+  expect 0 $program --version
+  expect_out "$program "
+  expect 0 $program --version --json
+  expect_out "\"$program\": \""
+  expect 2 $program --vrsion
+  expect_err "unknown flag --vrsion; did you mean '--version'? (--help lists all)"
+  expect 2 $program --threads many
+  expect_err "--threads: 'many' is not possible; it takes a whole number, 0…4096"
+done
+expect 2 organplay b --light scop -o x.png
+expect_err "--light: 'scop' is not possible; it takes one word, one of scope, world, baked; did you mean 'scope'?"
+# Former names of options are taken, with a note.
+expect 66 organplay b --script s.json --reference frames --threshold 30
+
 # Spellings of flags: value behind a blank or '=', switches with --no-, words after "--".
 expect 66 organbake decimate --faces=80 --method cluster x.ply -o y.ply
 expect 66 organbake isosurface --no-cap --largest 0 -o y.ply -- -x.mha

@@ -27,7 +27,7 @@ says "r['frame'].startswith('k')"
 expect 0 play --script s.json --reference frames --json
 says "r == {'reference': {'folder': 'frames', 'least_psnr_db': None, 'worst_frame': None,
                           'threshold_db': 45, 'passed': True}}"
-expect 3 play --script s.json --reference frames --threshold 1000 --warp paper --json
+expect 3 play --script s.json --reference frames --threshold-db 1000 --warp paper --json
 says "not r['reference']['passed'] and r['reference']['least_psnr_db'] < 1000"
 expect_sentence
 expect 0 play --compare --angles 0,0.5 --json

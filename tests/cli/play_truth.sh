@@ -17,7 +17,7 @@ END
 play() { "$BIN/organplay" "$@" --quiet; }
 
 expect 0 play b --script s.json --out plain
-expect 0 play b --script s.json --out all --layers all --stereo 5
+expect 0 play b --script s.json --out all --layers all --stereo-mm 5
 for f in 0 1 2; do
   cmp -s plain/frame_000$f.png all/frame_000$f.png || fail "frame $f is another with its truth"
   for layer in depth.exr flow.exr normals.exr mask.png id.exr weight.exr; do
@@ -31,7 +31,7 @@ expect 0 organbake verify all/cameras.json
 expect 0 organbake verify s.json
 # Again, with one thread, and over what is there.
 cp -r all first
-expect 0 play b --script s.json --out all --layers all --stereo 5 --threads 1
+expect 0 play b --script s.json --out all --layers all --stereo-mm 5 --threads 1
 expect_same first all
 
 # What was recorded plays back, named by the script or on the command line.
@@ -52,7 +52,7 @@ refuse() {  # CODE TEXT ARGUMENTS…
 refuse 2 "holds 3 cameras for 4 frames" b --script right.json --out made
 
 # One view.
-expect 0 play b -o v.png --size 80x60 --layers depth,mask --stereo 4
+expect 0 play b -o v.png --size 80x60 --layers depth,mask --stereo-mm 4
 for file in v.png v_depth.exr v_mask.png v_right.png v_right_depth.exr v_right_mask.png v_cameras.json; do
   [ -s $file ] || fail "$file is missing"
 done
@@ -64,13 +64,13 @@ cat >lens.json <<'END'
 {"width": 80, "height": 60, "fx": 70, "fy": 70, "cx": 41, "cy": 29,
  "distortion_k1_k2_p1_p2_k3": [-0.2, 0.03, 0.001, 0.001, 0], "vignette_exponent": 3}
 END
-expect 0 play b -o l.png --lens lens.json --layers depth,normals,mask,id,weight --stereo 4
+expect 0 play b -o l.png --lens lens.json --layers depth,normals,mask,id,weight --stereo-mm 4
 for file in l.png l_depth.exr l_normals.exr l_mask.png l_right.png; do [ -s $file ] || fail "$file is missing"; done
 grep -q '"distortion_k1_k2_p1_p2_k3"' l_cameras.json || fail "the cameras lack the distortion"
 expect 0 organbake verify l_cameras.json
-expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo 5
+expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo-mm 5
 cp -r lens first_lens
-expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo 5 --threads 1
+expect 0 play b --script s.json --out lens --lens lens.json --layers all --stereo-mm 5 --threads 1
 expect_same first_lens lens
 cmp -s all/frame_0000.png lens/frame_0000.png && fail "the lens does nothing"
 # What was seen through the lens plays back through it.
@@ -87,7 +87,7 @@ refuse 2 "lens needs" b --lens lens.json --sheet m.png
 refuse 2 "'deep' is no layer" b -o x.png --layers deep
 refuse 2 "one picture does not move" b -o x.png --layers flow
 refuse 2 "need --script with --out DIR, or -o FILE" b --script s.json --report x.json --layers depth
-refuse 2 "makes no stereo" b --script s.json --out made --stereo 0
+refuse 2 "makes no stereo" b --script s.json --out made --stereo-mm 0
 refuse 2 "do not go with --warp paper" b -o x.png --layers depth --warp paper
 expect_gone made
 expect_gone x.png

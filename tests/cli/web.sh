@@ -59,7 +59,7 @@ for view in 0 0.5 1.3 -1.1 2.6; do
     script 6 $view $light >script.json
     rm -rf frames
     expect 0 node "$SOURCE/tests/web/frames.mjs" organ.html script.json frames
-    expect 0 "$BIN/organplay" organ --script script.json --reference frames --threshold 55
+    expect 0 "$BIN/organplay" organ --script script.json --reference frames --threshold-db 55
   done
 done
 # Blades, where there are tetrahedra: the same cut as organplay's, and by hand.
@@ -79,7 +79,7 @@ cat >cut.json <<END
 END
 rm -rf frames
 expect 0 node "$SOURCE/tests/web/frames.mjs" cuttable.html cut.json frames
-expect 0 "$BIN/organplay" cuttable --script cut.json --reference frames --threshold 55
+expect 0 "$BIN/organplay" cuttable --script cut.json --reference frames --threshold-db 55
 expect 0 node "$SOURCE/tests/web/cut.mjs" cuttable.html
 expect_out "cut, snipped, pierced"
 expect 0 node "$SOURCE/tests/web/cut.mjs" organ.html

@@ -9,7 +9,7 @@
 #include <valijson/validation_results.hpp>
 #include <valijson/validator.hpp>
 
-#include "options/meant_number.h"
+#include "organbake/options/meant_number.h"
 #include "organbake/core/nearest_name.h"
 
 namespace organbake {

@@ -5,7 +5,7 @@
 #include "organbake/capture/capture.h"
 #include "organbake/capture/filtered_detail.h"
 #include "organbake/formats/mesh_frame.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

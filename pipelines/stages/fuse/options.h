@@ -3,7 +3,7 @@
 
 #include "organbake/formats/mesh_frame.h"
 #include "organbake/fusion/fuse_views.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "organbake/isosurface/isosurface.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 #include "stages/shared/reading_options.h"
 
 namespace organbake {

@@ -3,7 +3,7 @@
 
 #include "organbake/formats/mesh_frame.h"
 #include "organbake/mechanics/mechanics.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

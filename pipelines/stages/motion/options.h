@@ -3,7 +3,7 @@
 
 #include "organbake/motion/clip_motion.h"
 #include "organbake/motion/feature_tracker.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

@@ -6,7 +6,7 @@
 #include "organbake/phantom/laparoscopy.h"
 #include "organbake/phantom/moving_clip.h"
 #include "organbake/phantom/phantom.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "organbake/formats/mesh_frame.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 #include "organbake/viewpoints/placement.h"
 
 namespace organbake {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 #include "organbake/shading/depth_mesh.h"
 #include "organbake/shading/frame_depth.h"
 #include "organbake/shading/frame_source.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 #include "organbake/shading/depth_mesh.h"
 #include "organbake/shading/frame_source.h"
 

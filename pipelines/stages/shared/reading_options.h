@@ -4,7 +4,7 @@
 #include <string>
 
 #include "organbake/formats/mesh_frame.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 #include "organbake/volume/read_options.h"
 
 namespace organbake {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "organbake/motion/clip_spans.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 #include "organbake/pipelines/stage.h"
 
 namespace organbake {

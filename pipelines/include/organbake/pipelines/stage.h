@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "organbake/core/run_context.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 

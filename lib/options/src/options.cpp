@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "organbake/pipelines/options.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/options/options.h"
 
 #include <algorithm>
 #include <cctype>
@@ -8,10 +8,10 @@
 #include <map>
 #include <numbers>
 
-#include "options/meant_number.h"
 #include "organbake/core/error.h"
 #include "organbake/core/nearest_name.h"
 #include "organbake/core/text.h"
+#include "organbake/options/meant_number.h"
 
 namespace organbake {
 namespace {
@@ -42,9 +42,9 @@ std::string number_text(double value) {
 // depends on the volume.
 std::string name_ending(const std::string& unit) {
   static const std::map<std::string, std::string> kEndings = {
-      {"mm", "_mm"},      {"px", "_px"},         {"deg", "_deg"},          {"s", "_s"},
-      {"HU", "_hu"},      {"kPa", "_kpa"},       {"kg/m³", "_kg_per_m3"},  {"mm²", "_mm2"},
-      {"mm, LPS", "_mm"}, {"voxels", "_voxels"}, {"Mbit/s", "_mbit_per_s"}};
+      {"mm", "_mm"}, {"px", "_px"},      {"deg", "_deg"},         {"s", "_s"},
+      {"HU", "_hu"}, {"kPa", "_kpa"},    {"kg/m³", "_kg_per_m3"}, {"mm²", "_mm2"},
+      {"dB", "_db"}, {"mm, LPS", "_mm"}, {"voxels", "_voxels"},   {"Mbit/s", "_mbit_per_s"}};
   const auto found = kEndings.find(unit);
   return found == kEndings.end() ? std::string() : found->second;
 }
@@ -222,7 +222,15 @@ std::string Option::range() const {
   return {};
 }
 
-OptionList& OptionList::append(Option option) {
+bool Option::holds(double number) const { return range_of(traits).holds(number); }
+
+OptionList& OptionList::begin_group(std::string title) {
+  group_ = std::move(title);
+  return *this;
+}
+
+OptionList& OptionList::append_own(Option option) {
+  option.group = group_;
   options_.push_back(std::move(option));
   return *this;
 }
@@ -262,8 +270,14 @@ std::string OptionList::retired_note(std::string_view name) const {
 
 OptionList& OptionList::add(std::string name, Degrees target, OptionTraits traits) {
   const auto get = [target] { return OptionValue(degrees(*target.rad)); };
-  return append({std::move(name), OptionKind::number, std::move(traits), get(), get,
-                 [target](const OptionValue& v) { *target.rad = radians(std::get<double>(v)); }});
+  return append_own(
+      {std::move(name),
+       OptionKind::number,
+       std::move(traits),
+       {},
+       get(),
+       get,
+       [target](const OptionValue& v) { *target.rad = radians(std::get<double>(v)); }});
 }
 
 std::vector<std::string> OptionList::names() const {

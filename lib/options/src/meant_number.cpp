@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-#include "options/meant_number.h"
+// SPDX-License-Identifier: Apache-2.0
+#include "organbake/options/meant_number.h"
 
 #include <algorithm>
 #include <cmath>

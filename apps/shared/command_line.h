@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "command_manual.h"
-#include "organbake/pipelines/options.h"
+#include "organbake/options/options.h"
 
 namespace organbake {
 
@@ -23,7 +23,19 @@ std::vector<std::string> read_arguments(Arguments& arguments, const OptionList& 
 // Each option as manual pages and completions tell it.
 std::vector<ManualOption> manual_options(const OptionList& options);
 
-// One option a line or more: flag, kind of value, help, unit, range, default.
+// For each group its title, and one option a line or more: flag, kind of value, help, unit, range,
+// default.
 std::string options_help(const OptionList& options);
+
+// The flags that every program and each of its commands has.
+struct SharedFlags {
+  int threads = 0;  // 0 = all
+  bool json = false, quiet = false, verbose = false, version = false, help = false;
+
+  OptionList options();
+};
+
+// "organplay 0.5.0" in a line, or as JSON.
+std::string version_text(const std::string& program, bool json);
 
 }  // namespace organbake

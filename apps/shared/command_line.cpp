@@ -1,7 +1,9 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
+// SPDX-License-Identifier: Apache-2.0
 #include "command_line.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
 
 #include "organbake/core/error.h"
 #include "organbake/core/nearest_name.h"
@@ -10,22 +12,11 @@
 namespace organbake {
 namespace {
 
-// The few flags that are typed often enough.
-constexpr std::pair<const char*, const char*> kShortFlags[] = {
-    {"-o", "--output"}, {"-h", "--help"}, {"-q", "--quiet"}, {"-v", "--verbose"}};
-
-std::string long_flag(const std::string& flag) {
-  for (const auto& [brief, full] : kShortFlags) {
-    if (flag == brief) return full;
+std::string long_flag(const std::string& flag, const OptionList& options) {
+  for (const Option& option : options.all()) {
+    if (!flag.empty() && flag == option.traits.short_flag) return option.flag();
   }
   return flag;
-}
-
-std::string short_flag(const std::string& flag) {
-  for (const auto& [brief, full] : kShortFlags) {
-    if (flag == full) return brief;
-  }
-  return "";
 }
 
 [[noreturn]] void unknown_flag(const std::string& flag, const OptionList& options) {
@@ -52,7 +43,7 @@ void set_option(const Option& option, const OptionValue& value) {
 std::size_t read_flag(const Arguments& arguments, std::size_t position, const OptionList& options,
                       std::vector<std::string>& notes) {
   const std::size_t equals = arguments[position].find('=');
-  const std::string flag = long_flag(arguments[position].substr(0, equals));
+  const std::string flag = long_flag(arguments[position].substr(0, equals), options);
   if (!flag.starts_with("--")) unknown_flag(flag, options);
   const std::string retired = options.retired_note(flag.substr(flag.starts_with("--no-") ? 5 : 2));
   if (!retired.empty()) {  // only switches have been retired so far: there is no value to pass over
@@ -83,12 +74,22 @@ std::size_t read_flag(const Arguments& arguments, std::size_t position, const Op
   return position + 1;
 }
 
+// A number is called by its unit where that is a word.
+std::string number_name(const std::string& unit) {
+  static const std::map<std::string, std::string> kNames = {
+      {"mm", "MM"}, {"mm, LPS", "MM"}, {"deg", "DEG"}, {"px", "PX"},
+      {"s", "S"},   {"dB", "DB"},      {"kPa", "KPA"}, {"HU", "HU"}};
+  const auto found = kNames.find(unit);
+  return found == kNames.end() ? "X" : found->second;
+}
+
 std::string value_name(const Option& option) {
+  if (!option.traits.value.empty()) return option.traits.value;
   switch (option.kind) {
     case OptionKind::boolean:
       return "";
     case OptionKind::integer:
-      return "N";
+      return option.traits.unit.empty() ? "N" : number_name(option.traits.unit);
     case OptionKind::vector:
     case OptionKind::integers:
       return "X,Y,Z";
@@ -97,9 +98,9 @@ std::string value_name(const Option& option) {
     case OptionKind::choice:
       return "NAME";
     case OptionKind::number:
-      return "X";
+      return number_name(option.traits.unit);
     case OptionKind::number_or_auto:
-      return "X|auto";
+      return number_name(option.traits.unit) + "|auto";
     default:
       return "TEXT";
   }
@@ -116,13 +117,16 @@ std::string facts_of(const Option& option) {
   const bool angle = number && option.traits.unit == "deg";  // 0.6 rad are no round number of them
   const std::string default_text = angle ? to_text(*number, 1) : option_text(option.default_value);
   const bool plain_switch = option.kind == OptionKind::boolean && default_text == "false";
-  if (!default_text.empty() && !plain_switch) add("default " + default_text);
+  const auto* whole = std::get_if<std::int64_t>(&option.default_value);
+  const bool stands_for_none =
+      (number && !option.holds(*number)) || (whole && !option.holds(static_cast<double>(*whole)));
+  if (!default_text.empty() && !plain_switch && !stands_for_none) add("default " + default_text);
   return facts;
 }
 
 ManualOption manual_option(const Option& option) {
   ManualOption manual{.flag = option.flag(),
-                      .short_flag = short_flag(option.flag()),
+                      .short_flag = option.traits.short_flag,
                       .value = value_name(option),
                       .help = option.traits.help,
                       .facts = facts_of(option),
@@ -173,8 +177,14 @@ std::vector<ManualOption> manual_options(const OptionList& options) {
 
 std::string options_help(const OptionList& options) {
   constexpr std::size_t kColumn = 28;
-  std::string text;
-  for (const ManualOption& option : manual_options(options)) {
+  std::string text, group;
+  const std::vector<ManualOption> manual = manual_options(options);
+  for (std::size_t i = 0; i < manual.size(); ++i) {
+    const ManualOption& option = manual[i];
+    if (options.all()[i].group != group) {
+      group = options.all()[i].group;
+      text += "\n" + group + ":\n";
+    }
     std::string line = "  " + (option.short_flag.empty() ? "" : option.short_flag + ", ") +
                        option.flag + (option.value.empty() ? "" : " " + option.value);
     line += line.size() < kColumn ? std::string(kColumn - line.size(), ' ')
@@ -182,6 +192,28 @@ std::string options_help(const OptionList& options) {
     text += line + explanation(option) + "\n";
   }
   return text;
+}
+
+OptionList SharedFlags::options() {
+  OptionList list;
+  list.begin_group("Shared options")
+      .add("threads", &threads,
+           {.help = "at most this many threads; 0 = all. Results don't depend on it",
+            .min = 0,
+            .max = 4096})
+      .add("json", &json, {.help = "the result as JSON"})
+      .add("quiet", &quiet, {.help = "say nothing but warnings and errors", .short_flag = "-q"})
+      .add("verbose", &verbose, {.help = "say more", .short_flag = "-v"})
+      .add("version", &version, {.help = "print the version; with --json the libraries' too"})
+      .add("help", &help, {.help = "print this", .short_flag = "-h"});
+  return list;
+}
+
+std::string version_text(const std::string& program, bool json) {
+  const std::string version = ORGANBAKE_VERSION, released = ORGANBAKE_RELEASE_DATE;
+  if (!json) return program + " " + version + "\n";
+  return "{\n  \"" + program + "\": \"" + version + "\",\n  \"released\": \"" + released +
+         "\"\n}\n";
 }
 
 }  // namespace organbake

@@ -1,4 +1,4 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <Eigen/Core>
@@ -40,12 +40,15 @@ struct OptionTraits {
   std::optional<double> max = {};
   std::vector<std::string> choices = {};  // of a text
   bool number_too = false;                // a text that documents may also give as a whole number
+  std::string value = {};       // what help calls the value: "FILE"; empty = by kind and unit
+  std::string short_flag = {};  // "-o"
 };
 
 struct Option {
   std::string name;  // snake_case, with its unit at the end: the recipe key
   OptionKind kind = OptionKind::text;
   OptionTraits traits;
+  std::string group;  // the title that it stands under in help
   OptionValue default_value;
   std::function<OptionValue()> get;
   std::function<void(const OptionValue&)> set;
@@ -53,6 +56,7 @@ struct Option {
   std::string flag() const;         // "--photo-size-px"
   std::string former_name() const;  // "photo_size": names had no units once; empty when it had none
   std::string range() const;        // "4…1000000", "one of a, b"; empty when unbounded
+  bool holds(double number) const;  // whether that lies in the range
 };
 
 // An angle, in radians as the code has it, that users give in degrees.
@@ -74,6 +78,9 @@ class OptionList {
   OptionList& add(std::string name, Enum* target, OptionTraits traits,
                   std::vector<std::pair<std::string, Enum>> choices);
 
+  // Options that are added from now on stand under this title in help; at first it is "Options".
+  OptionList& begin_group(std::string title);
+
   // A setting that there was once, and what stands in its place: who still gives it is told so, and
   // goes on without it.
   OptionList& retire(std::string name, std::string instead);
@@ -90,12 +97,13 @@ class OptionList {
   std::vector<std::string> names() const;
 
  private:
-  OptionList& append(Option option);
+  OptionList& append_own(Option option);
 
   struct Retired {
     std::string name, instead;
   };
   std::vector<Retired> retired_;
+  std::string group_ = "Options";
   std::vector<Option> options_;
 };
 
@@ -205,9 +213,13 @@ template <class T>
 OptionList& OptionList::add(std::string name, T* target, OptionTraits traits) {
   using Type = OptionType<T>;
   const bool choice = Type::kind == OptionKind::text && !traits.choices.empty();
-  return append({std::move(name), choice ? OptionKind::choice : Type::kind, std::move(traits),
-                 Type::to_value(*target), [target] { return Type::to_value(*target); },
-                 [target](const OptionValue& v) { *target = Type::from_value(v); }});
+  return append_own({std::move(name),
+                     choice ? OptionKind::choice : Type::kind,
+                     std::move(traits),
+                     {},
+                     Type::to_value(*target),
+                     [target] { return Type::to_value(*target); },
+                     [target](const OptionValue& v) { *target = Type::from_value(v); }});
 }
 
 template <class Enum>
@@ -220,13 +232,17 @@ OptionList& OptionList::add(std::string name, Enum* target, OptionTraits traits,
     }
     return std::string();
   };
-  return append({std::move(name), OptionKind::choice, std::move(traits), name_of(*target),
-                 [target, name_of]() -> OptionValue { return name_of(*target); },
-                 [target, choices](const OptionValue& v) {
-                   for (const auto& choice : choices) {
-                     if (choice.first == std::get<std::string>(v)) *target = choice.second;
-                   }
-                 }});
+  return append_own({std::move(name),
+                     OptionKind::choice,
+                     std::move(traits),
+                     {},
+                     name_of(*target),
+                     [target, name_of]() -> OptionValue { return name_of(*target); },
+                     [target, choices](const OptionValue& v) {
+                       for (const auto& choice : choices) {
+                         if (choice.first == std::get<std::string>(v)) *target = choice.second;
+                       }
+                     }});
 }
 
 }  // namespace organbake
