@@ -42,6 +42,8 @@ expect_err "did you mean 'recipe'?"
 
 # Three programs, one manner: what it is, how it is called, options in groups, the shared ones last.
 shared=
+organplay() { "$BIN/organplay" "$@"; }
+organbench() { "$BIN/organbench" "$@"; }
 for program in organbake organplay organbench; do
   expect 0 $program --help
   expect_out "usage: $program "
