@@ -190,10 +190,13 @@ void run_command(const Command& given, const RunContext& context) {
       take_recorded(recorded_cameras(command), command.cameras.string(), *script);
     choose_size(*script, command);
     deform.time_step_s = script->time_step_s;
-    deform.solver = script->solver.value_or(deform.solver);
+    deform.solver = script->solver;
   }
-  deform.solver = command.solver.value_or(deform.solver);
+  if (command.solver) deform.solver = command.solver;
+  // The paper's table is of springs, whatever the organ has.
+  if (command.compare && !deform.solver) deform.solver = TissueSolver::springs;
   Player player(command.bundles, deform, command.compare || command.paper_warp);
+  if (script) context.info("solver: " + player.solver_text());
   context.throw_if_cancelled();
   Results results(command.shared.json);
   std::optional<ReferenceFrames> reference;

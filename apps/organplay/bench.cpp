@@ -121,7 +121,7 @@ std::string right_aligned(const std::string& text, std::size_t width) {
 void run_bench(const Command& command, const RunContext& context) {
   Stopwatch watch;
   DeformOptions deform;
-  deform.solver = command.solver.value_or(deform.solver);
+  deform.solver = command.solver;
   Player player(command.bundles, deform);
   Frame first;
   player.draw(view_of(command, player.bundle()), drawing(command, player), first);

@@ -134,9 +134,9 @@ void add_truth(OptionList& list, Command& c, Texts& texts) {
 void add_looks(OptionList& list, Texts& texts) {
   list.begin_group("Tissue and light")
       .add("solver", &texts.solver,
-           {.help = "what stands for the tissue: springs (default), or fem, finite elements on the "
-                    "tetrahedra of a bundle that was baked with --set mechanics.fem=true; a script "
-                    "may name its own",
+           {.help = "what stands for the tissue: fem, finite elements on the bundle's tetrahedra, or "
+                    "springs (default: fem where every bundle has tetrahedra, else springs; springs "
+                    "for --compare, the paper's table); a script may name its own",
             .choices = {"springs", "fem"}})
       .add("light", &texts.light,
            {.help = "scope: one light that travels with the view; world: the baked one, on the "

@@ -29,7 +29,7 @@ struct Command {
   bool instruments = true;
   bool paper_warp = false;
   std::optional<DrawnLight> light;     // else the script's, or what the organ is meant for
-  std::optional<TissueSolver> solver;  // else the script's, or springs
+  std::optional<TissueSolver> solver;  // else the script's, or what the organs have
   bool compare = false;
   std::vector<double> angles_rad;
   int bench_frames = 0;

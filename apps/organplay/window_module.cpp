@@ -38,7 +38,7 @@ void open_window(const Command& command, const RunContext& context) {
   if (!run) throw Error(ExitCode::internal, file.string() + " is not the window of organplay");
   WindowCommand window;
   window.bundles = command.bundles;
-  window.solver = command.solver.value_or(window.solver);
+  window.solver = command.solver;
   window.light = command.light;
   window.width = command.picture_size().width;
   window.height = command.picture_size().height;

@@ -64,7 +64,7 @@ bool LiveOrgan::bind_next() {
 bool LiveOrgan::touch(const Eigen::Vector2d& at_px, const InstrumentKind& kind) {
   if (has_blade(kind)) {
     if (!has_tetrahedra())
-      throw UsageError("this organ cannot be cut: it was baked without --set mechanics.fem=true");
+      throw UsageError("this organ cannot be cut: it was baked with --set mechanics.fem=false");
     if (!all_bound_) throw UsageError("all cameras must be loaded before the organ is cut");
     set_solver(TissueSolver::fem);
   }
@@ -93,7 +93,7 @@ int LiveOrgan::play(const std::string& text, int wanted) {
   script.frames = std::min(script.frames, std::max(1, wanted + 1));
   if (script.time_step_s != kTimeStep_s)
     throw UsageError("the script's time step is not the page's, a 60th of a second");
-  set_solver(script.solver.value_or(TissueSolver::springs));
+  set_solver(script.solver.value_or(usual_solver()));
   PlayOptions options;
   options.draw = drawing_;
   if (script.light) options.draw.light = *script.light;
@@ -131,8 +131,8 @@ void LiveOrgan::set_solver(TissueSolver solver) {
 }
 
 void LiveOrgan::reset() {
-  if (player_->solver() == TissueSolver::springs) return session_->reset();
-  set_solver(TissueSolver::springs);
+  if (player_->solver() == usual_solver()) return session_->reset();
+  set_solver(usual_solver());
 }
 
 void LiveOrgan::set_light(int light) {

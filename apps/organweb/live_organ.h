@@ -74,6 +74,9 @@ class LiveOrgan {
 
  private:
   bool has_tetrahedra() const { return player_->bundle().mechanics.body.has_value(); }
+  TissueSolver usual_solver() const {
+    return has_tetrahedra() ? TissueSolver::fem : TissueSolver::springs;
+  }
   void set_solver(TissueSolver solver);
   void show(const Frame& frame);
 

@@ -40,14 +40,13 @@ std::vector<std::filesystem::path> paths_from(const py::object& bundles) {
 }
 
 std::shared_ptr<SharedPlayer> load(const py::object& bundles, double time_step_s,
-                                   const std::string& solver,
+                                   const std::optional<std::string>& solver,
                                    const std::optional<std::string>& light) {
   const auto paths = paths_from(bundles);
   DeformOptions options;
   options.time_step_s = time_step_s;
-  const auto tissue = tissue_solver(solver);
-  if (!tissue) throw UsageError("solver '" + solver + "' is none; take springs or fem");
-  options.solver = *tissue;
+  if (solver && !(options.solver = tissue_solver(*solver)))
+    throw UsageError("solver '" + *solver + "' is none; take springs or fem");
   std::optional<DrawnLight> drawn;
   if (light && !(drawn = drawn_light(*light)))
     throw UsageError("light '" + *light + "' is none; take baked, world or scope");
@@ -125,8 +124,9 @@ void bind_player(py::module_& m) {
   bind_states(m, player);
   player
       .def(py::init(&load), py::arg("bundles"), py::kw_only(), py::arg("time_step_s") = 1.0 / 60,
-           py::arg("solver") = "springs", py::arg("light") = py::none(),
-           "bundles: a folder made by organbake bake, or a list of them. solver: springs or fem. "
+           py::arg("solver") = py::none(), py::arg("light") = py::none(),
+           "bundles: a folder made by organbake bake, or a list of them. solver: springs or fem; "
+           "None: fem where every organ has tetrahedra, else springs. "
            "light: baked, world or scope; None: what the organs are made for. Raises OSError for a "
            "file that is missing, ValueError for one that is damaged.")
       .def("reset", &SharedPlayer::reset, released, "Back to rest; flow begins anew.")

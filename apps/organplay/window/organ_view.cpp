@@ -26,7 +26,7 @@ struct ToolButton {
 constexpr std::array<ToolButton, std::variant_size_v<InstrumentKind>> kToolButtons = {
     {{0, "poke"}, {'G', "grab (G)"}, {'C', "cut (C)"}, {'X', "scissors (X)"}, {'N', "needle (N)"}}};
 
-DeformOptions deform_options(TissueSolver solver) {
+DeformOptions deform_options(std::optional<TissueSolver> solver) {
   DeformOptions options;
   options.solver = solver;
   options.time_step_s = kTimeStep_s;
@@ -38,7 +38,7 @@ Eigen::Vector2d vector_from(const ImVec2& v) { return {v.x, v.y}; }
 }  // namespace
 
 OrganView::OrganView(const std::vector<std::filesystem::path>& bundles,
-                     std::filesystem::path save_folder, TissueSolver solver,
+                     std::filesystem::path save_folder, std::optional<TissueSolver> solver,
                      std::optional<DrawnLight> light)
     : save_folder_(std::move(save_folder)),
       player_(bundles, deform_options(solver)),
@@ -107,7 +107,7 @@ void OrganView::follow_keys(Display& display) {
 // Chosen again, it pokes again.
 void OrganView::choose(const InstrumentKind& kind) {
   if (has_blade(kind) && !player_.can_cut()) {
-    message_ = "to cut, bake with --set mechanics.fem=true and play with --solver fem";
+    message_ = "springs cannot be cut: play without --solver springs, an organ with tetrahedra";
     return;
   }
   kind_ = kind_ == kind ? InstrumentKind(Ball{}) : kind;

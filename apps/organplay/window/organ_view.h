@@ -16,7 +16,7 @@ class OrganView {
  public:
   // Reads the bundle. Screenshots and interactions are saved into `save_folder`.
   OrganView(const std::vector<std::filesystem::path>& bundles, std::filesystem::path save_folder,
-            TissueSolver solver, std::optional<DrawnLight> light);
+            std::optional<TissueSolver> solver, std::optional<DrawnLight> light);
 
   // Between Display::begin_frame() and end_frame().
   void show(Display& display);

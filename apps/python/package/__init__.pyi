@@ -138,7 +138,7 @@ class Step:
 
 class Player:
     def __init__(self, bundles: Union[_Path, Sequence[_Path]], *, time_step_s: float = 1 / 60,
-                 solver: str = "springs", light: Optional[str] = None) -> None: ...
+                 solver: Optional[str] = None, light: Optional[str] = None) -> None: ...
     def step(self, positions_mm: ArrayLike = (), *, radius_mm: ArrayLike = 5.0,
              axis_mm: Optional[ArrayLike] = None, grabs: ArrayLike = False,
              cuts: ArrayLike = False, snips: ArrayLike = False,

@@ -19,11 +19,6 @@ constexpr double kStillHeld_mm = 1e-4;  // or by so much under tips that don't m
 constexpr double kLargestLoad_n = 1e9;
 constexpr int kStillSteps = 16;  // so many in a row: asleep where it is
 
-const DeformOptions& checked(const DeformOptions& options) {
-  options.check();
-  return options;
-}
-
 }  // namespace
 
 const char* to_string(TissueSolver solver) {
@@ -49,9 +44,19 @@ void DeformOptions::check() const {
   }
 }
 
+DeformOptions DeformOptions::chosen_for(const DeformBodies& bodies) const {
+  check();
+  DeformOptions chosen = *this;
+  if (chosen.solver) return chosen;
+  const auto has_body = [](const DeformBody& body) { return body.mechanics.body.has_value(); };
+  const bool solid = !bodies.empty() && std::all_of(bodies.begin(), bodies.end(), has_body);
+  chosen.solver = solid ? TissueSolver::fem : TissueSolver::springs;
+  return chosen;
+}
+
 struct Deformer::Impl {
   Impl(const DeformBodies& bodies, const DeformOptions& options)
-      : solver(bodies, checked(options)) {
+      : solver(bodies, options.chosen_for(bodies)) {
     for (const DeformBody& body : bodies) {
       positions.insert(positions.end(), body.proxy.vertices.begin(), body.proxy.vertices.end());
       faces_up_to.push_back((faces_up_to.empty() ? 0 : faces_up_to.back()) +

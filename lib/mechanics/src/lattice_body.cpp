@@ -93,6 +93,7 @@ class Lattice {
     first_mm_ = box.center() - 0.5 * cell_mm * cells;
   }
 
+  double cell_mm() const { return cell_mm_; }
   std::size_t cell_count() const { return std::size_t(count_.x()) * count_.y() * count_.z(); }
   std::size_t node_count() const { return (count_.array() + 1).cast<std::size_t>().prod(); }
   SampleGrid samples() const {
@@ -178,13 +179,42 @@ void number_nodes(const Lattice& lattice, TetrahedralBody& body) {
   }
 }
 
-void anchor_nodes(const std::vector<std::uint32_t>& anchors, TetrahedralBody& body) {
+void anchor_nodes(const EmbeddedVertex& at, TetrahedralBody& body) {
+  for (int k = 0; k < 4; ++k)
+    if (at.weights[k] >= kNoWeight)
+      body.anchors.push_back(body.tetrahedra[at.tetrahedron].nodes[k]);
+}
+
+// Points of a face, its corners left out, no farther apart than `step_mm`.
+template <class Use>
+void sample_face(const TriangleMesh& mesh, const Face& face, double step_mm, const Use& use) {
+  const Eigen::Vector3d &a = mesh.vertices[face[0]], &b = mesh.vertices[face[1]],
+                        &c = mesh.vertices[face[2]];
+  const double longest = std::max({(a - b).norm(), (b - c).norm(), (c - a).norm()});
+  const int steps = static_cast<int>(std::ceil(longest / step_mm));
+  for (int i = 0; i <= steps; ++i)
+    for (int j = 0; i + j <= steps; ++j)
+      if (i < steps && j < steps && i + j > 0)
+        use(Eigen::Vector3d(a + double(i) / steps * (b - a) + double(j) / steps * (c - a)));
+}
+
+// All nodes that hold an anchor, or a piece of skin between three of them: what is held is an area,
+// whatever the size of the cells, and not points, about which finer cells would only turn.
+void anchor_body(const TriangleMesh& proxy, const std::vector<std::uint32_t>& anchors,
+                 const Lattice& lattice, const std::vector<std::uint32_t>& number,
+                 TetrahedralBody& body) {
+  std::vector<bool> held(proxy.vertices.size(), false);
   for (const std::uint32_t a : anchors) {
-    const EmbeddedVertex& vertex = body.vertices[a];
-    for (int k = 0; k < 4; ++k) {
-      if (vertex.weights[k] < kNoWeight) continue;
-      body.anchors.push_back(body.tetrahedra[vertex.tetrahedron].nodes[k]);
-    }
+    held[a] = true;
+    anchor_nodes(body.vertices[a], body);
+  }
+  for (const Face& face : proxy.faces) {
+    if (!held[face[0]] || !held[face[1]] || !held[face[2]]) continue;
+    sample_face(proxy, face, 0.5 * lattice.cell_mm(), [&](const Eigen::Vector3d& point) {
+      const LatticeCell::Location at = lattice.locate(point);
+      const std::uint32_t tetrahedron = number[at.tetrahedron];
+      if (tetrahedron != kUnused) anchor_nodes({tetrahedron, at.weights}, body);
+    });
   }
   std::sort(body.anchors.begin(), body.anchors.end());
   body.anchors.erase(std::unique(body.anchors.begin(), body.anchors.end()), body.anchors.end());
@@ -231,7 +261,7 @@ TetrahedralBody make_lattice_body(const TriangleMesh& proxy,
   }
   for (EmbeddedVertex& v : body.vertices) v.tetrahedron = number[v.tetrahedron];
   number_nodes(lattice, body);
-  anchor_nodes(anchors, body);
+  anchor_body(proxy, anchors, lattice, number, body);
   return body;
 }
 

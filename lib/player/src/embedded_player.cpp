@@ -22,6 +22,7 @@ using Matrix34 = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
 DeformOptions options_for(const EmbeddedPlayer::Options& given) {
   DeformOptions options;
   options.time_step_s = given.time_step_s;
+  if (given.springs) options.solver = TissueSolver::springs;
   if (given.finite_elements) options.solver = TissueSolver::fem;
   options.check();  // before a bundle is read
   return options;

@@ -67,7 +67,9 @@ std::vector<Player::Organ> Player::bound(std::vector<Bundle> bundles, bool keep_
 }
 
 Player::Player(std::vector<Organ> organs, const DeformOptions& options)
-    : organs_(std::move(organs)), options_(options), deformer_(deform_bodies(organs_), options) {
+    : organs_(std::move(organs)),
+      options_(options.chosen_for(deform_bodies(organs_))),
+      deformer_(deform_bodies(organs_), options_) {
   if (organs_.empty()) throw UsageError("a player needs a bundle");
 }
 
@@ -121,6 +123,13 @@ bool Player::can_relight() const {
 }
 
 bool Player::can_cut() const { return options_.solver == TissueSolver::fem; }
+
+std::string Player::solver_text() const {
+  if (!can_cut()) return "springs";
+  std::size_t tetrahedra = 0;
+  for (const Organ& organ : organs_) tetrahedra += organ.now().mechanics.body->tetrahedra.size();
+  return "finite elements (" + std::to_string(tetrahedra) + " tetrahedra)";
+}
 
 DrawnLight Player::default_light() const {
   DrawnLight usual = DrawnLight::baked;

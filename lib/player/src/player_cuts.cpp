@@ -94,7 +94,7 @@ void Player::sweep(const std::vector<Instrument>& instruments) {
     if (options_.solver != TissueSolver::fem)
       throw UsageError(
           "an instrument cuts, which springs cannot follow: play with the solver fem, from bundles "
-          "baked with --set mechanics.fem=true");
+          "with tetrahedra, which the bake makes unless it is told --set mechanics.fem=false");
   }
   const std::vector<CuttingStep> steps = cutting_edges_.advance(instruments);
   for (std::size_t o = 0; o < organs_.size(); ++o) {

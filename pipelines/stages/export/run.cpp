@@ -155,11 +155,11 @@ UsdMotion recorded(const Bundle& bundle, const TexturedMesh& surface, const Scri
                    const RunContext& context) {
   DeformOptions options;
   options.time_step_s = script.time_step_s;
-  options.solver =
-      script.solver.value_or(bundle.mechanics.body ? TissueSolver::fem : TissueSolver::springs);
-  Deformer deformer(
-      {{bundle.proxy, bundle.mechanics, bundle.base, bundle.skin ? &*bundle.skin : nullptr}},
-      options);
+  options.solver = script.solver;
+  const DeformBodies body = {
+      {bundle.proxy, bundle.mechanics, bundle.base, bundle.skin ? &*bundle.skin : nullptr}};
+  options = options.chosen_for(body);
+  Deformer deformer(body, options);
   TriangleMesh plain;
   plain.vertices = surface.vertices;
   for (const auto& face : surface.faces)

@@ -34,7 +34,8 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
             .unit = "mm",
             .min = 0.01,
             .max = 1000})
-      .add("fem", &o.fem, {.help = "tetrahedra too, for organplay --solver fem"})
+      .add("fem", &o.fem, {.help = "tetrahedra too, by which organs are then played; a proxy without an inside gets "
+                        "none, which is said"})
       .add(
           "fem_cell_mm", &o.fem_cell_mm,
           {.help = "cell of the lattice that the tetrahedra are cut from; 0 = by the proxy's edges",
@@ -53,7 +54,7 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
 
 Stage mechanics_stage() {
   return {.name = "mechanics",
-          .version = 4,
+          .version = 5,
           .summary = "give a proxy its springs, masses and anchors",
           .inputs = {{"proxy", InputKind::mesh, "the proxy"}},
           .outputs = {{"mechanics", "mechanics.json"}},

@@ -8,7 +8,7 @@
 namespace organbake {
 
 struct MechanicsStageOptions {
-  MechanicsOptions mechanics;
+  MechanicsOptions mechanics = {.fem = true};
   MeshFrame frame;
 };
 

@@ -2,7 +2,9 @@
 #include "organbake/mechanics/mechanics.h"
 
 #include <numeric>
+#include <string>
 
+#include "organbake/core/error.h"
 #include "organbake/core/files.h"
 #include "organbake/formats/mesh_files.h"
 #include "organbake/pipelines/stage_binding.h"
@@ -12,12 +14,29 @@
 namespace organbake {
 namespace {
 
+// An organ that cannot have tetrahedra is played by springs, unless some were asked for by more than
+// the default.
+MechanicsModel model_of(const TriangleMesh& proxy, MechanicsOptions options,
+                        const RunContext& context) {
+  if (!options.fem || options.fit_to_fem || options.fem_cell_mm > 0)
+    return make_mechanics(proxy, options, context);
+  try {
+    return make_mechanics(proxy, options, context);
+  } catch (const Error& why) {
+    if (why.code() != ExitCode::bad_data && why.code() != ExitCode::usage) throw;
+    options.fem = false;
+    const MechanicsModel springs = make_mechanics(proxy, options, context);  // or fails alike
+    context.warn(std::string("no tetrahedra, so it is played by springs: ") + why.what());
+    return springs;
+  }
+}
+
 StageReport run(const StageCall& call) {
   const auto asked = call.options_as<MechanicsStageOptions>();
   const MechanicsOptions& options = asked.mechanics;
   options.check();
   const TriangleMesh proxy = read_mesh(*call.input("proxy"), asked.frame, call.context);
-  const MechanicsModel model = make_mechanics(proxy, options, call.context);
+  const MechanicsModel model = model_of(proxy, options, call.context);
   write_file_atomically(call.output_folder / "mechanics.json", mechanics_to_json(model));
 
   StageReport report;

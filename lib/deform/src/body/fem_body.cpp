@@ -61,8 +61,8 @@ void FemBody::Solid::add(const TriangleMesh& proxy, const MechanicsModel& mechan
                          double time_step_s) {
   if (!mechanics.body) {
     throw UsageError(
-        "this bundle has no tetrahedra for the solver fem; bake it with --set mechanics.fem=true, "
-        "or use the solver springs");
+        "this bundle has no tetrahedra for the solver fem; bake it anew without --set "
+        "mechanics.fem=false, or use the solver springs");
   }
   check_tetrahedra(proxy, mechanics);
   const TetrahedralBody& body = *mechanics.body;

@@ -12,14 +12,15 @@
 
 namespace organbake {
 
-// What stands for the tissue: the springs that every bundle has, or linear corotational finite
-// elements on the tetrahedra of a bundle that was baked with them.
+// What stands for the tissue: linear corotational finite elements on the tetrahedra of a bundle, or
+// the springs that every bundle has.
 enum class TissueSolver { springs, fem };
 const char* to_string(TissueSolver solver);
 std::optional<TissueSolver> tissue_solver(std::string_view name);  // nothing for another name
 
 struct DeformOptions {
-  TissueSolver solver = TissueSolver::springs;
+  // Nothing: finite elements where every organ has tetrahedra, else springs.
+  std::optional<TissueSolver> solver = {};
   double time_step_s = 1.0 / 60;
   int iterations = 4;     // local/global iterations a step
   double friction = 0.3;  // of instruments on tissue; wet tissue slides on tissue
@@ -27,6 +28,8 @@ struct DeformOptions {
   bool tissue_contacts = true;
 
   void check() const;
+  // The same with the solver named that these bodies are played by.
+  DeformOptions chosen_for(const DeformBodies& bodies) const;
 };
 
 // A point of the skin that an instrument holds off, or carries.

@@ -44,11 +44,14 @@ class EmbeddedPlayer {
   };
   struct Options {
     double time_step_s = 1.0 / 60;
-    bool finite_elements = false;  // in the springs' place; the bundles must have been baked so
+    // Organs that all have tetrahedra are played by finite elements, others by springs, unless one
+    // of the two is asked for; finite elements without tetrahedra are an error.
+    bool finite_elements = false;
     // What the organs are drawn in: what they are meant for, what was baked, the same on the skin
     // as it lies now, or one light that travels with the camera. One that the bundles cannot show
     // is an error of the first frame.
     enum class Light : std::uint8_t { usual, baked, world, scope } light = Light::usual;
+    bool springs = false;
   };
   struct StepResult {
     std::vector<std::array<double, 3>> force_n;  // on each tip, from the tissue

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "organbake/bundle/bundle.h"
@@ -55,7 +56,7 @@ class Player {
   // Reads one camera more, for who has no thread to spare; false when all are there.
   bool load_next();
 
-  // Instruments with blades need the solver fem and organs baked with tetrahedra: else UsageError.
+  // Instruments with blades need finite elements, so organs with tetrahedra: else UsageError.
   // What blades sweep parts kCutDelaySteps later: all that hangs on it is worked out meanwhile on a
   // thread of its own, and the step in which a cut grows takes no longer than others.
   StepReport step(const std::vector<Instrument>& instruments);
@@ -114,7 +115,9 @@ class Player {
   const std::vector<ShellMatrix>& shell_matrices(std::size_t organ = 0) const {
     return organ_at(organ).shown().shell_matrices();
   }
-  TissueSolver solver() const { return options_.solver; }
+  TissueSolver solver() const { return options_.solver.value_or(TissueSolver::springs); }
+  // The solver in words, with the number of its tetrahedra: "finite elements (312 tetrahedra)".
+  std::string solver_text() const;
 
  private:
   struct Placed;  // what another solver has set of an organ
