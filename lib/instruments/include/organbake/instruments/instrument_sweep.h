@@ -27,7 +27,7 @@ struct InstrumentSweep {
   }
 };
 
-// Whether nothing about the active instruments differs.
+// Whether nothing about the active instruments differs by more than rounding.
 bool unchanged(const std::vector<Instrument>& before, const std::vector<Instrument>& now);
 
 // The way of every active instrument, in their order. One that was not there before, or was of
