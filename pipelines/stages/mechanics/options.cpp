@@ -34,8 +34,15 @@ void bind(OptionList& list, MechanicsStageOptions& options) {
             .unit = "mm",
             .min = 0.01,
             .max = 1000})
-      .add("fem", &o.fem, {.help = "tetrahedra too, by which organs are then played; a proxy without an inside gets "
-                        "none, which is said"})
+      .add("grasp_slip_n", &o.grasp_slip_n,
+           {.help = "the pull from which a grasp of the tissue slips; 0 = it holds any",
+            .unit = "N",
+            .min = 0,
+            .max = 1e6})
+      .add("fem", &o.fem,
+           {.help =
+                "tetrahedra too, by which organs are then played; a proxy without an inside gets "
+                "none, which is said"})
       .add(
           "fem_cell_mm", &o.fem_cell_mm,
           {.help = "cell of the lattice that the tetrahedra are cut from; 0 = by the proxy's edges",

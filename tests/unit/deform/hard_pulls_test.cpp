@@ -23,9 +23,10 @@ struct CoarseOrgan {
   BaseLayer none;
   double diagonal_mm = bounds(mesh).diagonal();
 
-  Deformer deformer(TissueSolver solver) const {
-    const MechanicsModel model =
+  Deformer deformer(TissueSolver solver, double grasp_slip_n = 0) const {
+    MechanicsModel model =
         solver == TissueSolver::fem ? test::fem_ball(mesh) : test::spring_body(mesh);
+    model.grasp_slip_n = grasp_slip_n;
     DeformOptions options;
     options.solver = solver;
     return Deformer(DeformBodies{{mesh, model, none, &skin}}, options);
@@ -37,6 +38,33 @@ struct CoarseOrgan {
     return farthest;
   }
 };
+
+// A grasp holds what it is said to hold, slips from more, and takes nothing along afterwards.
+TEST(Grasp, SlipsFromALargerPullThanItHolds) {
+  const CoarseOrgan organ;
+  for (const TissueSolver solver : {TissueSolver::springs, TissueSolver::fem}) {
+    for (const double strength_n : {0.0, 2.0}) {
+      SCOPED_TRACE(std::string(to_string(solver)) + ", " + std::to_string(strength_n) + " N");
+      Deformer deformer = organ.deformer(solver, strength_n);
+      Instrument jaws;
+      jaws.kind = Grasper{};
+      jaws.active = true;
+      jaws.radius_mm = 8;
+      const Vector3d skin = organ.mesh.vertices[organ.mesh.faces[3][0]];
+      double most_n = 0;
+      std::size_t slips = 0;
+      for (int step = 0; step <= 120; ++step) {
+        jaws.position_mm = (1 + 0.01 * step) * skin;
+        const StepReport report = deformer.step({jaws});
+        most_n = std::max(most_n, report.tip_force_n[0].norm());
+        slips += report.slipped;
+      }
+      EXPECT_EQ(slips, strength_n > 0 ? 1u : 0u);
+      EXPECT_GT(most_n, 1);  // it was pulled
+      EXPECT_LE(most_n, strength_n > 0 ? strength_n : 1e3);
+    }
+  }
+}
 
 // A grasper that closes on skin somewhere, carries it about, and lets go after a while.
 class Hand {

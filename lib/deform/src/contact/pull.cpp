@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace organbake::deform {
@@ -46,6 +47,28 @@ bool pulled_too_far(const std::vector<Contact>& contacts, const PulledShape& sha
   const double now_mm = farthest_of(shape.now, shape.rest);
   // What lies far away from an earlier pull is no reason to let go of another.
   return !(now_mm <= std::max(most_mm, farthest_of(shape.at_start, shape.rest)));
+}
+
+std::optional<std::uint32_t> overloaded(const std::vector<Contact>& contacts, const Tissue& tissue,
+                                        const GraspStrengths& strength_n) {
+  struct Grasp {
+    PaddedVector force_mn = PaddedVector::Zero();
+    double strength_mn = std::numeric_limits<double>::infinity();  // of the weakest that it holds
+    double load() const { return force_mn.norm() / strength_mn; }
+  };
+  std::map<std::uint32_t, Grasp> grasps;
+  for (const Contact& c : contacts) {
+    if (!c.as<Carried>()) continue;
+    Grasp& grasp = grasps[c.instrument];
+    grasp.force_mn += c.felt_force();
+    const double strength = strength_n[tissue.organ_of_face(c.at.face)];
+    if (strength > 0)
+      grasp.strength_mn = std::min(grasp.strength_mn, kMilliNewtonPerNewton * strength);
+  }
+  std::optional<std::uint32_t> most;
+  for (const auto& [instrument, grasp] : grasps)
+    if (grasp.load() > (most ? grasps[*most].load() : 1)) most = instrument;
+  return most;
 }
 
 std::uint32_t most_loaded(const std::vector<Contact>& contacts) {

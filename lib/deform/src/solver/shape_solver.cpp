@@ -72,6 +72,7 @@ ShapeSolver::ShapeSolver(const DeformBodies& bodies, const DeformOptions& option
       skin_(*tissue_, checked_skins(bodies)),
       search_(skin_, *tissue_),
       constraints_(*tissue_, volume_, options.friction) {
+  for (const DeformBody& body : bodies) grasp_strength_n_.push_back(body.mechanics.grasp_slip_n);
   if (options.tissue_contacts) tissue_search_.emplace(skin_, *tissue_, search_, diagonal_mm_);
   force_.assign(tissue_->size(), PaddedVector::Zero());
   x_coasted_ = tissue_->rest();
@@ -147,17 +148,24 @@ Penetration ShapeSolver::step(const std::vector<InstrumentSweep>& sweeps) {
   return any_carried(contacts_) ? pull(sweeps) : move(sweeps);
 }
 
-// A step with graspers. Jaws hold by friction: where tissue would have to follow them beyond any
-// shape, because they are too far away or contradict each other, it slips from the one that pulls
-// the most, and the step is taken again from where it began.
+// Which grasper the tissue slips from in the shape of now.
+std::optional<std::uint32_t> ShapeSolver::lost_grasp() const {
+  if (!any_carried(contacts_)) return std::nullopt;
+  if (pulled_too_far(contacts_, {x_, x_start_, tissue_->rest(), diagonal_mm_}))
+    return most_loaded(contacts_);
+  return overloaded(contacts_, *tissue_, grasp_strength_n_);
+}
+
+// A step with graspers. Jaws hold by friction: from one that pulls with more than that holds the
+// tissue slips, and where it would have to follow them beyond any shape, because they are too far
+// away or contradict each other, from the one that pulls the most. The step is then taken again
+// from where it began.
 Penetration ShapeSolver::pull(const std::vector<InstrumentSweep>& sweeps) {
   std::vector<Contact> before = contacts_;
   std::optional<TissueContacts::Sides> sides;
   if (tissue_search_) sides = tissue_search_->sides();
   Penetration deepest = move(sweeps);
-  while (any_carried(contacts_) &&
-         pulled_too_far(contacts_, {x_, x_start_, tissue_->rest(), diagonal_mm_})) {
-    const std::uint32_t slips = most_loaded(contacts_);
+  while (const auto slips = lost_grasp()) {
     std::erase_if(before,
                   [slips](const Contact& c) { return c.as<Carried>() && c.instrument == slips; });
     contacts_ = before;

@@ -11,6 +11,7 @@
 #include "body/skin.h"
 #include "body/tissue.h"
 #include "contact/contact_search.h"
+#include "contact/pull.h"
 #include "contact/tissue_contacts.h"
 #include "organbake/deform/deformer.h"
 #include "solver/constraint_solver.h"
@@ -75,6 +76,7 @@ class ShapeSolver {
 
  private:
   Penetration move(const std::vector<InstrumentSweep>& sweeps);
+  std::optional<std::uint32_t> lost_grasp() const;
   Penetration pull(const std::vector<InstrumentSweep>& sweeps);
   void advance(const std::vector<InstrumentSweep>& sweeps);
   void solve(const std::vector<InstrumentSweep>& sweeps, bool with_foresight);
@@ -91,6 +93,7 @@ class ShapeSolver {
   DeformOptions options_;
   double diagonal_mm_;
   std::unique_ptr<const Tissue> tissue_;
+  GraspStrengths grasp_strength_n_;  // by organ
   EnclosedVolume volume_;
   Skin skin_;
   ContactSearch search_;

@@ -33,8 +33,10 @@ struct MechanicsModel {
   double thickness_mm = 0;
   double volume_stiffness = 1;      // 0 = volume free, 1 = kept
   double instrument_radius_mm = 0;  // a default size for tools
-  // The same tissue as finite elements, which the player can use in the springs' place; only when
-  // the baker was asked for it.
+  // What a grasp of the tissue holds, N: it slips from a larger pull. 0: it holds any, as in
+  // bundles that do not say.
+  double grasp_slip_n = 0;
+  // The same tissue as finite elements, by which it is played unless springs are asked for.
   std::optional<TetrahedralBody> body = {};
 };
 
