@@ -7,6 +7,7 @@
 #include "organbake/core/error.h"
 #include "organbake/core/median.h"
 #include "organbake/core/stopwatch.h"
+#include "organbake/core/text.h"
 #include "organbake/player/eye_inside.h"
 #include "organbake/player/held_tools.h"
 #include "organbake/player/script_camera.h"
@@ -53,8 +54,12 @@ Json frame_json(const PlayedFrame& f) {
       {"tip_force_n", forces},
       {"tip_position_mm", places},
       {"tip_too_fast", f.step.tip_too_fast},
+      {"slipped", f.step.slipped},
+      {"tissue_penetration_mm", f.step.tissue_penetration_mm},
       {"recovered", f.step.recovered}};
 }
+
+constexpr double kCrossed_mm = 0.5;  // deeper than at rest; contacts close to within 0.02
 
 Json summary_json(const std::vector<PlayedFrame>& frames) {
   std::vector<double> deform, draw, total;
@@ -80,6 +85,20 @@ Json summary_json(const std::vector<PlayedFrame>& frames) {
           {"collision_share_of_time", all_ms > 0 ? collision_ms / all_ms : 0},
           {"median_frames_per_second", frame_ms > 0 ? 1000 / frame_ms : 0},
           {"most_holes_after_fill", holes}};
+}
+
+bool crossed(const PlayedFrame& frame) { return frame.step.tissue_penetration_mm > kCrossed_mm; }
+
+// Tissue is held off tissue; where it is forced through, as by graspers, that is said once.
+void warn_of_crossed_skin(const std::vector<PlayedFrame>& played, const RunContext& context) {
+  const auto count = std::count_if(played.begin(), played.end(), crossed);
+  if (count == 0) return;
+  double deepest_mm = 0;
+  for (const PlayedFrame& frame : played)
+    deepest_mm = std::max(deepest_mm, frame.step.tissue_penetration_mm);
+  context.warn("the skin passes through other skin in " + std::to_string(count) + " of " +
+               std::to_string(played.size()) + " frames, by up to " + to_text(deepest_mm, 1) +
+               " mm: the tissue is pushed or turned farther than its proxy can fold");
 }
 
 }  // namespace
@@ -126,6 +145,11 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
       context.warn("frame " + std::to_string(frame) +
                    ": the tissue's state was lost and reset to rest");
     }
+    if (entry.step.slipped > 0) {
+      context.info("frame " + std::to_string(frame) + ": the tissue slipped from " +
+                   (entry.step.slipped == 1 ? "a grasper" : "graspers") +
+                   " that pulled with more than the grasp holds");
+    }
     if (entry.step.tip_too_fast) {
       context.warn("frame " + std::to_string(frame) +
                    ": an instrument moved so far in one step that it may have passed through "
@@ -138,6 +162,7 @@ std::vector<PlayedFrame> play(Player& player, const Script& script, const PlayOp
           {frame, frame * script.time_step_s, view, instruments, draw.solids, entry.step, picture});
     context.progress(double(frame + 1) / script.frames);
   }
+  warn_of_crossed_skin(played, context);
   return played;
 }
 
