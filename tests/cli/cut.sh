@@ -5,9 +5,9 @@
 source "$(dirname "$0")/assert.sh"
 [ -x "$BIN/organplay" ] || { echo "SKIPPED: organplay was not built"; exit 0; }
 small_recipe >r.yaml
-expect 0 organbake bake r.yaml -o springs
+expect 0 organbake bake r.yaml -o springs --set mechanics.fem=false
 # A cut opens from one tetrahedron to the next, and from one face of the skin to the next.
-expect 0 organbake bake r.yaml -o b --set mechanics.fem=true --set mechanics.fem_cell_mm=8 \
+expect 0 organbake bake r.yaml -o b --set mechanics.fem_cell_mm=8 \
   --set decimate.faces=300
 
 script() {  # MODE AXIS
@@ -27,7 +27,7 @@ script cut '"axis_mm": [0, -28, 0],' >cut.json
 script poke '"axis_mm": [0, -28, 0],' >poke.json
 play() { "$BIN/organplay" "$1" --script "$2" --out "$3" --report "$3.json" --size 320x240 "${@:4}"; }
 expect 0 organbake verify cut.json
-expect 0 play b cut.json one --solver fem
+expect 0 play b cut.json one
 expect 0 play b cut.json two --solver fem --threads 1
 expect_same one two
 # A blade that pushes instead leaves another picture, and nothing is lost on either way.
@@ -41,8 +41,8 @@ refuse() {  # CODE TEXT ARGUMENTS…
   expect_sentence
   expect_gone none
 }
-refuse 2 "springs cannot follow" b cut.json none
-refuse 2 "mechanics.fem=true" springs cut.json none --solver fem
+refuse 2 "springs cannot follow" b cut.json none --solver springs
+refuse 2 "mechanics.fem=false" springs cut.json none --solver fem
 refuse 2 "has been cut" b cut.json none --solver fem --layers depth
 script cut '' >blunt.json
 refuse 65 "needs axis_mm" b blunt.json none --solver fem

@@ -3,7 +3,7 @@
 # A bundle for other programs, read back by what reads such files.
 source "$(dirname "$0")/assert.sh"
 quick_recipe >r.yaml
-expect 0 organbake bake r.yaml -o organ --no-report --set bundle.surface=true
+expect 0 organbake bake r.yaml -o organ --no-report --set bundle.surface=true --set mechanics.fem=false
 for format in gltf colmap transforms obj usd sofa; do
   expect 0 organbake export organ --format $format -o $format
   expect 0 organbake export organ --format $format -o again_$format --threads 1
@@ -13,13 +13,13 @@ expect 0 organbake inspect obj/organ.obj --unit m
 expect 0 organbake inspect gltf/organ.glb
 python3 "$SOURCE/tests/cli/read_exports.py" organ || fail "an export"
 python3 "$SOURCE/tests/cli/read_assets.py" organ usd sofa || fail "an asset with springs"
-expect 0 organbake bake r.yaml -o solid --no-report --set mechanics.fem=true
+expect 0 organbake bake r.yaml -o solid --no-report
 for format in usd sofa; do expect 0 organbake export solid --format $format -o solid_$format; done
 python3 "$SOURCE/tests/cli/read_assets.py" solid solid_usd solid_sofa || fail "an asset with tetrahedra"
 for format in mjcf gmsh; do
   expect 0 organbake export solid --format $format -o solid_$format
   expect 2 organbake export organ --format $format -o x
-  expect_err "mechanics.fem=true"
+  expect_err "mechanics.fem=false"
 done
 python3 "$SOURCE/tests/cli/read_solids.py" solid solid_mjcf/organ.xml solid_gmsh/organ.msh || fail "a solid"
 if command -v gmsh >/dev/null; then

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Finite elements in the springs' place: baked when asked for, played by either solver.
+# Finite elements in the springs' place: baked unless refused, played by either solver.
 source "$(dirname "$0")/assert.sh"
 small_recipe >r.yaml
-expect 0 organbake bake r.yaml -o springs
-expect 0 organbake bake r.yaml -o b --set mechanics.fem=true --set mechanics.poisson_ratio=0.4
+expect 0 organbake bake r.yaml -o springs --set mechanics.fem=false
+expect 0 organbake bake r.yaml -o b --set mechanics.poisson_ratio=0.4
 expect 0 organbake verify b
 grep -q '"tetrahedra"' b/mechanics.json || fail "no tetrahedra were baked"
 grep -q '"tetrahedra"' springs/mechanics.json && fail "tetrahedra were baked and not asked for"
-expect 0 organbake bake r.yaml -o again --set mechanics.fem=true --set mechanics.poisson_ratio=0.4
+expect 0 organbake bake r.yaml -o again --set mechanics.poisson_ratio=0.4
 cmp -s b/mechanics.json again/mechanics.json || fail "another bake has other tetrahedra"
 
 expect 2 organbake mechanics b/proxy.ply -o made.json --fem --poisson-ratio 0.5
@@ -35,8 +35,15 @@ END
   grep -q '"solver": "fem"' one.json || fail "the report does not say fem"
   grep -q '"solver": "springs"' other.json || fail "the report does not say springs"
   grep -q '"recovered": true' one.json && fail "the tissue was lost"
+  # Of whatever solver nobody names, finite elements where there are tetrahedra.
+  expect 0 "$BIN/organplay" b --script poke.json --out usual --report usual.json --size 64x48
+  expect_err "solver: finite elements ("
+  expect_same one usual
+  expect 0 "$BIN/organplay" springs --script poke.json --out plain --report plain.json --size 64x48
+  expect_err "solver: springs"
+  grep -q '"solver": "springs"' plain.json || fail "without tetrahedra the report does not say springs"
   expect 2 play springs fem none
-  expect_err "mechanics.fem=true"
+  expect_err "mechanics.fem=false"
   expect_gone none
   expect 2 play b cloth none
 fi

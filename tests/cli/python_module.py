@@ -139,7 +139,8 @@ class PlayerTest(unittest.TestCase):
         player.reset()
         np.testing.assert_array_equal(player.draw(self.view).rgb, before)
         with self.assertRaisesRegex(ValueError, "solver fem"):
-            self.player.step([self.skin], axis_mm=[30 * self.out], cuts=True)
+            organplay.Player(BUNDLE, solver="springs").step(
+                [self.skin], axis_mm=[30 * self.out], cuts=True)
         with self.assertRaisesRegex(ValueError, "more than one of grabs, cuts, snips and pierces"):
             player.step([self.skin], axis_mm=[30 * self.out], cuts=True, grabs=True)
 

@@ -25,7 +25,7 @@ const refused = (tool, sentence) => {
 await draw(1);
 refused("saw", "there is no tool");
 if (!organ.canCut) {
-  for (const blade of ["cut", "snip"]) refused(blade, "mechanics.fem=true");
+  for (const blade of ["cut", "snip"]) refused(blade, "mechanics.fem=false");
   console.log("no blades without tetrahedra");
   process.exit(0);
 }

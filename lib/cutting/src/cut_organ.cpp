@@ -19,8 +19,8 @@ namespace {
 const TetrahedralBody& tetrahedra_of(const Bundle& bundle) {
   if (!bundle.mechanics.body) {
     throw UsageError("the organ '" + bundle.manifest.name +
-                     "' was baked without tetrahedra and cannot be cut; bake it with --set "
-                     "mechanics.fem=true, and play it with the solver fem");
+                     "' was baked without tetrahedra and cannot be cut; bake it anew "
+                     "without --set mechanics.fem=false");
   }
   return *bundle.mechanics.body;
 }

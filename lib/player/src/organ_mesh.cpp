@@ -63,8 +63,8 @@ std::vector<Eigen::Vector3d> forces_on_nodes(const Bundle& bundle,
                                              const std::vector<Eigen::Vector3d>& on_vertices) {
   if (!bundle.mechanics.body)
     throw UsageError(
-        "this organ has no tetrahedra whose nodes could be pushed; bake it with --set "
-        "mechanics.fem=true");
+        "this organ has no tetrahedra whose nodes could be pushed; bake it anew "
+        "without --set mechanics.fem=false");
   const TetrahedralBody& body = *bundle.mechanics.body;
   std::vector<Eigen::Vector3d> on_nodes(body.nodes_mm.size(), Eigen::Vector3d::Zero());
   for (std::size_t v = 0; v < on_vertices.size(); ++v) {

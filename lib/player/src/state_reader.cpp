@@ -71,8 +71,8 @@ void StateReader::read_numbers(std::span<const Number> xyz_mm, StateOf of,
   }
   if (!nodes)
     throw UsageError(
-        "this organ has no tetrahedra whose nodes could be set; bake it with --set "
-        "mechanics.fem=true, or set the vertices of its proxy");
+        "this organ has no tetrahedra whose nodes could be set; bake it anew "
+        "without --set mechanics.fem=false, or set the vertices of its proxy");
   copy_places(xyz_mm, "nodes", count(of), state.nodes_mm);
   nodes->check(state.nodes_mm);
   carry_vertices(*organ.mechanics.body, organ.proxy.vertices, state.nodes_mm, state.vertices_mm);

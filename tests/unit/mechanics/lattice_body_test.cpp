@@ -129,6 +129,22 @@ TEST(LatticeBody, AnAnchorHoldsAllThatCarriesIt) {
   EXPECT_LE(body.anchors.size(), 8u);
 }
 
+TEST(LatticeBody, FinerCellsHoldTheSameArea) {
+  const TriangleMesh proxy = lumpy_mesh(50, 1);
+  const Face& face = proxy.faces[5];
+  const Eigen::Vector3d middle =
+      (proxy.vertices[face[0]] + proxy.vertices[face[1]] + proxy.vertices[face[2]]) / 3;
+  std::vector<std::uint32_t> anchors(face.begin(), face.end());
+  std::sort(anchors.begin(), anchors.end());
+  for (const double cell_mm : {12.0, 6.0, 4.0}) {
+    const TetrahedralBody body = make_lattice_body(proxy, anchors, cell_mm);
+    double nearest_mm = 1e9;
+    for (const std::uint32_t n : body.anchors)
+      nearest_mm = std::min(nearest_mm, (body.nodes_mm[n] - middle).norm());
+    EXPECT_LT(nearest_mm, cell_mm) << cell_mm;  // and not at the corners alone
+  }
+}
+
 TEST(LatticeBody, RefusesWhatHasNoInsideAndTooManyCells) {
   TriangleMesh open = sphere_mesh(50, 1);
   open.faces.pop_back();

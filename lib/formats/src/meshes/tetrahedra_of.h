@@ -12,7 +12,7 @@ namespace organbake {
 inline const TetrahedralBody& tetrahedra_of(const Bundle& bundle, const std::string& what) {
   if (bundle.mechanics.body) return *bundle.mechanics.body;
   throw UsageError(what + " is made of tetrahedra, which '" + bundle.manifest.name +
-                   "' does not have; bake it with --set mechanics.fem=true");
+                   "' does not have; bake it anew without --set mechanics.fem=false");
 }
 
 }  // namespace organbake
