@@ -3,13 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "measuring/baker.h"
+#include "measuring/tissue_appearance.h"
 #include "organbake/core/temporary_folder.h"
 #include "organbake/player/orbit.h"
 #include "organbake/player/player.h"
 #include "organbake/shading/video_reader.h"
 #include "promises.h"
 #include "support/ramp_volume.h"
-#include "tissue_appearance.h"
 
 namespace organbake {
 namespace {
@@ -62,36 +62,14 @@ std::vector<TissueAppearance> appearances(const std::vector<TissuePicture>& pict
   return found;
 }
 
-// Each part's mean over pairs of one of these and one of those; of one list with itself over its
-// pairs of two.
-std::vector<TissueAppearancePart> mean_parts(const std::vector<TissueAppearance>& these,
-                                             const std::vector<TissueAppearance>& those) {
-  std::vector<TissueAppearancePart> mean;
-  int pairs = 0;
-  for (std::size_t i = 0; i < these.size(); ++i)
-    for (std::size_t j = &these == &those ? i + 1 : 0; j < those.size(); ++j, ++pairs) {
-      const std::vector<TissueAppearancePart> parts = appearance_parts(these[i], those[j]);
-      if (mean.empty())
-        mean = parts;
-      else
-        for (std::size_t k = 0; k < parts.size(); ++k) mean[k].distance += parts[k].distance;
-    }
-  for (TissueAppearancePart& part : mean) part.distance /= pairs;
-  return mean;
-}
-
-// Every part in units of what two real frames differ by; their mean is the distance. A part counts
-// for at most five times that, so that none speaks for all.
-void add_distance(const std::string& what, std::vector<TissueAppearancePart> parts,
+// Every part, and their mean, the distance.
+void add_distance(const std::string& what, const std::vector<TissueAppearancePart>& parts,
                   const std::vector<TissueAppearancePart>& real, double target) {
-  constexpr double kMost = 5, kLeast = 0.02;
-  double sum = 0;
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const double times = parts[k].distance / std::max(real[k].distance, kLeast);
-    expect({what + ": " + parts[k].name, "× two real frames", times, kMost});
-    sum += std::min(times, kMost);
-  }
-  expect({what, "× two real frames", sum / static_cast<double>(parts.size()), target});
+  constexpr double kMost = 5;
+  const std::vector<TissueAppearancePart> times = in_real_differences(parts, real);
+  for (const TissueAppearancePart& part : times)
+    expect({what + ": " + part.name, "× two real frames", part.distance, kMost});
+  expect({what, "× two real frames", mean_distance(times), target});
 }
 
 Rgb8Image side_by_side(const Rgb8Image& a, const Rgb8Image& b) {

@@ -17,7 +17,7 @@ namespace {
 
 // Scenes that are tested, and those that the model is fitted to: no seed is in both.
 constexpr std::uint64_t kFirstTested = 1, kFirstFitted = 1000;
-constexpr int kFitted = 120;
+constexpr int kFittedScenes = 120;
 
 constexpr std::size_t kShares = 11;  // 0, 0.1 … 1
 
@@ -96,8 +96,8 @@ ReliefShareModel fitted(const std::vector<Judged>& scenes) {
 
 void refit(Bench& bench) {
   std::vector<Judged> scenes;
-  for (int i = 0; i < kFitted; ++i) {
-    bench.now("relief: scene " + std::to_string(i + 1) + " of " + std::to_string(kFitted));
+  for (int i = 0; i < kFittedScenes; ++i) {
+    bench.now("relief: scene " + std::to_string(i + 1) + " of " + std::to_string(kFittedScenes));
     scenes.push_back(judged(seeded_relief_scene(kFirstFitted + i)));
   }
   const ReliefShareModel model = fitted(scenes);

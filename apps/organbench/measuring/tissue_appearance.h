@@ -47,6 +47,31 @@ struct TissueAppearancePart {
 std::vector<TissueAppearancePart> appearance_parts(const TissueAppearance& a,
                                                    const TissueAppearance& b);
 
+// Each part's mean over pairs of one of these and one of those; of one list with itself over its
+// pairs of two.
+std::vector<TissueAppearancePart> mean_parts(const std::vector<TissueAppearance>& these,
+                                             const std::vector<TissueAppearance>& those);
+
+// Every part in units of what two real pictures differ by, at most five of them, so that none
+// speaks for all. Their mean is the distance.
+std::vector<TissueAppearancePart> in_real_differences(
+    const std::vector<TissueAppearancePart>& parts, const std::vector<TissueAppearancePart>& real);
+double mean_distance(const std::vector<TissueAppearancePart>& parts);
+
+// The picture shrunk to another scale, if it is finer.
+TissuePicture in_pixels_of(const TissuePicture& picture, double mm_per_pixel);
+
+// Of the lightness, the mean square beyond a quarter of the sampling limit, highlights left out.
+double sharpness_of(const TissuePicture& picture);
+
+// Where a frame shows bright tissue (gallbladder, fat) within a box of pixels: of at least that
+// lightness and yellowness in CIE Lab.
+struct BrightTissue {
+  int x0, y0, x1, y1;
+  double least_l, least_b;
+};
+std::vector<std::uint8_t> bright_mask(const Rgb8Image& frame, const BrightTissue& tissue);
+
 // Where a frame of a laparoscopy shows liver: dark red of middle saturation, with the highlights
 // that lie in it, in pieces of at least two per cent of the frame.
 std::vector<std::uint8_t> liver_mask(const Rgb8Image& frame);

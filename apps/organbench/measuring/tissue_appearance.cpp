@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tissue_appearance.h"
+#include "measuring/tissue_appearance.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ struct LabPicture {
 };
 
 // Σ weight · value over Σ weight, in a Gaussian window.
-cv::Mat blurred(const cv::Mat& value, const cv::Mat& weight, double sigma) {
+cv::Mat lab_blurred(const cv::Mat& value, const cv::Mat& weight, double sigma) {
   cv::Mat sum, total;
   cv::GaussianBlur(value.mul(weight), sum, {}, sigma, sigma, cv::BORDER_REPLICATE);
   cv::GaussianBlur(weight, total, {}, sigma, sigma, cv::BORDER_REPLICATE);
@@ -33,12 +33,12 @@ cv::Mat as_float(const cv::Mat& mask) {
 }
 
 // A highlight is far brighter than the tissue about it, and nearly white.
-cv::Mat find_highlights(const cv::Mat& lab, const cv::Mat& tissue) {
+cv::Mat lab_highlights(const cv::Mat& lab, const cv::Mat& tissue) {
   constexpr double kAround_px = 12, kBrighter = 22;
   constexpr float kLeast = 45;
   cv::Mat planes[3];
   cv::split(lab, planes);
-  const cv::Mat around = blurred(planes[0], as_float(tissue), kAround_px);
+  const cv::Mat around = lab_blurred(planes[0], as_float(tissue), kAround_px);
   cv::Mat found = (planes[0] - around > kBrighter) & (planes[0] > kLeast);
   return (found & 1).mul(tissue);
 }
@@ -59,14 +59,14 @@ LabPicture lab_picture(const TissuePicture& picture) {
   cv::cvtColor(small, out.lab, cv::COLOR_RGB2Lab);
   if (cv::countNonZero(out.tissue) < 1000)
     throw BadDataError("a picture shows less than a thousand pixels of tissue");
-  out.highlights = find_highlights(out.lab, out.tissue);
+  out.highlights = lab_highlights(out.lab, out.tissue);
   cv::Mat glow;
   cv::dilate(out.highlights, glow, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
   out.matt = out.tissue.mul(1 - glow);
   cv::Mat planes[3];
   cv::split(out.lab, planes);
   const cv::Mat known = as_float(out.matt);
-  const cv::Mat around = blurred(planes[0], known, 3);
+  const cv::Mat around = lab_blurred(planes[0], known, 3);
   out.lightness = planes[0].mul(known) + around.mul(1 - known);
   return out;
 }
@@ -143,7 +143,7 @@ void add_bands(const LabPicture& p, TissueAppearance& a) {
   cv::Mat fine = p.lightness;
   for (int k = 0; k < TissueAppearance::kOctaves; ++k) {
     const double sigma = 1 << k;
-    const cv::Mat coarse = blurred(p.lightness, known, sigma);
+    const cv::Mat coarse = lab_blurred(p.lightness, known, sigma);
     const cv::Mat band = fine - coarse;
     double squares = 0, fourths = 0;
     const std::vector<double> values = values_where(band, p.matt);
@@ -158,7 +158,7 @@ void add_bands(const LabPicture& p, TissueAppearance& a) {
 // Along rows and columns, of what differs from ten millimetres' mean.
 void add_correlation(const LabPicture& p, TissueAppearance& a) {
   constexpr int kFarthest_px = 30;
-  const cv::Mat off = p.lightness - blurred(p.lightness, as_float(p.tissue), 16);
+  const cv::Mat off = p.lightness - lab_blurred(p.lightness, as_float(p.tissue), 16);
   double at_zero = 0;
   for (int shift = 0; shift <= kFarthest_px; ++shift) {
     double sum = 0, count = 0;
@@ -222,14 +222,100 @@ std::vector<TissueAppearancePart> appearance_parts(const TissueAppearance& a,
   return parts;
 }
 
-std::vector<std::uint8_t> liver_mask(const Rgb8Image& frame) {
+std::vector<TissueAppearancePart> mean_parts(const std::vector<TissueAppearance>& these,
+                                             const std::vector<TissueAppearance>& those) {
+  std::vector<TissueAppearancePart> mean;
+  int pairs = 0;
+  for (std::size_t i = 0; i < these.size(); ++i)
+    for (std::size_t j = &these == &those ? i + 1 : 0; j < those.size(); ++j, ++pairs) {
+      const std::vector<TissueAppearancePart> parts = appearance_parts(these[i], those[j]);
+      if (mean.empty())
+        mean = parts;
+      else
+        for (std::size_t k = 0; k < parts.size(); ++k) mean[k].distance += parts[k].distance;
+    }
+  for (TissueAppearancePart& part : mean) part.distance /= pairs;
+  return mean;
+}
+
+std::vector<TissueAppearancePart> in_real_differences(
+    const std::vector<TissueAppearancePart>& parts, const std::vector<TissueAppearancePart>& real) {
+  constexpr double kMost = 5, kLeast = 0.02;
+  std::vector<TissueAppearancePart> times = parts;
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    times[k].distance = std::min(kMost, parts[k].distance / std::max(real[k].distance, kLeast));
+  return times;
+}
+
+double mean_distance(const std::vector<TissueAppearancePart>& parts) {
+  double sum = 0;
+  for (const TissueAppearancePart& part : parts) sum += part.distance;
+  return sum / static_cast<double>(parts.size());
+}
+
+TissuePicture in_pixels_of(const TissuePicture& picture, double mm_per_pixel) {
+  if (!(picture.mm_per_pixel < mm_per_pixel)) return picture;
+  const double scale = picture.mm_per_pixel / mm_per_pixel;
+  const Rgb8Image& image = picture.image;
+  const cv::Mat rgb(image.height, image.width, CV_8UC3,
+                    const_cast<std::uint8_t*>(image.pixels.data()));
+  const cv::Mat mask(image.height, image.width, CV_8U,
+                     const_cast<std::uint8_t*>(picture.mask.data()));
+  const cv::Size size(static_cast<int>(std::lround(scale * image.width)),
+                      static_cast<int>(std::lround(scale * image.height)));
+  TissuePicture small{Rgb8Image(size.width, size.height),
+                      std::vector<std::uint8_t>(std::size_t(size.area())), mm_per_pixel};
+  cv::Mat to(size, CV_8UC3, small.image.pixels.data()), to_mask(size, CV_8U, small.mask.data());
+  cv::resize(rgb, to, size, 0, 0, cv::INTER_AREA);
+  cv::resize(mask, to_mask, size, 0, 0, cv::INTER_NEAREST);
+  return small;
+}
+
+double sharpness_of(const TissuePicture& picture) {
+  // A Gaussian that halves the power at an eighth of a turn a pixel.
+  constexpr double kSigma_px = 1.06;
+  TissuePicture grain = picture;
+  grain.mm_per_pixel = TissueAppearance::kGrain_mm;  // as it is
+  const LabPicture lab = lab_picture(grain);
+  const cv::Mat fine = lab.lightness - lab_blurred(lab.lightness, as_float(lab.tissue), kSigma_px);
+  double squares = 0;
+  const std::vector<double> values = values_where(fine, inner(lab.matt, 3));
+  for (const double v : values) squares += v * v;
+  return squares / static_cast<double>(std::max<std::size_t>(values.size(), 1));
+}
+
+namespace {
+
+// L, a and b, a little smoothed.
+void smooth_lab(const Rgb8Image& frame, cv::Mat planes[3]) {
   const cv::Mat rgb(frame.height, frame.width, CV_8UC3,
                     const_cast<std::uint8_t*>(frame.pixels.data()));
-  cv::Mat real, lab, planes[3];
+  cv::Mat real, lab;
   rgb.convertTo(real, CV_32FC3, 1.0 / 255);
   cv::cvtColor(real, lab, cv::COLOR_RGB2Lab);
   cv::GaussianBlur(lab, lab, {}, 2);
   cv::split(lab, planes);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> bright_mask(const Rgb8Image& frame, const BrightTissue& tissue) {
+  cv::Mat planes[3];
+  smooth_lab(frame, planes);
+  // Highlights are not yellow: what is bright enough counts whatever its hue.
+  constexpr double kBlown = 85;
+  const cv::Mat bright =
+      (planes[0] > tissue.least_l) & ((planes[2] > tissue.least_b) | (planes[0] > kBlown));
+  std::vector<std::uint8_t> mask(std::size_t(frame.width) * frame.height, 0);
+  for (int y = tissue.y0; y < tissue.y1; ++y)
+    for (int x = tissue.x0; x < tissue.x1; ++x)
+      mask[std::size_t(y) * frame.width + x] = bright.at<std::uint8_t>(y, x) != 0;
+  return mask;
+}
+
+std::vector<std::uint8_t> liver_mask(const Rgb8Image& frame) {
+  cv::Mat planes[3];
+  smooth_lab(frame, planes);
   const cv::Mat red = (planes[0] > 14) & (planes[0] < 42) & (planes[1] > 14) & (planes[1] < 45) &
                       (planes[2] < 26) & (planes[2] < planes[1]);
   cv::Mat closed, labels, stats, centroids;
