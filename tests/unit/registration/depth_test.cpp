@@ -63,6 +63,36 @@ TEST_F(Depth, IsThinnedToPointsOfOneSurfaceEach) {
   EXPECT_TRUE(thin_depth({{0, 0, 5}}, {}, false).empty()) << "no view";
 }
 
+TEST_F(Depth, HasTheNormalsOfWhatIsSeen) {
+  const Vector3d toward = Vector3d(0.4, -0.2, -1).normalized();
+  std::vector<Vector3d> points;
+  for (int y = 0; y < 200; ++y)
+    for (int x = 0; x < 200; ++x) {
+      const Vector3d ray((x - 100) / 200.0, (y - 100) / 200.0, 1);
+      points.push_back(-60 / toward.dot(ray) * ray);
+    }
+  const SeenDepth seen = thin_depth(points, {}, false);
+  ASSERT_GT(seen.points.size(), 1000U);
+  for (const SeenDepth::Point& point : seen.points)
+    EXPECT_LT((point.normal - toward).norm(), 1e-2) << "a mean of places lies a little aside";
+}
+
+// A wall behind the organ lies nearest to its flanks, which look elsewhere.
+TEST_F(Depth, OfWhatStandsBehindTheOrganMatchesNothing) {
+  const SeenDepth depth = seen(DepthFaults{.noise = 0.01});
+  const auto matches = match_depth(half_, depth, true_state());
+  constexpr double kElsewhere = 0.03;  // of the distance: 9 mm
+  int on = 0, elsewhere = 0;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (matches[i].kind != DepthMatch::Kind::on) continue;
+    ++on;
+    elsewhere += std::abs(depth_row(depth.points[i], matches[i], true_state(), half_.center())
+                              .distance) > kElsewhere;
+  }
+  EXPECT_GT(on, 100);
+  EXPECT_LT(elsewhere, 0.02 * on);
+}
+
 TEST_F(Depth, RowsSlopesAreTheFiniteDifferences) {
   const SeenDepth depth = seen({.noise = 0.01});
   DepthState state = true_state();

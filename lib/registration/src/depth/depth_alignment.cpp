@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Iterated closest points, point to plane (Chen & Medioni 1992), robust and with a scale. Which
-// points see the surface at all is unknown: those whose nearest place is a cut, and those that the
-// surface would hide, draw at nothing, but they cost as much as the farthest, so that nothing is
-// gained by showing less.
+// points see the surface at all is unknown: those whose nearest place is a cut or faces elsewhere
+// (the walls behind an organ lie nearest to its flanks; Rusinkiewicz & Levoy 2001, 3.2, 3.4), and
+// those that the surface would hide, draw at nothing, but they cost as much as the farthest, so
+// that nothing is gained by showing less.
 #include "depth/depth_alignment.h"
 
 #include <Eigen/Cholesky>
@@ -39,10 +40,12 @@ RayHit as_hit(const TriangleMesh& mesh, const ClosestPoint& closest) {
 }
 
 DepthMatch match_point(const RegisteredSurface& surface, const Vector3d& eye_world,
-                       const Vector3d& point_world, const RayHit& first) {
+                       const Vector3d& point_world, const Vector3d& seen_normal_world,
+                       const RayHit& first) {
   // A surface that hides what is seen: seen askew, its distance along the ray is up to so many
   // times that to its nearest place.
   constexpr double kAskew = 3, kSlack = 0.01;
+  constexpr double kLeastAlike = 0.5;  // cosine: noise and a start that is turned
   DepthMatch match;
   const ClosestPoint closest = surface.scene().closest_point(point_world);
   if (closest.face == kNoHit) return match;
@@ -54,9 +57,11 @@ DepthMatch match_point(const RegisteredSurface& surface, const Vector3d& eye_wor
   }
   const RayHit hit = as_hit(surface.mesh(), closest);
   if (surface.border_distance_mm(hit) < kAtBorder_mm) return match;
+  match.normal_world = surface.skin(hit, way).normal;
+  const bool tells = !seen_normal_world.isZero();
+  if (tells && match.normal_world.dot(seen_normal_world) < kLeastAlike) return match;
   match.kind = DepthMatch::Kind::on;
   match.place_world = closest.point;
-  match.normal_world = surface.skin(hit, way).normal;
   return match;
 }
 
@@ -144,8 +149,9 @@ std::vector<DepthMatch> match_depth(const RegisteredSurface& surface, const Seen
   surface.scene().first_hits(rays, hits);
   std::vector<DepthMatch> matches;
   for (std::size_t i = 0; i < rays.size(); ++i)
-    matches.push_back(
-        match_point(surface, rays[i].origin, rays[i].origin + rays[i].direction, hits[i]));
+    matches.push_back(match_point(surface, rays[i].origin, rays[i].origin + rays[i].direction,
+                                  world_from_camera.rotation * depth.points[i * stride].normal,
+                                  hits[i]));
   return matches;
 }
 
@@ -166,11 +172,14 @@ DepthRow depth_row(const SeenDepth::Point& point, const DepthMatch& match, const
 
 double depth_noise(const SeenDepth& depth, const std::vector<DepthMatch>& matches,
                    const DepthState& state, const Vector3d& center) {
-  constexpr double kLeast = 0.001;
+  // What lies farther off is something else, and would tell of how much there is of that.
+  constexpr double kLeast = 0.001, kFarthest = 0.05;
   std::vector<double> sizes;
-  for (std::size_t i = 0; i < matches.size(); ++i)
-    if (matches[i].kind == DepthMatch::Kind::on)
-      sizes.push_back(std::abs(depth_row(depth.points[i], matches[i], state, center).distance));
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (matches[i].kind != DepthMatch::Kind::on) continue;
+    const double off = depth_row(depth.points[i], matches[i], state, center).distance;
+    if (std::abs(off) < kFarthest) sizes.push_back(std::abs(off));
+  }
   return std::max(kLeast, kSigmaOfMedianDeviation * median(std::move(sizes)));
 }
 

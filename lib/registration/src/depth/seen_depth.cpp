@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Depth maps have far more pixels than independent measurements: cells of the view stand for them,
-// each by the mean of the points about its median depth.
+// each by the mean of the points about its median depth. Their normals are told from neighbours: of
+// a plane, the depth's inverse is linear over the view, whatever its slant.
 #include "organbake/registration/seen_depth.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include <Eigen/QR>
 
 #include "organbake/core/median.h"
 
@@ -52,7 +55,8 @@ SeenDepth::Point mean_about_median(const std::vector<Vector3d>& points,
   std::vector<double> depths;
   for (const std::size_t i : cell) depths.push_back(points[i].z());
   const double middle = median(std::move(depths));
-  SeenDepth::Point mean{Vector3d::Zero(), 0};
+  SeenDepth::Point mean;
+  mean.trust = 0;
   double weights = 0, near = 0;
   for (const std::size_t i : cell) {
     if (std::abs(points[i].z() / middle - 1) > kStep) continue;
@@ -65,6 +69,42 @@ SeenDepth::Point mean_about_median(const std::vector<Vector3d>& points,
   mean.place /= weights;
   mean.trust = weights / near;
   return mean;
+}
+
+// Zero where the neighbours of one surface are too few.
+Vector3d normal_of(const SeenDepth::Point& point,
+                   const std::vector<const SeenDepth::Point*>& near) {
+  constexpr double kOneSurface = 0.06;  // of the depth, from a cell to its neighbour
+  constexpr Eigen::Index kFewest = 5;
+  Eigen::Matrix<double, 9, 3> views;
+  Eigen::Matrix<double, 9, 1> inverse_depths;
+  Eigen::Index count = 0;
+  for (const SeenDepth::Point* other : near) {
+    const double z = other->place.z();
+    if (std::abs(z / point.place.z() - 1) > kOneSurface) continue;
+    views.row(count) = other->place.transpose() / z;
+    inverse_depths[count++] = 1 / z;
+  }
+  if (count < kFewest) return Vector3d::Zero();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver(views.topRows(count));
+  if (solver.rank() < 3) return Vector3d::Zero();
+  const Vector3d away = solver.solve(inverse_depths.head(count));
+  return -away.normalized();
+}
+
+void find_normals(SeenDepth& seen) {
+  std::vector<const SeenDepth::Point*> by_cell(static_cast<std::size_t>(seen.columns) * seen.rows);
+  for (const SeenDepth::Point& point : seen.points)
+    by_cell[static_cast<std::size_t>(point.row) * seen.columns + point.column] = &point;
+  for (SeenDepth::Point& point : seen.points) {
+    std::vector<const SeenDepth::Point*> near;
+    for (int y = std::max(0, point.row - 1); y <= std::min(seen.rows - 1, point.row + 1); ++y)
+      for (int x = std::max(0, point.column - 1); x <= std::min(seen.columns - 1, point.column + 1);
+           ++x)
+        if (const auto* other = by_cell[static_cast<std::size_t>(y) * seen.columns + x])
+          near.push_back(other);
+    point.normal = normal_of(point, near);
+  }
 }
 
 }  // namespace
@@ -89,6 +129,7 @@ SeenDepth thin_depth(const std::vector<Vector3d>& points, const std::vector<floa
     point.row = static_cast<int>(c) / grid.columns;
     seen.points.push_back(point);
   }
+  find_normals(seen);
   return seen;
 }
 
