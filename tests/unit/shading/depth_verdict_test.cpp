@@ -67,7 +67,7 @@ TEST(DepthVerdict, PatchesOfAlbedoAreDoubtfulAndNearFlat) {
   const FrameDepth depth = shaded(patched_wall(camera), camera);
   EXPECT_EQ(depth.quality.verdict, DepthVerdict::doubtful);
   EXPECT_THAT(depth.quality.reason, testing::HasSubstr("texture"));
-  constexpr double kNearFlat = 0.01;
+  constexpr double kNearFlat = 0.02;  // a fifth of what is invented
   EXPECT_LT(relief_of(depth.depth), kNearFlat);
   EXPECT_GT(relief_of(depth_from_log_range(depth.range.log_range, ray_grid(camera),
                                            Mask(camera.width, camera.height, 1))),

@@ -75,21 +75,42 @@ TEST(ReliefShare, WhatIsMaskedDoesNotCount) {
 }
 
 TEST(ReliefShare, IsAllOfAnExplainedPictureAndFallsWithoutSteps) {
-  const ReliefEvidence clean{0.02, 0, -1};
-  EXPECT_EQ(relief_share(clean), 1);
-  constexpr double kStep = 0.0005, kMostChange = 0.035;
-  for (const double tilt : {0.0, 0.9}) {
-    double before = 1;
-    for (double unexplained = 0; unexplained < 0.4; unexplained += kStep) {
-      const double share = relief_share({unexplained, tilt, 0});
-      EXPECT_LE(share, before);
-      EXPECT_GT(share, before - kMostChange);
-      before = share;
+  for (const auto part : {&ReliefShare::tilt, &ReliefShare::rest}) {
+    const auto share = [&](double unexplained, double tilt, double hue) {
+      return relief_share({unexplained, tilt, hue}).*part;
+    };
+    EXPECT_EQ(share(0.02, 0, -1), 1);
+    constexpr double kStep = 0.0005, kMostChange = 0.035;
+    for (const double tilt : {0.0, 0.9}) {
+      double before = 1;
+      for (double unexplained = 0; unexplained < 0.4; unexplained += kStep) {
+        EXPECT_GT(share(unexplained, tilt, 0), before - kMostChange);
+        before = share(unexplained, tilt, 0);
+      }
+      EXPECT_LT(before, 0.8) << "hardly anything is explained";
     }
-    EXPECT_LT(before, 0.1) << "hardly anything is explained";
+    EXPECT_GT(share(0.1, 0.4, 0.5), share(0.1, 0.4, -0.5));
   }
-  EXPECT_GT(relief_share({0.1, 0.8, 0}), relief_share({0.1, 0.1, 0}));
-  EXPECT_GT(relief_share({0.1, 0.4, 0.5}), relief_share({0.1, 0.4, -0.5}));
+  EXPECT_GT(relief_share({0.1, 0.8, 0}).tilt, relief_share({0.1, 0.1, 0}).tilt);
+}
+
+// A tilt with waves on it that have none.
+TEST(ReliefShare, TheTiltIsKeptWithoutTheRest) {
+  const auto tilt = [](double u, double v) { return 0.3 * u - 0.2 * v; };
+  Made m = made([&](double u, double v) { return tilt(u, v) + 0.1 * std::cos(20 * u); }, kOneHue);
+  const RayGrid rays = ray_grid(m.frame.camera);
+  Plane kept = m.estimate.log_range;
+  keep_relief(rays, m.frame.tissue, {.tilt = 1, .rest = 0}, kept);
+  const auto log_z = [&](int x, int y) {
+    const double u = rays.x(x), v = rays.y(y);
+    return kept.at(x, y) - 0.5 * std::log1p(u * u + v * v);
+  };
+  const double middle =
+      log_z(kWidth / 2, kHeight / 2) - tilt(rays.x(kWidth / 2), rays.y(kHeight / 2));
+  for (const int x : {0, 20, kWidth - 1})
+    EXPECT_NEAR(log_z(x, 10) - middle, tilt(rays.x(x), rays.y(10)), 0.01);
+  keep_relief(rays, m.frame.tissue, {}, kept);
+  EXPECT_NEAR(log_z(0, 0), log_z(kWidth - 1, kHeight - 1), 1e-6) << "a plane across the axis";
 }
 
 // Frame by frame the share goes half the way to what a frame tells by itself.

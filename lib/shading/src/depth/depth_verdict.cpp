@@ -8,9 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "organbake/core/median.h"
 #include "organbake/core/text.h"
-#include "organbake/shading/relief_share.h"
 
 namespace organbake {
 namespace {
@@ -24,6 +22,18 @@ double share(const Mask& mask) {
   const auto zeros = std::count(mask.values.begin(), mask.values.end(), 0);
   return 1 -
          static_cast<double>(zeros) / static_cast<double>(std::max<std::size_t>(1, mask.size()));
+}
+
+// Even with what was kept of the frame before.
+void keep_what_is_safe(const ReliefEvidence& evidence, const DepthQuality* previous,
+                       DepthQuality& quality) {
+  quality.kept = relief_share(evidence);
+  quality.support =
+      evidence.tilt_share * quality.kept.tilt + (1 - evidence.tilt_share) * quality.kept.rest;
+  if (!previous) return;
+  for (const auto part : {&ReliefShare::tilt, &ReliefShare::rest})
+    quality.kept.*part = 0.5 * (quality.kept.*part + previous->kept.*part);
+  quality.support = 0.5 * (quality.support + previous->support);
 }
 
 std::string percent(double value) { return to_text(100 * value, 1) + " %"; }
@@ -55,9 +65,9 @@ DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estima
   const bool taken_over = estimate.warm && estimate.refinements == 0;
   if (previous && taken_over) {
     quality.support = previous->support;
+    quality.kept = previous->kept;
   } else {
-    quality.support = relief_share(relief_evidence(frame, estimate));
-    if (previous) quality.support = 0.5 * (quality.support + previous->support);
+    keep_what_is_safe(relief_evidence(frame, estimate), previous, quality);
   }
   quality.verdict =
       estimate.unexplained <= kMostUnexplained ? DepthVerdict::ok : DepthVerdict::doubtful;
@@ -72,26 +82,6 @@ DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estima
                      "): texture, several tissues or another light explain the picture as well";
   }
   return quality;
-}
-
-void keep_supported_relief(const RayGrid& rays, const Mask& tissue, double support,
-                           Plane& log_range) {
-  if (support >= 1) return;
-  // ln r of a plane across the axis: ln z + ½ ln(1+x²+y²).
-  Plane across(log_range.width, log_range.height);
-  std::vector<float> log_depths;
-  for (int y = 0; y < across.height; ++y)
-    for (int x = 0; x < across.width; ++x) {
-      const double u = rays.x(x), v = rays.y(y);
-      across.at(x, y) = static_cast<float>(0.5 * std::log1p(u * u + v * v));
-      if (tissue.at(x, y)) log_depths.push_back(log_range.at(x, y) - across.at(x, y));
-    }
-  if (log_depths.empty()) return;
-  const float middle = static_cast<float>(median(std::move(log_depths)));
-  for (std::size_t k = 0; k < across.size(); ++k) {
-    const float flat = middle + across.values[k];
-    log_range.values[k] = flat + static_cast<float>(support) * (log_range.values[k] - flat);
-  }
 }
 
 }  // namespace organbake

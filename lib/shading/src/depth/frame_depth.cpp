@@ -73,7 +73,7 @@ void shade_near(const PreparedFrame& frame, const ShadingOptions& options,
   for (float& value : result.confidence.values)
     value *= kLeft + (1 - kLeft) * static_cast<float>(result.quality.support);
   Plane scaled = estimate.log_range;
-  keep_supported_relief(rays, frame.tissue, result.quality.support, scaled);
+  keep_relief(rays, frame.tissue, result.quality.kept, scaled);
   result.normals = normals_from_log_range(scaled, rays);
   double shift = -median_where(scaled, frame.tissue);
   result.metric = true;

@@ -5,7 +5,7 @@
 
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/prepared_frame.h"
-#include "organbake/shading/ray_grid.h"
+#include "organbake/shading/relief_share.h"
 
 namespace organbake {
 
@@ -15,9 +15,10 @@ const char* name_of(DepthVerdict verdict);
 // Whether a frame supports the shape that was read from it.
 struct DepthQuality {
   DepthVerdict verdict = DepthVerdict::failed;
-  std::string reason;      // empty when ok
-  double support = 0;      // 0…1: the share of the relief that is kept
+  std::string reason;  // empty when ok
+  double support = 0;  // 0…1: the share of the relief's variance, or of the view, that is kept
   double unexplained = 0;  // share of the brightness, at organ scale, that no shape explains
+  ReliefShare kept = {};   // of a shaded frame's relief
 };
 
 // A small misfit proves no shape, but a large one disproves the model: brightness that no smooth
@@ -27,10 +28,5 @@ struct DepthQuality {
 // follow a clip without flicker, and a depth that was taken over keeps its own.
 [[nodiscard]] DepthQuality judge_depth(const PreparedFrame& frame, const RangeEstimate& estimate,
                                        const DepthQuality* previous = nullptr);
-
-// Draws ln r to the plane across the axis that lies at the tissue's median depth: all of it for
-// support 0, nothing for 1.
-void keep_supported_relief(const RayGrid& rays, const Mask& tissue, double support,
-                           Plane& log_range);
 
 }  // namespace organbake

@@ -5,6 +5,7 @@
 
 #include "organbake/shading/laparoscope.h"
 #include "organbake/shading/prepared_frame.h"
+#include "organbake/shading/ray_grid.h"
 
 namespace organbake {
 
@@ -26,15 +27,28 @@ struct ReliefEvidence {
 [[nodiscard]] ReliefEvidence relief_evidence(const PreparedFrame& frame,
                                              const RangeEstimate& estimate);
 
-// Of the logit of the share: constant, and by ln of the unexplained brightness, by the tilt's share
+// How much is kept of the two parts of a relief (of ln z, over the picture), each 0…1.
+struct ReliefShare {
+  double tilt = 0;  // of the whole view, right and left, up and down
+  double rest = 0;  // of what is left without it
+};
+
+// Of the logit of a share: constant, and by ln of the unexplained brightness, by the tilt's share
 // and by the correlation with hue.
-using ReliefShareModel = std::array<double, 4>;
+using ReliefShareTerms = std::array<double, 4>;
+struct ReliefShareModel {
+  ReliefShareTerms tilt, rest;
+};
 extern const ReliefShareModel kReliefShareModel;
 
-// The share 0…1 of the relief (of ln z) that is safe to keep: chosen so that the error of depth is
-// as small as may be without being larger than a plane's. All where a smooth shape explains the
-// picture.
-[[nodiscard]] double relief_share(const ReliefEvidence& evidence,
-                                  const ReliefShareModel& model = kReliefShareModel);
+// The shares of the relief that are safe to keep: chosen so that the error of depth is as small as
+// may be without being larger than a plane's. All where a smooth shape explains the picture.
+[[nodiscard]] ReliefShare relief_share(const ReliefEvidence& evidence,
+                                       const ReliefShareModel& model = kReliefShareModel);
+
+// Draws ln r to the plane across the axis that lies at the tissue's median depth: all of it for
+// shares of 0, nothing for 1. The tilt is the least-squares plane of ln z over the tissue.
+void keep_relief(const RayGrid& rays, const Mask& tissue, const ReliefShare& share,
+                 Plane& log_range);
 
 }  // namespace organbake
