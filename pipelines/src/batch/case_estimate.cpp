@@ -219,7 +219,10 @@ class Estimator {
   }
 
   void capture() {
-    const double texels = number("place", "count") * std::pow(number("place", "size_px"), 2);
+    constexpr double kOfFrames_px = 1536;  // about what a frame's own pixels come to
+    const double size_px = number("place", "size_px");
+    const double texels =
+        number("place", "count") * std::pow(size_px > 0 ? size_px : kOfFrames_px, 2);
     spend(texels * cost::kTexel_s, texels * cost::kTexel_bytes + faces_ * cost::kFace_bytes +
                                        photo_pixels() * cost::kColorPixel_bytes);
   }

@@ -103,6 +103,11 @@ Stage capture_stage() {
                   .help = "posed photographs: a cameras.json with images",
                   .required = false,
                   .made_from = "unposed"},
+                 {.name = "scope_photo",
+                  .kind = InputKind::photos,
+                  .help = "the posed picture that the surface was read from, as shade and stereo "
+                          "write it; where there are no photos",
+                  .required = false},
                  {.name = "lighting",
                   .kind = InputKind::file,
                   .help = "the light that the colours were taken in (JSON, see 'organbake schema "

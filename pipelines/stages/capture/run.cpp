@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 
 std::vector<Photo> read_photos(const StageCall& call) {
   const auto* document = call.input("photos");
+  if (!document) document = call.input("scope_photo");
   if (!document) return {};
   const CameraSet set = read_cameras(*document);
   std::vector<Photo> photos(set.images.size());

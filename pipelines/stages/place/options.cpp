@@ -42,9 +42,10 @@ void bind(OptionList& list, PlaceStageOptions& o) {
             .min = 64,
             .max = 65536})
       .add("size_px", &o.placement.map_size,
-           {.help = "side of the cameras' maps, which are square",
+           {.help = "side of the cameras' maps, which are square; 0 = as fine as the pixels of the "
+                    "picture that the surface was read from (2048 at most), or 512 without one",
             .unit = "px",
-            .min = 8,
+            .min = 0,
             .max = 16384})
       .add("field_of_view_deg", Degrees{&o.placement.field_of_view_rad},
            {.help = "angle of view of each camera", .unit = "deg", .min = 0.5, .max = 143.5})
@@ -67,7 +68,11 @@ Stage place_stage() {
   return {.name = "place",
           .version = 7,
           .summary = "place virtual cameras round a surface or inside a viewing cone",
-          .inputs = {{"surface", InputKind::mesh, "the organ's surface"}},
+          .inputs = {{"surface", InputKind::mesh, "the organ's surface"},
+                     {"scope_photo", InputKind::photos,
+                      "the posed picture that the surface was read from, as shade and stereo write "
+                      "it; for maps as fine as its pixels",
+                      false}},
           .outputs = {{"cameras", "cameras.json"}, {"vpm", "vpm.ply"}},
           .make_options = make_options<PlaceStageOptions>};
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "organbake/bundle/cameras_json.h"
 #include "organbake/core/files.h"
@@ -12,6 +14,8 @@
 
 namespace organbake {
 namespace {
+
+namespace fs = std::filesystem;
 
 void tell_choice(const PlacementOptions& options, const Placement& placement, StageReport& report) {
   if (!placement.cover) {
@@ -60,11 +64,32 @@ void tell_views(const CoverageReport& coverage, StageReport& report) {
   report.add("seen_by_2_share_poked", seen_twice);
 }
 
+// The size of maps in the middle of which a texel is a pixel of the picture.
+int map_size_of_picture(const TriangleMesh& surface, const PosedCamera& picture,
+                        PlacementOptions options) {
+  constexpr int kStep = 64, kSmallest = 256, kLargest = 2048;
+  options.coverage.reset();
+  const Placement placement = place_cameras(surface, options);
+  const PosedCamera& map = placement.cameras.front();
+  const auto per_mm = [&](const PosedCamera& camera) {
+    const double depth_mm = (camera.camera_from_world * placement.manifold.center_world_mm).z();
+    return camera.intrinsics.fx / std::max(depth_mm, 1e-6);
+  };
+  const double size = options.map_size * per_mm(picture) / per_mm(map);
+  return std::clamp(kStep * static_cast<int>(std::ceil(size / kStep)), kSmallest, kLargest);
+}
+
 StageReport run(const StageCall& call) {
   const auto asked = call.options_as<PlaceStageOptions>();
-  const PlacementOptions options = asked.resolved();
+  PlacementOptions options = asked.resolved();
+  const bool own_size = options.map_size == 0;
+  if (own_size) options.map_size = PlacementOptions().map_size;
   options.check();
   const TriangleMesh surface = read_mesh(*call.input("surface"), asked.frame, call.context);
+  const fs::path* photo = call.input("scope_photo");
+  if (own_size && photo) {
+    options.map_size = map_size_of_picture(surface, read_cameras(*photo).cameras.front(), options);
+  }
   const Placement placement = place_cameras(surface, options, call.context);
   const CoverageReport coverage =
       measure_coverage(surface, placement, options, asked.report, call.context);
@@ -74,6 +99,7 @@ StageReport run(const StageCall& call) {
 
   StageReport report;
   report.add("cameras", placement.cameras.size());
+  if (own_size) report.add("map_size_px", options.map_size);
   report.add("vpm_triangles", placement.manifold.triangles.size());
   report.add(
       "distance_mm",

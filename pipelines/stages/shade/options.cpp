@@ -93,7 +93,7 @@ void bind(OptionList& list, ShadeStageOptions& o) {
 Stage shade_stage() {
   return {
       .name = "shade",
-      .version = 6,
+      .version = 7,
       .summary = "read laparoscopy frames or a video as shading: depth, normals, and a surface",
       .inputs =
           {{"frames", InputKind::frames,
@@ -110,6 +110,7 @@ Stage shade_stage() {
             false}},
       .outputs = {{"surface", "surface.ply"},
                   {"lighting", "lighting.json", true},
+                  {"scope_photo", "photo/camera.json"},
                   {"shading", "."}},
       .make_options = make_options<ShadeStageOptions>,
       .on_request = true};

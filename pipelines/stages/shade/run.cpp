@@ -92,11 +92,14 @@ void judge(const std::vector<FrameRecord>& records, const ShadeStageOptions& opt
                " % is kept (median of the frames), the rest is drawn to a plane");
 }
 
+bool divides_light_out(const ShadeStageOptions& options) {
+  return !options.keep_light && options.shading.model == ShadingModel::laparoscope;
+}
+
 // The colours of the surface: the frame's own, or its tissue's with the light that belongs to it.
 Rgb8Image surface_color(const KeyFrame& key, const ShadeStageOptions& options, double mm_per_unit,
                         const StageCall& call, StageReport& report) {
-  const bool at_lens = options.shading.model == ShadingModel::laparoscope;
-  if (options.keep_light || !at_lens) {
+  if (!divides_light_out(options)) {
     report.skipped.push_back(
         {"dividing the light out of the colours",
          options.keep_light ? "keep_light is on" : "a light from afar is no endoscope's lamp"});
@@ -106,13 +109,35 @@ Rgb8Image surface_color(const KeyFrame& key, const ShadeStageOptions& options, d
                       mm_per_unit, report);
 }
 
+// The key frame in its own pixels, coloured as the surface is.
+void write_own_pixels(const ClipResult& result, const Clip& clip, const ShadeStageOptions& options,
+                      const Rgb8Image& surface_color, double mm_per_unit, const StageCall& call) {
+  const KeyFrame& key = *result.key;
+  if (options.frame.halvings == 0)
+    return write_scope_photo(call.output_folder, surface_color, key.frame.camera);
+  FrameOptions whole = options.frame;
+  whole.halvings = 0;
+  whole.piecewise_albedo = false;
+  const PreparedFrame frame =
+      prepare_frame(result.key_picture, lens_of(clip, options, result.key_picture.color), whole,
+                    clip.instruments ? &*clip.instruments : nullptr);
+  const Rgb8Image color = divides_light_out(options)
+                              ? divide_light_out(frame, enlarged(*key.depth, frame.tissue),
+                                                 options.shading.laparoscope, mm_per_unit)
+                                    .color
+                              : frame.color;
+  write_scope_photo(call.output_folder, color, frame.camera);
+}
+
 // The bundle is in millimetres. Of a relative depth the median is put where laparoscopes work.
-void write_surface(const KeyFrame& key, const ShadeStageOptions& options, const StageCall& call,
-                   StageReport& report) {
+void write_surface(const ClipResult& result, const Clip& clip, const ShadeStageOptions& options,
+                   const StageCall& call, StageReport& report) {
+  const KeyFrame& key = *result.key;
   constexpr double kAssumedRange_mm = 60;
   Plane depth = key.depth->depth;
   const double mm_per_unit = key.depth->metric ? 1 : kAssumedRange_mm;
   const Rgb8Image color = surface_color(key, options, mm_per_unit, call, report);
+  write_own_pixels(result, clip, options, color, mm_per_unit, call);
   if (!key.depth->metric) {
     for (float& z : depth.values) z *= static_cast<float>(kAssumedRange_mm);
     call.context.warn(
@@ -157,7 +182,7 @@ StageReport run(const StageCall& call) {
   if (result.records.front().ambiguous)
     call.context.warn("the light is nearly frontal: hills and hollows look alike to this model");
   if (result.key) {
-    write_surface(*result.key, options, call, report);
+    write_surface(result, clip, options, call, report);
   } else {
     throw UsageError("mesh_frame is " + std::to_string(options.mesh_frame) +
                      "; that frame of the clip was not shaded");

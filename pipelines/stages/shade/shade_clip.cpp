@@ -62,13 +62,10 @@ class Pipeline {
   }
 
   Item prepare(Item item) const {
-    StoredPicture& image = item->selected.image;
-    const Intrinsics camera = clip_.camera ? *clip_.camera
-                                           : assumed_camera(image.color.width, image.color.height,
-                                                            options_.field_of_view_rad);
+    const StoredPicture& image = item->selected.image;
     const Mask* instruments = clip_.instruments ? &*clip_.instruments : nullptr;
-    item->frame = prepare_frame(image, camera, options_.frame, instruments);
-    image = StoredPicture();
+    item->frame =
+        prepare_frame(image, lens_of(clip_, options_, image.color), options_.frame, instruments);
     return item;
   }
 
@@ -89,8 +86,10 @@ class Pipeline {
     const std::size_t index = item->selected.index;
     FrameRecord record = record_of(index, item->selected.sharpness, item->frame, *item->depth);
     if (strips_.wants_next()) strips_.add(frame_strip(item->frame, *item->depth, 240));
-    if (becomes_key(record, options_.mesh_frame, result_.key))
+    if (becomes_key(record, options_.mesh_frame, result_.key)) {
       result_.key = KeyFrame{record, std::move(item->frame), item->depth};
+      result_.key_picture = std::move(item->selected.image);
+    }
     result_.records.push_back(std::move(record));
     context_.debug("frame " + std::to_string(index));
   }
@@ -105,6 +104,11 @@ class Pipeline {
 };
 
 }  // namespace
+
+Intrinsics lens_of(const Clip& clip, const ShadeStageOptions& options, const Rgb8Image& frame) {
+  return clip.camera ? *clip.camera
+                     : assumed_camera(frame.width, frame.height, options.field_of_view_rad);
+}
 
 ClipResult shade_clip(Clip& clip, const ShadeStageOptions& options, const fs::path& folder,
                       const RunContext& context) {

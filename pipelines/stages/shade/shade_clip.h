@@ -22,7 +22,11 @@ struct Clip {
 struct ClipResult {
   std::vector<FrameRecord> records;
   std::optional<KeyFrame> key;
+  StoredPicture key_picture;  // before it was halved and undistorted; its lens is the clip's
 };
+
+// The lens of a frame of the clip: as given, or the assumed field of view.
+Intrinsics lens_of(const Clip& clip, const ShadeStageOptions& options, const Rgb8Image& frame);
 
 // Decodes, prepares, shades and writes frames at the same time, a few in memory at once. Depths do
 // not depend on how many threads there are: each frame starts from the one before it, in order.

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "organbake/bundle/cameras_json.h"
 #include "organbake/core/files.h"
 #include "organbake/image/png.h"
 #include "organbake/shading/frame_albedo.h"
@@ -21,6 +22,14 @@ Rgb8Image write_albedo(const std::filesystem::path& folder, const PreparedFrame&
   report.add("cosine_in_frame", albedo.cosine_before);
   report.add("cosine_in_albedo", albedo.cosine_left);
   return std::move(albedo.color);
+}
+
+void write_scope_photo(const std::filesystem::path& folder, const Rgb8Image& picture,
+                       const Intrinsics& camera) {
+  const CameraSet set{{{"scope", camera, {}}}, {"picture.png"}, {}};
+  make_folder(folder / "photo");
+  write_png(folder / "photo/picture.png", picture);
+  write_file_atomically(folder / kScopePhotoFile, cameras_to_json(set));
 }
 
 }  // namespace organbake

@@ -34,7 +34,7 @@ void bind(OptionList& list, StereoStageOptions& o) {
 Stage stereo_stage() {
   return {
       .name = "stereo",
-      .version = 3,
+      .version = 4,
       .summary = "match the eyes of a stereo endoscope: metric depth, normals, and a surface",
       .inputs = {{"left", InputKind::frames,
                   "the left eye's frame (PNG, JPEG), folder of frames or video; or one file that "
@@ -46,6 +46,7 @@ Stage stereo_stage() {
                   "(*left.intrinsics*, *l2r* …)"}},
       .outputs = {{"surface", "surface.ply"},
                   {"lighting", "lighting.json", true},
+                  {"scope_photo", "photo/camera.json"},
                   {"scope_depth", "."}},
       .make_options = make_options<StereoStageOptions>,
       .on_request = true};

@@ -160,6 +160,7 @@ TriangleMesh mesh_of(const KeyFrame& key, const BeamEstimate& beam,
                      StageReport& report) {
   try {
     const Rgb8Image color = surface_color(key, beam, options, call, report);
+    write_scope_photo(call.output_folder, color, key.frame.camera);
     return largest_piece(key, color, options.mesh, call.context);
   } catch (const BadDataError& error) {
     const std::string& reason = key.record.quality.reason;
