@@ -42,6 +42,7 @@ std::optional<ReferenceFrames> play_script(const Command& command, Player& playe
   options.draw.measure = !command.report.empty();
   const auto lens = lens_picture(command, script.width, script.height);
   if (lens) options.lens = lens->pinhole();
+  if (lens && lens->surroundings()) options.draw.background = DrawOptions::kCavity;
   std::optional<ReferenceFrames> reference;
   if (!command.reference.empty()) reference.emplace(command.reference, script.frames);
   player.load_all();  // what is wrong with a camera is said before the first frame
@@ -121,6 +122,7 @@ void draw_one(const Command& command, Player& player, Results& results, const Ru
       lens_picture(command, view.camera.intrinsics.width, view.camera.intrinsics.height);
   if (lens) view.camera.intrinsics = lens->pinhole();
   DrawOptions options = drawing(command, player);
+  if (lens && lens->surroundings()) options.background = DrawOptions::kCavity;
   options.keep_bound = command.wants_truth();
   const DrawReport report = player.draw(view, options, frame);
   if (const auto why = why_empty(player, view, report)) context.warn(*why);

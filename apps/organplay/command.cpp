@@ -34,8 +34,8 @@ void check(const Command& c) {
     throw UsageError("--layers and --stereo-mm do not go with --warp paper");
   if (!c.lens.empty() && c.out_folder.empty() && c.video.empty() && c.reference.empty() &&
       c.frame_file.empty())
-    throw UsageError("--lens needs --script with --out DIR, --video or --reference, or -o FILE");
-  if (!c.lens.empty() && c.paper_warp) throw UsageError("--lens does not go with --warp paper");
+    throw UsageError("--scope needs --script with --out DIR, --video or --reference, or -o FILE");
+  if (!c.lens.empty() && c.paper_warp) throw UsageError("--scope does not go with --warp paper");
   if (!c.cameras.empty() && c.script.empty() && c.frame_file.empty())
     throw UsageError("--cameras needs --script or -o");
   if (c.bench_frames > 0 &&
@@ -89,11 +89,13 @@ void add_pictures(OptionList& list, Command& c, Texts& texts) {
                 "size of a frame or of the window in pixels; else 1280x720, or the script's own; "
                 "--compare's pictures are squares of its height, else of 512",
             .value = "WIDTHxHEIGHT"})
-      .add("lens", &c.lens,
-           {.help = "calibration of a scope (JSON, see 'organbake schema scope-lens', or "
-                    "cameras.json) whose distortion and vignette are put on pictures and layers; "
+      .add("scope", &c.lens,
+           {.help = "preset of a scope (JSON, see 'organbake schema scope-lens', or cameras.json): "
+                    "its distortion and vignette are put on pictures and layers, its camera's "
+                    "round field, exposure, haze, bloom, sharpening and grain on pictures alone; "
                     "its size is theirs unless --size or the script says another",
             .value = "FILE"})
+      .add("lens", &c.lens, {.help = "the same, as it was called once", .value = "FILE"})
       .add("instruments", &c.instruments, {.help = "draw the tools"});
 }
 
@@ -134,9 +136,10 @@ void add_truth(OptionList& list, Command& c, Texts& texts) {
 void add_looks(OptionList& list, Texts& texts) {
   list.begin_group("Tissue and light")
       .add("solver", &texts.solver,
-           {.help = "what stands for the tissue: fem, finite elements on the bundle's tetrahedra, or "
-                    "springs (default: fem where every bundle has tetrahedra, else springs; springs "
-                    "for --compare, the paper's table); a script may name its own",
+           {.help =
+                "what stands for the tissue: fem, finite elements on the bundle's tetrahedra, or "
+                "springs (default: fem where every bundle has tetrahedra, else springs; springs "
+                "for --compare, the paper's table); a script may name its own",
             .choices = {"springs", "fem"}})
       .add("light", &texts.light,
            {.help = "scope: one light that travels with the view; world: the baked one, on the "

@@ -82,7 +82,7 @@ refuse 65 "folds the picture" b -o m.png --lens folded.json
 sed 's/"fx"/"focal"/' lens.json >odd.json
 refuse 65 "focal" b -o m.png --lens odd.json
 refuse 66 "no-lens.json" b -o m.png --lens no-lens.json
-refuse 2 "lens needs" b --lens lens.json --sheet m.png
+refuse 2 "scope needs" b --lens lens.json --sheet m.png
 
 refuse 2 "'deep' is no layer" b -o x.png --layers deep
 refuse 2 "one picture does not move" b -o x.png --layers flow

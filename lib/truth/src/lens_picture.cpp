@@ -145,6 +145,7 @@ void LensPicture::show(const Rgb8Image& drawn, Rgb8Image& seen) const {
       }
     }
   });
+  apply_scope_picture(scope_.picture, seen);
 }
 
 LensPicture::Corners LensPicture::corners(std::size_t pixel, const PixelTruth& drawn) const {

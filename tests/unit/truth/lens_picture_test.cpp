@@ -191,5 +191,52 @@ TEST(ScopeLens, IsReadFromWhatPeopleHave) {
     EXPECT_THROW(scope_lens_from_json(bad, "l.json"), BadDataError) << bad;
 }
 
+ScopePicture all_of_it() {
+  return {.field = 0.8,
+          .exposure = 1.2,
+          .haze = 0.1,
+          .bloom = 0.3,
+          .sharpening = 0.8,
+          .grain = 3,
+          .surroundings = true};
+}
+
+TEST(ScopePicture, IsReadAsItWasWrittenAndRefusesWhatItDoesNotKnow) {
+  const std::string lens =
+      R"({"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24, "picture": {)";
+  const auto read = [&](const std::string& keys) {
+    return scope_lens_from_json(lens + keys + "}}", "scope");
+  };
+  EXPECT_TRUE(read("").picture == ScopePicture());
+  ScopeLens scope = read("");
+  scope.picture = all_of_it();
+  EXPECT_TRUE(scope_lens_from_json(scope_lens_to_json(scope), "scope").picture == all_of_it());
+  EXPECT_THROW(read(R"("boom": 1)"), BadDataError);
+  EXPECT_THROW(read(R"("field": 0)"), BadDataError);
+  EXPECT_THROW(read(R"("grain": -1)"), BadDataError);
+  EXPECT_THROW(read(R"("surroundings": 1)"), BadDataError);
+}
+
+// Black beyond the round field, noisy within, a glow round what is blown; the same bytes each time.
+TEST(ScopePicture, HasARoundFieldNoiseAndAGlow) {
+  Rgb8Image drawn(320, 200);
+  std::fill(drawn.pixels.begin(), drawn.pixels.end(), std::uint8_t{90});
+  for (int y = 95; y < 105; ++y)
+    for (int x = 155; x < 165; ++x) std::fill_n(drawn.at(x, y), 3, std::uint8_t{255});
+  Rgb8Image seen = drawn;
+  apply_scope_picture(ScopePicture(), seen);
+  EXPECT_EQ(seen.pixels, drawn.pixels);
+  apply_scope_picture({.bloom = 1}, seen);
+  EXPECT_GT(seen.at(153, 100)[2], 95);
+  EXPECT_EQ(seen.at(20, 20)[0], 90);
+  apply_scope_picture(all_of_it(), seen);
+  EXPECT_EQ(seen.at(5, 5)[0], 0);
+  EXPECT_NE(seen.at(100, 100)[0], seen.at(101, 100)[0]);
+  Rgb8Image again = drawn;
+  apply_scope_picture({.bloom = 1}, again);
+  apply_scope_picture(all_of_it(), again);
+  EXPECT_EQ(again.pixels, seen.pixels);
+}
+
 }  // namespace
 }  // namespace organbake

@@ -23,8 +23,10 @@ class LensPicture {
 
   const Intrinsics& lens() const { return scope_.intrinsics; }  // of the pictures that come out
   const Intrinsics& pinhole() const { return pinhole_; }        // of those that are to be drawn
+  bool surroundings() const { return scope_.picture.surroundings; }
 
-  // Blended between four pixels, in linear light, and weakened by the vignette.
+  // Blended between four pixels, in linear light, weakened by the vignette, and made what the
+  // scope's camera makes of it.
   void show(const Rgb8Image& drawn, Rgb8Image& seen) const;
   // What each ray meets: of the four pixels round it the part that fills most of them, with planar
   // depth, normals and skin points between those that show it, as exact as these are. Points are

@@ -23,6 +23,8 @@ inline constexpr float kLeastConfidence = 0.5f / 255;
 struct DrawOptions {
   WarpMethod method = WarpMethod::bound;                  // Player::draw() chooses by it
   std::array<std::uint8_t, 3> background = {22, 23, 26};  // sRGB
+  // In its place a cavity's unlit wall: dark and red-brown.
+  static constexpr std::array<std::uint8_t, 3> kCavity = {30, 11, 9};
   bool base_layer = true;  // draw the base layer where no active camera sees the skin
   bool fill_holes = true;
   // Blend skin with the background by the share of each pixel that it covers (outline.h); not by
