@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 
 constexpr const char* kLightingSchema = "organbake/lighting/1";
 constexpr const char* kScopeSchema = "organbake/lighting/2";
+constexpr const char* kGrainSchema = "organbake/lighting/3";
 constexpr double kBrightest = 1e6, kSharpest = 1e5;
 constexpr std::int64_t kMostLamps = 16, kMostLobes = 4;
 
@@ -44,7 +45,7 @@ ScopeLight scope_from(const JsonField& field) {
 }
 
 SkinFinish finish_from(const JsonField& field) {
-  field.allow_only({"relief_slope", "relief_mm", "softness", "rim"});
+  field.allow_only({"relief_slope", "relief_mm", "softness", "rim", "grain", "grain_mm"});
   SkinFinish finish;
   finish.relief_slope = field["relief_slope"].number(0, 1);
   finish.relief_mm = field["relief_mm"].number(0.1, 100);
@@ -52,6 +53,11 @@ SkinFinish finish_from(const JsonField& field) {
   if (finish.softness.minCoeff() < 0 || finish.softness.maxCoeff() > 1)
     field["softness"].fail("needs RGB of 0…1");
   finish.rim = field["rim"].number(0, 1);
+  if (const auto grain = field.find("grain")) {
+    finish.grain = grain->vector3();
+    if (finish.grain.minCoeff() < 0 || finish.grain.maxCoeff() > 1) grain->fail("needs RGB of 0…1");
+    finish.grain_mm = field["grain_mm"].number(0.01, 100);
+  }
   return finish;
 }
 
@@ -69,10 +75,14 @@ void add_scope(const Lighting& lighting, Json& json) {
                     {"relief_mm", finish.relief_mm},
                     {"softness", to_json(finish.softness)},
                     {"rim", finish.rim}};
+  if (finish.grain.isZero(0)) return;
+  json["finish"]["grain"] = to_json(finish.grain);
+  json["finish"]["grain_mm"] = finish.grain_mm;
 }
 
-bool is_for_scope(const Lighting& lighting) {
-  return lighting.scope || !(lighting.finish == SkinFinish());
+const char* schema_of(const Lighting& lighting) {
+  if (!lighting.finish.grain.isZero(0)) return kGrainSchema;
+  return lighting.scope || !(lighting.finish == SkinFinish()) ? kScopeSchema : kLightingSchema;
 }
 
 }  // namespace
@@ -97,7 +107,7 @@ Vector3d Lighting::glossy(const Vector3d& normal, const Vector3d& toward_eye) co
   return light;
 }
 
-std::vector<Lighting::Lobe> wet_gloss() { return {{6, 900}, {0.05, 150}}; }
+std::vector<Lighting::Lobe> wet_gloss() { return {{6, 900}, {0.05, 12}}; }
 
 std::string lighting_to_json(const Lighting& lighting) {
   Json lamps = Json::array(), gloss = Json::array();
@@ -105,7 +115,7 @@ std::string lighting_to_json(const Lighting& lighting) {
     lamps.push_back({{"toward", to_json(lamp.toward)}, {"color", to_json(lamp.color)}});
   for (const Lighting::Lobe& lobe : lighting.gloss)
     gloss.push_back({{"strength", lobe.strength}, {"exponent", lobe.exponent}});
-  Json json = {{"schema", is_for_scope(lighting) ? kScopeSchema : kLightingSchema},
+  Json json = {{"schema", schema_of(lighting)},
                {"ambient",
                 {{"above", to_json(lighting.ambient_above)},
                  {"below", to_json(lighting.ambient_below)},
@@ -119,8 +129,8 @@ std::string lighting_to_json(const Lighting& lighting) {
 Lighting lighting_from_json(const std::string& text, const std::string& name) {
   const Json json = parse_json(text, name);
   const JsonField document(json, name);
-  document.require_schema({kLightingSchema, kScopeSchema});
-  const bool for_scope = document["schema"].text() == kScopeSchema;
+  document.require_schema({kLightingSchema, kScopeSchema, kGrainSchema});
+  const bool for_scope = document["schema"].text() != kLightingSchema;
   Lighting lighting;
   const JsonField ambient = document["ambient"];
   lighting.ambient_above = light_from(ambient["above"]);

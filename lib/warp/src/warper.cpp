@@ -29,6 +29,8 @@ namespace {
 
 // Pixels of a texel along its longest side from which on a picture counts as seen from near.
 constexpr double kNearSplat = 12;
+// From which on colours run on over the borders of texels.
+constexpr double kSmoothSplat = 2.5;
 
 std::vector<ShellMatrix> in_frame(std::vector<ShellMatrix> matrices,
                                   const RigidTransform& frame_from_world) {
@@ -103,10 +105,11 @@ namespace {
 // What turns a camera's maps into its samples, without holding on to the bundle.
 SampleStore::Make binding(const Bundle& bundle, Warper::ReadMaps read) {
   return [read = std::move(read), cameras = bundle.cameras.cameras,
-          rest = shell_matrices(bundle.shell().at_rest())](std::size_t c) {
+          rest = shell_matrices(bundle.shell().at_rest()),
+          smooth = bundle.lighting && bundle.lighting->scope](std::size_t c) {
     const CameraMaps maps = read(c);
     check_maps_fit(maps, c, cameras[c].intrinsics, rest.size());
-    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world));
+    return build_sample_set(maps, cameras[c], in_frame(rest, cameras[c].camera_from_world), smooth);
   };
 }
 
@@ -235,6 +238,8 @@ void Warper::Impl::draw_tiles(const View& view, const TileGrid& grid, const Draw
                .relit = options.light != DrawnLight::baked ? &*relit : nullptr,
                .rest = options.keep_shown ? &rest : nullptr,
                .keep_bound = options.keep_bound,
+               .smooth = options.light == DrawnLight::scope && scope &&
+                         report.largest_stretch_px >= kSmoothSplat,
                .background = background,
                .measure = options.measure});
   report.tiles_drawn = tiles.draw(grid, dirty_cells, depth, frame);

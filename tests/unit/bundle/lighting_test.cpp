@@ -49,6 +49,10 @@ TEST(Lighting, OnlyWhatNeedsItIsOfTheSecondSchema) {
   Lighting soft = one_lamp();
   soft.finish.softness = {0.1, 0, 0};
   EXPECT_EQ(lighting_from_json(lighting_to_json(soft), "l").finish, soft.finish);
+  EXPECT_NE(lighting_to_json(soft).find("lighting/2"), std::string::npos);
+  soft.finish.grain = {0.1, 0.2, 0.3}, soft.finish.grain_mm = 0.7;
+  EXPECT_EQ(lighting_from_json(lighting_to_json(soft), "l").finish, soft.finish);
+  EXPECT_NE(lighting_to_json(soft).find("lighting/3"), std::string::npos);
 }
 
 TEST(Lighting, RefusesALightAtTheScopeThatThereCannotBe) {
@@ -69,6 +73,8 @@ TEST(Lighting, RefusesALightAtTheScopeThatThereCannotBe) {
   refused([](Lighting& l) { l.finish.relief_mm = 0; });
   refused([](Lighting& l) { l.finish.softness[2] = -0.1; });
   refused([](Lighting& l) { l.finish.rim = 1.5; });
+  refused([](Lighting& l) { l.finish.grain = {0.1, -0.1, 0}; });
+  refused([](Lighting& l) { l.finish.grain = {0.1, 0, 0}, l.finish.grain_mm = 0; });
 }
 
 TEST(Lighting, AMistypedKeyOfTheScopeIsSaid) {

@@ -113,14 +113,18 @@ struct ScopeTruth {
                          (1 + (1 / (ahead * ahead) - 1) / (tan_half * tan_half));
     const double cosine = normal.dot(toward) / range;
     const Vector3d half = (toward / range - ray.normalized()).normalized();
-    double gloss = 0;
+    Vector3d gloss = Vector3d::Zero();
     for (const Lighting::Lobe& lobe : lighting.gloss) {
-      const double alpha2 = 2 / (lobe.exponent + 2), c = normal.dot(half);
-      gloss += lobe.strength * std::pow(alpha2 / (1 - c * c * (1 - alpha2)), 2);
+      const bool film = lobe.exponent >= ScopeShine::kWidestFilm;
+      const double alpha2 = (film ? ScopeShine::kFilmWidth : 1) * 2 / (lobe.exponent + 2);
+      const double c = normal.dot(half), ratio = alpha2 / (1 - c * c * (1 - alpha2));
+      for (int k = 0; k < 3; ++k)
+        gloss[k] += lobe.strength *
+                    (film ? std::pow(ratio, 4) : ScopeShine::kSheen[k] * std::pow(ratio, 2));
     }
     const Vector3d& soft = lighting.finish.softness;
     for (int c = 0; c < 3; ++c)
-      light[c] = share * (albedo * std::max(0.0, (cosine + soft[c]) / (1 + soft[c])) + gloss);
+      light[c] = share * (albedo * std::max(0.0, (cosine + soft[c]) / (1 + soft[c])) + gloss[c]);
     return true;
   }
 };
@@ -158,8 +162,8 @@ TEST(ScopeLight, SoftSkinIsLitBeyondItsTerminator) {
 }
 
 TEST(ScopeLight, SmoothGlossIsHalfWayBetweenLightAndEye) {
-  const Lighting glossy = scope_light({}, {{0.7, 200}});
-  EXPECT_GT(truth_db(organ_in(glossy, 0.02f), 0.02f), kByFormulaDb);
+  for (const double exponent : {20, 200})
+    EXPECT_GT(truth_db(organ_in(scope_light({}, {{0.7, exponent}}), 0.02f), 0.02f), kByFormulaDb);
 }
 
 // On the inside of a fold or of a cut: as the other side, turned to the eye, but without gloss; and
@@ -296,8 +300,30 @@ TEST(ScopeLight, ReliefFinerThanAPixelKeepsItsLight) {
   EXPECT_NEAR(far / near, 1, 0.2);
 }
 
+// From near, on skin of one colour: as much as was asked for; from far, nothing is worked out.
+TEST(ScopeLight, GrainShowsFromNearAsWidelyAsItsDeviationSays) {
+  SkinFinish grainy;
+  grainy.grain = {0.1, 0.1, 0.1}, grainy.grain_mm = 4;
+  const Bundle even = organ_in(scope_light(), 0.4f), bundle = organ_in(scope_light(grainy), 0.4f);
+  const auto deviation = [&](double zoom) {
+    const View view = front_of(bundle, zoom);
+    const Frame plain = drawn_by_scope(even, view), frame = drawn_by_scope(bundle, view);
+    double squares = 0, count = 0;
+    for (std::size_t i = 0; i < frame.cover.size(); ++i) {
+      const float was = linear_from_srgb8()[plain.color.pixels[3 * i + 1]];
+      if (frame.cover[i] != Cover::samples || was < 0.05f) continue;
+      const double share = linear_from_srgb8()[frame.color.pixels[3 * i + 1]] / was - 1;
+      squares += share * share, ++count;
+    }
+    return std::sqrt(squares / count);
+  };
+  EXPECT_NEAR(deviation(6), 0.1, 0.04);
+  EXPECT_EQ(deviation(0.1), 0);
+}
+
 TEST(ScopeLight, AFrameDoesNotDependOnTheOnesBeforeOrOnThreads) {
   SkinFinish rough;
+  rough.grain = {0.1, 0.2, 0.1}, rough.grain_mm = 3;
   rough.relief_slope = 0.1, rough.softness = {0.2, 0.1, 0.1}, rough.rim = 0.2;
   Lighting lighting = scope_light(rough, {{1.5, 300}, {0.05, 40}});
   lighting.scope->reference_mm = 0;

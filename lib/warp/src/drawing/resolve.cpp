@@ -113,6 +113,49 @@ ORGANBAKE_MULTIVERSION void add_layer(const LayerSpan& __restrict row,
   }
 }
 
+// The words of a span's SmoothDetails, a plane each.
+struct SmoothSpan {
+  alignas(64) std::uint32_t words[4][kSpan];
+};
+
+void fetch(const LayerSpan& row, const SmoothDetail* __restrict detail, const Part& part,
+           SmoothSpan& fetched) {
+  for (std::size_t i = part.first; i < part.first + part.count; ++i) {
+    const SmoothDetail& one = detail[row.slot[i]];
+    for (int k = 0; k < 4; ++k) fetched.words[k][i] = one[k];
+  }
+}
+
+ORGANBAKE_MULTIVERSION void add_smooth_layer(const LayerSpan& __restrict row,
+                                             const SmoothSpan& __restrict detail, const Part& part,
+                                             float weight, float inverse_tolerance,
+                                             SumSpan& __restrict sum) {
+  const float byte_weight = weight / 255;
+  const auto within = [](float v) { return v > -0.5f ? (v < 0.5f ? v : 0.5f) : -0.5f; };
+  for (unsigned k = 0; k < whole_vectors(part.count); ++k) {
+    const std::size_t i = part.first + k;
+    const std::uint32_t c00 = detail.words[0][i], c10 = detail.words[1][i],
+                        c01 = detail.words[2][i], c11 = detail.words[3][i];
+    const float u = within(row.u[i]), v = within(row.v[i]);
+    const float s = u + 0.5f, t = v + 0.5f, w11 = s * t, w10 = s - w11, w01 = t - w11;
+    const float w00 = 1 - s - w01;
+    // The texel's own colour, fading to its border.
+    const float own = (1 - 4 * u * u) * (1 - 4 * v * v);
+    const auto channel = [&](int shift, std::uint32_t middle) {
+      const float a = unsigned_byte(c00, shift), b = unsigned_byte(c10, shift);
+      const float c = unsigned_byte(c01, shift), d = unsigned_byte(c11, shift);
+      return linear_color(w00 * a + w10 * b + w01 * c + w11 * d +
+                          own * (unsigned_byte(middle, 24) - 0.25f * (a + b + c + d)));
+    };
+    const float w = byte_weight * unsigned_byte(c11, 24) *
+                    surface_share(row.depth[i], sum.nearest[i], inverse_tolerance);
+    sum.red[i] += w * channel(0, c00);
+    sum.green[i] += w * channel(8, c10);
+    sum.blue[i] += w * channel(16, c01);
+    sum.weight[i] += w;
+  }
+}
+
 // Tells what a span's pixels show: their leading samples, and the point beside each that the
 // pixel's centre looks at.
 void write_shown(const TileLayers& tile, const LayerSpans& rows, int count, const SumSpan& sum,
@@ -242,10 +285,17 @@ void sum_span(const TileLayers& tile, int y, int x0, int count, LayerSpans& rows
     find_nearest(rows[l], parts[l], sum);
   }
   for (float* plane : {sum.red, sum.green, sum.blue, sum.weight}) fill(plane, 0);
-  alignas(64) std::array<PackedDetail, kSpan> fetched;
   for (int l = 0; l < tile.count; ++l) {
-    fetch(rows[l], tile.layers[l].set->detail.data(), parts[l], fetched.data());
-    add_layer(rows[l], fetched.data(), parts[l], tile.layers[l].weight, inverse_tolerance, sum);
+    const TileLayers::Layer& layer = tile.layers[l];
+    if (tile.smooth) {
+      SmoothSpan smooth;
+      fetch(rows[l], layer.set->smooth.data(), parts[l], smooth);
+      add_smooth_layer(rows[l], smooth, parts[l], layer.weight, inverse_tolerance, sum);
+      continue;
+    }
+    alignas(64) std::array<PackedDetail, kSpan> fetched;
+    fetch(rows[l], layer.set->detail.data(), parts[l], fetched.data());
+    add_layer(rows[l], fetched.data(), parts[l], layer.weight, inverse_tolerance, sum);
   }
   if (tile.relit) relight(tile, rows, y, x0, count, sum);
   if (tile.base) add_base(*tile.base, y, x0, count, inverse_tolerance, sum);

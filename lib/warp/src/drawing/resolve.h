@@ -29,6 +29,7 @@ struct TileLayers {
   const RelitSkin* relit = nullptr;
   const std::vector<ShellMatrix>* rest = nullptr;  // when the frame keeps what is shown
   bool keep_bound = false;                         // fill the frame's bound pixels
+  bool smooth = false;                             // by SampleSet::smooth
   float tie_mm = 0;                                // as splatted
   float same_surface_mm = 0;  // up to this far behind the nearest layer is one surface
   float texel_mm = 0;         // of the cameras, on the surface

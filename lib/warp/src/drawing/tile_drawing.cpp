@@ -142,6 +142,7 @@ void TileDrawing::draw_part(const TilePart& part, SkinDepth& depth, Frame& frame
   layers.tie_mm = kTieTexels * placed_->texel_mm;
   layers.same_surface_mm = 2 * placed_->texel_mm;
   layers.texel_mm = placed_->texel_mm;
+  layers.smooth = placed_->smooth;
   layers.relit = placed_->relit;
   layers.rest = placed_->rest;
   layers.keep_bound = placed_->keep_bound;

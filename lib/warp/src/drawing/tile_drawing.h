@@ -28,6 +28,7 @@ struct PlacedFrame {
   const RelitSkin* relit;                // nullptr: the light that was baked
   const std::vector<ShellMatrix>* rest;  // nullptr: what is shown is not told
   bool keep_bound;                       // tell where the skin of each pixel is bound
+  bool smooth;                           // colours run on over texels' borders (SmoothDetail)
   const Background& background;
   bool measure;
 };

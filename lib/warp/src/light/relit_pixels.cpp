@@ -84,7 +84,7 @@ void RelitSkin::light(const SkinPixels& skin, const SparseShading& span,
   add_gloss(normals, colors);
 }
 
-// Where skin lies at rest is asked for only where gloss may show: the relief is bound to it.
+// Where skin lies at rest is asked for only where gloss or grain may show: both are bound to it.
 void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
                             const ShadingInterpolation& spread, ScopeSkin& scope_skin,
                             const SpanColors& colors) const {
@@ -93,13 +93,19 @@ void RelitSkin::light_scope(const SkinPixels& skin, const Triangles& triangles,
     const float depth = colors.depth_mm[i];
     scope_skin.depth_mm[i] = depth < std::numeric_limits<float>::infinity() ? depth : 1;
   }
+  const float nearest = *std::min_element(colors.depth_mm, colors.depth_mm + colors.count);
+  const bool grain = shine_.grain_shows(nearest);
+  ShadedPosts mixed;
+  ScopeSkinAtRest at_rest;
+  const auto place_at_rest = [&] {
+    mix_nodes(rest_nodes_, RestNode(), triangles, skin.count, mixed);
+    spread(mixed, 0, at_rest.normals.planes());
+    spread(mixed, 3, at_rest.places_mm.planes());
+  };
+  if (grain) place_at_rest(), shine_.add_grain(scope_skin, at_rest, colors);
   ScopeLit lit;
   if (!shine_.light(scope_skin, colors, lit)) return;
-  ShadedPosts mixed;
-  mix_nodes(rest_nodes_, RestNode(), triangles, skin.count, mixed);
-  ScopeSkinAtRest at_rest;
-  spread(mixed, 0, at_rest.normals.planes());
-  spread(mixed, 3, at_rest.places_mm.planes());
+  if (!grain) place_at_rest();
   shine_.add_gloss(lit, scope_skin, at_rest, colors);
 }
 

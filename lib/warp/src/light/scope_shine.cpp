@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "light/grain_table.h"
+#include "light/nearest_cell.h"
 #include "picture/vector_loops.h"
 
 namespace organbake {
@@ -58,42 +60,49 @@ std::array<float, 3> floats(const Vector3d& v) {
 constexpr float kFade = 0.3f;
 constexpr float kSurroundings = 0.2f;  // of the light on the skin, that comes back from around it
 constexpr float kNearest_mm2 = 1;      // of a light that touches the skin
+constexpr float kOctaveStep = 0.47f;   // of the grain
 
 }  // namespace
 
 ScopeShine::ScopeShine(const Lighting& lighting)
     : scope_(lighting.scope.value_or(ScopeLight())), finish_(lighting.finish) {
-  // Bumps of about one size, on hills of a few to twenty times that. Hills bend
-  // the bumps' waves: waves alone would show as a lattice.
-  constexpr double kLargestFine = 2.4, kSmallestCoarse = 4, kLargestCoarse = 20;
-  constexpr double kFineShare = 0.8;  // of the slopes' variance
-  const double fine = finish_.relief_slope * std::sqrt(kFineShare / kFine * 45 / 16);
-  const double coarse = finish_.relief_slope * std::sqrt((1 - kFineShare) / kCoarse * 45 / 16);
-  const auto between = [](double low, double high, double share) {
-    return low * std::pow(high / low, share);
-  };
-  for (int k = 0; k < int(kFine); ++k) {
-    const double share = double(k) / (kFine - 1);
-    waves_[k] = make_wave(k, finish_.relief_mm * between(1, kLargestFine, share), fine);
-    waves_[k].bend = static_cast<float>(0.55 - 1.1 * evenly(k, 3));
+  // Bumps of about one size, on hills of a few to twenty times that.
+  constexpr double kSmallestHill = 5, kLargestHill = 19;
+  constexpr double kHillShare = 0.3;  // of the slopes' variance
+  const double hill = finish_.relief_slope * std::sqrt(kHillShare / kHills * 45 / 16);
+  for (int k = 0; k < int(kHills); ++k) {
+    const double size =
+        kSmallestHill * std::pow(kLargestHill / kSmallestHill, double(k) / (kHills - 1));
+    hills_[k] = make_wave(k, finish_.relief_mm * size, hill);
   }
-  for (int k = 0; k < int(kCoarse); ++k) {
-    const double size = between(kSmallestCoarse, kLargestCoarse, double(k) / (kCoarse - 1));
-    waves_[kFine + k] = make_wave(kFine + k, finish_.relief_mm * size, coarse);
-  }
-  // From half-way: two deviations and a bit of the relief, and to where a lobe
-  // hardly shows.
+  bumps_.per_mm = static_cast<float>(1 / finish_.relief_mm);
+  bumps_.slope = static_cast<float>(finish_.relief_slope * std::sqrt(1 - kHillShare));
+  rough_ = finish_.relief_slope > 0 ? 1 : 0;
+  take_lobes(lighting.gloss);
+}
+
+// Wide lobes are the tissue's sheen, which no bump of the film scatters; narrow ones are the
+// film's. Those show up to two deviations and a bit of the relief from half-way, and to where they
+// hardly show.
+void ScopeShine::take_lobes(const std::vector<Lighting::Lobe>& gloss) {
   constexpr double kHardlyShows = 0.01;
   double widest = 0;
-  for (std::size_t k = 0; k < lighting.gloss.size() && k < lobes_.size(); ++k) {
-    const double strength = lighting.gloss[k].strength;
-    const double alpha2 = 2 / (lighting.gloss[k].exponent + 2);
-    lobes_[k] = {static_cast<float>(strength), static_cast<float>(alpha2)};
-    const double times = std::sqrt(std::max(1.0, strength / kHardlyShows)) - 1;
-    widest = std::max(widest, std::sqrt(times * alpha2));
+  std::size_t narrow = 0, wide = 0;
+  for (const Lighting::Lobe& lobe : gloss) {
+    const double alpha2 = 2 / (lobe.exponent + 2);
+    Lobe taken{static_cast<float>(lobe.strength), static_cast<float>(alpha2)};
+    if (lobe.exponent < kWidestFilm) {
+      if (wide < sheen_.size()) sheen_[wide++] = taken;
+      continue;
+    }
+    if (narrow == film_.size()) continue;
+    taken.alpha2 *= kFilmWidth;
+    film_[narrow++] = taken;
+    const double times = std::sqrt(std::max(1.0, lobe.strength / kHardlyShows)) - 1;
+    widest = std::max(widest, std::sqrt(std::min(times, 4.0) * taken.alpha2));
   }
   const double reach = std::min(1.4, 2.2 * finish_.relief_slope + widest);
-  least_cosine_ = lighting.gloss.empty() ? 2 : static_cast<float>(std::cos(reach));
+  least_cosine_ = narrow == 0 ? 2 : static_cast<float>(std::cos(reach));
 }
 
 void ScopeShine::look(const View& view, double reference_mm) {
@@ -113,47 +122,38 @@ void ScopeShine::look(const View& view, double reference_mm) {
 
 namespace {
 
-constexpr std::size_t kFine = ScopeShine::kFine, kCoarse = ScopeShine::kCoarse;
-
 struct Relief {
   float x, y, z;  // its slope at rest, not yet along the skin
   float lost;     // variance of the slopes of what a pixel cannot show
-  float wet;      // −1…1, slow
+  float wet;      // 0…1
 };
+
+inline float positive(float v) { return v > 0 ? v : 0; }
+inline float at_most_1(float v) { return v < 1 ? v : 1; }
 
 inline float phase_at(const Wave& w, float x, float y, float z) {
   return w.x * x + w.y * y + w.z * z + w.phase;
 }
 
-inline void add_wave(const Wave& w, float turns, float pixels_per_mm, Relief& relief) {
-  const float resolved = 0.5f * w.length_mm * pixels_per_mm - 1;  // 1 from 4 pixels on
-  const float low = resolved > 0 ? resolved : 0, share = low < 1 ? low : 1;
-  const float height = share * wave_at(turns);
-  relief.x += height * w.slope_x;
-  relief.y += height * w.slope_y;
-  relief.z += height * w.slope_z;
-  relief.lost += (1 - share * share) * w.variance;
-}
+// Of what is so many pixels long, how much a pixel can show: all from four on.
+inline float resolved(float pixels) { return at_most_1(positive(0.5f * pixels - 1)); }
 
-// Written out wave by wave: a loop in the loop over pixels would keep that from
-// being vectorised.
-template <std::size_t... fine, std::size_t... coarse>
-inline __attribute__((always_inline)) Relief relief_at(const Wave* waves, float x, float y, float z,
-                                                       float pixels_per_mm,
-                                                       std::index_sequence<fine...>,
-                                                       std::index_sequence<coarse...>) {
+// Written out wave by wave: a loop in the loop over pixels would keep that from being vectorised.
+template <std::size_t... k>
+inline __attribute__((always_inline)) Relief hills_at(const Wave* hills, float x, float y, float z,
+                                                      float pixels_per_mm,
+                                                      std::index_sequence<k...>) {
   Relief relief = {0, 0, 0, 0, 0};
-  float bend = 0;
-  const auto add_coarse = [&](const Wave& w) {
+  const auto add = [&](const Wave& w) {
     const float turns = phase_at(w, x, y, z);
-    bend += wave_at(turns + 0.25f);
-    add_wave(w, turns, pixels_per_mm, relief);
+    const float share = resolved(w.length_mm * pixels_per_mm), height = share * wave_at(turns);
+    relief.wet += wave_at(turns + 0.25f);
+    relief.x += height * w.slope_x;
+    relief.y += height * w.slope_y;
+    relief.z += height * w.slope_z;
+    relief.lost += (1 - share * share) * w.variance;
   };
-  (add_coarse(waves[kFine + coarse]), ...);
-  relief.wet = 0.25f * bend;
-  (add_wave(waves[fine], phase_at(waves[fine], x, y, z) + waves[fine].bend * bend, pixels_per_mm,
-            relief),
-   ...);
+  (add(hills[k]), ...);
   return relief;
 }
 
@@ -163,22 +163,23 @@ struct Direction {
 
   explicit Direction(const SkinDirections& planes)
       : x(planes.of[0]), y(planes.of[1]), z(planes.of[2]) {}
+  Direction(const float* of_x, const float* of_y, const float* of_z) : x(of_x), y(of_y), z(of_z) {}
+  // Its axes in another order.
+  Direction turned() const { return {y, z, x}; }
 };
 struct GlossPlanes {
   const float *share, *shows, *white, *depth;
   Direction normal, half_way, rest_normal, rest_mm;
 };
 
-inline float positive(float v) { return v > 0 ? v : 0; }
-inline float at_most_1(float v) { return v < 1 ? v : 1; }
-
-// Diffuse light and the rim.
+// Diffuse light, the sheen and the rim.
 ORGANBAKE_MULTIVERSION void light_pixels(const Direction& normals, const float* __restrict depths,
                                          const float* __restrict whites,
                                          const ScopeShine::Frame& frame, const SkinFinish& finish,
-                                         float least_cosine, int x0, int y, int count,
-                                         ScopeLit& __restrict lit, float* __restrict red,
-                                         float* __restrict green, float* __restrict blue) {
+                                         const ScopeShine::Lobe* sheen, float least_cosine, int x0,
+                                         int y, int count, ScopeLit& __restrict lit,
+                                         float* __restrict red, float* __restrict green,
+                                         float* __restrict blue) {
   const float row_x = frame.origin[0] + (static_cast<float>(y) + 0.5f) * frame.down[0];
   const float row_y = frame.origin[1] + (static_cast<float>(y) + 0.5f) * frame.down[1];
   const float row_z = frame.origin[2] + (static_cast<float>(y) + 0.5f) * frame.down[2];
@@ -224,32 +225,75 @@ ORGANBAKE_MULTIVERSION void light_pixels(const Direction& normals, const float* 
 
     const float grazing = 1 - at_most_1(nx * ex + ny * ey + nz * ez);
     const float grazing2 = grazing * grazing;
-    const float mirrored = whites[i] * share * rim * grazing2 * grazing2 * grazing;
-    red[i] = red[i] * share * positive((facing + soft_r) * full_r) + mirrored;
-    green[i] = green[i] * share * positive((facing + soft_g) * full_g) + mirrored;
-    blue[i] = blue[i] * share * positive((facing + soft_b) * full_b) + mirrored;
+    const float white = whites[i] * share;
+    const float mirrored = white * rim * grazing2 * grazing2 * grazing;
+    const auto veil = [&](const ScopeShine::Lobe& lobe) {
+      const float d = 1 - near * near * (1 - lobe.alpha2);
+      return lobe.strength * lobe.alpha2 * lobe.alpha2 / (d * d + 1e-12f);
+    };
+    const float veiled = near > 0 ? white * (veil(sheen[0]) + veil(sheen[1])) : 0.f;
+    red[i] = red[i] * share * positive((facing + soft_r) * full_r) + mirrored +
+             ScopeShine::kSheen[0] * veiled;
+    green[i] = green[i] * share * positive((facing + soft_g) * full_g) + mirrored +
+               ScopeShine::kSheen[1] * veiled;
+    blue[i] = blue[i] * share * positive((facing + soft_b) * full_b) + mirrored +
+              ScopeShine::kSheen[2] * veiled;
   }
 }
 
+// What of the film a pixel shows.
+struct Film {
+  float x, y, z;  // slopes of hills and bumps at rest
+  float lost, wet;
+};
+
+inline __attribute__((always_inline)) Film film_at(const ScopeShine::Bumps& bumps,
+                                                   const Wave* hills, const float* p,
+                                                   const float* m, float pixels_per_mm) {
+  const Relief hill = hills_at(hills, p[0], p[1], p[2], pixels_per_mm,
+                               std::make_index_sequence<ScopeShine::kHills>());
+  const Cell cell = nearest_cell(bumps.per_mm * p[0], bumps.per_mm * p[1], bumps.per_mm * p[2]);
+  // Along the skin from a bump's middle.
+  const float out = cell.x * m[0] + cell.y * m[1] + cell.z * m[2];
+  const float dx = cell.x - out * m[0], dy = cell.y - out * m[1], dz = cell.z - out * m[2];
+  const float seen = resolved(pixels_per_mm / bumps.per_mm);
+  // Domes that lean a little, higher in some places than in others.
+  const float height = bumps.slope * (0.9f + 0.4f * hill.wet);
+  const float dome = -ScopeShine::kDome * seen * height, lean = ScopeShine::kLean * seen * height;
+  Film film;
+  film.x = hill.x + dome * dx + lean * cell.chance(0);
+  film.y = hill.y + dome * dy + lean * cell.chance(1);
+  film.z = hill.z + dome * dz + lean * cell.chance(2);
+  const float across = height * ScopeShine::kDome * bumps.per_mm / pixels_per_mm;  // of a pixel
+  film.lost = hill.lost + (1 - seen * seen) * height * height + seen * across * across / 12;
+  // The film breaks where the ground is high, and lies on some bumps only; between them it is a
+  // valley that mirrors something else.
+  const float patch = at_most_1(positive(0.5f + ScopeShine::kPatches * hill.wet));
+  const float own = at_most_1(positive(1.6f * patch + cell.chance(3)));
+  const float border = at_most_1(ScopeShine::kEdge * cell.border);
+  const float edge = border * border * (3 - 2 * border);
+  film.wet = patch * ScopeShine::kOfBumps * (1 - seen) + seen * own * edge;
+  return film;
+}
+
 // Gloss of some whole vectors from pixel `first` on.
-ORGANBAKE_MULTIVERSION void gloss_pixels(const GlossPlanes& in, const Wave* waves,
-                                         const ScopeShine::Lobe* lobes, float inverse_pixel,
-                                         std::size_t first, int count, float* __restrict red,
-                                         float* __restrict green, float* __restrict blue) {
+ORGANBAKE_MULTIVERSION void gloss_pixels(const GlossPlanes& in, const ScopeShine::Bumps& bumps,
+                                         const Wave* hills, const ScopeShine::Lobe* lobes,
+                                         float rough, float inverse_pixel, std::size_t first,
+                                         int count, const std::array<float*, 3>& planes) {
   const Direction n = in.normal, half = in.half_way, m = in.rest_normal, p = in.rest_mm;
   const float *const shares = in.share, *const shown = in.shows, *const whites = in.white;
   const float* const depths = in.depth;
+  float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
   for (unsigned k = 0; k < whole_vectors(count); ++k) {
     const std::size_t i = first + k;
     const float nx = n.x[i], ny = n.y[i], nz = n.z[i];
     float mx = m.x[i], my = m.y[i], mz = m.z[i];
     const float rest_scale = 1 / std::sqrt(mx * mx + my * my + mz * mz + 1e-20f);
     mx *= rest_scale, my *= rest_scale, mz *= rest_scale;
-    const Relief relief =
-        relief_at(waves, p.x[i], p.y[i], p.z[i], inverse_pixel / depths[i],
-                  std::make_index_sequence<kFine>(), std::make_index_sequence<kCoarse>());
-    float gx = relief.x, gy = relief.y, gz = relief.z;
-    const float wet = at_most_1(positive(0.55f + 0.7f * relief.wet));
+    const float place[3] = {p.x[i], p.y[i], p.z[i]}, normal[3] = {mx, my, mz};
+    const Film film = film_at(bumps, hills, place, normal, inverse_pixel / depths[i]);
+    float gx = film.x, gy = film.y, gz = film.z;
     // Along the skin at rest, then turned from normal to normal.
     const float out = gx * mx + gy * my + gz * mz;
     gx -= out * mx, gy -= out * my, gz -= out * mz;
@@ -260,13 +304,56 @@ ORGANBAKE_MULTIVERSION void gloss_pixels(const GlossPlanes& in, const Wave* wave
     const float along = positive(qx * half.x[i] + qy * half.y[i] + qz * half.z[i]);
     const float cosine2 = along * along / (qx * qx + qy * qy + qz * qz + 1e-20f);
     const auto mirrored_by = [&](const ScopeShine::Lobe& lobe) {
-      const float wide = lobe.alpha2 + 2 * relief.lost, d = 1 - cosine2 * (1 - wide);
-      return lobe.strength * lobe.alpha2 * wide / (d * d + 1e-12f);
+      // The slopes of such a lobe have the variance α² / 4 along one direction.
+      const float wide = lobe.alpha2 + 4 * film.lost;
+      const float ratio = wide / (1 - cosine2 * (1 - wide) + 1e-12f), squared = ratio * ratio;
+      return lobe.strength * lobe.alpha2 / wide * squared * squared;
     };
     const float mirrored = mirrored_by(lobes[0]) + mirrored_by(lobes[1]) + mirrored_by(lobes[2]) +
                            mirrored_by(lobes[3]);
+    const float wet = 1 - rough * (1 - film.wet);
     const float white = whites[i] * shares[i] * wet * shown[i] * mirrored;
     red[i] += white, green[i] += white, blue[i] += white;
+  }
+}
+
+// Where octave k of the grain looks a pixel up. Each octave has its axes in another order, a
+// little askew, so that no two repeat together.
+struct GrainPlaces {
+  alignas(64) std::int32_t at[ScopeShine::kOctaves][kSpan];
+  alignas(64) float value[ScopeShine::kOctaves][kSpan];
+};
+
+ORGANBAKE_MULTIVERSION void find_grain(const Direction& p, float per_mm, int count,
+                                       std::int32_t* __restrict at) {
+  constexpr std::int32_t kMask = GrainTable::kSide - 1;
+  constexpr int kBits = GrainTable::kBits;
+  const auto whole = [](float v) { return static_cast<std::int32_t>(std::floor(v)) & kMask; };
+  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+    const float x = per_mm * p.x[i], y = per_mm * p.y[i], z = per_mm * p.z[i];
+    at[i] =
+        whole(x + 0.31f * y) << (2 * kBits) | whole(y + 0.27f * z) << kBits | whole(z - 0.29f * x);
+  }
+}
+
+ORGANBAKE_MULTIVERSION void multiply_by_grain(const GrainPlaces& grain, const float* depths,
+                                              float grain_px, const std::array<float, 3>& shares,
+                                              int count, const std::array<float*, 3>& planes) {
+  float* __restrict red = planes[0], * __restrict green = planes[1], * __restrict blue = planes[2];
+  constexpr float kPart = 0.65f / GrainTable::kDeviation, kLeast = 0.15f;
+  for (unsigned i = 0; i < whole_vectors(count); ++i) {
+    const float px = grain_px / depths[i];
+    const float a = resolved(px) * grain.value[0][i];
+    const float b = resolved(px * kOctaveStep) * grain.value[1][i];
+    const float c = resolved(px * kOctaveStep * kOctaveStep) * grain.value[2][i];
+    const float tone = kPart * (a + 0.9f * b + 0.7f * c), hue = kPart * 0.4f * (b - a);
+    const auto times = [&](float share, float of_hue) {
+      const float by = 1 + share * (tone + of_hue * hue);
+      return by > kLeast ? by : kLeast;
+    };
+    red[i] *= times(shares[0], -0.5f);
+    green[i] *= times(shares[1], 0.3f);
+    blue[i] *= times(shares[2], 0.6f);
   }
 }
 
@@ -276,10 +363,34 @@ bool any_shows(const float* shows, unsigned count) {
 
 }  // namespace
 
+bool ScopeShine::grain_shows(float depth_mm) const {
+  constexpr double kLeast_px = 2;
+  return finish_.grain.maxCoeff() > 0 &&
+         finish_.grain_mm * frame_.inverse_pixel > kLeast_px * depth_mm;
+}
+
+void ScopeShine::add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
+                           const SpanColors& colors) const {
+  const std::int8_t* const table = GrainTable::shared().data();
+  GrainPlaces grain;
+  const Direction place(at_rest.places_mm);
+  const Direction other = place.turned(), third = other.turned();
+  float per_mm = GrainTable::kPerGrain / static_cast<float>(finish_.grain_mm);
+  const std::array<const Direction*, kOctaves> places = {&place, &other, &third};
+  for (int k = 0; k < kOctaves; ++k, per_mm /= kOctaveStep) {
+    find_grain(*places[k], per_mm, colors.count, grain.at[k]);
+    for (unsigned i = 0; i < whole_vectors(colors.count); ++i)
+      grain.value[k][i] = table[grain.at[k][i]];
+  }
+  multiply_by_grain(grain, skin.depth_mm,
+                    frame_.inverse_pixel * static_cast<float>(finish_.grain_mm),
+                    floats(finish_.grain), colors.count, colors.planes);
+}
+
 bool ScopeShine::light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const {
   const auto& [red, green, blue] = colors.planes;
-  light_pixels(Direction(skin.normals), skin.depth_mm, colors.white, frame_, finish_, least_cosine_,
-               colors.x0, colors.y, colors.count, lit, red, green, blue);
+  light_pixels(Direction(skin.normals), skin.depth_mm, colors.white, frame_, finish_, sheen_.data(),
+               least_cosine_, colors.x0, colors.y, colors.count, lit, red, green, blue);
   return any_shows(lit.shows, static_cast<unsigned>(colors.count));
 }
 
@@ -293,13 +404,12 @@ void ScopeShine::add_gloss(const ScopeLit& lit, const ScopeSkin& skin,
                               Direction(lit.half_way),
                               Direction(at_rest.normals),
                               Direction(at_rest.places_mm)};
-  const auto& [red, green, blue] = colors.planes;
   for (unsigned first = 0, end; first < whole_vectors(colors.count); first = end + kLanes) {
     for (end = first; end < whole_vectors(colors.count) && any_shows(lit.shows + end, kLanes);)
       end += kLanes;
     if (end == first) continue;
-    gloss_pixels(planes, waves_.data(), lobes_.data(), frame_.inverse_pixel, first,
-                 static_cast<int>(end - first), red, green, blue);
+    gloss_pixels(planes, bumps_, hills_.data(), film_.data(), rough_, frame_.inverse_pixel, first,
+                 static_cast<int>(end - first), colors.planes);
   }
 }
 

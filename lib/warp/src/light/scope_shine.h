@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "light/skin_light.h"
 #include "organbake/bundle/lighting.h"
@@ -28,16 +29,25 @@ struct ScopeLit {
 };
 
 // Lights skin by a ScopeLight with a SkinFinish, pixel by pixel:
-//   albedo · E soft(n·l) + E wet Σ lobes strength · D(n'·h) + E rim (1 − n·e)⁵,
+//   albedo · E soft(n·l) + E Σ sheen strength · D(n·h) + E wet Σ film strength · D(n'·h)
+//   + E rim (1 − n·e)⁵,
 // with E the light's share there, h half-way between light and eye. The lobes
-// are GGX (Walter et al. 2007) of the width α² = 2 / (exponent + 2) that a
-// Blinn lobe has, D(1) = 1.
+// are generalised Trowbridge–Reitz ones (Burley 2012), D(1) = 1: of γ 2 (GGX) and
+// the width α² = 2 / (exponent + 2) that a Blinn lobe has, but the film's of γ 4
+// and kFilmWidth times that: the ring of fibres has an end, and so have its
+// pictures. Wide ones are the tissue's own sheen, bluish as
+// light is that comes back from the uppermost layers; narrow ones a film of
+// water's.
 //
-// The relief of n' is a sum of plane waves of random directions through the
-// skin at rest, turned with it by the least rotation that takes its normal
-// there; so a poke carries it, and it does not crawl. Waves too short for a
-// pixel widen the lobes by the variance of their slopes instead (Toksvig 2005):
-// a highlight seen from afar keeps its light and does not flicker.
+// The film follows the lobules below: each cell of a jittered lattice
+// (nearest_cell.h) is a low dome that leans a little, so that it mirrors the
+// light in one round dot if at all, and many side by side are a cluster of
+// dots. Hills, plane waves of some ten bumps' length, carry them, make some
+// higher, and tell where the film lies at all. Both are bound to the skin at
+// rest and turned with it by the least rotation that takes its normal there; so
+// a poke carries them, and they do not crawl. Bumps too small for a pixel widen
+// the lobes by the variance of their slopes instead (Toksvig 2005): a highlight
+// seen from afar keeps its light and does not flicker.
 class ScopeShine {
  public:
   explicit ScopeShine(const Lighting& lighting);
@@ -45,23 +55,37 @@ class ScopeShine {
   // Takes a view, and the range of full exposure there.
   void look(const View& view, double reference_mm);
 
+  // Whether grain shows on skin at that depth, and on it: multiplies colours by it.
+  bool grain_shows(float depth_mm) const;
+  void add_grain(const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
+                 const SpanColors& colors) const;
+
   // `colors` hold the albedo × weight before, and what is seen but for the
   // gloss after. Whether gloss may show anywhere.
   bool light(const ScopeSkin& skin, const SpanColors& colors, ScopeLit& lit) const;
   void add_gloss(const ScopeLit& lit, const ScopeSkin& skin, const ScopeSkinAtRest& at_rest,
                  const SpanColors& colors) const;
 
-  static constexpr int kFine = 8, kCoarse = 4, kMostLobes = 4;
+  static constexpr int kHills = 4, kMostLobes = 4, kOctaves = 3;
+  static constexpr double kWidestFilm = 100;                            // exponent
+  static constexpr std::array<float, 3> kSheen = {0.85f, 0.95f, 1.2f};  // RGB
+  // Of slopes by the place on a dome (in cells), and by its lean; how sharply the film's patches
+  // and its bumps end.
+  static constexpr float kDome = 1.9f, kLean = 0.9f, kPatches = 0.55f, kEdge = 2.4f;
+  static constexpr float kFilmWidth = 3.2f;
+  static constexpr float kOfBumps = 0.57f;  // of a patch: what bumps and their edges leave wet
 
   // As plain numbers, so that the loops over pixels see constants.
   struct Wave {
     float x, y, z, phase;  // turns per mm, and at the origin
     float slope_x, slope_y, slope_z;
     float length_mm, variance;  // of the slope along one direction
-    float bend = 0;             // turns, of fine waves by coarse ones
+  };
+  struct Bumps {
+    float per_mm = 1, slope = 0;
   };
   struct Lobe {
-    float strength, alpha2;
+    float strength = 0, alpha2 = 1;
   };
   struct Frame {
     std::array<float, 3> right, down, origin;  // a pixel's ray, of depth 1
@@ -72,10 +96,15 @@ class ScopeShine {
   };
 
  private:
+  void take_lobes(const std::vector<Lighting::Lobe>& gloss);
+
   ScopeLight scope_;
   SkinFinish finish_;
-  std::array<Wave, kFine + kCoarse> waves_{};
-  std::array<Lobe, kMostLobes> lobes_{};
+  std::array<Wave, kHills> hills_{};
+  Bumps bumps_;
+  float rough_ = 0;  // 1 where there is relief
+  std::array<Lobe, kMostLobes> film_{};
+  std::array<Lobe, 2> sheen_{};
   float least_cosine_ = 1;  // of a normal to half-way, for gloss to show; above 1: never
   Frame frame_;
 };

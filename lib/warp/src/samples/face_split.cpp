@@ -98,6 +98,7 @@ class ChunkSplitter {
     to_.chunks.emplace_back();
     const std::size_t slots = to_.chunks.size() * kChunk;
     to_.b1.resize(slots), to_.b2.resize(slots), to_.h.resize(slots), to_.detail.resize(slots);
+    if (!to_.smooth.empty()) to_.smooth.resize(slots);
     return static_cast<std::uint32_t>(to_.chunks.size() - 1);
   }
 
@@ -117,8 +118,10 @@ class ChunkSplitter {
     for (std::vector<PatchCoordinate>* places : {&to_.b1, &to_.b2, &to_.h})
       std::fill_n(places->begin() + static_cast<std::ptrdiff_t>(first), kChunk, PatchCoordinate{0});
     to_.put(group.bound, first, patch);
-    for (std::size_t i = 0; i < group.from_slots.size(); ++i)
+    for (std::size_t i = 0; i < group.from_slots.size(); ++i) {
       to_.detail[first + i] = from_.detail[group.from_slots[i]];
+      if (!to_.smooth.empty()) to_.smooth[first + i] = from_.smooth[group.from_slots[i]];
+    }
   }
 
   const SampleSet& from_;

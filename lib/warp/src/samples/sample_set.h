@@ -28,6 +28,13 @@ struct TexelDetail {
 using PackedDetail = std::uint64_t;
 static_assert(sizeof(TexelDetail) == sizeof(PackedDetail));
 
+// What a texel's pixels show where it is seen from so near that each covers several of them: at
+// each corner of the texel the mean of the texels that meet there on the same surface, bilinear
+// between them, and the texel's own colour in its middle. So colours run on over its borders. In
+// square-root light, too. Word k: red, green and blue of corner k (u₀v₀, u₁v₀, u₀v₁, u₁v₁), and in
+// the highest byte the texel's own red, green, blue and confidence.
+using SmoothDetail = std::array<std::uint32_t, 4>;
+
 // Where samples lie within their patch: center + extent × coordinate / kFullCoordinate, each
 // coordinate of a sample in two bytes. A ten-thousandth of a texel is lost.
 using PatchCoordinate = std::int16_t;
@@ -48,6 +55,7 @@ struct Chunk {
 struct SampleSet {
   std::vector<PatchCoordinate> b1, b2, h;
   std::vector<PackedDetail> detail;
+  std::vector<SmoothDetail> smooth;  // empty unless asked for
   std::vector<Chunk> chunks;
   PatchTable patches;  // the chunks', once more
   std::size_t sample_count = 0;
@@ -76,8 +84,8 @@ inline constexpr std::uint32_t kMostSlots = 1u << 24;
 
 // Binds every texel that has a face, and confidence. rest_in_camera holds the rest shell matrix of
 // every proxy face in the camera's frame. Throws BadDataError when the map has more samples than
-// kMostSlots.
+// kMostSlots. smooth: whether SampleSet::smooth is wanted.
 SampleSet build_sample_set(const CameraMaps& maps, const PosedCamera& camera,
-                           const std::vector<ShellMatrix>& rest_in_camera);
+                           const std::vector<ShellMatrix>& rest_in_camera, bool smooth = false);
 
 }  // namespace organbake

@@ -152,10 +152,43 @@ void RowTerms::pack(const MapRow& here, PackedDetail* __restrict out) const {
   }
 }
 
+// The mean of the texels that meet at one corner of a texel and go on with its surface.
+std::uint32_t corner_color(const MapRow& here, const MapRow& beyond, int x, int beside,
+                           float steepest) {
+  std::array<int, 3> sum{};
+  int count = 0;
+  const auto add = [&](const MapRow& row, int at) {
+    if (!row.shows[at] || !(std::abs(row.depth[at] - here.depth[x]) <= steepest * here.depth[x]))
+      return;
+    for (int c = 0; c < 3; ++c) sum[c] += row.color[c][at];
+    ++count;
+  };
+  add(here, x), add(here, beside), add(beyond, x), add(beyond, beside);
+  std::uint32_t color = 0;
+  for (int c = 0; c < 3 && count > 0; ++c)
+    color |= static_cast<std::uint32_t>((2 * sum[c] + count) / (2 * count)) << (8 * c);
+  return color;
+}
+
+void pack_smooth(const std::array<MapRow, 3>& rows, float steepest, int width, SmoothDetail* out) {
+  const auto& [above, here, below] = rows;
+  for (int x = 1; x <= width; ++x) {
+    if (!here.shows[x]) continue;
+    SmoothDetail& detail = out[x - 1];
+    for (const int k : {0, 1, 2, 3})
+      detail[k] = corner_color(here, k < 2 ? above : below, x, k % 2 ? x + 1 : x - 1, steepest);
+    for (int c = 0; c < 3; ++c) detail[c] |= std::uint32_t{here.color[c][x]} << 24;
+    detail[3] |= std::uint32_t{here.confidence[x]} << 24;
+  }
+}
+
 }  // namespace
 
-MapDetail::MapDetail(const CameraMaps& maps, double focal_px)
-    : texels(maps.depth_mm.size()), slope_u(texels.size()), slope_v(texels.size()) {
+MapDetail::MapDetail(const CameraMaps& maps, double focal_px, bool with_smooth)
+    : texels(maps.depth_mm.size()),
+      smooth(with_smooth ? texels.size() : 0),
+      slope_u(texels.size()),
+      slope_v(texels.size()) {
   const int width = maps.width;
   const float steepest = kSteepestTexels / static_cast<float>(focal_px);
   constexpr int kRows = 64;  // a task's
@@ -171,6 +204,7 @@ MapDetail::MapDetail(const CameraMaps& maps, double focal_px)
       row_terms.make(above, here, below, steepest);
       const std::size_t first = std::size_t(y) * width;
       row_terms.pack(here, &texels[first]);
+      if (with_smooth) pack_smooth(rows, steepest, width, &smooth[first]);
       const float* const z = here.depth.data() + 1;
       slopes(z - 1, z, z + 1, row_terms.left.data(), row_terms.right.data(), width,
              &slope_u[first]);

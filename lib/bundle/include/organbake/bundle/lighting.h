@@ -31,6 +31,10 @@ struct SkinFinish {
   Eigen::Vector3d softness = Eigen::Vector3d::Zero();
   // Of the surroundings' light, mirrored where skin is seen at a grazing angle (Schlick 1994).
   double rim = 0;
+  // Colour finer than the maps: deviation by channel, as a share of the albedo, and the size of the
+  // largest grains. 0: none.
+  Eigen::Vector3d grain = Eigen::Vector3d::Zero();
+  double grain_mm = 0.5;
 
   bool operator==(const SkinFinish&) const = default;
 };
@@ -65,14 +69,15 @@ struct Lighting {
 };
 
 // A film of water on serosa: a lobe as narrow as a scope's light is wide (about 4° at 80 mm), of
-// more than full exposure, and a faint wide one of the tissue's own roughness.
+// more than full exposure, and a faint wide one, the sheen of the tissue itself.
 std::vector<Lighting::Lobe> wet_gloss();
 
 inline constexpr const char* kLightingFile = "lighting.json";  // in a bundle
 
-// Schema 1 where there is nothing of schema 2: a light at the scope, or a finish.
+// Schema 1 where there is nothing of schema 2: a light at the scope, or a finish; that of a finish
+// with grain is 3.
 std::string lighting_to_json(const Lighting& lighting);
-// Reads both. Directions may have any length. Throws BadDataError naming `name` and the key:
+// Reads all three. Directions may have any length. Throws BadDataError naming `name` and the key:
 // negative light, a direction of no length, no light at all.
 Lighting lighting_from_json(const std::string& text, const std::string& name);
 
